@@ -1,0 +1,117 @@
+"""Vectors, quaternions, poses, twists and wrenches, as scalar kernels.
+
+Conventions (docs/conventions.md): a quaternion ``q_WB`` is (w, x, y, z) with ``p_W = R_WB p_B``; angular velocities are
+written in world axes; a wrench is (force, moment) about a named point.  Vectors are 3-tuples or three floats: an array
+return costs about a hundred times more inside a loop.
+
+Source: W. R. Hamilton's algebra in the form of Diebel, "Representing Attitude", 2006, equations 109, 125 and 253.
+"""
+
+import math
+
+from nutamill.kernel import kernel
+
+
+@kernel(inline="always")
+def cross(a0, a1, a2, b0, b1, b2):
+    """Vector product a x b, as a 3-tuple."""
+    return a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
+
+
+@kernel(inline="always")
+def rotate(R, a0, a1, a2):
+    """``R a``: `a` from body axes to the axes `R` (3, 3) leads to, as a 3-tuple."""
+    return (
+        R[0, 0] * a0 + R[0, 1] * a1 + R[0, 2] * a2,
+        R[1, 0] * a0 + R[1, 1] * a1 + R[1, 2] * a2,
+        R[2, 0] * a0 + R[2, 1] * a1 + R[2, 2] * a2,
+    )
+
+
+@kernel(inline="always")
+def rotate_back(R, a0, a1, a2):
+    """``R^T a``: `a` from world axes to body axes, as a 3-tuple."""
+    return (
+        R[0, 0] * a0 + R[1, 0] * a1 + R[2, 0] * a2,
+        R[0, 1] * a0 + R[1, 1] * a1 + R[2, 1] * a2,
+        R[0, 2] * a0 + R[1, 2] * a1 + R[2, 2] * a2,
+    )
+
+
+@kernel
+def rotation_matrix(q, R_out):
+    """Rotation matrix ``R_WB`` (3, 3) of the unit quaternion ``q_WB`` (4,)."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    R_out[0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    R_out[0, 1] = 2.0 * (x * y - w * z)
+    R_out[0, 2] = 2.0 * (x * z + w * y)
+    R_out[1, 0] = 2.0 * (x * y + w * z)
+    R_out[1, 1] = 1.0 - 2.0 * (x * x + z * z)
+    R_out[1, 2] = 2.0 * (y * z - w * x)
+    R_out[2, 0] = 2.0 * (x * z - w * y)
+    R_out[2, 1] = 2.0 * (y * z + w * x)
+    R_out[2, 2] = 1.0 - 2.0 * (x * x + y * y)
+
+
+@kernel
+def turn_quaternion(q, t0, t1, t2, q_out):
+    """``q_out = exp(t) q``: turn the attitude `q` by the rotation vector t [rad] in world axes, and renormalise.
+
+    `q` and `q_out` may be the same array.
+    """
+    angle = math.sqrt(t0 * t0 + t1 * t1 + t2 * t2)
+    # sin(angle/2)/angle by its series near zero: the error is below 1e-18 there
+    scale = math.sin(0.5 * angle) / angle if angle > 1e-4 else 0.5 - angle * angle / 48.0
+    c, a, b, d = math.cos(0.5 * angle), scale * t0, scale * t1, scale * t2
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    qw = c * w - a * x - b * y - d * z
+    qx = c * x + a * w + b * z - d * y
+    qy = c * y - a * z + b * w + d * x
+    qz = c * z + a * y - b * x + d * w
+    n = 1.0 / math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz)
+    q_out[0], q_out[1], q_out[2], q_out[3] = qw * n, qx * n, qy * n, qz * n
+
+
+MOTION_SIZE = 19
+"""Numbers in a body's motion over a window: position 3, quaternion 4, velocity 3, angular velocity 3, acceleration 3,
+angular acceleration 3, all of the mass centre, in world axes, at the start of the window."""
+
+
+@kernel
+def pose_in_window(motion, s, p_out, q_out):
+    """Pose of a body `s` seconds after the start of a window of constant acceleration and angular acceleration.
+
+    ``p = p0 + v0 s + a s^2/2``, ``q = exp(w0 s + alpha s^2/2) q0``: the same drift as the mechanism's step, so that the
+    walls arrive where the mechanism is at the end of the window.
+
+    Parameters
+    ----------
+    motion : (19,), see `MOTION_SIZE`
+    s : time since the start of the window [s]
+    p_out, q_out : position [m] (3,) of the mass centre and quaternion (4,) of the body
+    """
+    h = 0.5 * s * s
+    for k in range(3):
+        p_out[k] = motion[k] + s * motion[7 + k] + h * motion[13 + k]
+    turn_quaternion(
+        motion[3:7],
+        s * motion[10] + h * motion[16],
+        s * motion[11] + h * motion[17],
+        s * motion[12] + h * motion[18],
+        q_out,
+    )
+
+
+@kernel
+def twist_in_window(motion, s, v_out, w_out):
+    """Velocity [m/s] (3,) of the mass centre and angular velocity [rad/s] (3,) of a body `s` seconds into a window."""
+    for k in range(3):
+        v_out[k] = motion[7 + k] + s * motion[13 + k]
+        w_out[k] = motion[10 + k] + s * motion[16 + k]
+
+
+@kernel(inline="always")
+def shift_moment(m0, m1, m2, f0, f1, f2, r0, r1, r2):
+    """Moment of a wrench about Q from its moment about P, with ``r = p_QP`` (from Q to P): ``M_Q = M_P + r x F``."""
+    c0, c1, c2 = cross(r0, r1, r2, f0, f1, f2)
+    return m0 + c0, m1 + c1, m2 + c2
