@@ -1,0 +1,271 @@
+"""Every recorded quantity, declared once: its name in file, dataset and figures, symbol, unit, meaning, axes and point.
+
+The writer takes names, the result file stores what stands here beside the numbers, figures take their axis labels from
+here.  Some names carry a part of the machine, for instance ``mount_{mount}_force_x``: ``mount_2_force_x`` is a name,
+and so is ``frame_corner_acceleration_z`` of the sensor called ``frame_corner`` in the case file.
+
+Signs are those of docs/conventions.md.
+"""
+
+import difflib
+import functools
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from nutamill.errors import CaseError, Fault
+
+WORLD = "world"
+CRANK = "driveshaft: radial towards its axis, tangential in the direction of rotation"
+O_FIXED = "nutation point as assembled"
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One recorded quantity, a number over time (or an array in a snapshot)."""
+
+    name: str
+    """Name in the file; ``{mount}`` and ``{sensor}`` stand for a part of the machine."""
+    symbol: str
+    """Symbol in formulas and figures, in mathtext without the dollar signs."""
+    unit: str
+    """SI unit; ``1`` for a ratio or a count."""
+    label: str
+    """A few words, for an axis or a table."""
+    meaning: str
+    """What the number says, in one sentence."""
+    frame: str = ""
+    """Axes in which a component is written; empty for a scalar."""
+    point: str = ""
+    """Point at which, or about which, it is taken; empty where there is none."""
+    shape: str = ""
+    """Shape of one snapshot's array; empty for a series, which has one number per sample."""
+
+    def attributes(self) -> dict[str, str]:
+        """What is stored beside the numbers: the names xarray and netCDF readers know first."""
+        stored = {"units": self.unit, "long_name": self.label, "symbol": self.symbol, "meaning": self.meaning}
+        return stored | {key: text for key, text in (("frame", self.frame), ("point", self.point)) if text}
+
+
+def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
+    """Radial, tangential and resultant force of the crank at one of its two probes, raw and without gravity's share."""
+    said = f"force the crank exerts at the {where}"
+    tared = "with the share of gravity taken off, as a reading zeroed at rest in the turning axes"
+    raw = (
+        Field(f"{name}_radial", "F_r", "N", f"{where} force, radial", f"{said}, towards the driveshaft axis", CRANK, point),
+        Field(f"{name}_tangential", "F_t", "N", f"{where} force, tangential", f"{said}, in the direction of rotation", CRANK, point),
+        Field(f"{name}_resultant", "F", "N", f"{where} force", f"{said}: root of radial squared plus tangential squared", "", point),
+    )
+    return raw + tuple(
+        replace(field, name=f"{field.name}_tared", label=f"{field.label}, tared", meaning=f"{field.meaning}, {tared}") for field in raw
+    )
+
+
+def _vector(name: str, symbol: str, unit: str, label: str, meaning: str, frame: str, point: str) -> tuple[Field, ...]:
+    """The three components of a vector, named ``_x``, ``_y``, ``_z``; `symbol` is one letter and what its index starts with."""
+    return tuple(
+        Field(
+            f"{name}_{axis}",
+            f"{symbol[0]}_{{{symbol[2:]}{axis}}}",
+            unit,
+            f"{label}, {axis}",
+            f"{meaning}, component along {axis}",
+            frame,
+            point,
+        )
+        for axis in "xyz"
+    )
+
+
+def _energy(name: str, symbol: str, label: str, meaning: str) -> Field:
+    """One entry of the power ledger, in J."""
+    return Field(name, symbol, "J", label, meaning)
+
+
+def _contact_losses(name: str, label: str) -> tuple[Field, ...]:
+    """Energy the contacts of one class have dissipated, by part of the law."""
+    return tuple(
+        _energy(
+            f"{name}_{part}_loss", f"D_{{\\mathrm{{{name},{part[0]}}}}}", f"{label}, {part}", f"energy dissipated so far {how}, {label}"
+        )
+        for part, how in (
+            ("normal", "by the normal dashpots"),
+            ("tangential", "by sliding"),
+            ("rolling", "by rolling resistance"),
+        )
+    )
+
+
+TIME = Field("time", "t", "s", "time", "simulated time since the start of the run")
+CHAMBER_POINT = "nutation point, moving with the chamber"
+
+SERIES: tuple[Field, ...] = (
+    TIME,
+    Field("crank_angle", "\\theta", "rad", "crank angle", "angle the driveshaft has turned in the frame since the start, not wrapped"),
+    Field("driveshaft_speed", "\\Omega", "rad/s", "driveshaft speed", "speed of the driveshaft in the frame"),
+    Field("driveshaft_torque", "T", "N m", "driveshaft torque", "motor torque on the driveshaft, positive when it drives"),
+    Field("driveshaft_power", "P", "W", "driveshaft power", "motor torque times driveshaft speed"),
+    Field("coupling_torque", "T_c", "N m", "coupling torque", "torsion moment in the coupling, on the driveshaft, about its axis"),
+    *_crank_force("crank_pin_force", "crank-pin", "load cell, between torque arm and carriage"),
+    *_crank_force("pin_joint_force", "pin-joint", "crank pin's joint on the chamber"),
+    *_vector(
+        "nutation_point_force",
+        "F_O,",
+        "N",
+        "nutation-point force",
+        "force the universal joint exerts on the chamber",
+        WORLD,
+        CHAMBER_POINT,
+    ),
+    Field("nutation_point_force_resultant", "F_O", "N", "nutation-point force", "magnitude of that force", "", CHAMBER_POINT),
+    *_vector(
+        "mount_{mount}_force",
+        "F_m,",
+        "N",
+        "mount {mount} force",
+        "force of mount {mount} on the frame",
+        WORLD,
+        "mount {mount} on the frame",
+    ),
+    *_vector(
+        "mount_{mount}_travel",
+        "u_m,",
+        "m",
+        "mount {mount} travel",
+        "displacement of the frame at mount {mount}, zero as assembled",
+        WORLD,
+        "mount {mount} on the frame",
+    ),
+    *_vector(
+        "{sensor}_acceleration",
+        "a",
+        "m/s^2",
+        "{sensor} acceleration",
+        "acceleration of the point of sensor {sensor}, gravity not included",
+        "axes of the body that carries the sensor",
+        "{sensor}",
+    ),
+    *_vector("charge_mass_centre", "r_c,", "m", "charge mass centre", "mass centre of all particles", WORLD, f"from the {O_FIXED}"),
+    Field(
+        "charge_phase_lag", "\\varphi", "rad", "charge phase lag", "crank angle less azimuth of the charge's mass centre, positive behind"
+    ),
+    *_vector("charge_force", "F_c,", "N", "charge force", "force of the charge on the chamber, mean of a window", WORLD, CHAMBER_POINT),
+    *_vector(
+        "charge_moment",
+        "M_c,",
+        "N m",
+        "charge moment",
+        "moment of the charge on the chamber, mean of a window",
+        WORLD,
+        f"about the {CHAMBER_POINT}",
+    ),
+    Field("coordination_number", "Z", "1", "coordination number", "mean number of contacts of a particle, walls not counted"),
+    Field("pair_contacts", "N_p", "1", "pair contacts", "particle pairs in contact"),
+    Field("wall_contacts", "N_w", "1", "wall contacts", "contacts of particles with surfaces"),
+    Field(
+        "largest_pair_overlap", "\\delta_p/d", "1", "largest pair overlap", "largest since the last sample, share of the particle diameter"
+    ),
+    Field(
+        "largest_wall_overlap", "\\delta_w/d", "1", "largest wall overlap", "largest since the last sample, share of the particle diameter"
+    ),
+    _energy("motor_work", "W", "motor work", "work the motor has done so far"),
+    _energy("kinetic_energy_mechanism", "E_{k,m}", "kinetic energy, mechanism", "present kinetic energy of all bodies"),
+    _energy("kinetic_energy_charge", "E_{k,c}", "kinetic energy, charge", "present kinetic energy of all particles, spin included"),
+    _energy("potential_energy", "E_g", "potential energy", "present potential energy of bodies and charge in gravity"),
+    _energy("elastic_energy", "E_e", "elastic energy", "present energy in mounts, coupling, springs and contacts"),
+    _energy("mount_{mount}_loss", "D_m", "mount {mount}", "energy dissipated so far in mount {mount}"),
+    _energy("driveshaft_bearing_loss", "D_4", "driveshaft bearing", "energy dissipated so far by friction of driveshaft on frame"),
+    _energy("crank_pin_loss", "D_6", "crank pin", "energy dissipated so far by friction of crank pin in chamber"),
+    _energy("chamber_pivot_loss", "D_7", "chamber pivot", "energy dissipated so far by friction of chamber on bearing cross"),
+    _energy("yoke_pivot_loss", "D_8", "yoke pivot", "energy dissipated so far by friction of bearing cross on frame"),
+    _energy("coupling_loss", "D_c", "coupling", "energy dissipated so far in the shaft coupling"),
+    *_contact_losses("pair", "pellet-pellet"),
+    *_contact_losses("wall", "pellet-wall"),
+    _energy("interface_work", "W_c", "interface work", "work the chamber has done on the charge so far"),
+    _energy("ledger_residual", "R", "ledger residual", "kinetic + potential + elastic + dissipated - motor work - value at the start"),
+    Field(
+        "interface_impulse_defect",
+        "\\Delta J",
+        "N s",
+        "interface impulse defect",
+        "impulse the charge gave the chamber less the impulse the mechanism received, magnitude of the sum so far",
+    ),
+)
+"""All series, in the order in which they stand in files and tables."""
+
+SNAPSHOT: tuple[Field, ...] = (
+    Field("positions", "x", "m", "particle positions", "centres of the particles by id", WORLD, f"from the {O_FIXED}", "(n_particles, 3)"),
+    Field("velocities", "v", "m/s", "particle velocities", "velocities of the centres by id", WORLD, "", "(n_particles, 3)"),
+    Field("spins", "\\omega", "rad/s", "particle spins", "angular velocities by id", WORLD, "", "(n_particles, 3)"),
+    Field("body_positions", "p", "m", "body positions", "mass centres of the bodies", WORLD, f"from the {O_FIXED}", "(n_bodies, 3)"),
+    Field("body_attitudes", "q", "1", "body attitudes", "unit quaternions (w, x, y, z), body to world", WORLD, "", "(n_bodies, 4)"),
+)
+"""All arrays a snapshot may hold."""
+
+_PARTS = {"mount": "[1-9][0-9]*", "sensor": "[a-z][a-z0-9_]*"}
+_SERIES = {field.name: field for field in SERIES}
+_SNAPSHOT = {field.name: field for field in SNAPSHOT}
+
+
+def _pattern(template: str) -> str:
+    return re.sub(r"\\{(\w+)\\}", lambda part: f"(?P<{part[1]}>{_PARTS[part[1]]})", re.escape(template))
+
+
+_TEMPLATES = tuple((re.compile(_pattern(name)), field) for name, field in _SERIES.items() if "{" in name)
+
+
+def _filled(field: Field, **part: object) -> Field:
+    """`field` with the parts of the machine put in its texts; spaces instead of underscores where people read."""
+    spoken = {key: str(value).replace("_", " ") for key, value in part.items()}
+    return replace(
+        field,
+        name=field.name.format(**part),
+        label=field.label.format(**spoken),
+        meaning=field.meaning.format(**spoken),
+        point=field.point.format(**spoken),
+    )
+
+
+@functools.cache
+def series_field(name: str) -> Field:
+    """The recorded quantity called `name`, parts of the machine filled in.
+
+    Raises
+    ------
+    CaseError : no quantity has this name; the nearest one is proposed
+    """
+    if name in _SERIES and "{" not in name:
+        return _SERIES[name]
+    for pattern, field in _TEMPLATES:
+        if match := pattern.fullmatch(name):
+            return _filled(field, **match.groupdict())
+    raise CaseError(_unknown(name, expand(mounts=4, sensors=("frame_corner",))))
+
+
+def snapshot_field(name: str) -> Field:
+    """The snapshot array called `name`; raises CaseError as `series_field` does."""
+    if name in _SNAPSHOT:
+        return _SNAPSHOT[name]
+    raise CaseError(_unknown(name, _SNAPSHOT))
+
+
+def _unknown(name: str, known) -> Fault:
+    near = difflib.get_close_matches(name, known, 1)
+    hint = f'Did you mean "{near[0]}"?' if near else "`nutamill info fields` lists all names."
+    return Fault(f"record {name}", "must be a recorded quantity, no such name", hint)
+
+
+def expand(mounts: int = 0, sensors: Sequence[str] = ()) -> list[str]:
+    """Names of all series of a machine with `mounts` mounts and the given acceleration sensors, `time` first.
+
+    Parameters
+    ----------
+    mounts : number of mounts [1]; they are counted from 1
+    sensors : names of the sensors as in the case file
+    """
+    parts = {"mount": [str(k) for k in range(1, mounts + 1)], "sensor": list(sensors)}
+    names = []
+    for name in _SERIES:
+        part = next((part for part in parts if f"{{{part}}}" in name), None)
+        names += [name] if part is None else [name.format(**{part: value}) for value in parts[part]]
+    return names
