@@ -1,0 +1,217 @@
+"""Checks that need more than one key: what contradicts, and what is odd.
+
+A finding is (key, what, hint); the key is a tuple of its parts, so that its line can be found.
+"""
+
+import math
+from typing import TYPE_CHECKING
+
+from nutamill import units
+from nutamill.case.library import similar
+from nutamill.errors import Fault
+from nutamill.units import Kind
+
+if TYPE_CHECKING:
+    from nutamill.case.model import Case
+
+Finding = tuple[tuple[str | int, ...], str, str]
+
+SENSOR_BODIES = ("frame", "chamber", "carriage", "driveshaft", "bearing_cross", "intermediate_shaft")
+"""Parts a sensor can sit on."""
+
+LOOSE_PACKING = 0.58
+"""Solids fraction of spheres poured at random [1]. Source: G. D. Scott, Nature 188, 908 (1960): 0.60 to 0.63 less the wall's share."""
+
+ANGLE_WARN = math.radians(0.05)
+ANGLE_STOP = math.radians(1.0)
+
+
+def faults(case: "Case") -> list[Finding]:
+    """Everything that contradicts."""
+    return [*_geometry(case), *_ribs(case), *_inertia(case), *_materials(case), *_pairs(case), *_charge(case)]
+
+
+def warnings(case: "Case") -> list[Fault]:
+    """Everything that is possible but odd."""
+    found = []
+    printed, ruling = case.chamber.nutation_angle, crank_angle(case)
+    if abs(printed - ruling) > ANGLE_WARN:
+        what = f"the crank's lengths give {math.degrees(ruling):.3f} deg and rule; the file says {math.degrees(printed):g} deg"
+        found.append(Fault("chamber.nutation_angle", what))
+    if case.run.until < case.drive.ramp_end:
+        what = f"the run ends at {case.run.until:g} s, before the speed is reached at {case.drive.ramp_end:g} s"
+        found.append(Fault("run.until", what, "There will be no steady mean"))
+    return found
+
+
+def crank_angle(case: "Case") -> float:
+    """Half-angle of the cone from the lengths of the crank [rad]: atan(crank_radius / nutation_point_to_crank)."""
+    return math.atan2(case.mechanism.crank_radius, case.mechanism.nutation_point_to_crank)
+
+
+def frame_mass(case: "Case") -> float:
+    """Mass of the frame [kg]: the total less chamber, carriage, driveshaft, bearing cross and intermediate shaft."""
+    parts = case.chamber.mass + case.carriage.mass + case.driveshaft.mass + case.bearing_cross.mass + case.intermediate_shaft.mass
+    return case.mechanism.total_mass - parts
+
+
+def _geometry(case: "Case") -> list[Finding]:
+    found: list[Finding] = []
+    chamber, mechanism = case.chamber, case.mechanism
+    ruling = crank_angle(case)
+    if abs(chamber.nutation_angle - ruling) > ANGLE_STOP:
+        lengths = f"crank_radius {_mm(mechanism.crank_radius)} and nutation_point_to_crank {_mm(mechanism.nutation_point_to_crank)}"
+        what = f"{lengths} give {math.degrees(ruling):.2f} deg, but nutation_angle is {math.degrees(chamber.nutation_angle):.4g} deg"
+        hint = f'One of the three is wrong; with these lengths write nutation_angle = "{math.degrees(ruling):.3f} deg"'
+        found.append((("chamber", "nutation_angle"), what, hint))
+    if chamber.height >= chamber.floor_depth:
+        what = f"must be less than floor_depth {_mm(chamber.floor_depth)}, got {_mm(chamber.height)}"
+        found.append((("chamber", "height"), what, "The ceiling has to lie below the nutation point"))
+    if frame_mass(case) <= 0.0:
+        parts = mechanism.total_mass - frame_mass(case)
+        names = "chamber, carriage, driveshaft, bearing cross and intermediate shaft"
+        what = f"must exceed the {parts:.4g} kg of {names}, got {mechanism.total_mass:g} kg"
+        found.append((("mechanism", "total_mass"), what, "The frame takes what the other parts leave"))
+    return found
+
+
+def _ribs(case: "Case") -> list[Finding]:
+    chamber, rib = case.chamber, case.chamber.rib
+    if not chamber.ribs:
+        return []
+    if rib is None:
+        return [(("chamber", "rib"), f"is missing, with ribs = {chamber.ribs}", "Add a table [chamber.rib] with width, depth, length")]
+    radius = 0.5 * chamber.inner_diameter
+    if rib.depth >= radius:
+        return [(("chamber", "rib", "depth"), f"must be less than the radius of the bore {_mm(radius)}, got {_mm(rib.depth)}", "")]
+    # neighbours touch first at their inner edges: two half widths under the angle between two ribs
+    room = 2.0 * (radius - rib.depth) * math.tan(math.pi / chamber.ribs) if chamber.ribs > 2 else math.inf
+    if rib.width >= min(room, 2.0 * radius):
+        what = (
+            f"{chamber.ribs} ribs of {_mm(rib.width)} by {_mm(rib.depth)} do not fit: there is room for {_mm(min(room, 2 * radius))} each"
+        )
+        return [(("chamber", "ribs"), what, "Fewer or narrower ribs")]
+    return []
+
+
+def _inertia(case: "Case") -> list[Finding]:
+    """Moments of inertia that no body can have: the largest principal one is at most the sum of the other two."""
+    found: list[Finding] = []
+    chamber = case.chamber
+    steiner = chamber.mass * chamber.mass_centre_depth**2
+    central = chamber.inertia_transverse - steiner
+    if central <= 0.0:
+        what = f"must exceed mass x mass_centre_depth^2 = {steiner:.4g} kg m^2, got {chamber.inertia_transverse:.4g} kg m^2"
+        found.append((("chamber", "inertia_transverse"), what, "It is taken about the nutation point"))
+    elif chamber.inertia_axial > 2.0 * central:
+        most = f"twice the transverse one about the mass centre, {2 * central:.4g} kg m^2"
+        what = f"must be at most {most}, got {chamber.inertia_axial:.4g} kg m^2"
+        found.append((("chamber", "inertia_axial"), what, ""))
+    for table in ("driveshaft", "intermediate_shaft"):
+        part = getattr(case, table)
+        if part.inertia_axial > 2.0 * part.inertia_transverse:
+            most = f"twice inertia_transverse, {2 * part.inertia_transverse:.4g} kg m^2"
+            what = f"must be at most {most}, got {part.inertia_axial:.4g} kg m^2"
+            found.append(((table, "inertia_axial"), what, ""))
+    return found
+
+
+def _touching(case: "Case") -> dict[tuple[str, ...], str | None]:
+    """Materials the run needs, by the key that names them."""
+    if not case.charge.size_classes:
+        return {}
+    needed: dict[tuple[str, ...], str | None] = {
+        ("charge", "material"): case.charge.material,
+        ("chamber", "material"): case.chamber.material,
+    }
+    if case.chamber.ribs and case.chamber.rib:
+        needed[("chamber", "rib", "material")] = case.chamber.rib.material
+    return needed
+
+
+def _materials(case: "Case") -> list[Finding]:
+    found: list[Finding] = []
+    known = sorted(case.materials)
+    for key, name in _touching(case).items():
+        if name is not None and name not in case.materials:
+            hint = similar(name, known) if known else f"Add a table [materials.{name}]"
+            found.append((key, f'no material is called "{name}"', hint))
+    for name in known:
+        if "-" in name:
+            hint = f"Write {name.replace('-', '_')}; a hyphen joins the two materials of a pair"
+            found.append((("materials", name), "the name of a material must not contain a hyphen", hint))
+    return found
+
+
+def _pairs(case: "Case") -> list[Finding]:
+    found: list[Finding] = []
+    pairs, known = case.contact.pairs, case.materials
+    possible = [f"{a}-{b}" for a in known for b in known]
+    for name, pair in pairs.items():
+        key = ("contact", "pairs", name)
+        first, _, second = name.partition("-")
+        if name not in possible:
+            found.append((key, "must name two materials of the file", similar(name, possible)))
+        elif first != second and f"{second}-{first}" in pairs and first > second:
+            found.append((key, f"this pair stands twice, also as {second}-{first}", "Keep one of the two"))
+        if pair.overlap_warn >= pair.overlap_stop:
+            found.append(((*key, "overlap_warn"), f"must be less than overlap_stop {pair.overlap_stop:g}, got {pair.overlap_warn:g}", ""))
+    charge = case.charge.material
+    needs = ["normal_stiffness"] * (case.contact.stiffness == "direct")
+    needs += ["restitution" if case.contact.damping == "restitution" else "damping_ratio"]
+    for other in dict.fromkeys(_touching(case).values()):
+        if charge not in known or other not in known:
+            continue
+        name = next((pair for pair in (f"{charge}-{other}", f"{other}-{charge}") if pair in pairs), None)
+        if name is None:
+            what = f"is missing: the charge is {charge} and touches {other}"
+            found.append((("contact", "pairs", f"{charge}-{other}"), what, f"Add a table [contact.pairs.{charge}-{other}]"))
+            continue
+        for need in (need for need in needs if getattr(pairs[name], need) is None):
+            asks = "stiffness" if need == "normal_stiffness" else "damping"
+            what = f'is missing, with contact.{asks} = "{getattr(case.contact, asks)}"'
+            found.append((("contact", "pairs", name, need), what, f"Add {need} to the pair"))
+    return found
+
+
+def _charge(case: "Case") -> list[Finding]:
+    charge, chamber = case.charge, case.chamber
+    if charge.kind == "none":
+        return []
+    found: list[Finding] = []
+    if (charge.diameter is None) == (charge.sizes is None):
+        given = "both" if charge.diameter is not None else "none"
+        found.append((("charge", "diameter"), f"needs either diameter or sizes, got {given}", 'Write e.g. diameter = "5 mm"'))
+    if not charge.mass:
+        found.append((("charge", "mass"), "must be positive", 'For an empty chamber write kind = "none"'))
+    if charge.material is None:
+        found.append((("charge", "material"), "is missing", f"Name one of {', '.join(sorted(case.materials))}"))
+    if found:
+        return found
+    total = sum(share for _, share in charge.size_classes)
+    if abs(total - 1.0) > 1e-6:
+        found.append((("charge", "sizes"), f"the shares of the mass must sum to 1, got {total:g}", ""))
+    largest = max(diameter for diameter, _ in charge.size_classes)
+    room = min(chamber.inner_diameter, chamber.height)
+    key = ("charge", "sizes" if charge.sizes else "diameter")
+    if largest >= room:
+        found.append((key, f"must be less than the chamber's {_mm(room)}, got {_mm(largest)}", ""))
+    elif charge.material in case.materials:
+        found += _volume(case, case.materials[charge.material].density)
+    return found
+
+
+def _volume(case: "Case", density: float) -> list[Finding]:
+    """More charge than the chamber holds when poured."""
+    loose = case.charge.mass / (density * LOOSE_PACKING)
+    holds = case.chamber.free_volume
+    if loose <= holds:
+        return []
+    most = math.floor(holds * density * LOOSE_PACKING * 1000.0) / 1000.0
+    kind = "ribbed chamber" if case.chamber.ribs else "chamber"
+    what = f"{case.charge.mass:g} kg needs {1e3 * loose:.3g} L loose, the {kind} holds {1e3 * holds:.3g} L"
+    return [(("charge", "mass"), what, f"Largest mass that settles: {most:.4g} kg")]
+
+
+def _mm(length: float) -> str:
+    return units.format(float(f"{length:.6g}"), Kind.LENGTH)

@@ -1,0 +1,160 @@
+"""The drive programme: a ramp to a speed, or a measured profile of speed over time."""
+
+import csv
+import difflib
+import itertools
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, model_validator
+
+from nutamill import units
+from nutamill.errors import CaseError, Fault
+from nutamill.tables import ProfileSpeed, Ramp, Speed, StartTime, Table, refusal
+from nutamill.units import Kind
+
+
+def _as_table(given: Any) -> Any:
+    """Points alone stand for a profile without a source."""
+    return {"points": given} if isinstance(given, (list, tuple)) else given
+
+
+class Profile(Table):
+    """Speed over time, linear between points."""
+
+    source: str = ""
+    """File it was read from."""
+    points: tuple[tuple[StartTime, ProfileSpeed], ...]
+    """Pairs of time [s] and speed [rad/s], times rising from 0."""
+
+    @model_validator(mode="after")
+    def _rising(self) -> "Profile":
+        if fault := profile_fault([time for time, _ in self.points]):
+            raise refusal(fault[1])
+        return self
+
+
+class DriveProgramme(Table):
+    """What the driveshaft is made to do."""
+
+    speed: Speed
+    """Speed reached at the end of the ramp, or the cap of the profile [rad/s]."""
+    ramp: Ramp | None = None
+    """Rise of the speed from rest [rad/s^2]."""
+    profile: Annotated[Profile | None, BeforeValidator(_as_table)] = None
+    """Speed over time, instead of the ramp: a CSV file with the columns ``time [s]`` and ``speed [rpm]``."""
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> "DriveProgramme":
+        if (self.ramp is None) == (self.profile is None):
+            raise refusal("needs either a ramp or a profile, not both or none", 'Write e.g. ramp = "70 rpm/s"')
+        return self
+
+    def breakpoints(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times [s] and speeds [rad/s] between which the speed is linear; constant after the last.
+
+        A profile that exceeds `speed` stays at `speed` meanwhile; the times at which it crosses the cap are inserted.
+        """
+        if self.profile is None:
+            return np.array([0.0, self.speed / self.ramp]), np.array([0.0, self.speed])
+        times, speeds = [], []
+        for (t0, w0), (t1, w1) in itertools.pairwise(self.profile.points):
+            times.append(t0)
+            speeds.append(min(w0, self.speed))
+            if (w0 - self.speed) * (w1 - self.speed) < 0.0:
+                times.append(t0 + (t1 - t0) * (self.speed - w0) / (w1 - w0))
+                speeds.append(self.speed)
+        last_time, last_speed = self.profile.points[-1]
+        return np.array([*times, last_time]), np.array([*speeds, min(last_speed, self.speed)])
+
+    @property
+    def ramp_end(self) -> float:
+        """Time from which the speed stays what it is [s]."""
+        times, speeds = self.breakpoints()
+        moving = np.flatnonzero(speeds != speeds[-1])
+        return float(times[moving[-1] + 1]) if moving.size else 0.0
+
+
+def profile_fault(times: list[float]) -> tuple[int, str] | None:
+    """Index and wording of the first time that breaks the order, or None."""
+    if len(times) < 2:
+        return 0, f"needs at least two points, got {len(times)}"
+    if times[0] != 0.0:
+        return 0, f"must begin at 0 s, got {times[0]:g} s"
+    for k, (before, after) in enumerate(itertools.pairwise(times), start=1):
+        if not after > before:
+            return k, f"times must rise, got {after:g} s after {before:g} s"
+    return None
+
+
+def read_profile(name: str, where: str, folders: Iterable[Path]) -> dict[str, Any]:
+    """The table of a `Profile` from a CSV file, looked for in each of the folders.
+
+    Parameters
+    ----------
+    name : file as written in the case
+    where : file, line and key that name it, for messages
+    folders : where a relative name is looked for, in order
+
+    Raises
+    ------
+    CaseError : no such file, or each line that is wrong (the first ten)
+    """
+    folders = list(dict.fromkeys(folder.resolve() for folder in folders))
+    path = next((folder / name for folder in folders if (folder / name).is_file()), None)
+    if path is None:
+        near = [file.name for folder in folders if folder.is_dir() for file in folder.iterdir() if file.is_file()]
+        similar = difflib.get_close_matches(Path(name).name, near, n=3, cutoff=0.6)
+        looked = " and ".join(str(folder) for folder in folders)
+        raise CaseError(Fault(where, f"{name} not found (looked in {looked})", f"Similar: {', '.join(similar)}" if similar else ""))
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise CaseError(Fault(where, f"{name} cannot be read as text: {error}")) from None
+    lines = [(number, row) for number, row in enumerate(csv.reader(text.splitlines()), start=1) if any(cell.strip() for cell in row)]
+    columns = _columns(name, lines[0] if lines else (1, []))
+    points, faults = [], []
+    for number, row in lines[1:]:
+        cells = _cells(f"{name}:{number}", row, columns)
+        faults += [cell for cell in cells if isinstance(cell, Fault)]
+        points.append((number, cells))
+    if not faults and (wrong := profile_fault([cells[0] for _, cells in points])):
+        faults.append(Fault(f"{name}:{points[wrong[0]][0] if points else 1}", wrong[1], "Sort the rows and let the time begin at 0"))
+    if faults:
+        more = [Fault(name, f"{len(faults) - 10} more cells are wrong, of {2 * len(points)}")] if len(faults) > 10 else []
+        raise CaseError(*faults[:10], *more)
+    shown = [(units.format(time, Kind.TIME), units.format(speed, Kind.SPEED)) for _, (time, speed) in points]
+    return {"source": name, "points": shown}
+
+
+def _columns(name: str, first: tuple[int, list[str]]) -> list[tuple[str, str, Kind]]:
+    """Header, unit and kind of the two columns."""
+    number, row = first
+    kinds = (Kind.TIME, Kind.SPEED)
+    headers = [cell.strip() for cell in row]
+    found = [header.partition("[")[2].removesuffix("]").strip() for header in headers]
+    if len(row) != 2 or any(unit not in units.UNITS[kind] for unit, kind in zip(found, kinds, strict=True)):
+        shown = ",".join(row)
+        raise CaseError(Fault(f"{name}:{number}", f'must name two columns with their units, got "{shown}"', 'Write "time [s],speed [rpm]"'))
+    return list(zip(headers, found, kinds, strict=True))
+
+
+def _cells(where: str, row: list[str], columns: list[tuple[str, str, Kind]]) -> list[float | Fault]:
+    """SI values of one row, or what is wrong with each cell."""
+    if len(row) > 2:
+        return [Fault(where, f"must have 2 cells, got {len(row)}", "Write numbers with a decimal point, cells apart by a comma")]
+    values: list[float | Fault] = []
+    for k, (header, unit, kind) in enumerate(columns):
+        cell = row[k].strip() if k < len(row) else ""
+        if not cell:
+            values.append(Fault(where, f'column "{header}" is empty', "Interpolate or leave the row out"))
+            continue
+        try:
+            value = units.parse(f"{cell} {unit}", kind)
+        except units.UnitError:
+            values.append(Fault(where, f'column "{header}" must be a finite number, got "{cell}"', "Interpolate or leave the row out"))
+            continue
+        values.append(value if value >= 0.0 else Fault(where, f'column "{header}" must be zero or more, got {cell}'))
+    return values

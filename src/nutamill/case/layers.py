@@ -1,0 +1,238 @@
+"""From files and overrides to one nested dict, each key with the place it came from.
+
+A case is read in layers: the base (and its base), the file, what stands after ``--set``.  A later layer wins, key by key.
+"""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from nutamill.case.drive import read_profile
+from nutamill.case.library import FOLDER, MOUNTS, library_file, library_names, mount_sets, similar
+from nutamill.case.locate import key_lines
+from nutamill.errors import CaseError, Fault
+
+RIVALS = (("diameter", "sizes"), ("ramp", "profile"), ("restitution", "damping_ratio"))
+"""Keys of which one table may hold one only: the later layer's takes the place of the earlier layer's."""
+
+Key = tuple[str, ...]
+
+
+class Layer(NamedTuple):
+    """One source of keys."""
+
+    content: dict[str, Any]
+    """Nested tables."""
+    places: dict[Key, str]
+    """Where each key stands, ``mymill.toml:14``; the empty key is the whole source."""
+    folder: Path
+    """Where its relative file names begin."""
+
+    @classmethod
+    def of_text(cls, text: str, shown: str, folder: Path | None = None) -> "Layer":
+        """The layer of TOML text; `shown` is what messages call it."""
+        lines = {key: f"{shown}:{line}" for key, line in key_lines(text).items()} if (content := _parsed(text, shown)) else {}
+        return cls(content, {(): shown, **lines}, folder or Path.cwd())
+
+
+def read_layers(name: str | Path, _above: tuple[Path, ...] = ()) -> list[Layer]:
+    """Layers of a case file or library name, the base first.
+
+    Raises
+    ------
+    CaseError : no such file or name, no text, no TOML, or a base that leads back to the file
+    """
+    path, shown = _find(name)
+    layer = Layer.of_text(_text(path, shown), shown, path.parent)
+    base = layer.content.pop("base", None)
+    if base is None:
+        return [layer]
+    place = f"{layer.places[('base',)]}: base"
+    if not isinstance(base, str):
+        raise CaseError(Fault(place, f"must be a name or a file, got {base!r}", f"Known: {', '.join(library_names())}"))
+    if path.resolve() in _above:
+        raise CaseError(Fault(place, f'"{base}" leads back to this file', "Break the circle"))
+    if library_file(base) is None and not (path.parent / base).is_file():
+        raise CaseError(Fault(place, f'no mill and no file is called "{base}"', similar(base, library_names())))
+    below = base if library_file(base) else path.parent / base
+    return [*read_layers(below, (*_above, path.resolve())), layer]
+
+
+def override_layer(overrides: list[str]) -> Layer:
+    """The layer of ``key=value`` texts; a value that is no TOML is taken as text, so that quotes may be left out.
+
+    Raises
+    ------
+    CaseError : an override without ``=`` or with an impossible key
+    """
+    content: dict[str, Any] = {}
+    places: dict[Key, str] = {}
+    faults = []
+    for text in overrides:
+        key, equals, value = text.partition("=")
+        try:
+            path = _path(key.strip())
+        except (tomllib.TOMLDecodeError, ValueError):
+            path = ()
+        if not equals or not path:
+            faults.append(Fault("--set", f'must be key=value, got "{text}"', 'Write e.g. --set drive.speed="500 rpm"'))
+            continue
+        _put(content, path, _value(value.strip()))
+        places[path] = "--set"
+    if faults:
+        raise CaseError(*faults)
+    return Layer(content, places, Path.cwd())
+
+
+def python_layer(changes: dict[str, Any]) -> Layer:
+    """The layer of Python changes ``{"drive.speed": 73.3}``; their place is the key alone."""
+    content: dict[str, Any] = {}
+    for key, value in changes.items():
+        _put(content, _path(key), _copied(value))
+    return Layer(content, {_path(key): "" for key in changes}, Path.cwd())
+
+
+def merge(layers: list[Layer]) -> tuple[dict[str, Any], dict[Key, str]]:
+    """One nested dict and the place of each key; mount sets and profile files are read here.
+
+    Raises
+    ------
+    CaseError : an unknown mount set, or a profile file that is missing or wrong
+    """
+    content: dict[str, Any] = {}
+    places: dict[Key, str] = {}
+    faults: list[Fault] = []
+    for layer in layers:
+        try:
+            _expand_mount_set(layer)
+            _expand_profile(layer)
+        except CaseError as error:
+            faults += error.faults
+        _overlay(content, layer.content)
+        places.update(layer.places)
+    if faults:
+        raise CaseError(*faults)
+    return content, places
+
+
+def placed(places: dict[Key, str], key: Key) -> str:
+    """``where`` of a fault at a key: the key with the place of its nearest known parent."""
+    nearest = next((key[:n] for n in range(len(key), -1, -1) if key[:n] in places), None)
+    place = places.get(nearest, "") if nearest is not None else ""
+    dotted = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in key).lstrip(".")
+    if not place or not dotted:
+        return place or dotted or "case"
+    return f"{place} {dotted}" if place == "--set" else f"{place}: {dotted}"
+
+
+def _find(name: str | Path) -> tuple[Path, str]:
+    """File of a library name or path, and what to call it."""
+    if isinstance(name, str) and (path := library_file(name)):
+        return path, path.name
+    path = Path(name)
+    if path.is_file():
+        return path, str(name) if path.parent != FOLDER else path.name
+    if path.is_dir():
+        raise CaseError(Fault(str(name), "must be a case file, got a folder"))
+    if path.suffix:
+        near = [file.name for file in path.parent.glob("*.toml")] if path.parent.is_dir() else []
+        raise CaseError(Fault(str(name), "file not found", similar(path.name, near) or f"Write one with: nutamill new {name}"))
+    raise CaseError(Fault(str(name), "no mill and no file has this name", similar(str(name), library_names())))
+
+
+def _text(path: Path, shown: str) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise CaseError(Fault(shown, f"must be UTF-8 text, got byte {error.object[error.start]:#04x} at {error.start}")) from None
+    except OSError as error:
+        raise CaseError(Fault(shown, f"cannot be read: {error.strerror}")) from None
+
+
+def _parsed(text: str, shown: str) -> dict[str, Any]:
+    """Tables of TOML text; a fault of syntax names line, column and, where it can, the cure."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        message = str(error)
+    found = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)$", message)
+    lines = text.splitlines() or [""]
+    line, column = (int(found[1]), int(found[2])) if found and found[1] else (len(lines), len(lines[-1]) + 1)
+    line = min(line, len(lines))
+    what, hint = message[: found.start()] if found else message, ""
+    bare = re.match(r"\s*([\w.\-\"]+)\s*=\s*([^\"'\[{#\s][^#\"'=]*?)\s*(?:#.*)?$", lines[line - 1])
+    if "overwrite a value" in what or "twice" in what:
+        what, hint = "this key or table stands twice", "Keep one of the two"
+    elif bare and bare[2]:
+        number = re.match(r"[+-]?[\d.]", bare[2]) is not None
+        what = "units need quotes" if number else "text needs quotes"
+        hint = f'Write {bare[1]} = "{bare[2]}"'
+    elif re.match(r"\s*[\w.\-]+\s*=\s*(#.*)?$", lines[line - 1]):
+        what = "after = comes a value"
+    raise CaseError(Fault(f"{shown}:{line}:{column}", what[0].lower() + what[1:], hint)) from None
+
+
+def _path(dotted: str) -> Key:
+    """Parts of a dotted key, quotes obeyed."""
+    found = tomllib.loads(f"{dotted} = 0")
+    parts = []
+    while isinstance(found, dict):
+        if len(found) != 1:
+            raise ValueError(dotted)
+        part, found = next(iter(found.items()))
+        parts.append(part)
+    return tuple(parts)
+
+
+def _value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _put(content: dict[str, Any], path: Key, value: Any) -> None:
+    """Set one key; a scalar in the way of a table gives way."""
+    for part in path[:-1]:
+        if not isinstance(content.get(part), dict):
+            content[part] = {}
+        content = content[part]
+    content[path[-1]] = value
+
+
+def _overlay(below: dict[str, Any], above: dict[str, Any]) -> None:
+    """Lay one nested dict over another, in place."""
+    for first, second in RIVALS:
+        if (first in above) != (second in above):
+            below.pop(second if first in above else first, None)
+    for key, value in above.items():
+        if isinstance(value, dict) and isinstance(below.get(key), dict):
+            _overlay(below[key], value)
+        else:
+            below[key] = _copied(value)
+
+
+def _copied(value: Any) -> Any:
+    return {key: _copied(inner) for key, inner in value.items()} if isinstance(value, dict) else value
+
+
+def _expand_mount_set(layer: Layer) -> None:
+    """Put the values of ``mounts.set`` beneath the layer's own keys of [mounts]."""
+    mounts = layer.content.get("mounts")
+    if not isinstance(mounts, dict) or not isinstance(mounts.get("set"), (str, int)):
+        return
+    name = mounts["set"] = str(mounts["set"])  # after --set, a name of digits is read as a number
+    if name not in mount_sets():
+        raise CaseError(Fault(placed(layer.places, ("mounts", "set")), f'no set of mounts is called "{name}"', similar(name, mount_sets())))
+    values = tomllib.loads((MOUNTS / f"{name}.toml").read_text(encoding="utf-8"))
+    for key, value in values.items():
+        mounts.setdefault(key, value)
+        layer.places.setdefault(("mounts", key), layer.places.get(("mounts", "set"), ""))
+
+
+def _expand_profile(layer: Layer) -> None:
+    """Read the file that ``drive.profile`` names."""
+    drive = layer.content.get("drive")
+    if isinstance(drive, dict) and isinstance(name := drive.get("profile"), str):
+        drive["profile"] = read_profile(name, placed(layer.places, ("drive", "profile")), [layer.folder, Path.cwd()])

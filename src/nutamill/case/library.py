@@ -1,0 +1,33 @@
+"""Where files are: the published mills and the sets of mount properties that come with the package."""
+
+import difflib
+from pathlib import Path
+
+FOLDER = Path(__file__).parents[1] / "machines"
+MOUNTS = FOLDER / "mounts"
+
+
+def library_names() -> list[str]:
+    """Names of the published mills, the newest of each mill also under the mill's bare name."""
+    stems = sorted(path.stem for path in FOLDER.glob("*.toml"))
+    return sorted({*stems, *(stem.rpartition("-")[0] for stem in stems)})
+
+
+def library_file(name: str) -> Path | None:
+    """File of a published mill: ``numill-2025``, or ``numill`` for the newest of them."""
+    if name not in library_names():
+        return None
+    exact = FOLDER / f"{name}.toml"
+    return exact if exact.is_file() else max(FOLDER.glob(f"{name}-*.toml"))
+
+
+def mount_sets() -> list[str]:
+    """Names of the published sets of mount properties."""
+    return sorted(path.stem for path in MOUNTS.glob("*.toml"))
+
+
+def similar(word: str, known: list[str], cutoff: float = 0.5) -> str:
+    """A hint that names the nearest of the known words, or all of them."""
+    if close := difflib.get_close_matches(word, known, n=1, cutoff=cutoff):
+        return f'Did you mean "{close[0]}"?'
+    return f"Known: {', '.join(known)}" if known else ""

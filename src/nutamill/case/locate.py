@@ -1,0 +1,61 @@
+"""Find the line of each key in TOML text that is already known to be sound."""
+
+import re
+import tomllib
+
+_KEY = r"(?:[A-Za-z0-9_\-]+|\"(?:[^\"\\]|\\.)*\"|'[^']*')"
+_DOTTED = rf"{_KEY}(?:\s*\.\s*{_KEY})*"
+_HEADER = re.compile(rf"\s*\[\[?\s*({_DOTTED})\s*\]\]?\s*(?:#.*)?$")
+_PAIR = re.compile(rf"\s*({_DOTTED})\s*=")
+_TOKEN = re.compile(r'"""|\'\'\'|"(?:[^"\\]|\\.)*"|\'[^\']*\'|[\[\]{}#]')
+
+
+def key_lines(text: str) -> dict[tuple[str, ...], int]:
+    """Line, counted from 1, of every table header and key; keys of inline tables are found at their parent."""
+    lines: dict[tuple[str, ...], int] = {}
+    table: tuple[str, ...] = ()
+    open_brackets, open_quote = 0, ""
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not open_brackets and not open_quote:
+            if header := _HEADER.match(line):
+                table = _parts(header[1])
+                lines.setdefault(table, number)
+                continue
+            if not (pair := _PAIR.match(line)):
+                continue
+            lines.setdefault((*table, *_parts(pair[1])), number)
+            line = line[pair.end() :]
+        open_brackets, open_quote = _scan(line, open_brackets, open_quote)
+    return lines
+
+
+def _parts(dotted: str) -> tuple[str, ...]:
+    found = tomllib.loads(f"{dotted} = 0")
+    parts = []
+    while isinstance(found, dict):
+        part, found = next(iter(found.items()))
+        parts.append(part)
+    return tuple(parts)
+
+
+def _scan(line: str, open_brackets: int, open_quote: str) -> tuple[int, str]:
+    """Brackets and long strings still open at the end of the line."""
+    at = 0
+    while at < len(line):
+        if open_quote:
+            end = line.find(open_quote, at)
+            if end < 0:
+                return open_brackets, open_quote
+            at, open_quote = end + 3, ""
+            continue
+        token = _TOKEN.search(line, at)
+        if token is None or token.group() == "#":
+            break
+        at = token.end()
+        if token.group() in ('"""', "'''"):
+            open_quote = token.group()
+        elif token.group() in "[{":
+            open_brackets += 1
+        elif token.group() in "]}":
+            open_brackets -= 1
+    return open_brackets, open_quote

@@ -1,0 +1,146 @@
+"""From the validator's findings to one `Fault` each: file, line, key, what must hold, what to write."""
+
+import types
+import typing
+from collections.abc import Callable
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from nutamill import units
+from nutamill.case.layers import Key, placed
+from nutamill.case.library import similar
+from nutamill.errors import Fault
+from nutamill.tables import Quantity, Table, spelled
+
+
+def worded(error: ValidationError, top: type[Table], content: dict[str, Any], places: dict[Key, str]) -> list[Fault]:
+    """All faults of a validation, in the order of the file's tables."""
+    faults = []
+    for detail in error.errors():
+        key = tuple(detail["loc"])
+        context = detail.get("ctx", {})
+        if "findings" in context:
+            faults += [Fault(placed(places, inner), what, hint) for inner, what, hint in context["findings"]]
+            continue
+        if detail["type"] == "nutamill":
+            what, hint = context["what"], context["hint"]
+        else:
+            what, hint = _WORDS.get(detail["type"], _other)(detail, key, top, content)
+        faults.append(Fault(placed(places, _in_file(key, top)), what, hint))
+    return faults
+
+
+def fields_at(top: type[Table], key: Key) -> dict[str, Any]:
+    """Fields, by their name in the file, of the table at a key; empty where no table is."""
+    return _fields(_type_at(top, key))
+
+
+def _fields(kind: Any) -> dict[str, Any]:
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return {field.alias or name: field for name, field in kind.model_fields.items()}
+    return {}
+
+
+def _type_at(top: type[Table], key: Key) -> Any:
+    kind: Any = top
+    for part in key:
+        if (table := _bare(kind)) and typing.get_origin(table) is dict:
+            kind = typing.get_args(table)[1]
+            continue
+        field = _fields(table).get(part)
+        if field is None:
+            return None
+        kind = field.annotation
+    return _bare(kind)
+
+
+def _bare(kind: Any) -> Any:
+    """A type without its Annotated and its None."""
+    while True:
+        if typing.get_origin(kind) is typing.Annotated:
+            kind = typing.get_args(kind)[0]
+        elif isinstance(kind, types.UnionType) or typing.get_origin(kind) is typing.Union:
+            kind = next(inner for inner in typing.get_args(kind) if inner is not type(None))
+        else:
+            return kind
+
+
+def _in_file(key: Key, top: type[Table]) -> Key:
+    """A key without the validator's own parts (it names dict keys twice where the key itself is wrong)."""
+    return tuple(part for part in key if part != "[key]")
+
+
+def _unknown(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
+    fields = fields_at(top, key[:-1])
+    is_table = isinstance(detail["input"], dict)
+    rivals = [name for name, field in fields.items() if bool(_fields(_bare(field.annotation))) == is_table]
+    homes = [name for name, field in top.model_fields.items() if key[-1] in _fields(_bare(field.annotation))]
+    if homes and key[:-1] != (homes[0],):
+        return "unknown key", f"It belongs in [{homes[0]}]"
+    return "unknown key", similar(str(key[-1]), rivals, cutoff=0.4)
+
+
+def _missing(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
+    field = fields_at(top, key[:-1]).get(key[-1])
+    dotted = ".".join(str(part) for part in key[:-1])
+    base = 'or begin the file with base = "numill"'
+    if field is not None and (_fields(_bare(field.annotation)) or typing.get_origin(_bare(field.annotation)) is dict):
+        return "is missing", f"Add a table [{'.'.join(str(part) for part in key)}], {base}"
+    quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None) if field else None
+    example = f'{key[-1]} = "{units.example(quantity.kind)}"' if quantity else str(key[-1])
+    return "is missing", f"Add e.g. {example}" + (f" under [{dotted}], {base}" if dotted else "")
+
+
+def _one_of(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
+    if key == ("schema",):
+        newer = "This version of the package reads schema 1; update it, or write schema = 1"
+        return f"must be 1, got {spelled(detail['input'])}", newer
+    allowed = [word.strip("'") for word in detail["ctx"]["expected"].replace(" or ", ", ").split(", ")]
+    shown = ", ".join(f'"{word}"' for word in allowed)
+    close = similar(str(detail["input"]), allowed) if isinstance(detail["input"], str) and len(allowed) > 1 else ""
+    what = f"must be {'one of ' if len(allowed) > 1 else ''}{shown}, got {spelled(detail['input'])}"
+    return what, close if close.startswith("Did") else ""
+
+
+def _table(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
+    names = ", ".join(fields_at(top, key))
+    return f"must be a table, got {spelled(detail['input'])}", f"Its keys: {names}" if names else ""
+
+
+def _bound(words: str, limit: str) -> Callable[..., tuple[str, str]]:
+    def word(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
+        return f"must be {words} {detail['ctx'][limit]:g}, got {spelled(detail['input'])}", ""
+
+    return word
+
+
+def _plain(words: str) -> Callable[..., tuple[str, str]]:
+    def word(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
+        return f"must be {words}, got {spelled(detail['input'])}", ""
+
+    return word
+
+
+def _other(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
+    return f"{detail['msg'][0].lower()}{detail['msg'][1:]}, got {spelled(detail['input'])}", ""
+
+
+_WORDS: dict[str, Callable[..., tuple[str, str]]] = {
+    "extra_forbidden": _unknown,
+    "missing": _missing,
+    "literal_error": _one_of,
+    "model_type": _table,
+    "model_attributes_type": _table,
+    "dict_type": _table,
+    "greater_than": _bound("greater than", "gt"),
+    "greater_than_equal": _bound("at least", "ge"),
+    "less_than": _bound("less than", "lt"),
+    "less_than_equal": _bound("at most", "le"),
+    "finite_number": _plain("a finite number"),
+    "float_type": _plain("a plain number"),
+    "int_type": _plain("a whole number"),
+    "int_from_float": _plain("a whole number"),
+    "string_type": _plain("text"),
+    "tuple_type": _plain("a list"),
+}

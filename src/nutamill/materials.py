@@ -1,0 +1,75 @@
+"""Materials and how pairs of them touch: frozen data, SI floats.
+
+The table of a pair is called by the two materials, ``steel-acrylic``; the order does not matter.
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from nutamill.tables import Coefficient, Density, Number, Pressure, Share, Stiffness, Table
+
+PoissonRatio = Annotated[Number, Field(gt=-1.0, lt=0.5)]
+
+
+class Material(Table):
+    """An elastic solid."""
+
+    density: Density
+    """Density [kg/m^3]."""
+    young_modulus: Pressure
+    """Young's modulus of the real solid [Pa], before `softening`."""
+    poisson_ratio: PoissonRatio
+    """Poisson's ratio [1]."""
+
+
+class ContactPair(Table):
+    """How two materials touch."""
+
+    sliding_friction: Coefficient
+    """Coefficient of sliding friction [1]."""
+    rolling_friction: Coefficient = 0.0
+    """Coefficient of rolling friction [1]: rolling moment over normal force times rolling radius."""
+    restitution: Share | None = None
+    """Coefficient of normal restitution [1], needed with ``damping = "restitution"``."""
+    damping_ratio: Annotated[Number, Field(ge=0.0, lt=1.0)] | None = None
+    """Dashpot over its critical value [1], needed with ``damping = "ratio"``."""
+    normal_stiffness: Stiffness | None = None
+    """Stiffness of the normal spring [N/m], needed with ``stiffness = "direct"``."""
+    tangential_ratio: Annotated[Number, Field(gt=0.0)] = 1.0
+    """Tangential over normal stiffness [1]."""
+    overlap_warn: Share = 0.05
+    """Overlap that is reported, as a share of the particle diameter [1]."""
+    overlap_stop: Share = 0.10
+    """Overlap that stops the run, as a share of the particle diameter [1]."""
+
+
+class ContactLaws(Table):
+    """The laws all contacts share, and the numbers of each pair."""
+
+    normal: Literal["linear"] = "linear"
+    """Linear spring and dashpot."""
+    stiffness: Literal["young", "direct"] = "young"
+    """``"young"``: each body's spring is softening x young_modulus x particle diameter, two in series; ``"direct"``: `normal_stiffness`."""
+    softening: Share = 1.0
+    """Factor on Young's modulus [1]."""
+    damping: Literal["restitution", "ratio"] = "restitution"
+    """Which number of the pair sets the dashpot."""
+    tension: Literal["kept", "cut"] = "kept"
+    """Whether the normal force may pull on release (``"kept"``) or is clipped at zero (``"cut"``)."""
+    rolling: Literal["type_a", "type_c", "none"] = "type_c"
+    """Rolling resistance: constant moment, spring with a limit, or none."""
+    pairs: dict[str, ContactPair]
+    """Numbers of each pair of materials, by ``first-second``."""
+
+    def pair(self, first: str, second: str) -> ContactPair:
+        """Numbers of the pair of two materials, in either order.
+
+        Raises
+        ------
+        KeyError : the file has no such pair
+        """
+        found = self.pairs.get(f"{first}-{second}") or self.pairs.get(f"{second}-{first}")
+        if found is None:
+            raise KeyError(f"{first}-{second}")
+        return found

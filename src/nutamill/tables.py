@@ -1,0 +1,122 @@
+"""What all tables of a case file share: a frozen pydantic model, and fields that carry the kind of quantity they hold.
+
+A field is declared as ``inner_diameter: Length``; its value is an SI float.  Read from a file it must be text with a unit;
+given from Python it may be an SI float or such text.  Written to a file it becomes text with a unit again.
+"""
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict
+from pydantic_core import PydanticCustomError, core_schema
+
+from nutamill import units
+from nutamill.units import Kind
+
+FROM_FILE = "from_file"
+"""Key of the validation context that is true while a file is read: plain numbers are then refused for quantities."""
+
+
+def refusal(what: str, hint: str = "", **details: Any) -> PydanticCustomError:
+    """The error a validator raises here: `what` must hold and was given, and as `hint` what to write instead."""
+    return PydanticCustomError("nutamill", "{what}", {"what": what, "hint": hint, **details})
+
+
+class Table(BaseModel):
+    """One table of a case file: frozen, and an unknown key is an error."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True, populate_by_name=True, validate_default=False
+    )
+
+
+class Quantity(NamedTuple):
+    """Marks a float field as a quantity: the kind of its unit, and its sign."""
+
+    kind: Kind
+    """What is measured."""
+    sign: str = "positive"
+    """``"positive"``, ``"zero or more"`` or ``"any"``."""
+    word: str = ""
+    """A word that may stand in place of a quantity, such as ``"auto"``."""
+
+    def read(self, value: Any, info: core_schema.ValidationInfo) -> float | str:
+        """SI value of what a file or a caller gave."""
+        if self.word and value == self.word:
+            return value
+        instead = f'Write e.g. "{units.example(self.kind)}"' + (f' or "{self.word}"' if self.word else "")
+        if isinstance(value, str):
+            try:
+                si = units.parse(value, self.kind)
+            except units.UnitError as error:
+                raise refusal(error.what, error.hint) from None
+        elif isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise refusal(f"must be text with a unit, got {spelled(value)}", instead)
+        elif (info.context or {}).get(FROM_FILE) and math.isfinite(value):
+            unit = units.example(self.kind).split(" ", 1)[1]
+            raise refusal(f'needs a unit: write "{value:g} {unit}" (a plain number is ambiguous)')
+        else:
+            si = float(value)
+        if not math.isfinite(si):
+            raise refusal(f"must be a finite number with a unit, got {spelled(value)}", instead)
+        if (si < 0.0 and self.sign != "any") or (si == 0.0 and self.sign == "positive"):
+            raise refusal(f"must be {self.sign}, got {spelled(value)}")
+        return si
+
+    def write(self, value: float | str | None) -> Any:
+        """Text with a unit for the file."""
+        return value if value is None or isinstance(value, str) else units.format(value, self.kind)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        return core_schema.with_info_plain_validator_function(
+            self.read, serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json")
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        example = [units.example(self.kind)] + ([self.word] if self.word else [])
+        return {"type": "string", "examples": example, "description": f"{self.kind} with its unit, e.g. {example[0]}"}
+
+
+def spelled(value: Any) -> str:
+    """A value as the file spells it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, (list, tuple)):
+        return "a list"
+    return f'"{value}"' if isinstance(value, str) else f"{value}"
+
+
+def _no_text_or_bool(value: Any) -> Any:
+    if isinstance(value, (str, bool, dict, list, tuple)):
+        raise refusal(f"must be a plain number, got {spelled(value)}")
+    return value
+
+
+Length = Annotated[float, Quantity(Kind.LENGTH)]
+Coordinate = Annotated[float, Quantity(Kind.LENGTH, "any")]
+Mass = Annotated[float, Quantity(Kind.MASS)]
+AddedMass = Annotated[float, Quantity(Kind.MASS, "zero or more")]
+Time = Annotated[float, Quantity(Kind.TIME)]
+StartTime = Annotated[float, Quantity(Kind.TIME, "zero or more")]
+AutoTime = Annotated[float | str, Quantity(Kind.TIME, word="auto")]
+Angle = Annotated[float, Quantity(Kind.ANGLE)]
+Speed = Annotated[float, Quantity(Kind.SPEED)]
+ProfileSpeed = Annotated[float, Quantity(Kind.SPEED, "zero or more")]
+Ramp = Annotated[float, Quantity(Kind.RAMP)]
+Frequency = Annotated[float, Quantity(Kind.FREQUENCY)]
+Torque = Annotated[float, Quantity(Kind.TORQUE, "zero or more")]
+Stiffness = Annotated[float, Quantity(Kind.STIFFNESS)]
+BushingStiffness = Annotated[float, Quantity(Kind.STIFFNESS, "zero or more")]
+RotationalStiffness = Annotated[float, Quantity(Kind.ROTATIONAL_STIFFNESS, "zero or more")]
+Damping = Annotated[float, Quantity(Kind.DAMPING, "zero or more")]
+RotationalDamping = Annotated[float, Quantity(Kind.ROTATIONAL_DAMPING, "zero or more")]
+Density = Annotated[float, Quantity(Kind.DENSITY)]
+Pressure = Annotated[float, Quantity(Kind.PRESSURE)]
+Acceleration = Annotated[float, Quantity(Kind.ACCELERATION, "zero or more")]
+Inertia = Annotated[float, Quantity(Kind.INERTIA)]
+Number = Annotated[float, BeforeValidator(_no_text_or_bool), Strict()]
+Share = Annotated[Number, Field(gt=0.0, le=1.0)]
+Coefficient = Annotated[Number, Field(ge=0.0)]
+Count = Annotated[int, BeforeValidator(_no_text_or_bool), Strict()]
