@@ -1,0 +1,95 @@
+"""The inside of a chamber as surfaces, and a case's materials as pair laws: what the charge engine is built from."""
+
+import math
+
+import numpy as np
+
+from nutamill.build.rigid_parts import whole_chamber
+from nutamill.case import Case
+from nutamill.charge.contact_terms import damping_ratio_from_restitution
+from nutamill.charge.model import RollingLaw
+from nutamill.charge.parts import PairLaw, Surface, SurfaceKind
+from nutamill.materials import ContactPair
+
+ROLLING = {"none": RollingLaw.NONE, "type_a": RollingLaw.TYPE_A, "type_c": RollingLaw.TYPE_C}
+CHAMBER_CARRIER = 0
+"""Number of the chamber among the bodies that carry surfaces."""
+
+
+def material_order(case: Case) -> list[str]:
+    """Names of the materials the charge touches, the charge's own first; their place is their number in the engine."""
+    names = [case.charge.material, case.chamber.material]
+    if case.chamber.ribs:
+        names.append(case.chamber.rib.material)
+    return list(dict.fromkeys(names))
+
+
+def chamber_surfaces(case: Case) -> list[Surface]:
+    """Bore, floor, ceiling and ribs, in chamber axes from the mass centre of the whole chamber."""
+    chamber, materials = case.chamber, material_order(case)
+    mass_centre = whole_chamber(chamber).mass_centre
+    wall = materials.index(chamber.material)
+    floor = np.array([0.0, 0.0, -chamber.floor_depth]) - mass_centre
+    ceiling = np.array([0.0, 0.0, -chamber.ceiling_depth]) - mass_centre
+    radius = chamber.inner_diameter / 2
+    upside_down = np.diag([1.0, -1.0, -1.0])
+    surfaces = [
+        Surface("bore", SurfaceKind.CYLINDER, CHAMBER_CARRIER, wall, floor, np.eye(3), (radius, 0.0, 0.0)),
+        Surface("floor", SurfaceKind.PLANE, CHAMBER_CARRIER, wall, floor, np.eye(3), (0.0, 0.0, 0.0)),
+        Surface("ceiling", SurfaceKind.PLANE, CHAMBER_CARRIER, wall, ceiling, upside_down, (0.0, 0.0, 0.0)),
+    ]
+    for number in range(chamber.ribs):
+        surfaces.append(_rib_surface(case, number, floor))
+    return surfaces
+
+
+def _rib_surface(case: Case, number: int, floor: np.ndarray) -> Surface:
+    """Rib `number` as a box; it reaches as far into the wall and the floor as into the charge, so that no gap is left."""
+    chamber, rib = case.chamber, case.chamber.rib
+    angle = 2 * math.pi * number / chamber.ribs
+    c, s = math.cos(angle), math.sin(angle)
+    rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    height = min(rib.length, chamber.height)
+    centre = floor + rotation @ np.array([chamber.inner_diameter / 2, 0.0, (height - rib.depth) / 2])
+    size = (rib.depth, rib.width / 2, (height + rib.depth) / 2)
+    material = material_order(case).index(rib.material)
+    return Surface(f"rib {number + 1}", SurfaceKind.BOX, CHAMBER_CARRIER, material, centre, rotation, size)
+
+
+def pair_laws(case: Case) -> dict[tuple[int, int], PairLaw]:
+    """Laws of the charge with itself and with every wall, by the numbers of `material_order`."""
+    names = material_order(case)
+    return {(0, number): pair_law(case, names[0], name) for number, name in enumerate(names)}
+
+
+def pair_law(case: Case, first: str, second: str) -> PairLaw:
+    """Law of two materials from the case's contact table."""
+    contact, pair = case.contact, case.contact.pair(first, second)
+    direct = contact.stiffness == "direct"
+    softened = [0.0 if direct else contact.softening * case.materials[name].young_modulus for name in (first, second)]
+    return PairLaw(
+        stiffness_direct=pair.normal_stiffness if direct else 0.0,
+        stiffness_per_diameter_a=softened[0],
+        stiffness_per_diameter_b=softened[1],
+        tangential_ratio=pair.tangential_ratio,
+        damping_ratio=damping_ratio(case, pair),
+        tension_cut=contact.tension == "cut",
+        static_friction=pair.sliding_friction,
+        dynamic_friction=pair.sliding_friction,
+        rolling_friction=pair.rolling_friction,
+        overlap_warn=pair.overlap_warn,
+        overlap_stop=pair.overlap_stop,
+    )
+
+
+def damping_ratio(case: Case, pair: ContactPair) -> float:
+    """Dashpot over its critical value: as given, or from the restitution for the case's rule on tension."""
+    if case.contact.damping == "ratio":
+        return pair.damping_ratio
+    return damping_ratio_from_restitution(pair.restitution, case.contact.tension == "cut")
+
+
+def particle_radii(case: Case) -> np.ndarray:
+    """Radii [m] (n,) of all particles of the charge, size class after size class."""
+    diameters = [diameter for diameter, _ in case.charge.size_classes]
+    return np.repeat(np.array(diameters) / 2, case.particle_counts)

@@ -1,0 +1,165 @@
+"""A nutating mill as bodies, joints, bushings and a drive (MCA 2026, Table 4; rigid mounts: SAIMM 2025)."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.build.rigid_parts import RigidPart, chamber_shell, compose, remove, turned, whole_chamber
+from nutamill.case import Case
+from nutamill.errors import CaseError, Fault
+from nutamill.machine import Mounts, ShaftCoupling
+from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind
+
+X_AXIS, Y_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+FRAME, SHAFT, DRIVESHAFT = "frame", "intermediate_shaft", "driveshaft"
+CARRIAGE, CHAMBER, CROSS = "carriage", "chamber", "bearing_cross"
+FRAME_FIX, SHAFT_BEARING, DRIVESHAFT_BEARING = "frame_fix", "intermediate_shaft_bearing", "driveshaft_bearing"
+LOAD_CELL, CRANK_PIN, CHAMBER_PIVOT, YOKE_PIVOT = "load_cell", "crank_pin", "chamber_pivot", "yoke_pivot"
+COUPLING, DRIVE = "shaft_coupling", "motor"
+
+
+class MillMechanism(NamedTuple):
+    """The descriptions that `mechanism.assembly.assemble` turns into arrays."""
+
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    bushings: tuple[Bushing, ...]
+    drives: tuple[Drive, ...]
+    gravity: tuple[float, float, float]
+
+
+def nutation_angle(case: Case) -> float:
+    """Half-angle of the cone [rad] from the two lengths L01 and L12, which rule over the printed 6 deg."""
+    return math.atan2(case.mechanism.crank_radius, case.mechanism.nutation_point_to_crank)
+
+
+def chamber_rotation(case: Case) -> np.ndarray:
+    """``R_WC`` (3, 3) as assembled, at crank angle 0: the chamber's lower end is swung towards +x."""
+    angle = -nutation_angle(case)
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def chamber_quaternion(case: Case) -> tuple[float, float, float, float]:
+    """``q_WC`` (w, x, y, z) as assembled."""
+    half = -nutation_angle(case) / 2
+    return (math.cos(half), 0.0, math.sin(half), 0.0)
+
+
+def bare_driveshaft(case: Case) -> RigidPart:
+    """Driveshaft and torque arm without carriage and balance mass, in world axes from the nutation point."""
+    shaft = case.driveshaft
+    inertia = np.diag([shaft.inertia_transverse, shaft.inertia_transverse, shaft.inertia_axial])
+    return RigidPart(shaft.mass, np.array([0.0, 0.0, -shaft.mass_centre_depth]), inertia)
+
+
+def moving_parts(case: Case) -> dict[str, RigidPart]:
+    """Every part but the frame, in world axes from the nutation point, at crank angle 0."""
+    mechanism, rotation = case.mechanism, chamber_rotation(case)
+    crank_pin = np.array([mechanism.crank_radius, 0.0, -mechanism.nutation_point_to_crank])
+    driveshaft = bare_driveshaft(case)
+    if case.balance.mass > 0:
+        place = np.array([-case.balance.radius, 0.0, -case.balance.depth])
+        driveshaft = compose(driveshaft, RigidPart(case.balance.mass, place, np.zeros((3, 3))))
+    intermediate = case.intermediate_shaft
+    return {
+        CHAMBER: turned(whole_chamber(case.chamber), rotation),
+        CROSS: RigidPart(case.bearing_cross.mass, np.zeros(3), case.bearing_cross.inertia * np.eye(3)),
+        CARRIAGE: RigidPart(case.carriage.mass, crank_pin, case.carriage.inertia * np.eye(3)),
+        DRIVESHAFT: driveshaft,
+        SHAFT: RigidPart(
+            intermediate.mass,
+            np.array([0.0, 0.0, -case.shaft_coupling.depth]),
+            np.diag([intermediate.inertia_transverse, intermediate.inertia_transverse, intermediate.inertia_axial]),
+        ),
+    }
+
+
+def frame_part(case: Case) -> RigidPart:
+    """The frame: what the unribbed, empty machine on its mounts leaves when its moving parts are taken out.
+
+    The file gives mass, height of the mass centre and radii of gyration of the whole machine on the mounts.  The moving
+    parts are taken out averaged over a turn, so that the frame is symmetric about the driveshaft axis.
+    """
+    parts = {**moving_parts(case), CHAMBER: turned(chamber_shell(case.chamber), chamber_rotation(case)), DRIVESHAFT: bare_driveshaft(case)}
+    shaft = parts.pop(SHAFT)  # it hangs on the ground, not on the mounts
+    frame = case.frame
+    mass = case.mechanism.total_mass - shaft.mass
+    mass_centre = np.array([0.0, 0.0, -case.mounts.depth + frame.mass_centre_height])
+    whole = RigidPart(mass, mass_centre, mass * np.diag([frame.gyration_rocking**2] * 2 + [frame.gyration_yaw**2]))
+    left = mass - sum(part.mass for part in parts.values())
+    if left <= 0:
+        raise CaseError(Fault("mechanism.total_mass", f"leaves {left:.3g} kg for the frame, which must be positive", "Give the mass of the whole machine"))
+    about_axis = remove(whole, *(_averaged_over_a_turn(part) for part in parts.values()))
+    lowest = np.linalg.eigvalsh(about_axis.inertia)
+    if lowest[0] <= 0 or lowest[2] > lowest[0] + lowest[1]:
+        raise CaseError(
+            Fault(
+                "frame",
+                f"the radii of gyration of the whole machine leave the frame moments of inertia of {lowest.round(3).tolist()} kg m^2,"
+                " which no body has",
+                "Give larger frame.gyration_rocking or frame.gyration_yaw",
+            )
+        )
+    return about_axis
+
+
+def _averaged_over_a_turn(part: RigidPart) -> RigidPart:
+    """The part smeared round the z axis: mass centre on the axis, same axial and mean transverse inertia about it."""
+    x, y, z = part.mass_centre
+    inertia = part.inertia + part.mass * np.diag([(x * x + y * y) / 2, (x * x + y * y) / 2, x * x + y * y])
+    transverse = (inertia[0, 0] + inertia[1, 1]) / 2
+    return RigidPart(part.mass, np.array([0.0, 0.0, z]), np.diag([transverse, transverse, inertia[2, 2]]))
+
+
+def mill_mechanism(case: Case) -> MillMechanism:
+    """Bodies, joints, bushings and drive of the mill a case describes.
+
+    The numbers in the comments are the rows of MCA 2026, Table 4.
+    """
+    mechanism = case.mechanism
+    parts = {FRAME: frame_part(case), **moving_parts(case)}
+    bodies = tuple(_body(name, part, case) for name, part in parts.items())
+    crank_pin = tuple(parts[CARRIAGE].mass_centre)
+    nutation_point = (0.0, 0.0, 0.0)
+    bearing = tuple(parts[DRIVESHAFT].mass_centre * (0.0, 0.0, 1.0))
+    coupling = (0.0, 0.0, -case.shaft_coupling.depth)
+    chamber_x = tuple(chamber_rotation(case)[:, 0])
+    friction = JointFriction(
+        mechanism.joint_friction, mechanism.joint_friction_radius, mechanism.joint_friction_constant, mechanism.joint_friction_viscous
+    )
+    joints = [
+        Joint(SHAFT_BEARING, JointKind.REVOLUTE, GROUND, SHAFT, coupling, Z_AXIS),  # 2
+        Joint(DRIVESHAFT_BEARING, JointKind.REVOLUTE, FRAME, DRIVESHAFT, bearing, Z_AXIS, friction=friction),  # 4
+        Joint(LOAD_CELL, JointKind.FIXED, DRIVESHAFT, CARRIAGE, crank_pin),  # 5
+        Joint(CRANK_PIN, JointKind.POINT_ON_LINE, CARRIAGE, CHAMBER, crank_pin, Z_AXIS, friction=friction),  # 6
+        Joint(CHAMBER_PIVOT, JointKind.REVOLUTE, CROSS, CHAMBER, nutation_point, chamber_x),  # 7
+        Joint(YOKE_PIVOT, JointKind.REVOLUTE, FRAME, CROSS, nutation_point, Y_AXIS),  # 8
+    ]
+    bushings = [Bushing(COUPLING, SHAFT, DRIVESHAFT, coupling, Z_AXIS, *_rates(case.shaft_coupling))]  # 3
+    if mechanism.mounting == "rigid":
+        joints.insert(0, Joint(FRAME_FIX, JointKind.FIXED, GROUND, FRAME, (0.0, 0.0, -case.mounts.depth)))
+    else:
+        for number, (x, y) in enumerate(case.mounts.points, start=1):  # 1
+            place = (x, y, -case.mounts.depth)
+            bushings.append(Bushing(f"mount_{number}", GROUND, FRAME, place, Z_AXIS, *_rates(case.mounts)))
+    times, speeds = case.drive.breakpoints()
+    return MillMechanism(bodies, tuple(joints), tuple(bushings), (Drive(DRIVE, DRIVESHAFT_BEARING, times, speeds),), (0.0, 0.0, -mechanism.gravity))
+
+
+def _rates(part: Mounts | ShaftCoupling) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Stiffness and damping in the order shear, axial, bending, torsion."""
+    return (
+        (part.shear_stiffness, part.axial_stiffness, part.bending_stiffness, part.torsion_stiffness),
+        (part.shear_damping, part.axial_damping, part.bending_damping, part.torsion_damping),
+    )
+
+
+def _body(name: str, part: RigidPart, case: Case) -> Body:
+    """A body in the axes it has at assembly: the chamber and the cross are tilted with the chamber axis."""
+    if name not in (CHAMBER, CROSS):
+        return Body(name, part.mass, part.inertia, tuple(part.mass_centre))
+    rotation = chamber_rotation(case)
+    return Body(name, part.mass, rotation.T @ part.inertia @ rotation, tuple(part.mass_centre), chamber_quaternion(case))

@@ -1,0 +1,83 @@
+"""Mass properties of the parts of a mill, and their composition into one rigid body."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.machine import Bars, Chamber
+
+
+class RigidPart(NamedTuple):
+    """A rigid part: mass, mass centre and inertia in any one set of axes."""
+
+    mass: float
+    """Mass [kg]."""
+    mass_centre: np.ndarray
+    """Mass centre [m], (3,), from the origin the caller works in."""
+    inertia: np.ndarray
+    """Inertia tensor about the mass centre [kg m^2], (3, 3)."""
+
+
+def parallel_axis(mass: float, offset: np.ndarray) -> np.ndarray:
+    """Inertia [kg m^2] (3, 3) that a point mass at `offset` [m] (3,) adds about the origin (Huygens-Steiner)."""
+    return mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+
+
+def compose(*parts: RigidPart) -> RigidPart:
+    """One rigid part made of several, all given in the same axes and from the same origin."""
+    mass = sum(part.mass for part in parts)
+    mass_centre = sum(part.mass * part.mass_centre for part in parts) / mass
+    inertia = sum(part.inertia + parallel_axis(part.mass, part.mass_centre - mass_centre) for part in parts)
+    return RigidPart(mass, mass_centre, inertia)
+
+
+def remove(whole: RigidPart, *parts: RigidPart) -> RigidPart:
+    """What is left of `whole` when `parts` are taken out of it: the inverse of `compose`."""
+    return compose(whole, *(RigidPart(-part.mass, part.mass_centre, -part.inertia) for part in parts))
+
+
+def chamber_shell(chamber: Chamber) -> RigidPart:
+    """The empty chamber without ribs and bars, in chamber axes from the nutation point.
+
+    The file gives the transverse inertia about the nutation point, because that is what the pin force measures.
+    """
+    mass_centre = np.array([0.0, 0.0, -chamber.mass_centre_depth])
+    about_point = np.diag([chamber.inertia_transverse, chamber.inertia_transverse, chamber.inertia_axial])
+    return RigidPart(chamber.mass, mass_centre, about_point - parallel_axis(chamber.mass, mass_centre))
+
+
+def bar_ring(bars: Bars) -> RigidPart:
+    """The rigid bars as a thin ring about the chamber axis, in chamber axes from the nutation point."""
+    axial = bars.mass * bars.radius**2
+    return RigidPart(bars.mass, np.array([0.0, 0.0, -bars.depth]), np.diag([axial / 2, axial / 2, axial]))
+
+
+def rib_ring(chamber: Chamber) -> RigidPart:
+    """All ribs as equally spaced boxes on the bore, standing on the floor, in chamber axes from the nutation point.
+
+    For three ribs or more the sum over equal angles makes the transverse inertias equal; one or two ribs are smeared
+    likewise.
+    """
+    rib = chamber.rib
+    mass = chamber.ribs_mass
+    radius = chamber.inner_diameter / 2 - rib.depth / 2
+    section = (rib.width**2 + rib.depth**2) / 12
+    axial = mass * (radius**2 + section)
+    transverse = mass * (radius**2 / 2 + section / 2 + rib.length**2 / 12)
+    mass_centre = np.array([0.0, 0.0, -chamber.floor_depth + rib.length / 2])
+    return RigidPart(mass, mass_centre, np.diag([transverse, transverse, axial]))
+
+
+def whole_chamber(chamber: Chamber) -> RigidPart:
+    """Chamber with its ribs and bars, in chamber axes from the nutation point."""
+    parts = [chamber_shell(chamber)]
+    if chamber.ribs:
+        parts.append(rib_ring(chamber))
+    if chamber.bars_mass > 0:
+        parts.append(bar_ring(chamber.bars))
+    return compose(*parts)
+
+
+def turned(part: RigidPart, rotation: np.ndarray) -> RigidPart:
+    """The part seen in other axes: `rotation` (3, 3) leads from the part's axes to the new ones."""
+    return RigidPart(part.mass, rotation @ part.mass_centre, rotation @ part.inertia @ rotation.T)
