@@ -26,7 +26,7 @@ def test_machine_without_mounts_has_no_mount_series():
     assert not [name for name in expand(mounts=0) if name.startswith("mount_")]
 
 
-@pytest.mark.parametrize(("wrong", "right"), [("crankpin_force_radial", "crank_pin_force_radial"), ("mount_0_force_x", "mount_1_force_x")])
+@pytest.mark.parametrize(("wrong", "right"), [("crankpin_force_radial", "crank_pin_force_radial"), ("mount_0_force_x", "mount_._force_x")])
 def test_unknown_name_is_refused_with_the_nearest_one(wrong, right):
     with pytest.raises(CaseError, match=right):
         series_field(wrong)
