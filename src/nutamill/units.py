@@ -10,6 +10,7 @@ Source of the factors: BIPM, The International System of Units, 9th edition, 201
 import difflib
 import math
 import re
+from decimal import Decimal
 from enum import StrEnum
 
 __all__ = ["UNITS", "Kind", "UnitError", "example", "format", "parse"]
@@ -143,7 +144,7 @@ def parse(text: str, kind: Kind | str) -> float:
                 f'{shown} is a frequency; write "{turns:g} rev/s" or "{60.0 * turns:g} rpm" (we do not guess between Hz and rad/s)'
             )
         raise UnitError(f'{shown} is {_with_article(found)}, this needs {_with_article(kind)}, e.g. "{EXAMPLES[kind]}"')
-    value = _si(float(number), UNITS[kind][unit])
+    value = _si(number, UNITS[kind][unit])
     if not math.isfinite(value):
         raise UnitError(f"must be a finite number, got {shown}")
     return value
@@ -165,7 +166,7 @@ def format(value: float, kind: Kind | str) -> str:
     for name in (unit, home):
         for digits in range(1, 18):
             number = f"{value / table[name]:.{digits}g}"
-            if _si(float(number), table[name]) == value:
+            if _si(number, table[name]) == value:
                 return f"{_plain(number)} {name}"
     raise ValueError(f"{value} has no text: it is not finite")
 
@@ -175,10 +176,10 @@ def example(kind: Kind | str) -> str:
     return EXAMPLES[Kind(kind)]
 
 
-def _si(number: float, factor: float) -> float:
-    """The number in SI: divided where the unit is a whole fraction, for 700 mm is 0.7 m and 700 x 1e-3 is not quite."""
-    parts = round(1.0 / factor)
-    return number / parts if factor < 1.0 and parts * factor == 1.0 else number * factor
+def _si(number: str, factor: float) -> float:
+    """The number in SI, multiplied as decimals: 700 mm is 0.7 m, while 700 x 1e-3 in floats is not quite."""
+    value = float(number)
+    return float(Decimal(number) * Decimal(repr(factor))) if math.isfinite(value) else value
 
 
 def _split(text: str, kind: Kind) -> tuple[str, str]:

@@ -214,4 +214,4 @@ def _volume(case: "Case", density: float) -> list[Finding]:
 
 
 def _mm(length: float) -> str:
-    return units.format(float(f"{length:.6g}"), Kind.LENGTH)
+    return units.format(float(f"{length:.4g}"), Kind.LENGTH)

@@ -59,12 +59,10 @@ def read_layers(name: str | Path, _above: tuple[Path, ...] = ()) -> list[Layer]:
     return [*read_layers(below, (*_above, path.resolve())), layer]
 
 
-def override_layer(overrides: list[str]) -> Layer:
-    """The layer of ``key=value`` texts; a value that is no TOML is taken as text, so that quotes may be left out.
+def override_layer(overrides: list[str]) -> tuple[Layer, list[Fault]]:
+    """The layer of ``key=value`` texts, and those that are none.
 
-    Raises
-    ------
-    CaseError : an override without ``=`` or with an impossible key
+    A value that is no TOML is taken as text, so that quotes may be left out.
     """
     content: dict[str, Any] = {}
     places: dict[Key, str] = {}
@@ -80,9 +78,7 @@ def override_layer(overrides: list[str]) -> Layer:
             continue
         _put(content, path, _value(value.strip()))
         places[path] = "--set"
-    if faults:
-        raise CaseError(*faults)
-    return Layer(content, places, Path.cwd())
+    return Layer(content, places, Path.cwd()), faults
 
 
 def python_layer(changes: dict[str, Any]) -> Layer:
@@ -93,27 +89,20 @@ def python_layer(changes: dict[str, Any]) -> Layer:
     return Layer(content, {_path(key): "" for key in changes}, Path.cwd())
 
 
-def merge(layers: list[Layer]) -> tuple[dict[str, Any], dict[Key, str]]:
-    """One nested dict and the place of each key; mount sets and profile files are read here.
-
-    Raises
-    ------
-    CaseError : an unknown mount set, or a profile file that is missing or wrong
-    """
+def merge(layers: list[Layer]) -> tuple[dict[str, Any], dict[Key, str], list[Fault]]:
+    """One nested dict, the place of each key, and what is wrong with the mount sets and profile files, which are read here."""
     content: dict[str, Any] = {}
     places: dict[Key, str] = {}
     faults: list[Fault] = []
     for layer in layers:
-        try:
-            _expand_mount_set(layer)
-            _expand_profile(layer)
-        except CaseError as error:
-            faults += error.faults
+        for expand in (_expand_mount_set, _expand_profile):
+            try:
+                expand(layer)
+            except CaseError as error:
+                faults += error.faults
         _overlay(content, layer.content)
         places.update(layer.places)
-    if faults:
-        raise CaseError(*faults)
-    return content, places
+    return content, places, faults
 
 
 def placed(places: dict[Key, str], key: Key) -> str:
@@ -224,6 +213,7 @@ def _expand_mount_set(layer: Layer) -> None:
         return
     name = mounts["set"] = str(mounts["set"])  # after --set, a name of digits is read as a number
     if name not in mount_sets():
+        del mounts["set"]
         raise CaseError(Fault(placed(layer.places, ("mounts", "set")), f'no set of mounts is called "{name}"', similar(name, mount_sets())))
     values = tomllib.loads((MOUNTS / f"{name}.toml").read_text(encoding="utf-8"))
     for key, value in values.items():
@@ -235,4 +225,5 @@ def _expand_profile(layer: Layer) -> None:
     """Read the file that ``drive.profile`` names."""
     drive = layer.content.get("drive")
     if isinstance(drive, dict) and isinstance(name := drive.get("profile"), str):
+        del drive["profile"]  # should the file be wrong, the rest of the case can still be checked
         drive["profile"] = read_profile(name, placed(layer.places, ("drive", "profile")), [layer.folder, Path.cwd()])

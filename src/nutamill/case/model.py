@@ -182,7 +182,7 @@ class Case(Table):
         if key is not None:
             given[key] = value
         now = Layer(self.model_dump(by_alias=True, exclude_none=True), {}, Path.cwd())
-        return _validated([now, python_layer(given)], self.name, from_file=False)
+        return _validated([now, python_layer(given)], self.name, [], from_file=False)
 
     def to_toml(self) -> str:
         """The complete case file, every default written out; `Case.from_toml` reads back an equal case."""
@@ -196,7 +196,7 @@ class Case(Table):
         ------
         CaseError : every fault found
         """
-        return _validated([Layer.of_text(text, name)], name, from_file=True)
+        return _validated([Layer.of_text(text, name)], name, [])
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Case) and self.digest == other.digest
@@ -217,25 +217,20 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
     ------
     CaseError : every fault found, each with its file, line and key
     """
-    faults: list[Fault] = []
-    layers: list[Layer] = []
-    for reading in (lambda: read_layers(name_or_path), lambda: [override_layer(list(overrides))]):
-        try:
-            layers += reading()
-        except CaseError as error:
-            faults += error.faults
-    if faults:
-        raise CaseError(*faults)
-    return _validated(layers, Path(name_or_path).name.removesuffix(".toml"), from_file=True)
+    layer, faults = override_layer(list(overrides))
+    return _validated([*read_layers(name_or_path), layer], Path(name_or_path).name.removesuffix(".toml"), faults)
 
 
-def _validated(layers: list[Layer], name: str, *, from_file: bool) -> Case:
-    """Merge the layers and make the case, or raise all faults."""
-    content, places = merge(layers)
+def _validated(layers: list[Layer], name: str, faults: list[Fault], *, from_file: bool = True) -> Case:
+    """Merge the layers and make the case, or raise the faults found so far with all others."""
+    content, places, more = merge(layers)
+    faults = [*faults, *more]
     try:
         case = Case.model_validate(content, context={FROM_FILE: from_file})
     except ValidationError as error:
-        raise CaseError(*worded(error, Case, content, places)) from None
+        faults += worded(error, Case, content, places)
+    if faults:
+        raise CaseError(*faults)
     case._name = name
     return case
 

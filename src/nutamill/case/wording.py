@@ -17,8 +17,15 @@ from nutamill.tables import Quantity, Table, spelled
 def worded(error: ValidationError, top: type[Table], content: dict[str, Any], places: dict[Key, str]) -> list[Fault]:
     """All faults of a validation, in the order of the file's tables."""
     faults = []
-    for detail in error.errors():
+    details = error.errors()
+    absent = [detail["loc"][0] for detail in details if detail["type"] == "missing" and len(detail["loc"]) == 1]
+    if len(absent) > 3:
+        names = ", ".join(f"[{name}]" for name in absent)
+        faults.append(Fault(placed(places, ()), f"lacks the tables {names}", 'Begin the file with base = "numill" and write what differs'))
+    for detail in details:
         key = tuple(detail["loc"])
+        if len(absent) > 3 and key[0] in absent:
+            continue
         context = detail.get("ctx", {})
         if "findings" in context:
             faults += [Fault(placed(places, inner), what, hint) for inner, what, hint in context["findings"]]
@@ -66,6 +73,12 @@ def _bare(kind: Any) -> Any:
             return kind
 
 
+def _holds_keys(field: Any) -> bool:
+    """Whether a field is a table."""
+    kind = _bare(field.annotation)
+    return bool(_fields(kind)) or typing.get_origin(kind) is dict
+
+
 def _in_file(key: Key, top: type[Table]) -> Key:
     """A key without the validator's own parts (it names dict keys twice where the key itself is wrong)."""
     return tuple(part for part in key if part != "[key]")
@@ -74,7 +87,7 @@ def _in_file(key: Key, top: type[Table]) -> Key:
 def _unknown(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
     fields = fields_at(top, key[:-1])
     is_table = isinstance(detail["input"], dict)
-    rivals = [name for name, field in fields.items() if bool(_fields(_bare(field.annotation))) == is_table]
+    rivals = [name for name, field in fields.items() if _holds_keys(field) == is_table]
     homes = [name for name, field in top.model_fields.items() if key[-1] in _fields(_bare(field.annotation))]
     if homes and key[:-1] != (homes[0],):
         return "unknown key", f"It belongs in [{homes[0]}]"
@@ -82,10 +95,12 @@ def _unknown(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -
 
 
 def _missing(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
+    if isinstance(key[-1], int):
+        return "is missing", f"The list has {key[-1]} of its entries"
     field = fields_at(top, key[:-1]).get(key[-1])
     dotted = ".".join(str(part) for part in key[:-1])
     base = 'or begin the file with base = "numill"'
-    if field is not None and (_fields(_bare(field.annotation)) or typing.get_origin(_bare(field.annotation)) is dict):
+    if field is not None and _holds_keys(field):
         return "is missing", f"Add a table [{'.'.join(str(part) for part in key)}], {base}"
     quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None) if field else None
     example = f'{key[-1]} = "{units.example(quantity.kind)}"' if quantity else str(key[-1])
@@ -122,6 +137,10 @@ def _plain(words: str) -> Callable[..., tuple[str, str]]:
     return word
 
 
+def _too_long(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
+    return f"must have {detail['ctx']['max_length']} entries, got {detail['ctx']['actual_length']}", ""
+
+
 def _other(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
     return f"{detail['msg'][0].lower()}{detail['msg'][1:]}, got {spelled(detail['input'])}", ""
 
@@ -143,4 +162,5 @@ _WORDS: dict[str, Callable[..., tuple[str, str]]] = {
     "int_from_float": _plain("a whole number"),
     "string_type": _plain("text"),
     "tuple_type": _plain("a list"),
+    "too_long": _too_long,
 }
