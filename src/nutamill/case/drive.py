@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
 from nutamill import units
 from nutamill.errors import CaseError, Fault
@@ -43,7 +43,7 @@ class DriveProgramme(Table):
     """Speed reached at the end of the ramp, or the cap of the profile [rad/s]."""
     ramp: Ramp | None = None
     """Rise of the speed from rest [rad/s^2]."""
-    profile: Annotated[Profile | None, BeforeValidator(_as_table)] = None
+    profile: Annotated[Profile | None, BeforeValidator(_as_table), WithJsonSchema({"type": "string"})] = None
     """Speed over time, instead of the ramp: a CSV file with the columns ``time [s]`` and ``speed [rpm]``."""
 
     @model_validator(mode="after")

@@ -18,7 +18,7 @@ def written(model: BaseModel) -> str:
 def _table(model: Any, content: dict[str, Any], path: tuple[str, ...]) -> list[str]:
     """Lines of one table: its plain keys, then its inner tables."""
     notes = _notes(model)
-    plain = {_key(key): _value(value) for key, value in content.items() if not isinstance(value, dict)}
+    plain = {_key(key): toml_value(value) for key, value in content.items() if not isinstance(value, dict)}
     lines = []
     if path and (plain or not content):
         lines += ["", f"[{'.'.join(_key(part) for part in path)}]"]
@@ -47,13 +47,16 @@ def _key(name: str) -> str:
     return name if name and set(name) <= BARE else _text(name)
 
 
-def _value(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """A value as TOML writes it on one line."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return _text(value)
     if isinstance(value, (list, tuple)):
-        return f"[{', '.join(_value(inner) for inner in value)}]"
+        return f"[{', '.join(toml_value(inner) for inner in value)}]"
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{_key(key)} = {toml_value(inner)}' for key, inner in value.items())} }}"
     return repr(value)
 
 

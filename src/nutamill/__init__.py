@@ -1,0 +1,42 @@
+"""Nutating mills: multibody dynamics of the machine, coupled with the particles inside.
+
+    import nutamill as nm
+    case = nm.load_case("numill").with_(drive__speed="500 rpm")
+    result = nm.run(case, to="first.h5")
+
+The names below are loaded when they are first used: to read a result needs no compiler, and ``--help`` no NumPy.
+"""
+
+import importlib
+from typing import Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Case": "nutamill.case",
+    "load_case": "nutamill.case",
+    "library_names": "nutamill.case",
+    "check": "nutamill.preflight",
+    "run": "nutamill.march",
+    "resume": "nutamill.march",
+    "open_result": "nutamill.result",
+    "MillError": "nutamill.errors",
+    "CaseError": "nutamill.errors",
+    "StepError": "nutamill.errors",
+    "ResultError": "nutamill.errors",
+}
+_NAME_THERE = {"check": "preflight"}
+
+__all__ = ["__version__", *_HOME]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'nutamill' has no attribute '{name}'")
+    found = getattr(importlib.import_module(_HOME[name]), _NAME_THERE.get(name, name))
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

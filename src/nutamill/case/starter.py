@@ -1,0 +1,81 @@
+"""The short case file a new case begins with: a base, and the keys people change."""
+
+import math
+import os
+from pathlib import Path
+
+from nutamill.case.library import library_file
+from nutamill.case.model import Case, load_case
+from nutamill.case.write import toml_value
+from nutamill.errors import CaseError, Fault
+
+KEYS = (
+    ("mechanism", "mounting", '"flexible" or "rigid"'),
+    ("mounts", "set", 'published sets: "printed", "bending-0.030", "343"'),
+    ("drive", "speed", "steady speed of the driveshaft"),
+    ("drive", "ramp", 'or instead: profile = "speed.csv", with columns time [s], speed [rpm]'),
+    ("chamber", "ribs", "number of ribs; their size stands in [chamber.rib]"),
+    ("charge", "kind", '"spheres", or "none" for an empty chamber'),
+    ("charge", "diameter", 'or instead: sizes = [["4 mm", 0.3], ["5 mm", 0.7]], shares of the mass'),
+    ("charge", "mass", "all spheres together"),
+    ("charge", "material", "one of [materials.*]"),
+    ("run", "until", "simulated time at the end"),
+    ("run", "dt", '"auto" or e.g. "3 us"'),
+    ("run", "coupling", '"prescribed", "staggered" or "iterated"'),
+    ("run", "threads", '"auto" or a number'),
+    ("run", "seed", "of the placement of the charge"),
+    ("run", "snapshots", "the charge as it lies, for pictures"),
+)
+"""Table, key and note of each line."""
+
+
+def starter(base: str, file: Path) -> str:
+    """TOML text of a new case `file` upon a `base`, a library name or another file.
+
+    Raises
+    ------
+    CaseError : the base is none, or has faults
+    """
+    case = load_case(base)
+    named = base if library_file(base) else os.path.relpath(base, file.parent)
+    content = case.model_dump(mode="json", by_alias=True, exclude_none=True)
+    lines = [
+        "# Values carry their unit. What is left out is as in the base.",
+        f"# nutamill show {file.name}   prints the whole file; nutamill check {file.name}   says what to expect.",
+        "schema = 1",
+        f"title  = {toml_value(f'{file.stem}, from {base}')}",
+        f"base   = {toml_value(named)}",
+    ]
+    table = ""
+    for home, key, note in KEYS:
+        if key not in content[home]:
+            continue
+        if home != table:
+            lines += ["", f"[{home}]"]
+            table = home
+        lines.append(f"{f'{key:10} = {toml_value(content[home][key])}':40}  # {note}")
+    return "\n".join(lines) + "\n"
+
+
+def write_starter(base: str, file: Path) -> None:
+    """Write `starter` to a file that must not be there yet.
+
+    Raises
+    ------
+    CaseError : the file exists or cannot be written, or the base is wrong
+    """
+    text = starter(base, file)
+    try:
+        with file.open("x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        raise CaseError(Fault(str(file), "is there already and is not written over", "Take another name")) from None
+    except OSError as error:
+        raise CaseError(Fault(str(file), f"cannot be written: {error.strerror}")) from None
+
+
+def quick(case: Case) -> Case:
+    """The case in demonstration quality: rigid mounts, half a second of ramp, eight turns at speed."""
+    ramp_time, turns = 0.5, 8
+    until = ramp_time + turns * 2.0 * math.pi / case.drive.speed
+    return case.with_(mechanism__mounting="rigid", drive__ramp=case.drive.speed / ramp_time, run__until=until)

@@ -1,0 +1,227 @@
+"""The command line: reads what was typed, calls the package, prints; computes nothing.
+
+Exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted.  Heavy imports stand inside the commands, so that
+``--help`` answers at once.
+"""
+
+import functools
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from nutamill import __version__
+from nutamill.errors import CaseError, Fault, MillError
+
+if TYPE_CHECKING:
+    from nutamill.case import Case
+    from nutamill.result import Result
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+info_app = typer.Typer(no_args_is_help=True, help="Say what the package knows.")
+app.add_typer(info_app, name="info")
+
+INTERRUPTED = 130
+
+CaseName = Annotated[str, typer.Argument(metavar="CASE", help="A case file, or a published mill such as numill.")]
+Overrides = Annotated[list[str] | None, typer.Option("--set", "-s", metavar="KEY=VALUE", help='Change one key: -s drive.speed="500 rpm".')]
+Quick = Annotated[bool, typer.Option("--quick", help="Demonstration quality: rigid mounts, short ramp, eight turns.")]
+Threads = Annotated[int | None, typer.Option(min=1, help="Threads of the charge.")]
+
+
+def _told(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose faults are printed, one line each, instead of raised."""
+
+    @functools.wraps(command)
+    def telling(*args: Any, **kwargs: Any) -> None:
+        try:
+            command(*args, **kwargs)
+        except MillError as error:
+            typer.echo(str(error), err=True)
+            raise typer.Exit(error.exit_code) from None
+        except KeyboardInterrupt:
+            typer.echo("interrupted", err=True)
+            raise typer.Exit(INTERRUPTED) from None
+
+    return telling
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"nutamill {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def main(version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False) -> None:
+    """Simulate nutating mills: the machine and the charge inside it, coupled."""
+
+
+@app.command()
+@_told
+def new(
+    file: Annotated[Path, typer.Argument(help="The file to write.")],
+    base: Annotated[str, typer.Option("--from", help="A published mill or another case file.")] = "numill",
+) -> None:
+    """Write a short case file to change: a base and the keys people change."""
+    from nutamill.case.starter import write_starter
+
+    write_starter(base, file)
+    typer.echo(f"{file} written. Next: nutamill check {file}")
+
+
+@app.command()
+@_told
+def check(case: CaseName, overrides: Overrides = None) -> None:
+    """Say everything that can be known before a run."""
+    loaded = _load(case, overrides)
+    from nutamill.preflight import preflight
+
+    typer.echo("\n".join(preflight(loaded).lines()))
+
+
+@app.command()
+@_told
+def run(
+    case: CaseName,
+    overrides: Overrides = None,
+    to: Annotated[Path | None, typer.Option(help="Result file; else results/<case>-<hash>.h5.")] = None,
+    quick: Quick = False,
+    threads: Threads = None,
+) -> None:
+    """Run a case to a result file."""
+    loaded = _load(case, overrides)
+    if quick:
+        from nutamill.case.starter import quick as quickened
+
+        loaded = quickened(loaded)
+        typer.echo("demonstration quality: rigid mounts, short ramp, few turns; expect readings within 10 %")
+    if threads is not None:
+        loaded = loaded.with_("run.threads", threads)
+    for warning in loaded.warnings:
+        typer.echo(f"warning: {warning}", err=True)
+    path = to or Path("results") / f"{loaded.name}-{loaded.digest[:6]}.h5"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    from nutamill import march
+
+    _watched(loaded.title or loaded.name, path, lambda show: march.run(loaded, to=path, progress=show))
+
+
+@app.command()
+@_told
+def resume(
+    file: Annotated[Path, typer.Argument(metavar="RESULT.h5", help="The result of a run that was interrupted or is to go on.")],
+    until: Annotated[str | None, typer.Option(help='New end, e.g. "20 s"; else the end the case asks for.')] = None,
+) -> None:
+    """Continue a run from its last checkpoint."""
+    end = None
+    if until is not None:
+        from nutamill import units
+
+        try:
+            end = units.parse(until, units.Kind.TIME)
+        except units.UnitError as error:
+            raise CaseError(Fault("--until", error.what, error.hint)) from None
+    from nutamill import march
+
+    _watched(file.stem, file, lambda show: march.resume(file, until=end, progress=show))
+
+
+@app.command()
+@_told
+def show(case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A case or a result.")], overrides: Overrides = None) -> None:
+    """Print a case with every default written out, or the summary of a result."""
+    if Path(case).suffix in (".h5", ".hdf5"):
+        from nutamill.result import open_result
+
+        with open_result(case) as result:
+            typer.echo("\n".join(_summary(result)))
+    else:
+        typer.echo(_load(case, overrides).to_toml(), nl=False)
+
+
+@info_app.command()
+@_told
+def fields() -> None:
+    """List every recorded quantity: name, unit, meaning."""
+    from nutamill.fields import SERIES, SNAPSHOT
+
+    width = max(len(field.name) for field in (*SERIES, *SNAPSHOT))
+    for heading, known in (("series", SERIES), ("snapshots", SNAPSHOT)):
+        typer.echo(heading)
+        for field in known:
+            typer.echo(f"  {field.name:{width}}  {field.unit:8}  {field.meaning}")
+
+
+@info_app.command()
+@_told
+def mills() -> None:
+    """List the published mills."""
+    from nutamill.case import library_names, load_case
+
+    for name in library_names():
+        typer.echo(f"{name:14}  {load_case(name).title}")
+
+
+@app.command()
+@_told
+def schema() -> None:
+    """Print the JSON schema of case files, for completion in editors."""
+    from nutamill.case.schema import case_schema
+
+    typer.echo(json.dumps(case_schema(), indent=2))
+
+
+@app.command()
+@_told
+def bench(threads: Threads = None) -> None:
+    """Measure the speed of the charge engine on this machine with a short run of the published mill."""
+    from nutamill import march
+    from nutamill.case import load_case
+
+    case = load_case("numill", ["mechanism.mounting=rigid", "drive.ramp=7000 rpm/s", "run.until=0.3 s", "run.snapshots.last=1 ms"])
+    if threads is not None:
+        case = case.with_("run.threads", threads)
+    seen: list[Any] = []
+    march.run(case, to=None, progress=seen.append)
+    typer.echo(f"{seen[-1].nanoseconds:.1f} ns per particle and step, {sum(case.particle_counts)} particles, dt {1e6 * seen[-1].dt:.2f} us")
+
+
+def _load(name: str, overrides: list[str] | None) -> "Case":
+    from nutamill.case import load_case
+
+    return load_case(name, overrides or [])
+
+
+def _watched(title: str, path: Path, act: Callable[[Callable[[Any], None]], "Result"]) -> None:
+    """Run with the live screen, then print the summary and draw the picture beside the result."""
+    from nutamill.screen import Screen
+
+    try:
+        with Screen(title) as screen:
+            result = act(screen)
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted, saved. Go on with: nutamill resume {path}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    with result:
+        typer.echo("\n".join(_summary(result)))
+        from nutamill.figures import draw_run
+
+        picture = path.with_suffix(".png")
+        draw_run(result).savefig(picture)
+    typer.echo(f"{path}   picture {picture}")
+
+
+def _summary(result: "Result") -> list[str]:
+    """Lines that say what a result holds."""
+    lines = [f"state     {result.state}"]
+    lines += [f"{key:24} {value}" for key, value in result.summary.items()]
+    lines += [f"{key:24} {value}" for key, value in result.provenance.items()]
+    return lines
+
+
+if __name__ == "__main__":
+    sys.exit(app())
