@@ -1,0 +1,179 @@
+"""What a run shows while it runs: a live table on a terminal, one line every ten seconds in a log, nothing if quiet."""
+
+import math
+import sys
+import time as clock
+from types import TracebackType
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+if TYPE_CHECKING:
+    from rich.live import Live
+    from rich.panel import Panel
+
+PHASES = ("settle", "ramp", "steady")
+LINE_PAUSE = 10.0
+"""Wall time between two plain lines [s]."""
+REFRESH = 4
+"""Redraws of the live table per second [1/s]."""
+COMPILING = "compiling kernels, once, about 20 s"
+
+
+class Progress(NamedTuple):
+    """Where a run stands; numbers that are not known yet are NaN."""
+
+    phase: str
+    """``settle``, ``ramp`` or ``steady``."""
+    time: float
+    """Simulated time [s]."""
+    end_time: float
+    """Simulated time at which the run ends [s]."""
+    fraction: float
+    """Share of the phase that is done [1]."""
+    rate: float
+    """Simulated seconds per second of wall time [1]."""
+    nanoseconds: float
+    """Wall time per particle and charge substep [ns]."""
+    time_left: float
+    """Expected wall time to the end of the run [s]."""
+    crank_pin_force: float
+    """Present resultant at the load cell [N]."""
+    shaft_torque: float
+    """Present motor torque on the driveshaft [N m]."""
+    largest_pair_overlap: float
+    """Largest overlap of two particles lately, share of the particle diameter [1]."""
+    largest_wall_overlap: float
+    """Largest overlap of a particle with a surface lately, share of the particle diameter [1]."""
+    ledger_residual: float
+    """Residual of the energy ledger, share of the motor work [1]."""
+    contacts: int
+    """Particle contacts at present [1]."""
+    dt: float
+    """Charge substep [s]."""
+    file_size: int
+    """Size of the result file [bytes]."""
+
+
+class Screen:
+    """Shows `Progress`; a context manager, called with each new one: ``with Screen("numill") as show: show(progress)``.
+
+    Parameters
+    ----------
+    title : what runs, in the frame of the live table
+    quiet : show nothing
+    """
+
+    def __init__(self, title: str, quiet: bool = False):
+        self._title = title
+        self._quiet = quiet
+        self._live: Live | None = None
+        self._phase = ""
+        self._phase_began = 0.0
+        self._spent: dict[str, float] = {}
+        self._next_line = -math.inf
+
+    def __enter__(self) -> Self:
+        if not self._quiet and sys.stdout.isatty():
+            from rich.live import Live  # rich is needed on a terminal only
+
+            self._live = Live(refresh_per_second=REFRESH)
+            self._live.start()
+        elif not self._quiet:
+            print(self._title, flush=True)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def message(self, text: str) -> None:
+        """Show one line, for instance `COMPILING`; on a terminal it stays above the table."""
+        if self._live is not None:
+            self._live.console.print(text, highlight=False)
+        elif not self._quiet:
+            print(text, flush=True)
+
+    def __call__(self, progress: Progress) -> None:
+        """Show `progress`: in the live table at once, as a line if ten seconds have passed or a phase begins."""
+        now = clock.monotonic()
+        begins = progress.phase != self._phase
+        if begins:
+            self._phase, self._phase_began = progress.phase, now
+        self._spent[progress.phase] = now - self._phase_began
+        if self._live is not None:
+            self._live.update(panel(self._title, progress, self._spent))
+        elif not self._quiet and (begins or now >= self._next_line):
+            print(line(progress), flush=True)
+            self._next_line = now + LINE_PAUSE
+
+
+def line(progress: Progress) -> str:
+    """`progress` in one line for a log."""
+    return (
+        f"{progress.phase:6} {progress.fraction:4.0%}  t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}"
+        f"  left {duration(progress.time_left)}  crank-pin force {_number(progress.crank_pin_force, '.0f')} N"
+        f"  shaft torque {_number(progress.shaft_torque, '.2f')} N m  {_overlaps(progress)}"
+        f"  ledger {_number(100.0 * progress.ledger_residual, '.3f')} %"
+    )
+
+
+def panel(title: str, progress: Progress, spent: dict[str, float]) -> "Panel":
+    """The live table: a bar for each phase, the present readings, and a line of technicalities.
+
+    `spent` is the wall time [s] each phase that has begun has taken.
+    """
+    from rich import box
+    from rich.console import Group
+    from rich.panel import Panel
+    from rich.progress_bar import ProgressBar
+    from rich.table import Table
+
+    bars = Table.grid(padding=(0, 2))
+    present = PHASES.index(progress.phase)
+    for k, phase in enumerate(PHASES):
+        fraction = 1.0 if k < present else progress.fraction if k == present else 0.0
+        known = k > present or phase in spent
+        time = duration(spent[phase]) if phase in spent else ""
+        left = f"left {duration(progress.time_left)}" if k == present else ""
+        style = "bold" if k == present else "" if k < present else "dim"
+        share = f"{fraction:4.0%}" if known else "done"
+        bars.add_row(phase, ProgressBar(total=1.0, completed=fraction, width=32), share, time, left, style=style)
+
+    readings = Table.grid(padding=(0, 2))
+    readings.add_column(min_width=16)
+    readings.add_column(justify="right", min_width=8)
+    readings.add_row("crank-pin force", _number(progress.crank_pin_force, ".0f"), "N")
+    readings.add_row("shaft torque", _number(progress.shaft_torque, ".2f"), "N m")
+    readings.add_row("largest overlap", _percent(progress.largest_wall_overlap, ".1f"), "% of d, wall")
+    readings.add_row("", _percent(progress.largest_pair_overlap, ".1f"), "% of d, pellets")
+    readings.add_row("energy ledger", _percent(progress.ledger_residual, ".3f"), "% not accounted for")
+
+    times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {1e6 * progress.dt:.2f} µs"
+    work = (
+        f"{progress.contacts} contacts   {_number(progress.nanoseconds, '.0f')} ns per particle and step   "
+        f"file {progress.file_size / 1e6:.1f} MB"
+    )
+    return Panel(Group(bars, "", readings, "", times, work), title=title, box=box.ROUNDED, expand=False, padding=(0, 1))
+
+
+def duration(seconds: float) -> str:
+    """Wall time as ``h:mm:ss``; a dash if it is not known."""
+    if not math.isfinite(seconds):
+        return "-"
+    whole = round(max(0.0, seconds))
+    return f"{whole // 3600}:{whole // 60 % 60:02}:{whole % 60:02}"
+
+
+def _number(value: float, form: str) -> str:
+    return format(value, form) if math.isfinite(value) else "-"
+
+
+def _percent(value: float, form: str) -> str:
+    return _number(100.0 * value, form)
+
+
+def _rate(progress: Progress) -> str:
+    return f"{_number(progress.rate, '.3g')} s per s"
+
+
+def _overlaps(progress: Progress) -> str:
+    return f"overlap {_percent(progress.largest_wall_overlap, '.1f')} % wall, {_percent(progress.largest_pair_overlap, '.1f')} % pellets"
