@@ -115,3 +115,47 @@ def shift_moment(m0, m1, m2, f0, f1, f2, r0, r1, r2):
     """Moment of a wrench about Q from its moment about P, with ``r = p_QP`` (from Q to P): ``M_Q = M_P + r x F``."""
     c0, c1, c2 = cross(r0, r1, r2, f0, f1, f2)
     return m0 + c0, m1 + c1, m2 + c2
+
+
+@kernel(inline="always")
+def turn_vector(q, a0, a1, a2):
+    """``R a`` from the quaternion `q` (4,) itself: `a` from body axes to world axes, as a 3-tuple."""
+    t0, t1, t2 = 2.0 * (q[2] * a2 - q[3] * a1), 2.0 * (q[3] * a0 - q[1] * a2), 2.0 * (q[1] * a1 - q[2] * a0)
+    return (
+        a0 + q[0] * t0 + q[2] * t2 - q[3] * t1,
+        a1 + q[0] * t1 + q[3] * t0 - q[1] * t2,
+        a2 + q[0] * t2 + q[1] * t1 - q[2] * t0,
+    )
+
+
+@kernel(inline="always")
+def turn_vector_back(q, a0, a1, a2):
+    """``R^T a`` from the quaternion `q` (4,) itself: `a` from world axes to body axes, as a 3-tuple."""
+    t0, t1, t2 = 2.0 * (q[3] * a1 - q[2] * a2), 2.0 * (q[1] * a2 - q[3] * a0), 2.0 * (q[2] * a0 - q[1] * a1)
+    return (
+        a0 + q[0] * t0 - q[2] * t2 + q[3] * t1,
+        a1 + q[0] * t1 - q[3] * t0 + q[1] * t2,
+        a2 + q[0] * t2 - q[1] * t1 + q[2] * t0,
+    )
+
+
+@kernel
+def quaternion_product(a, b):
+    """Product ``a b`` of two quaternions (4,), as a 4-tuple: first turn by `b`, then by `a`."""
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    )
+
+
+@kernel
+def rotation_vector(w, x, y, z):
+    """Rotation vector [rad] of a unit quaternion, as a 3-tuple of length at most pi: the inverse of `turn_quaternion`."""
+    sine = math.sqrt(x * x + y * y + z * z)
+    if w < 0.0:  # q and -q are the same attitude; take the shorter turn
+        w, x, y, z = -w, -x, -y, -z
+    # 2 asin(s)/s by its series near zero: the error is below 1e-17 there
+    scale = 2.0 * math.atan2(sine, w) / sine if sine > 1e-4 else 2.0 + sine * sine / 3.0
+    return scale * x, scale * y, scale * z

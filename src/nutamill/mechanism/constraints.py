@@ -1,0 +1,118 @@
+"""Do the constraints of an assembled mechanism depend on each other, and do they contradict?"""
+
+import numpy as np
+
+from nutamill.errors import Fault
+from nutamill.mechanism.drive import evaluate_drives
+from nutamill.mechanism.dynamics import place
+from nutamill.mechanism.solve import DEPENDENT
+
+INVOLVED = 1e-6
+"""Share [1] in a dependency above which a row takes part in it."""
+
+LARGEST_MISMATCH = 1e-9
+"""Largest contradiction [m/s or rad/s, relative to the largest prescribed rate] that still counts as round-off."""
+
+
+def dense_jacobian(mechanism, state, scratch) -> np.ndarray:
+    """Jacobian (n_rows, 6 n_bodies) at the present pose: columns are velocity and angular velocity of each body in turn."""
+    evaluate_drives(mechanism.drives, mechanism.knots, state.time[0], scratch.drive_motion)
+    place(mechanism, state, scratch)
+    rows, n = mechanism.rows, len(mechanism.bodies)
+    jacobian = np.zeros((len(rows), 6 * n))
+    for i, row in enumerate(rows):
+        for at, body in ((0, row.body_a), (6, row.body_b)):
+            jacobian[i, 6 * body : 6 * body + 6] += scratch.jacobian[i, at : at + 6]
+    return jacobian[:, : 6 * (n - 1)]
+
+
+def dependencies(mechanism, state, scratch) -> tuple[np.ndarray, list[int]]:
+    """Combinations of rows that say nothing: an orthonormal basis (n_rows, k), rows scaled to unit size; and the k dependent rows.
+
+    Rows are taken in order and tested as the constraint solve tests them, on ``J M^-1/2``.
+    """
+    jacobian = dense_jacobian(mechanism, state, scratch)
+    scaled = jacobian.copy()
+    for b in range(len(mechanism.bodies) - 1):
+        scaled[:, 6 * b : 6 * b + 3] *= np.sqrt(mechanism.bodies[b].inverse_mass)
+        scaled[:, 6 * b + 3 : 6 * b + 6] @= np.linalg.cholesky(scratch.inverse_inertia[b])
+    scaled /= np.linalg.norm(scaled, axis=1, keepdims=True)
+    basis, dependent = np.zeros((0, scaled.shape[1])), []
+    for i, row in enumerate(scaled):
+        rest = row - basis.T @ (basis @ row)
+        rest -= basis.T @ (basis @ rest)
+        if rest @ rest <= DEPENDENT:
+            dependent.append(i)
+        else:
+            basis = np.vstack([basis, rest / np.linalg.norm(rest)])
+    if not dependent:
+        return np.zeros((len(scaled), 0)), []
+    left, _, _ = np.linalg.svd(scaled)
+    return left[:, -len(dependent) :], dependent
+
+
+def check_constraints(mechanism, state, scratch, labels, redundant) -> list[Fault]:
+    """Faults of constraints that depend on each other; marks reactions that are not unique in `mechanism`."""
+    if not labels:
+        return []
+    null, dependent = dependencies(mechanism, state, scratch)
+    if not dependent:
+        return []
+    faults = contradictions(mechanism, state, scratch, labels, dependent)
+    if faults:
+        return faults
+    if redundant == "refuse":
+        return [redundancy_fault(labels, null, i) for i in dependent]
+    shared = np.linalg.norm(null, axis=1) > INVOLVED
+    for joint in mechanism.joints:
+        joint.reaction_unique = int(not shared[joint.first_row : joint.end_row].any())
+    return []
+
+
+def redundancy_fault(labels, null, i) -> Fault:
+    """The dependent row `i`, and the parts that already hold what it holds."""
+    weights = null @ null[i]
+    others = dict.fromkeys(labels[k].part for k in np.flatnonzero(np.abs(weights) > INVOLVED) if labels[k].part != labels[i].part)
+    return Fault(
+        labels[i].part,
+        f"{labels[i].direction} must be held once, but it is already held by {', '.join(others) or 'its other rows'}",
+        'Free that direction in one of these joints, or set redundant = "allow" (their reactions are then not unique)',
+    )
+
+
+def contradictions(mechanism, state, scratch, labels, dependent) -> list[Fault]:
+    """Dependent rows that ask for something else than the rows they depend on, in position or in any prescribed speed."""
+    jacobian = dense_jacobian(mechanism, state, scratch)
+    kept = [i for i in range(len(labels)) if i not in dependent]
+    # row i = combination of kept rows; its right-hand side must be the same combination
+    combination = np.linalg.lstsq(jacobian[kept].T, jacobian[dependent].T, rcond=None)[0].T
+    faults = []
+    for n, i in enumerate(dependent):
+        gap = scratch.gap[i] - combination[n] @ scratch.gap[kept]
+        size = f"{gap * 1e3:.4g} mm" if labels[i].unit == "m" else f"{gap:.4g} rad"
+        if abs(gap) > 1e-5:
+            faults.append(contradiction_fault(labels, kept, combination[n], i, f"they differ by {size}"))
+            continue
+        mismatch = speed_mismatch(mechanism, combination[n], kept, i)
+        if mismatch:
+            faults.append(contradiction_fault(labels, kept, combination[n], i, f"their speeds differ by {mismatch:.4g} rad/s"))
+    return faults
+
+
+def contradiction_fault(labels, kept, weights, i, what) -> Fault:
+    """Row `i` against the rows it depends on."""
+    others = dict.fromkeys(labels[k].part for k, weight in zip(kept, weights, strict=True) if abs(weight) > INVOLVED)
+    return Fault(labels[i].part, f"must not contradict {', '.join(others)}: {labels[i].direction}, {what}", "Take one of them away")
+
+
+def speed_mismatch(mechanism, weights, kept, i) -> float:
+    """Largest difference [rad/s] between what row `i` and its combination of kept rows prescribe, over all knots of all drives."""
+    times, largest, scale = np.unique(mechanism.knots.time), 0.0, 0.0
+    motion = np.zeros((len(mechanism.drives), 3))
+    for t in times:
+        evaluate_drives(mechanism.drives, mechanism.knots, t, motion)
+        rate = np.zeros(len(mechanism.rows))
+        rate[mechanism.drives.row] = motion[:, 1]
+        largest = max(largest, abs(rate[i] - weights @ rate[kept]))
+        scale = max(scale, np.abs(motion[:, 1]).max())
+    return largest if largest > LARGEST_MISMATCH * max(scale, 1.0) else 0.0

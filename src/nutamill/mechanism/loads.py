@@ -1,0 +1,231 @@
+"""Loads: gravity, constant moments, bushings, springs, joint friction, and the external wrench.
+
+Each load is a small function of two bodies; `apply_loads` sums them.  Every pair of opposite forces acts at one point in
+space, so momentum and angular momentum are passed on, never made.
+"""
+
+import math
+
+from nutamill.frames import cross, quaternion_product, rotation_vector, turn_vector, turn_vector_back
+from nutamill.kernel import kernel
+from nutamill.mechanism.parts import JointKind
+
+FRICTION_SPEED = 0.1
+"""Relative angular velocity [rad/s] over which Coulomb friction grows from nothing to (tanh 1 = 76 % of) its full moment."""
+
+CYLINDRICAL, REVOLUTE = int(JointKind.CYLINDRICAL), int(JointKind.REVOLUTE)
+
+
+@kernel
+def add_wrench(load_out, position, body_a, body_b, x0, x1, x2, f0, f1, f2, m0, m1, m2):
+    """Add a wrench (force f [N], moment m [N m], about the world point x [m]) to body b and its opposite to body a."""
+    c0, c1, c2 = cross(x0 - position[body_b, 0], x1 - position[body_b, 1], x2 - position[body_b, 2], f0, f1, f2)
+    load_out[body_b, 0] += f0
+    load_out[body_b, 1] += f1
+    load_out[body_b, 2] += f2
+    load_out[body_b, 3] += m0 + c0
+    load_out[body_b, 4] += m1 + c1
+    load_out[body_b, 5] += m2 + c2
+    c0, c1, c2 = cross(x0 - position[body_a, 0], x1 - position[body_a, 1], x2 - position[body_a, 2], f0, f1, f2)
+    load_out[body_a, 0] -= f0
+    load_out[body_a, 1] -= f1
+    load_out[body_a, 2] -= f2
+    load_out[body_a, 3] -= m0 + c0
+    load_out[body_a, 4] -= m1 + c1
+    load_out[body_a, 5] -= m2 + c2
+
+
+@kernel
+def world_point(position, quaternion, body, point):
+    """World coordinates [m] of `point` (3,), given from the body's mass centre in body axes, as a 3-tuple."""
+    r0, r1, r2 = turn_vector(quaternion[body], point[0], point[1], point[2])
+    return position[body, 0] + r0, position[body, 1] + r1, position[body, 2] + r2
+
+
+@kernel
+def point_velocity(twist, position, body, x0, x1, x2):
+    """Velocity [m/s] of the material point of `body` that is at the world point x, as a 3-tuple."""
+    t = twist[body]
+    c0, c1, c2 = cross(t[3], t[4], t[5], x0 - position[body, 0], x1 - position[body, 1], x2 - position[body, 2])
+    return t[0] + c0, t[1] + c1, t[2] + c2
+
+
+@kernel
+def bushing_travel_of(bushing, position, quaternion):
+    """Travel of a `BUSHING` record: displacement [m] 3 and rotation vector [rad] 3 of b relative to a, bushing axes fixed in a."""
+    a, b = bushing.body_a, bushing.body_b
+    x = world_point(position, quaternion, b, bushing.point_b)
+    y = world_point(position, quaternion, a, bushing.point_a)
+    e = quaternion_product(quaternion[a], bushing.turn_a)
+    f = quaternion_product(quaternion[b], bushing.turn_b)
+    d0, d1, d2 = turn_vector_back(e, x[0] - y[0], x[1] - y[1], x[2] - y[2])
+    r = quaternion_product((e[0], -e[1], -e[2], -e[3]), f)
+    t0, t1, t2 = rotation_vector(r[0], r[1], r[2], r[3])
+    return d0, d1, d2, t0, t1, t2
+
+
+@kernel
+def moment_from_rotation_energy(t0, t1, t2, g0, g1, g2):
+    r"""Moment conjugate to a turn, from the gradient g of an energy to the rotation vector t, as a 3-tuple.
+
+    .. math:: M = g + \tfrac12 t \times g + c\, t \times (t \times g), \quad
+              c = \frac{1}{\theta^2} - \frac{1 + \cos\theta}{2\theta\sin\theta}
+
+    the transposed inverse of the left Jacobian of the rotation group: an energy of the rotation vector then gives exactly
+    the moment whose work is its change.
+
+    Source: Chirikjian, Stochastic Models, Information Theory, and Lie Groups, volume 2, 2012, chapter 10 (Jacobians of SO(3)).
+    """
+    square = t0 * t0 + t1 * t1 + t2 * t2
+    if square > 0.01:
+        angle = math.sqrt(square)
+        # (1 + cos)/sin = 1/tan(angle/2), which stays finite at a half turn
+        c = 1.0 / square - 0.5 / (angle * math.tan(0.5 * angle))
+    else:  # series; the next term is below 1e-14 of the first
+        c = 1.0 / 12.0 + square * (1.0 / 720.0 + square * (1.0 / 30240.0 + square / 1209600.0))
+    a0, a1, a2 = cross(t0, t1, t2, g0, g1, g2)
+    b0, b1, b2 = cross(t0, t1, t2, a0, a1, a2)
+    return g0 + 0.5 * a0 + c * b0, g1 + 0.5 * a1 + c * b1, g2 + 0.5 * a2 + c * b2
+
+
+@kernel
+def bushing_wrench_of(bushing, position, quaternion, twist):
+    """Wrench of a `BUSHING` record on body b about its point on b, in bushing axes, and the power it dissipates.
+
+    Elastic part: minus the gradient of ``sum k travel^2 / 2``, exactly.  Viscous part: proportional to the velocity of b's point
+    and the angular velocity, both relative to a.
+
+    Returns
+    -------
+    force [N] 3, moment [N m] 3, power [W]
+    """
+    a, b = bushing.body_a, bushing.body_b
+    k, c = bushing.stiffness, bushing.damping
+    d0, d1, d2, t0, t1, t2 = bushing_travel_of(bushing, position, quaternion)
+    e = quaternion_product(quaternion[a], bushing.turn_a)
+    x0, x1, x2 = world_point(position, quaternion, b, bushing.point_b)
+    v_b = point_velocity(twist, position, b, x0, x1, x2)
+    v_a = point_velocity(twist, position, a, x0, x1, x2)
+    v0, v1, v2 = turn_vector_back(e, v_b[0] - v_a[0], v_b[1] - v_a[1], v_b[2] - v_a[2])
+    w0, w1, w2 = turn_vector_back(e, twist[b, 3] - twist[a, 3], twist[b, 4] - twist[a, 4], twist[b, 5] - twist[a, 5])
+    m0, m1, m2 = moment_from_rotation_energy(t0, t1, t2, k[3] * t0, k[4] * t1, k[5] * t2)
+    power = c[0] * v0 * v0 + c[1] * v1 * v1 + c[2] * v2 * v2 + c[3] * w0 * w0 + c[4] * w1 * w1 + c[5] * w2 * w2
+    return (
+        -k[0] * d0 - c[0] * v0,
+        -k[1] * d1 - c[1] * v1,
+        -k[2] * d2 - c[2] * v2,
+        -m0 - c[3] * w0,
+        -m1 - c[4] * w1,
+        -m2 - c[5] * w2,
+        power,
+    )
+
+
+@kernel
+def apply_bushings(bushings, position, quaternion, twist, load_out, power_out):
+    """Add every bushing's wrench to `load_out` (n_bodies + 1, 6); the first of `power_out` [W] are what it dissipates."""
+    for i in range(bushings.shape[0]):
+        bushing = bushings[i]
+        f0, f1, f2, m0, m1, m2, power = bushing_wrench_of(bushing, position, quaternion, twist)
+        power_out[i] = power
+        e = quaternion_product(quaternion[bushing.body_a], bushing.turn_a)
+        f0, f1, f2 = turn_vector(e, f0, f1, f2)
+        m0, m1, m2 = turn_vector(e, m0, m1, m2)
+        x0, x1, x2 = world_point(position, quaternion, bushing.body_b, bushing.point_b)
+        add_wrench(load_out, position, bushing.body_a, bushing.body_b, x0, x1, x2, f0, f1, f2, m0, m1, m2)
+
+
+@kernel
+def spring_pull(spring, position, quaternion, twist):
+    """Length [m], tension [N] and dissipated power [W] of a `SPRING` record, and the direction from its end on a to that on b.
+
+    Tension ``stiffness (length - free_length) + damping d(length)/dt``.
+    """
+    x0, x1, x2 = world_point(position, quaternion, spring.body_b, spring.point_b)
+    y0, y1, y2 = world_point(position, quaternion, spring.body_a, spring.point_a)
+    length = math.sqrt((x0 - y0) ** 2 + (x1 - y1) ** 2 + (x2 - y2) ** 2)
+    n0, n1, n2 = (x0 - y0) / length, (x1 - y1) / length, (x2 - y2) / length
+    v = point_velocity(twist, position, spring.body_b, x0, x1, x2)
+    u = point_velocity(twist, position, spring.body_a, y0, y1, y2)
+    rate = n0 * (v[0] - u[0]) + n1 * (v[1] - u[1]) + n2 * (v[2] - u[2])
+    pull = spring.stiffness * (length - spring.free_length) + spring.damping * rate
+    return length, pull, spring.damping * rate * rate, n0, n1, n2
+
+
+@kernel
+def apply_springs(springs, position, quaternion, twist, offset, load_out, power_out):
+    """Add every spring's force to `load_out` (n_bodies + 1, 6); `power_out` from `offset` on [W] is what its damper dissipates."""
+    for i in range(springs.shape[0]):
+        spring = springs[i]
+        length, pull, power, n0, n1, n2 = spring_pull(spring, position, quaternion, twist)
+        power_out[offset + i] = power
+        x0, x1, x2 = world_point(position, quaternion, spring.body_b, spring.point_b)
+        add_wrench(load_out, position, spring.body_a, spring.body_b, x0, x1, x2, -pull * n0, -pull * n1, -pull * n2, 0.0, 0.0, 0.0)
+
+
+@kernel
+def friction_per_speed(reaction, speed, coefficient, radius, constant, viscous):
+    """Friction moment over relative angular velocity [N m s/rad] of a joint that carries the force `reaction` [N].
+
+    ``(coefficient radius reaction + constant) tanh(speed / FRICTION_SPEED) + viscous speed``, divided by `speed` [rad/s]:
+    Coulomb friction, regularised near rest.
+
+    Source: the load-dependent plus load-independent moment of rolling bearings (Palmgren, Ball and Roller Bearing
+    Engineering, 1959), with a viscous term.
+    """
+    ratio = speed / FRICTION_SPEED
+    rise = math.tanh(ratio) / ratio if ratio > 1e-6 else 1.0
+    return (coefficient * radius * reaction + constant) * rise / FRICTION_SPEED + viscous
+
+
+@kernel
+def joint_force(joint, multiplier):
+    """Magnitude [N] of the force a `JOINT` record carried in the last solve: its first rows are forces along square axes."""
+    square = 0.0
+    n_points = 2 if joint.kind >= CYLINDRICAL else 3  # kinds from CYLINDRICAL on let the point slide along the axis
+    for i in range(joint.first_row, joint.first_row + n_points):
+        square += multiplier[i] * multiplier[i]
+    return math.sqrt(square)
+
+
+@kernel
+def apply_joint_friction(joints, multiplier, quaternion, twist, offset, load_out, moment_out, power_out):
+    """Add every joint's friction moment to `load_out`; write it as it acts on b, `moment_out` (n_joints, 3) [N m].
+
+    `power_out` from `offset` on [W] is what it dissipates.  Revolute and cylindrical joints: about the axis.  Others: against
+    the whole relative angular velocity.  The load-dependent part takes the joint's own reaction from the last solve
+    (`multiplier`).
+    """
+    for j in range(joints.shape[0]):
+        joint = joints[j]
+        moment_out[j, 0], moment_out[j, 1], moment_out[j, 2], power_out[offset + j] = 0.0, 0.0, 0.0, 0.0
+        if joint.friction_coefficient == 0.0 and joint.friction_constant == 0.0 and joint.friction_viscous == 0.0:
+            continue
+        a, b = joint.body_a, joint.body_b
+        w0, w1, w2 = twist[b, 3] - twist[a, 3], twist[b, 4] - twist[a, 4], twist[b, 5] - twist[a, 5]
+        if joint.kind == REVOLUTE or joint.kind == CYLINDRICAL:
+            e0, e1, e2 = turn_vector(quaternion[a], joint.axis_a[0], joint.axis_a[1], joint.axis_a[2])
+            about = e0 * w0 + e1 * w1 + e2 * w2
+            w0, w1, w2 = about * e0, about * e1, about * e2
+        speed = math.sqrt(w0 * w0 + w1 * w1 + w2 * w2)
+        force = joint_force(joint, multiplier)
+        rate = friction_per_speed(
+            force, speed, joint.friction_coefficient, joint.friction_radius, joint.friction_constant, joint.friction_viscous
+        )
+        moment_out[j, 0], moment_out[j, 1], moment_out[j, 2] = -rate * w0, -rate * w1, -rate * w2
+        power_out[offset + j] = rate * speed * speed
+        for k in range(3):
+            load_out[b, 3 + k] += moment_out[j, k]
+            load_out[a, 3 + k] -= moment_out[j, k]
+
+
+@kernel
+def apply_given(bodies, gravity, torques, wrench, load_out):
+    """Set `load_out` (n_bodies + 1, 6) [N, N m] to weights, external wrenches and constant moments about the mass centres."""
+    for b in range(load_out.shape[0]):
+        for k in range(3):
+            load_out[b, k] = bodies[b].mass * gravity[k] + wrench[b, k]
+            load_out[b, 3 + k] = wrench[b, 3 + k]
+    for i in range(torques.shape[0]):
+        for k in range(3):
+            load_out[torques[i].body, 3 + k] += torques[i].moment[k]

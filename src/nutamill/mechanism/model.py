@@ -1,0 +1,234 @@
+"""The mechanism as arrays: what is constant (`Mechanism`), what moves (`MechanismState`), and work space.
+
+Row `n_bodies` of every per-body array is the ground: zero velocity, infinite mass.  Names are kept as fixed-width text,
+so that a kernel may receive the struct whatever the parts are called.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+NAME_WIDTH = 64
+"""Characters of a part's name."""
+
+POINT, AXIS = 0, 1
+"""Kinds of constraint rows: a point of b along an axis of a; an axis of a square to an axis of b."""
+
+
+BODY = np.dtype(
+    [
+        ("mass", "f8"),  # [kg]; the ground has 0
+        ("inverse_mass", "f8"),  # [1/kg]; the ground has 0
+        ("inertia", "f8", (3, 3)),  # about the mass centre [kg m^2], body axes
+        ("inverse_inertia", "f8", (3, 3)),  # [1/(kg m^2)], body axes; the ground has 0
+    ]
+)
+"""A body: mass and inertia."""
+
+ROW = np.dtype(
+    [
+        ("kind", "i8"),  # POINT or AXIS
+        ("body_a", "i8"),
+        ("body_b", "i8"),
+        ("drive", "i8"),  # the drive that turns axis_a, or -1
+        ("point_a", "f8", (3,)),  # POINT: joint point on a from a's mass centre [m], axes of a
+        ("point_b", "f8", (3,)),  # POINT: joint point on b from b's mass centre [m], axes of b
+        ("axis_a", "f8", (3,)),  # unit vector of a [1], axes of a; of a drive: at drive angle zero
+        ("axis_b", "f8", (3,)),  # AXIS: unit vector of b [1], axes of b
+        ("quarter_a", "f8", (3,)),  # drive: where axis_a points after a quarter turn of the drive [1], axes of a
+    ]
+)
+"""A scalar constraint; every joint and drive is a run of them."""
+
+PAIR = np.dtype([("row", "i8"), ("other", "i8"), ("block", "i8"), ("other_block", "i8")])
+"""Two rows (row >= other) that share a moving body, and where it stands in either's Jacobian (0: body a, 6: body b)."""
+
+JOINT = np.dtype(
+    [
+        ("kind", "i8"),  # JointKind
+        ("body_a", "i8"),
+        ("body_b", "i8"),
+        ("first_row", "i8"),
+        ("end_row", "i8"),  # one past the joint's last row
+        ("reaction_unique", "i8"),  # 1; 0 where redundant constraints share the reaction arbitrarily
+        ("point_b", "f8", (3,)),  # the joint's point from b's mass centre [m], axes of b
+        ("axis_a", "f8", (3,)),  # the joint's axis [1], axes of a; zero if it has none
+        ("friction_coefficient", "f8"),  # [1]
+        ("friction_radius", "f8"),  # [m]
+        ("friction_constant", "f8"),  # [N m]
+        ("friction_viscous", "f8"),  # [N m s/rad]
+    ]
+)
+"""A joint: its rows, its point, its friction."""
+
+BUSHING = np.dtype(
+    [
+        ("body_a", "i8"),
+        ("body_b", "i8"),
+        ("point_a", "f8", (3,)),  # the bushing's point from a's mass centre [m], axes of a
+        ("point_b", "f8", (3,)),  # the same on b
+        ("turn_a", "f8", (4,)),  # quaternion from bushing axes to axes of a [1]
+        ("turn_b", "f8", (4,)),  # quaternion from bushing axes to axes of b [1]; same attitude at assembly
+        ("stiffness", "f8", (6,)),  # three [N/m], three [N m/rad], bushing axes (third: the bushing's axis)
+        ("damping", "f8", (6,)),  # three [N s/m], three [N m s/rad], bushing axes
+    ]
+)
+"""A bushing: six stiffness and six damping rates between two bodies."""
+
+SPRING = np.dtype(
+    [
+        ("body_a", "i8"),
+        ("body_b", "i8"),
+        ("point_a", "f8", (3,)),  # end on a from a's mass centre [m], axes of a
+        ("point_b", "f8", (3,)),  # end on b from b's mass centre [m], axes of b
+        ("stiffness", "f8"),  # [N/m]
+        ("damping", "f8"),  # [N s/m]
+        ("free_length", "f8"),  # [m]
+    ]
+)
+"""A straight spring with a damper between two points."""
+
+TORQUE = np.dtype([("body", "i8"), ("moment", "f8", (3,))])
+"""A constant moment [N m] on a body, world axes."""
+
+DRIVE = np.dtype([("row", "i8"), ("first_knot", "i8"), ("end_knot", "i8")])
+"""A prescribed rotation: its constraint row, and its run of knots."""
+
+KNOT = np.dtype([("time", "f8"), ("speed", "f8"), ("angle", "f8")])
+"""A knot of a drive: time [s], speed of b relative to a about the joint's axis [rad/s], and angle [rad], zero at the first."""
+
+
+class Mechanism(NamedTuple):
+    """Everything constant about a mechanism. Tables are record arrays, one record per part, in the order given."""
+
+    gravity: np.ndarray
+    """Gravity [m/s^2], (3,), world axes."""
+    bodies: np.ndarray
+    """`BODY` records [SI], (n_bodies + 1,), ground last."""
+    rows: np.ndarray
+    """`ROW` records [SI], (n_rows,): those of the joints, then those of the drives."""
+    pairs: np.ndarray
+    """`PAIR` records [1], (n_pairs,), sorted by row."""
+    joints: np.ndarray
+    """`JOINT` records [SI], (n_joints,)."""
+    bushings: np.ndarray
+    """`BUSHING` records [SI], (n_bushings,)."""
+    springs: np.ndarray
+    """`SPRING` records [SI], (n_springs,)."""
+    torques: np.ndarray
+    """`TORQUE` records [SI], (n_torques,)."""
+    drives: np.ndarray
+    """`DRIVE` records [1], (n_drives,)."""
+    knots: np.ndarray
+    """`KNOT` records of all drives [SI], (n_knots,)."""
+    names: np.ndarray
+    """Fixed-width names [1] of bodies (ground last), joints, bushings, springs, drives, in this order, (n_parts,)."""
+
+
+class MechanismState(NamedTuple):
+    """Everything that moves; a copy of these arrays restores a run bit for bit."""
+
+    time: np.ndarray
+    """Time [s], (1,)."""
+    position: np.ndarray
+    """Mass centres [m], (n_bodies + 1, 3), world."""
+    quaternion: np.ndarray
+    """Attitudes q_WB (w, x, y, z) [1], (n_bodies + 1, 4)."""
+    velocity: np.ndarray
+    """Velocities of the mass centres [m/s], (n_bodies + 1, 3), world axes."""
+    angular_velocity: np.ndarray
+    """Angular velocities [rad/s], (n_bodies + 1, 3), world axes."""
+    acceleration: np.ndarray
+    """Acceleration of the mass centre [m/s^2] and angular acceleration [rad/s^2], (n_bodies + 1, 6), world axes."""
+    load: np.ndarray
+    """Force [N] and moment about the mass centre [N m] behind `acceleration`, reactions included, (n_bodies + 1, 6), world axes."""
+    multiplier: np.ndarray
+    """Reaction of each constraint row on its body b [N or N m], (n_rows,), along the row's axis."""
+    friction_moment: np.ndarray
+    """Friction moment each joint exerts on its body b [N m], (n_joints, 3), world axes."""
+    drive_motion: np.ndarray
+    """Angle [rad], speed [rad/s], acceleration [rad/s^2] of each drive, (n_drives, 3)."""
+    wrench: np.ndarray
+    """External force [N] and moment about the moving mass centre [N m], mean over the step, (n_bodies + 1, 6), world axes."""
+    previous_wrench: np.ndarray
+    """The external wrench contained in `load`, (n_bodies + 1, 6), as `wrench`."""
+    power: np.ndarray
+    """Power dissipated at `time` by each bushing, then each spring, then each joint [W], (n_bushings + n_springs + n_joints,)."""
+    drive_work: np.ndarray
+    """Work each drive did on the mechanism [J], (n_drives,), cumulative."""
+    wrench_work: np.ndarray
+    """Work the external wrench did on each body [J], (n_bodies + 1,), cumulative."""
+    torque_work: np.ndarray
+    """Work each constant moment did [J], (n_torques,), cumulative."""
+    bushing_loss: np.ndarray
+    """Energy each bushing dissipated [J], (n_bushings,), cumulative."""
+    spring_loss: np.ndarray
+    """Energy each spring dissipated [J], (n_springs,), cumulative."""
+    joint_loss: np.ndarray
+    """Energy each joint dissipated by friction [J], (n_joints,), cumulative."""
+
+
+class MechanismScratch(NamedTuple):
+    """Work space of one step; nothing in it has to survive a step."""
+
+    rotation: np.ndarray
+    """Rotation matrices R_WB [1], (n_bodies + 1, 3, 3)."""
+    inertia: np.ndarray
+    """Inertia about the mass centre [kg m^2], (n_bodies + 1, 3, 3), world axes."""
+    inverse_inertia: np.ndarray
+    """Inverse of `inertia` [1/(kg m^2)], (n_bodies + 1, 3, 3), world axes."""
+    twist: np.ndarray
+    """Velocity [m/s] and angular velocity [rad/s] the loads see, (n_bodies + 1, 6), world axes."""
+    start_twist: np.ndarray
+    """Velocity and angular velocity at the start of the step, (n_bodies + 1, 6), as `twist`."""
+    momentum: np.ndarray
+    """Momentum [kg m/s] and angular momentum about the mass centre [kg m^2/s], (n_bodies + 1, 6), world axes."""
+    load: np.ndarray
+    """Applied force [N] and moment about the mass centre [N m], (n_bodies + 1, 6), world axes."""
+    correction: np.ndarray
+    """Inverse mass times row reactions, per body: acceleration or displacement [SI], (n_bodies + 1, 6), world axes."""
+    jacobian: np.ndarray
+    """Rows (v_a, w_a, v_b, w_b) of the constraint rates [1 or m], (n_rows, 12), world axes."""
+    inverse_mass_jacobian: np.ndarray
+    """Inverse mass times the transposed Jacobian, (n_rows, 12) [1/kg or m/(kg m^2)], world axes."""
+    row_vectors: np.ndarray
+    """World vectors of each row [1 or m], (n_rows, 12): POINT axis, arm a, arm b, gap; AXIS axis a, its quarter turn, axis b."""
+    gap: np.ndarray
+    """Value of each constraint [m or rad], (n_rows,)."""
+    gap_rate: np.ndarray
+    """Explicit time derivative of each constraint [rad/s], (n_rows,)."""
+    curvature: np.ndarray
+    """What J a must equal [m/s^2 or rad/s^2], (n_rows,)."""
+    schur: np.ndarray
+    """J M^-1 J^T [SI], (n_rows, n_rows), lower triangle; destroyed by the factorisation."""
+    lower: np.ndarray
+    """Unit lower factor L [1], (n_rows, n_rows)."""
+    upper: np.ndarray
+    """L transposed [1], (n_rows, n_rows), so that both solves run along rows."""
+    inverse_pivot: np.ndarray
+    """1 / D of the factor L D L^T [SI], (n_rows,); 0 for a dependent row."""
+    solution: np.ndarray
+    """Right-hand side, then solution, of the constraint solve [SI], (n_rows,)."""
+    multiplier: np.ndarray
+    """Row reactions of the new solve [N or N m], (n_rows,)."""
+    drive_motion: np.ndarray
+    """Angle [rad], speed [rad/s], acceleration [rad/s^2] of each drive at the end of the step, (n_drives, 3)."""
+    power: np.ndarray
+    """Power dissipated at the end of the step by each bushing, spring, joint [W], (n_bushings + n_springs + n_joints,)."""
+
+
+class SensorTable(NamedTuple):
+    """What `read_sensors` writes, column by column."""
+
+    kind: np.ndarray
+    """`SensorKind` [1], (n_sensors,)."""
+    target: np.ndarray
+    """Index of the joint, bushing, drive or body [1], (n_sensors,)."""
+    first_column: np.ndarray
+    """First column of each sensor [1], (n_sensors + 1,)."""
+    point: np.ndarray
+    """Point from the body's mass centre [m], (n_sensors, 3), body axes."""
+    axes_body: np.ndarray
+    """Body whose axes the vectors are written in [1], (n_sensors,); the ground stands for world axes."""
+    column: np.ndarray
+    """Names of the columns [1], (n_columns,)."""
