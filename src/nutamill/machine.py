@@ -28,7 +28,7 @@ from nutamill.tables import (
 )
 
 
-class MillMechanism(Table):
+class DrawnMechanism(Table):
     """The crank that drives the chamber, what is weighed of the whole machine, and the friction of its joints."""
 
     mounting: Literal["flexible", "rigid"] = "flexible"

@@ -155,20 +155,26 @@ def format(value: float, kind: Kind | str) -> str:
 
     Parameters
     ----------
-    value : SI value, finite
+    value : SI value
     kind : what is measured
+
+    Raises
+    ------
+    ValueError : the value is not finite
     """
     kind = Kind(kind)
+    if not math.isfinite(value):
+        raise ValueError(f"{value} has no text: it is not finite")
     table = UNITS[kind]
     home = next(iter(table))
     choice = SHOWN.get(kind, (home,))
     unit = choice[0] if value == 0.0 else next((name for name in choice if abs(value) >= table[name]), choice[-1])
     for name in (unit, home):
         for digits in range(1, 18):
-            number = f"{value / table[name]:.{digits}g}"
+            number = _plain(f"{value / table[name]:.{digits}g}")
             if _si(number, table[name]) == value:
-                return f"{_plain(number)} {name}"
-    raise ValueError(f"{value} has no text: it is not finite")
+                return f"{number} {name}"
+    raise AssertionError(f"{value!r} is written exactly in the SI unit")
 
 
 def example(kind: Kind | str) -> str:

@@ -5,6 +5,7 @@ A case is read in layers: the base (and its base), the file, what stands after `
 
 import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -102,17 +103,31 @@ def merge(layers: list[Layer]) -> tuple[dict[str, Any], dict[Key, str], list[Fau
                 faults += error.faults
         _overlay(content, layer.content)
         places.update(layer.places)
+        # a key inside an inline table has no line of its own: without this its place would be that of an earlier layer
+        places.update({key: _nearest(layer.places, key) for key in _keys(layer.content)})
     return content, places, faults
 
 
 def placed(places: dict[Key, str], key: Key) -> str:
     """``where`` of a fault at a key: the key with the place of its nearest known parent."""
-    nearest = next((key[:n] for n in range(len(key), -1, -1) if key[:n] in places), None)
-    place = places.get(nearest, "") if nearest is not None else ""
+    place = _nearest(places, key)
     dotted = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in key).lstrip(".")
     if not place or not dotted:
         return place or dotted or "case"
     return f"{place} {dotted}" if place == "--set" else f"{place}: {dotted}"
+
+
+def _nearest(places: dict[Key, str], key: Key) -> str:
+    """Place of a key or of its nearest known parent."""
+    return next((places[key[:n]] for n in range(len(key), -1, -1) if key[:n] in places), "")
+
+
+def _keys(content: dict[str, Any], above: Key = ()) -> Iterator[Key]:
+    """All keys of a nested dict."""
+    for key, value in content.items():
+        yield (*above, key)
+        if isinstance(value, dict):
+            yield from _keys(value, (*above, key))
 
 
 def _find(name: str | Path) -> tuple[Path, str]:

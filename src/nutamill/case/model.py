@@ -20,9 +20,9 @@ from nutamill.machine import (
     BearingCross,
     Carriage,
     Chamber,
+    DrawnMechanism,
     Driveshaft,
     IntermediateShaft,
-    MillMechanism,
     Mounts,
     ShaftCoupling,
     TopFrame,
@@ -107,7 +107,7 @@ class Case(Table):
     """Version of the form of this file."""
     title: str = ""
     """One line that says what is asked."""
-    mechanism: MillMechanism
+    mechanism: DrawnMechanism
     chamber: Chamber
     carriage: Carriage
     driveshaft: Driveshaft

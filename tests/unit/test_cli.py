@@ -1,0 +1,138 @@
+"""The command line: what it prints, where, and with which exit code; the runs behind it are tested elsewhere."""
+
+import json
+import subprocess
+import sys
+import types
+
+import pytest
+from typer.testing import CliRunner
+
+from nutamill import cli
+from nutamill.case import load_case
+from nutamill.errors import StepError
+
+
+@pytest.fixture
+def invoke(tmp_path, monkeypatch):
+    """Run a command in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return lambda *words: CliRunner().invoke(cli.app, words)
+
+
+class OneResult:
+    """Stands for a result file."""
+
+    state, summary, provenance = "complete", {"crank_pin_force": 981.0}, {"seed": 1}
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        pass
+
+
+@pytest.fixture
+def engine(monkeypatch):
+    """The march, replaced by a record of what it was asked."""
+    asked = {}
+
+    def run(case, to=None, progress=None):
+        asked.update(case=case, to=to)
+        if "fault" in asked:
+            raise asked["fault"]
+        return OneResult()
+
+    def resume(path, until=None, progress=None):
+        asked.update(path=path, until=until)
+        return OneResult()
+
+    picture = types.SimpleNamespace(savefig=lambda path: asked.update(picture=path))
+    monkeypatch.setitem(sys.modules, "nutamill.march", types.SimpleNamespace(run=run, resume=resume))
+    monkeypatch.setattr("nutamill.march", sys.modules["nutamill.march"], raising=False)
+    monkeypatch.setitem(sys.modules, "nutamill.figures", types.SimpleNamespace(draw_run=lambda result: picture))
+    return asked
+
+
+def test_help_is_answered_without_any_heavy_import():
+    heavy = ["numba", "numpy", "scipy", "scipy.signal", "xarray", "matplotlib", "h5py", "pydantic", "llvmlite"]
+    program = f"import sys, nutamill, nutamill.cli; print([name for name in {heavy} if name in sys.modules])"
+    said = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert said.stdout.strip() == "[]"
+
+
+def test_new_writes_a_file_that_loads_and_never_over_another(invoke, tmp_path):
+    assert invoke("new", "mymill.toml", "--from", "numill-2025").exit_code == 0
+    text = (tmp_path / "mymill.toml").read_text()
+    assert load_case(tmp_path / "mymill.toml").drive == load_case("numill-2025").drive
+    again = invoke("new", "mymill.toml")
+    assert (again.exit_code, again.stderr) == (2, "mymill.toml: is there already and is not written over. Take another name\n")
+    assert (tmp_path / "mymill.toml").read_text() == text
+
+
+def test_show_prints_a_case_that_is_the_case(invoke):
+    from nutamill.case import Case
+
+    said = invoke("show", "numill", "-s", "drive.speed=500 rpm")
+    assert said.exit_code == 0
+    assert Case.from_toml(said.stdout) == load_case("numill").with_(drive__speed="500 rpm")
+
+
+def test_bad_input_is_told_on_stderr_line_by_line_and_exits_with_2(invoke):
+    said = invoke("show", "numill", "--set", "drive.sped=3", "--set", "charge.mass=20 kg")
+    assert (said.exit_code, said.stdout) == (2, "")
+    assert said.stderr == '--set drive.sped: unknown key. Did you mean "speed"?\n'
+
+
+def test_a_run_goes_to_a_file_named_by_the_case_and_its_digest(invoke, engine, tmp_path):
+    said = invoke("run", "numill", "-s", "chamber.ribs=12", "--threads", "2")
+    assert said.exit_code == 0, said.output
+    case = load_case("numill", ["chamber.ribs=12", "run.threads=2"])
+    assert engine["case"] == case
+    assert str(engine["to"]) == f"results/numill-{case.digest[:6]}.h5"
+    assert engine["picture"] == engine["to"].with_suffix(".png")
+    assert (tmp_path / "results").is_dir()
+    assert "crank_pin_force          981.0" in said.stdout
+
+
+def test_a_quick_run_is_rigid_and_says_that_it_is_a_demonstration(invoke, engine):
+    said = invoke("run", "numill", "--quick", "--to", "a.h5")
+    assert engine["case"].mechanism.mounting == "rigid"
+    assert str(engine["to"]) == "a.h5"
+    assert said.stdout.startswith("demonstration quality")
+
+
+def test_a_run_that_fails_exits_with_1(invoke, engine):
+    engine["fault"] = StepError("t=0.4 s: particle 812 overlaps. Take a smaller step.")
+    said = invoke("run", "numill")
+    assert (said.exit_code, said.stderr.splitlines()[-1]) == (1, "t=0.4 s: particle 812 overlaps. Take a smaller step.")
+
+
+def test_an_interrupted_run_says_how_to_go_on_and_exits_with_130(invoke, engine):
+    engine["fault"] = KeyboardInterrupt()
+    said = invoke("run", "numill", "--to", "a.h5")
+    assert (said.exit_code, said.stderr.splitlines()[-1]) == (130, "interrupted, saved. Go on with: nutamill resume a.h5")
+
+
+def test_resume_takes_a_new_end_with_its_unit(invoke, engine):
+    assert invoke("resume", "a.h5", "--until", "20 s").exit_code == 0
+    assert (str(engine["path"]), engine["until"]) == ("a.h5", 20.0)
+    wrong = invoke("resume", "a.h5", "--until", "20")
+    assert (wrong.exit_code, wrong.stderr) == (2, '--until: needs a unit: write "20 s" (a plain number is ambiguous)\n')
+
+
+def test_info_fields_names_each_recorded_quantity_with_its_unit(invoke):
+    said = invoke("info", "fields")
+    assert any(line.split()[:3] == ["driveshaft_torque", "N", "m"] for line in said.stdout.splitlines())
+
+
+def test_the_schema_knows_every_key_of_a_published_mill(invoke):
+    schema = json.loads(invoke("schema").stdout)
+    written = load_case("numill").model_dump(mode="json", by_alias=True, exclude_none=True)
+    assert set(written) | {"base"} == set(schema["properties"])
+    assert set(written["chamber"]) <= set(schema["$defs"]["Chamber"]["properties"])
+    assert "required" not in schema["$defs"]["Chamber"]
+
+
+def test_an_unknown_command_exits_with_2(invoke):
+    assert invoke("runn", "numill").exit_code == 2
