@@ -4,7 +4,7 @@ import numpy as np
 
 from nutamill.errors import Fault
 from nutamill.mechanism.drive import evaluate_drives
-from nutamill.mechanism.dynamics import place
+from nutamill.mechanism.equations import place
 from nutamill.mechanism.solve import DEPENDENT
 
 INVOLVED = 1e-6

@@ -16,19 +16,21 @@ section VII.1.4 (projection); Andersen, J. Comput. Phys. 52, 24-34, 1983 (Verlet
 
 import math
 
-from nutamill.frames import cross, rotation_matrix, turn_quaternion
+from nutamill.frames import turn_quaternion, turn_vector_back
 from nutamill.kernel import kernel
 from nutamill.mechanism.drive import evaluate_drives
-from nutamill.mechanism.joints import bend_rows, place_rows, row_rate
-from nutamill.mechanism.loads import apply_bushings, apply_given, apply_joint_friction, apply_springs
-from nutamill.mechanism.solve import (
-    add_row_reactions,
-    divide_by_mass,
-    divide_rows_by_mass,
-    factor,
-    form_schur,
-    solve_factored,
+from nutamill.mechanism.equations import (
+    copy_rows,
+    copy_vector,
+    factor_constraints,
+    hold_ground,
+    place,
+    place_bodies,
+    row_residuals,
+    solve_reactions,
 )
+from nutamill.mechanism.loads import bushing_travel_of, spring_pull
+from nutamill.mechanism.solve import add_row_reactions, divide_by_mass, solve_factored
 
 OK, NOT_FINITE = 0, 1
 """Status of a step: fine; a number is no longer finite (the state is lost)."""
@@ -41,44 +43,6 @@ FRICTION_ROUNDS = 4
 
 
 @kernel
-def copy_vector(source, out):
-    """Copy a vector (n,)."""
-    for i in range(out.shape[0]):
-        out[i] = source[i]
-
-
-@kernel
-def copy_rows(source, out):
-    """Copy an array (n, m)."""
-    for i in range(out.shape[0]):
-        for k in range(out.shape[1]):
-            out[i, k] = source[i, k]
-
-
-@kernel
-def turn_inertia(R, I_body, I_out):
-    """``R I R^T``: an inertia (3, 3) [kg m^2] or its inverse, from body axes to world axes."""
-    for i in range(3):
-        t0 = R[i, 0] * I_body[0, 0] + R[i, 1] * I_body[1, 0] + R[i, 2] * I_body[2, 0]
-        t1 = R[i, 0] * I_body[0, 1] + R[i, 1] * I_body[1, 1] + R[i, 2] * I_body[2, 1]
-        t2 = R[i, 0] * I_body[0, 2] + R[i, 1] * I_body[1, 2] + R[i, 2] * I_body[2, 2]
-        for j in range(i, 3):
-            value = t0 * R[j, 0] + t1 * R[j, 1] + t2 * R[j, 2]
-            I_out[i, j] = value
-            I_out[j, i] = value
-
-
-@kernel
-def place_bodies(bodies, quaternion, rotation_out, inertia_out, inverse_inertia_out):
-    """Rotation matrices, inertias and inverse inertias in world axes, (n_bodies + 1, 3, 3) each, at given attitudes."""
-    for b in range(bodies.shape[0]):
-        R = rotation_out[b]
-        rotation_matrix(quaternion[b], R)
-        turn_inertia(R, bodies[b].inertia, inertia_out[b])
-        turn_inertia(R, bodies[b].inverse_inertia, inverse_inertia_out[b])
-
-
-@kernel
 def gather_momentum(bodies, inertia, velocity, angular_velocity, twist_out, momentum_out):
     """Twists, and momentum [kg m/s] with angular momentum about the mass centre [kg m^2/s], (n_bodies + 1, 6) each."""
     for b in range(bodies.shape[0]):
@@ -88,84 +52,6 @@ def gather_momentum(bodies, inertia, velocity, angular_velocity, twist_out, mome
             twist_out[b, 3 + k] = w[k]
             momentum_out[b, k] = bodies[b].mass * velocity[b, k]
             momentum_out[b, 3 + k] = I[k, 0] * w[0] + I[k, 1] * w[1] + I[k, 2] * w[2]
-
-
-@kernel
-def accelerate(bodies, inertia, inverse_inertia, twist, load, out):
-    """Accelerations (n_bodies + 1, 6) [m/s^2, rad/s^2] from loads about the mass centres and twists.
-
-    Newton and Euler: ``m a = F``, ``I alpha = M - w x I w``.
-    """
-    for b in range(load.shape[0]):
-        I, t = inertia[b], twist[b]
-        h0 = I[0, 0] * t[3] + I[0, 1] * t[4] + I[0, 2] * t[5]
-        h1 = I[1, 0] * t[3] + I[1, 1] * t[4] + I[1, 2] * t[5]
-        h2 = I[2, 0] * t[3] + I[2, 1] * t[4] + I[2, 2] * t[5]
-        g0, g1, g2 = cross(t[3], t[4], t[5], h0, h1, h2)
-        out[b, 0], out[b, 1], out[b, 2] = load[b, 0], load[b, 1], load[b, 2]
-        out[b, 3], out[b, 4], out[b, 5] = load[b, 3] - g0, load[b, 4] - g1, load[b, 5] - g2
-    divide_by_mass(bodies, inverse_inertia, out, out)
-
-
-@kernel
-def place(mechanism, state, scratch):
-    """Rotations, inertias, row vectors, gaps and Jacobian at the present pose and `scratch.drive_motion`."""
-    place_bodies(mechanism.bodies, state.quaternion, scratch.rotation, scratch.inertia, scratch.inverse_inertia)
-    place_rows(
-        mechanism.rows, state.position, scratch.rotation, scratch.drive_motion,
-        scratch.row_vectors, scratch.gap, scratch.gap_rate, scratch.jacobian,
-    )  # fmt: skip
-
-
-@kernel
-def factor_constraints(mechanism, scratch):
-    """``M^-1 J^T``, ``J M^-1 J^T`` and its factor from the placed Jacobian."""
-    divide_rows_by_mass(mechanism.rows, mechanism.bodies, scratch.inverse_inertia, scratch.jacobian, scratch.inverse_mass_jacobian)
-    form_schur(mechanism.pairs, scratch.jacobian, scratch.inverse_mass_jacobian, scratch.schur)
-    factor(scratch.schur, scratch.lower, scratch.upper, scratch.inverse_pivot)
-
-
-@kernel
-def apply_loads(mechanism, state, scratch):
-    """Applied loads (friction apart) about the mass centres into `scratch.load`, with the velocities of `scratch.twist`."""
-    twist, load, power = scratch.twist, scratch.load, scratch.power
-    apply_given(mechanism.bodies, mechanism.gravity, mechanism.torques, state.wrench, load)
-    apply_bushings(mechanism.bushings, state.position, state.quaternion, twist, load, power)
-    apply_springs(mechanism.springs, state.position, state.quaternion, twist, mechanism.bushings.shape[0], load, power)
-
-
-@kernel
-def solve_reactions(mechanism, state, scratch):
-    """Loads at the present pose and `scratch.twist`, and the row reactions that keep the constraints.
-
-    Leaves Jacobian, gaps and factor in `scratch`, the reactions in `scratch.multiplier`, the load with reactions in
-    `state.load`, and the accelerations in `state.acceleration`.
-    """
-    place(mechanism, state, scratch)
-    apply_loads(mechanism, state, scratch)
-    offset = mechanism.bushings.shape[0] + mechanism.springs.shape[0]
-    apply_joint_friction(
-        mechanism.joints, state.multiplier, state.quaternion, scratch.twist, offset,
-        scratch.load, state.friction_moment, scratch.power,
-    )  # fmt: skip
-    bend_rows(mechanism.rows, scratch.row_vectors, scratch.twist, scratch.drive_motion, scratch.curvature)
-    factor_constraints(mechanism, scratch)
-    acceleration, reaction = state.acceleration, scratch.multiplier
-    accelerate(mechanism.bodies, scratch.inertia, scratch.inverse_inertia, scratch.twist, scratch.load, acceleration)
-    row_residuals(mechanism.rows, scratch.jacobian, acceleration, scratch.curvature, reaction)
-    solve_factored(scratch.lower, scratch.upper, scratch.inverse_pivot, reaction)
-    add_row_reactions(mechanism.rows, scratch.inverse_mass_jacobian, reaction, acceleration)
-    copy_rows(scratch.load, state.load)
-    add_row_reactions(mechanism.rows, scratch.jacobian, reaction, state.load)
-    hold_ground(state.load)
-    hold_ground(acceleration)
-
-
-@kernel
-def hold_ground(per_body):
-    """Zero the ground's row of a per-body array (n_bodies + 1, 6)."""
-    for k in range(6):
-        per_body[per_body.shape[0] - 1, k] = 0.0
 
 
 @kernel
@@ -298,13 +184,6 @@ def finish(mechanism, state, scratch, dt):
 
 
 @kernel
-def row_residuals(rows, jacobian, motion, target, out):
-    """``target - J motion`` row by row into `out` (n_rows,); `motion` (n_bodies + 1, 6) are twists or accelerations."""
-    for i in range(rows.shape[0]):
-        out[i] = target[i] - row_rate(jacobian[i], motion[rows[i].body_a], motion[rows[i].body_b])
-
-
-@kernel
 def add_works(mechanism, state, scratch, dt):
     """Works of drives, wrenches and constant moments over the step just made: impulse times mean velocity.
 
@@ -364,3 +243,114 @@ def march(mechanism, state, scratch, dt, n_steps):
         if status != OK:
             return status
     return OK
+
+
+@kernel
+def solve_again(mechanism, state, scratch):
+    """Solve anew at the present pose and velocities with the present `state.wrench`, which then counts as acting already.
+
+    For a step that is repeated from its start with another wrench: restore the state, set the wrench, call this, then `drift`.
+    """
+    evaluate_drives(mechanism.drives, mechanism.knots, state.time[0], scratch.drive_motion)
+    gather_twists(state, scratch.twist)
+    solve_reactions(mechanism, state, scratch)
+    keep_solution(state, scratch)
+
+
+@kernel
+def gather_twists(state, twist_out):
+    """Velocity and angular velocity of every body side by side, (n_bodies + 1, 6) [m/s, rad/s], world axes."""
+    for b in range(twist_out.shape[0]):
+        for k in range(3):
+            twist_out[b, k] = state.velocity[b, k]
+            twist_out[b, 3 + k] = state.angular_velocity[b, k]
+
+
+@kernel
+def copy_mechanism_state(source, target):
+    """Copy every array of one `MechanismState` into another of the same mechanism: enough to repeat a step bit for bit."""
+    for one, other in (
+        (source.time, target.time),
+        (source.multiplier, target.multiplier),
+        (source.power, target.power),
+        (source.drive_work, target.drive_work),
+        (source.wrench_work, target.wrench_work),
+        (source.torque_work, target.torque_work),
+        (source.bushing_loss, target.bushing_loss),
+        (source.spring_loss, target.spring_loss),
+        (source.joint_loss, target.joint_loss),
+    ):
+        copy_vector(one, other)
+    for one, other in (
+        (source.position, target.position),
+        (source.quaternion, target.quaternion),
+        (source.velocity, target.velocity),
+        (source.angular_velocity, target.angular_velocity),
+        (source.acceleration, target.acceleration),
+        (source.load, target.load),
+        (source.friction_moment, target.friction_moment),
+        (source.drive_motion, target.drive_motion),
+        (source.wrench, target.wrench),
+        (source.previous_wrench, target.previous_wrench),
+    ):
+        copy_rows(one, other)
+
+
+@kernel
+def body_motion(state, body, motion_out):
+    """Position, quaternion, velocity, angular velocity, acceleration, angular acceleration of a body's mass centre.
+
+    `motion_out` (19,) in the order of `nutamill.frames.MOTION_SIZE`, SI, world axes.
+    """
+    for k in range(3):
+        motion_out[k] = state.position[body, k]
+        motion_out[7 + k] = state.velocity[body, k]
+        motion_out[10 + k] = state.angular_velocity[body, k]
+        motion_out[13 + k] = state.acceleration[body, k]
+        motion_out[16 + k] = state.acceleration[body, 3 + k]
+    for k in range(4):
+        motion_out[3 + k] = state.quaternion[body, k]
+
+
+@kernel
+def kinetic_energy(mechanism, state):
+    """Kinetic energy of all bodies [J]."""
+    total = 0.0
+    for b in range(mechanism.bodies.shape[0] - 1):
+        v, w, I = state.velocity[b], state.angular_velocity[b], mechanism.bodies[b].inertia
+        w0, w1, w2 = turn_vector_back(state.quaternion[b], w[0], w[1], w[2])
+        total += 0.5 * mechanism.bodies[b].mass * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        total += 0.5 * (w0 * w0 * I[0, 0] + w1 * w1 * I[1, 1] + w2 * w2 * I[2, 2])
+        total += w0 * w1 * I[0, 1] + w0 * w2 * I[0, 2] + w1 * w2 * I[1, 2]
+    return total
+
+
+@kernel
+def potential_energy(mechanism, state):
+    """Potential energy of gravity of all bodies [J], zero with the mass centres at the world's origin."""
+    total = 0.0
+    for b in range(mechanism.bodies.shape[0] - 1):
+        for k in range(3):
+            total -= mechanism.bodies[b].mass * mechanism.gravity[k] * state.position[b, k]
+    return total
+
+
+@kernel
+def bushing_energy(mechanism, state, bushing):
+    """Elastic energy [J] of bushing number `bushing`: half of stiffness times travel squared."""
+    k = mechanism.bushings[bushing].stiffness
+    d0, d1, d2, t0, t1, t2 = bushing_travel_of(mechanism.bushings[bushing], state.position, state.quaternion)
+    return 0.5 * (k[0] * d0 * d0 + k[1] * d1 * d1 + k[2] * d2 * d2 + k[3] * t0 * t0 + k[4] * t1 * t1 + k[5] * t2 * t2)
+
+
+@kernel
+def energies(mechanism, state, scratch, out):
+    """Kinetic, potential and elastic energy [J] (bushings and springs) into `out` (3,).  `scratch.twist` is overwritten."""
+    out[0], out[1], out[2] = kinetic_energy(mechanism, state), potential_energy(mechanism, state), 0.0
+    for i in range(mechanism.bushings.shape[0]):
+        out[2] += bushing_energy(mechanism, state, i)
+    gather_twists(state, scratch.twist)
+    for i in range(mechanism.springs.shape[0]):
+        spring = mechanism.springs[i]
+        length, _pull, _power, _n0, _n1, _n2 = spring_pull(spring, state.position, state.quaternion, scratch.twist)
+        out[2] += 0.5 * spring.stiffness * (length - spring.free_length) ** 2

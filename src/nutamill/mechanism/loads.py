@@ -157,7 +157,7 @@ def apply_springs(springs, position, quaternion, twist, offset, load_out, power_
     """Add every spring's force to `load_out` (n_bodies + 1, 6); `power_out` from `offset` on [W] is what its damper dissipates."""
     for i in range(springs.shape[0]):
         spring = springs[i]
-        length, pull, power, n0, n1, n2 = spring_pull(spring, position, quaternion, twist)
+        _length, pull, power, n0, n1, n2 = spring_pull(spring, position, quaternion, twist)
         power_out[offset + i] = power
         x0, x1, x2 = world_point(position, quaternion, spring.body_b, spring.point_b)
         add_wrench(load_out, position, spring.body_a, spring.body_b, x0, x1, x2, -pull * n0, -pull * n1, -pull * n2, 0.0, 0.0, 0.0)

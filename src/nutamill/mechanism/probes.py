@@ -1,29 +1,14 @@
-"""Read the state: motions of bodies and points, reactions, bushing wrenches, drive torques, energies.
+"""Read the state: motions of points, reactions, bushing wrenches, drive torques.
 
 Every function needs the state alone (reactions are those of its last solve), so it may be called after a restored checkpoint.
 """
 
-from nutamill.frames import cross, turn_vector, turn_vector_back
+from nutamill.frames import cross, turn_vector
 from nutamill.kernel import kernel
+from nutamill.mechanism.dynamics import gather_twists
 from nutamill.mechanism.joints import put
-from nutamill.mechanism.loads import bushing_travel_of, bushing_wrench_of, spring_pull, world_point
+from nutamill.mechanism.loads import bushing_travel_of, bushing_wrench_of, world_point
 from nutamill.mechanism.model import POINT
-
-
-@kernel
-def body_motion(state, body, motion_out):
-    """Position, quaternion, velocity, angular velocity, acceleration, angular acceleration of a body's mass centre.
-
-    `motion_out` (19,) in the order of `nutamill.frames.MOTION_SIZE`, SI, world axes.
-    """
-    for k in range(3):
-        motion_out[k] = state.position[body, k]
-        motion_out[7 + k] = state.velocity[body, k]
-        motion_out[10 + k] = state.angular_velocity[body, k]
-        motion_out[13 + k] = state.acceleration[body, k]
-        motion_out[16 + k] = state.acceleration[body, 3 + k]
-    for k in range(4):
-        motion_out[3 + k] = state.quaternion[body, k]
 
 
 @kernel
@@ -57,7 +42,7 @@ def bushing_wrench(mechanism, state, scratch, bushing, out):
     Bushing axes fixed in a: those of a itself where the bushing's axis is a's z.  `scratch.twist` is overwritten.
     """
     gather_twists(state, scratch.twist)
-    f0, f1, f2, m0, m1, m2, power = bushing_wrench_of(mechanism.bushings[bushing], state.position, state.quaternion, scratch.twist)
+    f0, f1, f2, m0, m1, m2, _power = bushing_wrench_of(mechanism.bushings[bushing], state.position, state.quaternion, scratch.twist)
     put(out, 0, f0, f1, f2)
     put(out, 3, m0, m1, m2)
 
@@ -112,57 +97,3 @@ def point_acceleration(state, body, point):
     c0, c1, c2 = cross(w[0], w[1], w[2], c0, c1, c2)
     d0, d1, d2 = cross(a[3], a[4], a[5], r0, r1, r2)
     return a[0] + c0 + d0, a[1] + c1 + d1, a[2] + c2 + d2
-
-
-@kernel
-def gather_twists(state, twist_out):
-    """Velocity and angular velocity of every body side by side, (n_bodies + 1, 6) [m/s, rad/s], world axes."""
-    for b in range(twist_out.shape[0]):
-        for k in range(3):
-            twist_out[b, k] = state.velocity[b, k]
-            twist_out[b, 3 + k] = state.angular_velocity[b, k]
-
-
-@kernel
-def kinetic_energy(mechanism, state):
-    """Kinetic energy of all bodies [J]."""
-    total = 0.0
-    for b in range(mechanism.bodies.shape[0] - 1):
-        v, w, I = state.velocity[b], state.angular_velocity[b], mechanism.bodies[b].inertia
-        w0, w1, w2 = turn_vector_back(state.quaternion[b], w[0], w[1], w[2])
-        total += 0.5 * mechanism.bodies[b].mass * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-        total += 0.5 * (w0 * w0 * I[0, 0] + w1 * w1 * I[1, 1] + w2 * w2 * I[2, 2])
-        total += w0 * w1 * I[0, 1] + w0 * w2 * I[0, 2] + w1 * w2 * I[1, 2]
-    return total
-
-
-@kernel
-def potential_energy(mechanism, state):
-    """Potential energy of gravity of all bodies [J], zero with the mass centres at the world's origin."""
-    total = 0.0
-    for b in range(mechanism.bodies.shape[0] - 1):
-        for k in range(3):
-            total -= mechanism.bodies[b].mass * mechanism.gravity[k] * state.position[b, k]
-    return total
-
-
-@kernel
-def bushing_energy(mechanism, state, bushing):
-    """Elastic energy [J] of bushing number `bushing`: half of stiffness times travel squared."""
-    k = mechanism.bushings[bushing].stiffness
-    d0, d1, d2, t0, t1, t2 = bushing_travel_of(mechanism.bushings[bushing], state.position, state.quaternion)
-    return 0.5 * (k[0] * d0 * d0 + k[1] * d1 * d1 + k[2] * d2 * d2 + k[3] * t0 * t0 + k[4] * t1 * t1 + k[5] * t2 * t2)
-
-
-@kernel
-def energies(mechanism, state, scratch):
-    """Kinetic, potential and elastic energy [J] (bushings and springs), as a 3-tuple.  `scratch.twist` is overwritten."""
-    elastic = 0.0
-    for i in range(mechanism.bushings.shape[0]):
-        elastic += bushing_energy(mechanism, state, i)
-    gather_twists(state, scratch.twist)
-    for i in range(mechanism.springs.shape[0]):
-        spring = mechanism.springs[i]
-        length, pull, power, n0, n1, n2 = spring_pull(spring, state.position, state.quaternion, scratch.twist)
-        elastic += 0.5 * spring.stiffness * (length - spring.free_length) ** 2
-    return kinetic_energy(mechanism, state), potential_energy(mechanism, state), elastic
