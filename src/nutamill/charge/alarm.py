@@ -1,0 +1,64 @@
+"""What went wrong in a substep: names the particles, once, after a chunk raised an alarm."""
+
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, LawColumn, Status
+from nutamill.charge.surfaces import surface_overlap
+from nutamill.kernel import kernel
+
+STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
+LIMIT = int(LawColumn.LIMIT)
+PAIR_OVERLAP, WALL_OVERLAP, OUTSIDE = int(Status.PAIR_OVERLAP), int(Status.WALL_OVERLAP), int(Status.OUTSIDE)
+
+
+@kernel
+def overlap_of(model, state, points, i, j):
+    """Overlap [m] of slots `i` and `j` at the positions `points` were published for."""
+    square = 0.0
+    for k in range(3):
+        gap = (float(points[j, k]) - float(points[i, k])) / model.scale
+        square += gap * gap
+    return state.body[0, i] + state.body[0, j] - square**0.5
+
+
+@kernel
+def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratch):
+    """Fill ``state.status`` with the contact that exceeds its limit most, or with a particle that left the domain.
+
+    Works on the positions the forces of this substep were taken at, before the clock turns; called by one thread.
+    """
+    n, chunk = model.n_particles, model.chunk
+    points, lst = state.points[state.clock[PUBLISHED]], state.clock[LIST]
+    worst = 0.0
+    status = state.status
+    status[3] = state.clock[STEP]
+    for c in range(scratch.alarms.shape[0]):
+        lo, hi = c * chunk, min(n, c * chunk + chunk)
+        if scratch.alarms[c] & 2:
+            for i in range(lo, hi):
+                inside = True
+                for k in range(3):
+                    inside = inside and abs(state.x[k, i] - model.centre[k]) < model.reach
+                if not inside:
+                    status[0], status[1], status[2] = OUTSIDE, state.ids[i], -1
+                    return
+        if scratch.alarms[c] & 4:
+            for p in range(state.listed[lst, c]):
+                i, j = lo + state.owners[lst, c, p], state.partners[lst, c, p]
+                law = model.law_of[state.material[i], state.material[j]]
+                share = overlap_of(model, state, points, i, j) / (2.0 * min(state.body[0, i], state.body[0, j]))
+                if share * model.laws[law, LIMIT] > worst:
+                    worst = share * model.laws[law, LIMIT]
+                    status[0], status[1], status[2] = PAIR_OVERLAP, state.ids[i], state.ids[j]
+                    state.largest_overlap[2] = share
+        if scratch.alarms[c] & 8:
+            for i in range(lo, hi):
+                x = model.centre[0] + float(points[i, 0]) / model.scale
+                y = model.centre[1] + float(points[i, 1]) / model.scale
+                z = model.centre[2] + float(points[i, 2]) / model.scale
+                for s in range(model.surface_kind.shape[0]):
+                    law = model.law_of[state.material[i], model.surface_material[s]]
+                    overlap, _, _, _ = surface_overlap(model, scratch.placed[0, s], s, x, y, z, state.body[0, i])
+                    share = overlap / (2.0 * state.body[0, i])
+                    if share * model.laws[law, LIMIT] > worst:
+                        worst = share * model.laws[law, LIMIT]
+                        status[0], status[1], status[2] = WALL_OVERLAP, state.ids[i], s
+                        state.largest_overlap[2] = share

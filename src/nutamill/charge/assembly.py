@@ -1,0 +1,382 @@
+"""From descriptions of particles, surfaces and laws to the arrays of a charge; all checks of input are here."""
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from nutamill.charge.model import (
+    BATCH,
+    PADDING,
+    ChargeModel,
+    ChargeScratch,
+    ChargeState,
+    Clock,
+    PairLaw,
+    RollingLaw,
+    Status,
+    Surface,
+    SurfaceKind,
+)
+from nutamill.charge.surfaces import place_surfaces, surface_overlap
+from nutamill.errors import CaseError, Fault
+
+SMALL_CHUNK, LARGE_CHUNK, MANY = 64, 256, 10_000
+"""Slots in a chunk, below and from MANY particles on."""
+
+CANDIDATES_PER_PARTICLE = 14
+"""Room in a list for each particle [1]; `grow` makes more."""
+
+NAMED = 5
+"""Worst offenders that a message names [1]."""
+
+
+def _aligned(shape, dtype) -> np.ndarray:
+    """Zeros that begin on a cache line."""
+    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    raw = np.zeros(size + 64, np.uint8)
+    offset = -raw.ctypes.data % 64
+    return raw[offset : offset + size].view(dtype).reshape(shape)
+
+
+def law_numbers(law: PairLaw) -> list[float]:
+    """The numbers of a pair law in the order of `LawColumn`."""
+    direct = law.stiffness_direct > 0.0
+    return [
+        1.0 / law.stiffness_direct if direct else 0.0,
+        0.0 if direct else 1.0 / law.stiffness_per_diameter_a,
+        0.0 if direct else 1.0 / law.stiffness_per_diameter_b,
+        law.tangential_ratio,
+        2.0 * law.damping_ratio,
+        0.0 if law.tension_cut else -math.inf,
+        law.static_friction,
+        law.dynamic_friction,
+        law.rolling_friction,
+        1.0 / law.overlap_stop,
+    ]
+
+
+def mirrored(law: PairLaw) -> PairLaw:
+    """The law of materials (b, a) from that of (a, b)."""
+    return PairLaw(
+        law.stiffness_direct, law.stiffness_per_diameter_b, law.stiffness_per_diameter_a, law.tangential_ratio, law.damping_ratio,
+        law.tension_cut, law.static_friction, law.dynamic_friction, law.rolling_friction, law.overlap_warn, law.overlap_stop,
+    )  # fmt: skip
+
+
+def _law_table(pair_laws, materials, surfaces, n_materials) -> tuple[list, np.ndarray, list[Fault]]:
+    """Rows of numbers, which row for which pair, and the pairs that have none."""
+    laws, faults = [], []
+    table = np.zeros((n_materials, n_materials), np.int32)
+    present = sorted({int(m) for m in materials})
+    needed = {(a, b) for a in present for b in present} | {(a, s.material) for a in present for s in surfaces}
+    rows = {}
+    for a, b in sorted(needed):
+        law = pair_laws.get((a, b)) or (mirrored(pair_laws[b, a]) if (b, a) in pair_laws else None)
+        if law is None:
+            if (b, a) not in needed or a <= b:
+                faults.append(Fault(f"materials {a} and {b}", "a pair law must be given, got none", f"Add pair_laws[{a}, {b}]"))
+            continue
+        table[a, b] = rows.setdefault(law, len(rows))
+    laws = [law_numbers(law) for law in rows]
+    return laws, table, faults
+
+
+def _named(ids) -> str:
+    shown = ", ".join(str(int(i)) for i in ids[:NAMED])
+    return shown + (f" and {len(ids) - NAMED} more" if len(ids) > NAMED else "")
+
+
+def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
+    """Sizes that do not fit together, and numbers that cannot be."""
+    faults = []
+    if positions.ndim != 2 or positions.shape[1:] != (3,) or len(positions) == 0:
+        return [Fault("positions", f"must be an (n, 3) array of at least one particle, got shape {positions.shape}")]
+    n = len(positions)
+    if radii.shape != (n,) or materials.shape != (n,):
+        return [Fault("radii, materials", f"must be ({n},) arrays, got {radii.shape} and {materials.shape}")]
+    for name, bad, must in (
+        ("positions", ~np.isfinite(positions).all(axis=1), "finite"),
+        ("radii", ~(np.isfinite(radii) & (radii > 0.0)), "positive"),
+        ("materials", (materials < 0) | (materials >= len(densities)), f"from 0 to {len(densities) - 1}"),
+    ):
+        if bad.any():
+            faults.append(Fault(name, f"must be {must}, not so for particles {_named(np.flatnonzero(bad))}"))
+    for material in sorted(set(materials.tolist())):
+        if 0 <= material < len(densities) and not (math.isfinite(densities[material]) and densities[material] > 0.0):
+            faults.append(Fault(f"density of material {material}", f"must be positive, got {densities[material]} kg/m^3"))
+    return faults
+
+
+def _pair_faults(positions, radii, materials, model) -> list[Fault]:
+    """Particles that overlap beyond their limit at the start; the worst are named."""
+    pairs = cKDTree(positions).query_pairs(2.0 * float(radii.max()), output_type="ndarray")
+    if len(pairs) == 0:
+        return []
+    i, j = pairs.T
+    overlap = radii[i] + radii[j] - np.linalg.norm(positions[i] - positions[j], axis=1)
+    share = overlap / (2.0 * np.minimum(radii[i], radii[j]))
+    excess = share * model.laws[model.law_of[materials[i], materials[j]], 9]
+    bad = np.flatnonzero(excess > 1.0)
+    worst = bad[np.argsort(-excess[bad])][:NAMED]
+    if len(bad) == 0:
+        return []
+    listed = ", ".join(f"{i[k]}-{j[k]} ({100 * share[k]:.0f} %)" for k in worst)
+    what = f"particles must not overlap beyond overlap_stop, {len(bad)} pairs do; worst, with the share of the diameter: {listed}"
+    return [Fault("positions", what, "Start from a looser packing")]
+
+
+def _wall_faults(positions, radii, materials, model, surfaces, poses) -> list[Fault]:
+    """Particles that start inside or behind a surface."""
+    faults = []
+    placed = np.zeros((len(surfaces), 12))
+    place_surfaces(model, poses, placed)
+    for s, surface in enumerate(surfaces):
+        deep = np.array([surface_overlap(model, placed[s], s, *p, r)[0] for p, r in zip(positions, radii, strict=True)])
+        excess = deep / (2.0 * radii) * model.laws[model.law_of[materials, surface.material], 9]
+        bad = np.flatnonzero(excess > 1.0)
+        if len(bad):
+            bad = bad[np.argsort(-excess[bad])]
+            what = f"particles must start inside, these overlap it beyond overlap_stop or lie behind it: {_named(bad)}"
+            faults.append(Fault(f'surface "{surface.name}"', what, "Check the chamber's sizes and the fill"))
+    return faults
+
+
+def body_poses(n_bodies: int, poses=None) -> np.ndarray:
+    """Mass centre [m] and rotation matrix [1] of each body (n_bodies, 12), from (n_bodies, 7) positions and quaternions or at the origin."""
+    out = np.zeros((n_bodies, 12))
+    out[:, 3] = out[:, 7] = out[:, 11] = 1.0
+    if poses is not None:
+        for b, (px, py, pz, w, x, y, z) in enumerate(np.asarray(poses, float)):
+            out[b] = [
+                px, py, pz, 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), 2 * (x * y + w * z),
+                1 - 2 * (x * x + z * z), 2 * (y * z - w * x), 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
+            ]  # fmt: skip
+    return out
+
+
+def _default_domain(positions, radii, surfaces) -> tuple[np.ndarray, float]:
+    """Centre and half size of a cube with room for everything to move."""
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    reach = max([float((high - low).max()), 200.0 * float(radii.max())] + [2.0 * max(s.size) for s in surfaces])
+    return 0.5 * (low + high), reach
+
+
+def charge(
+    positions: np.ndarray,
+    radii: np.ndarray,
+    materials: np.ndarray,
+    densities: Sequence[float],
+    pair_laws: Mapping[tuple[int, int], PairLaw],
+    surfaces: Sequence[Surface],
+    n_bodies: int,
+    gravity: Sequence[float] = (0.0, 0.0, -9.81),
+    rolling: RollingLaw = RollingLaw.TYPE_C,
+    skin: float | None = None,
+    velocities: np.ndarray | None = None,
+    spins: np.ndarray | None = None,
+    precision: str = "single",
+    domain: tuple[Sequence[float], float] | None = None,
+    poses: np.ndarray | None = None,
+) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
+    """Build a charge; `start` it before the first `window`.
+
+    Parameters
+    ----------
+    positions : [m] (n, 3), world
+    radii : [m] (n,); any sizes
+    materials : material of each particle [1] (n,)
+    densities : by material [kg/m^3]
+    pair_laws : law of two materials (a, b), each pair once
+    surfaces : wall pieces, each carried by a body
+    n_bodies : bodies that may carry surfaces [1]
+    gravity : [m/s^2] (3,), world axes
+    rolling : law of rolling resistance
+    skin : gap up to which pairs are candidates [m]; a quarter of the mean diameter if None
+    velocities, spins : [m/s], [rad/s] (n, 3), world axes; zero if None
+    precision : "single", or "double" for verification
+    domain : centre [m] (3,) and half size [m] of a cube nothing leaves; chosen from the positions if None
+    poses : mass centre [m] (3) and quaternion (4) of each body at the start (n_bodies, 7), world; at the origin if None
+
+    Raises
+    ------
+    CaseError : sizes and densities that cannot be, missing pair laws, particles that overlap or lie outside at the start
+    """
+    positions = np.array(positions, float)
+    radii, materials = np.array(radii, float), np.array(materials, np.int32)
+    faults = _particle_faults(positions, radii, materials, densities)
+    if faults:
+        raise CaseError(*faults)
+    n = len(positions)
+    n_materials = max([len(densities)] + [s.material + 1 for s in surfaces])
+    rows, law_of, faults = _law_table(pair_laws, materials, surfaces, n_materials)
+    for surface in surfaces:
+        if not 0 <= surface.body < n_bodies:
+            faults.append(Fault(f'surface "{surface.name}"', f"body must be from 0 to {n_bodies - 1}, got {surface.body}"))
+    if precision not in ("single", "double"):
+        faults.append(Fault("precision", f'must be "single" or "double", got {precision!r}'))
+    if faults:
+        raise CaseError(*faults)
+    single = precision == "single"
+    real, point = (np.float32, np.int32) if single else (np.float64, np.int64)
+    centre, reach = _default_domain(positions, radii, surfaces) if domain is None else (np.array(domain[0], float), float(domain[1]))
+    model = ChargeModel(
+        n_particles=n,
+        chunk=SMALL_CHUNK if n < MANY else LARGE_CHUNK,
+        n_bodies=n_bodies,
+        laws=np.array(rows, real),
+        law_of=law_of,
+        spring_rolling=float(rolling == RollingLaw.TYPE_C),
+        constant_rolling=float(rolling == RollingLaw.TYPE_A),
+        surface_kind=np.array([int(s.kind) for s in surfaces], np.int64),
+        surface_body=np.array([s.body for s in surfaces], np.int64),
+        surface_material=np.array([s.material for s in surfaces], np.int64),
+        surface_origin=np.array([s.origin for s in surfaces], float).reshape(-1, 3),
+        surface_rotation=np.array([np.array(s.rotation, float) for s in surfaces], float).reshape(-1, 3, 3),
+        surface_size=np.array([s.size for s in surfaces], float).reshape(-1, 3),
+        gravity=np.array(gravity, float),
+        centre=centre,
+        reach=reach,
+        # one bit is spare, so that rounding at the edge of the domain cannot wrap
+        scale=2.0 ** (30 if single else 60) / reach,
+        skin=0.5 * float(radii.mean()) if skin is None else float(skin),
+        largest_radius=float(radii.max()),
+    )
+    if rolling == RollingLaw.NONE:
+        model.laws[:, 8] = 0.0
+    poses = body_poses(n_bodies, poses)
+    faults = _pair_faults(positions, radii, materials, model)
+    if surfaces:
+        faults += _wall_faults(positions, radii, materials, model, surfaces, poses)
+    outside = np.flatnonzero((np.abs(positions - centre) >= reach).any(axis=1))
+    if len(outside):
+        faults.append(Fault("domain", f"all particles must start within, these do not: {_named(outside)}", "Give a larger domain"))
+    if faults:
+        raise CaseError(*faults)
+    ratio = float(radii.max() / radii.min())
+    state = _state(model, poses, real, point, int(CANDIDATES_PER_PARTICLE * min(ratio, 3.0)), int(16 * min(ratio, 3.0)))
+    mass = np.array(densities, float)[materials] * 4.0 / 3.0 * math.pi * radii**3
+    state.x[:, :n] = positions.T
+    state.v[:, :n] = 0.0 if velocities is None else np.asarray(velocities, float).T
+    state.w[:, :n] = 0.0 if spins is None else np.asarray(spins, float).T
+    state.body[:, :n] = radii, mass, 1.0 / mass, 1.0 / (0.4 * mass * radii**2)
+    state.material[:n] = materials
+    return model, state, _scratch(model, state)
+
+
+def _state(model, poses, real, point, per_particle, slots) -> ChargeState:
+    """Empty state with room for `per_particle` candidates and `slots` kept contacts of each particle."""
+    chunks = -(-model.n_particles // model.chunk)
+    m = chunks * model.chunk
+    capacity = -(-(per_particle * model.chunk + 2 * PADDING) // 16) * 16
+    n_surfaces = len(model.surface_kind)
+    memory = _aligned((2, chunks, capacity, 8), real)
+    wall_memory = _aligned((m * n_surfaces + 1, 8), real)
+    memory[..., 6] = wall_memory[..., 6] = -1.0
+    return ChargeState(
+        x=_aligned((3, m), float),
+        v=_aligned((3, m), float),
+        w=_aligned((3, m), float),
+        body=_aligned((4, m), float),
+        material=_aligned(m, np.int32),
+        ids=np.arange(m),
+        points=_aligned((2, m, 4), point),
+        rows=_aligned((2, m, 8), real),
+        partners=_aligned((2, chunks, capacity), np.uint32),
+        owners=_aligned((2, chunks, capacity), np.uint32),
+        listed=np.zeros((2, chunks), np.int64),
+        memory=memory,
+        wall_memory=wall_memory,
+        listed_at=_aligned((3, m), float),
+        kept=_aligned((m, slots, 8), real),
+        kept_with=np.zeros((m, slots), np.int32),
+        kept_count=np.zeros(m, np.int32),
+        poses=poses,
+        turn=np.zeros(2),
+        impulse=np.zeros((model.n_bodies, 6)),
+        ledger=np.zeros(8),
+        largest_overlap=np.zeros(3),
+        status=np.zeros(4, np.int64),
+        clock=np.zeros(len(Clock), np.int64),
+    )
+
+
+def _scratch(model, state) -> ChargeScratch:
+    """Work space that fits `state`."""
+    chunks, capacity = state.partners.shape[1:]
+    m, n_surfaces, chunk = state.x.shape[1], len(model.surface_kind), model.chunk
+    real, point = state.rows.dtype, state.points.dtype
+    bits = 1
+    while bits < 7 and 8 ** (bits - 1) < model.n_particles:
+        bits += 1
+    threads = max(4, os.cpu_count() or 1)
+    lanes = max(capacity, n_surfaces * chunk) + 2 * BATCH
+    return ChargeScratch(
+        counts=np.zeros(8**bits + 2, np.int32),
+        cell=np.zeros(m, np.int32),
+        order=np.zeros(m, np.int32),
+        sorted=_aligned((4, m), real),
+        grid=np.zeros(8),
+        cells=np.zeros(3, np.int64),
+        source=np.zeros(m, np.int32),
+        slot_of=np.zeros(m, np.int32),
+        moved=np.zeros(m),
+        moved_memory=_aligned(state.wall_memory.shape, real),
+        sums=np.zeros((chunks, model.n_bodies, 6)),
+        work=np.zeros((chunks, 8)),
+        alarms=np.zeros(chunks, np.int64),
+        motion=np.zeros((threads, model.n_bodies, 18)),
+        placed=np.zeros((threads, n_surfaces, 12)),
+        turned=np.zeros((threads, 3, 3)),
+        forces=_aligned((threads, 2, chunk + 1, 8), real),
+        local=_aligned((threads, chunk + 1, 4), point),
+        lanes=_aligned((threads, 6, lanes), np.uint32),
+        columns=_aligned((threads, 2, 48 * BATCH), real),
+        normals=_aligned((threads, 4, n_surfaces * chunk), real),
+        peaks=np.zeros((threads, 2)),
+        test=_aligned((threads, chunk), real),
+        barrier=np.zeros(32, np.int64),
+    )
+
+
+def grow(model: ChargeModel, state: ChargeState, scratch: ChargeScratch) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
+    """The same charge with twice the room in its lists, ready to go on: nothing is lost, and LISTS_FULL is cleared."""
+    capacity, slots = state.partners.shape[2], state.kept.shape[1]
+    larger = _state(model, state.poses, state.rows.dtype, state.points.dtype, 2 * capacity // model.chunk, 2 * slots)
+    for name, old in state._asdict().items():
+        new = getattr(larger, name)
+        if old.shape == new.shape:
+            new[...] = old
+    for name in ("partners", "owners", "memory"):
+        getattr(larger, name)[:, :, :capacity] = getattr(state, name)
+    larger.kept[:, :slots] = state.kept
+    larger.kept_with[:, :slots] = state.kept_with
+    larger.clock[Clock.CROWDED] = 0
+    if larger.status[0] == Status.LISTS_FULL:
+        larger.status[:] = 0
+    return model, larger, _scratch(model, larger)
+
+
+def _by_id(state, columns) -> np.ndarray:
+    n = columns.shape[1]
+    out = np.empty((n, 3))
+    out[state.ids[:n]] = columns.T
+    return out
+
+
+def positions(model: ChargeModel, state: ChargeState, dt: float) -> np.ndarray:
+    """Positions [m] (n, 3) by particle id, world, at the time of the velocities; `dt` is the substep [s] of the last window."""
+    n = model.n_particles
+    return _by_id(state, state.x[:, :n] - 0.5 * dt * state.v[:, :n])
+
+
+def velocities(model: ChargeModel, state: ChargeState) -> np.ndarray:
+    """Velocities [m/s] (n, 3) by particle id, world axes."""
+    return _by_id(state, state.v[:, : model.n_particles])
+
+
+def spins(model: ChargeModel, state: ChargeState) -> np.ndarray:
+    """Spins [rad/s] (n, 3) by particle id, world axes."""
+    return _by_id(state, state.w[:, : model.n_particles])

@@ -1,0 +1,198 @@
+"""The vector loops: one contact per lane, the law of `laws.contact` for pairs and for walls.
+
+Everything a loop touches lies in one flat array of rows of `BATCH` lanes: the compiler then sees that lanes are
+independent.  Lanes of weight 0 hold left-overs; they are computed and not counted.
+"""
+
+import math
+
+from nutamill.charge.laws import contact, pair_stiffness
+from nutamill.charge.model import BATCH
+from nutamill.kernel import kernel, like
+
+# rows of `columns`, pairs: distance vector and sum of radii, first particle, second particle, memory (8 rows each)
+A = 4
+B = 12
+MEMORY = 20
+LAW = 28
+"""First of the ten rows with the numbers of the pair law, as `LawColumn`."""
+WEIGHT = 38
+"""1: counted here; 1/2: a pair across chunks, which the other chunk counts too; 0: empty lane [1]."""
+PEAK = 39
+"""Largest overlap so far in this lane [diameter]."""
+HELD = 40
+"""Which pair law the lane's numbers are of [1]."""
+ARM = 12
+"""Walls: particle's centre from the body's mass centre [m] (3), world axes; afterwards angular impulse rate on the body [N m]."""
+BODY_V = 41
+"""Walls: velocity of the body's mass centre [m/s] (3)."""
+BODY_W = 44
+"""Walls: spin of the body [rad/s] (3)."""
+
+
+@kernel(fast=True)
+def pair_batch(columns, unit, last, now, spring, constant, dt):
+    """The law for one batch of touching pairs.
+
+    Parameters
+    ----------
+    columns : real (48 * BATCH,), rows as named in this file; forces replace velocities, memory is brought up to date
+    unit : metres in a fixed-point unit [m]
+    last, now : stamps of the last and of this substep [1]
+    spring, constant : which rolling law [1]
+    dt : substep [s]
+
+    Returns
+    -------
+    powers of normal, tangential and rolling part [W] (3), number of lanes beyond the overlap limit
+    """
+    one, zero, half = like(1.0, dt), like(0.0, dt), like(0.5, dt)
+    sum_n, sum_t, sum_r = zero, zero, zero
+    beyond = 0
+    for b in range(BATCH):
+        n0 = columns[b] * unit
+        n1 = columns[b + BATCH] * unit
+        n2 = columns[b + 2 * BATCH] * unit
+        distance = math.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+        inverse = one / distance
+        n0 *= inverse
+        n1 *= inverse
+        n2 *= inverse
+        overlap = columns[b + 3 * BATCH] * unit - distance
+        ma, ra = columns[b + (A + 3) * BATCH], columns[b + (A + 7) * BATCH]
+        mb, rb = columns[b + (B + 3) * BATCH], columns[b + (B + 7) * BATCH]
+        wa0, wa1, wa2 = columns[b + (A + 4) * BATCH], columns[b + (A + 5) * BATCH], columns[b + (A + 6) * BATCH]
+        wb0, wb1, wb2 = columns[b + (B + 4) * BATCH], columns[b + (B + 5) * BATCH], columns[b + (B + 6) * BATCH]
+        # both arms end at the middle of the overlap: the two moments about one point keep angular momentum exactly
+        arm_a = ra - half * overlap
+        arm_b = rb - half * overlap
+        q0 = arm_a * wa0 + arm_b * wb0
+        q1 = arm_a * wa1 + arm_b * wb1
+        q2 = arm_a * wa2 + arm_b * wb2
+        u0 = columns[b + A * BATCH] - columns[b + B * BATCH] + q1 * n2 - q2 * n1
+        u1 = columns[b + (A + 1) * BATCH] - columns[b + (B + 1) * BATCH] + q2 * n0 - q0 * n2
+        u2 = columns[b + (A + 2) * BATCH] - columns[b + (B + 2) * BATCH] + q0 * n1 - q1 * n0
+        alive = one if columns[b + (MEMORY + 6) * BATCH] == last else zero
+        k = pair_stiffness(
+            columns[b + LAW * BATCH], columns[b + (LAW + 1) * BATCH], columns[b + (LAW + 2) * BATCH], ra + ra, rb + rb
+        )  # fmt: skip
+        f0, f1, f2, g0, g1, g2, m0, m1, m2, s0, s1, s2, t0, t1, t2, sliding, power_n, power_t, power_r = contact(
+            n0, n1, n2, overlap, u0, u1, u2, wa0 - wb0, wa1 - wb1, wa2 - wb2,
+            columns[b + MEMORY * BATCH] * alive, columns[b + (MEMORY + 1) * BATCH] * alive, columns[b + (MEMORY + 2) * BATCH] * alive,
+            columns[b + (MEMORY + 3) * BATCH] * alive, columns[b + (MEMORY + 4) * BATCH] * alive, columns[b + (MEMORY + 5) * BATCH] * alive,
+            columns[b + (MEMORY + 7) * BATCH] * alive, ma * mb / (ma + mb), ra * rb / (ra + rb), k,
+            columns[b + (LAW + 3) * BATCH], columns[b + (LAW + 4) * BATCH], columns[b + (LAW + 5) * BATCH],
+            columns[b + (LAW + 6) * BATCH], columns[b + (LAW + 7) * BATCH], columns[b + (LAW + 8) * BATCH], spring, constant, dt,
+        )  # fmt: skip
+        c0 = n1 * g2 - n2 * g1
+        c1 = n2 * g0 - n0 * g2
+        c2 = n0 * g1 - n1 * g0
+        columns[b + A * BATCH] = f0
+        columns[b + (A + 1) * BATCH] = f1
+        columns[b + (A + 2) * BATCH] = f2
+        columns[b + (A + 3) * BATCH] = zero
+        columns[b + (A + 4) * BATCH] = arm_a * c0 + m0
+        columns[b + (A + 5) * BATCH] = arm_a * c1 + m1
+        columns[b + (A + 6) * BATCH] = arm_a * c2 + m2
+        columns[b + (A + 7) * BATCH] = zero
+        columns[b + B * BATCH] = -f0
+        columns[b + (B + 1) * BATCH] = -f1
+        columns[b + (B + 2) * BATCH] = -f2
+        columns[b + (B + 3) * BATCH] = zero
+        columns[b + (B + 4) * BATCH] = arm_b * c0 - m0
+        columns[b + (B + 5) * BATCH] = arm_b * c1 - m1
+        columns[b + (B + 6) * BATCH] = arm_b * c2 - m2
+        columns[b + (B + 7) * BATCH] = zero
+        columns[b + MEMORY * BATCH] = s0
+        columns[b + (MEMORY + 1) * BATCH] = s1
+        columns[b + (MEMORY + 2) * BATCH] = s2
+        columns[b + (MEMORY + 3) * BATCH] = t0
+        columns[b + (MEMORY + 4) * BATCH] = t1
+        columns[b + (MEMORY + 5) * BATCH] = t2
+        columns[b + (MEMORY + 6) * BATCH] = now
+        columns[b + (MEMORY + 7) * BATCH] = sliding
+        weight = columns[b + WEIGHT * BATCH]
+        counts = weight > zero
+        sum_n += weight * power_n if counts else zero
+        sum_t += weight * power_t if counts else zero
+        sum_r += weight * power_r if counts else zero
+        smaller = ra if ra < rb else rb
+        share = half * overlap / smaller if counts else zero
+        peak = columns[b + PEAK * BATCH]
+        columns[b + PEAK * BATCH] = share if share > peak else peak
+        beyond |= 1 if share * columns[b + (LAW + 9) * BATCH] > one else 0
+    return sum_n, sum_t, sum_r, beyond
+
+
+@kernel(fast=True)
+def wall_batch(columns, last, now, spring, constant, dt):
+    """The law for one batch of particles that touch surfaces; rows 0 to 3 hold normal and overlap [m].
+
+    Parameters
+    ----------
+    as `pair_batch`
+
+    Returns
+    -------
+    powers of normal, tangential and rolling part and of the surfaces' motion on the charge [W] (4), number of lanes beyond the limit
+    """
+    one, zero, half = like(1.0, dt), like(0.0, dt), like(0.5, dt)
+    sum_n, sum_t, sum_r, sum_i = zero, zero, zero, zero
+    beyond = 0
+    for b in range(BATCH):
+        n0, n1, n2, overlap = columns[b], columns[b + BATCH], columns[b + 2 * BATCH], columns[b + 3 * BATCH]
+        m, r = columns[b + (A + 3) * BATCH], columns[b + (A + 7) * BATCH]
+        w0, w1, w2 = columns[b + (A + 4) * BATCH], columns[b + (A + 5) * BATCH], columns[b + (A + 6) * BATCH]
+        z0, z1, z2 = columns[b + BODY_W * BATCH], columns[b + (BODY_W + 1) * BATCH], columns[b + (BODY_W + 2) * BATCH]
+        # contact point from the body's mass centre, in the middle of the overlap as between two particles
+        arm = r - half * overlap
+        p0 = columns[b + ARM * BATCH] + arm * n0
+        p1 = columns[b + (ARM + 1) * BATCH] + arm * n1
+        p2 = columns[b + (ARM + 2) * BATCH] + arm * n2
+        x0 = columns[b + BODY_V * BATCH] + z1 * p2 - z2 * p1
+        x1 = columns[b + (BODY_V + 1) * BATCH] + z2 * p0 - z0 * p2
+        x2 = columns[b + (BODY_V + 2) * BATCH] + z0 * p1 - z1 * p0
+        u0 = columns[b + A * BATCH] + arm * (w1 * n2 - w2 * n1) - x0
+        u1 = columns[b + (A + 1) * BATCH] + arm * (w2 * n0 - w0 * n2) - x1
+        u2 = columns[b + (A + 2) * BATCH] + arm * (w0 * n1 - w1 * n0) - x2
+        alive = one if columns[b + (MEMORY + 6) * BATCH] == last else zero
+        k = pair_stiffness(
+            columns[b + LAW * BATCH], columns[b + (LAW + 1) * BATCH], columns[b + (LAW + 2) * BATCH], r + r, r + r
+        )  # fmt: skip
+        f0, f1, f2, g0, g1, g2, m0, m1, m2, s0, s1, s2, t0, t1, t2, sliding, power_n, power_t, power_r = contact(
+            n0, n1, n2, overlap, u0, u1, u2, w0 - z0, w1 - z1, w2 - z2,
+            columns[b + MEMORY * BATCH] * alive, columns[b + (MEMORY + 1) * BATCH] * alive, columns[b + (MEMORY + 2) * BATCH] * alive,
+            columns[b + (MEMORY + 3) * BATCH] * alive, columns[b + (MEMORY + 4) * BATCH] * alive, columns[b + (MEMORY + 5) * BATCH] * alive,
+            columns[b + (MEMORY + 7) * BATCH] * alive, m, r, k,
+            columns[b + (LAW + 3) * BATCH], columns[b + (LAW + 4) * BATCH], columns[b + (LAW + 5) * BATCH],
+            columns[b + (LAW + 6) * BATCH], columns[b + (LAW + 7) * BATCH], columns[b + (LAW + 8) * BATCH], spring, constant, dt,
+        )  # fmt: skip
+        columns[b + A * BATCH] = f0
+        columns[b + (A + 1) * BATCH] = f1
+        columns[b + (A + 2) * BATCH] = f2
+        columns[b + (A + 3) * BATCH] = zero
+        columns[b + (A + 4) * BATCH] = arm * (n1 * g2 - n2 * g1) + m0
+        columns[b + (A + 5) * BATCH] = arm * (n2 * g0 - n0 * g2) + m1
+        columns[b + (A + 6) * BATCH] = arm * (n0 * g1 - n1 * g0) + m2
+        columns[b + (A + 7) * BATCH] = zero
+        columns[b + ARM * BATCH] = p1 * f2 - p2 * f1 + m0
+        columns[b + (ARM + 1) * BATCH] = p2 * f0 - p0 * f2 + m1
+        columns[b + (ARM + 2) * BATCH] = p0 * f1 - p1 * f0 + m2
+        columns[b + MEMORY * BATCH] = s0
+        columns[b + (MEMORY + 1) * BATCH] = s1
+        columns[b + (MEMORY + 2) * BATCH] = s2
+        columns[b + (MEMORY + 3) * BATCH] = t0
+        columns[b + (MEMORY + 4) * BATCH] = t1
+        columns[b + (MEMORY + 5) * BATCH] = t2
+        columns[b + (MEMORY + 6) * BATCH] = now
+        columns[b + (MEMORY + 7) * BATCH] = sliding
+        counts = columns[b + WEIGHT * BATCH] > zero
+        sum_n += power_n if counts else zero
+        sum_t += power_t if counts else zero
+        sum_r += power_r if counts else zero
+        sum_i += f0 * x0 + f1 * x1 + f2 * x2 + m0 * z0 + m1 * z1 + m2 * z2 if counts else zero
+        share = half * overlap / r if counts else zero
+        peak = columns[b + PEAK * BATCH]
+        columns[b + PEAK * BATCH] = share if share > peak else peak
+        beyond |= 1 if share * columns[b + (LAW + 9) * BATCH] > one else 0
+    return sum_n, sum_t, sum_r, sum_i, beyond

@@ -1,0 +1,252 @@
+"""The two loops over contacts of one chunk: particle with particle, and particle with surface."""
+
+from nutamill.charge.columns import A, ARM, BODY_V, BODY_W, HELD, LAW, MEMORY, WEIGHT, B, pair_batch, wall_batch
+from nutamill.charge.model import BATCH, SurfaceKind
+from nutamill.charge.simd import WIDTH, add_rows, gather_differences, gather_rows, set_rows, touching
+from nutamill.charge.surfaces import surface_overlap
+from nutamill.kernel import kernel, like
+
+PLANE = int(SurfaceKind.PLANE)
+CYLINDER = int(SurfaceKind.CYLINDER)
+
+
+@kernel(fast=True)
+def filter_pairs(points, partners, owners, local, n_listed, lo, lanes):
+    """Find the touching pairs among the candidates of a chunk.
+
+    Rows of `lanes`: place of the first particle in the chunk, slot of the second, place in the list, place of the second in the chunk
+    (or behind its end), slot of the first, and twice the weight.  Behind the last pair come empty lanes up to a
+    full batch.  Returns the number of pairs.
+    """
+    chunk = local.shape[0] - 1
+    n = 0
+    found = lanes[2]
+    for k in range(0, n_listed, WIDTH):
+        mask = touching(points, partners, local, owners, k)
+        if k + WIDTH > n_listed:
+            mask &= (1 << (n_listed - k)) - 1
+        for e in range(WIDTH):
+            found[n] = k + e
+            n += (mask >> e) & 1
+    for q in range(n):
+        k = found[q]
+        i, j = owners[k], partners[k]
+        place = j - lo
+        inside = 0 <= place < chunk
+        lanes[0, q] = i
+        lanes[1, q] = j
+        lanes[3, q] = place if inside else chunk
+        lanes[4, q] = i + lo
+        lanes[5, q] = 2 if inside else 1
+    for q in range(n, n + BATCH + WIDTH):
+        lanes[0, q] = chunk
+        lanes[1, q] = lo
+        lanes[2, q] = partners.shape[0] - 1
+        lanes[3, q] = chunk
+        lanes[4, q] = lo
+        lanes[5, q] = 0
+    return n
+
+
+@kernel
+def hold_law(columns, b, laws, law):
+    """Lay the numbers of pair law `law` into lane `b`, unless they are there."""
+    number = like(law, columns[0])
+    if columns[HELD * BATCH + b] != number:
+        columns[HELD * BATCH + b] = number
+        for k in range(10):
+            columns[(LAW + k) * BATCH + b] = laws[law, k]
+
+
+@kernel(fast=True)
+def pair_contacts(model, points, rows, memory, material, n, lanes, local, columns, last, now, dt, forces):
+    """Forces of all touching pairs of a chunk, added to `forces`; memory is brought up to date.
+
+    Returns
+    -------
+    powers of normal, tangential and rolling part [W] (3), 1 if an overlap is beyond its limit
+    """
+    real = columns[0]
+    unit = like(1.0 / model.scale, real)
+    spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
+    half = like(0.5, real)
+    several = model.laws.shape[0] > 1
+    sum_n, sum_t, sum_r = 0.0, 0.0, 0.0
+    beyond = 0
+    for first in range(0, n, BATCH):
+        m = min(BATCH, n - first)
+        for g in range(0, m, WIDTH):
+            q = first + g
+            gather_differences(points, lanes[1], local, lanes[0], q, columns, g)
+            gather_rows(rows, lanes[4], q, columns, g, A)
+            gather_rows(rows, lanes[1], q, columns, g, B)
+            gather_rows(memory, lanes[2], q, columns, g, MEMORY)
+        for b in range(BATCH):
+            columns[WEIGHT * BATCH + b] = half * like(lanes[5, first + b], half)
+        if several:
+            for b in range(m):
+                hold_law(columns, b, model.laws, model.law_of[material[lanes[4, first + b]], material[lanes[1, first + b]]])
+        power_n, power_t, power_r, over = pair_batch(columns, unit, last, now, spring, constant, dt)
+        sum_n += power_n
+        sum_t += power_t
+        sum_r += power_r
+        beyond |= over
+        for g in range(0, m, WIDTH):
+            q = first + g
+            add_rows(forces, lanes[0], q, columns, g, A)
+            add_rows(forces, lanes[3], q, columns, g, B)
+            set_rows(memory, lanes[2], q, columns, g, MEMORY)
+    return sum_n, sum_t, sum_r, beyond
+
+
+@kernel(fast=True)
+def touch_plane(x, radius, lo, n, place, out):
+    """Write a positive number to ``out[l]`` where particle ``lo + l`` touches the plane `place` (12,)."""
+    a, b, c = place[5], place[8], place[11]
+    x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
+    at = a * place[0] + b * place[1] + c * place[2]
+    for i in range(n):
+        out[i] = r[i] + at - (a * x0[i] + b * x1[i] + c * x2[i])
+
+
+@kernel(fast=True)
+def touch_cylinder(x, radius, lo, n, place, bore, out):
+    """As `touch_plane`, for the inside of a cylinder of radius `bore` [m]."""
+    o0, o1, o2 = place[0], place[1], place[2]
+    a, b, c = place[5], place[8], place[11]
+    x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
+    for i in range(n):
+        d0, d1, d2 = x0[i] - o0, x1[i] - o1, x2[i] - o2
+        along = a * d0 + b * d1 + c * d2
+        free = bore - r[i]
+        out[i] = d0 * d0 + d1 * d1 + d2 * d2 - along * along - free * free
+
+
+@kernel(fast=True)
+def touch_box(x, radius, lo, n, place, size, out):
+    """As `touch_plane`, for the outside of a box of half sizes `size` (3,) [m]."""
+    o0, o1, o2 = place[0], place[1], place[2]
+    a0, a1, a2, b0, b1, b2, c0, c1, c2 = place[3], place[6], place[9], place[4], place[7], place[10], place[5], place[8], place[11]
+    h0, h1, h2 = size[0], size[1], size[2]
+    x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
+    for i in range(n):
+        d0, d1, d2 = x0[i] - o0, x1[i] - o1, x2[i] - o2
+        g0 = abs(a0 * d0 + a1 * d1 + a2 * d2) - h0
+        g1 = abs(b0 * d0 + b1 * d1 + b2 * d2) - h1
+        g2 = abs(c0 * d0 + c1 * d1 + c2 * d2) - h2
+        g0 = g0 if g0 > 0.0 else 0.0
+        g1 = g1 if g1 > 0.0 else 0.0
+        g2 = g2 if g2 > 0.0 else 0.0
+        out[i] = r[i] * r[i] - (g0 * g0 + g1 * g1 + g2 * g2)
+
+
+@kernel
+def touch_surface(kind, x, radius, lo, n, place, size, out):
+    """Choose the test for one surface: positive ``out[l]`` [m or m^2] where particle ``lo + l`` touches."""
+    if kind == PLANE:
+        touch_plane(x, radius, lo, n, place, out)
+    elif kind == CYLINDER:
+        touch_cylinder(x, radius, lo, n, place, size[0], out)
+    else:
+        touch_box(x, radius, lo, n, place, size, out)
+
+
+@kernel
+def chunk_sphere(model, local, n):
+    """Centre [m] (3), world, and radius [m] of a sphere about the particle centres of a chunk (fixed point, n of them)."""
+    l0, l1, l2 = local[0, 0], local[0, 1], local[0, 2]
+    h0, h1, h2 = l0, l1, l2
+    for i in range(n):
+        a, b, c = local[i, 0], local[i, 1], local[i, 2]
+        l0, l1, l2 = min(l0, a), min(l1, b), min(l2, c)
+        h0, h1, h2 = max(h0, a), max(h1, b), max(h2, c)
+    half = 0.5 / model.scale
+    r0, r1, r2 = half * (float(h0) - float(l0)), half * (float(h1) - float(l1)), half * (float(h2) - float(l2))
+    return (
+        model.centre[0] + half * (float(l0) + float(h0)),
+        model.centre[1] + half * (float(l1) + float(h1)),
+        model.centre[2] + half * (float(l2) + float(h2)),
+        (r0 * r0 + r1 * r1 + r2 * r2) ** 0.5,
+    )
+
+
+@kernel
+def find_walls(model, x, radius, local, placed, lo, n, lanes, normals, test):
+    """Find all contacts of a chunk's `n` particles with surfaces.
+
+    Rows 0 to 2 of `lanes`: place in the chunk, slot, surface; row 3: row of the wall memory.  `normals`: normal and overlap.
+    Returns their number.
+    """
+    n_surfaces = model.surface_kind.shape[0]
+    c0, c1, c2, around = chunk_sphere(model, local, n)
+    found = 0
+    for s in range(n_surfaces):
+        place = placed[s]
+        near, _, _, _ = surface_overlap(model, place, s, c0, c1, c2, around + model.largest_radius)
+        if near > 0.0:
+            touch_surface(model.surface_kind[s], x, radius, lo, n, place, model.surface_size[s], test)
+            start = found
+            for i in range(n):
+                lanes[0, found] = i
+                found += int(test[i] > 0.0)
+            kept = start
+            for q in range(start, found):
+                i = lanes[0, q]
+                slot = lo + i
+                overlap, n0, n1, n2 = surface_overlap(model, place, s, x[0, slot], x[1, slot], x[2, slot], radius[slot])
+                if overlap > 0.0:
+                    lanes[0, kept], lanes[1, kept], lanes[2, kept], lanes[3, kept] = i, slot, s, slot * n_surfaces + s
+                    normals[0, kept], normals[1, kept], normals[2, kept], normals[3, kept] = n0, n1, n2, overlap
+                    kept += 1
+            found = kept
+    return found
+
+
+@kernel(fast=True)
+def wall_contacts(model, x, rows, wall_memory, material, motion, found, lanes, normals, columns, last, now, dt, forces, sums):
+    """Forces of all touching walls of a chunk, added to `forces`, and their reaction on the bodies, added to `sums` (B, 6).
+
+    Returns
+    -------
+    powers of normal, tangential and rolling part and of the surfaces' motion [W] (4), 1 if an overlap is beyond its limit
+    """
+    real = columns[0]
+    spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
+    one, zero = like(1.0, real), like(0.0, real)
+    for q in range(found, found + BATCH):
+        lanes[0, q], lanes[1, q], lanes[3, q] = forces.shape[0] - 1, 0, wall_memory.shape[0] - 1
+    sum_n, sum_t, sum_r, sum_i = 0.0, 0.0, 0.0, 0.0
+    beyond = 0
+    for first in range(0, found, BATCH):
+        m = min(BATCH, found - first)
+        for g in range(0, m, WIDTH):
+            gather_rows(rows, lanes[1], first + g, columns, g, A)
+            gather_rows(wall_memory, lanes[3], first + g, columns, g, MEMORY)
+        for b in range(BATCH):
+            columns[WEIGHT * BATCH + b] = one if b < m else zero
+        for b in range(m):
+            q = first + b
+            slot, s = lanes[1, q], lanes[2, q]
+            body = motion[model.surface_body[s]]
+            for k in range(4):
+                columns[k * BATCH + b] = normals[k, q]
+            for k in range(3):
+                columns[(ARM + k) * BATCH + b] = x[k, slot] - body[k]
+                columns[(BODY_V + k) * BATCH + b] = body[12 + k]
+                columns[(BODY_W + k) * BATCH + b] = body[15 + k]
+            hold_law(columns, b, model.laws, model.law_of[material[slot], model.surface_material[s]])
+        power_n, power_t, power_r, power_i, over = wall_batch(columns, last, now, spring, constant, dt)
+        sum_n += power_n
+        sum_t += power_t
+        sum_r += power_r
+        sum_i += power_i
+        beyond |= over
+        for b in range(m):
+            body_sums = sums[model.surface_body[lanes[2, first + b]]]
+            for k in range(3):
+                body_sums[k] -= columns[(A + k) * BATCH + b]
+                body_sums[3 + k] -= columns[(ARM + k) * BATCH + b]
+        for g in range(0, m, WIDTH):
+            add_rows(forces, lanes[0], first + g, columns, g, A)
+            set_rows(wall_memory, lanes[3], first + g, columns, g, MEMORY)
+    return sum_n, sum_t, sum_r, sum_i, beyond

@@ -1,0 +1,322 @@
+"""What a charge is, as arrays: constants (`ChargeModel`), what moves (`ChargeState`), what may be forgotten (`ChargeScratch`).
+
+A particle keeps its id for life; its *slot* is its present place in the arrays, which follows a Morton curve.  Slots are
+cut into chunks of fixed size: a chunk is the unit of work, of locality and of summation, so that sums have the same bits
+at any number of threads.  ``M`` is the number of slots (particles, and padding to whole chunks), ``C`` of chunks,
+``S`` of surfaces, ``B`` of bodies, ``T`` of threads.  *real* stands for float32 (``precision="single"``) or float64,
+*point* for int32 or int64.
+
+Time is staggered (docs/conventions.md): velocities belong to the end of a substep, positions to half a substep later.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+BATCH = 32
+"""Contacts that one pass of the vector law takes [1]."""
+
+
+PADDING = 64
+"""Entries behind the last candidate of a chunk that the vector filter may read [1]."""
+
+
+class SurfaceKind(IntEnum):
+    """Shape of a wall piece, in its own axes."""
+
+    PLANE = 0
+    """Plane z = 0; the charge is on the side of +z."""
+    CYLINDER = 1
+    """Inside of an endless cylinder about z, of radius ``size[0]``."""
+    BOX = 2
+    """Outside of a box about the origin with half sizes ``size``; faces, edges and corners."""
+
+
+class RollingLaw(IntEnum):
+    """Resistance to rolling."""
+
+    NONE = 0
+    TYPE_A = 1
+    """Constant moment against the relative spin."""
+    TYPE_C = 2
+    """Spring on the relative rolling angle with a limit."""
+
+
+class Status(IntEnum):
+    """What `ChargeState.status` says in its first place."""
+
+    OK = 0
+    PAIR_OVERLAP = 1
+    """Two particles overlap beyond ``overlap_stop``."""
+    WALL_OVERLAP = 2
+    """A particle overlaps a surface beyond ``overlap_stop``."""
+    OUTSIDE = 3
+    """A particle left the domain, or its position is not a number."""
+    LISTS_FULL = 4
+    """Neighbour lists too small; `grow` and call the window again: it goes on where it stopped."""
+
+
+class Ledger(IntEnum):
+    """Places in `ChargeState.ledger`."""
+
+    PAIR_NORMAL = 0
+    PAIR_TANGENTIAL = 1
+    PAIR_ROLLING = 2
+    WALL_NORMAL = 3
+    WALL_TANGENTIAL = 4
+    WALL_ROLLING = 5
+    INTERFACE = 6
+    GRAVITY = 7
+
+
+class Clock(IntEnum):
+    """Places in `ChargeState.clock`."""
+
+    STEP = 0
+    """Substeps since the start."""
+    PUBLISHED = 1
+    """Which of the two published buffers is current."""
+    LIST = 2
+    """Which of the two neighbour lists is current."""
+    LISTED = 3
+    """1 once a list exists."""
+    SINCE_SORT = 4
+    """Rebuilds of the list since the slots were last sorted."""
+    REBUILDS = 5
+    """Rebuilds of the list since the start."""
+    REBUILD = 6
+    """1: rebuild before the next substep."""
+    KEPT = 7
+    """1: the contact memory waits in ``kept`` for the next list."""
+    DONE = 8
+    """Substeps already done of a window that stopped with LISTS_FULL."""
+    CROWDED = 9
+    """1: a list is more than three quarters full; `grow` when convenient."""
+
+
+class LawColumn(IntEnum):
+    """Columns of `ChargeModel.laws`: the numbers of a pair law as the vector law wants them."""
+
+    COMPLIANCE = 0
+    """1/k of a stiffness given directly, else 0 [m/N]."""
+    COMPLIANCE_A = 1
+    """Inverse of stiffness per diameter of the first material [m^2/N]."""
+    COMPLIANCE_B = 2
+    TANGENTIAL = 3
+    """Tangential over normal stiffness [1]."""
+    DAMPING = 4
+    """Twice the damping ratio [1]."""
+    FLOOR = 5
+    """Least normal force [N]: 0, or minus infinity where tension is kept."""
+    STATIC = 6
+    DYNAMIC = 7
+    ROLLING = 8
+    LIMIT = 9
+    """Inverse of overlap_stop [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A smooth wall piece carried by a body.
+
+    Attributes
+    ----------
+    name : for messages
+    kind : shape
+    body : index of the carrying body
+    material : index of its material
+    origin : [m] (3,), in the body's axes, from the body's mass centre
+    rotation : [1] (3, 3), from surface axes to the body's axes
+    size : [m] (3,), as `SurfaceKind` says
+    """
+
+    name: str
+    kind: SurfaceKind
+    body: int
+    material: int
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotation: object = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    size: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class PairLaw:
+    """Contact law of two materials, a and b (for a wall: a the particle, b the surface).
+
+    Attributes
+    ----------
+    stiffness_direct : normal stiffness [N/m]; 0 to take the series of the bodies' own
+    stiffness_per_diameter_a, stiffness_per_diameter_b : own stiffness of each body over the particle's diameter [N/m^2]
+    tangential_ratio : tangential over normal stiffness [1]
+    damping_ratio : of critical damping [1]
+    tension_cut : True clips the normal force at zero on release
+    static_friction, dynamic_friction : Coulomb coefficient before and while sliding [1]
+    rolling_friction : lever of the rolling moment over the reduced radius [1]
+    overlap_warn, overlap_stop : share of the (smaller) particle's diameter [1]
+    """
+
+    stiffness_direct: float
+    stiffness_per_diameter_a: float
+    stiffness_per_diameter_b: float
+    tangential_ratio: float
+    damping_ratio: float
+    tension_cut: bool
+    static_friction: float
+    dynamic_friction: float
+    rolling_friction: float
+    overlap_warn: float
+    overlap_stop: float
+
+
+class ChargeModel(NamedTuple):
+    """Constants of a charge; never changes."""
+
+    n_particles: int
+    """Number of particles [1]."""
+    chunk: int
+    """Slots in a chunk [1]."""
+    n_bodies: int
+    """Bodies that may carry surfaces [1]."""
+    laws: np.ndarray
+    """Numbers of each pair law, real (n_laws, 10), as `LawColumn`."""
+    law_of: np.ndarray
+    """Row of `laws` [1] for (material of the particle, material of the other), int32 (n_materials, n_materials)."""
+    spring_rolling: float
+    """1 for rolling type C, else 0 [1]."""
+    constant_rolling: float
+    """1 for rolling type A, else 0 [1]."""
+    surface_kind: np.ndarray
+    """`SurfaceKind` [1], int64 (S,)."""
+    surface_body: np.ndarray
+    """Carrying body [1], int64 (S,)."""
+    surface_material: np.ndarray
+    """Material [1], int64 (S,)."""
+    surface_origin: np.ndarray
+    """Origin [m] (S, 3), body axes, from the body's mass centre."""
+    surface_rotation: np.ndarray
+    """From surface axes to body axes [1] (S, 3, 3)."""
+    surface_size: np.ndarray
+    """Sizes [m] (S, 3), as `SurfaceKind` says."""
+    gravity: np.ndarray
+    """Acceleration of gravity [m/s^2] (3,), world axes."""
+    centre: np.ndarray
+    """Centre of the domain [m] (3,), world."""
+    reach: float
+    """Half size of the cubic domain [m]."""
+    scale: float
+    """Fixed-point units in a metre [1/m]."""
+    skin: float
+    """Gap up to which two particles are listed as candidates [m]."""
+    largest_radius: float
+    """Largest radius [m]."""
+
+
+class ChargeState(NamedTuple):
+    """All that changes from substep to substep, and decides how it goes on: copied, it repeats bit for bit."""
+
+    x: np.ndarray
+    """Positions [m] (3, M), world, half a substep ahead of the velocities."""
+    v: np.ndarray
+    """Velocities [m/s] (3, M), world axes."""
+    w: np.ndarray
+    """Spins [rad/s] (3, M), world axes."""
+    body: np.ndarray
+    """Radius [m], mass [kg], 1/mass [1/kg], 1/inertia [1/(kg m^2)] (4, M)."""
+    material: np.ndarray
+    """Material [1], int32 (M,)."""
+    ids: np.ndarray
+    """Id of the particle in each slot [1], int64 (M,)."""
+    points: np.ndarray
+    """Published positions and radius, fixed point [1/scale], point (2, M, 4), from the domain's centre, world axes."""
+    rows: np.ndarray
+    """Published mid-substep velocity [m/s], mass [kg], spin [rad/s], radius [m], real (2, M, 8), world axes."""
+    partners: np.ndarray
+    """Slot of the second particle of each candidate pair [1], uint32 (2, C, capacity)."""
+    owners: np.ndarray
+    """Place within the chunk of the first particle of each candidate pair [1], uint32 (2, C, capacity)."""
+    listed: np.ndarray
+    """Number of candidate pairs of each chunk [1], int64 (2, C)."""
+    memory: np.ndarray
+    """Tangential spring [m] (3), rolling spring [rad] (3), stamp of the last substep in contact, 1 while sliding; real
+    (2, C, capacity, 8), world axes."""
+    wall_memory: np.ndarray
+    """The same of slot i and surface s in row i S + s, real (M S + 1, 8); the last row is spare."""
+    listed_at: np.ndarray
+    """Positions when the list was made [m] (3, M), from the reference point, world axes."""
+    kept: np.ndarray
+    """Contact memory by particle while a list is remade, real (M, slots, 8), as `memory`."""
+    kept_with: np.ndarray
+    """Id of the other particle of each kept contact [1], int32 (M, slots)."""
+    kept_count: np.ndarray
+    """Number of kept contacts of each particle [1], int32 (M,)."""
+    poses: np.ndarray
+    """Mass centre [m] (3) and rotation matrix [1] (9) of each body at the end of the last window (B, 12), world."""
+    turn: np.ndarray
+    """Angle of the reference when the list was made [rad]; substep of the last window [s] (2,)."""
+    impulse: np.ndarray
+    """Impulse [N s] (3) and angular impulse [N m s] (3) the charge gave each body in the last window, about the body's
+    moving mass centre, world axes (B, 6)."""
+    ledger: np.ndarray
+    """Cumulative work [J] (8,), as `Ledger`: of contact forces on the relative motion (negative: taken out), of the surfaces' motion
+    on the charge, of gravity."""
+    largest_overlap: np.ndarray
+    """Largest overlap since last set to zero, of pairs and of walls, and that of the contact named in `status` [diameter] (3,)."""
+    status: np.ndarray
+    """`Status`, id of the particle, id of the other particle or index of the surface, substep [1], int64 (4,)."""
+    clock: np.ndarray
+    """Counters and switches [1], int64 (10,), as `Clock`."""
+
+
+class ChargeScratch(NamedTuple):
+    """Work space; nothing in it is needed from one window to the next."""
+
+    counts: np.ndarray
+    """Counting sort: particles per cell, then first place of each cell [1], int32 (cells + 2,)."""
+    cell: np.ndarray
+    """Cell of each slot [1], int32 (M,)."""
+    order: np.ndarray
+    """Slots in the order of cells [1], int32 (M,)."""
+    sorted: np.ndarray
+    """Position [m] (3) and radius [m] in the order of cells, real (4, M), from the corner of the cells, world axes."""
+    grid: np.ndarray
+    """Corner of the cells [m] (3) and size of a cell [m] (4,), world."""
+    cells: np.ndarray
+    """Cells along each axis [1], int64 (3,)."""
+    source: np.ndarray
+    """Old slot of each new slot [1], int32 (M,)."""
+    slot_of: np.ndarray
+    """Slot of each id [1], int32 (M,)."""
+    moved: np.ndarray
+    """A column of the state while it is being reordered (unit of the column) (M,)."""
+    moved_memory: np.ndarray
+    """The wall memory while it is being reordered, real (M S + 1, 8), as `ChargeState.wall_memory`."""
+    sums: np.ndarray
+    """Wrench of each chunk on each body [N, N m] (C, B, 6), about the body's mass centre, world axes."""
+    work: np.ndarray
+    """Power of each chunk by kind [W] (C, 8), as `Ledger`."""
+    alarms: np.ndarray
+    """Of each chunk, sum of: 1 moved out of the skin or list full, 2 left the domain, 4 pair overlap, 8 wall overlap [1], int64 (C,)."""
+    motion: np.ndarray
+    """Of each thread and body: mass centre [m] (3), rotation [1] (9), velocity [m/s] (3), spin [rad/s] (3) (T, B, 18), world axes."""
+    placed: np.ndarray
+    """Of each thread and surface: origin [m] (3), rotation [1] (9) (T, S, 12), world axes."""
+    turned: np.ndarray
+    """Of each thread: rotation of the reference since the list was made [1] (T, 3, 3), world axes."""
+    forces: np.ndarray
+    """Force [N] (3), spare, moment [N m] (3), spare, on each particle of the chunk, by pairs and by walls, real (T, 2, chunk + 1, 8)."""
+    local: np.ndarray
+    """Published positions of the chunk with negative radius [1/scale], point (T, chunk + 1, 4)."""
+    lanes: np.ndarray
+    """Indices of touching pairs, or of touching walls [1], uint32 (T, 6, capacity)."""
+    columns: np.ndarray
+    """Columns of the vector law, pairs and walls, real (T, 2, 48 * BATCH)."""
+    normals: np.ndarray
+    """Normal [1] (3) and overlap [m] of the touching walls, real (T, 4, S * chunk), world axes."""
+    peaks: np.ndarray
+    """Largest overlap of pairs and of walls that each thread saw in the window [diameter] (T, 2)."""
+    test: np.ndarray
+    """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T, chunk)."""
+    barrier: np.ndarray
+    """Arrivals and generation of the team's barrier [1], int64 (32,)."""

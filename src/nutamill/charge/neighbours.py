@@ -1,0 +1,349 @@
+"""Cell grid, Morton order, candidate pairs, and the transfer of contact memory from one list to the next.
+
+A pair within a chunk is listed once, a pair across two chunks in both: each chunk then sums all forces on its own particles, and
+nobody writes another's row.
+"""
+
+import math
+
+from nutamill.charge.model import PADDING, ChargeModel, ChargeScratch, ChargeState, Clock, Status
+from nutamill.charge.publish import publish
+from nutamill.charge.team import barrier
+from nutamill.kernel import kernel, like
+
+STEP, PUBLISHED, LIST, LISTED, SINCE_SORT, REBUILDS, REBUILD, KEPT, DONE, CROWDED = (int(c) for c in Clock)
+LISTS_FULL = int(Status.LISTS_FULL)
+
+REBUILDS_PER_SORT = 20
+"""Rebuilds of the list after which the slots are sorted anew along the Morton curve [1]."""
+
+
+@kernel
+def spread_bits(v):
+    """Bits of `v` (10 of them) at every third place."""
+    v = v & 0x3FF
+    v = (v | v << 16) & 0x030000FF
+    v = (v | v << 8) & 0x0300F00F
+    v = (v | v << 4) & 0x030C30C3
+    return (v | v << 2) & 0x09249249
+
+
+@kernel
+def thread_share(n, tid, n_threads):
+    """First and last-plus-one of `n` things for thread `tid`."""
+    return n * tid // n_threads, n * (tid + 1) // n_threads
+
+
+@kernel
+def count_sort(cell, n, n_cells, counts, order):
+    """Stable counting sort: `order` lists the slots by `cell`, `counts[c]` is the first place of cell c afterwards."""
+    for c in range(n_cells + 2):
+        counts[c] = 0
+    for i in range(n):
+        counts[cell[i] + 2] += 1
+    for c in range(2, n_cells + 2):
+        counts[c] += counts[c - 1]
+    for i in range(n):
+        c = cell[i] + 1
+        order[counts[c]] = i
+        counts[c] += 1
+
+
+@kernel
+def find_bounds(x, n, grid):
+    """Corner and extents [m] of the box around the first `n` positions `x` (3, M) [m], to ``grid[0:3]`` and ``grid[4:7]``."""
+    for k in range(3):
+        low, high = x[k, 0], x[k, 0]
+        for i in range(n):
+            low = min(low, x[k, i])
+            high = max(high, x[k, i])
+        grid[k] = low - 1e-9
+        grid[4 + k] = high - low + 2e-9
+
+
+@kernel
+def fit_grid(smallest, most, grid, cells):
+    """Cut the box of `grid` into cells of at least `smallest` [m], at most `most` of them; returns their number."""
+    size = smallest
+    while True:
+        total = 1
+        for k in range(3):
+            cells[k] = int(grid[4 + k] / size) + 1
+            total *= cells[k]
+        if total <= most:
+            break
+        size *= 1.26
+    grid[3] = size
+    return total
+
+
+@kernel
+def keep_memory(model, state, lo, hi, c):
+    """Copy the contacts alive in chunk `c` to the table by particle; returns 0 where the table is too small."""
+    lst = state.clock[LIST]
+    last = like((state.clock[STEP] - 1) & 0xFFFFFF, state.rows[0, 0, 0])
+    memory = state.memory[lst, c]
+    for i in range(lo, hi):
+        state.kept_count[state.ids[i]] = 0
+    slots = state.kept.shape[1]
+    for k in range(state.listed[lst, c]):
+        if memory[k, 6] == last:
+            i = lo + state.owners[lst, c, k]
+            j = state.partners[lst, c, k]
+            a, b = state.ids[i], state.ids[j]
+            inside = lo <= j < hi
+            if state.kept_count[a] >= slots or (inside and state.kept_count[b] >= slots):
+                return 0
+            n = state.kept_count[a]
+            state.kept_count[a] = n + 1
+            state.kept_with[a, n] = b
+            for e in range(8):
+                state.kept[a, n, e] = memory[k, e]
+            if inside:
+                n = state.kept_count[b]
+                state.kept_count[b] = n + 1
+                state.kept_with[b, n] = a
+                for e in range(8):
+                    state.kept[b, n, e] = memory[k, e] if e > 5 else -memory[k, e]
+    return 1
+
+
+@kernel
+def morton_order(model, state, scratch):
+    """Fill ``scratch.source`` with the slots in Morton order."""
+    n = model.n_particles
+    bits = 1
+    while bits < 7 and 8 ** (bits - 1) < n and 8 ** (bits + 1) <= scratch.counts.shape[0] - 2:
+        bits += 1
+    find_bounds(state.x, n, scratch.grid)
+    extent = max(scratch.grid[4], max(scratch.grid[5], scratch.grid[6]))
+    h = (2**bits - 1e-6) / extent
+    for i in range(n):
+        a = int((state.x[0, i] - scratch.grid[0]) * h)
+        b = int((state.x[1, i] - scratch.grid[1]) * h)
+        c = int((state.x[2, i] - scratch.grid[2]) * h)
+        scratch.cell[i] = spread_bits(a) | spread_bits(b) << 1 | spread_bits(c) << 2
+    count_sort(scratch.cell, n, 8**bits, scratch.counts, scratch.source)
+
+
+@kernel
+def reorder(column, scratch, n, tid, n_threads):
+    """Bring one column of the state into the order of ``scratch.source``."""
+    lo, hi = thread_share(n, tid, n_threads)
+    for i in range(lo, hi):
+        scratch.moved[i] = column[scratch.source[i]]
+    barrier(scratch.barrier, n_threads)
+    for i in range(lo, hi):
+        column[i] = scratch.moved[i]
+    barrier(scratch.barrier, n_threads)
+
+
+@kernel
+def sort_slots(model, state, scratch, tid, n_threads):
+    """Sort all slots along the Morton curve."""
+    n = model.n_particles
+    if tid == 0:
+        morton_order(model, state, scratch)
+    barrier(scratch.barrier, n_threads)
+    for k in range(3):
+        reorder(state.x[k], scratch, n, tid, n_threads)
+        reorder(state.v[k], scratch, n, tid, n_threads)
+        reorder(state.w[k], scratch, n, tid, n_threads)
+    for k in range(4):
+        reorder(state.body[k], scratch, n, tid, n_threads)
+    reorder(state.material, scratch, n, tid, n_threads)
+    reorder(state.ids, scratch, n, tid, n_threads)
+    rows = state.rows[state.clock[PUBLISHED]]
+    for k in range(8):
+        reorder(rows[:, k], scratch, n, tid, n_threads)
+    lo, hi = thread_share(n, tid, n_threads)
+    n_surfaces = model.surface_kind.shape[0]
+    for i in range(lo, hi):
+        for t in range(n_surfaces):
+            for e in range(8):
+                scratch.moved_memory[i * n_surfaces + t, e] = state.wall_memory[scratch.source[i] * n_surfaces + t, e]
+    barrier(scratch.barrier, n_threads)
+    last = like((state.clock[STEP] - 1) & 0xFFFFFF, rows[0, 0])
+    for i in range(lo, hi):
+        for t in range(i * n_surfaces, (i + 1) * n_surfaces):
+            for e in range(8):
+                state.wall_memory[t, e] = scratch.moved_memory[t, e]
+            if state.wall_memory[t, 6] != last:
+                state.wall_memory[t, 6] = like(-1.0, last)
+        publish(model, state, i)
+    barrier(scratch.barrier, n_threads)
+
+
+@kernel
+def fill_cells(model, state, scratch):
+    """Sort the slots into cells at least as large as the longest candidate distance."""
+    n = model.n_particles
+    longest = 2.0 * model.largest_radius + model.skin
+    find_bounds(state.x, n, scratch.grid)
+    total = fit_grid(longest, scratch.counts.shape[0] - 2, scratch.grid, scratch.cells)
+    h = 1.0 / scratch.grid[3]
+    n0, n1 = scratch.cells[0], scratch.cells[1]
+    for i in range(n):
+        a = int((state.x[0, i] - scratch.grid[0]) * h)
+        b = int((state.x[1, i] - scratch.grid[1]) * h)
+        c = int((state.x[2, i] - scratch.grid[2]) * h)
+        scratch.cell[i] = (c * n1 + b) * n0 + a
+    count_sort(scratch.cell, n, total, scratch.counts, scratch.order)
+
+
+@kernel(fast=True)
+def candidates_of(i, lo, x, y, z, reach, a, b, c, scratch, partners, k, room):
+    """Append the candidates of slot `i` to `partners` from place `k` on; returns the new end, or -1 where there is no room.
+
+    x, y, z [m] from the corner of the cells; reach = radius + skin [m]; (a, b, c) its cell.  Slots before `lo` are in other chunks.
+    """
+    n0, n1, n2 = scratch.cells[0], scratch.cells[1], scratch.cells[2]
+    px, py, pz, pr = scratch.sorted[0], scratch.sorted[1], scratch.sorted[2], scratch.sorted[3]
+    a0 = max(0, a - 1)
+    a1 = min(n0 - 1, a + 1)
+    for cell_z in range(max(0, c - 1), min(n2 - 1, c + 1) + 1):
+        for cell_y in range(max(0, b - 1), min(n1 - 1, b + 1) + 1):
+            row = (cell_z * n1 + cell_y) * n0
+            begin, end = scratch.counts[row + a0], scratch.counts[row + a1 + 1]
+            if k + end - begin > room:
+                return -1
+            for d in range(begin, end):
+                j = scratch.order[d]
+                dx = px[d] - x
+                dy = py[d] - y
+                dz = pz[d] - z
+                far = reach + pr[d]
+                partners[k] = j
+                k += int((dx * dx + dy * dy + dz * dz < far * far) & ((j > i) | (j < lo)))
+    return k
+
+
+@kernel
+def list_chunk(model, state, scratch, lst, c, lo, hi):
+    """Candidate pairs of chunk `c`, with the memory they inherit; returns 0 where the list is too small."""
+    partners, owners, memory = state.partners[lst, c], state.owners[lst, c], state.memory[lst, c]
+    room = partners.shape[0] - PADDING
+    n0, n1 = scratch.cells[0], scratch.cells[1]
+    real = state.rows[0, 0, 0]
+    # rounding of the positions relative to the grid, in the precision of the law
+    slack = like(1.0 + 1e-5, real)
+    k = 0
+    for i in range(lo, hi):
+        start = k
+        cell = scratch.cell[i]
+        x = like(state.x[0, i] - scratch.grid[0], real)
+        y = like(state.x[1, i] - scratch.grid[1], real)
+        z = like(state.x[2, i] - scratch.grid[2], real)
+        reach = like(state.body[0, i] + model.skin, real) * slack
+        k = candidates_of(i, lo, x, y, z, reach, cell % n0, cell // n0 % n1, cell // (n0 * n1), scratch, partners, k, room)
+        if k < 0:
+            return 0
+        for p in range(start, k):
+            owners[p] = i - lo
+            memory[p, 6] = like(-1.0, real)
+        a = state.ids[i]
+        for q in range(state.kept_count[a]):
+            j = scratch.slot_of[state.kept_with[a, q]]
+            for p in range(start, k):
+                if partners[p] == j:
+                    for e in range(8):
+                        memory[p, e] = state.kept[a, q, e]
+                    break
+    state.listed[lst, c] = k
+    for p in range(k, k + PADDING):
+        partners[p] = lo
+        owners[p] = 0
+    if 4 * k > 3 * room:
+        state.clock[CROWDED] = 1
+    return 1
+
+
+@kernel
+def collect(state, scratch):
+    """Whether every chunk did its part; reports LISTS_FULL where not.  Called by one thread."""
+    full = False
+    for c in range(scratch.alarms.shape[0]):
+        full = full or scratch.alarms[c] != 0
+    if full:
+        state.status[0] = LISTS_FULL
+        state.status[3] = state.clock[STEP]
+
+
+@kernel
+def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, reference, angle, tid, n_threads):
+    """Make a new neighbour list, and sort the slots when it is time; called by all threads of the team.
+
+    Where the lists are too small ``state.status`` says LISTS_FULL, nothing is lost, and the next call begins anew.
+
+    Parameters
+    ----------
+    reference : point [m] (3) and axis [1] (3) of the frame the displacement is measured in
+    angle : present angle of that frame [rad]
+    """
+    n, chunk = model.n_particles, model.chunk
+    clock = state.clock
+    first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
+    sort = clock[KEPT] == 0 and (clock[LISTED] == 0 or clock[SINCE_SORT] >= REBUILDS_PER_SORT)
+    keep = clock[KEPT] == 0 and clock[LISTED] == 1
+    fresh = clock[LISTED] == 0
+    barrier(scratch.barrier, n_threads)
+    for c in range(first, end):
+        lo, hi = c * chunk, min(n, c * chunk + chunk)
+        scratch.alarms[c] = 0
+        if keep and keep_memory(model, state, lo, hi, c) == 0:
+            scratch.alarms[c] = 1
+        if fresh:
+            for i in range(lo, hi):
+                state.kept_count[state.ids[i]] = 0
+    barrier(scratch.barrier, n_threads)
+    if tid == 0:
+        collect(state, scratch)
+    barrier(scratch.barrier, n_threads)
+    if state.status[0] == LISTS_FULL:
+        return
+    if sort:
+        sort_slots(model, state, scratch, tid, n_threads)
+    if tid == 0:
+        clock[KEPT] = 1
+        if sort:
+            clock[SINCE_SORT] = 0
+        for i in range(n):
+            scratch.slot_of[state.ids[i]] = i
+        fill_cells(model, state, scratch)
+    barrier(scratch.barrier, n_threads)
+    lo, hi = thread_share(n, tid, n_threads)
+    real = state.rows[0, 0, 0]
+    for d in range(lo, hi):
+        i = scratch.order[d]
+        for k in range(3):
+            scratch.sorted[k, d] = like(state.x[k, i] - scratch.grid[k], real)
+            state.listed_at[k, i] = state.x[k, i] - reference[k]
+        scratch.sorted[3, d] = like(state.body[0, i], real)
+    barrier(scratch.barrier, n_threads)
+    lst = 1 - clock[LIST]
+    for c in range(first, end):
+        if list_chunk(model, state, scratch, lst, c, c * chunk, min(n, c * chunk + chunk)) == 0:
+            scratch.alarms[c] = 1
+    barrier(scratch.barrier, n_threads)
+    if tid == 0:
+        collect(state, scratch)
+        if state.status[0] != LISTS_FULL:
+            clock[LIST] = lst
+            clock[LISTED] = 1
+            clock[KEPT] = 0
+            clock[SINCE_SORT] += 1
+            clock[REBUILDS] += 1
+            clock[REBUILD] = 0
+            state.turn[0] = angle
+    barrier(scratch.barrier, n_threads)
+
+
+@kernel
+def turning(reference, angle, R_out):
+    """Rotation matrix (3, 3) by `angle` [rad] about the axis ``reference[3:6]`` (Rodrigues)."""
+    x, y, z = reference[3], reference[4], reference[5]
+    c, s = math.cos(angle), math.sin(angle)
+    t = 1.0 - c
+    R_out[0, 0], R_out[0, 1], R_out[0, 2] = t * x * x + c, t * x * y - s * z, t * x * z + s * y
+    R_out[1, 0], R_out[1, 1], R_out[1, 2] = t * x * y + s * z, t * y * y + c, t * y * z - s * x
+    R_out[2, 0], R_out[2, 1], R_out[2, 2] = t * x * z - s * y, t * y * z + s * x, t * z * z + c

@@ -1,0 +1,135 @@
+"""What a charge amounts to at the end of a window: energies, contacts, mass centre, momentum."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.charge.laws import pair_stiffness
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock
+from nutamill.charge.surfaces import place_surfaces, surface_overlap
+from nutamill.kernel import kernel, like
+
+STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
+
+
+class ChargeReading(NamedTuple):
+    """Present sums over the charge, at the time of its velocities."""
+
+    energy: np.ndarray
+    """Kinetic energy of translation and rotation, energy stored in normal, tangential and rolling springs of pairs, and of walls
+    [J] (8,)."""
+    contacts: np.ndarray
+    """Pair contacts, wall contacts [1] (2,)."""
+    mass_centre: np.ndarray
+    """[m] (3,), world."""
+    momentum: np.ndarray
+    """[kg m/s] (3,), world axes."""
+    coordination: np.ndarray
+    """Mean number of particles a particle touches [1] (1,)."""
+
+
+def charge_reading() -> ChargeReading:
+    """An empty `ChargeReading` for `observe` to fill."""
+    return ChargeReading(np.zeros(8), np.zeros(2), np.zeros(3), np.zeros(3), np.zeros(1))
+
+
+@kernel
+def stored_energy(laws, law, spring, memory, last, overlap, radius_a, radius_b, r_eff):
+    """Energy in the springs of one contact [J] (3): ``k d^2/2``, ``kt s^2/2``, ``kr t^2/2``; memory counts only if it is alive."""
+    k = pair_stiffness(
+        float(laws[law, 0]), float(laws[law, 1]), float(laws[law, 2]), 2.0 * radius_a, 2.0 * radius_b
+    )  # fmt: skip
+    normal = 0.5 * k * overlap * overlap
+    kt = k * float(laws[law, 3])
+    kr = spring * kt * r_eff * r_eff
+    s2, t2 = 0.0, 0.0
+    if memory[6] == last:
+        for e in range(3):
+            s2 += float(memory[e]) * float(memory[e])
+            t2 += float(memory[3 + e]) * float(memory[3 + e])
+    return normal, 0.5 * kt * s2, 0.5 * kr * t2
+
+
+@kernel
+def observe_pairs(model, state, back, last, out):
+    """Add energies and number of the touching pairs, `back` [s] before the positions."""
+    n, chunk, lst = model.n_particles, model.chunk, state.clock[LIST]
+    x, v, body = state.x, state.v, state.body
+    for c in range(state.listed.shape[1]):
+        lo, hi = c * chunk, min(n, c * chunk + chunk)
+        for p in range(state.listed[lst, c]):
+            i, j = lo + state.owners[lst, c, p], state.partners[lst, c, p]
+            square = 0.0
+            for k in range(3):
+                gap = x[k, j] - x[k, i] - back * (v[k, j] - v[k, i])
+                square += gap * gap
+            overlap = body[0, i] + body[0, j] - square**0.5
+            if overlap > 0.0:
+                weight = 1.0 if j < hi and j >= lo else 0.5
+                a, b = body[0, i], body[0, j]
+                law = model.law_of[state.material[i], state.material[j]]
+                normal, tangential, rolling = stored_energy(
+                    model.laws, law, model.spring_rolling, state.memory[lst, c, p], last, overlap, a, b, a * b / (a + b)
+                )
+                out.energy[2] += weight * normal
+                out.energy[3] += weight * tangential
+                out.energy[4] += weight * rolling
+                out.contacts[0] += weight
+
+
+@kernel
+def observe_walls(model, state, placed, back, last, out):
+    """Add energies and number of the wall contacts, `back` [s] before the positions, surfaces at `placed` (S, 12)."""
+    n_surfaces = model.surface_kind.shape[0]
+    x, v = state.x, state.v
+    for i in range(model.n_particles):
+        r = state.body[0, i]
+        for s in range(n_surfaces):
+            overlap, _, _, _ = surface_overlap(
+                model, placed[s], s, x[0, i] - back * v[0, i], x[1, i] - back * v[1, i], x[2, i] - back * v[2, i], r
+            )
+            if overlap > 0.0:
+                law = model.law_of[state.material[i], model.surface_material[s]]
+                normal, tangential, rolling = stored_energy(
+                    model.laws, law, model.spring_rolling, state.wall_memory[i * n_surfaces + s], last, overlap, r, r, r
+                )
+                out.energy[5] += normal
+                out.energy[6] += tangential
+                out.energy[7] += rolling
+                out.contacts[1] += 1.0
+
+
+@kernel
+def observe(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, out: ChargeReading):
+    """Read the charge at the end of the last window; called by one thread.
+
+    Parameters
+    ----------
+    model, state, scratch : the charge, between two windows
+    out : filled, see `charge_reading`
+    """
+    out.energy[:] = 0.0
+    out.contacts[:] = 0.0
+    out.mass_centre[:] = 0.0
+    out.momentum[:] = 0.0
+    back = 0.5 * state.turn[1]
+    total = 0.0
+    for i in range(model.n_particles):
+        m, per_inertia = state.body[1, i], state.body[3, i]
+        total += m
+        v2, w2 = 0.0, 0.0
+        for k in range(3):
+            v, w = state.v[k, i], state.w[k, i]
+            v2 += v * v
+            w2 += w * w
+            out.mass_centre[k] += m * (state.x[k, i] - back * v)
+            out.momentum[k] += m * v
+        out.energy[0] += 0.5 * m * v2
+        out.energy[1] += 0.5 * w2 / per_inertia
+    for k in range(3):
+        out.mass_centre[k] /= total
+    last = like((state.clock[STEP] - 1) & 0xFFFFFF, state.rows[0, 0, 0])
+    place_surfaces(model, state.poses, scratch.placed[0])
+    observe_pairs(model, state, back, last, out)
+    observe_walls(model, state, scratch.placed[0], back, last, out)
+    out.coordination[0] = 2.0 * out.contacts[0] / model.n_particles

@@ -1,0 +1,224 @@
+"""Moves between rows (one particle, eight numbers) and columns (one number, many contacts), eight contacts at a time.
+
+A compiler does not find these transpositions.  In single precision they are written once as target-independent LLVM
+vector code, which becomes AVX, AVX-512 or NEON; in double precision, and without the compiler, the plain Python below is used.  It
+says what each move does, and is what the vector code is tested against.
+
+In all of them `columns` is a flat array of rows of `BATCH` lanes, `lane` the first of eight lanes, `first` the first of eight
+entries of an index array.
+"""
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic, overload
+
+from nutamill.charge.model import BATCH
+
+WIDTH = 8
+"""Contacts moved at a time [1]."""
+
+
+def gather_rows(rows, index, first, columns, lane, at):
+    """Columns `at` to `at` + 7 become the eight numbers of ``rows[index[first + e]]``, e = 0 to 7."""
+    for e in range(WIDTH):
+        for k in range(8):
+            columns[(at + k) * BATCH + lane + e] = rows[index[first + e], k]
+
+
+def add_rows(rows, index, first, columns, lane, at):
+    """Add columns `at` to `at` + 7 to ``rows[index[first + e]]``; an index may occur twice."""
+    for e in range(WIDTH):
+        for k in range(8):
+            rows[index[first + e], k] += columns[(at + k) * BATCH + lane + e]
+
+
+def set_rows(rows, index, first, columns, lane, at):
+    """``rows[index[first + e]]`` become columns `at` to `at` + 7."""
+    for e in range(WIDTH):
+        for k in range(8):
+            rows[index[first + e], k] = columns[(at + k) * BATCH + lane + e]
+
+
+def gather_differences(points, second, local, owner, first, columns, lane):
+    """Columns 0 to 3 become ``points[second] - local[owner]`` [fixed point], as real numbers: distance vector and sum of radii."""
+    for e in range(WIDTH):
+        for k in range(4):
+            columns[k * BATCH + lane + e] = float(int(points[second[first + e], k]) - int(local[owner[first + e], k]))
+
+
+def touching(points, second, local, owner, first):
+    """Bit e is set where candidate ``first + e`` is closer than the sum of the radii."""
+    mask = 0
+    for e in range(WIDTH):
+        a = second[first + e]
+        b = owner[first + e]
+        x = float(int(points[a, 0]) - int(local[b, 0]))
+        y = float(int(points[a, 1]) - int(local[b, 1]))
+        z = float(int(points[a, 2]) - int(local[b, 2]))
+        r = float(int(points[a, 3]) - int(local[b, 3]))
+        if x * x + y * y + z * z < r * r:
+            mask |= 1 << e
+    return mask
+
+
+_F32 = ir.FloatType()
+_I32 = ir.IntType(32)
+_I64 = ir.IntType(64)
+_V8 = ir.VectorType(_F32, 8)
+_V4I = ir.VectorType(_I32, 4)
+_WORD = 4
+# lane choices of the three rounds of an 8 x 8 transposition: pairs of rows, pairs of lanes, halves
+_UNPACK = [0, 8, 1, 9, 4, 12, 5, 13], [2, 10, 3, 11, 6, 14, 7, 15]
+_PAIRS = [0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]
+_HALVES = [0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]
+
+
+def _shuffle(builder, a, b, lanes):
+    return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_I32, len(lanes)), list(lanes)))
+
+
+def _transpose4(builder, rows):
+    """Four vectors whose halves are rows e and e + 4, to four columns of eight."""
+    a, b = (_shuffle(builder, rows[0], rows[1], lanes) for lanes in _UNPACK)
+    c, d = (_shuffle(builder, rows[2], rows[3], lanes) for lanes in _UNPACK)
+    return [_shuffle(builder, p, q, lanes) for p, q in ((a, c), (b, d)) for lanes in _PAIRS]
+
+
+def _transpose8(builder, rows):
+    """Eight rows of eight to eight columns of eight; its own inverse."""
+    halves = [[_shuffle(builder, rows[k], rows[k + 4], lanes) for k in range(4)] for lanes in _HALVES]
+    return _transpose4(builder, halves[0]) + _transpose4(builder, halves[1])
+
+
+def _data(context, builder, signature, args, k):
+    return context.make_array(signature.args[k])(context, builder, args[k]).data
+
+
+def _load(builder, pointer, vector):
+    value = builder.load(builder.bitcast(pointer, vector.as_pointer()))
+    value.align = _WORD
+    return value
+
+
+def _store(builder, value, pointer):
+    builder.store(value, builder.bitcast(pointer, value.type.as_pointer())).align = _WORD
+
+
+def _row(builder, base, index, first, e, width):
+    """Pointer to the row (of `width` words) that entry ``first + e`` of `index` names."""
+    entry = builder.load(builder.gep(index, [builder.add(first, ir.Constant(_I64, e))]))
+    return builder.gep(base, [builder.mul(builder.zext(entry, _I64), ir.Constant(_I64, width))])
+
+
+def _column(builder, columns, lane, at, k):
+    place = builder.mul(builder.add(at, ir.Constant(_I64, k)), ir.Constant(_I64, BATCH))
+    return builder.gep(columns, [builder.add(place, lane)])
+
+
+def _differences(builder, points, second, local, owner, first):
+    rows = []
+    for e in range(4):
+        ends = []
+        for base, index in ((points, second), (local, owner)):
+            lower, upper = (_load(builder, _row(builder, base, index, first, q, 4), _V4I) for q in (e, e + 4))
+            ends.append(_shuffle(builder, lower, upper, range(8)))
+        rows.append(builder.sub(*ends))
+    return [builder.sitofp(column, _V8) for column in _transpose4(builder, rows)]
+
+
+@intrinsic
+def _gather_rows(typing_context, rows, index, first, columns, lane, at):
+    def code(context, builder, signature, args):
+        base, entries, out = (_data(context, builder, signature, args, k) for k in (0, 1, 3))
+        loaded = [_load(builder, _row(builder, base, entries, args[2], e, 8), _V8) for e in range(8)]
+        for k, column in enumerate(_transpose8(builder, loaded)):
+            _store(builder, column, _column(builder, out, args[4], args[5], k))
+        return context.get_dummy_value()
+
+    return types.void(rows, index, types.int64, columns, types.int64, types.int64), code
+
+
+def _scatter(builder, context, signature, args, add):
+    base, entries, out = (_data(context, builder, signature, args, k) for k in (0, 1, 3))
+    loaded = [_load(builder, _column(builder, out, args[4], args[5], k), _V8) for k in range(8)]
+    for e, row in enumerate(_transpose8(builder, loaded)):
+        place = _row(builder, base, entries, args[2], e, 8)
+        _store(builder, builder.fadd(_load(builder, place, _V8), row) if add else row, place)
+    return context.get_dummy_value()
+
+
+@intrinsic
+def _add_rows(typing_context, rows, index, first, columns, lane, at):
+    def code(context, builder, signature, args):
+        return _scatter(builder, context, signature, args, True)
+
+    return types.void(rows, index, types.int64, columns, types.int64, types.int64), code
+
+
+@intrinsic
+def _set_rows(typing_context, rows, index, first, columns, lane, at):
+    def code(context, builder, signature, args):
+        return _scatter(builder, context, signature, args, False)
+
+    return types.void(rows, index, types.int64, columns, types.int64, types.int64), code
+
+
+@intrinsic
+def _gather_differences(typing_context, points, second, local, owner, first, columns, lane):
+    def code(context, builder, signature, args):
+        p, j, q, i, out = (_data(context, builder, signature, args, k) for k in (0, 1, 2, 3, 5))
+        for k, column in enumerate(_differences(builder, p, j, q, i, args[4])):
+            _store(builder, column, _column(builder, out, args[6], ir.Constant(_I64, 0), k))
+        return context.get_dummy_value()
+
+    return types.void(points, second, local, owner, types.int64, columns, types.int64), code
+
+
+@intrinsic
+def _touching(typing_context, points, second, local, owner, first):
+    def code(context, builder, signature, args):
+        p, j, q, i = (_data(context, builder, signature, args, k) for k in range(4))
+        x, y, z, r = _differences(builder, p, j, q, i, args[4])
+        squares = [builder.fmul(c, c) for c in (x, y, z)]
+        distance2 = builder.fadd(builder.fadd(squares[0], squares[1]), squares[2])
+        mask = builder.bitcast(builder.fcmp_ordered("<", distance2, builder.fmul(r, r)), ir.IntType(8))
+        return builder.zext(mask, _I64)
+
+    return types.int64(points, second, local, owner, types.int64), code
+
+
+@overload(gather_rows, inline="always")
+def _choose_gather_rows(rows, index, first, columns, lane, at):
+    if rows.dtype == types.float32:
+        return lambda rows, index, first, columns, lane, at: _gather_rows(rows, index, first, columns, lane, at)
+    return gather_rows
+
+
+@overload(add_rows, inline="always")
+def _choose_add_rows(rows, index, first, columns, lane, at):
+    if rows.dtype == types.float32:
+        return lambda rows, index, first, columns, lane, at: _add_rows(rows, index, first, columns, lane, at)
+    return add_rows
+
+
+@overload(set_rows, inline="always")
+def _choose_set_rows(rows, index, first, columns, lane, at):
+    if rows.dtype == types.float32:
+        return lambda rows, index, first, columns, lane, at: _set_rows(rows, index, first, columns, lane, at)
+    return set_rows
+
+
+@overload(gather_differences, inline="always")
+def _choose_gather_differences(points, second, local, owner, first, columns, lane):
+    if points.dtype == types.int32:
+        return lambda points, second, local, owner, first, columns, lane: _gather_differences(
+            points, second, local, owner, first, columns, lane
+        )
+    return gather_differences
+
+
+@overload(touching, inline="always")
+def _choose_touching(points, second, local, owner, first):
+    if points.dtype == types.int32:
+        return lambda points, second, local, owner, first: _touching(points, second, local, owner, first)
+    return touching
