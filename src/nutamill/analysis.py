@@ -1,0 +1,175 @@
+"""Steady means with their uncertainty, and where the power goes: from a result, without the engines."""
+
+import fnmatch
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import stdtrit
+
+from nutamill.errors import ResultError
+from nutamill.result import Result
+from nutamill.units import Kind, parse
+
+PAPER_WINDOW = 3.0
+"""Length of the averaging window at the end of a run in both NuMill papers [s]."""
+BATCHES = 10
+"""Largest number of batches of whole turns from which a confidence interval is estimated."""
+STEADY_SPEED = 1e-6
+"""Share by which the speed may differ from the last one in steady running."""
+
+SINKS: dict[str, tuple[str, ...]] = {
+    "pellet-pellet": ("pair_normal_loss", "pair_tangential_loss", "pair_rolling_loss"),
+    "pellet-wall": ("wall_normal_loss", "wall_tangential_loss", "wall_rolling_loss"),
+    "joints": ("driveshaft_bearing_loss", "crank_pin_loss", "chamber_pivot_loss", "yoke_pivot_loss"),
+    "mounts": ("mount_*_loss",),
+    "coupling": ("coupling_loss",),
+    "stored": ("kinetic_energy_mechanism", "kinetic_energy_charge", "potential_energy", "elastic_energy"),
+}
+"""Where the motor's work can go: series of the power ledger, in groups; ``*`` stands for every mount."""
+
+
+class Estimate(NamedTuple):
+    """A steady mean."""
+
+    mean: float
+    """Mean over whole turns, unit of the series."""
+    half_width: float
+    """Half width of its 95 % confidence interval by batch means, unit of the series; NaN below two turns."""
+    window_mean: float
+    """Plain mean of all samples of the window, as in the papers, unit of the series."""
+
+
+class Steady(NamedTuple):
+    """The steady end of a run."""
+
+    start: float
+    """Start of the window [s]."""
+    end: float
+    """End of the window and of the run [s]."""
+    turns: np.ndarray
+    """Times at which the whole turns in the window begin and end [s], (n_turns + 1,)."""
+    values: dict[str, Estimate]
+    """Steady mean of each series."""
+
+
+class PowerSplit(NamedTuple):
+    """Mean power over the whole turns of the steady window."""
+
+    motor: float
+    """Power of the motor [W]."""
+    sinks: dict[str, float]
+    """Where it goes [W], by the groups of `SINKS`."""
+    residual: float
+    """What the ledger does not account for [W]."""
+
+
+def ramp_end(result: Result) -> float:
+    """Time from which the driveshaft keeps its last speed [s]; the start if it had it from the beginning."""
+    time, speed = (result.series[name].values for name in ("time", "driveshaft_speed"))
+    if not len(time):
+        return math.nan
+    changing = np.flatnonzero(np.abs(speed - speed[-1]) > STEADY_SPEED * abs(speed[-1]))
+    return float(time[changing[-1] + 1]) if len(changing) else float(time[0])
+
+
+def steady_window(result: Result, last: float | str = PAPER_WINDOW, names: Sequence[str] | None = None) -> Steady:
+    """Means over the last seconds of a run, over whole turns, with their 95 % intervals.
+
+    The window is the last `last` seconds, cut where the speed was still changing.  Readings of a mill repeat once or
+    twice per turn, so that a mean over a broken number of turns depends on where it is cut; the estimate therefore
+    takes the whole turns that end with the run.  Turns are put in up to ten batches; their scatter gives the interval.
+
+    Parameters
+    ----------
+    last : length of the window [s], or a text with a unit as ``"3 s"``
+    names : series to average, all if not given
+
+    Raises
+    ------
+    ResultError : the run has not made one turn at its last speed
+
+    Source
+    ------
+    A. M. Law, Simulation Modeling and Analysis, 5th ed., 2015, section 9.5.3 (batch means, Student's t)
+    """
+    length = parse(last, Kind.TIME) if isinstance(last, str) else last
+    series = result.series
+    time, angle = series["time"].values, series["crank_angle"].values
+    start = max(float(time[-1]) - length, ramp_end(result)) if len(time) else math.nan
+    inside = time >= start
+    count = math.floor((angle[inside][-1] - angle[inside][0]) / math.tau + 1e-9) if inside.any() else 0
+    if count < 1:
+        reached = f"ends at t = {time[-1]:g} s" if len(time) else "is empty"
+        raise ResultError(f"{result.path}: must hold a whole turn at constant speed, it {reached}. Continue it with `nutamill resume`.")
+    time, angle = time[inside], angle[inside]
+    turns = np.interp(angle[-1] - math.tau * np.arange(count, -1, -1), angle, time)
+    values = {name: _estimate(time, series[name].values[inside], turns) for name in names or map(str, series.data_vars)}
+    return Steady(start, float(time[-1]), turns, values)
+
+
+def _estimate(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> Estimate:
+    """Steady mean of samples `value` at `time`, over the turns that begin and end at `turns`."""
+    integral = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (value[1:] + value[:-1]))))
+    at_turns = np.interp(turns, time, integral)
+    means = np.diff(at_turns) / np.diff(turns)
+    batches = np.array([batch.mean() for batch in np.array_split(means, min(len(means), BATCHES))])
+    half_width = math.nan
+    if len(batches) > 1:
+        half_width = float(stdtrit(len(batches) - 1, 0.975) * batches.std(ddof=1) / math.sqrt(len(batches)))
+    return Estimate(float((at_turns[-1] - at_turns[0]) / (turns[-1] - turns[0])), half_width, float(value.mean()))
+
+
+def power_split(result: Result, last: float | str = PAPER_WINDOW) -> PowerSplit:
+    """Where the motor's power goes, mean over the whole turns of the steady window; see `steady_window`."""
+    turns = steady_window(result, last, names=["time"]).turns
+
+    def power(name: str) -> float:
+        first, end = np.interp(turns[[0, -1]], result.series["time"].values, result.series[name].values)
+        return float((end - first) / (turns[-1] - turns[0]))
+
+    sinks = {group: sum(map(power, names)) for group, names in ledger_groups(result).items()}
+    return PowerSplit(power("motor_work"), sinks, power("ledger_residual"))
+
+
+def ledger_groups(result: Result) -> dict[str, list[str]]:
+    """`SINKS` with the series that this result holds, groups without any left out."""
+    held = list(result.series.data_vars)
+    groups = {
+        group: [name for name in held if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)]
+        for group, patterns in SINKS.items()
+    }
+    return {group: names for group, names in groups.items() if names}
+
+
+def summary_lines(result: Result) -> list[str]:
+    """What is said at the end of a run: steady force, torque and power, and where the power goes."""
+    try:
+        steady = steady_window(result, names=["crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power"])
+        power = power_split(result)
+    except ResultError:
+        return [f"no steady means: the run has not made a whole turn at its last speed (state: {result.state})"]
+    force, torque, drawn = steady.values.values()
+    count = len(steady.turns) - 1
+    lines = [
+        f"steady from t = {steady.start:.2f} s to {steady.end:.2f} s, {count} whole turn{'s' if count > 1 else ''}",
+        f"crank-pin force {_with_interval(force)} N   shaft torque {_with_interval(torque)} N m   power {drawn.mean:.0f} W",
+        f"plain mean of that window: {force.window_mean:.4g} N, {torque.window_mean:.4g} N m",
+    ]
+    if power.motor:
+        lines.append(f"where the power goes: {_shares(power.sinks, power.motor)}  | closes to {abs(power.residual / power.motor):.2%}")
+    return lines
+
+
+def _with_interval(estimate: Estimate) -> str:
+    """``981 ± 6``, with as many digits as the interval has a meaning for."""
+    if not estimate.half_width > 0.0:
+        return f"{estimate.mean:.4g}"
+    digits = max(0, 1 - math.floor(math.log10(estimate.half_width)) - (estimate.half_width >= 1.0))
+    return f"{estimate.mean:.{digits}f} ± {estimate.half_width:.{digits}f}"
+
+
+def _shares(sinks: Mapping[str, float], motor: float) -> str:
+    """``pellet-pellet 61 %  pellet-wall 27 % ...``, largest first."""
+    return "  ".join(f"{group} {power / motor:.0%}" for group, power in sorted(sinks.items(), key=lambda sink: -abs(sink[1])))

@@ -1,0 +1,140 @@
+"""One function, one figure: a result in, a Matplotlib figure out.  Saving is left to the caller."""
+
+import math
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+from nutamill.analysis import ledger_groups, ramp_end
+from nutamill.fields import series_field
+from nutamill.result import Result
+
+STYLE = Path(__file__).with_name("nutamill.mplstyle")
+BINS = 500
+"""Columns of a drawn series: about two per printed dot of one journal column."""
+ENVELOPE, MEAN, RMS, MARK = "#A6CEE8", "#0072B2", "#D55E00", "#444444"
+
+
+def draw_run(result: Result) -> Figure:
+    """Crank-pin force, driveshaft torque and frame acceleration over the run; a dashed line ends the ramp.
+
+    A long series is drawn as the band between its smallest and largest value in each column of the picture, with the mean
+    over a turn (for accelerations: the root mean square over a turn) as a line.
+
+    Source
+    ------
+    Janse van Vuuren, Bredell and Coetzee, Math. Comput. Appl. 31(5), 171, 2026, figure 11 (form of the picture)
+    """
+    sensor = next((name.removesuffix("_x") for name in result.series.data_vars if str(name).endswith("_acceleration_x")), None)
+    panels = [("crank_pin_force_resultant", "crank-pin force"), ("driveshaft_torque", "driveshaft torque")]
+    if sensor is not None:
+        panels += [(f"{sensor}_x", "horizontal acceleration"), (f"{sensor}_z", "vertical acceleration")]
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 0.65 + 1.15 * len(panels)), layout="constrained")
+        for k, (axes, (name, quantity)) in enumerate(zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True)):
+            _draw_series(axes, result, name, root_mean_square="acceleration" in name)
+            axes.set_title(f"({'abcd'[k]}) {quantity}", loc="left")
+            axes.set_ylabel(_axis_label(name))
+            axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
+        axes.set_xlabel("time (s)")
+        _mark_ramp(figure.axes, result)
+        _legend(figure, columns=2, place="outside lower center")
+        figure.align_ylabels()
+    return figure
+
+
+def draw_ledger(result: Result) -> Figure:
+    """Where the motor's power goes, turn by turn: losses stacked, the motor's power as a line over them.
+
+    What lies between the stack and the line goes into kinetic, potential and elastic energy, or comes out of them.
+    """
+    time = result.series["time"].values
+    edges = _turns(result)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+
+    def power(names: list[str]) -> np.ndarray:
+        energy = sum(result.series[name].values for name in names)
+        return np.diff(np.interp(edges, time, energy)) / np.diff(edges)
+
+    losses = {group: power(names) for group, names in ledger_groups(result).items() if group != "stored"}
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 2.6), layout="constrained")
+        axes = figure.subplots()
+        axes.stackplot(middle, list(losses.values()), labels=list(losses), linewidth=0)
+        axes.plot(middle, power(["motor_work"]), color="black", label="motor")
+        axes.set_xlabel("time (s)")
+        axes.set_ylabel("power (W)")
+        axes.set_xlim(time[0], time[-1])
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+        _mark_ramp([axes], result)
+        _legend(figure, columns=1, place="outside right upper")
+    return figure
+
+
+def _axis_label(name: str) -> str:
+    """``force (N)``: what a series measures and its unit."""
+    unit = series_field(name).unit.replace("m/s^2", "m/s$^2$")
+    word = next(word for word in ("acceleration", "force", "torque") if word in name)
+    return f"{word} ({unit})"
+
+
+def _draw_series(axes: Axes, result: Result, name: str, root_mean_square: bool) -> None:
+    """Band of smallest and largest values, and the mean or root mean square over a turn."""
+    time, value = result.series["time"].values, result.series[name].values
+    if len(time) > 4 * BINS:
+        starts = np.linspace(0, len(time), BINS + 1).astype(int)[:-1]
+        # widened to a turn at the last speed: narrower columns would show the beat of the columns with the turns
+        turn = math.tau / max(abs(result.series["driveshaft_speed"].values[-1]), math.tau)
+        width = 1 + 2 * math.ceil(0.5 * turn * BINS / (time[-1] - time[0]))
+        low = minimum_filter1d(np.minimum.reduceat(value, starts), width)
+        high = maximum_filter1d(np.maximum.reduceat(value, starts), width)
+        axes.fill_between(time[starts], low, high, color=ENVELOPE, linewidth=0, label="smallest to largest")
+    else:
+        axes.plot(time, value, color=ENVELOPE, label="samples")
+    if root_mean_square:
+        at, mean = _mean_over_turn(result, value**2)
+        axes.plot(at, np.sqrt(mean), color=RMS, label="r.m.s. over a turn")
+    else:
+        at, mean = _mean_over_turn(result, value)
+        axes.plot(at, mean, color=MEAN, label="mean over a turn")
+    axes.set_xlim(time[0], time[-1])
+
+
+def _mean_over_turn(result: Result, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] and means of `value` over the turn around each of them, (n,) both; a turn needs half a turn on each side."""
+    time, angle = result.series["time"].values, result.series["crank_angle"].values
+    integral = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (value[1:] + value[:-1]))))
+    at = np.linspace(time[0], time[-1], BINS)
+    centre = np.interp(at, time, angle)
+    whole = (centre - math.pi >= angle[0]) & (centre + math.pi <= angle[-1])
+    first, end = (np.interp(centre[whole] + side * math.pi, angle, time) for side in (-1.0, 1.0))
+    return at[whole], (np.interp(end, time, integral) - np.interp(first, time, integral)) / (end - first)
+
+
+def _turns(result: Result) -> np.ndarray:
+    """Times [s] between which the ledger is averaged: whole turns, several together in a long run, (n + 1,)."""
+    time, angle = result.series["time"].values, result.series["crank_angle"].values
+    count = max(1, math.floor((angle[-1] - angle[0]) / math.tau))
+    each = math.ceil(count / BINS)
+    ends = angle[-1] - math.tau * each * np.arange(count // each, -1, -1)
+    return np.interp(ends, angle, time)
+
+
+def _mark_ramp(all_axes: list[Axes], result: Result) -> None:
+    """A dashed line where the speed reaches its last value, if that is within the run."""
+    time = result.series["time"].values
+    end = ramp_end(result)
+    if time[0] < end < time[-1]:
+        for axes in all_axes:
+            axes.axvline(end, color=MARK, linewidth=0.7, linestyle=(0, (4, 3)), zorder=3, label="end of ramp")
+
+
+def _legend(figure: Figure, columns: int, place: str) -> None:
+    """One legend for all panels, outside them, so that it never hides a curve; last drawn comes first."""
+    handles = {label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(list(handles.values())[::-1], list(handles)[::-1], loc=place, ncols=columns)
