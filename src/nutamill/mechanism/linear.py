@@ -1,0 +1,174 @@
+"""Small motions of a mechanism: where it rests, and how it vibrates about rest.
+
+Both use the tangent stiffness of loads and present reactions, by central differences over the positions and attitudes of the
+bodies, and the directions the constraints leave free.  Joint friction is left out: it has no slope at rest.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.errors import StepError
+from nutamill.frames import turn_quaternion
+from nutamill.mechanism.constraints import dense_jacobian
+from nutamill.mechanism.dynamics import OK, start
+from nutamill.mechanism.equations import apply_loads
+from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
+
+PROBE = 1e-6
+"""Displacement [m or rad] and velocity [m/s or rad/s] of the central differences."""
+
+NEWTON_ROUNDS, NEWTON_TOLERANCE, LONGEST_STEP = 60, 1e-11, 0.05
+"""Limit of rounds [1], last step [m or rad] that counts as none, and largest step [m or rad] of the search for rest."""
+
+
+class Modes(NamedTuple):
+    """Vibrations about rest, slowest first."""
+
+    frequency: np.ndarray
+    """Undamped frequencies ``|sigma| / 2 pi`` of the eigenvalues sigma [Hz], (n_modes,)."""
+    damping_ratio: np.ndarray
+    """``-Re sigma / |sigma|`` [1], (n_modes,); 1 for an eigenvalue without oscillation, each of which counts as a mode."""
+    shape: np.ndarray
+    """Complex displacements and rotation vectors of all bodies [m and rad], (n_bodies, 6, n_modes), world axes, largest 1."""
+
+
+def static_equilibrium(
+    mechanism: Mechanism,
+    state: MechanismState,
+    scratch: MechanismScratch,
+    wrench: np.ndarray | None = None,
+    hold_drives: bool = True,
+) -> None:
+    """Move `state` to rest under weights, loads and a constant `wrench`, in place, then `start` it.
+
+    Newton's method on forces and gaps together; velocities become zero but for what the drives prescribe.
+
+    Parameters
+    ----------
+    wrench : external force [N] and moment about the mass centres [N m], (n_bodies + 1, 6), world axes; it stays in
+        `state.wrench`. As it is in `state` if not given
+    hold_drives : hold the drives' present angles; otherwise driven joints turn freely to where they rest
+
+    Raises
+    ------
+    StepError
+        if no rest is found
+    """
+    if wrench is not None:
+        state.wrench[:] = wrench
+    state.velocity[:], state.angular_velocity[:] = 0.0, 0.0
+    held = held_rows(mechanism, hold_drives)
+    n, n_held = 6 * (len(mechanism.bodies) - 1), int(held.sum())
+    reaction = np.zeros(len(mechanism.rows))
+    jacobian = dense_jacobian(mechanism, state, scratch)
+    reaction[held] = np.linalg.lstsq(jacobian[held].T, -residual(mechanism, state, scratch, reaction), rcond=None)[0]
+    for _ in range(NEWTON_ROUNDS):
+        stiffness = tangent_stiffness(mechanism, state, scratch, reaction)
+        force = residual(mechanism, state, scratch, reaction)
+        jacobian = dense_jacobian(mechanism, state, scratch)[held]
+        scale = max(np.abs(stiffness).max(), 1.0)
+        matrix = np.block([[stiffness / scale, -jacobian.T], [jacobian, np.zeros((n_held, n_held))]])
+        solution = np.linalg.lstsq(matrix, np.concatenate([force / scale, -scratch.gap[held]]), rcond=1e-13)[0]
+        longest = np.abs(solution[:n]).max(initial=0.0)
+        share = min(1.0, LONGEST_STEP / max(longest, LONGEST_STEP))
+        displace(state, share * solution[:n])
+        reaction[held] += share * scale * solution[n:]
+        if longest < NEWTON_TOLERANCE:
+            break
+    else:
+        raise StepError(
+            f"static equilibrium: must be found in {NEWTON_ROUNDS} rounds, the last one still moved {longest:.3g} m or rad. "
+            "Check that every body is held by a joint, a bushing or a spring"
+        )
+    if start(mechanism, state, scratch) != OK:
+        raise StepError("static equilibrium: must give finite accelerations. Check that every body is held")
+
+
+def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch) -> Modes:
+    """Frequencies, damping ratios and shapes of small vibrations about the present pose, at rest, drives held.
+
+    `state` is left as it is, and should be at rest (`static_equilibrium`): velocities count as zero.
+    """
+    jacobian = dense_jacobian(mechanism, state, scratch)
+    mass = mass_matrix(mechanism, scratch)
+    stiffness = tangent_stiffness(mechanism, state, scratch, state.multiplier)
+    damping = tangent_damping(mechanism, state, scratch)
+    free = free_directions(jacobian)
+    small_mass = free.T @ mass @ free
+    a = np.linalg.solve(small_mass, free.T @ stiffness @ free)
+    b = np.linalg.solve(small_mass, free.T @ damping @ free)
+    m = len(small_mass)
+    values, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-a, -b]]))
+    chosen = np.flatnonzero(values.imag >= 0.0)
+    chosen = chosen[np.argsort(np.abs(values[chosen]), kind="stable")]
+    size = np.abs(values[chosen])
+    shape = free @ vectors[:m, chosen]
+    shape = shape / np.abs(shape).max(axis=0, initial=1e-300)
+    ratio = np.where(size > 0.0, -values[chosen].real / np.where(size > 0.0, size, 1.0), 1.0)
+    return Modes(size / (2.0 * np.pi), ratio, shape.reshape(-1, 6, len(chosen)))
+
+
+def held_rows(mechanism, hold_drives) -> np.ndarray:
+    """Which constraint rows count, (n_rows,) of bool."""
+    return np.ones(len(mechanism.rows), bool) if hold_drives else mechanism.rows.drive < 0
+
+
+def free_directions(jacobian) -> np.ndarray:
+    """Orthonormal basis (n, n - rank) of the motions that keep all constraints; rows are scaled to unit size first."""
+    if len(jacobian) == 0:
+        return np.eye(jacobian.shape[1])
+    scaled = jacobian / np.linalg.norm(jacobian, axis=1, keepdims=True)
+    _, size, right = np.linalg.svd(scaled)
+    return right[int((size > 1e-9 * size[0]).sum()) :].T
+
+
+def displace(state, move) -> None:
+    """Move every body by a displacement and a rotation vector, `move` (6 n_bodies,), world axes."""
+    for b, step in enumerate(move.reshape(-1, 6)):
+        state.position[b] += step[:3]
+        turn_quaternion(state.quaternion[b], step[3], step[4], step[5], state.quaternion[b])
+
+
+def residual(mechanism, state, scratch, reaction) -> np.ndarray:
+    """Loads plus row reactions on every body at rest [N, N m], (6 n_bodies,)."""
+    scratch.twist[:] = 0.0
+    jacobian = dense_jacobian(mechanism, state, scratch)
+    apply_loads(mechanism, state, scratch)
+    return scratch.load[:-1].ravel() + jacobian.T @ reaction
+
+
+def tangent_stiffness(mechanism, state, scratch, reaction) -> np.ndarray:
+    """Minus the derivative of `residual` to the displacements of the bodies at fixed row reactions, (6 n_bodies, 6 n_bodies)."""
+    n = 6 * (len(mechanism.bodies) - 1)
+    stiffness, position, quaternion = np.zeros((n, n)), state.position.copy(), state.quaternion.copy()
+    for k in range(n):
+        for sign in (1.0, -1.0):
+            displace(state, sign * PROBE * np.eye(n)[k])
+            stiffness[:, k] -= sign * residual(mechanism, state, scratch, reaction) / (2.0 * PROBE)
+            state.position[:], state.quaternion[:] = position, quaternion
+    return stiffness
+
+
+def tangent_damping(mechanism, state, scratch) -> np.ndarray:
+    """Minus the derivative of the loads to the velocities at rest, (6 n_bodies, 6 n_bodies)."""
+    n = 6 * (len(mechanism.bodies) - 1)
+    damping = np.zeros((n, n))
+    scratch.twist[:] = 0.0
+    for k in range(n):
+        for sign in (1.0, -1.0):
+            scratch.twist[k // 6, k % 6] = sign * PROBE
+            apply_loads(mechanism, state, scratch)
+            damping[:, k] -= sign * scratch.load[:-1].ravel() / (2.0 * PROBE)
+        scratch.twist[k // 6, k % 6] = 0.0
+    return damping
+
+
+def mass_matrix(mechanism, scratch) -> np.ndarray:
+    """Masses and inertias about the mass centres at the placed pose, (6 n_bodies, 6 n_bodies), world axes."""
+    n = len(mechanism.bodies) - 1
+    mass = np.zeros((6 * n, 6 * n))
+    for b in range(n):
+        mass[6 * b : 6 * b + 3, 6 * b : 6 * b + 3] = mechanism.bodies[b].mass * np.eye(3)
+        mass[6 * b + 3 : 6 * b + 6, 6 * b + 3 : 6 * b + 6] = scratch.inertia[b]
+    return mass
