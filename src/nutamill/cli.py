@@ -7,6 +7,7 @@ Exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted.  Heavy impor
 import functools
 import json
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -103,8 +104,7 @@ def run(
         loaded = loaded.with_("run.threads", threads)
     for warning in loaded.warnings:
         typer.echo(f"warning: {warning}", err=True)
-    path = to or Path("results") / f"{loaded.name}-{loaded.digest[:6]}.h5"
-    path.parent.mkdir(parents=True, exist_ok=True)
+    path = to or loaded.result_file
     from nutamill import march
 
     _watched(loaded.title or loaded.name, path, lambda show: march.run(loaded, to=path, progress=show))
@@ -135,10 +135,12 @@ def resume(
 def show(case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A case or a result.")], overrides: Overrides = None) -> None:
     """Print a case with every default written out, or the summary of a result."""
     if Path(case).suffix in (".h5", ".hdf5"):
+        from nutamill.analysis import summary_lines
         from nutamill.result import open_result
 
         with open_result(case) as result:
-            typer.echo("\n".join(_summary(result)))
+            lines = [f"{key:16}  {value}" for key, value in {"state": result.state, **result.provenance}.items()]
+            typer.echo("\n".join([*lines, *summary_lines(result)]))
     else:
         typer.echo(_load(case, overrides).to_toml(), nl=False)
 
@@ -186,7 +188,8 @@ def bench(threads: Threads = None) -> None:
     if threads is not None:
         case = case.with_("run.threads", threads)
     seen: list[Any] = []
-    march.run(case, to=None, progress=seen.append)
+    with tempfile.TemporaryDirectory() as folder:
+        march.run(case, to=Path(folder) / "bench.h5", progress=seen.append).close()
     typer.echo(f"{seen[-1].nanoseconds:.1f} ns per particle and step, {sum(case.particle_counts)} particles, dt {1e6 * seen[-1].dt:.2f} us")
 
 
@@ -198,6 +201,8 @@ def _load(name: str, overrides: list[str] | None) -> "Case":
 
 def _watched(title: str, path: Path, act: Callable[[Callable[[Any], None]], "Result"]) -> None:
     """Run with the live screen, then print the summary and draw the picture beside the result."""
+    from nutamill.analysis import summary_lines
+    from nutamill.figures import draw_run
     from nutamill.screen import Screen
 
     try:
@@ -207,20 +212,10 @@ def _watched(title: str, path: Path, act: Callable[[Callable[[Any], None]], "Res
         typer.echo(f"interrupted, saved. Go on with: nutamill resume {path}", err=True)
         raise typer.Exit(INTERRUPTED) from None
     with result:
-        typer.echo("\n".join(_summary(result)))
-        from nutamill.figures import draw_run
-
+        typer.echo("\n".join(summary_lines(result)))
         picture = path.with_suffix(".png")
         draw_run(result).savefig(picture)
     typer.echo(f"{path}   picture {picture}")
-
-
-def _summary(result: "Result") -> list[str]:
-    """Lines that say what a result holds."""
-    lines = [f"state     {result.state}"]
-    lines += [f"{key:24} {value}" for key, value in result.summary.items()]
-    lines += [f"{key:24} {value}" for key, value in result.provenance.items()]
-    return lines
 
 
 if __name__ == "__main__":

@@ -18,9 +18,10 @@ FLOOR = {
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
     **dict.fromkeys(("result", "build"), 6),
-    **dict.fromkeys(("analysis", "preflight"), 7),
-    **dict.fromkeys(("march", "figures"), 8),
-    "cli": 9,
+    **dict.fromkeys(("analysis", "preflight", "watch"), 7),
+    "advance": 8,
+    **dict.fromkeys(("march", "figures"), 9),
+    "cli": 10,
 }
 """A room imports from lower floors and from itself only."""
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from nutamill.case.drive import read_profile
 from nutamill.case.library import FOLDER, MOUNTS, library_file, library_names, mount_sets, similar
-from nutamill.case.locate import key_lines
+from nutamill.case.locate import key_lines, key_parts
 from nutamill.errors import CaseError, Fault
 
 RIVALS = (("diameter", "sizes"), ("ramp", "profile"), ("restitution", "damping_ratio"))
@@ -71,8 +71,8 @@ def override_layer(overrides: list[str]) -> tuple[Layer, list[Fault]]:
     for text in overrides:
         key, equals, value = text.partition("=")
         try:
-            path = _path(key.strip())
-        except (tomllib.TOMLDecodeError, ValueError):
+            path = key_parts(key.strip())
+        except ValueError:
             path = ()
         if not equals or not path:
             faults.append(Fault("--set", f'must be key=value, got "{text}"', 'Write e.g. --set drive.speed="500 rpm"'))
@@ -86,8 +86,8 @@ def python_layer(changes: dict[str, Any]) -> Layer:
     """The layer of Python changes ``{"drive.speed": 73.3}``; their place is the key alone."""
     content: dict[str, Any] = {}
     for key, value in changes.items():
-        _put(content, _path(key), _copied(value))
-    return Layer(content, {_path(key): "" for key in changes}, Path.cwd())
+        _put(content, key_parts(key), _copied(value))
+    return Layer(content, {key_parts(key): "" for key in changes}, Path.cwd())
 
 
 def merge(layers: list[Layer]) -> tuple[dict[str, Any], dict[Key, str], list[Fault]]:
@@ -175,18 +175,6 @@ def _parsed(text: str, shown: str) -> dict[str, Any]:
     elif re.match(r"\s*[\w.\-]+\s*=\s*(#.*)?$", lines[line - 1]):
         what = "after = comes a value"
     raise CaseError(Fault(f"{shown}:{line}:{column}", what[0].lower() + what[1:], hint)) from None
-
-
-def _path(dotted: str) -> Key:
-    """Parts of a dotted key, quotes obeyed."""
-    found = tomllib.loads(f"{dotted} = 0")
-    parts = []
-    while isinstance(found, dict):
-        if len(found) != 1:
-            raise ValueError(dotted)
-        part, found = next(iter(found.items()))
-        parts.append(part)
-    return tuple(parts)
 
 
 def _value(text: str) -> Any:

@@ -1,4 +1,4 @@
-"""Find the line of each key in TOML text that is already known to be sound."""
+"""Find the parts of a key, and the line of each key in TOML text that is already known to be sound."""
 
 import re
 import tomllib
@@ -18,21 +18,29 @@ def key_lines(text: str) -> dict[tuple[str, ...], int]:
     for number, line in enumerate(text.splitlines(), start=1):
         if not open_brackets and not open_quote:
             if header := _HEADER.match(line):
-                table = _parts(header[1])
+                table = key_parts(header[1])
                 lines.setdefault(table, number)
                 continue
             if not (pair := _PAIR.match(line)):
                 continue
-            lines.setdefault((*table, *_parts(pair[1])), number)
+            lines.setdefault((*table, *key_parts(pair[1])), number)
             line = line[pair.end() :]
         open_brackets, open_quote = _scan(line, open_brackets, open_quote)
     return lines
 
 
-def _parts(dotted: str) -> tuple[str, ...]:
+def key_parts(dotted: str) -> tuple[str, ...]:
+    """Parts of a dotted key, quotes obeyed.
+
+    Raises
+    ------
+    ValueError : no key (tomllib's error is one too)
+    """
     found = tomllib.loads(f"{dotted} = 0")
     parts = []
     while isinstance(found, dict):
+        if len(found) != 1:
+            raise ValueError(f"more than one key in {dotted!r}")
         part, found = next(iter(found.items()))
         parts.append(part)
     return tuple(parts)

@@ -138,6 +138,11 @@ class Case(Table):
         return self._name
 
     @property
+    def result_file(self) -> Path:
+        """Where the result goes unless told otherwise: ``results/<case>-<hash>.h5``."""
+        return Path("results") / f"{self.name}-{self.digest[:6]}.h5"
+
+    @property
     def frame_mass(self) -> float:
         """Mass of the frame with the fixed parts of the drive [kg]: the total less the other parts."""
         return checks.frame_mass(self)
