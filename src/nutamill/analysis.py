@@ -158,13 +158,15 @@ def summary_lines(result: Result) -> list[str]:
         f"plain mean of that window: {force.window_mean:.4g} N, {torque.window_mean:.4g} N m",
     ]
     if power.motor:
-        lines.append(f"where the power goes: {_shares(power.sinks, power.motor)}  | closes to {abs(power.residual / power.motor):.2%}")
+        lines.append(
+            f"where the power goes: {_shares(power.sinks, power.motor)}  | closes to {100.0 * abs(power.residual / power.motor):.2f} %"
+        )
     return lines
 
 
 def _with_interval(estimate: Estimate) -> str:
     """``981 ± 6``, with as many digits as the interval has a meaning for."""
-    if not estimate.half_width > 0.0:
+    if not estimate.half_width > 1e-6 * abs(estimate.mean):  # not known, or round-off
         return f"{estimate.mean:.4g}"
     digits = max(0, 1 - math.floor(math.log10(estimate.half_width)) - (estimate.half_width >= 1.0))
     return f"{estimate.mean:.{digits}f} ± {estimate.half_width:.{digits}f}"
@@ -172,4 +174,4 @@ def _with_interval(estimate: Estimate) -> str:
 
 def _shares(sinks: Mapping[str, float], motor: float) -> str:
     """``pellet-pellet 61 %  pellet-wall 27 % ...``, largest first."""
-    return "  ".join(f"{group} {power / motor:.0%}" for group, power in sorted(sinks.items(), key=lambda sink: -abs(sink[1])))
+    return "  ".join(f"{group} {100.0 * power / motor:.0f} %" for group, power in sorted(sinks.items(), key=lambda sink: -abs(sink[1])))

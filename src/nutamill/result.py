@@ -419,8 +419,9 @@ def _write_snapshots(group: h5py.Group, snapshots: list[tuple[float, dict[str, n
     if "time" not in group:
         group.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(256,)).attrs["units"] = "s"
         for name, array in snapshots[0][1].items():
+            longest = (None, *(n or None for n in array.shape))  # a block must fit, and an empty charge has no length
             blocks = (1, *(max(1, n) for n in array.shape))
-            data = group.create_dataset(name, (0, *array.shape), array.dtype, maxshape=(None, *array.shape), chunks=blocks, **PACKED)
+            data = group.create_dataset(name, (0, *array.shape), array.dtype, maxshape=longest, chunks=blocks, **PACKED)
             data.attrs.update(snapshot_field(name).attributes())
     first = len(group["time"])
     for data in group.values():

@@ -109,7 +109,7 @@ class Screen:
 def line(progress: Progress) -> str:
     """`progress` in one line for a log."""
     return (
-        f"{progress.phase:6} {progress.fraction:4.0%}  t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}"
+        f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}"
         f"  left {duration(progress.time_left)}  crank-pin force {_number(progress.crank_pin_force, '.0f')} N"
         f"  shaft torque {_number(progress.shaft_torque, '.2f')} N m  {_overlaps(progress)}"
         f"  ledger {_number(100.0 * progress.ledger_residual, '.3f')} %"
@@ -135,7 +135,7 @@ def panel(title: str, progress: Progress, spent: dict[str, float]) -> "Panel":
         time = duration(spent[phase]) if phase in spent else ""
         left = f"left {duration(progress.time_left)}" if k == present else ""
         style = "bold" if k == present else "" if k < present else "dim"
-        share = f"{fraction:4.0%}" if known else "done"
+        share = f"{100.0 * fraction:3.0f} %" if known else "done"
         bars.add_row(phase, ProgressBar(total=1.0, completed=fraction, width=32), share, time, left, style=style)
 
     readings = Table.grid(padding=(0, 2))

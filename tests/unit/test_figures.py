@@ -1,0 +1,81 @@
+"""Figures of a small synthetic run: they say what they show, in SI, and mark the end of the ramp."""
+
+import numpy as np
+import pytest
+
+from nutamill.fields import expand
+from nutamill.figures import draw_ledger, draw_run
+from nutamill.result import Recorder, open_result
+
+RATE = 1000.0
+
+
+@pytest.fixture
+def result(tmp_path):
+    """Four seconds: ramp to ten turns a second in two, then steady; sensor ``drive_end``."""
+    names = expand(mounts=1, sensors=("drive_end",))
+    time = np.arange(4001) / RATE
+    speed = 62.832 * np.minimum(time / 2.0, 1.0)
+    angle = np.cumsum(speed) / RATE
+    known = {
+        "time": time,
+        "crank_angle": angle,
+        "driveshaft_speed": speed,
+        "crank_pin_force_resultant": 0.1 * speed**2 * (1.0 + 0.2 * np.cos(2.0 * angle)),
+        "driveshaft_torque": 5.0 + np.sin(2.0 * angle),
+        "drive_end_acceleration_x": 3.0 * np.cos(angle),
+        "motor_work": 300.0 * time,
+        "pair_normal_loss": 200.0 * time,
+        "mount_1_loss": 100.0 * time,
+    }
+    recorder = Recorder.create(tmp_path / "a.h5", "", {}, names, RATE)
+    recorder.append(np.stack([known.get(name, np.zeros_like(time)) for name in names], axis=1))
+    recorder.close()
+    with open_result(tmp_path / "a.h5") as opened:
+        yield opened
+
+
+def test_picture_of_a_run_has_four_labelled_panels(result, tmp_path):
+    figure = draw_run(result)
+    units = ["force (N)", "torque (N m)", "acceleration (m/s$^2$)", "acceleration (m/s$^2$)"]
+    assert [axes.get_ylabel() for axes in figure.axes] == units
+    assert figure.axes[-1].get_xlabel() == "time (s)"
+    figure.savefig(tmp_path / "a.png")
+    assert 10_000 < (tmp_path / "a.png").stat().st_size < 1_000_000
+
+
+def test_dashed_line_stands_at_the_end_of_the_ramp_in_every_panel(result):
+    for axes in draw_run(result).axes:
+        marks = [line for line in axes.lines if line.get_label() == "end of ramp"]
+        assert [mark.get_xdata()[0] for mark in marks] == [2.0]
+
+
+def test_band_holds_every_sample_and_line_is_the_mean_over_a_turn(result):
+    axes = draw_run(result).axes[1]
+    band = axes.collections[0].get_paths()[0].get_extents()
+    assert band.y0 == pytest.approx(result.series["driveshaft_torque"].values.min())
+    assert band.y1 == pytest.approx(result.series["driveshaft_torque"].values.max())
+    mean = next(line for line in axes.lines if line.get_label() == "mean over a turn").get_ydata()
+    # at ten turns a second 100 samples make a turn: a linear interpolation of the integral is wrong by (0.063)^2 / 8 at most
+    assert np.abs(mean[len(mean) // 2 :] - 5.0).max() < 5e-4
+
+
+def test_rigid_machine_without_sensor_gives_two_panels(tmp_path):
+    names = ["time", "crank_angle", "driveshaft_speed", "crank_pin_force_resultant", "driveshaft_torque"]
+    time = np.arange(500) / RATE
+    recorder = Recorder.create(tmp_path / "b.h5", "", {}, names, RATE)
+    recorder.append(np.stack([time, 60.0 * time, np.full_like(time, 60.0), time, time], axis=1))
+    recorder.close()
+    with open_result(tmp_path / "b.h5") as result:
+        figure = draw_run(result)
+    assert len(figure.axes) == 2
+    assert not [line for line in figure.axes[0].lines if line.get_label() == "end of ramp"]
+
+
+def test_stack_of_losses_reaches_the_power_of_the_motor(result):
+    axes = draw_ledger(result).axes[0]
+    top = max(path.get_paths()[0].get_extents().y1 for path in axes.collections)
+    motor = next(line for line in axes.lines if line.get_label() == "motor").get_ydata()
+    assert top == pytest.approx(300.0, rel=1e-6)
+    assert motor == pytest.approx(300.0, rel=1e-6)
+    assert axes.get_ylabel() == "power (W)"
