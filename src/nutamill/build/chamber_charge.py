@@ -6,9 +6,11 @@ import numpy as np
 
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
+from nutamill.charge.assembly import charge
 from nutamill.charge.contact_terms import damping_ratio_from_restitution
-from nutamill.charge.model import RollingLaw
-from nutamill.charge.parts import PairLaw, Surface, SurfaceKind
+from nutamill.charge.dynamics import start
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, RollingLaw, Surface, SurfaceKind
+from nutamill.frames import rotation_matrix
 from nutamill.materials import ContactPair
 
 ROLLING = {"none": RollingLaw.NONE, "type_a": RollingLaw.TYPE_A, "type_c": RollingLaw.TYPE_C}
@@ -93,3 +95,55 @@ def particle_radii(case: Case) -> np.ndarray:
     """Radii [m] (n,) of all particles of the charge, size class after size class."""
     diameters = [diameter for diameter, _ in case.charge.size_classes]
     return np.repeat(np.array(diameters) / 2, case.particle_counts)
+
+
+def chamber_charge(
+    case: Case, bed: np.ndarray, position: np.ndarray, quaternion: np.ndarray, substep: float
+) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
+    """The charge of a case at rest in its chamber, ready to march.
+
+    Parameters
+    ----------
+    bed : places of the particles [m] (n, 3), in chamber axes from the nutation point
+    position, quaternion : mass centre [m] (3,) and attitude (4,) of the chamber, world
+    substep : charge substep [s]
+
+    Raises
+    ------
+    CaseError : particles that overlap each other or the chamber
+    """
+    names, radii = material_order(case), particle_radii(case)
+    rotation = np.empty((3, 3))
+    rotation_matrix(np.asarray(quaternion, float), rotation)
+    places = position + (bed - whole_chamber(case.chamber).mass_centre) @ rotation.T
+    middle = position + rotation @ (chamber_middle(case) - whole_chamber(case.chamber).mass_centre)
+    built = charge(
+        places,
+        radii,
+        np.zeros(len(radii), int),
+        [case.materials[name].density for name in names],
+        pair_laws(case),
+        chamber_surfaces(case),
+        1,
+        gravity=(0.0, 0.0, -case.mechanism.gravity),
+        rolling=ROLLING[case.contact.rolling],
+        domain=(middle, chamber_reach(case)),
+        poses=np.concatenate([position, quaternion])[None, :],
+    )
+    start(*built, substep)
+    return built
+
+
+def chamber_middle(case: Case) -> np.ndarray:
+    """Middle of the space inside [m] (3,), in chamber axes from the nutation point."""
+    return np.array([0.0, 0.0, -case.chamber.floor_depth + case.chamber.height / 2])
+
+
+def chamber_reach(case: Case) -> float:
+    """Half size [m] of a cube about the chamber's middle that the charge cannot leave as long as the walls hold.
+
+    Half the diagonal of the chamber, the swing of its middle, and as much again for the sway on the mounts.
+    """
+    chamber = case.chamber
+    swing = 2 * case.mechanism.crank_radius * (chamber.floor_depth - chamber.height / 2) / case.mechanism.nutation_point_to_crank
+    return math.hypot(chamber.inner_diameter, chamber.height) / 2 + 2 * swing

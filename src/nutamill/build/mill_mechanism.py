@@ -10,6 +10,7 @@ from nutamill.case import Case
 from nutamill.errors import CaseError, Fault
 from nutamill.machine import Mounts, ShaftCoupling
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind
+from nutamill.mechanism.sensors import Sensor, SensorKind
 
 X_AXIS, Y_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -17,7 +18,7 @@ FRAME, SHAFT, DRIVESHAFT = "frame", "intermediate_shaft", "driveshaft"
 CARRIAGE, CHAMBER, CROSS = "carriage", "chamber", "bearing_cross"
 FRAME_FIX, SHAFT_BEARING, DRIVESHAFT_BEARING = "frame_fix", "intermediate_shaft_bearing", "driveshaft_bearing"
 LOAD_CELL, CRANK_PIN, CHAMBER_PIVOT, YOKE_PIVOT = "load_cell", "crank_pin", "chamber_pivot", "yoke_pivot"
-COUPLING, DRIVE = "shaft_coupling", "motor"
+COUPLING, DRIVE, NUTATION_POINT = "shaft_coupling", "motor", "nutation_point"
 
 
 class MillMechanism(NamedTuple):
@@ -84,9 +85,8 @@ def frame_part(case: Case) -> RigidPart:
     parts are taken out averaged over a turn, so that the frame is symmetric about the driveshaft axis.
     """
     parts = {**moving_parts(case), CHAMBER: turned(chamber_shell(case.chamber), chamber_rotation(case)), DRIVESHAFT: bare_driveshaft(case)}
-    shaft = parts.pop(SHAFT)  # it hangs on the ground, not on the mounts
-    frame = case.frame
-    mass = case.mechanism.total_mass - shaft.mass
+    del parts[SHAFT]  # it hangs on the ground, not on the mounts
+    frame, mass = case.frame, case.mechanism.total_mass
     mass_centre = np.array([0.0, 0.0, -case.mounts.depth + frame.mass_centre_height])
     whole = RigidPart(mass, mass_centre, mass * np.diag([frame.gyration_rocking**2] * 2 + [frame.gyration_yaw**2]))
     left = mass - sum(part.mass for part in parts.values())
@@ -163,3 +163,25 @@ def _body(name: str, part: RigidPart, case: Case) -> Body:
         return Body(name, part.mass, part.inertia, tuple(part.mass_centre))
     rotation = chamber_rotation(case)
     return Body(name, part.mass, rotation.T @ part.inertia @ rotation, tuple(part.mass_centre), chamber_quaternion(case))
+
+
+def mill_sensors(case: Case) -> list[Sensor]:
+    """What every run of a mill reads at each row, before `nutamill.build.readout` gives it the names of the series.
+
+    The crank's forces are written in driveshaft axes (x from the axis to the pin), those at the nutation point in world axes.
+    """
+    sensors = [
+        Sensor(DRIVE, SensorKind.DRIVE, DRIVE),
+        Sensor(LOAD_CELL, SensorKind.JOINT_REACTION, LOAD_CELL, axes_body=DRIVESHAFT),
+        Sensor(CRANK_PIN, SensorKind.JOINT_REACTION, CRANK_PIN, axes_body=DRIVESHAFT),
+        Sensor(CHAMBER_PIVOT, SensorKind.JOINT_REACTION, CHAMBER_PIVOT),
+        Sensor(COUPLING, SensorKind.BUSHING_WRENCH, COUPLING),
+        Sensor(NUTATION_POINT, SensorKind.POINT_POSITION, CROSS, point=(0.0, 0.0, 0.0)),
+    ]
+    if case.mechanism.mounting == "flexible":
+        for number in range(1, case.mounts.count + 1):
+            sensors.append(Sensor(f"mount_{number}", SensorKind.BUSHING_WRENCH, f"mount_{number}"))
+            sensors.append(Sensor(f"mount_{number} travel", SensorKind.BUSHING_TRAVEL, f"mount_{number}"))
+    return sensors + [
+        Sensor(name, SensorKind.POINT_ACCELERATION, sensor.body, point=sensor.at, axes_body=sensor.body) for name, sensor in case.sensors.items()
+    ]

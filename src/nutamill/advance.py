@@ -1,0 +1,167 @@
+"""One entry of the compiled march, and the hand-work around it: first row, growing lists, restoring, wording a failure."""
+
+import dataclasses
+import os
+from pathlib import Path
+
+import numpy as np
+
+from nutamill.build.chamber_charge import chamber_surfaces
+from nutamill.build.mill_mechanism import CHAMBER
+from nutamill.build.model import Model, State
+from nutamill.build.rigid_parts import whole_chamber
+from nutamill.case import Case
+from nutamill.charge.assembly import grow, positions, spins, velocities
+from nutamill.charge.model import Clock as ChargeClock
+from nutamill.charge.model import Status
+from nutamill.charge.team import run_team
+from nutamill.coupling import (
+    CHARGE_FAILED,
+    LISTS_FULL,
+    NOT_CONVERGED,
+    RUNNING,
+    Scheme,
+    charge_row,
+    march_coupled,
+    march_iterated,
+    march_mechanism,
+    mechanism_row,
+)
+from nutamill.errors import ResultError, StepError
+from nutamill.frames import rotation_matrix
+from nutamill.kernel import JIT
+
+
+def enter(model: Model, state: State, n_rows: int) -> tuple[Model, np.ndarray, StepError | None]:
+    """One entry of the compiled march: `n_rows` rows, unless something stops it.
+
+    Returns
+    -------
+    the model (with larger lists, if they had to grow), rows (n, n_columns) as written, and what stopped the march
+    """
+    rows = np.empty((n_rows, model.readout.n_columns))
+    done, coupling = 0, state.coupling
+    mechanism = (model.mechanism, state.mechanism, model.mechanism_scratch, model.sensors)
+    while True:
+        left = (n_rows - done) * model.plan.windows_per_row - int(coupling.windows[0]) % model.plan.windows_per_row
+        if model.charge is None:
+            done += march_mechanism(*mechanism, model.plan, coupling, left, rows[done:])
+        else:
+            charge = (model.charge, state.charge, model.charge_scratch, model.plan, coupling, model.reading)
+            before = coupling.windows[0]
+            if model.plan.scheme == Scheme.ITERATED:
+                kept = (copy_of(state.mechanism), copy_of(state.charge))
+                run_team(march_iterated, (*mechanism, *charge, *kept, left, rows[done:]), team_size(model.case))
+            else:
+                run_team(march_coupled, (*mechanism, *charge, left, rows[done:]), team_size(model.case))
+            done += int(coupling.windows[0]) // model.plan.windows_per_row - int(before) // model.plan.windows_per_row
+            if coupling.outcome[0] == LISTS_FULL or state.charge.clock[ChargeClock.CROWDED]:
+                model = grown(model, state)
+        if coupling.outcome[0] != LISTS_FULL:
+            break
+    fault = None if coupling.outcome[0] == RUNNING else StepError(failure(model, state))
+    return model, rows[:done], fault
+
+
+def grown(model: Model, state: State) -> Model:
+    """The model with larger neighbour lists; `state` gets them too."""
+    charge, state.charge, scratch = grow(model.charge, state.charge, model.charge_scratch)
+    return dataclasses.replace(model, charge=charge, charge_scratch=scratch)
+
+
+def copy_of(part):
+    """A copy of a state of arrays, for a window's start."""
+    return part._make(np.copy(array) for array in part)
+
+
+def record_first_row(model: Model, state: State) -> None:
+    """Read the state at rest into `state.first_row`: ledgers count from there."""
+    end = mechanism_row(model.mechanism, state.mechanism, model.mechanism_scratch, model.sensors, state.first_row)
+    if model.charge is not None:
+        charge_row(model.charge, state.charge, model.charge_scratch, model.plan, state.coupling, model.reading, state.first_row[end:])
+
+
+def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
+    """What is kept of the present state for looking at; see `nutamill.fields.SNAPSHOT`."""
+    kept = {"body_positions": state.mechanism.position[:-1], "body_attitudes": state.mechanism.quaternion[:-1]}
+    if model.charge is not None:
+        kept["positions"] = positions(model.charge, state.charge, model.clock.substep).astype(np.float32)
+        kept["velocities"] = velocities(model.charge, state.charge).astype(np.float32)
+        kept["spins"] = spins(model.charge, state.charge).astype(np.float32)
+    return kept
+
+
+def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]) -> Model:
+    """Put the arrays of a checkpoint into `state`, in place; lists grow to the size they had."""
+    if model.charge is not None:
+        while state.charge.partners.shape != groups["charge"]["partners"].shape:
+            if state.charge.partners.size > groups["charge"]["partners"].size:
+                raise ResultError("checkpoint: its neighbour lists are of no size this version makes. Run the case again.")
+            model = grown(model, state)
+    for part, arrays in state.arrays().items():
+        for name, array in arrays.items():
+            array[...] = groups[part][name]
+    return model
+
+
+def bed_from_checkpoint(case: Case, mill_bodies: list[str], groups: dict[str, dict[str, np.ndarray]]) -> np.ndarray | None:
+    """Places of a checkpoint's particles [m] (n, 3) in chamber axes from the nutation point; None for an empty chamber.
+
+    Something sound to build the model around before `restore` puts the true state in.
+    """
+    if "charge" not in groups:
+        return None
+    x, ids, n = groups["charge"]["x"], groups["charge"]["ids"], sum(case.particle_counts)
+    places = np.empty((n, 3))
+    places[ids[:n]] = x[:, :n].T
+    chamber = mill_bodies.index(CHAMBER)
+    rotation = np.empty((3, 3))
+    rotation_matrix(groups["mechanism"]["quaternion"][chamber], rotation)
+    return (places - groups["mechanism"]["position"][chamber]) @ rotation + whole_chamber(case.chamber).mass_centre
+
+
+def failure(model: Model, state: State) -> str:
+    """Words for what stopped a march: when, which particle or part, and what to do."""
+    when = f"t = {state.mechanism.time[0]:.6g} s"
+    if state.coupling.outcome[0] == CHARGE_FAILED:
+        return f"{when}: {charge_fault(model, state)}"
+    if state.coupling.outcome[0] == NOT_CONVERGED:
+        return f"{when}: a window must settle under its own wrench, it did not. Shorten it (run.window), or use run.coupling = \"staggered\"."
+    return f"{when}: the motion of the mechanism must be finite, it is not. Shorten the window (run.window) and look at stiffnesses and small inertias."
+
+
+def charge_fault(model: Model, state: State) -> str:
+    """Words for the charge's status: which particles, which surface, how deep, and what to do."""
+    kind, particle, other, _ = (int(number) for number in state.charge.status)
+    share = 100 * state.charge.largest_overlap[2]
+    advice = (
+        f"The charge substep is {model.clock.substep:.3g} s; try run.dt = \"auto\" or a shorter one, stiffer contacts, or, where"
+        " so soft a contact is meant, a larger overlap_stop of the pair"
+    )
+    if kind == Status.PAIR_OVERLAP:
+        return f"particles {particle} and {other} overlap by {share:.1f} % of the diameter, more than the pair's overlap_stop. {advice}."
+    if kind == Status.WALL_OVERLAP:
+        surface = chamber_surfaces(model.case)[other].name
+        return f'particle {particle} overlaps surface "{surface}" by {share:.1f} % of its diameter, more than overlap_stop. {advice}.'
+    return f"particle {particle} left the chamber, or its position is not a number. {advice}."
+
+
+def team_size(case: Case) -> int:
+    """Threads of the charge: as the case says, or the cores this process may use."""
+    if not JIT:
+        return 1
+    return usable_cores() if case.run.threads == "auto" else int(case.run.threads)
+
+
+def usable_cores() -> int:
+    """Physical cores this process may run on; hardware threads of one core count once."""
+    allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
+    siblings = set()
+    for cpu in allowed:
+        try:
+            siblings.add(Path(f"/sys/devices/system/cpu/cpu{cpu}/topology/thread_siblings_list").read_text())
+        except OSError:
+            siblings.add(str(cpu))
+    return max(1, len(siblings))
+
+

@@ -1,0 +1,118 @@
+"""A case as a model (numbers that stay) and a state (numbers that move)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nutamill.build.chamber_charge import chamber_charge, particle_radii
+from nutamill.build.clock import Clock, run_clock
+from nutamill.build.mill_mechanism import CHAMBER, CROSS, DRIVE, chamber_rotation, mill_mechanism, mill_sensors
+from nutamill.build.readout import Readout
+from nutamill.build.rigid_parts import whole_chamber
+from nutamill.case import Case
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
+from nutamill.charge.observe import ChargeReading, charge_reading
+from nutamill.coupling import CouplingPlan, CouplingState, Scheme, coupling_state
+from nutamill.mechanism.assembly import assemble
+from nutamill.mechanism.linear import static_equilibrium
+from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
+from nutamill.mechanism.sensors import SensorTable, column_names, sensor_table
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """Everything constant about a run, and the work space of its engines."""
+
+    case: Case
+    """What was asked."""
+    clock: Clock
+    """How the run steps."""
+    mechanism: Mechanism
+    """Bodies, joints, loads."""
+    mechanism_scratch: MechanismScratch
+    """Its work space."""
+    sensors: SensorTable
+    """What is read from the mechanism at each row."""
+    charge: ChargeModel | None
+    """The charge; None for an empty chamber."""
+    charge_scratch: ChargeScratch | None
+    """Its work space."""
+    reading: ChargeReading
+    """Room for what is observed of the charge."""
+    plan: CouplingPlan
+    """How the two are coupled."""
+    readout: Readout
+    """From rows to series."""
+
+
+@dataclass(slots=True)
+class State:
+    """Everything that changes; the arrays of a checkpoint."""
+
+    mechanism: MechanismState
+    """Motion, reactions and ledgers of the mechanism."""
+    charge: ChargeState | None
+    """Motion, contact memory and ledgers of the charge; None for an empty chamber."""
+    coupling: CouplingState
+    """Counters and sums of the coupling."""
+    first_row: np.ndarray
+    """Row at the start of the run, (n_columns,), from which ledgers count."""
+
+    def arrays(self) -> dict[str, dict[str, np.ndarray]]:
+        """All arrays by part and name, for a checkpoint."""
+        parts = {"mechanism": self.mechanism, "charge": self.charge, "coupling": self.coupling}
+        groups = {name: part._asdict() for name, part in parts.items() if part is not None}
+        return groups | {"record": {"first_row": self.first_row}}
+
+
+def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
+    """Model and first state of a case: the mill at rest in static equilibrium at crank angle 0, the charge in its bed.
+
+    Parameters
+    ----------
+    case : what is asked
+    bed : places of the particles [m] (n, 3), in chamber axes from the nutation point, by `nutamill.build.bed.settled_bed`;
+        None for an empty chamber
+
+    Raises
+    ------
+    CaseError : every fault of the mechanism or of the charge; a substep too long for the contacts
+    """
+    mill = mill_mechanism(case)
+    bodies = [body.name for body in mill.bodies]
+    mechanism, mstate, mscratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity)
+    chamber, cross = bodies.index(CHAMBER), bodies.index(CROSS)
+    sensors = sensor_table(mechanism, mstate, mill_sensors(case))
+    weight = None
+    if bed is not None:
+        weight = np.zeros_like(mstate.wrench)
+        weight[chamber] = bed_weight(case, bed)
+    static_equilibrium(mechanism, mstate, mscratch, wrench=weight)
+    clock = run_clock(case)
+    plan = CouplingPlan(
+        int(Scheme[case.run.coupling.upper()]),
+        clock.substeps,
+        clock.window,
+        clock.windows_per_row,
+        np.array([chamber]),
+        cross,
+        np.zeros(3),
+        [drive.name for drive in mill.drives].index(DRIVE),
+    )
+    charge, cstate, cscratch = None, None, None
+    if bed is not None:
+        charge, cstate, cscratch = chamber_charge(case, bed, mstate.position[chamber], mstate.quaternion[chamber], clock.substep)
+    readout = Readout(
+        case, column_names(sensors), [bushing.name for bushing in mill.bushings], [joint.name for joint in mill.joints], bed is not None
+    )
+    model = Model(case, clock, mechanism, mscratch, sensors, charge, cscratch, charge_reading(), plan, readout)
+    return model, State(mstate, cstate, coupling_state(len(plan.carriers)), np.zeros(readout.n_columns))
+
+
+def bed_weight(case: Case, bed: np.ndarray) -> np.ndarray:
+    """Weight of the bed as a wrench (6,) on the chamber about its mass centre: force [N], moment [N m], world axes."""
+    radii = particle_radii(case)
+    volume = 4 / 3 * np.pi * radii**3
+    force = np.array([0.0, 0.0, -case.mechanism.gravity * case.materials[case.charge.material].density * volume.sum()])
+    centre = (volume @ bed) / volume.sum() - whole_chamber(case.chamber).mass_centre
+    return np.concatenate([force, np.cross(chamber_rotation(case) @ centre, force)])

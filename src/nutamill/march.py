@@ -1,0 +1,143 @@
+"""The one time loop: `run` a case to a file, `resume` a file, and `march` in between.
+
+The compiled march is entered for some milliseconds of simulated time at a time; between two entries Python records, keeps
+checkpoints, tells the progress and listens for an interrupt.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from nutamill.advance import bed_from_checkpoint, enter, record_first_row, restore, snapshot, team_size
+from nutamill.build.bed import settled_bed
+from nutamill.build.mill_mechanism import mill_mechanism
+from nutamill.build.model import Model, State, build
+from nutamill.case import Case
+from nutamill.errors import ResultError, StepError
+from nutamill.kernel import kernel_digest
+from nutamill.provenance import run_provenance
+from nutamill.result import Recorder, Result, open_result
+from nutamill.screen import Progress
+from nutamill.watch import Watch, interrupts
+
+ROWS_PER_ENTRY = 48
+"""Rows recorded in one entry of the compiled march [1]: 10 ms of simulated time at the default rate."""
+
+
+def run(case: Case, to: str | Path | None = None, progress: Callable[[Progress], None] | None = None) -> Result:
+    """Run a case from rest to its end and return the opened result.
+
+    Parameters
+    ----------
+    case : what is asked
+    to : result file, must be new; ``results/<case>-<hash>.h5`` if None
+    progress : called about twice a second with where the run stands
+
+    Raises
+    ------
+    CaseError : bad input, before a step is run
+    ResultError : the file exists, or cannot be written
+    StepError : the run cannot go on; what was recorded is in the file
+    KeyboardInterrupt : after an interrupt, with everything saved
+    """
+    path = Path(to) if to is not None else Path("results") / f"{case.name}-{case.digest[:6]}.h5"
+    watch = Watch(case, progress)
+    bed = settled_bed(case, watch.settling)
+    model, state = build(case, bed)
+    record_first_row(model, state)
+    provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case))
+    recorder = Recorder.create(path, case.to_toml(), provenance, model.readout.names, case.run.series_rate)
+    recorder.append(model.readout.series(state.first_row[None, :], state.first_row))
+    march(model, state, recorder, case.run.until, watch)
+    return open_result(path)
+
+
+def resume(path: str | Path, until: float | None = None, progress: Callable[[Progress], None] | None = None) -> Result:
+    """Continue the run of a result file from its newest checkpoint, bit for bit as if it had never stopped.
+
+    Parameters
+    ----------
+    path : result file
+    until : simulated time at the end [s]; as the case says if None
+    progress : as for `run`
+
+    Raises
+    ------
+    ResultError : no such file, no checkpoint, or written by other kernels
+    StepError, KeyboardInterrupt : as for `run`
+    """
+    with open_result(path) as result:
+        case = Case.from_toml(result.case_text, Path(path).stem)
+        kept, digest = result.checkpoint(), result.provenance["kernel_digest"]
+    if digest != kernel_digest():
+        raise ResultError(
+            f"{path}: must go on with the kernels it was begun with, this version has others. Install the version named under"
+            " /provenance, or run the case again."
+        )
+    bed = bed_from_checkpoint(case, [body.name for body in mill_mechanism(case).bodies], kept.groups)
+    model, state = build(case, bed)
+    model = restore(model, state, kept.groups)
+    recorder = Recorder.reopen(path, kept.time)
+    march(model, state, recorder, case.run.until if until is None else until, Watch(case, progress))
+    return open_result(path)
+
+
+def march(model: Model, state: State, recorder: Recorder, until: float, watch: Watch) -> None:
+    """March `model` and `state` in place to `until` [s] and record; commits the file also when it fails or is interrupted.
+
+    Cadences are counted in rows of the record, which are whole numbers of windows.
+    """
+    plan = RecordPlan.of(model.case, until)
+    row = int(state.coupling.windows[0]) // model.plan.windows_per_row
+    fault: StepError | None = None
+    with interrupts() as interrupted:
+        while row < plan.rows and not interrupted.is_set() and fault is None:
+            count = min(ROWS_PER_ENTRY, plan.next_stop(row) - row)
+            model, rows, fault = enter(model, state, count)
+            row += len(rows)
+            if len(rows):
+                series = model.readout.series(rows, state.first_row)
+                recorder.append(series)
+                watch.marched(model, recorder.names, series, until, recorder)
+            if fault is None:
+                if row in plan.snapshots:
+                    recorder.snapshot(state.mechanism.time[0], snapshot(model, state))
+                if row % plan.rows_per_checkpoint == 0 or row == plan.rows or interrupted.is_set():
+                    recorder.checkpoint(state.mechanism.time[0], state.arrays())
+                recorder.commit()
+    if fault is not None:
+        recorder.state(f"failed: {fault}")
+    else:
+        recorder.state("complete" if row >= plan.rows else "interrupted")
+    recorder.close()
+    if fault is not None:
+        raise fault
+    if row < plan.rows:
+        raise KeyboardInterrupt
+
+
+@dataclass(frozen=True, slots=True)
+class RecordPlan:
+    """When what is kept, counted in rows of the record."""
+
+    rows: int
+    """Rows to the end of the run [1]."""
+    rows_per_checkpoint: int
+    """Rows between two checkpoints [1]."""
+    snapshots: range
+    """Rows with a snapshot."""
+
+    @classmethod
+    def of(cls, case: Case, until: float) -> "RecordPlan":
+        """Plan of a case that runs to `until` [s]."""
+        rate, kept = case.run.series_rate, case.run.snapshots
+        rows = round(until * rate)
+        stride = max(1, round(rate / kept.rate))
+        first = -(-max(0, rows - round(kept.last * rate)) // stride) * stride
+        return cls(rows, max(1, round(case.run.checkpoint * rate)), range(first, rows + 1, stride))
+
+    def next_stop(self, row: int) -> int:
+        """The next row after `row` at which something beside the series is kept."""
+        stops = [self.rows, (row // self.rows_per_checkpoint + 1) * self.rows_per_checkpoint]
+        stops += [stop for stop in self.snapshots if stop > row][:1]
+        return min(stops)

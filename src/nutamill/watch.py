@@ -1,0 +1,90 @@
+"""What a run tells of itself while it runs: progress for a screen, and an ear for interrupts."""
+
+import math
+import signal
+import threading
+import time as wall
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from nutamill.build.model import Model
+from nutamill.case import Case
+from nutamill.result import Recorder
+from nutamill.screen import Progress
+
+PAUSE = 0.5
+"""Wall time between two reports [s]."""
+
+
+class Watch:
+    """Turns what a march records into `Progress` reports, about twice a second of wall time."""
+
+    def __init__(self, case: Case, report: Callable[[Progress], None] | None):
+        self._case = case
+        self._report = report
+        self._next = 0.0
+        self._begun: tuple[float, float] | None = None
+
+    def settling(self, fraction: float) -> None:
+        """Report that this share of the settling is done [1]."""
+        if self._report is not None and (self._due() or fraction >= 1.0):
+            unknown = [math.nan] * 8
+            self._report(Progress("settle", 0.0, self._case.run.until, fraction, *unknown, 0, math.nan, 0))
+
+    def marched(self, model: Model, names: list[str], series: np.ndarray, until: float, recorder: Recorder) -> None:
+        """Report where the run stands after `series` (n, n_names) has been recorded."""
+        time = series[-1, 0]
+        if self._begun is None:
+            self._begun = (wall.monotonic(), series[0, 0])
+            return
+        if self._report is None or not (self._due() or time >= until * (1 - 1e-12)):
+            return
+        at = dict(zip(names, series[-1], strict=True))
+        spent, marched = wall.monotonic() - self._begun[0], time - self._begun[1]
+        ramp = self._case.drive.ramp_end
+        phase, first, last = ("ramp", 0.0, min(ramp, until)) if time < ramp else ("steady", ramp, until)
+        steps = marched / model.clock.substep * max(1, sum(self._case.particle_counts))
+        largest = {name: series[:, names.index(name)].max() if name in names else math.nan for name in ("largest_pair_overlap", "largest_wall_overlap")}
+        self._report(
+            Progress(
+                phase=phase,
+                time=time,
+                end_time=until,
+                fraction=(time - first) / max(last - first, 1e-12),
+                rate=marched / spent,
+                nanoseconds=1e9 * spent / steps,
+                time_left=(until - time) * spent / marched,
+                crank_pin_force=at["crank_pin_force_resultant"],
+                shaft_torque=at["driveshaft_torque"],
+                largest_pair_overlap=largest["largest_pair_overlap"],
+                largest_wall_overlap=largest["largest_wall_overlap"],
+                ledger_residual=at["ledger_residual"] / at["motor_work"] if at["motor_work"] > 0 else math.nan,
+                contacts=int(at.get("pair_contacts", 0) + at.get("wall_contacts", 0)),
+                dt=model.clock.substep,
+                file_size=recorder.size,
+            )
+        )
+
+    def _due(self) -> bool:
+        now = wall.monotonic()
+        if now < self._next:
+            return False
+        self._next = now + PAUSE
+        return True
+
+
+@contextmanager
+def interrupts() -> Iterator[threading.Event]:
+    """An event that an interrupt or a request to end sets, so that a march stops between two entries and saves."""
+    event = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield event
+        return
+    before = {number: signal.signal(number, lambda *_: event.set()) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield event
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
