@@ -26,7 +26,7 @@ k = 0
 while True:
     rows = np.arange(k, k + 700.0)
     recorder.append(np.stack([rows, 3.0 * rows], axis=1))
-    recorder.checkpoint(float(k), {"charge": {"x": np.full(3000, float(k))}})
+    recorder.checkpoint(float(k), {"charge": {"x": np.full(300_000, float(k))}})
     recorder.commit(force=True)
     k += 700
 """
@@ -64,7 +64,7 @@ def test_killed_writer_leaves_a_readable_file(tmp_path):
     for _ in range(20):
         writer = subprocess.Popen([sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE)
         writer.stdout.readline()
-        time.sleep(moments.uniform(0.0, 0.15))  # the moment of the kill, not a wait for a result
+        time.sleep(moments.uniform(0.0, 0.2))  # the moment of the kill, not a wait for a result
         writer.send_signal(signal.SIGKILL)
         writer.wait()
         writer.stdout.close()

@@ -117,10 +117,11 @@ def test_newest_checkpoint_is_read_and_the_file_does_not_grow_with_their_number(
         recorder.checkpoint(float(k), {"charge": {"x": np.full(5000 + 10 * (k == 5), float(k))}})
         recorder.commit(force=True)
         sizes.append(recorder.size)
+        with open_result(tmp_path / "a.h5") as result:
+            kept = result.checkpoint()
+        assert kept.time == k
+        assert np.all(kept.groups["charge"]["x"] == k)
     assert sizes[4] == sizes[1]
-    with open_result(tmp_path / "a.h5") as result:
-        assert result.checkpoint().time == 5.0
-        assert np.array_equal(result.checkpoint().groups["charge"]["x"], np.full(5010, 5.0))
 
 
 def test_between_checkpoints_only_whole_blocks_are_written(tmp_path):
