@@ -116,6 +116,11 @@ def test_the_pellets_are_as_many_as_the_paper_counts(mill):
     assert mill.particle_counts == (2618,)
 
 
+def test_a_mass_of_whole_pellets_is_that_many_pellets(mill):
+    pellet = 7863.7 * math.pi / 6 * 0.005**3
+    assert [mill.with_(charge__mass=n * pellet).particle_counts[0] for n in (1, 3, 1000)] == [1, 3, 1000]
+
+
 def test_an_empty_chamber_needs_neither_spheres_nor_their_pairs(mill):
     empty = mill.with_(charge__kind="none", charge__material="unobtainium")
     assert empty.particle_counts == empty.charge.size_classes == ()
@@ -152,8 +157,11 @@ def test_a_named_set_of_mounts_gives_its_values_unless_a_key_beside_it_does(name
 
 def test_the_2025_mill_takes_its_contacts_from_its_own_paper():
     case = load_case("numill-2025")
-    pair = case.contact.pair("acrylic", "steel")
-    assert (pair.normal_stiffness, pair.damping_ratio, pair.restitution) == (499e3, 0.28, None)
+    # SAIMM 2025 Table 3: 499 and 333 kN/m, critical damping ratios 0.22 and 0.28
+    found = [(pair.normal_stiffness, pair.damping_ratio, pair.restitution) for pair in case.contact.pairs.values()]
+    assert found == [(499e3, 0.22, None), (499e3, 0.28, None)]
+    assert case.contact.pair("acrylic", "steel") is case.contact.pairs["steel-acrylic"]
+    assert 499 * case.contact.pair("steel", "steel").tangential_ratio == pytest.approx(333, abs=0.5)
     assert (case.mechanism.mounting, case.charge.diameter) == ("rigid", 0.00499)
 
 

@@ -245,7 +245,7 @@ def test_all_faults_are_reported_at_once():
 
 
 def test_the_line_is_found_behind_lists_and_texts_of_many_lines():
-    text = 'title = """\n[drive]\nspeed = 1\n"""\n[charge]\nsizes = [\n  ["3 mm", 1.0],  # ]\n]\nmass = 3'
+    text = 'title = """\n[drive]\nspeed = 1\n"""\n[charge]\nsizes = [\n  ["3 mm", 1.0],  # [\n]\nmass = 3'
     assert refused(BASE + text) == ['mill.toml:10: charge.mass: needs a unit: write "3 kg" (a plain number is ambiguous)']
 
 

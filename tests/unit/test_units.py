@@ -20,6 +20,8 @@ from nutamill.units import Kind
         ("366 mm", Kind.LENGTH, 0.366),
         ("72.2 N/mm", Kind.STIFFNESS, 72200.0),
         ("287 N m/rad", Kind.ROTATIONAL_STIFFNESS, 287.0),
+        ("5.01 N m/deg", Kind.ROTATIONAL_STIFFNESS, 5.01 * 180 / math.pi),
+        ("0.5 N m s/deg", Kind.ROTATIONAL_DAMPING, 0.5 * 180 / math.pi),
         ("34 N s/m", Kind.DAMPING, 34.0),
         ("0.03 N m s/rad", Kind.ROTATIONAL_DAMPING, 0.03),
         ("7863.7 kg/m^3", Kind.DENSITY, 7863.7),
