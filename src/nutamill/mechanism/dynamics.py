@@ -78,17 +78,18 @@ def project_positions(rows, factors, inverse_mass_jacobian, gap, solution, move,
 def project_velocities(mechanism, state, scratch):
     """Velocities from `scratch.momentum`, brought onto the constraints at the present (already projected) pose.
 
-    The row impulses [N s or N m s] stay in `scratch.solution`; their share of the momentum acts at the joints' present points.
+    The gap rates are those of the present pose; the correction runs along ``M^-1 J^T`` of the pose that was factored, because
+    only with its own factor is it the smallest motion that does the work, whatever the ratios of the masses.
+    The row impulses [N s or N m s] stay in `scratch.solution`.
     """
-    bodies, rows, twist, impulse = mechanism.bodies, mechanism.rows, scratch.twist, scratch.solution
-    divide_by_mass(bodies, scratch.inverse_inertia, scratch.momentum, twist)
+    twist, impulse = scratch.twist, scratch.solution
+    divide_by_mass(mechanism.bodies, scratch.inverse_inertia, scratch.momentum, twist)
     for i in range(impulse.shape[0]):
         impulse[i] = -scratch.gap_rate[i]
-    row_residuals(rows, scratch.jacobian, twist, impulse, impulse)
+    row_residuals(mechanism.rows, scratch.jacobian, twist, impulse, impulse)
     solve_factored(scratch.lower, scratch.upper, scratch.inverse_pivot, impulse)
-    add_row_reactions(rows, scratch.jacobian, impulse, scratch.momentum)
-    hold_ground(scratch.momentum)
-    divide_by_mass(bodies, scratch.inverse_inertia, scratch.momentum, twist)
+    add_row_reactions(mechanism.rows, scratch.inverse_mass_jacobian, impulse, twist)
+    hold_ground(twist)
     for b in range(twist.shape[0]):
         for k in range(3):
             state.velocity[b, k] = twist[b, k]

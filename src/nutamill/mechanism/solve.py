@@ -10,7 +10,7 @@ Matrix Computations, 2013, section 4.1 (L D L^T).
 
 from nutamill.kernel import kernel
 
-DEPENDENT = 1e-10
+DEPENDENT = 1e-12
 """A row depends on the earlier ones if elimination leaves less than this share [1] of its diagonal."""
 
 
