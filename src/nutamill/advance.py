@@ -1,8 +1,6 @@
 """One entry of the compiled march, and the hand-work around it: first row, growing lists, restoring, wording a failure."""
 
 import dataclasses
-import os
-from pathlib import Path
 
 import numpy as np
 
@@ -10,6 +8,7 @@ from nutamill.build.chamber_charge import chamber_surfaces
 from nutamill.build.mill_mechanism import CHAMBER
 from nutamill.build.model import Model, State
 from nutamill.build.rigid_parts import whole_chamber
+from nutamill.build.team import team_size
 from nutamill.case import Case
 from nutamill.charge.assembly import grow, positions, spins, velocities
 from nutamill.charge.model import Clock as ChargeClock
@@ -29,7 +28,6 @@ from nutamill.coupling import (
 )
 from nutamill.errors import ResultError, StepError
 from nutamill.frames import rotation_matrix
-from nutamill.kernel import JIT
 
 
 def enter(model: Model, state: State, n_rows: int) -> tuple[Model, np.ndarray, StepError | None]:
@@ -144,24 +142,3 @@ def charge_fault(model: Model, state: State) -> str:
         surface = chamber_surfaces(model.case)[other].name
         return f'particle {particle} overlaps surface "{surface}" by {share:.1f} % of its diameter, more than overlap_stop. {advice}.'
     return f"particle {particle} left the chamber, or its position is not a number. {advice}."
-
-
-def team_size(case: Case) -> int:
-    """Threads of the charge: as the case says, or the cores this process may use."""
-    if not JIT:
-        return 1
-    return usable_cores() if case.run.threads == "auto" else int(case.run.threads)
-
-
-def usable_cores() -> int:
-    """Physical cores this process may run on; hardware threads of one core count once."""
-    allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
-    siblings = set()
-    for cpu in allowed:
-        try:
-            siblings.add(Path(f"/sys/devices/system/cpu/cpu{cpu}/topology/thread_siblings_list").read_text())
-        except OSError:
-            siblings.add(str(cpu))
-    return max(1, len(siblings))
-
-

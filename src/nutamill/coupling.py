@@ -197,7 +197,7 @@ def note_charge_status(cstate, coupling):
 def charge_row(charge, cstate, cscratch, plan, coupling, reading, row_out):
     """Charge part of a row: what `observe` sees, the contact ledger, the mean wrench on the carriers since the last row about
     the nutation point, impulses given and received, and the largest overlaps since the last row, which start anew."""
-    observe(charge, cstate, cscratch, plan.dt / plan.substeps, reading)
+    observe(charge, cstate, cscratch, reading)
     column = 0
     for values in (reading.energy, reading.contacts, reading.mass_centre, reading.momentum, reading.coordination, cstate.ledger):
         for value in values:

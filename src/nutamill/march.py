@@ -8,10 +8,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from nutamill.advance import bed_from_checkpoint, enter, record_first_row, restore, snapshot, team_size
+from nutamill.advance import bed_from_checkpoint, enter, record_first_row, restore, snapshot
 from nutamill.build.bed import settled_bed
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.build.model import Model, State, build
+from nutamill.build.team import team_size
 from nutamill.case import Case
 from nutamill.errors import ResultError, StepError
 from nutamill.kernel import kernel_digest
@@ -30,7 +31,7 @@ def run(case: Case, to: str | Path | None = None, progress: Callable[[Progress],
     Parameters
     ----------
     case : what is asked
-    to : result file, must be new; ``results/<case>-<hash>.h5`` if None
+    to : result file, must be new; `Case.result_file` if None
     progress : called about twice a second with where the run stands
 
     Raises
@@ -40,7 +41,7 @@ def run(case: Case, to: str | Path | None = None, progress: Callable[[Progress],
     StepError : the run cannot go on; what was recorded is in the file
     KeyboardInterrupt : after an interrupt, with everything saved
     """
-    path = Path(to) if to is not None else Path("results") / f"{case.name}-{case.digest[:6]}.h5"
+    path = Path(case.result_file if to is None else to)
     watch = Watch(case, progress)
     bed = settled_bed(case, watch.settling)
     model, state = build(case, bed)

@@ -25,10 +25,15 @@ class MillMechanism(NamedTuple):
     """The descriptions that `mechanism.assembly.assemble` turns into arrays."""
 
     bodies: tuple[Body, ...]
+    """The frame first, then what moves."""
     joints: tuple[Joint, ...]
+    """Rows 2 and 4 to 8 of MCA Table 4; with rigid mounts also the frame on the ground."""
     bushings: tuple[Bushing, ...]
+    """Shaft coupling and, with flexible mounts, the mounts: rows 3 and 1."""
     drives: tuple[Drive, ...]
+    """The motor."""
     gravity: tuple[float, float, float]
+    """Acceleration of gravity [m/s^2], world axes."""
 
 
 def nutation_angle(case: Case) -> float:

@@ -50,8 +50,11 @@ def crank_angle(case: "Case") -> float:
 
 
 def frame_mass(case: "Case") -> float:
-    """Mass of the frame [kg]: the total less chamber, carriage, driveshaft, bearing cross and intermediate shaft."""
-    parts = case.chamber.mass + case.carriage.mass + case.driveshaft.mass + case.bearing_cross.mass + case.intermediate_shaft.mass
+    """Mass of the frame [kg]: the machine on its mounts less chamber, carriage, driveshaft and bearing cross.
+
+    The intermediate shaft hangs on the ground and is not part of the total.
+    """
+    parts = case.chamber.mass + case.carriage.mass + case.driveshaft.mass + case.bearing_cross.mass
     return case.mechanism.total_mass - parts
 
 

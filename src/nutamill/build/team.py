@@ -1,0 +1,26 @@
+"""How many threads a run's charge gets."""
+
+import os
+from pathlib import Path
+
+from nutamill.case import Case
+from nutamill.kernel import JIT
+
+
+def team_size(case: Case) -> int:
+    """Threads of the charge: as the case says, or the cores this process may use."""
+    if not JIT:
+        return 1
+    return usable_cores() if case.run.threads == "auto" else int(case.run.threads)
+
+
+def usable_cores() -> int:
+    """Physical cores this process may run on; hardware threads of one core count once."""
+    allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
+    siblings = set()
+    for cpu in allowed:
+        try:
+            siblings.add(Path(f"/sys/devices/system/cpu/cpu{cpu}/topology/thread_siblings_list").read_text())
+        except OSError:
+            siblings.add(str(cpu))
+    return max(1, len(siblings))

@@ -1,0 +1,214 @@
+"""The pre-flight sheet: what can be known about a case before one step is run."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nutamill.build.chamber_charge import particle_radii
+from nutamill.build.clock import Clock, ContactFacts, contact_facts, crank_circle_speed, run_clock
+from nutamill.build.mill_mechanism import mill_mechanism, nutation_angle
+from nutamill.build.team import team_size
+from nutamill.case import Case
+from nutamill.fields import expand
+from nutamill.mechanism.assembly import assemble
+from nutamill.mechanism.linear import modes, static_equilibrium
+
+LOOSE_PACKING = 0.58
+"""Solids fraction of a poured bed of equal spheres [1]."""
+
+NANOSECONDS = 60.0
+"""Wall time per particle and substep on one thread that forecasts count with [ns]; docs/speed.md has measured ones."""
+
+THREAD_GAIN = 0.9
+"""Share of a further thread's work that shortens the run [1], for forecasts."""
+
+MECHANISM_MICROSECONDS = 15.0
+"""Wall time per mechanism step that forecasts count with [us]."""
+
+PACKED = 0.65
+"""Share of its size to which a series is compressed [1], for forecasts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Crossing:
+    """A natural frequency that the ramp passes."""
+
+    frequency: float
+    """Undamped natural frequency [Hz]."""
+    damping_ratio: float
+    """Share of critical damping [1]."""
+    speed: float
+    """Driveshaft speed at which the unbalance excites it [rad/s]."""
+    time: float
+    """When the ramp passes that speed [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Preflight:
+    """What is known of a case before it is run."""
+
+    case: Case
+    """The case."""
+    parts: dict[str, float]
+    """Masses of the bodies [kg]."""
+    assembly_gap: float
+    """Largest gap of a joint as assembled [m]."""
+    nutation_angle: float
+    """Half-angle of the nutation cone from the two lengths [rad]."""
+    particles: int
+    """Number of particles [1]."""
+    charge_mass: float
+    """Their mass [kg]."""
+    filling: float
+    """Loose volume of the charge over the free volume of the chamber [1]."""
+    contacts: list[ContactFacts]
+    """Facts of each pair of materials; empty without charge."""
+    clock: Clock
+    """Substep, window and row."""
+    empty_modes: list[tuple[float, float]]
+    """Natural frequencies [Hz] and damping ratios [1] of the empty mill, slowest first."""
+    crossings: list[Crossing]
+    """Natural frequencies that the ramp passes, with the charge as a rigid mass at the chamber's base."""
+    wall_time: float
+    """Expected wall time of the run [s], settling and compilation left out."""
+    memory: float
+    """Expected memory [bytes]."""
+    file_size: float
+    """Expected size of the result file [bytes]."""
+
+    def lines(self) -> list[str]:
+        """The sheet as text."""
+        case = self.case
+        state = f"{len(case.warnings)} warning{'s' if len(case.warnings) != 1 else ''}" if case.warnings else "no warnings"
+        shown = [f"{case.title or case.name}: ok, {state}"]
+        shown += [f"  warning: {warning}" for warning in case.warnings]
+        shown += self._machine_lines()
+        if self.contacts:
+            shown += self._charge_lines()
+        shown.append(f"time step {_microseconds(self.clock.substep)} ({self.clock.ruled_by}), {self._steps():.3g} steps")
+        shown.append(f"          mechanism step {_microseconds(self.clock.window)}, series every {1e6 / case.run.series_rate:.4g} us")
+        shown += self._mode_lines()
+        shown.append(
+            f"forecast  about {_duration(self.wall_time)} on {team_size(case)} thread{'s' if team_size(case) > 1 else ''},"
+            f" {self.memory / 1e6:.0f} MB memory, {self.file_size / 1e6:.0f} MB file"
+        )
+        return shown
+
+    def _steps(self) -> float:
+        return self.case.run.until / self.clock.substep
+
+    def _machine_lines(self) -> list[str]:
+        mounting = f"{self.case.mounts.count} mounts" if self.case.mechanism.mounting == "flexible" else "rigid mounts"
+        total = sum(mass for name, mass in self.parts.items() if name != "intermediate_shaft")
+        masses = ", ".join(f"{name.replace('_', ' ')} {mass:.2f}" for name, mass in self.parts.items())
+        return [
+            f"machine   {len(self.parts)} bodies, {mounting}, {total:.2f} kg on them; loop closes to {1e6 * self.assembly_gap:.2g} um;"
+            f" nutation {np.degrees(self.nutation_angle):.2f} deg",
+            f"          masses in kg: {masses}",
+        ]
+
+    def _charge_lines(self) -> list[str]:
+        chamber, speed = self.case.chamber, crank_circle_speed(self.case)
+        shown = [
+            f"charge    {self.particles} spheres, {self.charge_mass:.4g} kg, fill {100 * self.filling:.1f} % loose"
+            f" ({1e3 * self.filling * chamber.free_volume:.2f} L, {1e3 * self.filling * chamber.height:.0f} mm of {1e3 * chamber.height:.0f} mm)",
+            f"contacts  {'pair':22} {'k normal':>10} {'duration':>9} {f'overlap at {speed:.1f} m/s':>20} {'restitution':>11} {'damping':>8} {'friction':>8}",
+        ]
+        for facts in self.contacts:
+            soft = "  soft" if facts.overlap > facts.law.overlap_warn else ""
+            shown.append(
+                f"          {facts.pair:22} {facts.stiffness / 1e3:5.4g} kN/m {1e6 * facts.time:6.0f} us {100 * facts.overlap:16.1f} % d"
+                f" {facts.restitution:11.3f} {facts.law.damping_ratio:8.4f} {facts.law.static_friction:8.3g}{soft}"
+            )
+        return shown
+
+    def _mode_lines(self) -> list[str]:
+        if not self.empty_modes:
+            return []
+        listed = ", ".join(f"{frequency:.2f}" for frequency, _ in self.empty_modes)
+        shown = [f"modes     empty: {listed} Hz"]
+        for crossing in self.crossings:
+            shown.append(
+                f"          with charge: {crossing.frequency:.2f} Hz = {crossing.speed * 30 / np.pi:.0f} rpm (damping {100 * crossing.damping_ratio:.1f} %)"
+                f" is passed at t = {crossing.time:.1f} s; the largest motion comes later"
+            )
+        return shown
+
+
+def preflight(case: Case) -> Preflight:
+    """Find out what can be known about a case without running it; compiles the mechanism's kernels the first time.
+
+    Raises
+    ------
+    CaseError : a mechanism that cannot be assembled, or a substep too long for the contacts
+    """
+    clock = run_clock(case)
+    mill = mill_mechanism(case)
+    mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity)
+    static_equilibrium(mechanism, state, scratch)
+    radii = particle_radii(case) if case.charge.size_classes else np.empty(0)
+    volume = 4 / 3 * np.pi * (radii**3).sum()
+    mass = volume * case.materials[case.charge.material].density if len(radii) else 0.0
+    return Preflight(
+        case=case,
+        parts={body.name: body.mass for body in mill.bodies},
+        assembly_gap=float(np.abs(scratch.gap).max()),
+        nutation_angle=nutation_angle(case),
+        particles=len(radii),
+        charge_mass=mass,
+        filling=volume / LOOSE_PACKING / case.chamber.free_volume,
+        contacts=contact_facts(case) if len(radii) else [],
+        clock=clock,
+        empty_modes=_oscillations(case.with_("chamber.bars.mass", 0.0)),
+        crossings=_crossings(case, mass),
+        wall_time=_wall_time(case, clock, len(radii)),
+        memory=250e6 + 6e3 * len(radii),
+        file_size=_file_size(case, len(radii)),
+    )
+
+
+def _oscillations(case: Case) -> list[tuple[float, float]]:
+    """Frequencies [Hz] and damping ratios of the modes on the mounts below twice the full speed; none on rigid mounts."""
+    if case.mechanism.mounting == "rigid":
+        return []
+    mill = mill_mechanism(case)
+    mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity)
+    static_equilibrium(mechanism, state, scratch)
+    found = modes(mechanism, state, scratch)
+    return [(float(f), float(z)) for f, z in zip(found.frequency, found.damping_ratio, strict=True) if z < 1.0]
+
+
+def _crossings(case: Case, charge_mass: float) -> list[Crossing]:
+    """Modes between rest and full speed, with the charge as a rigid mass at the chamber's base, and when they are passed."""
+    loaded = case.with_("chamber.bars.mass", case.chamber.bars_mass + charge_mass)
+    times, speeds = case.drive.breakpoints()
+    found = []
+    for frequency, damping in _oscillations(loaded):
+        speed = 2 * np.pi * frequency
+        above = np.flatnonzero(speeds >= speed)
+        if above.size and above[0] > 0:
+            k = above[0]
+            time = times[k - 1] + (speed - speeds[k - 1]) / (speeds[k] - speeds[k - 1]) * (times[k] - times[k - 1])
+            found.append(Crossing(frequency, damping, speed, float(time)))
+    return found
+
+
+def _wall_time(case: Case, clock: Clock, particles: int) -> float:
+    threads = 1 + THREAD_GAIN * (team_size(case) - 1)
+    charge = case.run.until / clock.substep * particles * NANOSECONDS * 1e-9 / threads
+    return charge + case.run.until / clock.window * MECHANISM_MICROSECONDS * 1e-6
+
+
+def _file_size(case: Case, particles: int) -> float:
+    names = len(expand(case.mounts.count if case.mechanism.mounting == "flexible" else 0, list(case.sensors)))
+    series = case.run.until * case.run.series_rate * names * 8 * PACKED
+    snapshots = min(case.run.snapshots.last, case.run.until) * case.run.snapshots.rate * particles * 36 * PACKED
+    return series + snapshots + 2 * 1.5e3 * particles + 2e6
+
+
+def _microseconds(seconds: float) -> str:
+    return f"{1e6 * seconds:.3g} us"
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
