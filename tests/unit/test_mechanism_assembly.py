@@ -27,7 +27,10 @@ def refusal(*parts, **options) -> str:
 def test_all_faults_are_told_at_once():
     said = refusal(
         [box("a", mass=-1.0), box("a"), box("flat", inertia=(1.0, 1.0, 3.0)), box("thin", inertia=(1.0, 1.0, 0.0))],
-        [Joint("hinge", JointKind.REVOLUTE, "a", "nowhere", O), Joint("weld", JointKind.FIXED, "a", "flat", O, friction=JointFriction(0.1, 0.1))],
+        [
+            Joint("hinge", JointKind.REVOLUTE, "a", "nowhere", O),
+            Joint("weld", JointKind.FIXED, "a", "flat", O, friction=JointFriction(0.1, 0.1)),
+        ],
         [Bushing("mount", GROUND, "flat", O, Z, (1.0, 1.0, -1.0, 0.0))],
         [Spring("spring", GROUND, "flat", O, O, 1.0, 0.0, 0.0)],
         drives=[Drive("motor", "weld", (0.0, 0.0), (1.0, 2.0)), Drive("other", "nothing", (0.0,), (1.0,))],

@@ -78,7 +78,16 @@ def heavy_top_path(t):
 def test_heavy_top_converges_to_its_path_with_second_order():
     # Geradin and Cardona 2001; Bruls and Cardona 2010
     parts = (
-        [Body("top", 15.0, np.diag([0.234375, 0.46875, 0.234375]), (0.0, 1.0, 0.0), velocity=(4.61538, 0.0, 0.0), angular_velocity=(0.0, 150.0, -4.61538))],
+        [
+            Body(
+                "top",
+                15.0,
+                np.diag([0.234375, 0.46875, 0.234375]),
+                (0.0, 1.0, 0.0),
+                velocity=(4.61538, 0.0, 0.0),
+                angular_velocity=(0.0, 150.0, -4.61538),
+            )
+        ],
         [Joint("pivot", JointKind.SPHERICAL, GROUND, "top", (0.0, 0.0, 0.0))],
     )
     exact = heavy_top_path(0.5)

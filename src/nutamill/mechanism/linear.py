@@ -30,7 +30,7 @@ class Modes(NamedTuple):
     damping_ratio: np.ndarray
     """``-Re sigma / |sigma|`` [1], (n_modes,); 1 for an eigenvalue without oscillation, each of which counts as a mode."""
     shape: np.ndarray
-    """Complex displacements and rotation vectors of all bodies [m and rad], (n_bodies, 6, n_modes), world axes, largest 1."""
+    """Complex displacements and rotation vectors of all bodies [m and rad], (n_bodies, 6, n_modes), world axes; the largest component is 1."""
 
 
 def static_equilibrium(
@@ -104,7 +104,7 @@ def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch
     chosen = chosen[np.argsort(np.abs(values[chosen]), kind="stable")]
     size = np.abs(values[chosen])
     shape = free @ vectors[:m, chosen]
-    shape = shape / np.abs(shape).max(axis=0, initial=1e-300)
+    shape = shape / shape[np.abs(shape).argmax(axis=0), np.arange(len(chosen))]
     ratio = np.where(size > 0.0, -values[chosen].real / np.where(size > 0.0, size, 1.0), 1.0)
     return Modes(size / (2.0 * np.pi), ratio, shape.reshape(-1, 6, len(chosen)))
 
