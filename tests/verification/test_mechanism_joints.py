@@ -197,8 +197,8 @@ def squeezer_parts():
     D = B + 2e-2 * turn(gamma) + 18e-3 * down(gamma)
     centres = [
         92e-5 * turn(beta), crank_end - 115e-4 * turn(beta + theta), B + 1874e-5 * down(gamma) + 1043e-5 * turn(gamma),
-        G + (2e-2 - 1421e-5) * down(phi + delta), A + 2308e-5 * turn(delta) - 916e-5 * down(delta), H + (2e-2 - 1421e-5) * turn(omega + epsilon),
-        A + 1228e-5 * down(epsilon) - 449e-5 * turn(epsilon),
+        G + (2e-2 - 1421e-5) * down(phi + delta), A + 2308e-5 * turn(delta) - 916e-5 * down(delta),
+        H + (2e-2 - 1421e-5) * turn(omega + epsilon), A + 1228e-5 * down(epsilon) - 449e-5 * turn(epsilon),
     ]  # fmt: skip
     masses = (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498)
     inertias = (2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5)

@@ -30,7 +30,7 @@ class Modes(NamedTuple):
     damping_ratio: np.ndarray
     """``-Re sigma / |sigma|`` [1], (n_modes,); 1 for an eigenvalue without oscillation, each of which counts as a mode."""
     shape: np.ndarray
-    """Complex displacements and rotation vectors of all bodies [m and rad], (n_bodies, 6, n_modes), world axes; the largest component is 1."""
+    """Complex displacements and rotation vectors of all bodies [m, rad], (n_bodies, 6, n_modes), world axes; the largest is 1."""
 
 
 def static_equilibrium(
