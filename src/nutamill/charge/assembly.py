@@ -18,7 +18,6 @@ from nutamill.charge.model import (
     RollingLaw,
     Status,
     Surface,
-    SurfaceKind,
 )
 from nutamill.charge.surfaces import place_surfaces, surface_overlap
 from nutamill.errors import CaseError, Fault
@@ -145,7 +144,7 @@ def _wall_faults(positions, radii, materials, model, surfaces, poses) -> list[Fa
 
 
 def body_poses(n_bodies: int, poses=None) -> np.ndarray:
-    """Mass centre [m] and rotation matrix [1] of each body (n_bodies, 12), from (n_bodies, 7) positions and quaternions or at the origin."""
+    """Mass centre [m] and rotation matrix [1] (n_bodies, 12), from positions and quaternions (n_bodies, 7), or at the origin."""
     out = np.zeros((n_bodies, 12))
     out[:, 3] = out[:, 7] = out[:, 11] = 1.0
     if poses is not None:

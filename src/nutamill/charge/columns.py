@@ -73,6 +73,11 @@ def pair_batch(columns, unit, last, now, spring, constant, dt):
         u1 = columns[b + (A + 1) * BATCH] - columns[b + (B + 1) * BATCH] + q2 * n0 - q0 * n2
         u2 = columns[b + (A + 2) * BATCH] - columns[b + (B + 2) * BATCH] + q0 * n1 - q1 * n0
         alive = one if columns[b + (MEMORY + 6) * BATCH] == last else zero
+        # one division for both reduced quantities: divisions are what this loop waits for
+        both_m, both_r = ma + mb, ra + rb
+        per_both = one / (both_m * both_r)
+        m_eff = ma * mb * both_r * per_both
+        r_eff = ra * rb * both_m * per_both
         k = pair_stiffness(
             columns[b + LAW * BATCH], columns[b + (LAW + 1) * BATCH], columns[b + (LAW + 2) * BATCH], ra + ra, rb + rb
         )  # fmt: skip
@@ -80,7 +85,7 @@ def pair_batch(columns, unit, last, now, spring, constant, dt):
             n0, n1, n2, overlap, u0, u1, u2, wa0 - wb0, wa1 - wb1, wa2 - wb2,
             columns[b + MEMORY * BATCH] * alive, columns[b + (MEMORY + 1) * BATCH] * alive, columns[b + (MEMORY + 2) * BATCH] * alive,
             columns[b + (MEMORY + 3) * BATCH] * alive, columns[b + (MEMORY + 4) * BATCH] * alive, columns[b + (MEMORY + 5) * BATCH] * alive,
-            columns[b + (MEMORY + 7) * BATCH] * alive, ma * mb / (ma + mb), ra * rb / (ra + rb), k,
+            columns[b + (MEMORY + 7) * BATCH] * alive, m_eff, r_eff, k,
             columns[b + (LAW + 3) * BATCH], columns[b + (LAW + 4) * BATCH], columns[b + (LAW + 5) * BATCH],
             columns[b + (LAW + 6) * BATCH], columns[b + (LAW + 7) * BATCH], columns[b + (LAW + 8) * BATCH], spring, constant, dt,
         )  # fmt: skip

@@ -1,6 +1,8 @@
 """The two loops over contacts of one chunk: particle with particle, and particle with surface."""
 
-from nutamill.charge.columns import A, ARM, BODY_V, BODY_W, HELD, LAW, MEMORY, WEIGHT, B, pair_batch, wall_batch
+import numpy as np
+
+from nutamill.charge.columns import ARM, BODY_V, BODY_W, HELD, LAW, MEMORY, WEIGHT, A, B, pair_batch, wall_batch
 from nutamill.charge.model import BATCH, SurfaceKind
 from nutamill.charge.simd import WIDTH, add_rows, gather_differences, gather_rows, set_rows, touching
 from nutamill.charge.surfaces import surface_overlap
@@ -10,7 +12,7 @@ PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)
 
 
-@kernel(fast=True)
+@kernel(fast=True, inline="always")
 def filter_pairs(points, partners, owners, local, n_listed, lo, lanes):
     """Find the touching pairs among the candidates of a chunk.
 
@@ -20,7 +22,7 @@ def filter_pairs(points, partners, owners, local, n_listed, lo, lanes):
     """
     chunk = local.shape[0] - 1
     n = 0
-    found = lanes[2]
+    first, second, found, place_second, slot_first, weight = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4], lanes[5]
     for k in range(0, n_listed, WIDTH):
         mask = touching(points, partners, local, owners, k)
         if k + WIDTH > n_listed:
@@ -31,20 +33,20 @@ def filter_pairs(points, partners, owners, local, n_listed, lo, lanes):
     for q in range(n):
         k = found[q]
         i, j = owners[k], partners[k]
-        place = j - lo
-        inside = 0 <= place < chunk
-        lanes[0, q] = i
-        lanes[1, q] = j
-        lanes[3, q] = place if inside else chunk
-        lanes[4, q] = i + lo
-        lanes[5, q] = 2 if inside else 1
+        place = np.uint32(j - np.uint32(lo))  # slots before the chunk wrap to large numbers
+        inside = place < np.uint32(chunk)
+        first[q] = i
+        second[q] = j
+        place_second[q] = place if inside else np.uint32(chunk)
+        slot_first[q] = i + np.uint32(lo)
+        weight[q] = np.uint32(2) if inside else np.uint32(1)
     for q in range(n, n + BATCH + WIDTH):
-        lanes[0, q] = chunk
-        lanes[1, q] = lo
-        lanes[2, q] = partners.shape[0] - 1
-        lanes[3, q] = chunk
-        lanes[4, q] = lo
-        lanes[5, q] = 0
+        first[q] = chunk
+        second[q] = lo
+        found[q] = partners.shape[0] - 1
+        place_second[q] = chunk
+        slot_first[q] = lo
+        weight[q] = 0
     return n
 
 
@@ -58,7 +60,7 @@ def hold_law(columns, b, laws, law):
             columns[(LAW + k) * BATCH + b] = laws[law, k]
 
 
-@kernel(fast=True)
+@kernel(fast=True, inline="always")
 def pair_contacts(model, points, rows, memory, material, n, lanes, local, columns, last, now, dt, forces):
     """Forces of all touching pairs of a chunk, added to `forces`; memory is brought up to date.
 
@@ -71,21 +73,22 @@ def pair_contacts(model, points, rows, memory, material, n, lanes, local, column
     spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
     half = like(0.5, real)
     several = model.laws.shape[0] > 1
+    first_place, second, found, second_place, first_slot, weights = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4], lanes[5]
     sum_n, sum_t, sum_r = 0.0, 0.0, 0.0
     beyond = 0
     for first in range(0, n, BATCH):
         m = min(BATCH, n - first)
         for g in range(0, m, WIDTH):
             q = first + g
-            gather_differences(points, lanes[1], local, lanes[0], q, columns, g)
-            gather_rows(rows, lanes[4], q, columns, g, A)
-            gather_rows(rows, lanes[1], q, columns, g, B)
-            gather_rows(memory, lanes[2], q, columns, g, MEMORY)
+            gather_differences(points, second, local, first_place, q, columns, g)
+            gather_rows(rows, first_slot, q, columns, g, A)
+            gather_rows(rows, second, q, columns, g, B)
+            gather_rows(memory, found, q, columns, g, MEMORY)
         for b in range(BATCH):
-            columns[WEIGHT * BATCH + b] = half * like(lanes[5, first + b], half)
+            columns[WEIGHT * BATCH + b] = half * like(weights[first + b], half)
         if several:
             for b in range(m):
-                hold_law(columns, b, model.laws, model.law_of[material[lanes[4, first + b]], material[lanes[1, first + b]]])
+                hold_law(columns, b, model.laws, model.law_of[material[first_slot[first + b]], material[second[first + b]]])
         power_n, power_t, power_r, over = pair_batch(columns, unit, last, now, spring, constant, dt)
         sum_n += power_n
         sum_t += power_t
@@ -93,9 +96,9 @@ def pair_contacts(model, points, rows, memory, material, n, lanes, local, column
         beyond |= over
         for g in range(0, m, WIDTH):
             q = first + g
-            add_rows(forces, lanes[0], q, columns, g, A)
-            add_rows(forces, lanes[3], q, columns, g, B)
-            set_rows(memory, lanes[2], q, columns, g, MEMORY)
+            add_rows(forces, first_place, q, columns, g, A)
+            add_rows(forces, second_place, q, columns, g, B)
+            set_rows(memory, found, q, columns, g, MEMORY)
     return sum_n, sum_t, sum_r, beyond
 
 
@@ -202,7 +205,7 @@ def find_walls(model, x, radius, local, placed, lo, n, lanes, normals, test):
     return found
 
 
-@kernel(fast=True)
+@kernel(fast=True, inline="always")
 def wall_contacts(model, x, rows, wall_memory, material, motion, found, lanes, normals, columns, last, now, dt, forces, sums):
     """Forces of all touching walls of a chunk, added to `forces`, and their reaction on the bodies, added to `sums` (B, 6).
 
@@ -213,28 +216,30 @@ def wall_contacts(model, x, rows, wall_memory, material, motion, found, lanes, n
     real = columns[0]
     spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
     one, zero = like(1.0, real), like(0.0, real)
+    places, slots, surfaces, memories = lanes[0], lanes[1], lanes[2], lanes[3]
+    body_of, material_of, law_of, laws = model.surface_body, model.surface_material, model.law_of, model.laws
     for q in range(found, found + BATCH):
-        lanes[0, q], lanes[1, q], lanes[3, q] = forces.shape[0] - 1, 0, wall_memory.shape[0] - 1
+        places[q], slots[q], memories[q] = forces.shape[0] - 1, 0, wall_memory.shape[0] - 1
     sum_n, sum_t, sum_r, sum_i = 0.0, 0.0, 0.0, 0.0
     beyond = 0
     for first in range(0, found, BATCH):
         m = min(BATCH, found - first)
         for g in range(0, m, WIDTH):
-            gather_rows(rows, lanes[1], first + g, columns, g, A)
-            gather_rows(wall_memory, lanes[3], first + g, columns, g, MEMORY)
+            gather_rows(rows, slots, first + g, columns, g, A)
+            gather_rows(wall_memory, memories, first + g, columns, g, MEMORY)
         for b in range(BATCH):
             columns[WEIGHT * BATCH + b] = one if b < m else zero
         for b in range(m):
             q = first + b
-            slot, s = lanes[1, q], lanes[2, q]
-            body = motion[model.surface_body[s]]
+            slot, s = slots[q], surfaces[q]
+            body = body_of[s]
             for k in range(4):
                 columns[k * BATCH + b] = normals[k, q]
             for k in range(3):
-                columns[(ARM + k) * BATCH + b] = x[k, slot] - body[k]
-                columns[(BODY_V + k) * BATCH + b] = body[12 + k]
-                columns[(BODY_W + k) * BATCH + b] = body[15 + k]
-            hold_law(columns, b, model.laws, model.law_of[material[slot], model.surface_material[s]])
+                columns[(ARM + k) * BATCH + b] = x[k, slot] - motion[body, k]
+                columns[(BODY_V + k) * BATCH + b] = motion[body, 12 + k]
+                columns[(BODY_W + k) * BATCH + b] = motion[body, 15 + k]
+            hold_law(columns, b, laws, law_of[material[slot], material_of[s]])
         power_n, power_t, power_r, power_i, over = wall_batch(columns, last, now, spring, constant, dt)
         sum_n += power_n
         sum_t += power_t
@@ -242,11 +247,11 @@ def wall_contacts(model, x, rows, wall_memory, material, motion, found, lanes, n
         sum_i += power_i
         beyond |= over
         for b in range(m):
-            body_sums = sums[model.surface_body[lanes[2, first + b]]]
+            body = body_of[surfaces[first + b]]
             for k in range(3):
-                body_sums[k] -= columns[(A + k) * BATCH + b]
-                body_sums[3 + k] -= columns[(ARM + k) * BATCH + b]
+                sums[body, k] -= columns[(A + k) * BATCH + b]
+                sums[body, 3 + k] -= columns[(ARM + k) * BATCH + b]
         for g in range(0, m, WIDTH):
-            add_rows(forces, lanes[0], first + g, columns, g, A)
-            set_rows(wall_memory, lanes[3], first + g, columns, g, MEMORY)
+            add_rows(forces, places, first + g, columns, g, A)
+            set_rows(wall_memory, memories, first + g, columns, g, MEMORY)
     return sum_n, sum_t, sum_r, sum_i, beyond

@@ -50,7 +50,7 @@ def start(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, dt: fl
 
 @kernel
 def pose_of_body(motion, s, out):
-    """Mass centre [m] (3) and rotation matrix [1] (9) of a body `s` seconds into a window, to ``out[0:12]``; see `frames.pose_in_window`."""
+    """Mass centre [m] (3) and rotation matrix [1] (9) of a body `s` seconds into a window, to ``out[0:12]``."""
     # out[12:16] is overwritten by the velocity afterwards
     pose_in_window(motion, s, out[0:3], out[12:16])
     rotation_matrix(out[12:16], out[3:12].reshape((3, 3)))
@@ -64,7 +64,7 @@ def move_bodies(motions, s, out):
         twist_in_window(motions[b], s, out[b, 12:15], out[b, 15:18])
 
 
-@kernel(fast=True)
+@kernel(fast=True, inline="always")
 def integrate(model, state, lo, hi, forces, turned, point, dt, work):
     """Kick and drift the particles of one chunk, and publish them in the other buffer.
 
@@ -135,7 +135,7 @@ def integrate(model, state, lo, hi, forces, turned, point, dt, work):
     return MOVED * moved + LEFT * (1 - stayed)
 
 
-@kernel
+@kernel(fast=True)
 def chunk_substep(model, state, scratch, c, reference, dt, tid):
     """One substep of chunk `c`: pairs, walls, integration."""
     n = model.n_particles

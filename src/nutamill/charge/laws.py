@@ -30,7 +30,8 @@ def pair_stiffness(compliance, compliance_a, compliance_b, diameter_a, diameter_
     ------
     Ansys Rocky, DEM Solver SDK manual: K = E L of each entity, in series.
     """
-    return like(1.0, compliance) / (compliance + compliance_a / diameter_a + compliance_b / diameter_b)
+    both = diameter_a * diameter_b
+    return both / (compliance * both + compliance_a * diameter_b + compliance_b * diameter_a)
 
 
 @kernel(inline="always")
@@ -40,7 +41,7 @@ def substep_share(overlap, v_n, dt):
     Forces are sampled at mid-substep, but the dashpot's force jumps when contact begins: seen first at overlap d < v_n dt, the
     contact has lasted d/v_n + dt/2 by the end of the substep, half a substep at least and one and a half at most.  The same
     holds, backwards in time, on release.  Without this share the restitution scatters with the phase of the first substep,
-    by first order in dt; with it the error is of second order.
+    by first order in dt; with it the error is of second order (but where tension slows a release so that it is met twice).
 
     Parameters
     ----------

@@ -1,0 +1,165 @@
+"""Seeded random placement of particles in a chamber, and settling under gravity.
+
+A lattice is no start: a bed of stacked layers does not move at low speed.  Particles are thrown at random into a column from the floor
+up, and pushed apart until none overlap (Jodrey and Tory's relaxation): a loose random packing that then settles.
+
+Source: W. S. Jodrey and E. M. Tory, "Computer simulation of close random packing of equal spheres", Phys. Rev. A 32 (1985).
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from nutamill.charge.assembly import grow
+from nutamill.charge.dynamics import window
+from nutamill.charge.model import Clock, Status
+from nutamill.charge.observe import charge_reading, observe
+from nutamill.charge.team import run_team
+from nutamill.errors import CaseError, Fault, StepError
+
+LOOSE_PACKING = 0.58
+"""Share of its bulk volume that a loose random bed fills [1]."""
+
+COLUMN_PACKING = 0.40
+"""Share that the column of a fresh fill has, where the chamber is high enough [1]."""
+
+SWEEPS = 3000
+"""Sweeps of the relaxation before a fill is given up [1]."""
+
+MARGIN = 1.002
+"""Particles are relaxed this much too large, so that they end without touching [1]."""
+
+
+def bulk_capacity(radius: float, floor: float, ceiling: float, boxes: Sequence = ()) -> float:
+    """Solid volume [m^3] that a cylinder of `radius` between `floor` and `ceiling` [m] holds as a loose bed.
+
+    `boxes` are centre, rotation and half sizes of what stands in it, as in `random_fill`.
+    """
+    volume = math.pi * radius**2 * (ceiling - floor) - sum(8.0 * float(np.prod(half)) for _, _, half in boxes)
+    return LOOSE_PACKING * volume
+
+
+def _push_from_walls(x, r, radius, floor, ceiling, boxes) -> float:
+    """Move particles that stand in a wall to its surface; returns the deepest overlap [m]."""
+    out = np.hypot(x[:, 0], x[:, 1])
+    deep = np.maximum(out + r - radius, 0.0)
+    x[:, :2] -= x[:, :2] * (deep / np.maximum(out, 1e-300))[:, None]
+    low, high = np.maximum(floor + r - x[:, 2], 0.0), np.maximum(x[:, 2] + r - ceiling, 0.0)
+    x[:, 2] += low - high
+    worst = max(float(deep.max()), float(low.max()), float(high.max()))
+    for centre, rotation, half in boxes:
+        local = (x - centre) @ rotation
+        nearest = np.clip(local, -half, half)
+        gap = np.linalg.norm(local - nearest, axis=1)
+        for i in np.flatnonzero(gap < r):
+            away = local[i] - nearest[i]
+            if gap[i] == 0.0:
+                # the centre is inside: out through the nearest face
+                axis = int(np.argmin(half - np.abs(local[i])))
+                away[axis] = math.copysign(1.0, local[i, axis])
+                step = half[axis] - abs(local[i, axis]) + r[i]
+            else:
+                away /= gap[i]
+                step = r[i] - gap[i]
+            x[i] += rotation @ (away * step)
+            worst = max(worst, step)
+    return worst
+
+
+def random_fill(
+    radii: np.ndarray, radius: float, floor: float, ceiling: float, boxes: Sequence = (), seed: int = 1
+) -> np.ndarray:  # fmt: skip
+    """Random positions without overlaps in an upright cylinder; a loose column from the floor up.
+
+    Parameters
+    ----------
+    radii : of the particles [m] (n,)
+    radius, floor, ceiling : of the cylinder about z, and heights of its ends [m], chamber axes
+    boxes : (centre [m] (3,), rotation to chamber axes (3, 3), half sizes [m] (3,)) of what stands in it
+    seed : of the random numbers; the same seed gives the same fill
+
+    Returns
+    -------
+    positions [m] (n, 3), chamber axes
+
+    Raises
+    ------
+    CaseError : more than a loose bed holds, or no way found to place all
+    """
+    r = np.asarray(radii, float) * MARGIN
+    boxes = [(np.asarray(c, float), np.asarray(q, float), np.asarray(h, float)) for c, q, h in boxes]
+    solid = float((4.0 / 3.0 * math.pi * np.asarray(radii, float) ** 3).sum())
+    capacity = bulk_capacity(radius, floor, ceiling, boxes)
+    if solid > capacity:
+        what = f"must fit as a loose bed, got {solid * 1e6:.0f} cm^3 of solid where {capacity * 1e6:.0f} cm^3 fit"
+        raise CaseError(Fault("charge", what, "Take less charge or a larger chamber"))
+    rng = np.random.default_rng(seed)
+    height = (ceiling - floor) * min(1.0, solid / capacity * LOOSE_PACKING / COLUMN_PACKING + 4.0 * r.max() / (ceiling - floor))
+    n = len(r)
+    angle, out = rng.uniform(0.0, 2.0 * math.pi, n), (radius - r) * np.sqrt(rng.random(n))
+    x = np.column_stack([out * np.cos(angle), out * np.sin(angle), floor + r + rng.random(n) * np.maximum(height - 2.0 * r, 0.0)])
+    top = floor + height
+    for sweep in range(SWEEPS):
+        pairs = cKDTree(x).query_pairs(2.0 * r.max(), output_type="ndarray")
+        i, j = pairs[:, 0], pairs[:, 1]
+        gap = x[j] - x[i]
+        distance = np.linalg.norm(gap, axis=1)
+        overlap = r[i] + r[j] - distance
+        near = overlap > 0.0
+        i, j, gap, distance, overlap = i[near], j[near], gap[near], distance[near], overlap[near]
+        worst = float((overlap / np.minimum(r[i], r[j])).max()) if len(i) else 0.0
+        push = gap * (0.55 * overlap / np.maximum(distance, 1e-300))[:, None]
+        for k in range(3):
+            x[:, k] += np.bincount(j, push[:, k], n) - np.bincount(i, push[:, k], n)
+        # a crowded column grows upwards
+        if sweep % 100 == 99:
+            top = min(ceiling, top + 0.1 * (ceiling - floor))
+        wall = _push_from_walls(x, r, radius, floor, top, boxes)
+        if worst < 2.0 * (1.0 - 1.0 / MARGIN) and wall < (MARGIN - 1.0) * r.min():
+            return x
+    raise CaseError(Fault("charge", f"no random packing found in {SWEEPS} sweeps", "Take less charge or a larger chamber"))
+
+
+def settle(model, state, scratch, motions, dt: float, longest: float = 1.0, still: float = 1e-9, n_threads: int = 1):
+    """March a started charge in a chamber at rest until it lies still.
+
+    Parameters
+    ----------
+    model, state, scratch : the charge, after `start`
+    motions : (n_bodies, 19) bodies at rest, as `frames.MOTION_SIZE`
+    dt : substep [s]
+    longest : give up after this time [s]
+    still : kinetic energy per mass [J/kg] that counts as still; 1e-9 is a mean speed of 0.04 mm/s
+    n_threads : size of the team
+
+    Returns
+    -------
+    model, state, scratch (new ones where the lists had to grow), and the time it took [s]
+
+    Raises
+    ------
+    StepError : an overlap beyond its limit, or a particle that left
+    """
+    reference = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+    reading = charge_reading()
+    mass = float(state.body[1, : model.n_particles].sum())
+    substeps = 500
+    start_step = int(state.clock[Clock.STEP])
+    elapsed = 0.0
+    while elapsed < longest:
+        run_team(window, (model, state, scratch, motions, reference, substeps, dt), n_threads)
+        if state.status[0] == Status.LISTS_FULL or state.clock[Clock.CROWDED]:
+            again = state.status[0] == Status.LISTS_FULL
+            model, state, scratch = grow(model, state, scratch)
+            if again:
+                continue
+        if state.status[0] != Status.OK:
+            code, a, b, step = (int(s) for s in state.status)
+            raise StepError(f"t={(step - start_step) * dt:.4f} s of settling: {Status(code).name.lower()} of particle {a} with {b}")
+        elapsed = (int(state.clock[Clock.STEP]) - start_step) * dt
+        observe(model, state, scratch, reading)
+        if elapsed > 0.02 and reading.energy[0] + reading.energy[1] < still * mass:
+            break
+    return model, state, scratch, elapsed

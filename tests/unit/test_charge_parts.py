@@ -1,0 +1,177 @@
+"""Laws, surfaces, vector moves, input checks and fills of the charge, one at a time."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nutamill.charge import simd
+from nutamill.charge.assembly import charge
+from nutamill.charge.fill import bulk_capacity, random_fill
+from nutamill.charge.laws import friction_force, normal_force, pair_stiffness, rolling_moment, substep_share
+from nutamill.charge.model import BATCH, PairLaw, Surface, SurfaceKind
+from nutamill.charge.surfaces import surface_contact
+from nutamill.errors import CaseError
+from nutamill.kernel import JIT, kernel
+
+LAW = PairLaw(1e5, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.1)
+
+
+def test_stiffness_is_direct_or_in_series():
+    assert pair_stiffness(1 / 5e5, 0.0, 0.0, 0.005, 0.003) == pytest.approx(5e5)
+    assert pair_stiffness(0.0, 1 / 2e8, 1 / 3e6, 0.005, 0.003) == pytest.approx(1 / (1 / (2e8 * 0.005) + 1 / (3e6 * 0.003)))
+
+
+def test_normal_force_is_cut_at_its_floor():
+    # k d + 2 zeta sqrt(m k) v, d far above v dt
+    damped = 1e5 * 1e-6 - 0.4 * math.sqrt(5e-4 * 1e5) * 0.5
+    assert normal_force(1e-6, -0.5, 1e5, 0.4, 5e-4, -math.inf, 1e-9) == pytest.approx(damped)
+    assert normal_force(1e-6, -0.5, 1e5, 0.4, 5e-4, 0.0, 1e-9) == 0.0
+
+
+def test_first_substep_of_a_contact_carries_half_to_one_and_a_half_shares():
+    assert substep_share(0.25e-6, 1.0, 1e-6) == pytest.approx(0.75)
+    assert substep_share(0.75e-6, -1.0, 1e-6) == pytest.approx(1.25)
+    assert substep_share(2e-6, 1.0, 1e-6) == 1.0
+
+
+def test_friction_never_exceeds_its_limit_and_goes_over_to_the_dynamic_coefficient():
+    spring = (3e-5, 0.0, 0.0)
+    out = friction_force(*spring, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
+    assert out[0] == pytest.approx(-0.4 * 2.0)
+    assert out[6] == 1.0
+    # below the static limit a resting spring holds; a sliding one is held to the dynamic limit
+    held = friction_force(1e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
+    slid = friction_force(1e-5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
+    assert (held[0], slid[0]) == (pytest.approx(-1.0), pytest.approx(-0.8))
+
+
+def test_friction_spring_lies_in_the_tangent_plane():
+    out = friction_force(1e-6, 2e-6, 3e-6, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 9.0, 1.0, 1.0, 1e-6)
+    assert out[2] == 0.0
+    # trapezoidal: force with half the slip, memory with all of it
+    assert out[0] == pytest.approx(-1e5 * (1e-6 + 0.05e-6))
+    assert out[3] == pytest.approx(1e-6 + 0.1e-6)
+
+
+def test_constant_rolling_moment_opposes_the_spin():
+    out = rolling_moment(0.0, 0.0, 0.0, 3.0, 0.0, 4.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 2e-5, 1e-6)
+    assert out[:3] == pytest.approx((-2e-5 * 0.6, 0.0, -2e-5 * 0.8))
+
+
+def test_rolling_spring_ignores_twist_about_the_normal():
+    out = rolling_moment(0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 1.0, 1e-3, 0.0, 1.0, 1.0, 1e-6)
+    assert out == pytest.approx((0.0,) * 6)
+
+
+coordinate = st.floats(-0.03, 0.03)
+
+
+@settings(max_examples=60, deadline=None)
+@given(coordinate, coordinate, coordinate)
+def test_box_gives_the_distance_to_its_nearest_point(x, y, z):
+    # brute force: the nearest of all points of the solid box is the clamped one; sampled here on a grid of each face
+    half = np.array([0.01, 0.015, 0.005])
+    r = 0.0025
+    centre = np.array([x, y, z])
+    overlap, *normal = surface_contact(int(SurfaceKind.BOX), x, y, z, r, half)
+    grid = np.linspace(-1.0, 1.0, 41)
+    a, b = np.meshgrid(grid, grid)
+    faces = [np.stack([s * np.ones_like(a), a, b], -1).reshape(-1, 3)[:, np.roll([0, 1, 2], k)] for k in range(3) for s in (-1, 1)]
+    nearest = np.linalg.norm(np.concatenate(faces) * half - centre, axis=1).min()
+    inside = (np.abs(centre) < half).all()
+    assert np.linalg.norm(normal) == pytest.approx(1.0)
+    # a grid point is at most half a diagonal of a grid cell from the nearest point of the face
+    cell = 0.5 * math.hypot(2 * 0.015 / 40, 2 * 0.01 / 40)
+    expected = r + nearest if inside else r - nearest
+    assert overlap == pytest.approx(expected, abs=cell)
+
+
+def test_plane_and_cylinder_push_into_the_charge():
+    overlap, *normal = surface_contact(int(SurfaceKind.PLANE), 0.1, 0.2, 0.002, 0.0025, np.zeros(3))
+    assert (overlap, normal) == (pytest.approx(0.0005), [0.0, 0.0, -1.0])
+    overlap, *normal = surface_contact(int(SurfaceKind.CYLINDER), 0.03, 0.04, 0.7, 0.0025, np.array([0.052, 0, 0]))
+    assert overlap == pytest.approx(0.0005)
+    assert normal == pytest.approx([0.6, 0.8, 0.0])
+
+
+@kernel
+def move_all(rows, index, points, local, owner, columns):
+    """Use every vector move once; returns the mask of touching pairs."""
+    simd.gather_rows(rows, index, 3, columns, 8, 4)
+    simd.gather_differences(points, index, local, owner, 3, columns, 8)
+    mask = simd.touching(points, index, local, owner, 3)
+    simd.add_rows(rows, index, 3, columns, 8, 4)
+    simd.set_rows(rows, owner, 3, columns, 8, 4)
+    return mask
+
+
+@pytest.mark.skipif(not JIT, reason="without the compiler there is only the plain twin")
+def test_vector_moves_do_what_their_plain_twins_do():
+    rng = np.random.default_rng(2)
+    rows = rng.normal(size=(40, 8)).astype(np.float32)
+    points = rng.integers(-(2**22), 2**22, (40, 4)).astype(np.int32)
+    local = rng.integers(-(2**22), 2**22, (20, 4)).astype(np.int32)
+    points[:, 3], local[:, 3] = 2**21, -(2**22)
+    index = rng.permutation(40).astype(np.uint32)
+    owner = rng.permutation(20).astype(np.uint32)
+    columns = np.zeros(48 * BATCH, np.float32)
+    plain = [a.copy() for a in (rows, columns)]
+    mask = move_all(rows, index, points, local, owner, columns)
+    assert mask == move_all.py_func(plain[0], index, points, local, owner, plain[1])
+    assert 0 < mask < 255
+    assert (rows == plain[0]).all()
+    assert (columns == plain[1]).all()
+
+
+def refuse(*words, **changes):
+    """Build a small charge with `changes`, expect a CaseError that has all `words`."""
+    given = dict(
+        positions=[[0, 0, 0], [0, 0, 0.01]], radii=[0.0025, 0.0025], materials=[0, 0], densities=[7800.0], pair_laws={(0, 0): LAW},
+        surfaces=(), n_bodies=1,
+    )  # fmt: skip
+    with pytest.raises(CaseError) as caught:
+        charge(**(given | changes))
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_overlapping_start_names_the_worst_pairs():
+    refuse("must not overlap", "0-1 (20 %)", positions=[[0, 0, 0], [0, 0, 0.004]])
+
+
+def test_particle_outside_is_named():
+    floor = Surface("floor", SurfaceKind.PLANE, 0, 0)
+    refuse('surface "floor"', "1", positions=[[0, 0, 0.01], [0, 0, -0.02]], surfaces=[floor])
+
+
+def test_sizes_densities_and_laws_that_cannot_be_are_refused_together():
+    refuse("radii", "density of material 0", radii=[0.0025, -1.0], densities=[0.0])
+    refuse("materials 0 and 1", materials=[0, 1], densities=[7800.0, 2500.0], pair_laws={(0, 0): LAW, (1, 1): LAW})
+    refuse("finite", positions=[[0, 0, math.nan], [0, 0, 0.01]])
+
+
+def test_fill_is_random_without_overlaps_and_repeats_with_its_seed():
+    radii = np.full(400, 0.0025)
+    boxes = [((0.02, 0.0, 0.02), np.eye(3), (0.004, 0.004, 0.02))]
+    x = random_fill(radii, 0.025, 0.0, 0.06, boxes, seed=5)
+    gap = np.linalg.norm(x[:, None] - x[None], axis=2) + np.eye(400)
+    assert gap.min() >= 0.005
+    assert np.hypot(x[:, 0], x[:, 1]).max() <= 0.0225
+    assert x[:, 2].min() >= 0.0025
+    assert (x == random_fill(radii, 0.025, 0.0, 0.06, boxes, seed=5)).all()
+    assert not (x == random_fill(radii, 0.025, 0.0, 0.06, boxes, seed=6)).any()
+
+
+def test_fill_reaches_nine_tenths_of_the_loose_capacity():
+    n = int(0.9 * bulk_capacity(0.03, 0.0, 0.06) / (4 / 3 * math.pi * 0.0025**3))
+    x = random_fill(np.full(n, 0.0025), 0.03, 0.0, 0.06)
+    gap = np.linalg.norm(x[:, None] - x[None], axis=2) + np.eye(n)
+    assert gap.min() >= 0.005
+
+
+def test_too_much_charge_is_refused():
+    with pytest.raises(CaseError, match="loose bed"):
+        random_fill(np.full(2000, 0.0025), 0.025, 0.0, 0.06)

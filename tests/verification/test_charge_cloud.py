@@ -1,0 +1,170 @@
+"""What a crowd of particles must keep: momentum, energy ledger, the same bits; and independent ways to its forces."""
+
+import numpy as np
+import pytest
+from charge_bench import FLOOR, REST, Bench, law, sphere_mass
+
+from nutamill.charge.assembly import grow
+from nutamill.charge.copying import copy_state
+from nutamill.charge.dynamics import window
+from nutamill.charge.model import Clock, Ledger, RollingLaw, Status, Surface, SurfaceKind
+
+R = 0.0025
+M = sphere_mass(R)
+BOX = (
+    FLOOR,
+    Surface("bore", SurfaceKind.CYLINDER, 0, 0, size=(0.02, 0, 0)),
+    Surface("rib", SurfaceKind.BOX, 0, 0, origin=(0.02, 0, 0.01), size=(0.004, 0.004, 0.01)),
+)
+
+
+def cloud(n=200, surfaces=(), k=1e5, spread=1.0, seed=3, **options):
+    """Random cloud on a loose lattice, thrown together at about 1 m/s."""
+    rng = np.random.default_rng(seed)
+    side = 6
+    grid = np.array([[a, b, c] for c in range(60) for a in range(side) for b in range(side)], float)
+    grid = grid[np.hypot(grid[:, 0] - 2.5, grid[:, 1] - 2.5) < 2.6][:n]
+    x = (grid - [2.5, 2.5, 0.0]) * 2.1 * R + [0, 0, 1.2 * R] + rng.uniform(-0.04, 0.04, (n, 3)) * R
+    x[:, 0] -= 0.002
+    dt = options.pop("dt", 3e-6)
+    options.setdefault("velocities", rng.normal(size=(n, 3)) * spread - 20.0 * (x - x.mean(axis=0)))
+    options.setdefault("spins", rng.normal(size=(n, 3)) * 50.0)
+    pair = options.pop("law", law(k, 0.2, 0.8, friction=0.5, rolling=0.05))
+    options.setdefault("rolling", RollingLaw.TYPE_C)
+    return Bench(x, pair, dt, surfaces, **options)
+
+
+def angular_momentum(bench):
+    x, v = bench.x, bench.v
+    return (M * np.cross(x, v) + 0.4 * M * R * R * bench.w).sum(axis=0)
+
+
+@pytest.mark.parametrize(("precision", "epsilon"), [("single", 2.0**-23), ("double", 2.0**-40)])
+def test_isolated_cloud_keeps_momentum_and_angular_momentum(precision, epsilon):
+    # action and reaction are the same number; a sum of a cloud's impulses is off by rounding, sqrt(steps) of it at random
+    bench = cloud(precision=precision)
+    before, scale = bench.read().momentum.copy(), M * np.abs(bench.v).sum()
+    spin_before = angular_momentum(bench)
+    bench.march(400)
+    assert bench.read().contacts[0] > 20
+    assert bench.read().momentum == pytest.approx(before, abs=8 * epsilon * scale)
+    # positions enter at mid-substep and overlaps at half: arms are exact to the fixed-point grid and float32
+    assert angular_momentum(bench) == pytest.approx(spin_before, abs=40 * epsilon * scale * 0.02 + 1e-12)
+
+
+def test_energy_error_of_an_undamped_cloud_falls_with_the_square_of_the_substep():
+    # kinetic and spring energy, frictionless and undamped; order 2 gives a factor 4
+    errors = []
+    for part in (1, 2, 4):
+        bench = cloud(60, dt=8e-6 / part, law=law(1e5), spread=0.3)
+        before = bench.read().energy.sum()
+        bench.march(150 * part)
+        errors.append(abs(bench.read().energy.sum() - before))
+    assert errors[2] < errors[0] / 8
+
+
+def test_ledger_closes_to_rounding_in_kinetic_energy():
+    # work of all contacts, of the surfaces' motion and of gravity is the change of kinetic energy: an identity of the scheme
+    bench = cloud(surfaces=BOX, gravity=(0, 0, -9.81))
+    bench.motions[0, 7:13] = [0.1, 0.2, 0.0, 0.0, 0.0, 3.0]
+    before = bench.read().energy[:2].sum()
+    bench.march(300)
+    after = bench.read()
+    assert after.contacts[1] > 0
+    assert bench.state.ledger.sum() == pytest.approx(after.energy[:2].sum() - before, abs=1e-10 * before)
+    assert (bench.state.ledger[[Ledger.PAIR_NORMAL, Ledger.PAIR_TANGENTIAL, Ledger.WALL_TANGENTIAL]] < 0).all()
+
+
+def test_impulse_on_the_body_is_what_the_charge_lost():
+    bench = cloud(surfaces=BOX, gravity=(0, 0, -9.81))
+    before = bench.read().momentum.copy()
+    bench.march(300)
+    fallen = np.array([0, 0, -9.81]) * M * 200 * 300 * bench.dt
+    assert bench.state.impulse[0, :3] == pytest.approx(before + fallen - bench.read().momentum, abs=1e-12)
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_two_threads_give_the_bits_of_one(precision):
+    one = cloud(surfaces=BOX, gravity=(0, 0, -9.81), precision=precision).march(300)
+    two = cloud(surfaces=BOX, gravity=(0, 0, -9.81), precision=precision).march(300, threads=2)
+    for name in ("x", "v", "w", "impulse", "ledger", "largest_overlap"):
+        assert getattr(one.state, name).tobytes() == getattr(two.state, name).tobytes(), name
+
+
+def test_restored_window_repeats_the_same_bits():
+    bench = cloud(surfaces=BOX, gravity=(0, 0, -9.81), precision="single").march(200)
+    other = cloud(surfaces=BOX, gravity=(0, 0, -9.81), precision="single")
+    copy_state(bench.state, other.state)
+    bench.march(150)
+    other.march(150)
+    for name in ("x", "v", "w", "impulse", "ledger", "ids"):
+        assert getattr(bench.state, name).tobytes() == getattr(other.state, name).tobytes(), name
+
+
+def test_window_goes_on_after_the_lists_have_grown():
+    # one list made too small by hand stops the march; after `grow` the window ends with the bits of an undisturbed one
+    whole = cloud(surfaces=BOX, precision="single").march(100)
+    bench = cloud(surfaces=BOX, precision="single")
+    small = bench.state._replace(**{name: getattr(bench.state, name)[:, :, :160].copy() for name in ("partners", "owners", "memory")})
+    arguments = (bench.motions, REST, 100, bench.dt, 0, 1)
+    window(bench.model, small, bench.scratch, *arguments)
+    assert small.status[0] == Status.LISTS_FULL
+    _, larger, scratch = grow(*grow(bench.model, small, bench.scratch))
+    window(bench.model, larger, scratch, *arguments)
+    assert larger.status[0] == Status.OK
+    assert larger.clock[Clock.STEP] == 100
+    assert larger.x.tobytes() == whole.state.x.tobytes()
+
+
+def test_candidates_hold_every_touching_pair_and_forces_are_those_of_all_pairs():
+    # frictionless and undamped: accelerations from the definition, over all pairs, against one substep of the engine
+    k = 1e5
+    bench = cloud(law=law(k), spread=0.5).march(250)
+    x = bench.state.x[:, :200].T.copy()
+    v = bench.state.v[:, :200].T.copy()
+    bench.march(1)
+    gap = x[None] - x[:, None]
+    distance = np.linalg.norm(gap, axis=2) + np.eye(200)
+    overlap = np.maximum(2 * R - distance, 0.0) * (1 - np.eye(200))
+    force = -(k * overlap / distance)[:, :, None] * gap
+    assert (overlap > 0).sum() > 40
+    got = (bench.state.v[:, :200].T - v) / bench.dt * M
+    assert got == pytest.approx(force.sum(axis=1), abs=1e-9 * k * R)
+
+
+def test_single_precision_forces_are_those_of_double():
+    # float32 law on exact differences: overlaps to 2^-24 of a diameter or the fixed-point unit, k times that a contact
+    k = 5e5
+    single = cloud(k=k, precision="single", dt=1e-6).march(1)
+    double = cloud(k=k, precision="double", dt=1e-6).march(1)
+    unit = max(2 * R * 2.0**-24, 1.0 / single.model.scale)
+    assert (single.v - double.v) / 1e-6 * M == pytest.approx(0.0, abs=12 * 8 * k * unit)
+
+
+def test_heap_at_rest_weighs_what_it_weighs():
+    # after the fall has died away, bore, floor and rib together carry the weight; averaged over 300 substeps
+    bench = cloud(80, BOX, gravity=(0, 0, -9.81), law=law(2e4, 0.4, friction=0.5, rolling=0.02), dt=1.5e-5, velocities=np.zeros((80, 3)), spins=np.zeros((80, 3)))  # fmt: skip
+    bench.march(40000)
+    kinetic = bench.read().energy[:2].sum()
+    bench.march(1000)
+    weight = 80 * M * 9.81
+    # what still moves changes the mean force by its momentum over the time
+    moving = 2 * np.sqrt(2 * kinetic * 80 * M) / (1000 * bench.dt)
+    assert -bench.state.impulse[0, 2] / (1000 * bench.dt) == pytest.approx(weight, abs=1e-3 * weight + moving)
+    assert moving < 0.01 * weight
+
+
+def test_too_deep_overlap_stops_with_the_names_of_the_particles():
+    bench = Bench([[0, 0, 0], [2.1 * R, 0, 0], [9 * R, 0, 0]], law(1e3, stop=0.05), 1e-6, velocities=[[10, 0, 0], [-10, 0, 0], [0, 0, 0]])
+    window(*bench.charge, bench.motions, REST, 500, bench.dt, 0, 1)
+    assert bench.state.status[0] == Status.PAIR_OVERLAP
+    assert sorted(bench.state.status[1:3]) == [0, 1]
+    # 0.2 mm of gap at 20 m/s, then 5 % of the diameter: 17 to 25 substeps
+    assert 10 < bench.state.status[3] < 30
+    assert bench.state.largest_overlap[2] == pytest.approx(0.05, abs=0.02)
+
+
+def test_particle_that_leaves_is_named():
+    bench = Bench([[0, 0, 0], [0.1, 0, 0]], law(), 1e-5, velocities=[[0, 0, 0], [100, 0, 0]])
+    window(*bench.charge, bench.motions, REST, 20000, bench.dt, 0, 1)
+    assert list(bench.state.status[:2]) == [Status.OUTSIDE, 1]
