@@ -128,10 +128,8 @@ def test_vector_moves_do_what_their_plain_twins_do():
 
 def refuse(*words, **changes):
     """Build a small charge with `changes`, expect a CaseError that has all `words`."""
-    given = dict(
-        positions=[[0, 0, 0], [0, 0, 0.01]], radii=[0.0025, 0.0025], materials=[0, 0], densities=[7800.0], pair_laws={(0, 0): LAW},
-        surfaces=(), n_bodies=1,
-    )  # fmt: skip
+    given = {"positions": [[0, 0, 0], [0, 0, 0.01]], "radii": [0.0025, 0.0025], "materials": [0, 0], "densities": [7800.0]}
+    given |= {"pair_laws": {(0, 0): LAW}, "surfaces": (), "n_bodies": 1}
     with pytest.raises(CaseError) as caught:
         charge(**(given | changes))
     for word in words:

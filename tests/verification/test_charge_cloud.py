@@ -46,21 +46,22 @@ def test_isolated_cloud_keeps_momentum_and_angular_momentum(precision, epsilon):
     before, scale = bench.read().momentum.copy(), M * np.abs(bench.v).sum()
     spin_before = angular_momentum(bench)
     bench.march(400)
-    assert bench.read().contacts[0] > 20
+    assert bench.read().contacts[0] > 10
     assert bench.read().momentum == pytest.approx(before, abs=8 * epsilon * scale)
     # positions enter at mid-substep and overlaps at half: arms are exact to the fixed-point grid and float32
     assert angular_momentum(bench) == pytest.approx(spin_before, abs=40 * epsilon * scale * 0.02 + 1e-12)
 
 
-def test_energy_error_of_an_undamped_cloud_falls_with_the_square_of_the_substep():
-    # kinetic and spring energy, frictionless and undamped; order 2 gives a factor 4
-    errors = []
+def test_energy_error_of_an_undamped_cloud_is_of_second_order():
+    # a spring sampled at mid-substep is wrong by up to (w0 dt)^2/8 of the energy that goes through it, at most all that moves;
+    # frictionless, so that no tangential spring holds energy
     for part in (1, 2, 4):
         bench = cloud(60, dt=8e-6 / part, law=law(1e5), spread=0.3)
-        before = bench.read().energy.sum()
+        before = bench.read().energy[:3].sum()
         bench.march(150 * part)
-        errors.append(abs(bench.read().energy.sum() - before))
-    assert errors[2] < errors[0] / 8
+        after = bench.read()
+        assert after.contacts[0] > 5
+        assert after.energy[:3].sum() == pytest.approx(before, abs=2e5 / M * bench.dt**2 / 8 * before)
 
 
 def test_ledger_closes_to_rounding_in_kinetic_energy():
@@ -142,8 +143,9 @@ def test_single_precision_forces_are_those_of_double():
 
 
 def test_heap_at_rest_weighs_what_it_weighs():
-    # after the fall has died away, bore, floor and rib together carry the weight; averaged over 300 substeps
-    bench = cloud(80, BOX, gravity=(0, 0, -9.81), law=law(2e4, 0.4, friction=0.5, rolling=0.02), dt=1.5e-5, velocities=np.zeros((80, 3)), spins=np.zeros((80, 3)))  # fmt: skip
+    # after the fall has died away, bore, floor and rib together carry the weight; averaged over 1000 substeps
+    still = {"velocities": np.zeros((80, 3)), "spins": np.zeros((80, 3))}
+    bench = cloud(80, BOX, gravity=(0, 0, -9.81), law=law(2e4, 0.4, friction=0.5, rolling=0.02), dt=1.5e-5, **still)
     bench.march(40000)
     kinetic = bench.read().energy[:2].sum()
     bench.march(1000)

@@ -92,7 +92,7 @@ def test_two_stacked_balls_rest_at_their_static_overlaps():
 
 
 def test_two_squeezed_balls_move_as_the_two_mass_chain():
-    # MFiX DEM03: floor, ball, ball, ceiling, all springs compressed; m x1'' = k(R - x1) - k(2R - (x2 - x1)), the same for x2; integrated here
+    # MFiX DEM03: floor, ball, ball, ceiling, all springs compressed: m x1'' = k(R - x1) - k(2R - (x2 - x1)) - m g, and so on
     gap, k = 3.6 * R, 1e4
     ceiling = Surface("ceiling", SurfaceKind.PLANE, 0, 0, origin=(0, 0, gap), rotation=((1, 0, 0), (0, -1, 0), (0, 0, -1)))
     x1, x2, v1, v2 = 0.25 * gap, 0.75 * gap, 0.0, 0.0
@@ -130,7 +130,7 @@ def test_belt_takes_a_ball_along_at_two_sevenths_of_its_speed():
 
 
 def test_impulse_on_a_body_is_the_momentum_a_ball_lost_about_the_moving_mass_centre():
-    # floor carried by a body whose mass centre lies at (0.1, 0, 0): impulse J = (0, 0, -2 m v), moment (r - c) x J, to half the peak overlap
+    # floor carried by a body whose mass centre lies at (0.1, 0, 0): impulse J, moment (r - c) x J at the contact
     floor = Surface("floor", SurfaceKind.PLANE, 0, 0, origin=(-0.1, 0.0, 0.0))
     bench = Bench([0, 0.02, R + 1e-6], law(5e5, 0.0), 1e-6, [floor], velocities=[0, 0, -1.0], poses=[[0.1, 0, 0, 1, 0, 0, 0]])
     bench.motions[0, 0] = 0.1

@@ -41,6 +41,21 @@ def bulk_capacity(radius: float, floor: float, ceiling: float, boxes: Sequence =
     return LOOSE_PACKING * volume
 
 
+def _way_out(x, local, r, rotation, half, radius, floor, ceiling):
+    """Unit vector and distance [m] by which a centre inside a box leaves it: the nearest face that does not lead into a wall."""
+    ways = []
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            away = np.zeros(3)
+            away[axis] = sign
+            step = half[axis] - sign * local[axis] + r
+            end = x + rotation @ (away * step)
+            blocked = math.hypot(end[0], end[1]) + r > radius * (1.0 + 1e-9) or end[2] - r < floor or end[2] + r > ceiling
+            ways.append((blocked, step, 2 * axis + (sign > 0.0), away))
+    _, step, _, away = min(ways)
+    return away, step
+
+
 def _push_from_walls(x, r, radius, floor, ceiling, boxes) -> float:
     """Move particles that stand in a wall to its surface; returns the deepest overlap [m]."""
     out = np.hypot(x[:, 0], x[:, 1])
@@ -56,10 +71,7 @@ def _push_from_walls(x, r, radius, floor, ceiling, boxes) -> float:
         for i in np.flatnonzero(gap < r):
             away = local[i] - nearest[i]
             if gap[i] == 0.0:
-                # the centre is inside: out through the nearest face
-                axis = int(np.argmin(half - np.abs(local[i])))
-                away[axis] = math.copysign(1.0, local[i, axis])
-                step = half[axis] - abs(local[i, axis]) + r[i]
+                away, step = _way_out(x[i], local[i], r[i], rotation, half, radius, floor, ceiling)
             else:
                 away /= gap[i]
                 step = r[i] - gap[i]

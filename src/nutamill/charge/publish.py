@@ -12,7 +12,7 @@ from nutamill.kernel import kernel
 @kernel(inline="always")
 def fixed_point(distance, scale):
     """Nearest fixed-point number to `distance` [m], `scale` units in a metre [1/m]."""
-    return int(math.floor(distance * scale + 0.5))
+    return math.floor(distance * scale + 0.5)
 
 
 @kernel
