@@ -43,7 +43,9 @@ def run(case: Case, to: str | Path | None = None, progress: Callable[[Progress],
     """
     path = Path(case.result_file if to is None else to)
     watch = Watch(case, progress)
-    bed = settled_bed(case, watch.settling)
+    watch.settling(0.0)
+    bed = settled_bed(case)
+    watch.settling(1.0)
     model, state = build(case, bed)
     record_first_row(model, state)
     provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case))

@@ -6,17 +6,29 @@ or mounts, so that a sweep settles once.
 
 import hashlib
 import json
+import os
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from nutamill.build.chamber_charge import chamber_surfaces, pair_laws, particle_radii
+from nutamill.build.chamber_charge import chamber_charge, chamber_surfaces, particle_radii
 from nutamill.build.clock import run_clock
-from nutamill.build.mill_mechanism import chamber_quaternion
+from nutamill.build.mill_mechanism import chamber_quaternion, chamber_rotation
+from nutamill.build.rigid_parts import whole_chamber
+from nutamill.build.team import team_size
 from nutamill.case import Case
+from nutamill.charge.assembly import positions
+from nutamill.charge.fill import random_fill, settle
+from nutamill.charge.model import SurfaceKind
+from nutamill.frames import MOTION_SIZE
 from nutamill.kernel import cache_folder, kernel_digest
+
+STILL = 1e-6
+"""Kinetic energy per mass at which a bed is settled [J/kg]: a mean speed of 1.4 mm/s."""
+
+LONGEST = 1.0
+"""Time after which a bed that still creeps is taken as settled [s]."""
 
 
 def bed_key(case: Case) -> str:
@@ -40,26 +52,52 @@ def bed_file(case: Case) -> Path:
     return cache_folder().parent / "beds" / f"{bed_key(case)[:32]}.npy"
 
 
-def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
+def settled_bed(case: Case) -> np.ndarray | None:
     """Places of the particles [m] (n, 3) at rest in the tilted chamber at crank angle 0, in chamber axes from the nutation point.
 
     Taken from the user's cache if the same bed was settled before; None for an empty chamber.
 
-    Parameters
-    ----------
-    case : what is asked
-    progress : called now and then with the share of the settling that is done [1]
-
     Raises
     ------
     CaseError : more charge than the chamber holds
-    StepError : a bed that does not come to rest
+    StepError : an overlap beyond its limit while settling
     """
     if not case.charge.size_classes:
         return None
     file = bed_file(case)
     if file.is_file():
         return np.load(file, allow_pickle=False)
-    bed = _settle(case, progress)
+    bed = _settle(case)
     _keep(file, bed)
     return bed
+
+
+def _settle(case: Case) -> np.ndarray:
+    """Fill the chamber at random and let it lie down under gravity, at rest and tilted as at crank angle 0."""
+    chamber, mass_centre = case.chamber, whole_chamber(case.chamber).mass_centre
+    boxes = [
+        (np.asarray(surface.origin) + mass_centre, surface.rotation, surface.size)
+        for surface in chamber_surfaces(case)
+        if surface.kind == SurfaceKind.BOX
+    ]
+    radii = particle_radii(case)
+    places = random_fill(radii, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, case.run.seed)
+    rotation, quaternion = chamber_rotation(case), np.array(chamber_quaternion(case))
+    position = rotation @ mass_centre
+    substep = run_clock(case).substep
+    built = chamber_charge(case, places, position, quaternion, substep)
+    at_rest = np.zeros((1, MOTION_SIZE))
+    at_rest[0, :3], at_rest[0, 3:7] = position, quaternion
+    model, state, _, _ = settle(*built, at_rest, substep, LONGEST, STILL, team_size(case))
+    return (positions(model, state, substep) - position) @ rotation + mass_centre
+
+
+def _keep(file: Path, bed: np.ndarray) -> None:
+    """Put the bed in the cache, whole or not at all; a cache that cannot be written is no fault."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".npy", delete=False) as part:
+            np.save(part, bed, allow_pickle=False)
+        os.replace(part.name, file)
+    except OSError:
+        pass

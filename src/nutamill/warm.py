@@ -1,0 +1,101 @@
+"""Compile the kernels once, the two engines at the same time in two processes.
+
+Compiled code is kept in the user's cache folder (`nutamill.kernel`), so that this happens after an installation or a change of
+the kernels, and not again.  What is compiled depends on the kinds of arrays only, not on the mill: a ball on a turntable will do.
+"""
+
+import subprocess
+import sys
+from collections.abc import Callable
+
+import numba
+import numpy as np
+
+from nutamill.charge.assembly import charge
+from nutamill.charge.dynamics import start, window
+from nutamill.charge.model import PairLaw, Surface, SurfaceKind
+from nutamill.charge.observe import charge_reading, observe
+from nutamill.charge.team import run_team
+from nutamill.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
+from nutamill.frames import MOTION_SIZE
+from nutamill.kernel import JIT, cache_folder, kernel_digest
+from nutamill.mechanism.assembly import assemble
+from nutamill.mechanism.linear import static_equilibrium
+from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
+from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, sensor_table
+
+STEP = 1e-6
+"""Window of the ball on the turntable [s]."""
+
+
+def warm_up(tell: Callable[[str], None] | None = None) -> None:
+    """Compile all kernels of a coupled run, if this version has not been compiled here before.
+
+    Parameters
+    ----------
+    tell : told once that compiling begins, before it does
+    """
+    mark = cache_folder() / f"compiled-{kernel_digest()[:16]}-{numba.__version__}"
+    if not JIT or mark.is_file():
+        return
+    if tell is not None:
+        tell("compiling kernels, once, about half a minute")
+    charge_compiler = subprocess.Popen([sys.executable, "-c", "from nutamill.warm import march_ball; march_ball()"])
+    march_turntable()
+    charge_compiler.wait()
+    march_both()
+    mark.parent.mkdir(parents=True, exist_ok=True)
+    mark.touch()
+
+
+def turntable():
+    """A driven shaft on a bushing to the ground, with sensors: mechanism, state, scratch, sensor table."""
+    shaft = Body("shaft", 1.0, np.eye(3), (0.0, 0.0, 0.0))
+    hub = Body("hub", 1.0, np.eye(3), (0.0, 0.0, 0.0))
+    axis = (0.0, 0.0, 1.0)
+    bushing = Bushing("mount", GROUND, "hub", (0.0, 0.0, 0.0), axis, (1e5, 1e5, 1e3, 1e3))
+    bearing = Joint("bearing", JointKind.REVOLUTE, "hub", "shaft", (0.0, 0.0, 0.0), axis)
+    built = assemble([hub, shaft], [bearing], [bushing], drives=[Drive("motor", "bearing", (0.0, 1.0), (0.0, 1.0))])
+    static_equilibrium(*built)
+    sensors = sensor_table(built[0], built[1], [Sensor("motor", SensorKind.DRIVE, "motor")])
+    return *built, sensors
+
+
+def ball():
+    """A ball on the floor of a box: model, state, scratch."""
+    law = PairLaw(1e4, 0.0, 0.0, 1.0, 0.2, False, 0.3, 0.3, 0.01, 0.5, 0.9)
+    floor = Surface("floor", SurfaceKind.PLANE, 0, 0)
+    built = charge(
+        np.array([[0.0, 0.0, 0.01], [0.0, 0.0, 0.0301]]), np.full(2, 0.01), np.zeros(2, int), [1e3], {(0, 0): law}, [floor], 1
+    )
+    start(*built, STEP)
+    return built
+
+
+def plan() -> CouplingPlan:
+    """One substep to the window, one window to the row; the shaft carries the floor."""
+    return CouplingPlan(int(Scheme.STAGGERED), 1, STEP, 1, np.array([1]), 0, np.zeros(3), 0)
+
+
+def march_turntable() -> None:
+    """Compile the mechanism's march."""
+    mechanism, state, scratch, sensors = turntable()
+    rows = np.empty((1, 64 + len(column_names(sensors))))
+    march_mechanism(mechanism, state, scratch, sensors, plan(), coupling_state(1), 1, rows)
+
+
+def march_ball() -> None:
+    """Compile the charge's window and what reads it."""
+    built = ball()
+    motions = np.zeros((1, MOTION_SIZE))
+    motions[0, 3] = 1.0
+    run_team(window, (*built, motions, coupling_state(1).reference, 1, STEP), 1)
+    observe(*built, charge_reading())
+
+
+def march_both() -> None:
+    """Compile the coupled march; quick if its parts have been compiled."""
+    mechanism, state, scratch, sensors = turntable()
+    rows = np.empty((1, 128))
+    arguments = (mechanism, state, scratch, sensors, *ball(), plan(), coupling_state(1), charge_reading(), 1, rows)
+    run_team(march_coupled, arguments, 1)
