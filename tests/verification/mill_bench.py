@@ -1,0 +1,32 @@
+"""Short marches of a mill, without a file: its series by name."""
+
+import numpy as np
+
+from nutamill.advance import enter, record_first_row
+from nutamill.build.model import build
+from nutamill.case import load_case
+
+EMPTY = ["charge.kind=none", "mechanism.joint_friction=0", "mechanism.gravity=1e-9 m/s^2", "drive.ramp=20000 rpm/s"]
+"""An empty chamber without friction and (almost) without weight, soon at speed."""
+
+
+def mill(*overrides, base="numill"):
+    """The case `base`, changed by ``key=value`` texts."""
+    return load_case(base, list(overrides))
+
+
+def march_mill(case, until, bed=None):
+    """Series of `case` from rest to `until` [s]: name -> (n,)."""
+    model, state = build(case, bed)
+    record_first_row(model, state)
+    _, rows, fault = enter(model, state, round(until * case.run.series_rate))
+    if fault is not None:
+        raise fault
+    series = model.readout.series(rows, state.first_row)
+    return dict(zip(model.readout.names, series.T, strict=True))
+
+
+def whole_turns(series, speed, turns=1):
+    """The last `turns` turns of a run at steady speed [rad/s]."""
+    rows = round(turns * 2 * np.pi / speed / (series["time"][-1] - series["time"][-2]))
+    return {name: values[-rows:] for name, values in series.items()}
