@@ -1,0 +1,197 @@
+"""A run that stops and goes on is the run that never stopped; a run that fails says why and keeps what it has."""
+
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from nutamill import advance, march
+from nutamill.case import load_case
+from nutamill.errors import ResultError, StepError
+
+OVERRIDES = [
+    "mechanism.mounting=rigid",
+    "charge.mass=0.05 kg",
+    "drive.ramp=10000 rpm/s",
+    "run.until=20 ms",
+    "run.checkpoint=5 ms",
+    "run.threads=1",
+]
+
+
+@pytest.fixture
+def case():
+    """98 pellets, 20 ms, a checkpoint every 5 ms."""
+    return load_case("numill", OVERRIDES)
+
+
+@pytest.fixture(autouse=True)
+def lattice(monkeypatch):
+    """One layer of pellets on the floor in place of a settled bed, which would take longer than the run."""
+
+    def bed(case, *_):
+        n = sum(case.particle_counts)
+        rows = np.arange(10) * 0.0055 - 0.02475
+        places = np.stack(np.meshgrid(rows, rows, [-0.3235]), axis=-1).reshape(-1, 3)
+        return places[:n] if n else None
+
+    monkeypatch.setattr(march, "settled_bed", bed)
+    monkeypatch.setattr("nutamill.watch.PAUSE", 0.0)  # every entry reports
+
+
+def while_marching(act):
+    """A progress callback that calls `act` at each report of the march itself."""
+    return lambda progress: act(progress) if progress.phase in ("ramp", "steady") else None
+
+
+@pytest.fixture
+def states(monkeypatch):
+    """The states that `run` builds, for a test to meddle with."""
+    built, build = [], march.build
+
+    def keep(*args):
+        model, state = build(*args)
+        built.append(state)
+        return model, state
+
+    monkeypatch.setattr(march, "build", keep)
+    return built
+
+
+def numbers(result):
+    """All series of a result, (n_names, n_rows), and its last checkpoint as bytes."""
+    with result:
+        series = result.series
+        kept = result.checkpoint()
+        bits = {f"{part}/{name}": array.tobytes() for part, arrays in kept.groups.items() for name, array in arrays.items()}
+        return np.vstack([series["time"], *(series[name] for name in series)]), bits, result.state
+
+
+def same(one, other):
+    """Bit for bit the same series and the same last state."""
+    return np.array_equal(one[0], other[0]) and one[1] == other[1] and one[2] == other[2] == "complete"
+
+
+class Stop(Exception):
+    """Stands for a process that dies."""
+
+
+def test_run_that_is_interrupted_and_resumed_is_the_run_that_was_not(case, tmp_path):
+    whole = numbers(march.run(case, tmp_path / "whole.h5"))
+    asked = []
+
+    def interrupt(progress):
+        asked.append(progress.time)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        march.run(case, tmp_path / "parts.h5", while_marching(interrupt))
+    with march.open_result(tmp_path / "parts.h5") as parts:
+        assert parts.state == "interrupted"
+        assert 0 < parts.series.sizes["time"] < whole[0].shape[1]
+        assert parts.checkpoint().time == parts.series["time"][-1] == asked[0]
+    assert same(numbers(march.resume(tmp_path / "parts.h5")), whole)
+    assert whole[0].shape[1] == 97  # 20 ms at 4800 Hz, and the start
+
+
+def test_run_that_is_killed_goes_on_from_its_last_checkpoint(case, tmp_path, monkeypatch):
+    whole = numbers(march.run(case, tmp_path / "whole.h5"))
+    monkeypatch.setattr("nutamill.result.FIRST_PAUSE", 0.0)
+    monkeypatch.setattr("nutamill.result.COMMIT_SHARE", np.inf)
+
+    def die(progress):
+        raise Stop
+
+    with pytest.raises(Stop):
+        march.run(case, tmp_path / "killed.h5", while_marching(die))
+    with march.open_result(tmp_path / "killed.h5") as killed:
+        assert killed.state == "running"
+        assert killed.checkpoint().time == pytest.approx(5e-3, abs=1e-9)
+    assert same(numbers(march.resume(tmp_path / "killed.h5")), whole)
+
+
+def test_run_that_is_continued_beyond_its_end_is_the_longer_run(case, tmp_path):
+    whole = numbers(march.run(case, tmp_path / "whole.h5"))
+    march.run(case.with_(run__until=0.010), tmp_path / "short.h5").close()
+    assert same(numbers(march.resume(tmp_path / "short.h5", until=0.020)), whole)
+
+
+def test_series_do_not_depend_on_the_number_of_threads(case, tmp_path):
+    one, two = (numbers(march.run(case.with_(run__threads=n), tmp_path / f"{n}.h5")) for n in (1, 2))
+    assert np.array_equal(one[0], two[0])
+
+
+def test_run_of_other_kernels_is_not_continued(case, tmp_path, monkeypatch):
+    march.run(case.with_(run__until=0.005), tmp_path / "old.h5").close()
+    monkeypatch.setattr(march, "kernel_digest", lambda: "0" * 64)
+    with pytest.raises(ResultError, match="must go on with the kernels it was begun with"):
+        march.resume(tmp_path / "old.h5")
+
+
+def test_ledger_and_interface_of_a_run_close(case, tmp_path):
+    # The ledger's bound is the project's, 0.1 %, of all energy that came in.  Contact forces are of single precision: each of the
+    # 98 pellets rounds its few contacts once a substep, 2^-24 of a force; together the forces carry the weight and the swing,
+    # m (g t + v) with the crank's speed.
+    with march.run(case, tmp_path / "run.h5") as result:
+        series = result.series
+        received = np.abs(series["motor_work"]).max() + np.ptp(series["potential_energy"].values)
+        assert np.abs(series["ledger_residual"]).max() < 1e-3 * received
+        momentum = 0.05 * (9.81 * 0.020 + 2 * case.drive.speed * 0.039)
+        assert series["interface_impulse_defect"].max() < 98 * 2.0**-24 * momentum
+        assert series["wall_contacts"].max() > 50
+
+
+def failed(case, path, meddle):
+    """The message of a run that fails because `meddle` spoils it while it runs, and the series left in its file."""
+    with pytest.raises(StepError) as raised:
+        march.run(case, path, while_marching(meddle))
+    with march.open_result(path) as result:
+        assert result.state == f"failed: {raised.value}"
+        return str(raised.value), result.series
+
+
+def test_pellet_whose_place_is_no_number_stops_the_run_and_is_named(case, tmp_path, states):
+    def lose(_):
+        charge = states[-1].charge
+        charge.v[0, np.flatnonzero(charge.ids == 17)[0]] = np.nan
+
+    message, series = failed(case, tmp_path / "lost.h5", lose)
+    assert "particle 17 left the chamber, or its position is not a number" in message
+    assert "try run.dt" in message
+    assert series.sizes["time"] == 49 and np.all(np.isfinite(series["crank_pin_force_radial"]))  # 10 ms and the start
+
+
+def test_pellet_that_sinks_too_deep_into_a_wall_stops_the_run_and_is_named(case, tmp_path, states):
+    def shoot(_):
+        charge = states[-1].charge
+        charge.v[2, np.flatnonzero(charge.ids == 44)[0]] = -40.0
+
+    message, series = failed(case, tmp_path / "deep.h5", shoot)
+    assert 'particle 44 overlaps surface "floor" by 4' in message  # stopped soon after 40 %
+    assert "overlap_stop" in message
+    assert series.sizes["time"] >= 49
+
+
+def test_mechanism_that_is_no_longer_finite_stops_the_run(case, tmp_path, states):
+    def shake(_):
+        states[-1].mechanism.velocity[0, 0] = np.inf
+
+    message, _ = failed(case.with_(charge__kind="none"), tmp_path / "inf.h5", shake)
+    assert "the motion of the mechanism must be finite, it is not" in message
+
+
+def test_lists_that_grow_during_a_run_do_not_change_it(case, tmp_path, monkeypatch):
+    whole = numbers(march.run(case, tmp_path / "roomy.h5"))
+    grown, grow = [], advance.grow
+
+    def count(*charge):
+        grown.append(charge)
+        return grow(*charge)
+
+    monkeypatch.setattr(advance, "grow", count)
+    monkeypatch.setattr("nutamill.charge.assembly.PADDING", 0)
+    monkeypatch.setattr("nutamill.charge.assembly.CANDIDATES_PER_PARTICLE", 1)
+    tight = numbers(march.run(case, tmp_path / "tight.h5"))
+    assert grown
+    assert np.array_equal(tight[0], whole[0])
