@@ -1,0 +1,173 @@
+"""From a case to numbers: what is refused, and what the parts of a mill weigh, measure and share."""
+
+import math
+
+import numpy as np
+import pytest
+
+from nutamill.build.chamber_charge import chamber_surfaces
+from nutamill.build.clock import run_clock
+from nutamill.build.mill_mechanism import CHAMBER, CROSS, SHAFT, mill_mechanism
+from nutamill.build.model import bed_weight, build
+from nutamill.build.rigid_parts import RigidPart, compose, remove, rib_ring
+from nutamill.case import load_case
+from nutamill.charge.model import Status, SurfaceKind
+from nutamill.errors import CaseError
+
+
+def mill(*overrides):
+    return load_case("numill", list(overrides))
+
+
+def layer(case):
+    """Pellets 5.5 mm apart on the chamber's floor, rows of ten, layer on layer, in chamber axes from the nutation point."""
+    rows = np.arange(10) * 0.0055 - 0.02475
+    heights = -0.3235 + 0.0055 * np.arange(20)
+    places = np.stack(np.meshgrid(heights, rows, rows, indexing="ij"), axis=-1).reshape(-1, 3)[:, [1, 2, 0]]
+    return places[: sum(case.particle_counts)]
+
+
+SMALL = "charge.mass=0.05 kg"
+
+
+# ---- refusals
+
+
+def test_bed_with_pellets_in_each_other_is_refused_by_name():
+    case = mill(SMALL)
+    bed = layer(case)
+    bed[7] = bed[3] + (0.0, 0.004, 0.0)  # 1 mm of overlap in 5 mm, limit 10 %
+    with pytest.raises(CaseError, match=r"must not overlap beyond overlap_stop.*3-7 \(20 %\)"):
+        build(case, bed)
+
+
+def test_bed_that_reaches_through_the_chamber_is_refused_by_surface_and_pellet():
+    case = mill(SMALL)
+    bed = layer(case)
+    bed[5] = (0.0, 0.0, -0.33)
+    bed[6] = (0.0, 0.071, -0.30)
+    with pytest.raises(CaseError) as refused:
+        build(case, bed)
+    said = {fault.where: fault.what for fault in refused.value.faults}
+    assert set(said) == {'surface "floor"', 'surface "bore"'}
+    assert said['surface "floor"'].endswith("behind it: 5") and said['surface "bore"'].endswith("behind it: 6")
+
+
+def test_substep_too_long_for_the_contacts_is_refused_with_what_would_do():
+    # steel on steel: k = 1e-3 x 200 GPa x 5 mm / 2 = 5e5 N/m, half a pellet's mass 2.57e-4 kg: contact pi sqrt(m/k)/sqrt(1 - z^2)
+    # with z = ln 2/hypot(pi, ln 2) lasts 73 us; 10 us are 7.3 substeps
+    zeta = math.log(2) / math.hypot(math.pi, math.log(2))
+    mass = 7863.7 * math.pi * 0.005**3 / 6
+    contact = math.pi * math.sqrt(mass / 2 / 5e5) / math.sqrt(1 - zeta**2)
+    with pytest.raises(CaseError) as refused:
+        run_clock(mill(SMALL, "run.dt=10 us"))
+    said = str(refused.value)
+    assert said.startswith("run.dt = 10 us: a steel-steel contact lasts")
+    assert f"lasts {contact * 1e6:.3g} us, {contact / 10e-6:.2g} substeps; it needs 10, better 20 ({contact / 20 * 1e6:.2g} us)" in said
+    assert 'Use dt = "auto"' in said
+    run_clock(mill(SMALL, f"run.dt={contact / 10.01 * 1e6} us"))
+
+
+def test_radii_of_gyration_that_leave_the_frame_no_inertia_are_refused():
+    with pytest.raises(
+        CaseError, match=r"radii of gyration of the whole machine leave the frame moments of inertia of .* which no body has"
+    ):
+        mill_mechanism(mill("frame.gyration_yaw=10 mm"))
+
+
+# ---- the clock
+
+
+@pytest.mark.parametrize("overrides", [["charge.kind=none"], [SMALL], [SMALL, "run.window=7"], [SMALL, "run.series_rate=44100 Hz"]])
+def test_row_of_the_record_is_a_whole_number_of_windows(overrides):
+    case = mill(*overrides)
+    clock = run_clock(case)
+    assert clock.window * clock.windows_per_row == pytest.approx(1 / case.run.series_rate, rel=1e-15)
+
+
+def test_automatic_substep_is_a_twentieth_of_the_shortest_contact_or_a_little_less():
+    zeta = math.log(2) / math.hypot(math.pi, math.log(2))
+    mass = 7863.7 * math.pi * 0.005**3 / 6
+    longest = math.pi * math.sqrt(mass / 2 / 5e5) / math.sqrt(1 - zeta**2) / 20
+    clock = run_clock(mill(SMALL))
+    assert clock.substeps == 10
+    # a row of 1/4800 s is cut into whole windows: at most one window more than needed
+    needed = 1 / 4800 / (10 * longest)
+    assert longest * needed / (needed + 1) < clock.substep <= longest
+
+
+# ---- parts
+
+
+def test_part_taken_out_of_a_composed_body_leaves_the_other():
+    random = np.random.default_rng(2)
+    one, two = (RigidPart(m, random.standard_normal(3), np.diag(random.uniform(1, 2, 3))) for m in (3.0, 0.7))
+    left = remove(compose(one, two), two)
+    assert left.mass == pytest.approx(one.mass, rel=1e-14)
+    assert left.mass_centre == pytest.approx(one.mass_centre, abs=1e-14)
+    assert left.inertia == pytest.approx(one.inertia, abs=1e-13)
+
+
+def test_two_balls_on_a_rod_compose_to_the_reduced_mass_times_distance_squared():
+    part = compose(RigidPart(2.0, np.zeros(3), np.zeros((3, 3))), RigidPart(3.0, np.array([0.5, 0.0, 0.0]), np.zeros((3, 3))))
+    assert part.mass_centre == pytest.approx((0.3, 0.0, 0.0), abs=1e-15)
+    assert part.inertia == pytest.approx(np.diag([0.0, 0.3, 0.3]), abs=1e-15)  # 2 x 3/5 x 0.25
+
+
+def test_ribs_weigh_and_turn_like_a_sum_of_boxes():
+    case = mill("chamber.ribs=12")
+    total = []
+    for k in range(12):
+        angle = 2 * math.pi * k / 12
+        turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+        m, a, l = 7450 * 0.01 * 0.01 * 0.23, 0.01, 0.23
+        box = m / 12 * np.diag([a**2 + l**2, a**2 + l**2, 2 * a**2])
+        total.append(RigidPart(m, turn @ np.array([0.065, 0.0, -0.326 + 0.115]), turn @ box @ turn.T))
+    whole, ring = compose(*total), rib_ring(case.chamber)
+    assert ring.mass == pytest.approx(whole.mass, rel=1e-14)
+    assert ring.mass_centre == pytest.approx(whole.mass_centre, abs=1e-15)
+    assert ring.inertia == pytest.approx(whole.inertia, abs=1e-15)
+
+
+def test_parts_on_the_mounts_weigh_the_published_total():
+    parts = mill_mechanism(mill()).bodies
+    assert sum(body.mass for body in parts if body.name != SHAFT) == pytest.approx(84.54, rel=1e-14)
+
+
+def test_bars_add_to_the_total_and_leave_the_frame_alone():
+    bare, barred = (mill_mechanism(mill(*more)).bodies for more in ([], ["chamber.bars.mass=1.347 kg"]))
+    assert sum(b.mass for b in barred) - sum(b.mass for b in bare) == pytest.approx(1.347, rel=1e-13)
+    assert barred[0].mass == bare[0].mass and np.array_equal(barred[0].inertia, bare[0].inertia)
+
+
+# ---- charge in its chamber
+
+
+def test_surfaces_of_the_chamber_are_where_the_file_says():
+    # distances from the nutation point along the chamber axis; surfaces count from the mass centre, 240 mm below it
+    surfaces = {surface.name: surface for surface in chamber_surfaces(mill())}
+    assert set(surfaces) == {"bore", "floor", "ceiling"}
+    assert surfaces["floor"].origin == pytest.approx((0, 0, -0.326 + 0.240), abs=1e-15)
+    assert surfaces["ceiling"].origin == pytest.approx((0, 0, -0.326 + 0.228 + 0.240), abs=1e-15)
+    assert np.asarray(surfaces["ceiling"].rotation)[2, 2] == -1
+    assert surfaces["bore"].kind == SurfaceKind.CYLINDER and surfaces["bore"].size[0] == 0.070
+
+
+def test_mill_at_rest_carries_the_weight_of_its_charge():
+    # static equilibrium holds the bed as a dead weight on the chamber: the mounts carry machine and charge
+    case = mill(SMALL)
+    model, state = build(case, layer(case))
+    weight = bed_weight(case, layer(case))
+    pellets = 98 * 7863.7 * math.pi * 0.005**3 / 6
+    assert weight[2] == pytest.approx(-pellets * 9.81, rel=1e-12)
+    sag = state.mechanism.position[0, 2] - mill_mechanism(case).bodies[0].position[2]
+    # four mounts, and the coupling to the shaft on the ground, of axial stiffness 542 and 374 N/mm; tilts are of second order
+    assert sag == pytest.approx(-(84.54 + pellets) * 9.81 / (4 * 542e3 + 374e3), rel=1e-3)
+    assert state.charge.status[0] == Status.OK and model.charge.n_particles == 98
+
+
+def test_chamber_is_assembled_with_its_foot_towards_the_crank():
+    bodies = {body.name: body for body in mill_mechanism(mill()).bodies}
+    x, y, z = bodies[CHAMBER].position
+    assert (x / -z, y) == pytest.approx((0.039 / 0.366, 0.0), abs=1e-15)
+    assert tuple(bodies[CROSS].position) == (0.0, 0.0, 0.0)
