@@ -96,10 +96,10 @@ def run(
     """Run a case to a result file."""
     loaded = _load(case, overrides)
     if quick:
-        from nutamill.case.starter import quick as quickened
+        from nutamill.build.quick import banner, quick as quickened
 
         loaded = quickened(loaded)
-        typer.echo("demonstration quality: rigid mounts, short ramp, few turns; expect readings within 10 %")
+        typer.echo(banner())
     if threads is not None:
         loaded = loaded.with_("run.threads", threads)
     for warning in loaded.warnings:
@@ -107,7 +107,7 @@ def run(
     path = to or loaded.result_file
     from nutamill import march
 
-    _watched(loaded.title or loaded.name, path, lambda show: march.run(loaded, to=path, progress=show))
+    _watched(loaded.title or loaded.name, path, lambda screen: march.run(loaded, to=path, progress=screen, tell=screen.message))
 
 
 @app.command()
@@ -127,7 +127,7 @@ def resume(
             raise CaseError(Fault("--until", error.what, error.hint)) from None
     from nutamill import march
 
-    _watched(file.stem, file, lambda show: march.resume(file, until=end, progress=show))
+    _watched(file.stem, file, lambda screen: march.resume(file, until=end, progress=screen))
 
 
 @app.command()
@@ -199,7 +199,7 @@ def _load(name: str, overrides: list[str] | None) -> "Case":
     return load_case(name, overrides or [])
 
 
-def _watched(title: str, path: Path, act: Callable[[Callable[[Any], None]], "Result"]) -> None:
+def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> None:
     """Run with the live screen, then print the summary and draw the picture beside the result."""
     from nutamill.analysis import summary_lines
     from nutamill.figures import draw_run

@@ -19,12 +19,16 @@ BINS = 500
 """Columns of a drawn series: about two per printed dot of one journal column."""
 ENVELOPE, MEAN, RMS, MARK = "#A6CEE8", "#0072B2", "#D55E00", "#444444"
 
+STILL = 1e-6
+"""Acceleration below which a frame on rigid mounts stands still, round-off apart [m/s^2]."""
+
 
 def draw_run(result: Result) -> Figure:
     """Crank-pin force, driveshaft torque and frame acceleration over the run; a dashed line ends the ramp.
 
     A long series is drawn as the band between its smallest and largest value in each column of the picture, with the mean
-    over a turn (for accelerations: the root mean square over a turn) as a line.
+    over a turn (for accelerations: the root mean square over a turn) as a line.  A frame that stands still has no acceleration
+    panels.
 
     Source
     ------
@@ -32,7 +36,7 @@ def draw_run(result: Result) -> Figure:
     """
     sensor = next((name.removesuffix("_x") for name in result.series.data_vars if str(name).endswith("_acceleration_x")), None)
     panels = [("crank_pin_force_resultant", "crank-pin force"), ("driveshaft_torque", "driveshaft torque")]
-    if sensor is not None:
+    if sensor is not None and float(abs(result.series[f"{sensor}_x"]).max()) > STILL:
         panels += [(f"{sensor}_x", "horizontal acceleration"), (f"{sensor}_z", "vertical acceleration")]
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(3.386, 0.65 + 1.15 * len(panels)), layout="constrained")

@@ -28,6 +28,9 @@ KERNEL_SOURCES = ("kernel.py", "frames.py", "coupling.py", "mechanism/*.py", "ch
 JIT = not numba.config.DISABLE_JIT
 """False under ``NUMBA_DISABLE_JIT=1``: kernels are plain Python, one thread only, small cases only."""
 
+COMPILER_VERSION = numba.__version__
+"""Version of the compiler, for names of what it made."""
+
 FAST_MATH = {"nsz", "arcp", "contract", "reassoc"}
 """Rewrites that let a batch of contacts become vector code; NaN and infinity keep their meaning."""
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from nutamill.advance import bed_from_checkpoint, enter, record_first_row, restore, snapshot
 from nutamill.build.bed import settled_bed
+from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.build.model import Model, State, build
 from nutamill.build.team import team_size
@@ -19,13 +20,19 @@ from nutamill.kernel import kernel_digest
 from nutamill.provenance import run_provenance
 from nutamill.result import Recorder, Result, open_result
 from nutamill.screen import Progress
+from nutamill.warm import warm_up
 from nutamill.watch import Watch, interrupts
 
 ROWS_PER_ENTRY = 48
 """Rows recorded in one entry of the compiled march [1]: 10 ms of simulated time at the default rate."""
 
 
-def run(case: Case, to: str | Path | None = None, progress: Callable[[Progress], None] | None = None) -> Result:
+def run(
+    case: Case,
+    to: str | Path | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Result:
     """Run a case from rest to its end and return the opened result.
 
     Parameters
@@ -33,6 +40,7 @@ def run(case: Case, to: str | Path | None = None, progress: Callable[[Progress],
     case : what is asked
     to : result file, must be new; `Case.result_file` if None
     progress : called about twice a second with where the run stands
+    tell : called with a line of text when something takes time before the first step
 
     Raises
     ------
@@ -42,6 +50,10 @@ def run(case: Case, to: str | Path | None = None, progress: Callable[[Progress],
     KeyboardInterrupt : after an interrupt, with everything saved
     """
     path = Path(case.result_file if to is None else to)
+    if path.exists():
+        raise ResultError(f"{path}: must be a new file, it exists. Choose another name with --to, or continue it with `nutamill resume`.")
+    run_clock(case)  # refuses a substep that is too long before anything is compiled
+    warm_up(tell)
     watch = Watch(case, progress)
     watch.settling(0.0)
     bed = settled_bed(case)

@@ -8,7 +8,6 @@ import subprocess
 import sys
 from collections.abc import Callable
 
-import numba
 import numpy as np
 
 from nutamill.charge.assembly import charge
@@ -18,7 +17,7 @@ from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.team import run_team
 from nutamill.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
 from nutamill.frames import MOTION_SIZE
-from nutamill.kernel import JIT, cache_folder, kernel_digest
+from nutamill.kernel import COMPILER_VERSION, JIT, cache_folder, kernel_digest
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
@@ -35,7 +34,7 @@ def warm_up(tell: Callable[[str], None] | None = None) -> None:
     ----------
     tell : told once that compiling begins, before it does
     """
-    mark = cache_folder() / f"compiled-{kernel_digest()[:16]}-{numba.__version__}"
+    mark = cache_folder() / f"compiled-{kernel_digest()[:16]}-{COMPILER_VERSION}"
     if not JIT or mark.is_file():
         return
     if tell is not None:

@@ -17,7 +17,7 @@ FLOOR = {
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
-    **dict.fromkeys(("result", "build"), 6),
+    **dict.fromkeys(("result", "build", "warm"), 6),
     **dict.fromkeys(("analysis", "preflight", "watch"), 7),
     "advance": 8,
     **dict.fromkeys(("march", "figures"), 9),
@@ -26,7 +26,7 @@ FLOOR = {
 """A room imports from lower floors and from itself only."""
 
 MILL = {"machine", "materials", "units", "case"}
-ENGINES = {"kernel", "frames", "mechanism", "charge", "coupling", "build", "march"}
+ENGINES = {"kernel", "frames", "mechanism", "charge", "coupling", "build", "warm", "advance", "march"}
 NEVER = {
     "mechanism": {"charge", *MILL},
     "charge": {"mechanism", *MILL},

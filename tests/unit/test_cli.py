@@ -37,7 +37,7 @@ def engine(monkeypatch):
     """The march, replaced by a record of what it was asked."""
     asked = {}
 
-    def run(case, to=None, progress=None):
+    def run(case, to=None, progress=None, tell=None):
         asked.update(case=case, to=to)
         if "fault" in asked:
             raise asked["fault"]
@@ -99,7 +99,7 @@ def test_a_quick_run_is_rigid_and_says_that_it_is_a_demonstration(invoke, engine
     said = invoke("run", "numill", "--quick", "--to", "a.h5")
     assert engine["case"].mechanism.mounting == "rigid"
     assert str(engine["to"]) == "a.h5"
-    assert said.stdout.startswith("demonstration quality")
+    assert said.stdout.startswith("demonstration: rigid mounts")
 
 
 def test_a_run_that_fails_exits_with_1(invoke, engine):

@@ -7,7 +7,7 @@ import numpy as np
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
 from nutamill.charge.assembly import charge
-from nutamill.charge.contact_terms import damping_ratio_from_restitution
+from nutamill.charge.contact_terms import damping_ratio_from_restitution, series_stiffness
 from nutamill.charge.dynamics import start
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, RollingLaw, Surface, SurfaceKind
 from nutamill.frames import rotation_matrix
@@ -82,6 +82,12 @@ def pair_law(case: Case, first: str, second: str) -> PairLaw:
         overlap_warn=pair.overlap_warn,
         overlap_stop=pair.overlap_stop,
     )
+
+
+def pair_stiffness_of(case: Case, first: str, second: str) -> float:
+    """Normal stiffness [N/m] of two materials for the smallest particles; a wall counts with the particle's diameter."""
+    law, diameter = pair_law(case, first, second), 2 * float(particle_radii(case).min())
+    return law.stiffness_direct or series_stiffness(law.stiffness_per_diameter_a, law.stiffness_per_diameter_b, diameter, diameter)
 
 
 def damping_ratio(case: Case, pair: ContactPair) -> float:

@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from nutamill.build.chamber_charge import material_order, pair_law, particle_radii
+from nutamill.build.chamber_charge import material_order, pair_law, pair_stiffness_of, particle_radii
 from nutamill.case import Case
-from nutamill.charge.contact_terms import SUBSTEPS_PER_CONTACT, contact_time, largest_overlap, restitution_from_damping_ratio, series_stiffness
+from nutamill.charge.contact_terms import SUBSTEPS_PER_CONTACT, contact_time, largest_overlap, restitution_from_damping_ratio
 from nutamill.charge.model import PairLaw
 from nutamill.errors import CaseError, Fault
 
@@ -64,7 +64,7 @@ def _facts(case: Case, other: str, suffix: str, moving: int) -> ContactFacts:
     diameter = 2 * float(particle_radii(case).min())
     mass = case.materials[own].density * math.pi * diameter**3 / 6
     law = pair_law(case, own, other)
-    k = law.stiffness_direct or series_stiffness(law.stiffness_per_diameter_a, law.stiffness_per_diameter_b, diameter, diameter)
+    k = pair_stiffness_of(case, own, other)
     duration = contact_time(k, mass / moving, law.damping_ratio, law.tension_cut)
     overlap = largest_overlap(k, mass / moving, law.damping_ratio, crank_circle_speed(case)) / diameter
     restitution = restitution_from_damping_ratio(law.damping_ratio, law.tension_cut)

@@ -9,9 +9,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nutamill.build.mill_mechanism import CHAMBER_PIVOT, COUPLING, CRANK_PIN, DRIVE, LOAD_CELL, NUTATION_POINT
+from nutamill.build.mill_mechanism import CHAMBER_PIVOT, COUPLING, CRANK_PIN, DRIVE, FRAME_FIX, LOAD_CELL, NUTATION_POINT, SHAFT_BEARING
 from nutamill.case import Case
 from nutamill.charge.model import Ledger
+
+FRICTIONLESS = (FRAME_FIX, SHAFT_BEARING, LOAD_CELL)
+"""Joints that no case gives friction: their losses are zero and not recorded."""
 
 WRENCH = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 CONTACT_KINDS = ("normal", "tangential", "rolling")
@@ -129,6 +132,8 @@ class Readout:
         lost = {}
         for name in self._losses:
             part = name.removeprefix("loss ")
+            if part in FRICTIONLESS:
+                continue
             lost["coupling_loss" if part == COUPLING else f"{part}_loss"] = at(name)
         charge = {}
         if self._with_charge:

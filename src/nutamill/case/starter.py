@@ -1,11 +1,10 @@
 """The short case file a new case begins with: a base, and the keys people change."""
 
-import math
 import os
 from pathlib import Path
 
 from nutamill.case.library import library_file
-from nutamill.case.model import Case, load_case
+from nutamill.case.model import load_case
 from nutamill.case.write import toml_value
 from nutamill.errors import CaseError, Fault
 
@@ -72,10 +71,3 @@ def write_starter(base: str, file: Path) -> None:
         raise CaseError(Fault(str(file), "is there already and is not written over", "Take another name")) from None
     except OSError as error:
         raise CaseError(Fault(str(file), f"cannot be written: {error.strerror}")) from None
-
-
-def quick(case: Case) -> Case:
-    """The case in demonstration quality: rigid mounts, half a second of ramp, eight turns at speed."""
-    ramp_time, turns = 0.5, 8
-    until = ramp_time + turns * 2.0 * math.pi / case.drive.speed
-    return case.with_(mechanism__mounting="rigid", drive__ramp=case.drive.speed / ramp_time, run__until=until)

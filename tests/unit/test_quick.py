@@ -1,0 +1,32 @@
+"""The demonstration: what it shortens and what it keeps."""
+
+import math
+
+import pytest
+
+from nutamill.build.clock import contact_facts, run_clock
+from nutamill.build.quick import quick
+from nutamill.case import load_case
+
+
+@pytest.fixture(scope="module")
+def mill():
+    return load_case("numill")
+
+
+def test_a_demonstration_keeps_the_speed_and_makes_eight_turns_at_it(mill):
+    short = quick(mill)
+    assert short.drive.speed == mill.drive.speed
+    assert (short.run.until - short.drive.ramp_end) * short.drive.speed == pytest.approx(8 * 2 * math.pi, rel=1e-12)
+
+
+def test_a_demonstration_softens_contacts_between_particles_ninefold_and_no_other(mill):
+    (pair, wall), (soft, same) = contact_facts(mill), contact_facts(quick(mill))
+    assert soft.stiffness == pytest.approx(pair.stiffness / 9, rel=1e-12)
+    assert same.stiffness == pytest.approx(wall.stiffness, rel=1e-12)
+    # a contact lasts as sqrt(1/k), and the substep goes with it, rounded to whole windows in a row of the record
+    assert run_clock(quick(mill)).substep > 2.5 * run_clock(mill).substep
+
+
+def test_an_empty_mill_has_a_demonstration_too(mill):
+    assert quick(mill.with_("charge.kind", "none")).mechanism.mounting == "rigid"
