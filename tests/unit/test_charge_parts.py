@@ -76,7 +76,7 @@ def test_box_gives_the_distance_to_its_nearest_point(x, y, z):
     half = np.array([0.01, 0.015, 0.005])
     r = 0.0025
     centre = np.array([x, y, z])
-    overlap, *normal = surface_contact(int(SurfaceKind.BOX), x, y, z, r, half)
+    overlap, *normal = surface_contact(int(SurfaceKind.BOX), x, y, z, r, *half)
     grid = np.linspace(-1.0, 1.0, 41)
     a, b = np.meshgrid(grid, grid)
     faces = [np.stack([s * np.ones_like(a), a, b], -1).reshape(-1, 3)[:, np.roll([0, 1, 2], k)] for k in range(3) for s in (-1, 1)]
@@ -90,9 +90,9 @@ def test_box_gives_the_distance_to_its_nearest_point(x, y, z):
 
 
 def test_plane_and_cylinder_push_into_the_charge():
-    overlap, *normal = surface_contact(int(SurfaceKind.PLANE), 0.1, 0.2, 0.002, 0.0025, np.zeros(3))
+    overlap, *normal = surface_contact(int(SurfaceKind.PLANE), 0.1, 0.2, 0.002, 0.0025, 0.0, 0.0, 0.0)
     assert (overlap, normal) == (pytest.approx(0.0005), [0.0, 0.0, -1.0])
-    overlap, *normal = surface_contact(int(SurfaceKind.CYLINDER), 0.03, 0.04, 0.7, 0.0025, np.array([0.052, 0, 0]))
+    overlap, *normal = surface_contact(int(SurfaceKind.CYLINDER), 0.03, 0.04, 0.7, 0.0025, 0.052, 0.0, 0.0)
     assert overlap == pytest.approx(0.0005)
     assert normal == pytest.approx([0.6, 0.8, 0.0])
 

@@ -56,7 +56,9 @@ def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratc
                 z = model.centre[2] + float(points[i, 2]) / model.scale
                 for s in range(model.surface_kind.shape[0]):
                     law = model.law_of[state.material[i], model.surface_material[s]]
-                    overlap, _, _, _ = surface_overlap(model, scratch.placed[0, s], s, x, y, z, state.body[0, i])
+                    overlap, _, _, _ = surface_overlap(
+                        model.surface_kind, model.surface_size, scratch.placed[0], s, x, y, z, state.body[0, i]
+                    )
                     share = overlap / (2.0 * state.body[0, i])
                     if share * model.laws[law, LIMIT] > worst:
                         worst = share * model.laws[law, LIMIT]

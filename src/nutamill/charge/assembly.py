@@ -133,7 +133,9 @@ def _wall_faults(positions, radii, materials, model, surfaces, poses) -> list[Fa
     placed = np.zeros((len(surfaces), 12))
     place_surfaces(model, poses, placed)
     for s, surface in enumerate(surfaces):
-        deep = np.array([surface_overlap(model, placed[s], s, *p, r)[0] for p, r in zip(positions, radii, strict=True)])
+        deep = np.array(
+            [surface_overlap(model.surface_kind, model.surface_size, placed, s, *p, r)[0] for p, r in zip(positions, radii, strict=True)]
+        )
         excess = deep / (2.0 * radii) * model.laws[model.law_of[materials, surface.material], 9]
         bad = np.flatnonzero(excess > 1.0)
         if len(bad):

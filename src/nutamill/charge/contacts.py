@@ -21,15 +21,16 @@ def filter_pairs(points, partners, owners, local, n_listed, lo, lanes):
     full batch.  Returns the number of pairs.
     """
     chunk = local.shape[0] - 1
-    n = 0
+    n = np.uint64(0)
     first, second, found, place_second, slot_first, weight = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4], lanes[5]
     for k in range(0, n_listed, WIDTH):
         mask = touching(points, partners, local, owners, k)
         if k + WIDTH > n_listed:
             mask &= (1 << (n_listed - k)) - 1
-        for e in range(WIDTH):
-            found[n] = k + e
-            n += (mask >> e) & 1
+        bits = np.uint32(mask)
+        for e in range(np.uint32(WIDTH)):
+            found[n] = np.uint32(k) + e
+            n += np.uint64((bits >> e) & np.uint32(1))
     for q in range(n):
         k = found[q]
         i, j = owners[k], partners[k]
@@ -40,17 +41,17 @@ def filter_pairs(points, partners, owners, local, n_listed, lo, lanes):
         place_second[q] = place if inside else np.uint32(chunk)
         slot_first[q] = i + np.uint32(lo)
         weight[q] = np.uint32(2) if inside else np.uint32(1)
-    for q in range(n, n + BATCH + WIDTH):
+    for q in range(n, n + np.uint64(BATCH + WIDTH)):
         first[q] = chunk
         second[q] = lo
         found[q] = partners.shape[0] - 1
         place_second[q] = chunk
         slot_first[q] = lo
         weight[q] = 0
-    return n
+    return np.int64(n)
 
 
-@kernel
+@kernel(inline="always")
 def hold_law(columns, b, laws, law):
     """Lay the numbers of pair law `law` into lane `b`, unless they are there."""
     number = like(law, columns[0])
@@ -154,7 +155,7 @@ def touch_surface(kind, x, radius, lo, n, place, size, out):
         touch_box(x, radius, lo, n, place, size, out)
 
 
-@kernel
+@kernel(inline="always")
 def chunk_sphere(model, local, n):
     """Centre [m] (3), world, and radius [m] of a sphere about the particle centres of a chunk (fixed point, n of them)."""
     l0, l1, l2 = local[0, 0], local[0, 1], local[0, 2]
@@ -173,7 +174,7 @@ def chunk_sphere(model, local, n):
     )
 
 
-@kernel
+@kernel(inline="always")
 def find_walls(model, x, radius, local, placed, lo, n, lanes, normals, test):
     """Find all contacts of a chunk's `n` particles with surfaces.
 
@@ -183,22 +184,25 @@ def find_walls(model, x, radius, local, placed, lo, n, lanes, normals, test):
     n_surfaces = model.surface_kind.shape[0]
     c0, c1, c2, around = chunk_sphere(model, local, n)
     found = 0
+    places, slots, surfaces, memories = lanes[0], lanes[1], lanes[2], lanes[3]
+    kinds, sizes = model.surface_kind, model.surface_size
     for s in range(n_surfaces):
-        place = placed[s]
-        near, _, _, _ = surface_overlap(model, place, s, c0, c1, c2, around + model.largest_radius)
+        near, _, _, _ = surface_overlap(kinds, sizes, placed, s, c0, c1, c2, around + model.largest_radius)
         if near > 0.0:
-            touch_surface(model.surface_kind[s], x, radius, lo, n, place, model.surface_size[s], test)
+            touch_surface(kinds[s], x, radius, lo, n, placed[s], sizes[s], test)
             start = found
-            for i in range(n):
-                lanes[0, found] = i
-                found += int(test[i] > 0.0)
+            end = np.uint64(found)
+            for i in range(np.uint32(n)):
+                places[end] = i
+                end += np.uint64(test[i] > 0.0)
+            found = np.int64(end)
             kept = start
             for q in range(start, found):
-                i = lanes[0, q]
-                slot = lo + i
-                overlap, n0, n1, n2 = surface_overlap(model, place, s, x[0, slot], x[1, slot], x[2, slot], radius[slot])
+                i = places[q]
+                slot = i + np.uint32(lo)
+                overlap, n0, n1, n2 = surface_overlap(kinds, sizes, placed, s, x[0, slot], x[1, slot], x[2, slot], radius[slot])
                 if overlap > 0.0:
-                    lanes[0, kept], lanes[1, kept], lanes[2, kept], lanes[3, kept] = i, slot, s, slot * n_surfaces + s
+                    places[kept], slots[kept], surfaces[kept], memories[kept] = i, slot, s, slot * n_surfaces + s
                     normals[0, kept], normals[1, kept], normals[2, kept], normals[3, kept] = n0, n1, n2, overlap
                     kept += 1
             found = kept

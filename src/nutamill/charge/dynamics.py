@@ -9,8 +9,10 @@ where v* is the velocity predicted for the next mid-substep, so that dashpots an
 Source: D. C. Rapaport, "The Art of Molecular Dynamics Simulation", 2nd ed. 2004, section 3.5 (leapfrog).
 """
 
+import numpy as np
+
 from nutamill.charge.alarm import name_the_worst
-from nutamill.charge.columns import PEAK
+from nutamill.charge.columns import HELD, LAW, PEAK
 from nutamill.charge.contacts import filter_pairs, find_walls, pair_contacts, wall_contacts
 from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock
 from nutamill.charge.neighbours import rebuild, thread_share, turning
@@ -89,8 +91,10 @@ def integrate(model, state, lo, hi, forces, turned, point, dt, work):
     reach, scale = model.reach, model.scale
     pair_n, pair_t, wall_n, wall_t, falling = 0.0, 0.0, 0.0, 0.0, 0.0
     moved, stayed = 0, 1
-    for l in range(hi - lo):
-        i = lo + l
+    # unsigned: a signed index could count from the end, and each access would ask
+    begin = np.uint32(lo)
+    for l in range(np.uint32(hi - lo)):
+        i = begin + l
         p0, p1, p2 = float(by_pairs[l, 0]), float(by_pairs[l, 1]), float(by_pairs[l, 2])
         q0, q1, q2 = float(by_pairs[l, 4]), float(by_pairs[l, 5]), float(by_pairs[l, 6])
         f0, f1, f2 = float(by_walls[l, 0]), float(by_walls[l, 1]), float(by_walls[l, 2])
@@ -155,10 +159,10 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         for k in range(8):
             forces[0, l, k] = zero
             forces[1, l, k] = zero
-    for l in range(hi - lo):
-        for k in range(3):
-            local[l, k] = points[lo + l, k]
-        local[l, 3] = -points[lo + l, 3]
+    begin = np.uint32(lo)
+    for l in range(np.uint32(hi - lo)):
+        i = begin + l
+        local[l, 0], local[l, 1], local[l, 2], local[l, 3] = points[i, 0], points[i, 1], points[i, 2], -points[i, 3]
     found = filter_pairs(points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, lanes)
     work[0], work[1], work[2], pair_alarm = pair_contacts(
         model, points, rows, memory, state.material, found, lanes, local, scratch.columns[tid, 0], last, now, step, forces[0]
@@ -206,11 +210,11 @@ def open_window(model, state, scratch, tid):
             columns[p, k] = 1.0
         # no law held yet; a single law is laid once
         for b in range(BATCH):
-            columns[p, 40 * BATCH + b] = -1.0
+            columns[p, HELD * BATCH + b] = -1.0
             columns[p, PEAK * BATCH + b] = 0.0
     for b in range(BATCH):
         for k in range(10):
-            columns[0, (28 + k) * BATCH + b] = model.laws[0, k]
+            columns[0, (LAW + k) * BATCH + b] = model.laws[0, k]
     if tid == 0 and state.clock[DONE] == 0:
         for b in range(model.n_bodies):
             for k in range(6):

@@ -86,7 +86,14 @@ def observe_walls(model, state, placed, back, last, out):
         r = state.body[0, i]
         for s in range(n_surfaces):
             overlap, _, _, _ = surface_overlap(
-                model, placed[s], s, x[0, i] - back * v[0, i], x[1, i] - back * v[1, i], x[2, i] - back * v[2, i], r
+                model.surface_kind,
+                model.surface_size,
+                placed,
+                s,
+                x[0, i] - back * v[0, i],
+                x[1, i] - back * v[1, i],
+                x[2, i] - back * v[2, i],
+                r,
             )
             if overlap > 0.0:
                 law = model.law_of[state.material[i], model.surface_material[s]]

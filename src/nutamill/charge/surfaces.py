@@ -47,32 +47,36 @@ def box_contact(x, y, z, r, a, b, c):
     return r + gc, 0.0, 0.0, -math.copysign(1.0, z)
 
 
-@kernel
-def surface_contact(kind, x, y, z, r, size):
+@kernel(inline="always")
+def surface_contact(kind, x, y, z, r, a, b, c):
     """Overlap [m] and normal [1] (3), in surface axes, of a sphere of radius `r` at (x, y, z) [m] in surface axes.
 
-    The normal points from the particle to the surface.  `kind` is a `SurfaceKind`, `size` [m] (3,) its sizes.
+    The normal points from the particle to the surface.  `kind` is a `SurfaceKind`; a, b, c [m] are its sizes.
     """
     if kind == PLANE:
         return plane_contact(z, r)
     if kind == CYLINDER:
-        return cylinder_contact(x, y, r, size[0])
-    return box_contact(x, y, z, r, size[0], size[1], size[2])
+        return cylinder_contact(x, y, r, a)
+    return box_contact(x, y, z, r, a, b, c)
 
 
-@kernel
-def surface_overlap(model, place, s, x0, x1, x2, r):
-    """Overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with surface `s` at `place` (12,)."""
-    d0, d1, d2 = x0 - place[0], x1 - place[1], x2 - place[2]
-    a = place[3] * d0 + place[6] * d1 + place[9] * d2
-    b = place[4] * d0 + place[7] * d1 + place[10] * d2
-    c = place[5] * d0 + place[8] * d1 + place[11] * d2
-    overlap, na, nb, nc = surface_contact(model.surface_kind[s], a, b, c, r, model.surface_size[s])
+@kernel(inline="always")
+def surface_overlap(kinds, sizes, placed, s, x0, x1, x2, r):
+    """Overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with surface `s`.
+
+    `kinds` (S,) and `sizes` [m] (S, 3) of the surfaces as in `ChargeModel`, `placed` (S, 12) as from `place_surfaces`.  Inlined, with
+    whole arrays: a slice or a struct handed over in the loop over contacts costs more than the arithmetic.
+    """
+    d0, d1, d2 = x0 - placed[s, 0], x1 - placed[s, 1], x2 - placed[s, 2]
+    a = placed[s, 3] * d0 + placed[s, 6] * d1 + placed[s, 9] * d2
+    b = placed[s, 4] * d0 + placed[s, 7] * d1 + placed[s, 10] * d2
+    c = placed[s, 5] * d0 + placed[s, 8] * d1 + placed[s, 11] * d2
+    overlap, na, nb, nc = surface_contact(kinds[s], a, b, c, r, sizes[s, 0], sizes[s, 1], sizes[s, 2])
     return (
         overlap,
-        place[3] * na + place[4] * nb + place[5] * nc,
-        place[6] * na + place[7] * nb + place[8] * nc,
-        place[9] * na + place[10] * nb + place[11] * nc,
+        placed[s, 3] * na + placed[s, 4] * nb + placed[s, 5] * nc,
+        placed[s, 6] * na + placed[s, 7] * nb + placed[s, 8] * nc,
+        placed[s, 9] * na + placed[s, 10] * nb + placed[s, 11] * nc,
     )
 
 
