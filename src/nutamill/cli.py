@@ -179,18 +179,12 @@ def schema() -> None:
 
 @app.command()
 @_told
-def bench(threads: Threads = None) -> None:
-    """Measure the speed of the charge engine on this machine with a short run of the published mill."""
-    from nutamill import march
-    from nutamill.case import load_case
+def bench() -> None:
+    """Measure the speed of this version on this machine; takes about two minutes."""
+    from nutamill.bench import measure
 
-    case = load_case("numill", ["mechanism.mounting=rigid", "drive.ramp=7000 rpm/s", "run.until=0.3 s", "run.snapshots.last=1 ms"])
-    if threads is not None:
-        case = case.with_("run.threads", threads)
-    seen: list[Any] = []
-    with tempfile.TemporaryDirectory() as folder:
-        march.run(case, to=Path(folder) / "bench.h5", progress=seen.append).close()
-    typer.echo(f"{seen[-1].nanoseconds:.1f} ns per particle and step, {sum(case.particle_counts)} particles, dt {1e6 * seen[-1].dt:.2f} us")
+    for line in measure():
+        typer.echo(line)
 
 
 def _load(name: str, overrides: list[str] | None) -> "Case":

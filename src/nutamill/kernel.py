@@ -6,6 +6,8 @@ Every compiled function of the package is decorated with `kernel`.  The decorato
   Numba's own key looks at the file of the function alone: after a change of a law in one file, a loop in another file
   would go on running the old physics from the cache (`tests/contracts/test_stale_cache.py`);
 * releases the GIL, so that a team of Python threads can run the same kernel;
+* counts no references to arrays: kernels allocate nothing, and counting a slice of a shared array is an atomic operation that
+  two threads fight over;
 * obeys ``NUMBA_DISABLE_JIT=1`` (plain Python, for debugging) and ``NUMBA_BOUNDSCHECK=1``.
 
 Checked with Numba 0.61 to 0.68: `_index_key` is a private method of Numba's `FunctionCache`.
@@ -73,7 +75,7 @@ def kernel(function=None, *, fast=False, inline="never"):
     """Compile `function`: ``@kernel`` for exact arithmetic, ``@kernel(fast=True)`` for batched contact loops."""
     if function is None:
         return functools.partial(kernel, fast=fast, inline=inline)
-    options = {"nogil": True, "error_model": "numpy", "fastmath": FAST_MATH if fast else False, "inline": inline, "no_cfunc_wrapper": True}
+    options = {"nogil": True, "error_model": "numpy", "fastmath": FAST_MATH if fast else False, "inline": inline, "no_cfunc_wrapper": True, "_nrt": False}
     compiled = numba.njit(**options)(function)
     if JIT:
         compiled._cache = _SourceKeyedCache(function)

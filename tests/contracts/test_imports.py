@@ -20,7 +20,7 @@ FLOOR = {
     **dict.fromkeys(("result", "build", "warm"), 6),
     **dict.fromkeys(("analysis", "preflight", "watch"), 7),
     "advance": 8,
-    **dict.fromkeys(("march", "figures"), 9),
+    **dict.fromkeys(("march", "figures", "bench"), 9),
     "cli": 10,
 }
 """A room imports from lower floors and from itself only."""

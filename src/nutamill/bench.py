@@ -1,0 +1,113 @@
+"""The speed of this version on this machine: one developed flow, measured as ratios and medians."""
+
+import dataclasses
+import resource
+import statistics
+import subprocess
+import sys
+import time as wall
+from collections.abc import Iterator
+
+import numpy as np
+
+from nutamill.advance import enter, record_first_row
+from nutamill.build.bed import settled_bed
+from nutamill.build.model import Model, State, build
+from nutamill.build.team import usable_cores
+from nutamill.case import Case, load_case
+from nutamill.coupling import coupling_state, march_mechanism
+from nutamill.provenance import processor
+from nutamill.warm import warm_up
+
+ROWS = 48
+"""Rows of the record in one measured piece [1]: 2880 substeps."""
+
+REPEATS = 7
+"""Measured pieces of each kind [1]; the median counts."""
+
+
+def developed_case() -> Case:
+    """The published mill with its pellets at 700 rpm on rigid mounts, half a second after a fast ramp."""
+    return load_case("numill", ["mechanism.mounting=rigid", "drive.ramp=1750 rpm/s", "run.until=0.9 s"])
+
+
+def developed_flow(case: Case) -> tuple[Model, State]:
+    """March a case to its end without a file."""
+    model, state = build(case, settled_bed(case))
+    record_first_row(model, state)
+    for _ in range(round(case.run.until * case.run.series_rate / ROWS)):
+        model, _, fault = enter(model, state, ROWS)
+        if fault is not None:
+            raise fault
+    return model, state
+
+
+def on_threads(model: Model, threads: int) -> Model:
+    """The model with another number of threads."""
+    return dataclasses.replace(model, case=model.case.with_("run.threads", threads))
+
+
+def piece(model: Model, state: State) -> float:
+    """Wall time of one measured piece of a coupled march [s]."""
+    begun = wall.perf_counter()
+    enter(model, state, ROWS)
+    return wall.perf_counter() - begun
+
+
+def mechanism_step(model: Model, state: State) -> float:
+    """Wall time of one mechanism step with its share of the record [s], median."""
+    windows = ROWS * model.plan.windows_per_row
+    rows = np.empty((ROWS, model.readout.n_columns))
+    apart = state.mechanism._make(np.copy(array) for array in state.mechanism)
+    times = []
+    for _ in range(REPEATS):
+        begun = wall.perf_counter()
+        march_mechanism(model.mechanism, apart, model.mechanism_scratch, model.sensors, model.plan, coupling_state(1), windows, rows)
+        times.append((wall.perf_counter() - begun) / windows)
+    return statistics.median(times)
+
+
+def process_time(*command: str) -> float:
+    """Wall time of a Python process, median [s]."""
+    times = []
+    for _ in range(5):
+        begun = wall.perf_counter()
+        subprocess.run([sys.executable, *command], check=True, capture_output=True)
+        times.append(wall.perf_counter() - begun)
+    return statistics.median(times)
+
+
+def first_step() -> None:
+    """March the published mill through its first row, as a run does after its kernels and its bed are cached."""
+    case = load_case("numill")
+    model, state = build(case, settled_bed(case))
+    record_first_row(model, state)
+    enter(model, state, 1)
+
+
+def measure() -> Iterator[str]:
+    """Lines of the benchmark, one after another."""
+    warm_up()
+    yield f"{processor()}, {usable_cores()} cores for this process, {wall.strftime('%Y-%m-%d')}"
+    model, state = developed_flow(developed_case())
+    particles, substeps = model.charge.n_particles, ROWS * model.plan.windows_per_row * model.plan.substeps
+    mechanism = mechanism_step(model, state)
+    counts = sorted({1, min(2, usable_cores()), usable_cores()})
+    times = {count: [] for count in counts}
+    for _ in range(REPEATS):
+        for count in counts:
+            times[count].append(piece(on_threads(model, count), state))
+    yield f"developed flow at 700 rpm, {particles} pellets, {state.first_row.size} columns, substep {model.clock.substep * 1e6:.2f} us:"
+    for count in counts:
+        whole = statistics.median(times[count])
+        share = mechanism * ROWS * model.plan.windows_per_row / whole
+        ns = 1e9 * whole * (1 - share) / substeps / particles
+        yield (
+            f"  {count} thread{'s' if count > 1 else ' '}  {ns:5.1f} ns per particle and substep (charge), mechanism {100 * share:.1f} % of the time;"
+            f" scatter {100 * (max(times[count]) - min(times[count])) / whole:.0f} %"
+        )
+    yield f"  mechanism step {1e6 * mechanism:.1f} us"
+    yield f"nutamill --help {process_time('-m', 'nutamill.cli', '--help'):.2f} s"
+    yield f"second start to the first row {process_time('-c', 'from nutamill.bench import first_step; first_step()'):.2f} s"
+    peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    yield f"peak memory {peak / 1024:.0f} MB"
