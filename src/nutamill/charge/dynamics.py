@@ -155,10 +155,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     last = like((clock[STEP] - 1) & 0xFFFFFF, real)
     step = like(dt, real)
     zero = like(0.0, real)
-    for l in range(model.chunk + 1):
-        for k in range(8):
-            forces[0, l, k] = zero
-            forces[1, l, k] = zero
+    forces.reshape(forces.size)[:] = zero
     begin = np.uint32(lo)
     for l in range(np.uint32(hi - lo)):
         i = begin + l
