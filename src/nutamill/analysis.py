@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
+from nutamill.case import Case
 from nutamill.errors import ResultError
 from nutamill.result import Result
 from nutamill.units import Kind, parse
@@ -160,6 +161,37 @@ def summary_lines(result: Result) -> list[str]:
     if power.motor:
         lines.append(
             f"where the power goes: {_shares(power.sinks, power.motor)}  | closes to {100.0 * abs(power.residual / power.motor):.2f} %"
+        )
+    return lines
+
+
+LEDGER_LIMIT = 0.005
+"""Share of the motor's work in the last turn that the ledger may leave open [1]."""
+
+
+def warning_lines(result: Result) -> list[str]:
+    """What is odd about a run: overlaps beyond the case's `overlap_warn`, a ledger that does not close."""
+    case, series = Case.from_toml(result.case_text), result.series
+    lines = []
+    if "largest_pair_overlap" in series:
+        own = case.charge.material
+        walls = [case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else [])
+        wall_limit = max(case.contact.pair(own, wall).overlap_warn for wall in walls)
+        for kind, limit in (("pair", case.contact.pair(own, own).overlap_warn), ("wall", wall_limit)):
+            largest = float(series[f"largest_{kind}_overlap"].max())
+            if largest > limit:
+                lines.append(
+                    f"warning: largest {kind} overlap {100 * largest:.1f} % of the diameter, beyond overlap_warn = {100 * limit:.0f} %."
+                    " Stiffer contacts would be nearer to the solids"
+                )
+    try:
+        power = power_split(result)
+    except ResultError:
+        return lines
+    if power.motor and abs(power.residual / power.motor) > LEDGER_LIMIT:
+        lines.append(
+            f"warning: the ledger leaves {100 * abs(power.residual / power.motor):.2f} % of the motor's power open"
+            f" (limit {100 * LEDGER_LIMIT:.1f} %). Halve run.dt or run.window"
         )
     return lines
 

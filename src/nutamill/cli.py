@@ -135,12 +135,13 @@ def resume(
 def show(case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A case or a result.")], overrides: Overrides = None) -> None:
     """Print a case with every default written out, or the summary of a result."""
     if Path(case).suffix in (".h5", ".hdf5"):
-        from nutamill.analysis import summary_lines
+        from nutamill.analysis import summary_lines, warning_lines
         from nutamill.result import open_result
 
         with open_result(case) as result:
-            lines = [f"{key:16}  {value}" for key, value in {"state": result.state, **result.provenance}.items()]
-            typer.echo("\n".join([*lines, *summary_lines(result)]))
+            facts = {"state": result.state, **result.summary, **result.provenance}
+            lines = [f"{key:16}  {value}" for key, value in facts.items()]
+            typer.echo("\n".join([*summary_lines(result), *warning_lines(result), *lines]))
     else:
         typer.echo(_load(case, overrides).to_toml(), nl=False)
 
@@ -195,7 +196,7 @@ def _load(name: str, overrides: list[str] | None) -> "Case":
 
 def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> None:
     """Run with the live screen, then print the summary and draw the picture beside the result."""
-    from nutamill.analysis import summary_lines
+    from nutamill.analysis import summary_lines, warning_lines
     from nutamill.figures import draw_run
     from nutamill.screen import Screen
 
@@ -207,6 +208,8 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
         raise typer.Exit(INTERRUPTED) from None
     with result:
         typer.echo("\n".join(summary_lines(result)))
+        for warning in warning_lines(result):
+            typer.echo(warning, err=True)
         picture = path.with_suffix(".png")
         draw_run(result).savefig(picture)
     typer.echo(f"{path}   picture {picture}")

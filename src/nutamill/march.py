@@ -120,6 +120,7 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
                 if row % plan.rows_per_checkpoint == 0 or row == plan.rows or interrupted.is_set():
                     recorder.checkpoint(state.mechanism.time[0], state.arrays())
                 recorder.commit()
+    recorder.summary(run_facts(model, state))
     if fault is not None:
         recorder.state(f"failed: {fault}")
     else:
@@ -129,6 +130,17 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
         raise fault
     if row < plan.rows:
         raise KeyboardInterrupt
+
+
+def run_facts(model: Model, state: State) -> dict[str, float]:
+    """How a run stepped, for the file's summary: what its series do not say."""
+    return {
+        "substep": model.clock.substep,
+        "mechanism_step": model.clock.window,
+        "windows": int(state.coupling.windows[0]),
+        "passes": int(state.coupling.passes[0]),
+        "particles": 0 if model.charge is None else model.charge.n_particles,
+    }
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nutamill.charge import simd
-from nutamill.charge.assembly import charge
+from nutamill.charge.assembly import charge, velocities
+from nutamill.charge.dynamics import start, window
 from nutamill.charge.fill import bulk_capacity, random_fill
 from nutamill.charge.laws import friction_force, normal_force, pair_stiffness, rolling_moment, substep_share
 from nutamill.charge.model import BATCH, PairLaw, Surface, SurfaceKind
 from nutamill.charge.surfaces import surface_contact
+from nutamill.charge.team import run_team
 from nutamill.errors import CaseError
 from nutamill.kernel import JIT, kernel
 
@@ -173,3 +175,31 @@ def test_fill_reaches_nine_tenths_of_the_loose_capacity():
 def test_too_much_charge_is_refused():
     with pytest.raises(CaseError, match="loose bed"):
         random_fill(np.full(2000, 0.0025), 0.025, 0.0, 0.06)
+
+
+@pytest.mark.parametrize("overlap", [-1e-10, 0.0, 1e-12])
+@pytest.mark.parametrize("v_n", [0.0, 1e-38, -1e-38])
+def test_a_contact_at_rest_on_the_verge_of_touching_has_a_finite_force(overlap, v_n):
+    # k = 1e5 N/m: at most 1e5 * 1e-10 = 1e-5 N of spring, and no dashpot at no speed
+    single = [np.float32(x) for x in (overlap, v_n, 1e5, 0.4, 1e-3, -np.inf, 3e-6)]
+    assert abs(normal_force(*single)) <= 1.1e-5
+
+
+def test_balls_that_just_touch_at_rest_stay_at_rest():
+    # whatever the rounding of their distance: forces are at most k times the rounding of a coordinate in single precision
+    rng = np.random.default_rng(3)
+    r, k, dt = 0.0025, 5e5, 3e-6
+    first = 0.02 * np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3) + 1e-4 * rng.random((216, 3))
+    n, way = len(first), rng.normal(size=(216, 3))
+    second = first + 2.0 * r * way / np.linalg.norm(way, axis=1)[:, None]
+    law = PairLaw(k, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.1)
+    built = charge(np.concatenate([first, second]), np.full(2 * n, r), np.zeros(2 * n, int), [7800.0], {(0, 0): law}, [], 1, gravity=(0, 0, 0))
+    model, state, _ = built
+    start(*built, dt)
+    still = np.zeros((1, 19))
+    still[0, 3] = 1.0
+    run_team(window, (*built, still, np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]), 1, dt), 1)
+    # three coordinates of two balls and their two radii are each half a fixed-point unit off, and the distance is a float32
+    rounding = (math.sqrt(3.0) + 1.0) / model.scale + 2.0 * r * 2.0**-23
+    assert state.status[0] == 0
+    assert np.abs(velocities(model, state)).max() <= k * rounding * dt / state.body[1, 0]

@@ -53,9 +53,10 @@ def substep_share(overlap, v_n, dt):
     -------
     share [1], 1/2 + overlap/(abs(v_n) dt) when overlap < abs(v_n) dt, else 1
     """
-    travel = abs(v_n) * dt
-    ends = overlap < travel
-    return like(0.5, overlap) + overlap / travel if ends else like(1.0, overlap)
+    # round-off can make a touching pair's overlap negative and its speed zero; neither may divide zero by zero
+    travel = abs(v_n) * dt + like(1e-30, dt)
+    depth = overlap if overlap > like(0.0, dt) else like(0.0, dt)
+    return like(0.5, dt) + depth / travel if depth < travel else like(1.0, dt)
 
 
 @kernel(inline="always")
