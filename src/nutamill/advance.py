@@ -124,8 +124,11 @@ def failure(model: Model, state: State) -> str:
     if state.coupling.outcome[0] == CHARGE_FAILED:
         return f"{when}: {charge_fault(model, state)}"
     if state.coupling.outcome[0] == NOT_CONVERGED:
-        return f"{when}: a window must settle under its own wrench, it did not. Shorten it (run.window), or use run.coupling = \"staggered\"."
-    return f"{when}: the motion of the mechanism must be finite, it is not. Shorten the window (run.window) and look at stiffnesses and small inertias."
+        return f'{when}: a window must settle under its own wrench, it did not. Shorten it (run.window), or use run.coupling = "staggered".'
+    return (
+        f"{when}: the motion of the mechanism must be finite, it is not. Shorten the window (run.window) and look at stiffnesses"
+        " and small inertias."
+    )
 
 
 def charge_fault(model: Model, state: State) -> str:
@@ -133,7 +136,7 @@ def charge_fault(model: Model, state: State) -> str:
     kind, particle, other, _ = (int(number) for number in state.charge.status)
     share = 100 * state.charge.largest_overlap[2]
     advice = (
-        f"The charge substep is {model.clock.substep:.3g} s; try run.dt = \"auto\" or a shorter one, stiffer contacts, or, where"
+        f'The charge substep is {model.clock.substep:.3g} s; try run.dt = "auto" or a shorter one, stiffer contacts, or, where'
         " so soft a contact is meant, a larger overlap_stop of the pair"
     )
     if kind == Status.PAIR_OVERLAP:

@@ -103,8 +103,8 @@ def measure() -> Iterator[str]:
         share = mechanism * ROWS * model.plan.windows_per_row / whole
         ns = 1e9 * whole * (1 - share) / substeps / particles
         yield (
-            f"  {count} thread{'s' if count > 1 else ' '}  {ns:5.1f} ns per particle and substep (charge), mechanism {100 * share:.1f} % of the time;"
-            f" scatter {100 * (max(times[count]) - min(times[count])) / whole:.0f} %"
+            f"  {count} thread{'s' if count > 1 else ' '}  {ns:5.1f} ns per particle and substep (charge),"
+            f" mechanism {100 * share:.1f} % of the time; scatter {100 * (max(times[count]) - min(times[count])) / whole:.0f} %"
         )
     yield f"  mechanism step {1e6 * mechanism:.1f} us"
     yield f"nutamill --help {process_time('-m', 'nutamill.cli', '--help'):.2f} s"

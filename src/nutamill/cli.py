@@ -7,7 +7,6 @@ Exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted.  Heavy impor
 import functools
 import json
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,6 +19,7 @@ from nutamill.errors import CaseError, Fault, MillError
 if TYPE_CHECKING:
     from nutamill.case import Case
     from nutamill.result import Result
+    from nutamill.screen import Screen
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 info_app = typer.Typer(no_args_is_help=True, help="Say what the package knows.")
@@ -96,7 +96,8 @@ def run(
     """Run a case to a result file."""
     loaded = _load(case, overrides)
     if quick:
-        from nutamill.build.quick import banner, quick as quickened
+        from nutamill.build.quick import banner
+        from nutamill.build.quick import quick as quickened
 
         loaded = quickened(loaded)
         typer.echo(banner())

@@ -257,7 +257,22 @@ def march_coupled(
 
 @kernel
 def march_iterated(
-    mechanism, mstate, mscratch, sensors, charge, cstate, cscratch, plan, coupling, reading, mkept, ckept, n_windows, rows_out, tid, n_threads
+    mechanism,
+    mstate,
+    mscratch,
+    sensors,
+    charge,
+    cstate,
+    cscratch,
+    plan,
+    coupling,
+    reading,
+    mkept,
+    ckept,
+    n_windows,
+    rows_out,
+    tid,
+    n_threads,
 ):
     """As `march_coupled`, with each window repeated under the wrench it produced (`ITERATED`).
 

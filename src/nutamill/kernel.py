@@ -75,7 +75,14 @@ def kernel(function=None, *, fast=False, inline="never"):
     """Compile `function`: ``@kernel`` for exact arithmetic, ``@kernel(fast=True)`` for batched contact loops."""
     if function is None:
         return functools.partial(kernel, fast=fast, inline=inline)
-    options = {"nogil": True, "error_model": "numpy", "fastmath": FAST_MATH if fast else False, "inline": inline, "no_cfunc_wrapper": True, "_nrt": False}
+    options = {
+        "nogil": True,
+        "error_model": "numpy",
+        "fastmath": FAST_MATH if fast else False,
+        "inline": inline,
+        "no_cfunc_wrapper": True,
+        "_nrt": False,
+    }
     compiled = numba.njit(**options)(function)
     if JIT:
         compiled._cache = _SourceKeyedCache(function)

@@ -111,8 +111,10 @@ class Preflight:
         chamber, speed = self.case.chamber, crank_circle_speed(self.case)
         shown = [
             f"charge    {self.particles} spheres, {self.charge_mass:.4g} kg, fill {100 * self.filling:.1f} % loose"
-            f" ({1e3 * self.filling * chamber.free_volume:.2f} L, {1e3 * self.filling * chamber.height:.0f} mm of {1e3 * chamber.height:.0f} mm)",
-            f"contacts  {'pair':22} {'k normal':>10} {'duration':>9} {f'overlap at {speed:.1f} m/s':>20} {'restitution':>11} {'damping':>8} {'friction':>8}",
+            f" ({1e3 * self.filling * chamber.free_volume:.2f} L, {1e3 * self.filling * chamber.height:.0f} mm"
+            f" of {1e3 * chamber.height:.0f} mm)",
+            f"contacts  {'pair':22} {'k normal':>10} {'duration':>9} {f'overlap at {speed:.1f} m/s':>20} {'restitution':>11}"
+            f" {'damping':>8} {'friction':>8}",
         ]
         for facts in self.contacts:
             soft = "  soft" if facts.overlap > facts.law.overlap_warn else ""
@@ -129,7 +131,8 @@ class Preflight:
         shown = [f"modes     empty: {listed} Hz"]
         for crossing in self.crossings:
             shown.append(
-                f"          with charge: {crossing.frequency:.2f} Hz = {crossing.speed * 30 / np.pi:.0f} rpm (damping {100 * crossing.damping_ratio:.1f} %)"
+                f"          with charge: {crossing.frequency:.2f} Hz = {crossing.speed * 30 / np.pi:.0f} rpm"
+                f" (damping {100 * crossing.damping_ratio:.1f} %)"
                 f" is passed at t = {crossing.time:.1f} s; the largest motion comes later"
             )
         return shown

@@ -64,9 +64,7 @@ def ball():
     """A ball on the floor of a box: model, state, scratch."""
     law = PairLaw(1e4, 0.0, 0.0, 1.0, 0.2, False, 0.3, 0.3, 0.01, 0.5, 0.9)
     floor = Surface("floor", SurfaceKind.PLANE, 0, 0)
-    built = charge(
-        np.array([[0.0, 0.0, 0.01], [0.0, 0.0, 0.0301]]), np.full(2, 0.01), np.zeros(2, int), [1e3], {(0, 0): law}, [floor], 1
-    )
+    built = charge(np.array([[0.0, 0.0, 0.01], [0.0, 0.0, 0.0301]]), np.full(2, 0.01), np.zeros(2, int), [1e3], {(0, 0): law}, [floor], 1)
     start(*built, STEP)
     return built
 

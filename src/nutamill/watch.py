@@ -46,7 +46,10 @@ class Watch:
         ramp = self._case.drive.ramp_end
         phase, first, last = ("ramp", 0.0, min(ramp, until)) if time < ramp else ("steady", ramp, until)
         steps = marched / model.clock.substep * max(1, sum(self._case.particle_counts))
-        largest = {name: series[:, names.index(name)].max() if name in names else math.nan for name in ("largest_pair_overlap", "largest_wall_overlap")}
+        largest = {
+            name: series[:, names.index(name)].max() if name in names else math.nan
+            for name in ("largest_pair_overlap", "largest_wall_overlap")
+        }
         self._report(
             Progress(
                 phase=phase,

@@ -193,7 +193,9 @@ def test_balls_that_just_touch_at_rest_stay_at_rest():
     n, way = len(first), rng.normal(size=(216, 3))
     second = first + 2.0 * r * way / np.linalg.norm(way, axis=1)[:, None]
     law = PairLaw(k, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.1)
-    built = charge(np.concatenate([first, second]), np.full(2 * n, r), np.zeros(2 * n, int), [7800.0], {(0, 0): law}, [], 1, gravity=(0, 0, 0))
+    built = charge(
+        np.concatenate([first, second]), np.full(2 * n, r), np.zeros(2 * n, int), [7800.0], {(0, 0): law}, [], 1, gravity=(0, 0, 0)
+    )
     model, state, _ = built
     start(*built, dt)
     still = np.zeros((1, 19))

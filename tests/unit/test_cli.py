@@ -51,7 +51,11 @@ def engine(monkeypatch):
     monkeypatch.setitem(sys.modules, "nutamill.march", types.SimpleNamespace(run=run, resume=resume))
     monkeypatch.setattr("nutamill.march", sys.modules["nutamill.march"], raising=False)
     monkeypatch.setitem(sys.modules, "nutamill.figures", types.SimpleNamespace(draw_run=lambda result: picture))
-    monkeypatch.setitem(sys.modules, "nutamill.analysis", types.SimpleNamespace(summary_lines=lambda result: ["crank-pin force 981 N"], warning_lines=lambda result: []))
+    monkeypatch.setitem(
+        sys.modules,
+        "nutamill.analysis",
+        types.SimpleNamespace(summary_lines=lambda result: ["crank-pin force 981 N"], warning_lines=lambda result: []),
+    )
     return asked
 
 

@@ -96,7 +96,11 @@ def frame_part(case: Case) -> RigidPart:
     whole = RigidPart(mass, mass_centre, mass * np.diag([frame.gyration_rocking**2] * 2 + [frame.gyration_yaw**2]))
     left = mass - sum(part.mass for part in parts.values())
     if left <= 0:
-        raise CaseError(Fault("mechanism.total_mass", f"leaves {left:.3g} kg for the frame, which must be positive", "Give the mass of the whole machine"))
+        raise CaseError(
+            Fault(
+                "mechanism.total_mass", f"leaves {left:.3g} kg for the frame, which must be positive", "Give the mass of the whole machine"
+            )
+        )
     about_axis = remove(whole, *(_averaged_over_a_turn(part) for part in parts.values()))
     lowest = np.linalg.eigvalsh(about_axis.inertia)
     if lowest[0] <= 0 or lowest[2] > lowest[0] + lowest[1]:
@@ -151,7 +155,9 @@ def mill_mechanism(case: Case) -> MillMechanism:
             place = (x, y, -case.mounts.depth)
             bushings.append(Bushing(f"mount_{number}", GROUND, FRAME, place, Z_AXIS, *_rates(case.mounts)))
     times, speeds = case.drive.breakpoints()
-    return MillMechanism(bodies, tuple(joints), tuple(bushings), (Drive(DRIVE, DRIVESHAFT_BEARING, times, speeds),), (0.0, 0.0, -mechanism.gravity))
+    return MillMechanism(
+        bodies, tuple(joints), tuple(bushings), (Drive(DRIVE, DRIVESHAFT_BEARING, times, speeds),), (0.0, 0.0, -mechanism.gravity)
+    )
 
 
 def _rates(part: Mounts | ShaftCoupling) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -188,5 +194,6 @@ def mill_sensors(case: Case) -> list[Sensor]:
             sensors.append(Sensor(f"mount_{number}", SensorKind.BUSHING_WRENCH, f"mount_{number}"))
             sensors.append(Sensor(f"mount_{number} travel", SensorKind.BUSHING_TRAVEL, f"mount_{number}"))
     return sensors + [
-        Sensor(name, SensorKind.POINT_ACCELERATION, sensor.body, point=sensor.at, axes_body=sensor.body) for name, sensor in case.sensors.items()
+        Sensor(name, SensorKind.POINT_ACCELERATION, sensor.body, point=sensor.at, axes_body=sensor.body)
+        for name, sensor in case.sensors.items()
     ]

@@ -5,10 +5,10 @@ import math
 from nutamill.build.chamber_charge import material_order, pair_stiffness_of
 from nutamill.case import Case
 
-RAMP_TIME = 0.4
+RAMP_TIME = 0.25
 """Time from rest to full speed in a demonstration [s]."""
 
-TURNS = 8
+TURNS = 5
 """Turns at full speed in a demonstration [1]."""
 
 SOFTER = 9.0

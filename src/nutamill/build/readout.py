@@ -174,9 +174,7 @@ def _vector(name: str, column: str, at: Callable[[str], np.ndarray]) -> dict[str
     return {f"{name}_{axis}": at(f"{column}_{axis}") for axis in "xyz"}
 
 
-def _crank_force(
-    name: str, joint: str, at: Callable[[str], np.ndarray], at_first: Callable[[str], np.ndarray]
-) -> dict[str, np.ndarray]:
+def _crank_force(name: str, joint: str, at: Callable[[str], np.ndarray], at_first: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
     """Radial (towards the axis), tangential and resultant force of the crank on what it drives; raw and less the force at rest.
 
     Columns are in driveshaft axes, x from the axis to the pin. A reading zeroed at rest loses gravity's radial share, which
