@@ -102,7 +102,7 @@ class Preflight:
         total = sum(mass for name, mass in self.parts.items() if name != "intermediate_shaft")
         masses = ", ".join(f"{name.replace('_', ' ')} {mass:.2f}" for name, mass in self.parts.items())
         return [
-            f"machine   {len(self.parts)} bodies, {mounting}, {total:.2f} kg on them; loop closes to {1e6 * self.assembly_gap:.2g} um;"
+            f"machine   {len(self.parts)} bodies, {mounting}, {total:.2f} kg on them; loop closes within {max(1e6 * self.assembly_gap, 0.001):.3f} um;"
             f" nutation {np.degrees(self.nutation_angle):.2f} deg",
             f"          masses in kg: {masses}",
         ]
