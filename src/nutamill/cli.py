@@ -205,7 +205,8 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
         with Screen(title) as screen:
             result = act(screen)
     except KeyboardInterrupt:
-        typer.echo(f"interrupted, saved. Go on with: nutamill resume {path}", err=True)
+        said = f"interrupted, saved. Go on with: nutamill resume {path}" if path.exists() else "interrupted before the first step"
+        typer.echo(said, err=True)
         raise typer.Exit(INTERRUPTED) from None
     with result:
         typer.echo("\n".join(summary_lines(result)))

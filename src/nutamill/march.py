@@ -63,6 +63,7 @@ def run(
     provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case))
     recorder = Recorder.create(path, case.to_toml(), provenance, model.readout.names, case.run.series_rate)
     recorder.append(model.readout.series(state.first_row[None, :], state.first_row))
+    recorder.checkpoint(0.0, state.arrays())
     march(model, state, recorder, case.run.until, watch)
     return open_result(path)
 

@@ -112,10 +112,16 @@ def test_a_run_that_fails_exits_with_1(invoke, engine):
     assert (said.exit_code, said.stderr.splitlines()[-1]) == (1, "t=0.4 s: particle 812 overlaps. Take a smaller step.")
 
 
-def test_an_interrupted_run_says_how_to_go_on_and_exits_with_130(invoke, engine):
+@pytest.mark.parametrize(
+    ("begun", "told"), [(True, "interrupted, saved. Go on with: nutamill resume {}"), (False, "interrupted before the first step")]
+)
+def test_an_interrupted_run_says_how_to_go_on_and_exits_with_130(invoke, engine, tmp_path, begun, told):
     engine["fault"] = KeyboardInterrupt()
-    said = invoke("run", "numill", "--to", "a.h5")
-    assert (said.exit_code, said.stderr.splitlines()[-1]) == (130, "interrupted, saved. Go on with: nutamill resume a.h5")
+    file = tmp_path / "a.h5"
+    if begun:
+        file.touch()
+    said = invoke("run", "numill", "--to", str(file))
+    assert (said.exit_code, said.stderr.splitlines()[-1]) == (130, told.format(file))
 
 
 def test_resume_takes_a_new_end_with_its_unit(invoke, engine):
