@@ -23,7 +23,7 @@ def invoke(tmp_path, monkeypatch):
 class OneResult:
     """Stands for a result file."""
 
-    state, provenance = "complete", {"seed": 1}
+    state, summary, provenance = "complete", {"substep": 3e-06}, {"seed": 1}
 
     def __enter__(self):
         return self
@@ -131,9 +131,9 @@ def test_resume_takes_a_new_end_with_its_unit(invoke, engine):
     assert (wrong.exit_code, wrong.stderr) == (2, '--until: needs a unit: write "20 s" (a plain number is ambiguous)\n')
 
 
-def test_show_of_a_result_says_its_state_where_it_comes_from_and_its_means(invoke, engine, monkeypatch):
+def test_show_of_a_result_says_its_means_its_state_and_where_it_comes_from(invoke, engine, monkeypatch):
     monkeypatch.setitem(sys.modules, "nutamill.result", types.SimpleNamespace(open_result=lambda path: OneResult()))
-    assert invoke("show", "a.h5").stdout.split() == ["state", "complete", "seed", "1", "crank-pin", "force", "981", "N"]
+    assert invoke("show", "a.h5").stdout.split() == ["crank-pin", "force", "981", "N", "state", "complete", "substep", "3e-06", "seed", "1"]
 
 
 def test_info_fields_names_each_recorded_quantity_with_its_unit(invoke):
