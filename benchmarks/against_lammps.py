@@ -106,7 +106,8 @@ def main() -> None:
         for threads in (1, 2):
             ours, theirs = [], []
             for _ in range(REPEATS):
-                ours.append(1e9 * (piece(on_threads(model, threads), state) / steps - mechanism / substeps) / n)
+                model, seconds = piece(on_threads(model, threads), state)
+                ours.append(1e9 * (seconds / steps - mechanism / substeps) / n)
                 theirs.append(lammps(command, Path(folder), threads))
             a, b = statistics.median(ours), statistics.median(time for time, _ in theirs)
             ratios = statistics.median(t / o for o, (t, _) in zip(ours, theirs, strict=True))

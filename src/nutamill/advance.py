@@ -12,8 +12,8 @@ from nutamill.build.team import team_size
 from nutamill.case import Case
 from nutamill.charge.assembly import grow, positions, spins, velocities
 from nutamill.charge.model import Clock as ChargeClock
-from nutamill.charge.model import Status
 from nutamill.charge.team import run_team
+from nutamill.charge.wording import status_text
 from nutamill.coupling import (
     CHARGE_FAILED,
     LISTS_FULL,
@@ -132,16 +132,9 @@ def failure(model: Model, state: State) -> str:
 
 
 def charge_fault(model: Model, state: State) -> str:
-    """Words for the charge's status: which particles, which surface, how deep, and what to do."""
-    kind, particle, other, _ = (int(number) for number in state.charge.status)
-    share = 100 * state.charge.largest_overlap[2]
-    advice = (
-        f'The charge substep is {model.clock.substep:.3g} s; try run.dt = "auto" or a shorter one, stiffer contacts, or, where'
-        " so soft a contact is meant, a larger overlap_stop of the pair"
+    """Words for the charge's status, and what to do."""
+    said = status_text(state.charge, [surface.name for surface in chamber_surfaces(model.case)])
+    return (
+        f'{said}. The charge substep is {model.clock.substep:.3g} s; try run.dt = "auto" or a shorter one, stiffer contacts, or, where'
+        " so soft a contact is meant, a larger overlap_stop of the pair."
     )
-    if kind == Status.PAIR_OVERLAP:
-        return f"particles {particle} and {other} overlap by {share:.1f} % of the diameter, more than the pair's overlap_stop. {advice}."
-    if kind == Status.WALL_OVERLAP:
-        surface = chamber_surfaces(model.case)[other].name
-        return f'particle {particle} overlaps surface "{surface}" by {share:.1f} % of its diameter, more than overlap_stop. {advice}.'
-    return f"particle {particle} left the chamber, or its position is not a number. {advice}."

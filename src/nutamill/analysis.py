@@ -59,7 +59,7 @@ class PowerSplit(NamedTuple):
     """Mean power over the whole turns of the steady window."""
 
     motor: float
-    """Power of the motor [W]."""
+    """Power of the motor [W]; with a prescribed motion, which the charge does not slow, also what that motion supplies."""
     sinks: dict[str, float]
     """Where it goes [W], by the groups of `SINKS`."""
     residual: float
@@ -131,7 +131,13 @@ def power_split(result: Result, last: float | str = PAPER_WINDOW) -> PowerSplit:
         return float((end - first) / (turns[-1] - turns[0]))
 
     sinks = {group: sum(map(power, names)) for group, names in ledger_groups(result).items()}
-    return PowerSplit(power("motor_work"), sinks, power("ledger_residual"))
+    supplied = power("motor_work") + (power("interface_work") if _prescribed(result) else 0.0)
+    return PowerSplit(supplied, sinks, power("ledger_residual"))
+
+
+def _prescribed(result: Result) -> bool:
+    """Whether the motion was imposed on the charge."""
+    return bool(result.case_text) and Case.from_toml(result.case_text).run.coupling == "prescribed"
 
 
 def ledger_groups(result: Result) -> dict[str, list[str]]:
@@ -166,7 +172,7 @@ def summary_lines(result: Result) -> list[str]:
 
 
 LEDGER_LIMIT = 0.005
-"""Share of the motor's work in the last turn that the ledger may leave open [1]."""
+"""Share of the motor's work in the steady window that the ledger may leave open [1]."""
 
 
 def warning_lines(result: Result) -> list[str]:

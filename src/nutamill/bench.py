@@ -47,11 +47,13 @@ def on_threads(model: Model, threads: int) -> Model:
     return dataclasses.replace(model, case=model.case.with_("run.threads", threads))
 
 
-def piece(model: Model, state: State) -> float:
-    """Wall time of one measured piece of a coupled march [s]."""
+def piece(model: Model, state: State) -> tuple[Model, float]:
+    """Wall time of one measured piece of a coupled march [s], after the model, whose lists may have grown."""
     begun = wall.perf_counter()
-    enter(model, state, ROWS)
-    return wall.perf_counter() - begun
+    model, _, fault = enter(model, state, ROWS)
+    if fault is not None:
+        raise fault
+    return model, wall.perf_counter() - begun
 
 
 def mechanism_step(model: Model, state: State) -> float:
@@ -78,7 +80,7 @@ def process_time(*command: str) -> float:
 
 
 def first_step() -> None:
-    """March the published mill through its first row, as a run does after its kernels and its bed are cached."""
+    """Import, build and march the published mill through its first row, with kernels and bed cached."""
     case = load_case("numill")
     model, state = build(case, settled_bed(case))
     record_first_row(model, state)
@@ -96,7 +98,8 @@ def measure() -> Iterator[str]:
     times = {count: [] for count in counts}
     for _ in range(REPEATS):
         for count in counts:
-            times[count].append(piece(on_threads(model, count), state))
+            model, seconds = piece(on_threads(model, count), state)
+            times[count].append(seconds)
     yield f"developed flow at 700 rpm, {particles} pellets, {state.first_row.size} columns, substep {model.clock.substep * 1e6:.2f} us:"
     for count in counts:
         whole = statistics.median(times[count])

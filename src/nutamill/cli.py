@@ -29,7 +29,7 @@ INTERRUPTED = 130
 
 CaseName = Annotated[str, typer.Argument(metavar="CASE", help="A case file, or a published mill such as numill.")]
 Overrides = Annotated[list[str] | None, typer.Option("--set", "-s", metavar="KEY=VALUE", help='Change one key: -s drive.speed="500 rpm".')]
-Quick = Annotated[bool, typer.Option("--quick", help="Demonstration quality: rigid mounts, short ramp, eight turns.")]
+Quick = Annotated[bool, typer.Option("--quick", help="Demonstration: rigid mounts, short ramp, a few turns, softer contacts.")]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads of the charge.")]
 
 
@@ -80,7 +80,9 @@ def check(case: CaseName, overrides: Overrides = None) -> None:
     """Say everything that can be known before a run."""
     loaded = _load(case, overrides)
     from nutamill.preflight import preflight
+    from nutamill.warm import warm_up
 
+    warm_up(lambda text: typer.echo(text, err=True))
     typer.echo("\n".join(preflight(loaded).lines()))
 
 
@@ -128,7 +130,7 @@ def resume(
             raise CaseError(Fault("--until", error.what, error.hint)) from None
     from nutamill import march
 
-    _watched(file.stem, file, lambda screen: march.resume(file, until=end, progress=screen))
+    _watched(file.stem, file, lambda screen: march.resume(file, until=end, progress=screen, tell=screen.message))
 
 
 @app.command()
@@ -198,7 +200,7 @@ def _load(name: str, overrides: list[str] | None) -> "Case":
 def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> None:
     """Run with the live screen, then print the summary and draw the picture beside the result."""
     from nutamill.analysis import summary_lines, warning_lines
-    from nutamill.figures import draw_run
+    from nutamill.figures import draw_ledger, draw_run
     from nutamill.screen import Screen
 
     try:
@@ -214,7 +216,9 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
             typer.echo(warning, err=True)
         picture = path.with_suffix(".png")
         draw_run(result).savefig(picture)
-    typer.echo(f"{path}   picture {picture}")
+        ledger = path.with_name(f"{path.stem}-power.png")
+        draw_ledger(result).savefig(ledger)
+    typer.echo(f"{path}   pictures {picture}, {ledger}")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,8 @@ A window is one mechanism step of length ``dt`` and ``n`` charge substeps of ``d
 
 ``PRESCRIBED``  the wrench is recorded but not applied: the motion is that of the empty mill (SAIMM 2025, one-way).
 ``STAGGERED``   one pass; the drift uses the wrench of the window before.  Second order in the window.
-``ITERATED``    the window is repeated with the wrench it has just produced, until the walls' end positions agree.
+``ITERATED``    the window is repeated with the wrench it has just produced, until the carriers' mass
+                centres end at the same places.
 
 Every thread of the team runs `march_coupled` with its own `tid`; thread 0 alone touches the mechanism and the record.
 """
@@ -160,6 +161,7 @@ def take_in_impulse(mechanism, mstate, mscratch, cstate, plan, coupling):
                 mstate.wrench[plan.carriers[c], k] = given[c, k] / plan.dt
     if finish(mechanism, mstate, mscratch, plan.dt) != OK:
         coupling.outcome[0] = NOT_FINITE
+        return
     p0, p1, p2 = nutation_point(mstate, mscratch, plan)
     for c in range(plan.carriers.shape[0]):
         b = plan.carriers[c]
@@ -244,7 +246,7 @@ def march_coupled(
             note_charge_status(cstate, coupling)
             if coupling.outcome[0] == RUNNING:
                 take_in_impulse(mechanism, mstate, mscratch, cstate, plan, coupling)
-                if coupling.windows[0] % plan.windows_per_row == 0:
+                if coupling.outcome[0] == RUNNING and coupling.windows[0] % plan.windows_per_row == 0:
                     column = mechanism_row(mechanism, mstate, mscratch, sensors, rows_out[row])
                     charge_row(charge, cstate, cscratch, plan, coupling, reading, rows_out[row, column:])
         barrier(cscratch.barrier, n_threads)
@@ -306,7 +308,7 @@ def march_iterated(
         if tid == 0:
             if coupling.outcome[0] == RUNNING:
                 take_in_impulse(mechanism, mstate, mscratch, cstate, plan, coupling)
-                if coupling.windows[0] % plan.windows_per_row == 0:
+                if coupling.outcome[0] == RUNNING and coupling.windows[0] % plan.windows_per_row == 0:
                     column = mechanism_row(mechanism, mstate, mscratch, sensors, rows_out[row])
                     charge_row(charge, cstate, cscratch, plan, coupling, reading, rows_out[row, column:])
             elif coupling.outcome[0] != CHARGE_FAILED:

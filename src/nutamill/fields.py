@@ -188,7 +188,7 @@ SERIES: tuple[Field, ...] = (
         "\\Delta J",
         "N s",
         "interface impulse defect",
-        "impulse the charge gave the chamber less the impulse the mechanism received, magnitude of the sum so far",
+        "momentum the charge has gained less the impulses of its weight and of the chamber, magnitude of the sum so far",
     ),
 )
 """All series, in the order in which they stand in files and tables."""

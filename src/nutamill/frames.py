@@ -28,16 +28,6 @@ def rotate(R, a0, a1, a2):
     )
 
 
-@kernel(inline="always")
-def rotate_back(R, a0, a1, a2):
-    """``R^T a``: `a` from world axes to body axes, as a 3-tuple."""
-    return (
-        R[0, 0] * a0 + R[1, 0] * a1 + R[2, 0] * a2,
-        R[0, 1] * a0 + R[1, 1] * a1 + R[2, 1] * a2,
-        R[0, 2] * a0 + R[1, 2] * a1 + R[2, 2] * a2,
-    )
-
-
 @kernel
 def rotation_matrix(q, R_out):
     """Rotation matrix ``R_WB`` (3, 3) of the unit quaternion ``q_WB`` (4,)."""

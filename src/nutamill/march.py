@@ -4,7 +4,8 @@ The compiled march is entered for some milliseconds of simulated time at a time;
 checkpoints, tells the progress and listens for an interrupt.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.build.model import Model, State, build
 from nutamill.build.team import team_size
 from nutamill.case import Case
-from nutamill.errors import ResultError, StepError
+from nutamill.errors import CaseError, Fault, ResultError, StepError
 from nutamill.kernel import kernel_digest
 from nutamill.provenance import run_provenance
 from nutamill.result import Recorder, Result, open_result
@@ -56,7 +57,7 @@ def run(
     warm_up(tell)
     watch = Watch(case, progress)
     watch.settling(0.0)
-    bed = settled_bed(case)
+    bed = settled_bed(case, watch.settling)
     watch.settling(1.0)
     model, state = build(case, bed)
     record_first_row(model, state)
@@ -68,33 +69,45 @@ def run(
     return open_result(path)
 
 
-def resume(path: str | Path, until: float | None = None, progress: Callable[[Progress], None] | None = None) -> Result:
+def resume(
+    path: str | Path,
+    until: float | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Result:
     """Continue the run of a result file from its newest checkpoint, bit for bit as if it had never stopped.
 
     Parameters
     ----------
     path : result file
     until : simulated time at the end [s]; as the case says if None
-    progress : as for `run`
+    progress, tell : as for `run`
 
     Raises
     ------
+    CaseError : an end before the checkpoint
     ResultError : no such file, no checkpoint, or written by other kernels
     StepError, KeyboardInterrupt : as for `run`
     """
     with open_result(path) as result:
         case = Case.from_toml(result.case_text, Path(path).stem)
         kept, digest = result.checkpoint(), result.provenance["kernel_digest"]
+    end = case.run.until if until is None else until
+    if end < kept.time:
+        raise CaseError(
+            Fault("--until", f"must be later than the checkpoint at {kept.time:.6g} s, got {end:.6g} s", "The file has what came before")
+        )
     if digest != kernel_digest():
         raise ResultError(
             f"{path}: must go on with the kernels it was begun with, this version has others. Install the version named under"
             " /provenance, or run the case again."
         )
+    warm_up(tell)
     bed = bed_from_checkpoint(case, [body.name for body in mill_mechanism(case).bodies], kept.groups)
     model, state = build(case, bed)
     model = restore(model, state, kept.groups)
     recorder = Recorder.reopen(path, kept.time)
-    march(model, state, recorder, case.run.until if until is None else until, Watch(case, progress))
+    march(model, state, recorder, end, Watch(case, progress))
     return open_result(path)
 
 
@@ -106,7 +119,7 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
     plan = RecordPlan.of(model.case, until)
     row = int(state.coupling.windows[0]) // model.plan.windows_per_row
     fault: StepError | None = None
-    with interrupts() as interrupted:
+    with interrupts() as interrupted, saved_whatever_happens(recorder):
         while row < plan.rows and not interrupted.is_set() and fault is None:
             count = min(ROWS_PER_ENTRY, plan.next_stop(row) - row)
             model, rows, fault = enter(model, state, count)
@@ -118,9 +131,11 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
             if fault is None:
                 if row in plan.snapshots:
                     recorder.snapshot(state.mechanism.time[0], snapshot(model, state))
-                if row % plan.rows_per_checkpoint == 0 or row == plan.rows or interrupted.is_set():
+                if row % plan.rows_per_checkpoint == 0 or row == plan.rows:
                     recorder.checkpoint(state.mechanism.time[0], state.arrays())
                 recorder.commit()
+    if fault is None and row < plan.rows:
+        recorder.checkpoint(state.mechanism.time[0], state.arrays())
     recorder.summary(run_facts(model, state))
     if fault is not None:
         recorder.state(f"failed: {fault}")
@@ -131,6 +146,18 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
         raise fault
     if row < plan.rows:
         raise KeyboardInterrupt
+
+
+@contextmanager
+def saved_whatever_happens(recorder: Recorder) -> Iterator[None]:
+    """Commit what has been recorded when something unforeseen ends a march: a callback that raises, a terminal that is gone."""
+    try:
+        yield
+    except Exception as trouble:
+        recorder.state(f"failed: {trouble}")
+        with suppress(ResultError):  # a full disk: the file is as the last commit left it
+            recorder.close()
+        raise
 
 
 def run_facts(model: Model, state: State) -> dict[str, float]:

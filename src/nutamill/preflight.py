@@ -9,12 +9,10 @@ from nutamill.build.clock import Clock, ContactFacts, contact_facts, crank_circl
 from nutamill.build.mill_mechanism import mill_mechanism, nutation_angle
 from nutamill.build.team import team_size
 from nutamill.case import Case
+from nutamill.case.checks import LOOSE_PACKING
 from nutamill.fields import expand
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import modes, static_equilibrium
-
-LOOSE_PACKING = 0.58
-"""Solids fraction of a poured bed of equal spheres [1]."""
 
 NANOSECONDS = 60.0
 """Wall time per particle and substep on one thread that forecasts count with [ns]; docs/speed.md has measured ones."""
@@ -102,8 +100,8 @@ class Preflight:
         total = sum(mass for name, mass in self.parts.items() if name != "intermediate_shaft")
         masses = ", ".join(f"{name.replace('_', ' ')} {mass:.2f}" for name, mass in self.parts.items())
         return [
-            f"machine   {len(self.parts)} bodies, {mounting}, {total:.2f} kg on them; loop closes within {max(1e6 * self.assembly_gap, 0.001):.3f} um;"
-            f" nutation {np.degrees(self.nutation_angle):.2f} deg",
+            f"machine   {len(self.parts)} bodies, {mounting}, {total:.2f} kg in all;"
+            f" loop closes within {max(1e6 * self.assembly_gap, 0.001):.3f} um; nutation {np.degrees(self.nutation_angle):.2f} deg",
             f"          masses in kg: {masses}",
         ]
 
@@ -128,10 +126,11 @@ class Preflight:
         if not self.empty_modes:
             return []
         listed = ", ".join(f"{frequency:.2f}" for frequency, _ in self.empty_modes)
+        loaded = "with charge" if self.particles else "as it is"
         shown = [f"modes     empty: {listed} Hz"]
         for crossing in self.crossings:
             shown.append(
-                f"          with charge: {crossing.frequency:.2f} Hz = {crossing.speed * 30 / np.pi:.0f} rpm"
+                f"          {loaded}: {crossing.frequency:.2f} Hz = {crossing.speed * 30 / np.pi:.0f} rpm"
                 f" (damping {100 * crossing.damping_ratio:.1f} %)"
                 f" is passed at t = {crossing.time:.1f} s; the largest motion comes later"
             )

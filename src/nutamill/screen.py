@@ -15,7 +15,7 @@ LINE_PAUSE = 10.0
 """Wall time between two plain lines [s]."""
 REFRESH = 4
 """Redraws of the live table per second [1/s]."""
-COMPILING = "compiling kernels, once, about 20 s"
+COMPILING = "compiling kernels, once for this version, about 40 s"
 
 
 class Progress(NamedTuple):

@@ -22,13 +22,14 @@ from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
 from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, sensor_table
+from nutamill.screen import COMPILING
 
 STEP = 1e-6
 """Window of the ball on the turntable [s]."""
 
 
 def warm_up(tell: Callable[[str], None] | None = None) -> None:
-    """Compile all kernels of a coupled run, if this version has not been compiled here before.
+    """Compile the kernels of an empty and of a staggered run, if this version has not been compiled here before.
 
     Parameters
     ----------
@@ -38,7 +39,7 @@ def warm_up(tell: Callable[[str], None] | None = None) -> None:
     if not JIT or mark.is_file():
         return
     if tell is not None:
-        tell("compiling kernels, once, about half a minute")
+        tell(COMPILING)
     charge_compiler = subprocess.Popen([sys.executable, "-c", "from nutamill.warm import march_ball; march_ball()"])
     march_turntable()
     charge_compiler.wait()

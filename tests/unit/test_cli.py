@@ -43,14 +43,17 @@ def engine(monkeypatch):
             raise asked["fault"]
         return OneResult()
 
-    def resume(path, until=None, progress=None):
+    def resume(path, until=None, progress=None, tell=None):
         asked.update(path=path, until=until)
         return OneResult()
 
     picture = types.SimpleNamespace(savefig=lambda path: asked.update(picture=path))
+    power = types.SimpleNamespace(savefig=lambda path: asked.update(power=path))
     monkeypatch.setitem(sys.modules, "nutamill.march", types.SimpleNamespace(run=run, resume=resume))
     monkeypatch.setattr("nutamill.march", sys.modules["nutamill.march"], raising=False)
-    monkeypatch.setitem(sys.modules, "nutamill.figures", types.SimpleNamespace(draw_run=lambda result: picture))
+    monkeypatch.setitem(
+        sys.modules, "nutamill.figures", types.SimpleNamespace(draw_run=lambda result: picture, draw_ledger=lambda result: power)
+    )
     monkeypatch.setitem(
         sys.modules,
         "nutamill.analysis",

@@ -8,11 +8,13 @@ import hashlib
 import json
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from nutamill.build.chamber_charge import chamber_charge, chamber_surfaces, particle_radii
+from nutamill import __version__
+from nutamill.build.chamber_charge import chamber_charge, particle_radii, rib_inside
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import chamber_quaternion, chamber_rotation
 from nutamill.build.rigid_parts import whole_chamber
@@ -20,7 +22,6 @@ from nutamill.build.team import team_size
 from nutamill.case import Case
 from nutamill.charge.assembly import positions
 from nutamill.charge.fill import random_fill, settle
-from nutamill.charge.model import SurfaceKind
 from nutamill.frames import MOTION_SIZE
 from nutamill.kernel import cache_folder, kernel_digest
 
@@ -43,6 +44,7 @@ def bed_key(case: Case) -> str:
         "tilt": chamber_quaternion(case),
         "gravity": case.mechanism.gravity,
         "kernels": kernel_digest(),
+        "version": __version__,
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -52,10 +54,14 @@ def bed_file(case: Case) -> Path:
     return cache_folder().parent / "beds" / f"{bed_key(case)[:32]}.npy"
 
 
-def settled_bed(case: Case) -> np.ndarray | None:
+def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
     """Places of the particles [m] (n, 3) at rest in the tilted chamber at crank angle 0, in chamber axes from the nutation point.
 
     Taken from the user's cache if the same bed was settled before; None for an empty chamber.
+
+    Parameters
+    ----------
+    progress : called while settling with the share of the time it may take at most [1]
 
     Raises
     ------
@@ -67,19 +73,15 @@ def settled_bed(case: Case) -> np.ndarray | None:
     file = bed_file(case)
     if file.is_file():
         return np.load(file, allow_pickle=False)
-    bed = _settle(case)
+    bed = _settle(case, progress)
     _keep(file, bed)
     return bed
 
 
-def _settle(case: Case) -> np.ndarray:
+def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
     """Fill the chamber at random and let it lie down under gravity, at rest and tilted as at crank angle 0."""
     chamber, mass_centre = case.chamber, whole_chamber(case.chamber).mass_centre
-    boxes = [
-        (np.asarray(surface.origin) + mass_centre, surface.rotation, surface.size)
-        for surface in chamber_surfaces(case)
-        if surface.kind == SurfaceKind.BOX
-    ]
+    boxes = [rib_inside(case, number) for number in range(chamber.ribs)]
     radii = particle_radii(case)
     places = random_fill(radii, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, case.run.seed)
     rotation, quaternion = chamber_rotation(case), np.array(chamber_quaternion(case))
@@ -88,7 +90,7 @@ def _settle(case: Case) -> np.ndarray:
     built = chamber_charge(case, places, position, quaternion, substep)
     at_rest = np.zeros((1, MOTION_SIZE))
     at_rest[0, :3], at_rest[0, 3:7] = position, quaternion
-    model, state, _, _ = settle(*built, at_rest, substep, LONGEST, STILL, team_size(case))
+    model, state, _, _ = settle(*built, at_rest, substep, LONGEST, STILL, team_size(case), progress)
     return (positions(model, state, substep) - position) @ rotation + mass_centre
 
 

@@ -48,14 +48,29 @@ def chamber_surfaces(case: Case) -> list[Surface]:
 def _rib_surface(case: Case, number: int, floor: np.ndarray) -> Surface:
     """Rib `number` as a box; it reaches as far into the wall and the floor as into the charge, so that no gap is left."""
     chamber, rib = case.chamber, case.chamber.rib
-    angle = 2 * math.pi * number / chamber.ribs
-    c, s = math.cos(angle), math.sin(angle)
-    rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    rotation = rib_rotation(case, number)
     height = min(rib.length, chamber.height)
     centre = floor + rotation @ np.array([chamber.inner_diameter / 2, 0.0, (height - rib.depth) / 2])
     size = (rib.depth, rib.width / 2, (height + rib.depth) / 2)
     material = material_order(case).index(rib.material)
     return Surface(f"rib {number + 1}", SurfaceKind.BOX, CHAMBER_CARRIER, material, centre, rotation, size)
+
+
+def rib_inside(case: Case, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The part of rib `number` that stands inside the bore: centre [m] (3,), rotation (3, 3) and half sizes [m] (3,), in chamber
+    axes from the nutation point."""
+    chamber, rib = case.chamber, case.chamber.rib
+    height = min(rib.length, chamber.height)
+    rotation = rib_rotation(case, number)
+    centre = rotation @ np.array([chamber.inner_diameter / 2 - rib.depth / 2, 0.0, height / 2 - chamber.floor_depth])
+    return centre, rotation, np.array([rib.depth, rib.width, height]) / 2
+
+
+def rib_rotation(case: Case, number: int) -> np.ndarray:
+    """Rotation (3, 3) that turns the chamber's x axis to rib `number`."""
+    angle = 2 * math.pi * number / case.chamber.ribs
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def pair_laws(case: Case) -> dict[tuple[int, int], PairLaw]:

@@ -193,7 +193,9 @@ def mill_sensors(case: Case) -> list[Sensor]:
         for number in range(1, case.mounts.count + 1):
             sensors.append(Sensor(f"mount_{number}", SensorKind.BUSHING_WRENCH, f"mount_{number}"))
             sensors.append(Sensor(f"mount_{number} travel", SensorKind.BUSHING_TRAVEL, f"mount_{number}"))
+    tilted = chamber_rotation(case)
+    places = {name: tilted @ sensor.at if sensor.body in (CHAMBER, CROSS) else sensor.at for name, sensor in case.sensors.items()}
     return sensors + [
-        Sensor(name, SensorKind.POINT_ACCELERATION, sensor.body, point=sensor.at, axes_body=sensor.body)
+        Sensor(name, SensorKind.POINT_ACCELERATION, sensor.body, point=tuple(places[name]), axes_body=sensor.body)
         for name, sensor in case.sensors.items()
     ]

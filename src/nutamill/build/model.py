@@ -84,13 +84,13 @@ def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
     chamber, cross = bodies.index(CHAMBER), bodies.index(CROSS)
     sensors = sensor_table(mechanism, mstate, mill_sensors(case))
     weight = None
-    if bed is not None:
+    if bed is not None and plan_scheme(case) != Scheme.PRESCRIBED:
         weight = np.zeros_like(mstate.wrench)
         weight[chamber] = bed_weight(case, bed)
     static_equilibrium(mechanism, mstate, mscratch, wrench=weight)
     clock = run_clock(case)
     plan = CouplingPlan(
-        int(Scheme[case.run.coupling.upper()]),
+        int(plan_scheme(case)),
         clock.substeps,
         clock.window,
         clock.windows_per_row,
@@ -107,6 +107,11 @@ def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
     )
     model = Model(case, clock, mechanism, mscratch, sensors, charge, cscratch, charge_reading(), plan, readout)
     return model, State(mstate, cstate, coupling_state(len(plan.carriers)), np.zeros(readout.n_columns))
+
+
+def plan_scheme(case: Case) -> Scheme:
+    """How charge and mechanism act on each other, as the case says."""
+    return Scheme[case.run.coupling.upper()]
 
 
 def bed_weight(case: Case, bed: np.ndarray) -> np.ndarray:

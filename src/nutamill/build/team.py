@@ -4,14 +4,15 @@ import os
 from pathlib import Path
 
 from nutamill.case import Case
+from nutamill.charge.team import MOST_THREADS
 from nutamill.kernel import JIT
 
 
 def team_size(case: Case) -> int:
-    """Threads of the charge: as the case says, or the cores this process may use."""
+    """Threads of the charge: as the case says, or the cores this process may use; never more than there is work space for."""
     if not JIT:
         return 1
-    return usable_cores() if case.run.threads == "auto" else int(case.run.threads)
+    return min(MOST_THREADS, usable_cores() if case.run.threads == "auto" else int(case.run.threads))
 
 
 def usable_cores() -> int:

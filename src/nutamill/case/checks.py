@@ -72,7 +72,7 @@ def _geometry(case: "Case") -> list[Finding]:
         found.append((("chamber", "height"), what, "The ceiling has to lie below the nutation point"))
     if frame_mass(case) <= 0.0:
         parts = mechanism.total_mass - frame_mass(case)
-        names = "chamber, carriage, driveshaft, bearing cross and intermediate shaft"
+        names = "chamber, carriage, driveshaft and bearing cross"
         what = f"must exceed the {parts:.4g} kg of {names}, got {mechanism.total_mass:g} kg"
         found.append((("mechanism", "total_mass"), what, "The frame takes what the other parts leave"))
     return found

@@ -1,7 +1,6 @@
 """From descriptions of particles, surfaces and laws to the arrays of a charge; all checks of input are here."""
 
 import math
-import os
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -20,6 +19,7 @@ from nutamill.charge.model import (
     Surface,
 )
 from nutamill.charge.surfaces import place_surfaces, surface_overlap
+from nutamill.charge.team import MOST_THREADS
 from nutamill.errors import CaseError, Fault
 
 SMALL_CHUNK, LARGE_CHUNK, MANY = 64, 256, 10_000
@@ -312,7 +312,7 @@ def _scratch(model, state) -> ChargeScratch:
     bits = 1
     while bits < 7 and 8 ** (bits - 1) < model.n_particles:
         bits += 1
-    threads = max(4, os.cpu_count() or 1)
+    threads = MOST_THREADS
     lanes = max(capacity, n_surfaces * chunk) + 2 * BATCH
     return ChargeScratch(
         counts=np.zeros(8**bits + 2, np.int32),

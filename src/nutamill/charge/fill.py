@@ -17,6 +17,7 @@ from nutamill.charge.dynamics import window
 from nutamill.charge.model import Clock, Status
 from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.team import run_team
+from nutamill.charge.wording import status_text
 from nutamill.errors import CaseError, Fault, StepError
 
 LOOSE_PACKING = 0.58
@@ -134,7 +135,7 @@ def random_fill(
     raise CaseError(Fault("charge", f"no random packing found in {SWEEPS} sweeps", "Take less charge or a larger chamber"))
 
 
-def settle(model, state, scratch, motions, dt: float, longest: float = 1.0, still: float = 1e-9, n_threads: int = 1):
+def settle(model, state, scratch, motions, dt: float, longest: float = 1.0, still: float = 1e-9, n_threads: int = 1, progress=None):
     """March a started charge in a chamber at rest until it lies still.
 
     Parameters
@@ -145,6 +146,7 @@ def settle(model, state, scratch, motions, dt: float, longest: float = 1.0, stil
     longest : give up after this time [s]
     still : kinetic energy per mass [J/kg] that counts as still; 1e-9 is a mean speed of 0.04 mm/s
     n_threads : size of the team
+    progress : called with the share of `longest` that has passed [1]
 
     Returns
     -------
@@ -168,9 +170,11 @@ def settle(model, state, scratch, motions, dt: float, longest: float = 1.0, stil
             if again:
                 continue
         if state.status[0] != Status.OK:
-            code, a, b, step = (int(s) for s in state.status)
-            raise StepError(f"t={(step - start_step) * dt:.4f} s of settling: {Status(code).name.lower()} of particle {a} with {b}")
+            step = int(state.status[3]) - start_step
+            raise StepError(f"t = {step * dt:.4f} s of settling: {status_text(state)}. Shorten the substep or stiffen the contacts.")
         elapsed = (int(state.clock[Clock.STEP]) - start_step) * dt
+        if progress is not None:
+            progress(elapsed / longest)
         observe(model, state, scratch, reading)
         if elapsed > 0.02 and reading.energy[0] + reading.energy[1] < still * mass:
             break

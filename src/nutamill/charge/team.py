@@ -5,6 +5,7 @@ microseconds, and then gives its core away: a barrier that only spins collapses 
 Numba has no atomic operations on arrays, so three of them are written as LLVM instructions here.
 """
 
+import os
 import platform
 import sys
 import threading
@@ -16,6 +17,9 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from nutamill.kernel import JIT, kernel
+
+MOST_THREADS = max(4, os.cpu_count() or 1)
+"""Largest team there is work space for [1]."""
 
 SPINS = 4000
 """Turns of the spin before a waiting thread yields its core [1]."""
