@@ -5,13 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from nutamill.build.chamber_charge import chamber_surfaces
+from nutamill.build.chamber_charge import chamber_surfaces, rib_inside
 from nutamill.build.clock import run_clock
-from nutamill.build.mill_mechanism import CHAMBER, CROSS, SHAFT, mill_mechanism
+from nutamill.build.mill_mechanism import CHAMBER, CROSS, SHAFT, mill_mechanism, mill_sensors
 from nutamill.build.model import bed_weight, build
 from nutamill.build.rigid_parts import RigidPart, compose, remove, rib_ring
+from nutamill.build.team import team_size
 from nutamill.case import load_case
+from nutamill.charge.fill import LOOSE_PACKING, bulk_capacity
 from nutamill.charge.model import Status, SurfaceKind
+from nutamill.charge.team import MOST_THREADS
 from nutamill.errors import CaseError
 
 
@@ -171,3 +174,22 @@ def test_chamber_is_assembled_with_its_foot_towards_the_crank():
     x, y, z = bodies[CHAMBER].position
     assert (x / -z, y) == pytest.approx((0.039 / 0.366, 0.0), abs=1e-15)
     assert tuple(bodies[CROSS].position) == (0.0, 0.0, 0.0)
+
+
+def test_a_sensor_on_the_chamber_sits_where_the_chamber_axes_say():
+    # 326 mm down the chamber's axis lies the middle of the floor: R_WC (0, 0, -0.326), the axis tilted by atan(39/366) towards +x
+    case = mill("sensors={ floor = { body = 'chamber', at = ['0 mm', '0 mm', '-326 mm'] } }")
+    tilt = math.atan2(0.039, 0.366)
+    (sensor,) = [sensor for sensor in mill_sensors(case) if sensor.name == "floor"]
+    assert sensor.point == pytest.approx((0.326 * math.sin(tilt), 0.0, -0.326 * math.cos(tilt)), abs=1e-15)
+
+
+def test_ribs_leave_the_fill_the_room_that_the_check_of_a_case_counts_with():
+    case = mill("chamber.ribs=12")
+    boxes = [rib_inside(case, number) for number in range(12)]
+    free = bulk_capacity(0.07, -0.326, -0.098, boxes) / LOOSE_PACKING
+    assert free == pytest.approx(case.chamber.free_volume, rel=1e-12)
+
+
+def test_a_team_is_never_larger_than_its_work_space():
+    assert team_size(mill("run.threads=64")) <= MOST_THREADS

@@ -8,7 +8,7 @@ import pytest
 
 from nutamill import advance, march
 from nutamill.case import load_case
-from nutamill.errors import ResultError, StepError
+from nutamill.errors import CaseError, ResultError, StepError
 
 OVERRIDES = [
     "mechanism.mounting=rigid",
@@ -73,8 +73,8 @@ def same(one, other):
     return np.array_equal(one[0], other[0]) and one[1] == other[1] and one[2] == other[2] == "complete"
 
 
-class Stop(Exception):
-    """Stands for a process that dies."""
+class Stop(BaseException):
+    """Stands for a process that dies: no handler of exceptions sees it."""
 
 
 def test_run_that_is_interrupted_and_resumed_is_the_run_that_was_not(case, tmp_path):
@@ -109,6 +109,31 @@ def test_run_that_is_killed_goes_on_from_its_last_checkpoint(case, tmp_path, mon
         assert killed.state == "running"
         assert killed.checkpoint().time == pytest.approx(5e-3, abs=1e-9)
     assert same(numbers(march.resume(tmp_path / "killed.h5")), whole)
+
+
+def test_run_whose_callback_raises_keeps_what_it_has_recorded(case, tmp_path):
+    def trip(progress):
+        raise ValueError("the screen is gone")
+
+    with pytest.raises(ValueError, match="the screen is gone"):
+        march.run(case, tmp_path / "a.h5", while_marching(trip))
+    with march.open_result(tmp_path / "a.h5") as kept:
+        assert kept.state == "failed: the screen is gone"
+        assert kept.series.sizes["time"] > 1
+
+
+def test_an_end_before_the_checkpoint_is_refused_and_the_file_stays(case, tmp_path):
+    before = numbers(march.run(case, tmp_path / "a.h5"))
+    with pytest.raises(CaseError, match="must be later than the checkpoint at 0.02 s, got 0.01 s"):
+        march.resume(tmp_path / "a.h5", until=0.010)
+    assert same(numbers(march.open_result(tmp_path / "a.h5")), before)
+
+
+def test_a_prescribed_motion_feels_nothing_of_the_charge(case, states, tmp_path):
+    march.run(case.with_(run__coupling="prescribed"), tmp_path / "a.h5").close()
+    assert not states[0].mechanism.wrench.any()
+    assert not states[0].coupling.received.any()
+    assert states[0].coupling.given.any()
 
 
 def test_run_that_is_continued_beyond_its_end_is_the_longer_run(case, tmp_path):

@@ -7,19 +7,27 @@ LIST, KEPT = int(Clock.LIST), int(Clock.KEPT)
 
 
 @kernel
+def copy_all(source, target):
+    """Copy every number of an array to one of the same shape; an assignment of slices would allocate."""
+    numbers, room = source.reshape(source.size), target.reshape(target.size)
+    for k in range(numbers.size):
+        room[k] = numbers[k]
+
+
+@kernel
 def copy_state(source: ChargeState, target: ChargeState):
     """Copy all that decides how `source` goes on to `target`, a state of the same charge with arrays of the same sizes.
 
     A repeated window then gives the same bits.  Of the neighbour lists only the current one, as far as it is filled, is copied.
     """
-    target.x[:] = source.x
-    target.v[:] = source.v
-    target.w[:] = source.w
-    target.body[:] = source.body
-    target.material[:] = source.material
-    target.ids[:] = source.ids
-    target.points[:] = source.points
-    target.rows[:] = source.rows
+    copy_all(source.x, target.x)
+    copy_all(source.v, target.v)
+    copy_all(source.w, target.w)
+    copy_all(source.body, target.body)
+    copy_all(source.material, target.material)
+    copy_all(source.ids, target.ids)
+    copy_all(source.points, target.points)
+    copy_all(source.rows, target.rows)
     lst = source.clock[LIST]
     for c in range(source.listed.shape[1]):
         n = source.listed[lst, c]
@@ -31,16 +39,16 @@ def copy_state(source: ChargeState, target: ChargeState):
         for k in range(n):
             for e in range(8):
                 target.memory[lst, c, k, e] = source.memory[lst, c, k, e]
-    target.wall_memory[:] = source.wall_memory
-    target.listed_at[:] = source.listed_at
+    copy_all(source.wall_memory, target.wall_memory)
+    copy_all(source.listed_at, target.listed_at)
     if source.clock[KEPT] == 1:
-        target.kept[:] = source.kept
-        target.kept_with[:] = source.kept_with
-    target.kept_count[:] = source.kept_count
-    target.poses[:] = source.poses
-    target.turn[:] = source.turn
-    target.impulse[:] = source.impulse
-    target.ledger[:] = source.ledger
-    target.largest_overlap[:] = source.largest_overlap
-    target.status[:] = source.status
-    target.clock[:] = source.clock
+        copy_all(source.kept, target.kept)
+        copy_all(source.kept_with, target.kept_with)
+    copy_all(source.kept_count, target.kept_count)
+    copy_all(source.poses, target.poses)
+    copy_all(source.turn, target.turn)
+    copy_all(source.impulse, target.impulse)
+    copy_all(source.ledger, target.ledger)
+    copy_all(source.largest_overlap, target.largest_overlap)
+    copy_all(source.status, target.status)
+    copy_all(source.clock, target.clock)
