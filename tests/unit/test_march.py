@@ -124,7 +124,7 @@ def test_run_whose_callback_raises_keeps_what_it_has_recorded(case, tmp_path):
 
 def test_an_end_before_the_checkpoint_is_refused_and_the_file_stays(case, tmp_path):
     before = numbers(march.run(case, tmp_path / "a.h5"))
-    with pytest.raises(CaseError, match="must be later than the checkpoint at 0.02 s, got 0.01 s"):
+    with pytest.raises(CaseError, match=r"must be later than the checkpoint at 0\.02 s, got 0\.01 s"):
         march.resume(tmp_path / "a.h5", until=0.010)
     assert same(numbers(march.open_result(tmp_path / "a.h5")), before)
 
