@@ -28,12 +28,13 @@ STEP = 1e-6
 """Window of the ball on the turntable [s]."""
 
 
-def warm_up(tell: Callable[[str], None] | None = None) -> None:
+def warm_up(tell: Callable[[str], None] | None = None, meanwhile: Callable[[], subprocess.Popen] | None = None) -> None:
     """Compile the kernels of an empty and of a staggered run, if this version has not been compiled here before.
 
     Parameters
     ----------
     tell : told once that compiling begins, before it does
+    meanwhile : starts a process that needs the charge's kernels only, while the coupled ones are being compiled
     """
     mark = cache_folder() / f"compiled-{kernel_digest()[:16]}-{COMPILER_VERSION}"
     if not JIT or mark.is_file():
@@ -42,8 +43,12 @@ def warm_up(tell: Callable[[str], None] | None = None) -> None:
         tell(COMPILING)
     charge_compiler = subprocess.Popen([sys.executable, "-c", "from nutamill.warm import march_ball; march_ball()"])
     march_turntable()
+    read_ball()
     charge_compiler.wait()
+    process = meanwhile() if meanwhile is not None else None
     march_both()
+    if process is not None:
+        process.wait()
     mark.parent.mkdir(parents=True, exist_ok=True)
     mark.touch()
 
@@ -61,12 +66,13 @@ def turntable():
     return *built, sensors
 
 
-def ball():
-    """A ball on the floor of a box: model, state, scratch."""
+def ball(started: bool = True):
+    """Two balls over a floor: model, state, scratch; `started` is ready to march."""
     law = PairLaw(1e4, 0.0, 0.0, 1.0, 0.2, False, 0.3, 0.3, 0.01, 0.5, 0.9)
     floor = Surface("floor", SurfaceKind.PLANE, 0, 0)
     built = charge(np.array([[0.0, 0.0, 0.01], [0.0, 0.0, 0.0301]]), np.full(2, 0.01), np.zeros(2, int), [1e3], {(0, 0): law}, [floor], 1)
-    start(*built, STEP)
+    if started:
+        start(*built, STEP)
     return built
 
 
@@ -83,12 +89,16 @@ def march_turntable() -> None:
 
 
 def march_ball() -> None:
-    """Compile the charge's window and what reads it."""
+    """Compile the charge's window."""
     built = ball()
     motions = np.zeros((1, MOTION_SIZE))
     motions[0, 3] = 1.0
     run_team(window, (*built, motions, coupling_state(1).reference, 1, STEP), 1)
-    observe(*built, charge_reading())
+
+
+def read_ball() -> None:
+    """Compile what reads the charge."""
+    observe(*ball(started=False), charge_reading())
 
 
 def march_both() -> None:

@@ -14,10 +14,10 @@ def mill():
     return load_case("numill")
 
 
-def test_a_demonstration_keeps_the_speed_and_makes_five_turns_at_it(mill):
+def test_a_demonstration_keeps_the_speed_and_makes_three_turns_at_it(mill):
     short = quick(mill)
     assert short.drive.speed == mill.drive.speed
-    assert (short.run.until - short.drive.ramp_end) * short.drive.speed == pytest.approx(5 * 2 * math.pi, rel=1e-12)
+    assert (short.run.until - short.drive.ramp_end) * short.drive.speed == pytest.approx(3 * 2 * math.pi, rel=1e-12)
 
 
 def test_a_demonstration_softens_contacts_between_particles_ninefold_and_no_other(mill):

@@ -7,6 +7,8 @@ or mounts, so that a sweep settles once.
 import hashlib
 import json
 import os
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -54,6 +56,11 @@ def bed_file(case: Case) -> Path:
     return cache_folder().parent / "beds" / f"{bed_key(case)[:32]}.npy"
 
 
+def bed_is_kept(case: Case) -> bool:
+    """Whether there is nothing left to settle: the bed is in the cache, or the chamber is empty."""
+    return not case.charge.size_classes or bed_file(case).is_file()
+
+
 def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
     """Places of the particles [m] (n, 3) at rest in the tilted chamber at crank angle 0, in chamber axes from the nutation point.
 
@@ -76,6 +83,18 @@ def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> 
     bed = _settle(case, progress)
     _keep(file, bed)
     return bed
+
+
+def settle_apart(case: Case) -> subprocess.Popen:
+    """Start a process that settles the bed of a case into the cache; a fault shows when `settled_bed` is asked again."""
+    program = (
+        "import sys; from nutamill.build.bed import settled_bed; from nutamill.case import Case;"
+        " settled_bed(Case.from_toml(sys.stdin.read()))"
+    )
+    process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    process.stdin.write(case.with_("run.threads", 1).to_toml())
+    process.stdin.close()
+    return process
 
 
 def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:

@@ -5,10 +5,10 @@ import math
 from nutamill.build.chamber_charge import material_order, pair_stiffness_of
 from nutamill.case import Case
 
-RAMP_TIME = 0.25
+RAMP_TIME = 0.2
 """Time from rest to full speed in a demonstration [s]."""
 
-TURNS = 5
+TURNS = 3
 """Turns at full speed in a demonstration [1]."""
 
 SOFTER = 9.0
@@ -18,7 +18,13 @@ SOFTER = 9.0
 def quick(case: Case) -> Case:
     """The case in demonstration quality: rigid mounts, short ramp, a few turns at speed, softer contacts between particles."""
     until = RAMP_TIME + TURNS * 2.0 * math.pi / case.drive.speed
-    changes = {"mechanism.mounting": "rigid", "drive.ramp": case.drive.speed / RAMP_TIME, "run.until": until, "run.snapshots.last": 0.1}
+    changes = {
+        "title": f"demonstration of {case.name}",
+        "mechanism.mounting": "rigid",
+        "drive.ramp": case.drive.speed / RAMP_TIME,
+        "run.until": until,
+        "run.snapshots.last": 0.1,
+    }
     if case.charge.size_classes and case.contact.stiffness == "young":
         own = case.charge.material
         changes["contact.stiffness"] = "direct"
