@@ -101,8 +101,8 @@ def run(
         from nutamill.build.quick import banner
         from nutamill.build.quick import quick as quickened
 
+        typer.echo(banner(loaded))
         loaded = quickened(loaded)
-        typer.echo(banner())
     if threads is not None:
         loaded = loaded.with_("run.threads", threads)
     for warning in loaded.warnings:

@@ -7,13 +7,13 @@ import numpy as np
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
 from nutamill.charge.assembly import charge
-from nutamill.charge.contact_terms import damping_ratio_from_restitution, series_stiffness
+from nutamill.charge.contact_terms import Impact, damping_ratio_from_restitution, impact
 from nutamill.charge.dynamics import start
-from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, RollingLaw, Surface, SurfaceKind
+from nutamill.charge.laws.tags import ContactLaw, contact_law
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, Surface, SurfaceKind
 from nutamill.frames import rotation_matrix
 from nutamill.materials import ContactPair
 
-ROLLING = {"none": RollingLaw.NONE, "type_a": RollingLaw.TYPE_A, "type_c": RollingLaw.TYPE_C}
 CHAMBER_CARRIER = 0
 """Number of the chamber among the bodies that carry surfaces."""
 
@@ -79,30 +79,53 @@ def pair_laws(case: Case) -> dict[tuple[int, int], PairLaw]:
     return {(0, number): pair_law(case, names[0], name) for number, name in enumerate(names)}
 
 
+def contact_law_of(case: Case) -> ContactLaw:
+    """The law that the names in the case's contact table compose."""
+    contact = case.contact
+    return contact_law(contact.normal, contact.tangential, contact.rolling, contact.cohesion)
+
+
 def pair_law(case: Case, first: str, second: str) -> PairLaw:
-    """Law of two materials from the case's contact table."""
+    """Numbers of two materials from the case's contact table."""
     contact, pair = case.contact, case.contact.pair(first, second)
-    direct = contact.stiffness == "direct"
-    softened = [0.0 if direct else contact.softening * case.materials[name].young_modulus for name in (first, second)]
+    direct, hysteretic = contact.stiffness == "direct", contact.normal == "hysteretic"
+    softened = [contact.softening * case.materials[name].young_modulus for name in (first, second)]
+    modulus, shear = contact_moduli(softened, [case.materials[name].poisson_ratio for name in (first, second)])
     return PairLaw(
         stiffness_direct=pair.normal_stiffness if direct else 0.0,
-        stiffness_per_diameter_a=softened[0],
-        stiffness_per_diameter_b=softened[1],
+        stiffness_per_diameter_a=0.0 if direct else softened[0],
+        stiffness_per_diameter_b=0.0 if direct else softened[1],
         tangential_ratio=pair.tangential_ratio,
-        damping_ratio=damping_ratio(case, pair),
+        damping_ratio=0.0 if hysteretic else damping_ratio(case, pair),
         tension_cut=contact.tension == "cut",
         static_friction=pair.sliding_friction,
         dynamic_friction=pair.sliding_friction,
         rolling_friction=pair.rolling_friction,
         overlap_warn=pair.overlap_warn,
         overlap_stop=pair.overlap_stop,
+        unloading_ratio=pair.restitution**-2 if hysteretic else 1.0,
+        contact_modulus=modulus,
+        contact_shear_modulus=shear,
+        cohesive_pressure=pair.cohesive_pressure or 0.0,
     )
 
 
-def pair_stiffness_of(case: Case, first: str, second: str) -> float:
-    """Normal stiffness [N/m] of two materials for the smallest particles; a wall counts with the particle's diameter."""
-    law, diameter = pair_law(case, first, second), 2 * float(particle_radii(case).min())
-    return law.stiffness_direct or series_stiffness(law.stiffness_per_diameter_a, law.stiffness_per_diameter_b, diameter, diameter)
+def contact_moduli(young: list[float], poisson: list[float]) -> tuple[float, float]:
+    """Contact modulus E* and contact shear modulus G* [Pa] of two solids with these moduli [Pa] and Poisson's ratios [1].
+
+    ``1/E* = sum (1 - nu^2)/E`` and ``1/G* = sum 2 (2 - nu)(1 + nu)/E``.  Source: K. L. Johnson, "Contact Mechanics", 1985, 4.2 and 7.2.
+    """
+    modulus = 1.0 / sum((1.0 - nu * nu) / e for e, nu in zip(young, poisson, strict=True))
+    return modulus, 1.0 / sum(2.0 * (2.0 - nu) * (1.0 + nu) / e for e, nu in zip(young, poisson, strict=True))
+
+
+def impact_of(case: Case, first: str, second: str, wall: bool, v: float) -> Impact:
+    """Two of the smallest particles that meet head-on at `v` [m/s], or one that meets a wall."""
+    diameter = 2 * float(particle_radii(case).min())
+    mass = case.materials[first].density * math.pi * diameter**3 / 6
+    share = 1.0 if wall else 0.5
+    law = pair_law(case, first, second)
+    return impact(contact_law_of(case), law, share * mass, share * diameter / 2, diameter, diameter, v)
 
 
 def damping_ratio(case: Case, pair: ContactPair) -> float:
@@ -147,7 +170,7 @@ def chamber_charge(
         chamber_surfaces(case),
         1,
         gravity=(0.0, 0.0, -case.mechanism.gravity),
-        rolling=ROLLING[case.contact.rolling],
+        law=contact_law_of(case),
         domain=(middle, chamber_reach(case)),
         poses=np.concatenate([position, quaternion])[None, :],
     )

@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from nutamill.build.chamber_charge import material_order, pair_law, pair_stiffness_of, particle_radii
+from nutamill.build.chamber_charge import impact_of, material_order, pair_law, particle_radii
 from nutamill.case import Case
-from nutamill.charge.contact_terms import SUBSTEPS_PER_CONTACT, contact_time, largest_overlap, restitution_from_damping_ratio
+from nutamill.charge.contact_terms import SUBSTEPS_PER_CONTACT, cohesive_softening, pair_stiffness_of
 from nutamill.charge.model import PairLaw
 from nutamill.errors import CaseError, Fault
 
@@ -22,9 +22,11 @@ class ContactFacts(NamedTuple):
     pair: str
     """Names of the two materials."""
     stiffness: float
-    """Normal stiffness [N/m]."""
+    """Normal stiffness [N/m]; hysteretic: loading; Hertz: tangent at the largest overlap."""
     time: float
-    """Duration of a contact [s]."""
+    """Duration of a contact at the speed of the crank circle [s]; infinite where the two stick."""
+    resolve: float
+    """Time a substep has to be small against [s]: the duration, but hysteretic half a period of the unloading spring."""
     overlap: float
     """Largest overlap of a head-on contact at the speed of the crank circle, share of the diameter [1]."""
     restitution: float
@@ -55,20 +57,16 @@ def contact_facts(case: Case) -> list[ContactFacts]:
     """Facts of a contact between two particles and of a particle with each wall material; smallest particles, as they rule."""
     names = material_order(case)
     walls = [case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else [])
-    return [_facts(case, names[0], "", 2)] + [_facts(case, wall, " wall", 1) for wall in dict.fromkeys(walls)]
+    return [_facts(case, names[0], False)] + [_facts(case, wall, True) for wall in dict.fromkeys(walls)]
 
 
-def _facts(case: Case, other: str, suffix: str, moving: int) -> ContactFacts:
-    """Facts of the smallest particle against one of `moving` = 2 equal free bodies, or against a wall (1)."""
+def _facts(case: Case, other: str, wall: bool) -> ContactFacts:
+    """Facts of the smallest particle against an equal one, or against a wall."""
     own = case.charge.material
     diameter = 2 * float(particle_radii(case).min())
-    mass = case.materials[own].density * math.pi * diameter**3 / 6
-    law = pair_law(case, own, other)
-    k = pair_stiffness_of(case, own, other)
-    duration = contact_time(k, mass / moving, law.damping_ratio, law.tension_cut)
-    overlap = largest_overlap(k, mass / moving, law.damping_ratio, crank_circle_speed(case)) / diameter
-    restitution = restitution_from_damping_ratio(law.damping_ratio, law.tension_cut)
-    return ContactFacts(f"{own}-{other}{suffix}", k, duration, overlap, restitution, law)
+    met = impact_of(case, own, other, wall, crank_circle_speed(case))
+    name = f"{own}-{other}{' wall' if wall else ''}"
+    return ContactFacts(name, met.stiffness, met.time, met.resolve, met.overlap / diameter, met.restitution, pair_law(case, own, other))
 
 
 def crank_circle_speed(case: Case) -> float:
@@ -81,33 +79,57 @@ def run_clock(case: Case) -> Clock:
 
     Raises
     ------
-    CaseError : a substep that resolves the shortest contact by fewer than `FEWEST_SUBSTEPS`
+    CaseError : a substep that resolves the shortest contact by fewer than `FEWEST_SUBSTEPS`, cohesion that leaves no spring
     """
     row = 1.0 / case.run.series_rate
     if not case.charge.size_classes:
         windows = math.ceil(row / MECHANISM_STEP)
         return Clock(0, row / windows, windows, f"mechanism alone, at most {MECHANISM_STEP * 1e6:g} us")
-    shortest = min(contact_facts(case), key=lambda facts: facts.time)
+    _refuse_soft_springs(case)
+    shortest = min(contact_facts(case), key=lambda facts: facts.resolve)
     if case.run.dt == "auto":
-        longest = shortest.time / SUBSTEPS_PER_CONTACT
+        longest = shortest.resolve / SUBSTEPS_PER_CONTACT
         ruled_by = f"{shortest.pair}, {SUBSTEPS_PER_CONTACT} substeps per contact"
     else:
         longest = case.run.dt
-        ruled_by = f"run.dt, {shortest.time / longest:.1f} substeps per {shortest.pair} contact"
-        if shortest.time / longest < FEWEST_SUBSTEPS:
+        ruled_by = f"run.dt, {shortest.resolve / longest:.1f} substeps per {shortest.pair} contact"
+        if shortest.resolve / longest < FEWEST_SUBSTEPS:
             raise CaseError(_too_long(case, shortest, longest))
     substeps = min(case.run.window, math.ceil(row / longest))
     windows = math.ceil(row / (substeps * longest) - 1e-9)
     return Clock(substeps, row / windows, windows, ruled_by)
 
 
+def _refuse_soft_springs(case: Case) -> None:
+    """Raise where cohesion is stronger than a linear spring at any overlap, for the largest particles of the charge."""
+    if case.contact.cohesion == "none" or case.contact.normal == "hertz":
+        return
+    own, diameter = case.charge.material, 2 * float(particle_radii(case).max())
+    faults = []
+    for other in material_order(case):
+        law = pair_law(case, own, other)
+        spring = pair_stiffness_of(law, diameter, diameter)
+        taken = cohesive_softening(law, diameter / 2 if other != own else diameter / 4)
+        if taken >= spring:
+            most = law.cohesive_pressure * spring / taken
+            what = f"cohesion takes {taken / 1e3:.3g} kN/m from a spring of {spring / 1e3:.3g} kN/m: particles would collapse"
+            faults.append(Fault(f"contact.pairs {own}-{other}", what, f"Give a cohesive_pressure well below {most / 1e6:.3g} MPa"))
+    if faults:
+        raise CaseError(*faults)
+
+
 def _too_long(case: Case, shortest: ContactFacts, substep: float) -> Fault:
     """What is wrong with a substep that is too long, and what would be right."""
-    ratio = FEWEST_SUBSTEPS * substep / shortest.time
+    ratio = FEWEST_SUBSTEPS * substep / shortest.resolve
+    if case.contact.normal == "hertz":
+        # the duration goes with the modulus to the power -2/5
+        softer = f"softening = {case.contact.softening / ratio**2.5:.2g} would do"
+    else:
+        overlap = f"overlap {100 * shortest.overlap * ratio:.2g} % of the diameter at {crank_circle_speed(case):.2g} m/s"
+        softer = f"{shortest.stiffness / ratio**2 / 1e3:.3g} kN/m would do ({overlap})"
     return Fault(
         f"run.dt = {substep * 1e6:.3g} us",
-        f"a {shortest.pair} contact lasts {shortest.time * 1e6:.3g} us, {shortest.time / substep:.2g} substeps;"
-        f" it needs {FEWEST_SUBSTEPS}, better {SUBSTEPS_PER_CONTACT} ({shortest.time / SUBSTEPS_PER_CONTACT * 1e6:.2g} us)",
-        f'Use dt = "auto", or soften: {shortest.stiffness / ratio**2 / 1e3:.3g} kN/m would do'
-        f" (overlap {100 * shortest.overlap * ratio:.2g} % of the diameter at {crank_circle_speed(case):.2g} m/s)",
+        f"a {shortest.pair} contact lasts {shortest.resolve * 1e6:.3g} us, {shortest.resolve / substep:.2g} substeps;"
+        f" it needs {FEWEST_SUBSTEPS}, better {SUBSTEPS_PER_CONTACT} ({shortest.resolve / SUBSTEPS_PER_CONTACT * 1e6:.2g} us)",
+        f'Use dt = "auto", or soften: {softer}',
     )

@@ -2,8 +2,9 @@
 
 import math
 
-from nutamill.build.chamber_charge import material_order, pair_stiffness_of
+from nutamill.build.chamber_charge import material_order, pair_law, particle_radii
 from nutamill.case import Case
+from nutamill.charge.contact_terms import pair_stiffness_of
 
 RAMP_TIME = 0.2
 """Time from rest to full speed in a demonstration [s]."""
@@ -25,13 +26,20 @@ def quick(case: Case) -> Case:
         "run.until": until,
         "run.snapshots.last": 0.1,
     }
-    if case.charge.size_classes and case.contact.stiffness == "young":
-        own = case.charge.material
+    if softens(case):
+        own, diameter = case.charge.material, 2 * float(particle_radii(case).min())
         changes["contact.stiffness"] = "direct"
         for other in material_order(case):
             softer = SOFTER if other == own else 1.0
-            changes[f"contact.pairs.{pair_name(case, own, other)}.normal_stiffness"] = pair_stiffness_of(case, own, other) / softer
+            changes[f"contact.pairs.{pair_name(case, own, other)}.normal_stiffness"] = (
+                pair_stiffness_of(pair_law(case, own, other), diameter, diameter) / softer
+            )
     return case.with_(**{key.replace(".", "__"): value for key, value in changes.items()})
+
+
+def softens(case: Case) -> bool:
+    """Whether the demonstration of a case takes softer springs; Hertz's have no stiffness of their own to change."""
+    return bool(case.charge.size_classes) and case.contact.stiffness == "young" and case.contact.normal != "hertz"
 
 
 def pair_name(case: Case, first: str, second: str) -> str:
@@ -39,9 +47,10 @@ def pair_name(case: Case, first: str, second: str) -> str:
     return next(name for name in (f"{first}-{second}", f"{second}-{first}") if name in case.contact.pairs)
 
 
-def banner() -> str:
-    """What a demonstration leaves out."""
+def banner(case: Case) -> str:
+    """What the demonstration of a case leaves out."""
+    softer = f", contacts between particles {SOFTER:g} times softer" if softens(case) else ""
     return (
-        f"demonstration: rigid mounts, {RAMP_TIME:g} s ramp, {TURNS} turns at speed, contacts between particles {SOFTER:g} times softer."
+        f"demonstration: rigid mounts, {RAMP_TIME:g} s ramp, {TURNS} turns at speed{softer}."
         " It shows the program, not the mill: run without --quick for numbers"
     )
