@@ -4,7 +4,6 @@ import numpy as np
 
 from nutamill.charge.assembly import charge, positions, spins, velocities
 from nutamill.charge.dynamics import start, window
-from nutamill.charge.laws.tags import ContactLaw, NoRolling
 from nutamill.charge.model import PairLaw, Surface, SurfaceKind
 from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.team import run_team
@@ -28,15 +27,13 @@ def at_rest(n_bodies=1):
 
 
 class Bench:
-    """A charge with its clock; `law` is the composed law, or `rolling` its only part that is not the standard one."""
+    """A charge with its clock."""
 
     def __init__(self, positions, pair_laws, dt, surfaces=(), radius=0.0025, density=7863.7, gravity=(0.0, 0.0, 0.0), **options):
         positions = np.atleast_2d(np.array(positions, float))
         n = len(positions)
         laws = pair_laws if isinstance(pair_laws, dict) else {(0, 0): pair_laws}
         options.setdefault("precision", "double")
-        rolling = options.pop("rolling", NoRolling())
-        options.setdefault("law", ContactLaw(rolling=rolling))
         n_bodies = options.pop("n_bodies", 1)
         materials = options.pop("materials", np.zeros(n, int))
         densities = options.pop("densities", [density] * (1 + int(max(materials))))

@@ -7,7 +7,6 @@ from charge_bench import law, sphere_mass
 
 from nutamill.charge.assembly import charge, positions, spins, velocities
 from nutamill.charge.dynamics import start as start_charge
-from nutamill.charge.laws.tags import ContactLaw, NoRolling
 from nutamill.charge.model import Surface, SurfaceKind
 from nutamill.charge.observe import charge_reading
 from nutamill.charge.team import run_team
@@ -96,8 +95,6 @@ class CoupledBench:
         places = np.atleast_2d(np.array(places, float))
         n = len(places)
         options.setdefault("precision", "double")
-        rolling = options.pop("rolling", NoRolling())
-        options.setdefault("law", ContactLaw(rolling=rolling))
         for name in ("velocities", "spins"):
             if name in options:
                 options[name] = np.broadcast_to(np.array(options[name], float), (n, 3))

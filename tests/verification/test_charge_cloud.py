@@ -7,7 +7,6 @@ from charge_bench import FLOOR, REST, Bench, law, sphere_mass
 from nutamill.charge.assembly import grow
 from nutamill.charge.copying import copy_state
 from nutamill.charge.dynamics import window
-from nutamill.charge.laws.tags import RollingTypeC
 from nutamill.charge.model import Clock, Ledger, Status, Surface, SurfaceKind
 
 R = 0.0025
@@ -31,7 +30,6 @@ def cloud(n=200, surfaces=(), k=1e5, spread=1.0, seed=3, **options):
     options.setdefault("velocities", rng.normal(size=(n, 3)) * spread - 20.0 * (x - x.mean(axis=0)))
     options.setdefault("spins", rng.normal(size=(n, 3)) * 50.0)
     pair = options.pop("pair", law(k, 0.2, 0.8, friction=0.5, rolling=0.05))
-    options.setdefault("rolling", RollingTypeC())
     return Bench(x, pair, dt, surfaces, **options)
 
 

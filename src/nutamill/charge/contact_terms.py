@@ -149,7 +149,8 @@ def impact(
 ) -> Impact:  # fmt: skip
     """A head-on contact of two bodies that meet at `v` [m/s].
 
-    In closed form (Hertz: an integral) without cohesion; with cohesion by integration of the law.
+    In closed form (Hertz: an integral) without cohesion; with cohesion by integration of the law.  A linear spring weaker than its
+    cohesion never turns: its overlap is infinite.
 
     Parameters
     ----------
@@ -161,6 +162,8 @@ def impact(
     z, cut = pair.damping_ratio, pair.tension_cut
     k = 0.0 if hertz else pair_stiffness_of(pair, diameter_a, diameter_b)
     if isinstance(law.cohesion, AreaCohesion) and pair.cohesive_pressure > 0.0:
+        if not hertz and k <= cohesive_softening(pair, r_eff):
+            return Impact(k, math.inf, math.inf, 0.0, math.pi * math.sqrt(m_eff / k))
         return _integrated(law, pair, m_eff, r_eff, diameter_a, diameter_b, v)
     if hysteretic:
         return _hysteretic(k, pair.unloading_ratio, m_eff, v)
