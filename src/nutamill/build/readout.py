@@ -144,6 +144,7 @@ class Readout:
                     elastic = at(f"charge elastic_{where}_{kind}")
                     stored["elastic_energy"] = stored["elastic_energy"] + elastic
                     lost[f"{where}_{kind}_loss"] = at_first(f"charge elastic_{where}_{kind}") - elastic - at(f"work {where}_{kind}")
+            lost["substep_loss"] = -at("work scheme")
             charge["interface_work"] = at("work interface")
             if self._case.run.coupling == "prescribed":
                 supplied = supplied + charge["interface_work"]  # an imposed motion supplies what it does on the charge

@@ -14,15 +14,24 @@ import numpy as np
 from nutamill.charge.alarm import name_the_worst
 from nutamill.charge.columns import HELD, LAW, PEAK
 from nutamill.charge.contacts import filter_pairs, find_walls, pair_contacts, wall_contacts
-from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock
+from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock, Ledger
 from nutamill.charge.neighbours import rebuild, thread_share, turning
-from nutamill.charge.publish import fixed_point, publish
+from nutamill.charge.publish import publish
+from nutamill.charge.simd import WIDTH, copy_lanes, gather_rows, negated_radii, set_points, set_rows
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.charge.team import barrier
 from nutamill.frames import pose_in_window, rotation_matrix, twist_in_window
 from nutamill.kernel import kernel, like
 
 STEP, PUBLISHED, LIST, LISTED, SINCE_SORT, REBUILDS, REBUILD, KEPT, DONE, CROWDED = (int(c) for c in Clock)
+
+GRAVITY, SCHEME = int(Ledger.GRAVITY), int(Ledger.SCHEME)
+
+FORCE, ROW = 0, 8 * BATCH
+"""Where the columns of `integrate_batch` begin: force and moment; what the law sees of a particle."""
+
+X, V, W, LISTED_AT, MASS = (k * BATCH for k in (0, 3, 6, 9, 12))
+"""Where its rows in double precision begin: position, velocity, spin, position when the list was made; mass, 1/mass, 1/inertia."""
 
 MOVED, LEFT, PAIR, WALL = 1, 2, 4, 8
 """Alarms of a chunk."""
@@ -66,77 +75,124 @@ def move_bodies(motions, s, out):
         twist_in_window(motions[b], s, out[b, 12:15], out[b, 15:18])
 
 
+@kernel(fast=True)
+def integrate_batch(columns, motion, turned, point, gravity, centre, slack, reach, scale, dt):
+    """Kick and drift `BATCH` particles.
+
+    Parameters
+    ----------
+    columns : real (16 * BATCH,), rows from FORCE: force [N] (3), spare, moment [N m] (3), spare; from ROW: what the law saw of the
+        particle, replaced by what it is to see next
+    motion : (18 * BATCH,), rows as `Motion` names them; position, velocity and spin are brought up to date, published positions
+        [1/scale] replace the positions when the list was made
+    turned : (3, 3) rotation of the reference since the list was made [1]; point : (3,) its reference point [m]
+    gravity : (3,) [m/s^2]; centre : (3,) of the domain [m]
+    slack : square of the displacement that asks for a new list [m^2]; reach : half size of the domain [m]; scale : [1/m]; dt : substep [s]
+
+    Returns
+    -------
+    work rate of the forces on the mean velocities less that on the predicted ones the law saw [W], power of gravity [W],
+    number of particles moved beyond the slack, number of particles in the domain or padding
+    """
+    half = 0.5 * dt
+    g0, g1, g2 = gravity[0], gravity[1], gravity[2]
+    c0, c1, c2 = centre[0], centre[1], centre[2]
+    p0, p1, p2 = point[0], point[1], point[2]
+    t00, t01, t02 = turned[0, 0], turned[0, 1], turned[0, 2]
+    t10, t11, t12 = turned[1, 0], turned[1, 1], turned[1, 2]
+    t20, t21, t22 = turned[2, 0], turned[2, 1], turned[2, 2]
+    missed, falling = 0.0, 0.0
+    moved, stayed = 0, 0
+    for b in range(BATCH):
+        f0, f1, f2 = float(columns[FORCE + b]), float(columns[FORCE + b + BATCH]), float(columns[FORCE + b + 2 * BATCH])
+        m0, m1, m2 = float(columns[FORCE + b + 4 * BATCH]), float(columns[FORCE + b + 5 * BATCH]), float(columns[FORCE + b + 6 * BATCH])
+        mass, per_mass, per_inertia = motion[MASS + b], motion[MASS + b + BATCH], motion[MASS + b + 2 * BATCH]
+        a0 = half * (per_mass * f0 + g0)
+        a1 = half * (per_mass * f1 + g1)
+        a2 = half * (per_mass * f2 + g2)
+        b0 = half * per_inertia * m0
+        b1 = half * per_inertia * m1
+        b2 = half * per_inertia * m2
+        # mean velocity over the substep, and how far the prediction was from it
+        u0, u1, u2 = motion[V + b] + a0, motion[V + b + BATCH] + a1, motion[V + b + 2 * BATCH] + a2
+        z0, z1, z2 = motion[W + b] + b0, motion[W + b + BATCH] + b1, motion[W + b + 2 * BATCH] + b2
+        falling += mass * (g0 * u0 + g1 * u1 + g2 * u2)
+        missed += (
+            f0 * (u0 - columns[ROW + b]) + f1 * (u1 - columns[ROW + b + BATCH]) + f2 * (u2 - columns[ROW + b + 2 * BATCH])
+            + m0 * (z0 - columns[ROW + b + 4 * BATCH]) + m1 * (z1 - columns[ROW + b + 5 * BATCH])
+            + m2 * (z2 - columns[ROW + b + 6 * BATCH])
+        )  # fmt: skip
+        u0, u1, u2 = u0 + a0, u1 + a1, u2 + a2
+        z0, z1, z2 = z0 + b0, z1 + b1, z2 + b2
+        motion[V + b], motion[V + b + BATCH], motion[V + b + 2 * BATCH] = u0, u1, u2
+        motion[W + b], motion[W + b + BATCH], motion[W + b + 2 * BATCH] = z0, z1, z2
+        columns[ROW + b], columns[ROW + b + BATCH], columns[ROW + b + 2 * BATCH] = u0 + a0, u1 + a1, u2 + a2
+        columns[ROW + b + 4 * BATCH], columns[ROW + b + 5 * BATCH], columns[ROW + b + 6 * BATCH] = z0 + b0, z1 + b1, z2 + b2
+        u0, u1, u2 = motion[X + b] + dt * u0, motion[X + b + BATCH] + dt * u1, motion[X + b + 2 * BATCH] + dt * u2
+        motion[X + b], motion[X + b + BATCH], motion[X + b + 2 * BATCH] = u0, u1, u2
+        r0, r1, r2 = motion[LISTED_AT + b], motion[LISTED_AT + b + BATCH], motion[LISTED_AT + b + 2 * BATCH]
+        z0 = u0 - p0 - (t00 * r0 + t01 * r1 + t02 * r2)
+        z1 = u1 - p1 - (t10 * r0 + t11 * r1 + t12 * r2)
+        z2 = u2 - p2 - (t20 * r0 + t21 * r1 + t22 * r2)
+        padding = mass == 0.0
+        moved += 1 if (z0 * z0 + z1 * z1 + z2 * z2 > slack) & (not padding) else 0
+        u0, u1, u2 = u0 - c0, u1 - c1, u2 - c2
+        stayed += 1 if ((abs(u0) < reach) & (abs(u1) < reach) & (abs(u2) < reach)) | padding else 0
+        motion[LISTED_AT + b] = np.floor(u0 * scale + 0.5)
+        motion[LISTED_AT + b + BATCH] = np.floor(u1 * scale + 0.5)
+        motion[LISTED_AT + b + 2 * BATCH] = np.floor(u2 * scale + 0.5)
+    return missed, falling, moved, stayed
+
+
 @kernel(fast=True, inline="always")
-def integrate(model, state, lo, hi, forces, turned, point, dt, work):
+def integrate(model, state, scratch, lo, hi, forces, tid, point, dt, work):
     """Kick and drift the particles of one chunk, and publish them in the other buffer.
 
     Adds to `work` what the law's work misses because it used predicted velocities: with it, the ledger is exact.
     Returns the chunk's alarms.
     """
     now = state.clock[PUBLISHED]
-    rows, new_rows, new_points, points = state.rows[now], state.rows[1 - now], state.points[1 - now], state.points[now]
-    x0, x1, x2 = state.x[0], state.x[1], state.x[2]
-    v0, v1, v2 = state.v[0], state.v[1], state.v[2]
-    w0, w1, w2 = state.w[0], state.w[1], state.w[2]
-    r0, r1, r2 = state.listed_at[0], state.listed_at[1], state.listed_at[2]
-    mass, per_mass, per_inertia = state.body[1], state.body[2], state.body[3]
-    by_pairs, by_walls = forces[0], forces[1]
-    g0, g1, g2 = model.gravity[0], model.gravity[1], model.gravity[2]
-    c0, c1, c2 = model.centre[0], model.centre[1], model.centre[2]
-    t00, t01, t02 = turned[0, 0], turned[0, 1], turned[0, 2]
-    t10, t11, t12 = turned[1, 0], turned[1, 1], turned[1, 2]
-    t20, t21, t22 = turned[2, 0], turned[2, 1], turned[2, 2]
-    half = 0.5 * dt
+    rows, new_rows, points, new_points = state.rows[now], state.rows[1 - now], state.points[now], state.points[1 - now]
+    columns, motion, fixed, turned, slots = scratch.columns[tid, 2], scratch.moving[tid], scratch.fixed[tid], scratch.turned[tid], scratch.slots
     slack = 0.2475 * model.skin * model.skin  # just under (skin/2)^2: two particles may approach each other
-    reach, scale = model.reach, model.scale
-    pair_n, pair_t, wall_n, wall_t, falling = 0.0, 0.0, 0.0, 0.0, 0.0
-    moved, stayed = 0, 1
-    # unsigned: a signed index could count from the end, and each access would ask
-    begin = np.uint32(lo)
-    for l in range(np.uint32(hi - lo)):
-        i = begin + l
-        p0, p1, p2 = float(by_pairs[l, 0]), float(by_pairs[l, 1]), float(by_pairs[l, 2])
-        q0, q1, q2 = float(by_pairs[l, 4]), float(by_pairs[l, 5]), float(by_pairs[l, 6])
-        f0, f1, f2 = float(by_walls[l, 0]), float(by_walls[l, 1]), float(by_walls[l, 2])
-        m0, m1, m2 = float(by_walls[l, 4]), float(by_walls[l, 5]), float(by_walls[l, 6])
-        a0 = half * (per_mass[i] * (p0 + f0) + g0)
-        a1 = half * (per_mass[i] * (p1 + f1) + g1)
-        a2 = half * (per_mass[i] * (p2 + f2) + g2)
-        b0 = half * per_inertia[i] * (q0 + m0)
-        b1 = half * per_inertia[i] * (q1 + m1)
-        b2 = half * per_inertia[i] * (q2 + m2)
-        # mean velocity over the substep, and how far the prediction was from it
-        a, b, c = v0[i] + a0, v1[i] + a1, v2[i] + a2
-        d, e, f = w0[i] + b0, w1[i] + b1, w2[i] + b2
-        falling += mass[i] * (g0 * a + g1 * b + g2 * c)
-        e0, e1, e2 = a - rows[i, 0], b - rows[i, 1], c - rows[i, 2]
-        pair_n += p0 * e0 + p1 * e1 + p2 * e2
-        wall_n += f0 * e0 + f1 * e1 + f2 * e2
-        e0, e1, e2 = d - rows[i, 4], e - rows[i, 5], f - rows[i, 6]
-        pair_t += q0 * e0 + q1 * e1 + q2 * e2
-        wall_t += m0 * e0 + m1 * e1 + m2 * e2
-        a, b, c = a + a0, b + a1, c + a2
-        d, e, f = d + b0, e + b1, f + b2
-        v0[i], v1[i], v2[i] = a, b, c
-        w0[i], w1[i], w2[i] = d, e, f
-        new_rows[i, 0], new_rows[i, 1], new_rows[i, 2], new_rows[i, 3] = a + a0, b + a1, c + a2, rows[i, 3]
-        new_rows[i, 4], new_rows[i, 5], new_rows[i, 6], new_rows[i, 7] = d + b0, e + b1, f + b2, rows[i, 7]
-        a, b, c = x0[i] + dt * a, x1[i] + dt * b, x2[i] + dt * c
-        x0[i], x1[i], x2[i] = a, b, c
-        e0 = a - point[0] - (t00 * r0[i] + t01 * r1[i] + t02 * r2[i])
-        e1 = b - point[1] - (t10 * r0[i] + t11 * r1[i] + t12 * r2[i])
-        e2 = c - point[2] - (t20 * r0[i] + t21 * r1[i] + t22 * r2[i])
-        moved |= int(e0 * e0 + e1 * e1 + e2 * e2 > slack)
-        a, b, c = a - c0, b - c1, c - c2
-        stayed &= int((abs(a) < reach) & (abs(b) < reach) & (abs(c) < reach))
-        new_points[i, 0], new_points[i, 1], new_points[i, 2] = fixed_point(a, scale), fixed_point(b, scale), fixed_point(c, scale)
-        new_points[i, 3] = points[i, 3]
-    work[0] += pair_n
-    work[1] += pair_t
-    work[3] += wall_n
-    work[4] += wall_t
-    work[7] = falling
-    return MOVED * moved + LEFT * (1 - stayed)
+    m = state.x.shape[1]
+    x, v, w = state.x.reshape(3 * m), state.v.reshape(3 * m), state.w.reshape(3 * m)
+    listed_at, body = state.listed_at.reshape(3 * m), state.body.reshape(4 * m)
+    missed, falling = 0.0, 0.0
+    moved, stayed, expected = 0, 0, 0
+    for first in range(lo, hi, BATCH):
+        for q in range(0, BATCH, WIDTH):
+            gather_rows(forces, slots, first - lo + q, columns, q, 0)
+            gather_rows(rows, slots, first + q, columns, q, 8)
+        for k in range(3):
+            at = k * m + first
+            copy_lanes(x, at, motion, X + k * BATCH)
+            copy_lanes(v, at, motion, V + k * BATCH)
+            copy_lanes(w, at, motion, W + k * BATCH)
+            copy_lanes(listed_at, at, motion, LISTED_AT + k * BATCH)
+            copy_lanes(body, at + m, motion, MASS + k * BATCH)
+        more, fallen, far, inside = integrate_batch(
+            columns, motion, turned, point, model.gravity, model.centre, slack, model.reach, model.scale, dt
+        )  # fmt: skip
+        missed += more
+        falling += fallen
+        moved += far
+        stayed += inside
+        expected += BATCH
+        for k in range(3):
+            at = k * m + first
+            copy_lanes(motion, X + k * BATCH, x, at)
+            copy_lanes(motion, V + k * BATCH, v, at)
+            copy_lanes(motion, W + k * BATCH, w, at)
+            copy_lanes(motion, LISTED_AT + k * BATCH, fixed, k * BATCH)
+        for b in range(BATCH):
+            fixed[3 * BATCH + b] = points[np.uint32(first) + np.uint32(b), 3]
+        for q in range(0, BATCH, WIDTH):
+            set_rows(new_rows, slots, first + q, columns, q, 8)
+            set_points(new_points, slots, first + q, fixed, q)
+    work[SCHEME] = missed
+    work[GRAVITY] = falling
+    return MOVED * int(moved > 0) + LEFT * int(stayed < expected)
 
 
 @kernel(fast=True)
@@ -155,14 +211,14 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     last = like((clock[STEP] - 1) & 0xFFFFFF, real)
     step = like(dt, real)
     zero = like(0.0, real)
-    forces.reshape(forces.size)[:] = zero
-    begin = np.uint32(lo)
-    for l in range(np.uint32(hi - lo)):
-        i = begin + l
-        local[l, 0], local[l, 1], local[l, 2], local[l, 3] = points[i, 0], points[i, 1], points[i, 2], -points[i, 3]
+    empty = forces.reshape(forces.size)
+    for k in range(empty.size):
+        empty[k] = zero
+    for l in range(0, hi - lo, WIDTH):
+        negated_radii(points, scratch.slots, lo + l, local, l)
     found = filter_pairs(points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, lanes)
     work[0], work[1], work[2], pair_alarm = pair_contacts(
-        model, points, rows, memory, state.material, found, lanes, local, scratch.columns[tid, 0], last, now, step, forces[0]
+        model, points, rows, memory, state.material, found, lanes, local, scratch.columns[tid, 0], last, now, step, forces
     )
     sums = scratch.sums[c]
     for b in range(model.n_bodies):
@@ -173,9 +229,9 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     found = find_walls(model, state.x, state.body[0], local, placed, lo, hi - lo, lanes, normals, scratch.test[tid])
     work[3], work[4], work[5], work[6], wall_alarm = wall_contacts(
         model, state.x, rows, state.wall_memory, state.material, scratch.motion[tid], found, lanes, normals, scratch.columns[tid, 1],
-        last, now, step, forces[1], sums,
+        last, now, step, forces, sums,
     )  # fmt: skip
-    alarms = integrate(model, state, lo, hi, forces, scratch.turned[tid], reference, dt, work)
+    alarms = integrate(model, state, scratch, lo, hi, forces, tid, reference, dt, work)
     scratch.alarms[c] = alarms + PAIR * int(pair_alarm > 0) + WALL * int(wall_alarm > 0)
 
 
@@ -186,7 +242,7 @@ def close_substep(model, state, scratch, dt):
     alarms = 0
     for c in range(scratch.alarms.shape[0]):
         alarms |= scratch.alarms[c]
-        for k in range(8):
+        for k in range(state.ledger.size):
             state.ledger[k] += dt * scratch.work[c, k]
         for b in range(model.n_bodies):
             for k in range(6):
