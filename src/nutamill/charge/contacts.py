@@ -20,7 +20,7 @@ BITS = np.array([bin(mask).count("1") for mask in range(1 << WIDTH)], np.uint64)
 
 
 @kernel(fast=True, inline="always")
-def filter_pairs(points, partners, owners, local, n_listed, lo, lanes):
+def filter_pairs(points, partners, owners, local, n_listed, lo, hi, lanes):
     """Find the touching pairs among the candidates of a chunk.
 
     Rows of `lanes`: place of the first particle in the chunk, slot of the second, place in the list, place of the second in the chunk
@@ -43,7 +43,7 @@ def filter_pairs(points, partners, owners, local, n_listed, lo, lanes):
         place = np.uint32(j - np.uint32(lo))  # slots before the chunk wrap to large numbers
         first[q] = i
         second[q] = j
-        place_second[q] = place if place < np.uint32(chunk) else np.uint32(chunk)
+        place_second[q] = place if place < np.uint32(hi - lo) else np.uint32(chunk)
         slot_first[q] = i + np.uint32(lo)
     for q in range(n, n + np.uint64(BATCH + WIDTH)):
         first[q] = chunk

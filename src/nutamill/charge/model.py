@@ -1,7 +1,7 @@
 """What a charge is, as arrays: constants (`ChargeModel`), what moves (`ChargeState`), what may be forgotten (`ChargeScratch`).
 
 A particle keeps its id for life; its *slot* is its present place in the arrays, which follows a Morton curve.  Slots are
-cut into chunks of fixed size: a chunk is the unit of work, of locality and of summation, so that sums have the same bits
+cut into chunks: a chunk is the unit of work, of locality and of summation, so that sums have the same bits
 at any number of threads.  ``M`` is the number of slots (particles, and padding to whole chunks), ``C`` of chunks,
 ``S`` of surfaces, ``B`` of bodies, ``T`` of threads.  *real* stands for float32 (``precision="single"``) or float64,
 *point* for int32 or int64.
@@ -176,7 +176,7 @@ class ChargeModel(NamedTuple):
     """Constants of a charge; never changes."""
 
     n_particles: int
-    """Number of particles [1]."""
+    """Number of spheres, pebbles of clumps counted each [1]."""
     chunk: int
     """Slots in a chunk [1]."""
     n_bodies: int
@@ -225,7 +225,10 @@ class ChargeState(NamedTuple):
     w: np.ndarray
     """Spins [rad/s] (3, M), world axes."""
     body: np.ndarray
-    """Radius [m], mass [kg], 1/mass [1/kg], 1/inertia [1/(kg m^2)] (4, M)."""
+    """Radius [m], mass [kg], 1/mass [1/kg], 1/inertia [1/(kg m^2)] (4, M).  Where there are clumps (8, M): mass is the clump's, its
+    inverses are unused, and there follow the centre in the clump's axes [m] (3) and the place of the clump [1]."""
+    clumps: np.ndarray
+    """A row for each clump, as `charge.clumps.ClumpColumn` (n_clumps, 24); no rows where all particles are spheres."""
     material: np.ndarray
     """Material [1], int32 (M,)."""
     ids: np.ndarray
@@ -239,7 +242,7 @@ class ChargeState(NamedTuple):
     owners: np.ndarray
     """Place within the chunk of the first particle of each candidate pair [1], uint32 (2, C, capacity)."""
     listed: np.ndarray
-    """Number of candidate pairs of each chunk [1], int64 (2, C)."""
+    """Number of candidate pairs of each chunk in both lists, and its first slot [1], int64 (3, C + 1)."""
     memory: np.ndarray
     """Tangential spring [m] (3), rolling spring [rad] (3), stamp of the last substep in contact, 1 while sliding; real
     (2, C, capacity, 8), world axes."""
