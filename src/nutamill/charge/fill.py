@@ -16,13 +16,10 @@ from nutamill.charge.assembly import grow
 from nutamill.charge.dynamics import window
 from nutamill.charge.model import Clock, Status
 from nutamill.charge.observe import charge_reading, observe
-from nutamill.charge.particles import Particles
+from nutamill.charge.particles import LOOSE_PACKING, Particles
 from nutamill.charge.team import run_team
 from nutamill.charge.wording import status_text
 from nutamill.errors import CaseError, Fault, StepError
-
-LOOSE_PACKING = 0.58
-"""Share of its bulk volume that a loose random bed of spheres fills [1]."""
 
 COLUMN_PACKING = 0.40
 """Share that the column of a fresh fill has, where the chamber is high enough [1]."""

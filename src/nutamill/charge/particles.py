@@ -8,6 +8,12 @@ import numpy as np
 from nutamill.charge.shapes import ClumpShape, sphere_shape
 from nutamill.errors import CaseError, Fault
 
+LOOSE_PACKING = 0.58
+"""Share of its bulk volume that a loose random bed of spheres fills [1].
+
+Source: G. D. Scott, "Packing of spheres", Nature 188, 908 (1960): 0.60 to 0.63 less the wall's share.
+"""
+
 NAMED = 5
 """Offenders that a message names [1]."""
 
@@ -62,6 +68,11 @@ class Particles:
     def bounding_radius(self) -> np.ndarray:
         """Radius [m] (n,) of the sphere about its mass centre that holds each particle."""
         return self._of_shape([shape.bounding_radius for shape in self.shapes]) * self.scale
+
+    @property
+    def poses(self) -> np.ndarray:
+        """Places [m] (n, 3), with the attitudes (n, 7) where there are any."""
+        return self.centre if self.attitude is None else np.column_stack([self.centre, self.attitude])
 
     def mass(self, densities: Sequence[float]) -> np.ndarray:
         """Mass of each particle [kg] (n,), with the densities of the materials [kg/m^3]."""
@@ -141,14 +152,25 @@ def check_particles(particles: Particles, densities: Sequence[float]) -> None:
         raise CaseError(*faults)
 
 
+def motion_faults(number: int, velocities: np.ndarray | None, spins: np.ndarray | None) -> list[Fault]:
+    """What is wrong with velocities [m/s] and spins [rad/s], each (number, 3), of particles at the start; None stands for rest."""
+    faults = []
+    for name, given in (("velocities", velocities), ("spins", spins)):
+        if given is not None and np.shape(given) != (number, 3):
+            faults.append(Fault(name, f"must have shape {(number, 3)}, got {np.shape(given)}"))
+        elif given is not None:
+            faults += _named(name, ~np.isfinite(np.asarray(given, float)).all(axis=1), "finite", "")
+    return faults
+
+
 def _outside(numbers, count) -> np.ndarray:
     return (numbers < 0) | (numbers >= count)
 
 
-def _named(name, bad, must) -> list[Fault]:
+def _named(name, bad, must, prefix="particles.") -> list[Fault]:
     """A fault that names the particles for which it holds, or none."""
     ids = np.flatnonzero(bad)
     if not len(ids):
         return []
     more = f" and {len(ids) - NAMED} more" if len(ids) > NAMED else ""
-    return [Fault(f"particles.{name}", f"must be {must}, not so for particles {', '.join(map(str, ids[:NAMED]))}{more}")]
+    return [Fault(prefix + name, f"must be {must}, not so for particles {', '.join(map(str, ids[:NAMED]))}{more}")]
