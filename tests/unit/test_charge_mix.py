@@ -11,13 +11,15 @@ import pytest
 from nutamill.build.chamber_charge import pair_laws
 from nutamill.build.charge_mix import charge_mass, charge_particles, particle_count, particle_masses
 from nutamill.build.clock import contact_facts, run_clock
-from nutamill.build.model import bed_weight
+from nutamill.build.model import bed_weight, build
 from nutamill.case import Case, load_case
 from nutamill.case.library import CHARGES, SHAPES
 from nutamill.charge.fill import fill_cylinder, near_pairs, random_attitudes, random_fill, size_octaves
+from nutamill.charge.model import Status
 from nutamill.charge.particles import check_particles, clumps, joined, spheres
 from nutamill.charge.shapes import clump_shape
 from nutamill.errors import CaseError
+from nutamill.preflight import preflight
 
 MIX = """base = "numill-2025"
 [[charge.part]]
@@ -396,3 +398,55 @@ def test_particles_that_cannot_be_are_refused_by_id(name):
 def test_particles_without_mass_are_refused_by_id():
     with pytest.raises(CaseError, match=r"particles.density: must be positive, not so for particles 0, 1"):
         check_particles(spheres(np.full(2, 1e-3)).placed(np.zeros((2, 3))), [0.0])
+
+
+# in the mill ----------------------------------------------------------------------------------------------------------
+
+TWO_SIZES = """base = "numill-2025"
+[[charge.part]]
+kind = "spheres"
+material = "steel"
+distribution = { law = "rosin_rammler", size = "5 mm", exponent = 5, smallest = "3 mm", largest = "7 mm" }
+mass = "0.1 kg"
+[[charge.part]]
+kind = "spheres"
+material = "sand"
+diameter = "3 mm"
+fill = 0.01
+[contact.pairs.steel-sand]
+normal_stiffness = "500 kN/m"
+damping_ratio = 0.2
+sliding_friction = 0.5
+"""
+
+
+def test_spheres_of_two_materials_and_many_sizes_are_built_with_their_own_masses(tmp_path):
+    case = case_of(tmp_path, TWO_SIZES)
+    filled = fill_cylinder(charge_particles(case), 0.07, -0.326, -0.098)
+    model, state = build(case, filled.poses)
+    n = particle_count(case)
+    masses = np.empty(n)
+    masses[state.charge.ids[:n]] = state.charge.body[1, :n]
+    assert model.charge.n_particles == n and state.charge.status[0] == Status.OK
+    assert masses == pytest.approx(particle_masses(case), rel=1e-12)
+
+
+def test_the_sheet_tells_number_mass_sizes_and_fill_of_each_part(tmp_path):
+    sheet = preflight(case_of(tmp_path, TWO_SIZES))
+    steel, sand = sheet.charge
+    assert (steel.name, sand.name) == ("spheres of steel", "spheres of sand")
+    # the fewest that weigh 0.1 kg; the largest weighs 7864 pi/6 (7 mm)^3 = 1.4 g
+    assert 0.1 <= steel.mass < 0.1 + 7864 * math.pi / 6 * 0.007**3
+    # half the mass below the median of the cut law, (d/5 mm)^5 = -ln(1 - F) with F half way between the cuts; the
+    # sample is off by three masses of the largest at most (as in the tests of sizes), the percentile by one
+    below = [1 - math.exp(-((d / 5) ** 5)) for d in (3, 7)]
+    median = 5e-3 * (-math.log(1 - sum(below) / 2)) ** 0.2
+    slope = (below[1] - below[0]) / ((median / 5e-3) ** 4 * math.exp(-((median / 5e-3) ** 5)) / 1e-3)
+    assert steel.sizes[1] == pytest.approx(median, abs=4 * 7864 * math.pi / 6 * 0.007**3 / 0.1 * slope)
+    # 1 % of the chamber, up to one particle of 14 mm^3 at 0.58
+    assert 0.01 <= sand.filling < 0.01 + 14.2e-9 / 0.58 / 3.5e-3
+    assert sheet.filling == steel.filling + sand.filling
+    lines = [line for line in sheet.lines() if " of steel" in line or " of sand" in line or "together" in line]
+    assert lines[0].startswith(f"charge    {steel.particles} spheres of steel, 0.1") and "d10/50/90" in lines[0]
+    assert f"{sand.particles} spheres of sand" in lines[1] and "d 3 mm, fill 1.0 % loose at solids fraction 0.58" in lines[1]
+    assert f"together {steel.particles + sand.particles}, " in lines[2]
