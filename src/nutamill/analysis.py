@@ -181,10 +181,10 @@ def warning_lines(result: Result) -> list[str]:
     case, series = Case.from_toml(result.case_text), result.series
     lines = []
     if "largest_pair_overlap" in series:
-        own = case.charge.material
+        own = case.charge.materials
         walls = [case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else [])
-        wall_limit = max(case.contact.pair(own, wall).overlap_warn for wall in walls)
-        for kind, limit in (("pair", case.contact.pair(own, own).overlap_warn), ("wall", wall_limit)):
+        for kind, others in (("pair", own), ("wall", walls)):
+            limit = max(case.contact.pair(a, b).overlap_warn for a in own for b in others)
             largest = float(series[f"largest_{kind}_overlap"].max())
             if largest > limit:
                 lines.append(

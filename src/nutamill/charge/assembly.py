@@ -19,6 +19,7 @@ from nutamill.charge.model import (
     Status,
     Surface,
 )
+from nutamill.charge.particles import motion_faults
 from nutamill.charge.surfaces import place_surfaces, surface_overlap
 from nutamill.charge.team import MOST_THREADS
 from nutamill.errors import CaseError, Fault
@@ -211,7 +212,7 @@ def charge(
     """
     positions = np.array(positions, float)
     radii, materials = np.array(radii, float), np.array(materials, np.int32)
-    faults = _particle_faults(positions, radii, materials, densities)
+    faults = _particle_faults(positions, radii, materials, densities) + motion_faults(len(positions), velocities, spins)
     if faults:
         raise CaseError(*faults)
     n = len(positions)
