@@ -79,7 +79,7 @@ def new(
 def check(
     case: CaseName,
     overrides: Overrides = None,
-    dialects: Annotated[bool, typer.Option("--dialects", help="Also the contact laws as Rocky, PFC, LAMMPS and LIGGGHTS take them.")] = False,
+    dialects: Annotated[bool, typer.Option("--dialects", help="Also the contacts as Rocky, PFC, LAMMPS and LIGGGHTS take them.")] = False,
 ) -> None:
     """Say everything that can be known before a run."""
     loaded = _load(case, overrides)

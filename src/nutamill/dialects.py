@@ -1,7 +1,7 @@
 """The contact laws of a case in the words of Rocky, PFC, LAMMPS and LIGGGHTS, so that numbers can be carried over.
 
-SI units.  Where a stiffness depends on the size of the particles it is that of the smallest.  A law that a program does not have is
-said to be missing; what it has but means otherwise stands behind a ``#``.
+SI units.  Where a stiffness depends on the size of the particles it is that of those with the shortest contacts.  A law that a
+program does not have is said to be missing; what it has but means otherwise stands behind a ``#``.
 
 Sources: Ansys Rocky, DEM Technical Manual 2024 R2; Itasca PFC documentation 6 to 9, contact models linear, rrlinear, hertz; LAMMPS
 documentation, pair_style granular; LIGGGHTS-PUBLIC 3.8 documentation, gran models.
@@ -11,12 +11,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from nutamill.build.chamber_charge import contact_law_of, material_order, pair_law, particle_radii
+from nutamill.build.chamber_charge import Meeting, case_contacts, contact_law_of, pair_law, quickest_meeting
 from nutamill.case import Case
 from nutamill.charge.contact_terms import (
     hysteretic_restitution,
-    pair_stiffness_of,
     restitution_from_damping_ratio,
+    spring_stiffness,
 )
 from nutamill.charge.laws.tags import law_names
 from nutamill.charge.model import PairLaw
@@ -32,10 +32,8 @@ class Touch:
     """Their numbers."""
     wall: bool
     """Whether the second is a wall."""
-    diameter: float
-    """Of the particles [m]."""
-    mass: float
-    """Of a particle [kg]."""
+    met: Meeting
+    """Sizes and masses."""
     young: tuple[float, float]
     """Young's modulus of the two as the law takes it, softened [Pa]."""
     poisson: tuple[float, float]
@@ -46,17 +44,12 @@ class Touch:
     @property
     def k(self) -> float:
         """Normal stiffness of a linear or hysteretic spring [N/m]."""
-        return pair_stiffness_of(self.pair, self.diameter, self.diameter)
+        return spring_stiffness(self.pair, self.met.diameter, self.met.other_diameter)
 
     @property
     def kt(self) -> float:
         """Its tangential stiffness [N/m]."""
         return self.pair.tangential_ratio * self.k
-
-    @property
-    def reduced_mass(self) -> float:
-        """Of the pair [kg]."""
-        return self.mass if self.wall else 0.5 * self.mass
 
     @property
     def plain_restitution(self) -> float:
@@ -163,7 +156,7 @@ def liggghts(touch: Touch) -> list[str]:
         if pair.tangential_ratio != 1.0:
             lines.append(f"# its tangential stiffness is Mindlin's, here {pair.tangential_ratio:g} times that")
     else:
-        gamma = 2.0 * pair.damping_ratio * math.sqrt(touch.k / touch.reduced_mass)
+        gamma = 2.0 * pair.damping_ratio * math.sqrt(touch.k / touch.met.mass)
         lines.append(f"kn {touch.k:.6g}; kt {touch.kt:.6g}; gamman {gamma:.6g}; gammat 0")
     rolls = f"; coefficientRollingFriction {pair.rolling_friction:g}" if roll else ""
     lines.append(f"coefficientFriction {pair.static_friction:g}{rolls}")
@@ -189,25 +182,18 @@ def _other_restitution(touch: Touch) -> list[str]:
 
 
 def touches(case: Case) -> dict[str, Touch]:
-    """Contacts of the smallest particle of a case with another, and with each wall material, by their name."""
-    if not case.charge.size_classes:
-        return {}
-    own, diameter = case.charge.material, 2.0 * float(particle_radii(case).min())
-    solids = case.materials
-    walls = dict.fromkeys([case.chamber.material, *([case.chamber.rib.material] if case.chamber.ribs else [])])
-    softening = 0.0 if case.contact.stiffness == "direct" else case.contact.softening
-    found = {}
-    for other, wall in [(own, False), *((name, True) for name in material_order(case) if name in walls)]:
-        both = solids[own], solids[other]
-        found[f"{own}-{other}{' wall' if wall else ''}"] = Touch(
+    """Contacts of the particles of a case with each other and with walls, by the names of the two materials."""
+    contact, found = case.contact, {}
+    for own, other, wall in case_contacts(case):
+        both = case.materials[own], case.materials[other]
+        found[f"{own}-{other}{' wall' * wall}"] = Touch(
             names=law_names(contact_law_of(case)),
             pair=pair_law(case, own, other),
             wall=wall,
-            diameter=diameter,
-            mass=solids[own].density * math.pi / 6.0 * diameter**3,
-            young=tuple(case.contact.softening * solid.young_modulus for solid in both),
+            met=quickest_meeting(case, own, other, wall),
+            young=tuple(contact.softening * solid.young_modulus for solid in both),
             poisson=tuple(solid.poisson_ratio for solid in both),
-            softening=softening,
+            softening=0.0 if contact.stiffness == "direct" else contact.softening,
         )
     return found
 
@@ -216,8 +202,8 @@ def dialect_lines(case: Case) -> list[str]:
     """The contact laws of a case in all dialects, as text; SI units."""
     lines = []
     for name, touch in touches(case).items():
-        laws = " x ".join(touch.names)
-        lines.append(f"{name}: {laws}, particles of {1e3 * touch.diameter:g} mm, SI units")
+        laws, sizes = " x ".join(touch.names), dict.fromkeys((touch.met.diameter, touch.met.other_diameter))
+        lines.append(f"{name}: {laws}; spheres of {' and '.join(f'{1e3 * size:.4g}' for size in sizes)} mm; SI units")
         for program, say in DIALECTS.items():
             said = say(touch)
             lines += [f"  {program if k == 0 else '':9} {text}" for k, text in enumerate(said)]

@@ -1,7 +1,8 @@
 """Compile the kernels once, the two engines at the same time in two processes.
 
 Compiled code is kept in the user's cache folder (`nutamill.kernel`), so that this happens after an installation or a change of
-the kernels, and not again.  What is compiled depends on the kinds of arrays and on the contact law only, not on the mill: a ball on a turntable will do.
+the kernels, and not again.  What is compiled depends on the kinds of arrays and on the contact law only, not on the mill: a ball on
+a turntable will do.
 """
 
 import subprocess

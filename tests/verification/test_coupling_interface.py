@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from coupled_bench import CoupledBench, G, Scheme, inside_of_a_box, law, sphere_mass
 
-
 R = 0.0025
 BALL = sphere_mass(R)
 BOX = 0.05

@@ -1,9 +1,11 @@
 """The inside of a chamber as surfaces, and a case's materials as pair laws: what the charge engine is built from."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.build.charge_mix import charge_particles, quickest_pebble
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
 from nutamill.charge.assembly import charge
@@ -11,7 +13,9 @@ from nutamill.charge.contact_terms import Impact, damping_ratio_from_restitution
 from nutamill.charge.dynamics import start
 from nutamill.charge.laws.tags import ContactLaw, contact_law
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, Surface, SurfaceKind
-from nutamill.frames import rotation_matrix
+from nutamill.charge.particles import Particles, check_particles
+from nutamill.errors import CaseError, Fault
+from nutamill.frames import quaternion_product, rotation_matrix
 from nutamill.materials import ContactPair
 
 CHAMBER_CARRIER = 0
@@ -20,7 +24,7 @@ CHAMBER_CARRIER = 0
 
 def material_order(case: Case) -> list[str]:
     """Names of the materials the charge touches, the charge's own first; their place is their number in the engine."""
-    names = [case.charge.material, case.chamber.material]
+    names = [*case.charge.materials, case.chamber.material]
     if case.chamber.ribs:
         names.append(case.chamber.rib.material)
     return list(dict.fromkeys(names))
@@ -75,8 +79,8 @@ def rib_rotation(case: Case, number: int) -> np.ndarray:
 
 def pair_laws(case: Case) -> dict[tuple[int, int], PairLaw]:
     """Laws of the charge with itself and with every wall, by the numbers of `material_order`."""
-    names = material_order(case)
-    return {(0, number): pair_law(case, names[0], name) for number, name in enumerate(names)}
+    names, own = material_order(case), len(case.charge.materials)
+    return {(a, b): pair_law(case, names[a], names[b]) for a in range(own) for b in range(a, len(names))}
 
 
 def contact_law_of(case: Case) -> ContactLaw:
@@ -119,13 +123,40 @@ def contact_moduli(young: list[float], poisson: list[float]) -> tuple[float, flo
     return modulus, 1.0 / sum(2.0 * (2.0 - nu) * (1.0 + nu) / e for e, nu in zip(young, poisson, strict=True))
 
 
+def case_contacts(case: Case) -> list[tuple[str, str, bool]]:
+    """Pairs of materials that touch, and whether the second is a wall: the charge's own, then each of them with every wall."""
+    own = case.charge.materials
+    walls = dict.fromkeys([case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else []))
+    between = [(a, b, False) for number, a in enumerate(own) for b in own[number:]]
+    return between + [(a, wall, True) for a in own for wall in walls]
+
+
+class Meeting(NamedTuple):
+    """Two particles that meet, or one that meets a wall."""
+
+    mass: float
+    """Reduced mass [kg]."""
+    radius: float
+    """Reduced radius [m]."""
+    diameter: float
+    """Of the first [m]."""
+    other_diameter: float
+    """Of the second [m]; of a wall that of the first."""
+
+
+def quickest_meeting(case: Case, first: str, second: str, wall: bool) -> Meeting:
+    """The particles of two materials that have the shortest contacts."""
+    one = quickest_pebble(case, first)
+    if wall:
+        return Meeting(one.mass, one.diameter / 2, one.diameter, one.diameter)
+    two = quickest_pebble(case, second)
+    mass, radius = 1 / (1 / one.mass + 1 / two.mass), 0.5 / (1 / one.diameter + 1 / two.diameter)
+    return Meeting(mass, radius, one.diameter, two.diameter)
+
+
 def impact_of(case: Case, first: str, second: str, wall: bool, v: float) -> Impact:
-    """Two of the smallest particles that meet head-on at `v` [m/s], or one that meets a wall."""
-    diameter = 2 * float(particle_radii(case).min())
-    mass = case.materials[first].density * math.pi * diameter**3 / 6
-    share = 1.0 if wall else 0.5
-    law = pair_law(case, first, second)
-    return impact(contact_law_of(case), law, share * mass, share * diameter / 2, diameter, diameter, v)
+    """The quickest particles of two materials that meet head-on at `v` [m/s]."""
+    return impact(contact_law_of(case), pair_law(case, first, second), *quickest_meeting(case, first, second, wall), v)
 
 
 def damping_ratio(case: Case, pair: ContactPair) -> float:
@@ -135,12 +166,6 @@ def damping_ratio(case: Case, pair: ContactPair) -> float:
     return damping_ratio_from_restitution(pair.restitution, case.contact.tension == "cut")
 
 
-def particle_radii(case: Case) -> np.ndarray:
-    """Radii [m] (n,) of all particles of the charge, size class after size class."""
-    diameters = [diameter for diameter, _ in case.charge.size_classes]
-    return np.repeat(np.array(diameters) / 2, case.particle_counts)
-
-
 def chamber_charge(
     case: Case, bed: np.ndarray, position: np.ndarray, quaternion: np.ndarray, substep: float
 ) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
@@ -148,24 +173,28 @@ def chamber_charge(
 
     Parameters
     ----------
-    bed : places of the particles [m] (n, 3), in chamber axes from the nutation point
+    bed : places of the particles [m] (n, 3), or places and attitudes (n, 7), in chamber axes from the nutation point
     position, quaternion : mass centre [m] (3,) and attitude (4,) of the chamber, world
     substep : charge substep [s]
 
     Raises
     ------
-    CaseError : particles that overlap each other or the chamber
+    CaseError : particles that cannot be, or that overlap each other or the chamber
     """
-    names, radii = material_order(case), particle_radii(case)
+    names = material_order(case)
+    densities = [case.materials[name].density for name in names]
     rotation = np.empty((3, 3))
     rotation_matrix(np.asarray(quaternion, float), rotation)
-    places = position + (bed - whole_chamber(case.chamber).mass_centre) @ rotation.T
+    particles = placed_particles(case, bed, position, np.asarray(quaternion, float))
+    check_particles(particles, densities)
+    if not particles.spheres_only:
+        raise CaseError(Fault("charge.kind", "must be spheres to be run, got clumps", "The sheet of nutamill check knows them"))
     middle = position + rotation @ (chamber_middle(case) - whole_chamber(case.chamber).mass_centre)
     built = charge(
-        places,
-        radii,
-        np.zeros(len(radii), int),
-        [case.materials[name].density for name in names],
+        particles.centre,
+        particles.bounding_radius,
+        particles.material,
+        densities,
         pair_laws(case),
         chamber_surfaces(case),
         1,
@@ -176,6 +205,20 @@ def chamber_charge(
     )
     start(*built, substep)
     return built
+
+
+def placed_particles(case: Case, bed: np.ndarray, position: np.ndarray, quaternion: np.ndarray) -> Particles:
+    """The particles of a case in their bed, world axes from the nutation point.
+
+    Parameters
+    ----------
+    bed, position, quaternion : as `chamber_charge`
+    """
+    rotation = np.empty((3, 3))
+    rotation_matrix(quaternion, rotation)
+    places = position + (bed[:, :3] - whole_chamber(case.chamber).mass_centre) @ rotation.T
+    turned = None if bed.shape[1] == 3 else np.array([quaternion_product(quaternion, own) for own in bed[:, 3:]])
+    return charge_particles(case).placed(places, turned)
 
 
 def chamber_middle(case: Case) -> np.ndarray:

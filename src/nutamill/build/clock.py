@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from nutamill.build.chamber_charge import impact_of, material_order, pair_law, particle_radii
+from nutamill.build.chamber_charge import case_contacts, impact_of, pair_law, quickest_meeting
 from nutamill.case import Case
-from nutamill.charge.contact_terms import SUBSTEPS_PER_CONTACT, cohesive_softening, pair_stiffness_of
+from nutamill.charge.contact_terms import SUBSTEPS_PER_CONTACT, cohesive_softening, spring_stiffness
 from nutamill.charge.model import PairLaw
 from nutamill.errors import CaseError, Fault
 
@@ -17,7 +17,7 @@ MECHANISM_STEP = 55e-6
 
 
 class ContactFacts(NamedTuple):
-    """What a pair of materials means for the smallest particles of the charge."""
+    """What a pair of materials means for those of their particles that have the shortest contacts."""
 
     pair: str
     """Names of the two materials."""
@@ -28,7 +28,7 @@ class ContactFacts(NamedTuple):
     resolve: float
     """Time a substep has to be small against [s]: the duration, but hysteretic half a period of the unloading spring."""
     overlap: float
-    """Largest overlap of a head-on contact at the speed of the crank circle, share of the diameter [1]."""
+    """Largest overlap of a head-on contact at the speed of the crank circle, share of the smaller diameter [1]."""
     restitution: float
     """Restitution of the pair [1]."""
     law: PairLaw
@@ -54,19 +54,16 @@ class Clock(NamedTuple):
 
 
 def contact_facts(case: Case) -> list[ContactFacts]:
-    """Facts of a contact between two particles and of a particle with each wall material; smallest particles, as they rule."""
-    names = material_order(case)
-    walls = [case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else [])
-    return [_facts(case, names[0], False)] + [_facts(case, wall, True) for wall in dict.fromkeys(walls)]
+    """Facts of the contacts between particles of all materials, then of each with every wall material; the quickest particles rule."""
+    return [_facts(case, *contact) for contact in case_contacts(case)]
 
 
-def _facts(case: Case, other: str, wall: bool) -> ContactFacts:
-    """Facts of the smallest particle against an equal one, or against a wall."""
-    own = case.charge.material
-    diameter = 2 * float(particle_radii(case).min())
-    met = impact_of(case, own, other, wall, crank_circle_speed(case))
-    name = f"{own}-{other}{' wall' if wall else ''}"
-    return ContactFacts(name, met.stiffness, met.time, met.resolve, met.overlap / diameter, met.restitution, pair_law(case, own, other))
+def _facts(case: Case, own: str, other: str, wall: bool) -> ContactFacts:
+    """Facts of the quickest particle of one material against that of another, or against a wall."""
+    met, sizes = impact_of(case, own, other, wall, crank_circle_speed(case)), quickest_meeting(case, own, other, wall)
+    share = met.overlap / min(sizes.diameter, sizes.other_diameter)
+    name = f"{own}-{other}{' wall' * wall}"
+    return ContactFacts(name, met.stiffness, met.time, met.resolve, share, met.restitution, pair_law(case, own, other))
 
 
 def crank_circle_speed(case: Case) -> float:
@@ -82,7 +79,7 @@ def run_clock(case: Case) -> Clock:
     CaseError : a substep that resolves the shortest contact by fewer than `FEWEST_SUBSTEPS`, cohesion that leaves no spring
     """
     row = 1.0 / case.run.series_rate
-    if not case.charge.size_classes:
+    if not case.charge.parts:
         windows = math.ceil(row / MECHANISM_STEP)
         return Clock(0, row / windows, windows, f"mechanism alone, at most {MECHANISM_STEP * 1e6:g} us")
     _refuse_soft_springs(case)
@@ -104,12 +101,11 @@ def _refuse_soft_springs(case: Case) -> None:
     """Raise where cohesion is stronger than a linear spring at any overlap, for the largest particles of the charge."""
     if case.contact.cohesion == "none" or case.contact.normal == "hertz":
         return
-    own, diameter = case.charge.material, 2 * float(particle_radii(case).max())
+    diameter = max(part.size_range[1] for part in case.charge.parts)
     faults = []
-    for other in material_order(case):
+    for own, other, wall in case_contacts(case):
         law = pair_law(case, own, other)
-        spring = pair_stiffness_of(law, diameter, diameter)
-        taken = cohesive_softening(law, diameter / 2 if other != own else diameter / 4)
+        spring, taken = spring_stiffness(law, diameter, diameter), cohesive_softening(law, diameter / (2 if wall else 4))
         if taken >= spring:
             most = law.cohesive_pressure * spring / taken
             what = f"cohesion takes {taken / 1e3:.3g} kN/m from a spring of {spring / 1e3:.3g} kN/m: particles would collapse"

@@ -1,10 +1,11 @@
 """The demonstration: a case made short enough to be run in under a minute, and what it says of itself."""
 
+import itertools
 import math
 
-from nutamill.build.chamber_charge import material_order, pair_law, particle_radii
+from nutamill.build.chamber_charge import material_order, pair_law, quickest_meeting
 from nutamill.case import Case
-from nutamill.charge.contact_terms import pair_stiffness_of
+from nutamill.charge.contact_terms import spring_stiffness
 
 RAMP_TIME = 0.2
 """Time from rest to full speed in a demonstration [s]."""
@@ -27,19 +28,18 @@ def quick(case: Case) -> Case:
         "run.snapshots.last": 0.1,
     }
     if softens(case):
-        own, diameter = case.charge.material, 2 * float(particle_radii(case).min())
         changes["contact.stiffness"] = "direct"
-        for other in material_order(case):
-            softer = SOFTER if other == own else 1.0
-            changes[f"contact.pairs.{pair_name(case, own, other)}.normal_stiffness"] = (
-                pair_stiffness_of(pair_law(case, own, other), diameter, diameter) / softer
-            )
+        for own, other in itertools.product(case.charge.materials, material_order(case)):
+            wall = other not in case.charge.materials
+            softer, met = 1.0 if wall else SOFTER, quickest_meeting(case, own, other, wall)
+            stiffness = spring_stiffness(pair_law(case, own, other), met.diameter, met.other_diameter)
+            changes[f"contact.pairs.{pair_name(case, own, other)}.normal_stiffness"] = stiffness / softer
     return case.with_(**{key.replace(".", "__"): value for key, value in changes.items()})
 
 
 def softens(case: Case) -> bool:
     """Whether the demonstration of a case takes softer springs; Hertz's have no stiffness of their own to change."""
-    return bool(case.charge.size_classes) and case.contact.stiffness == "young" and case.contact.normal != "hertz"
+    return bool(case.charge.parts) and case.contact.stiffness == "young" and case.contact.normal != "hertz"
 
 
 def pair_name(case: Case, first: str, second: str) -> str:

@@ -160,7 +160,7 @@ def impact(
     """
     hertz, hysteretic = isinstance(law.normal, HertzSpring), isinstance(law.normal, HystereticSpring)
     z, cut = pair.damping_ratio, pair.tension_cut
-    k = 0.0 if hertz else pair_stiffness_of(pair, diameter_a, diameter_b)
+    k = 0.0 if hertz else spring_stiffness(pair, diameter_a, diameter_b)
     if isinstance(law.cohesion, AreaCohesion) and pair.cohesive_pressure > 0.0:
         if not hertz and k <= cohesive_softening(pair, r_eff):
             return Impact(k, math.inf, math.inf, 0.0, math.pi * math.sqrt(m_eff / k))
@@ -219,8 +219,8 @@ def cohesive_softening(pair: PairLaw, r_eff: float) -> float:
     return AREA_PER_DEPTH * r_eff * pair.cohesive_pressure
 
 
-def pair_stiffness_of(pair: PairLaw, diameter_a: float, diameter_b: float) -> float:
-    """Normal stiffness [N/m] of a linear or hysteretic pair: as given, or of two bodies in series (a wall takes the particle's diameter)."""
+def spring_stiffness(pair: PairLaw, diameter_a: float, diameter_b: float) -> float:
+    """Normal stiffness [N/m] of a linear or hysteretic pair: as given, or of two bodies in series; a wall has the particle's diameter."""
     if pair.stiffness_direct > 0.0:
         return pair.stiffness_direct
     return 1.0 / (1.0 / (pair.stiffness_per_diameter_a * diameter_a) + 1.0 / (pair.stiffness_per_diameter_b * diameter_b))

@@ -69,9 +69,8 @@ def stored_energy(law, numbers, memory, last, overlap, radius_a, radius_b, r_eff
     """
     alive = 1.0 if abs(memory[6]) == last else 0.0
     c0, c1, c2 = float(numbers[0]), float(numbers[1]), float(numbers[2])
-    normal, k = normal_energy(
-        law.normal, overlap, alive * float(memory[7]), r_eff, 2.0 * radius_a, 2.0 * radius_b, c0, c1, c2, float(numbers[4]), float(numbers[5])
-    )  # fmt: skip
+    damping, floor, history = float(numbers[4]), float(numbers[5]), alive * float(memory[7])
+    normal, k = normal_energy(law.normal, overlap, history, r_eff, 2.0 * radius_a, 2.0 * radius_b, c0, c1, c2, damping, floor)
     normal -= 0.5 * overlap * cohesive_pull(law.cohesion, overlap, r_eff, float(numbers[10]))
     kt = k * float(numbers[3])
     s2, t2 = 0.0, 0.0

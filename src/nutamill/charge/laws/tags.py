@@ -86,4 +86,6 @@ def contact_law(normal: str = "linear", tangential: str = "displacement", rollin
 def law_names(law: ContactLaw) -> tuple[str, str, str, str]:
     """The four names of a law; the inverse of `contact_law`."""
     families = (NORMAL, TANGENTIAL, ROLLING, COHESION)
-    return tuple(next(name for name, known in family.items() if type(known) is type(tag)) for family, tag in zip(families, law, strict=True))
+    return tuple(
+        next(name for name, known in family.items() if type(known) is type(tag)) for family, tag in zip(families, law, strict=True)
+    )
