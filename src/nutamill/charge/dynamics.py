@@ -13,8 +13,8 @@ from nutamill.charge.alarm import name_the_worst
 from nutamill.charge.clumps import integrate_clumps, start_clumps
 from nutamill.charge.columns import HELD, LAW, PEAK
 from nutamill.charge.contacts import filter_pairs, find_walls, pair_contacts, wall_contacts
-from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock
 from nutamill.charge.integration import integrate_spheres
+from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock
 from nutamill.charge.neighbours import rebuild, slots_of_chunk, thread_share, turning
 from nutamill.charge.publish import publish
 from nutamill.charge.simd import WIDTH, negated_radii
