@@ -29,7 +29,7 @@ ANGLE_STOP = math.radians(1.0)
 
 def faults(case: "Case") -> list[Finding]:
     """Everything that contradicts."""
-    return [*_geometry(case), *_ribs(case), *_inertia(case), *_materials(case), *_pairs(case), *_charge(case)]
+    return [*_geometry(case), *_ribs(case), *_inertia(case), *_materials(case), *_laws(case), *_pairs(case), *_charge(case)]
 
 
 def warnings(case: "Case") -> list[Fault]:
@@ -153,6 +153,26 @@ def _materials(case: "Case") -> list[Finding]:
     return found
 
 
+def _laws(case: "Case") -> list[Finding]:
+    """Laws that do not go together."""
+    contact, found = case.contact, []
+    if contact.normal == "hertz" and contact.stiffness == "direct":
+        what = 'must be "young" with normal = "hertz", got "direct"'
+        hint = "Hertz takes young_modulus and poisson_ratio of the materials; contact.softening makes them softer"
+        found.append((("contact", "stiffness"), what, hint))
+    if contact.normal == "hysteretic" and contact.damping == "ratio":
+        what = 'must be "restitution" with normal = "hysteretic", got "ratio"'
+        hint = "It has no dashpot: its unloading stiffness follows from the restitution of each pair"
+        found.append((("contact", "damping"), what, hint))
+    if contact.cohesion == "none":
+        for name, pair in contact.pairs.items():
+            if pair.cohesive_pressure:
+                what = 'would do nothing, with contact.cohesion = "none"'
+                key = ("contact", "pairs", name, "cohesive_pressure")
+                found.append((key, what, 'Write cohesion = "area" in [contact], or leave it out'))
+    return found
+
+
 def _pairs(case: "Case") -> list[Finding]:
     found: list[Finding] = []
     pairs, known = case.contact.pairs, case.materials
@@ -168,6 +188,7 @@ def _pairs(case: "Case") -> list[Finding]:
             found.append(((*key, "overlap_warn"), f"must be less than overlap_stop {pair.overlap_stop:g}, got {pair.overlap_warn:g}", ""))
     needs = ["normal_stiffness"] * (case.contact.stiffness == "direct")
     needs += ["restitution" if case.contact.damping == "restitution" else "damping_ratio"]
+    needs += ["cohesive_pressure"] * (case.contact.cohesion == "area")
     for charge, other in _contacts(case):
         name = next((pair for pair in (f"{charge}-{other}", f"{other}-{charge}") if pair in pairs), None)
         if name is None:
@@ -175,7 +196,7 @@ def _pairs(case: "Case") -> list[Finding]:
             found.append((("contact", "pairs", f"{charge}-{other}"), what, f"Add a table [contact.pairs.{charge}-{other}]"))
             continue
         for need in (need for need in needs if getattr(pairs[name], need) is None):
-            asks = "stiffness" if need == "normal_stiffness" else "damping"
+            asks = {"normal_stiffness": "stiffness", "cohesive_pressure": "cohesion"}.get(need, "damping")
             what = f'is missing, with contact.{asks} = "{getattr(case.contact, asks)}"'
             found.append((("contact", "pairs", name, need), what, f"Add {need} to the pair"))
     return found

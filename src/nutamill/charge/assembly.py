@@ -2,11 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from nutamill.charge.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, cut_chunks
+from nutamill.charge.laws.numbers import law_faults, law_numbers
+from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw
 from nutamill.charge.model import (
     BATCH,
     PADDING,
@@ -16,7 +19,6 @@ from nutamill.charge.model import (
     Clock,
     Ledger,
     PairLaw,
-    RollingLaw,
     Status,
     Surface,
 )
@@ -47,33 +49,15 @@ def _aligned(shape, dtype) -> np.ndarray:
     return raw[offset : offset + size].view(dtype).reshape(shape)
 
 
-def law_numbers(law: PairLaw) -> list[float]:
-    """The numbers of a pair law in the order of `LawColumn`."""
-    direct = law.stiffness_direct > 0.0
-    return [
-        1.0 / law.stiffness_direct if direct else 0.0,
-        0.0 if direct else 1.0 / law.stiffness_per_diameter_a,
-        0.0 if direct else 1.0 / law.stiffness_per_diameter_b,
-        law.tangential_ratio,
-        2.0 * law.damping_ratio,
-        0.0 if law.tension_cut else -math.inf,
-        law.static_friction,
-        law.dynamic_friction,
-        law.rolling_friction,
-        1.0 / law.overlap_stop,
-    ]
-
-
 def mirrored(law: PairLaw) -> PairLaw:
     """The law of materials (b, a) from that of (a, b)."""
-    return PairLaw(
-        law.stiffness_direct, law.stiffness_per_diameter_b, law.stiffness_per_diameter_a, law.tangential_ratio, law.damping_ratio,
-        law.tension_cut, law.static_friction, law.dynamic_friction, law.rolling_friction, law.overlap_warn, law.overlap_stop,
+    return replace(
+        law, stiffness_per_diameter_a=law.stiffness_per_diameter_b, stiffness_per_diameter_b=law.stiffness_per_diameter_a
     )  # fmt: skip
 
 
-def _law_table(pair_laws, materials, surfaces, n_materials) -> tuple[list, np.ndarray, list[Fault]]:
-    """Rows of numbers, which row for which pair, and the pairs that have none."""
+def _law_table(contact_law, pair_laws, materials, surfaces, n_materials) -> tuple[list, np.ndarray, list[Fault]]:
+    """Rows of numbers, which row for which pair, and what is wrong with the pairs."""
     laws, faults = [], []
     table = np.zeros((n_materials, n_materials), np.int32)
     present = sorted({int(m) for m in materials})
@@ -85,8 +69,10 @@ def _law_table(pair_laws, materials, surfaces, n_materials) -> tuple[list, np.nd
             if (b, a) not in needed or a <= b:
                 faults.append(Fault(f"materials {a} and {b}", "a pair law must be given, got none", f"Add pair_laws[{a}, {b}]"))
             continue
+        if a <= b or (b, a) not in needed:
+            faults += [Fault(f"pair_laws[{a}, {b}]", *fault) for fault in law_faults(contact_law, law)]
         table[a, b] = rows.setdefault(law, len(rows))
-    laws = [law_numbers(law) for law in rows]
+    laws = [] if faults else [law_numbers(contact_law, law) for law in rows]
     return laws, table, faults
 
 
@@ -219,7 +205,7 @@ def charge(
     surfaces: Sequence[Surface],
     n_bodies: int,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
-    rolling: RollingLaw = RollingLaw.TYPE_C,
+    law: ContactLaw = STANDARD_LAW,
     skin: float | None = None,
     velocities: np.ndarray | None = None,
     spins: np.ndarray | None = None,
@@ -240,7 +226,7 @@ def charge(
     surfaces : wall pieces, each carried by a body
     n_bodies : bodies that may carry surfaces [1]
     gravity : [m/s^2] (3,), world axes
-    rolling : law of rolling resistance
+    law : the law of all contacts
     skin : gap up to which pairs are candidates [m]; a quarter of the mean diameter if None
     velocities, spins : [m/s], [rad/s] (n, 3), world axes; zero if None
     precision : "single", or "double" for verification
@@ -259,7 +245,7 @@ def charge(
         raise CaseError(*faults)
     n = len(positions)
     n_materials = max([len(densities)] + [s.material + 1 for s in surfaces])
-    rows, law_of, faults = _law_table(pair_laws, materials, surfaces, n_materials)
+    rows, law_of, faults = _law_table(law, pair_laws, materials, surfaces, n_materials)
     for surface in surfaces:
         if not 0 <= surface.body < n_bodies:
             faults.append(Fault(f'surface "{surface.name}"', f"body must be from 0 to {n_bodies - 1}, got {surface.body}"))
@@ -274,10 +260,9 @@ def charge(
         n_particles=n,
         chunk=min(LARGEST_CHUNK, max(SMALLEST_CHUNK, -(-n // (CHUNKS * BATCH)) * BATCH)),
         n_bodies=n_bodies,
+        law=law,
         laws=np.array(rows, real),
         law_of=law_of,
-        spring_rolling=float(rolling == RollingLaw.TYPE_C),
-        constant_rolling=float(rolling == RollingLaw.TYPE_A),
         surface_kind=np.array([int(s.kind) for s in surfaces], np.int64),
         surface_body=np.array([s.body for s in surfaces], np.int64),
         surface_material=np.array([s.material for s in surfaces], np.int64),
@@ -292,8 +277,6 @@ def charge(
         skin=0.5 * float(radii.mean()) if skin is None else float(skin),
         largest_radius=float(radii.max()),
     )
-    if rolling == RollingLaw.NONE:
-        model.laws[:, 8] = 0.0
     poses = body_poses(n_bodies, poses)
     owner = np.arange(n) if spheres is None else spheres.place
     faults = _pair_faults(positions, radii, materials, model, owner)
@@ -331,7 +314,6 @@ def _state(model, poses, clumps, longest, real, point, per_particle, slots) -> C
     n_surfaces = len(model.surface_kind)
     memory = _aligned((2, chunks, capacity, 8), real)
     wall_memory = _aligned((m * n_surfaces + 1, 8), real)
-    memory[..., 6] = wall_memory[..., 6] = -1.0
     return ChargeState(
         x=_aligned((3, m), float),
         v=_aligned((3, m), float),

@@ -3,7 +3,7 @@
 import numpy as np
 
 from nutamill.charge.columns import ARM, BODY_V, BODY_W, HELD, LAW, MEMORY, WEIGHT, A, B, pair_batch, wall_batch
-from nutamill.charge.model import BATCH, SurfaceKind
+from nutamill.charge.model import BATCH, LAW_NUMBERS, SurfaceKind
 from nutamill.charge.simd import WIDTH, add_rows, gather_differences, gather_rows, set_rows, touching
 from nutamill.charge.surfaces import surface_overlap
 from nutamill.kernel import kernel, like
@@ -60,7 +60,7 @@ def hold_law(columns, b, laws, law):
     number = like(law, columns[0])
     if columns[HELD * BATCH + b] != number:
         columns[HELD * BATCH + b] = number
-        for k in range(10):
+        for k in range(LAW_NUMBERS):
             columns[(LAW + k) * BATCH + b] = laws[law, k]
 
 
@@ -74,7 +74,6 @@ def pair_contacts(model, points, rows, memory, material, n, lanes, local, column
     """
     real = columns[0]
     unit = like(1.0 / model.scale, real)
-    spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
     zero, half, one = like(0.0, real), like(0.5, real), like(1.0, real)
     across = np.uint32(forces.shape[0] - 1)
     several = model.laws.shape[0] > 1
@@ -95,7 +94,7 @@ def pair_contacts(model, points, rows, memory, material, n, lanes, local, column
         if several:
             for b in range(m):
                 hold_law(columns, b, model.laws, model.law_of[material[first_slot[first + b]], material[second[first + b]]])
-        power_n, power_t, power_r, over = pair_batch(columns, unit, last, now, spring, constant, dt)
+        power_n, power_t, power_r, over = pair_batch(model.law, columns, unit, last, now, dt)
         sum_n += power_n
         sum_t += power_t
         sum_r += power_r
@@ -223,7 +222,6 @@ def wall_contacts(model, x, rows, wall_memory, material, motion, found, lanes, n
     powers of normal, tangential and rolling part and of the surfaces' motion [W] (4), 1 if an overlap is beyond its limit
     """
     real = columns[0]
-    spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
     one, zero = like(1.0, real), like(0.0, real)
     places, slots, surfaces, memories = lanes[0], lanes[1], lanes[2], lanes[3]
     body_of, material_of, law_of, laws = model.surface_body, model.surface_material, model.law_of, model.laws
@@ -249,7 +247,7 @@ def wall_contacts(model, x, rows, wall_memory, material, motion, found, lanes, n
                 columns[(BODY_V + k) * BATCH + b] = motion[body, 12 + k]
                 columns[(BODY_W + k) * BATCH + b] = motion[body, 15 + k]
             hold_law(columns, b, laws, law_of[material[slot], material_of[s]])
-        power_n, power_t, power_r, power_i, over = wall_batch(columns, last, now, spring, constant, dt)
+        power_n, power_t, power_r, power_i, over = wall_batch(model.law, columns, last, now, dt)
         sum_n += power_n
         sum_t += power_t
         sum_r += power_r

@@ -7,7 +7,7 @@ nobody writes another's row.
 import math
 
 from nutamill.charge.clumps import PLACE, cut_chunks, number_clumps
-from nutamill.charge.model import PADDING, ChargeModel, ChargeScratch, ChargeState, Clock, Status
+from nutamill.charge.model import PADDING, ChargeModel, ChargeScratch, ChargeState, Clock, Status, stamp_of
 from nutamill.charge.publish import publish
 from nutamill.charge.team import barrier
 from nutamill.kernel import kernel, like
@@ -88,13 +88,13 @@ def fit_grid(smallest, most, grid, cells):
 def keep_memory(model, state, lo, hi, c):
     """Copy the contacts alive in chunk `c` to the table by particle; returns 0 where the table is too small."""
     lst = state.clock[LIST]
-    last = like((state.clock[STEP] - 1) & 0xFFFFFF, state.rows[0, 0, 0])
+    last = like(stamp_of(state.clock[STEP] - 1), state.rows[0, 0, 0])
     memory = state.memory[lst, c]
     for i in range(lo, hi):
         state.kept_count[state.ids[i]] = 0
     slots = state.kept.shape[1]
     for k in range(state.listed[lst, c]):
-        if memory[k, 6] == last:
+        if abs(memory[k, 6]) == last:
             i = lo + state.owners[lst, c, k]
             j = state.partners[lst, c, k]
             a, b = state.ids[i], state.ids[j]
@@ -179,13 +179,13 @@ def sort_slots(model, state, scratch, tid, n_threads):
             for e in range(8):
                 scratch.moved_memory[i * n_surfaces + t, e] = state.wall_memory[scratch.source[i] * n_surfaces + t, e]
     barrier(scratch.barrier, n_threads)
-    last = like((state.clock[STEP] - 1) & 0xFFFFFF, rows[0, 0])
+    last = like(stamp_of(state.clock[STEP] - 1), rows[0, 0])
     for i in range(lo, hi):
         for t in range(i * n_surfaces, (i + 1) * n_surfaces):
             for e in range(8):
                 state.wall_memory[t, e] = scratch.moved_memory[t, e]
-            if state.wall_memory[t, 6] != last:
-                state.wall_memory[t, 6] = like(-1.0, last)
+            if abs(state.wall_memory[t, 6]) != last:
+                state.wall_memory[t, 6] = like(0.0, last)
         publish(model, state, i)
     barrier(scratch.barrier, n_threads)
 
@@ -269,7 +269,7 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
             k = without_own_clump(state, i, partners, start, k)
         for p in range(start, k):
             owners[p] = i - lo
-            memory[p, 6] = like(-1.0, real)
+            memory[p, 6] = like(0.0, real)
         a = state.ids[i]
         for q in range(state.kept_count[a]):
             j = scratch.slot_of[state.kept_with[a, q]]
