@@ -1,7 +1,7 @@
 """What went wrong in a substep: names the particles, once, after a chunk raised an alarm."""
 
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, LawColumn, Status
-from nutamill.charge.surfaces import surface_overlap
+from nutamill.charge.walls import wall_overlap
 from nutamill.kernel import kernel
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
@@ -56,9 +56,7 @@ def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratc
                 z = model.centre[2] + float(points[i, 2]) / model.scale
                 for s in range(model.surface_kind.shape[0]):
                     law = model.law_of[state.material[i], model.surface_material[s]]
-                    overlap, _, _, _ = surface_overlap(
-                        model.surface_kind, model.surface_size, scratch.placed[0], s, x, y, z, state.body[0, i]
-                    )
+                    overlap, _, _, _ = wall_overlap(model, scratch.placed[0], s, x, y, z, state.body[0, i])
                     share = overlap / (2.0 * state.body[0, i])
                     if share * model.laws[law, LIMIT] > worst:
                         worst = share * model.laws[law, LIMIT]

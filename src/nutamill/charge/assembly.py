@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
+from nutamill.charge.mesh_patches import mesh_walls
 from nutamill.charge.model import (
     BATCH,
     PADDING,
@@ -18,8 +19,8 @@ from nutamill.charge.model import (
     Status,
     Surface,
 )
-from nutamill.charge.surfaces import place_surfaces, surface_overlap
 from nutamill.charge.team import MOST_THREADS
+from nutamill.charge.wall_checks import NAMED, extent, mesh_faults, named, surface_faults, wall_faults
 from nutamill.errors import CaseError, Fault
 
 SMALL_CHUNK, LARGE_CHUNK, MANY = 64, 256, 10_000
@@ -27,9 +28,6 @@ SMALL_CHUNK, LARGE_CHUNK, MANY = 64, 256, 10_000
 
 CANDIDATES_PER_PARTICLE = 14
 """Room in a list for each particle [1]; `grow` makes more."""
-
-NAMED = 5
-"""Worst offenders that a message names [1]."""
 
 
 def _aligned(shape, dtype) -> np.ndarray:
@@ -83,11 +81,6 @@ def _law_table(pair_laws, materials, surfaces, n_materials) -> tuple[list, np.nd
     return laws, table, faults
 
 
-def _named(ids) -> str:
-    shown = ", ".join(str(int(i)) for i in ids[:NAMED])
-    return shown + (f" and {len(ids) - NAMED} more" if len(ids) > NAMED else "")
-
-
 def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
     """Sizes that do not fit together, and numbers that cannot be."""
     faults = []
@@ -102,7 +95,7 @@ def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
         ("materials", (materials < 0) | (materials >= len(densities)), f"from 0 to {len(densities) - 1}"),
     ):
         if bad.any():
-            faults.append(Fault(name, f"must be {must}, not so for particles {_named(np.flatnonzero(bad))}"))
+            faults.append(Fault(name, f"must be {must}, not so for particles {named(np.flatnonzero(bad))}"))
     for material in sorted(set(materials.tolist())):
         if 0 <= material < len(densities) and not (math.isfinite(densities[material]) and densities[material] > 0.0):
             faults.append(Fault(f"density of material {material}", f"must be positive, got {densities[material]} kg/m^3"))
@@ -127,24 +120,6 @@ def _pair_faults(positions, radii, materials, model) -> list[Fault]:
     return [Fault("positions", what, "Start from a looser packing")]
 
 
-def _wall_faults(positions, radii, materials, model, surfaces, poses) -> list[Fault]:
-    """Particles that start inside or behind a surface."""
-    faults = []
-    placed = np.zeros((len(surfaces), 12))
-    place_surfaces(model, poses, placed)
-    for s, surface in enumerate(surfaces):
-        deep = np.array(
-            [surface_overlap(model.surface_kind, model.surface_size, placed, s, *p, r)[0] for p, r in zip(positions, radii, strict=True)]
-        )
-        excess = deep / (2.0 * radii) * model.laws[model.law_of[materials, surface.material], 9]
-        bad = np.flatnonzero(excess > 1.0)
-        if len(bad):
-            bad = bad[np.argsort(-excess[bad])]
-            what = f"particles must start inside, these overlap it beyond overlap_stop or lie behind it: {_named(bad)}"
-            faults.append(Fault(f'surface "{surface.name}"', what, "Check the chamber's sizes and the fill"))
-    return faults
-
-
 def body_poses(n_bodies: int, poses=None) -> np.ndarray:
     """Mass centre [m] and rotation matrix [1] (n_bodies, 12), from positions and quaternions (n_bodies, 7), or at the origin."""
     out = np.zeros((n_bodies, 12))
@@ -161,7 +136,7 @@ def body_poses(n_bodies: int, poses=None) -> np.ndarray:
 def _default_domain(positions, radii, surfaces) -> tuple[np.ndarray, float]:
     """Centre and half size of a cube with room for everything to move."""
     low, high = positions.min(axis=0), positions.max(axis=0)
-    reach = max([float((high - low).max()), 200.0 * float(radii.max())] + [2.0 * max(s.size) for s in surfaces])
+    reach = max([float((high - low).max()), 200.0 * float(radii.max())] + [2.0 * extent(s) for s in surfaces])
     return 0.5 * (low + high), reach
 
 
@@ -213,9 +188,7 @@ def charge(
     n = len(positions)
     n_materials = max([len(densities)] + [s.material + 1 for s in surfaces])
     rows, law_of, faults = _law_table(pair_laws, materials, surfaces, n_materials)
-    for surface in surfaces:
-        if not 0 <= surface.body < n_bodies:
-            faults.append(Fault(f'surface "{surface.name}"', f"body must be from 0 to {n_bodies - 1}, got {surface.body}"))
+    faults += surface_faults(surfaces, n_bodies)
     if precision not in ("single", "double"):
         faults.append(Fault("precision", f'must be "single" or "double", got {precision!r}'))
     if faults:
@@ -237,6 +210,7 @@ def charge(
         surface_origin=np.array([s.origin for s in surfaces], float).reshape(-1, 3),
         surface_rotation=np.array([np.array(s.rotation, float) for s in surfaces], float).reshape(-1, 3, 3),
         surface_size=np.array([s.size for s in surfaces], float).reshape(-1, 3),
+        mesh=mesh_walls(surfaces, float(radii.max())),
         gravity=np.array(gravity, float),
         centre=centre,
         reach=reach,
@@ -250,10 +224,11 @@ def charge(
     poses = body_poses(n_bodies, poses)
     faults = _pair_faults(positions, radii, materials, model)
     if surfaces:
-        faults += _wall_faults(positions, radii, materials, model, surfaces, poses)
+        faults += wall_faults(positions, radii, materials, model, surfaces, poses)
+        faults += mesh_faults(positions, model, surfaces, poses)
     outside = np.flatnonzero((np.abs(positions - centre) >= reach).any(axis=1))
     if len(outside):
-        faults.append(Fault("domain", f"all particles must start within, these do not: {_named(outside)}", "Give a larger domain"))
+        faults.append(Fault("domain", f"all particles must start within, these do not: {named(outside)}", "Give a larger domain"))
     if faults:
         raise CaseError(*faults)
     ratio = float(radii.max() / radii.min())

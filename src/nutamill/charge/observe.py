@@ -6,7 +6,8 @@ import numpy as np
 
 from nutamill.charge.laws import pair_stiffness
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock
-from nutamill.charge.surfaces import place_surfaces, surface_overlap
+from nutamill.charge.surfaces import place_surfaces
+from nutamill.charge.walls import wall_overlap
 from nutamill.kernel import kernel, like
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
@@ -85,9 +86,8 @@ def observe_walls(model, state, placed, back, last, out):
     for i in range(model.n_particles):
         r = state.body[0, i]
         for s in range(n_surfaces):
-            overlap, _, _, _ = surface_overlap(
-                model.surface_kind,
-                model.surface_size,
+            overlap, _, _, _ = wall_overlap(
+                model,
                 placed,
                 s,
                 x[0, i] - back * v[0, i],
