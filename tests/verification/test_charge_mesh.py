@@ -1,5 +1,6 @@
 """Meshed walls against the exact shapes they stand for, and against closed forms of edges and corners."""
 
+import itertools
 import math
 
 import numpy as np
@@ -86,13 +87,12 @@ def test_nothing_is_lost_and_nothing_counts_twice_where_regions_meet():
     heights = np.array([0.25, 0.5, 0.75]) * 0.001953125
     outside = box(np.full(3, half), radius=R)
     for h in heights:
-        for foot in ((half, half, half), (half, half, 0.001), (half, 0.001, half), (-half, half, 0.0)):
-            for axis in range(3):
-                if abs(foot[axis]) == half:
-                    point = np.array(foot)
-                    point[axis] += math.copysign(h, foot[axis])
-                    overlap, _ = contacts(outside, point)
-                    assert overlap[overlap > 0] == pytest.approx([R - h])
+        for foot in half * np.array(list(itertools.product((-1.0, 0.128, 1.0), repeat=3))):
+            for axis in np.flatnonzero(np.abs(foot) == half):
+                point = foot.copy()
+                point[axis] += math.copysign(h, foot[axis])
+                overlap, _ = contacts(outside, point)
+                assert overlap[overlap > 0] == pytest.approx([R - h])
 
 
 def test_centre_behind_a_thin_plate_is_not_pushed_by_its_far_side():
