@@ -94,13 +94,12 @@ def closed_mesh(
         raise CaseError(Fault(name, "must have finite corners, and triangles of corners that are there"))
     tolerance = SAME * float(np.linalg.norm(np.ptp(vertices, axis=0)))
     vertices, faces = _joined(vertices, faces, tolerance)
-    for faults in (
-        _triangle_faults(name, vertices, faces, tolerance),
-        _edge_faults(name, vertices, faces),
-        _shell_faults(name, vertices, faces),
-    ):
-        if faults:
-            raise CaseError(*faults)
+    faults = _triangle_faults(name, vertices, faces, tolerance)
+    # each check needs what the one before has found sound
+    faults = faults or _edge_faults(name, vertices, faces)
+    faults = faults or _shell_faults(name, vertices, faces)
+    if faults:
+        raise CaseError(*faults)
     volume = float(signed_volumes(vertices[faces]).sum())
     if keep == "inside":
         faces = faces[:, ::-1].copy()
