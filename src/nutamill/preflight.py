@@ -8,8 +8,10 @@ from nutamill.build.chamber_charge import particle_radii
 from nutamill.build.clock import Clock, ContactFacts, contact_facts, crank_circle_speed, run_clock
 from nutamill.build.mill_mechanism import mill_mechanism, nutation_angle
 from nutamill.build.team import team_size
+from nutamill.build.wall_mesh import MeshFacts, free_volume, mesh_facts
 from nutamill.case import Case
 from nutamill.case.checks import LOOSE_PACKING
+from nutamill.errors import CaseError, Fault
 from nutamill.fields import expand
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import modes, static_equilibrium
@@ -59,6 +61,10 @@ class Preflight:
     """Their mass [kg]."""
     filling: float
     """Loose volume of the charge over the free volume of the chamber [1]."""
+    free_volume: float
+    """Volume inside the chamber, less ribs and meshed walls [m^3]."""
+    meshes: list[MeshFacts]
+    """Facts of each mesh, the chamber's first."""
     contacts: list[ContactFacts]
     """Facts of each pair of materials; empty without charge."""
     clock: Clock
@@ -81,6 +87,7 @@ class Preflight:
         shown = [f"{case.title or case.name}: ok, {state}"]
         shown += [f"  warning: {warning}" for warning in case.warnings]
         shown += self._machine_lines()
+        shown += self._mesh_lines()
         if self.contacts:
             shown += self._charge_lines()
         shown.append(f"time step {_microseconds(self.clock.substep)} ({self.clock.ruled_by}), {self._steps():.3g} steps")
@@ -105,11 +112,22 @@ class Preflight:
             f"          masses in kg: {masses}",
         ]
 
+    def _mesh_lines(self) -> list[str]:
+        shown = []
+        for mesh in self.meshes:
+            text = f"{'mesh' if not shown else '':10}{mesh.name}: {mesh.triangles} triangles, {mesh.patches} smooth patches"
+            text += f", {1e3 * mesh.volume:.4g} L"
+            if mesh.volume_drawn is not None:
+                more = 100 * (mesh.volume / mesh.volume_drawn - 1)
+                text += f" ({more:+.3g} % of the drawn chamber), within {1e3 * mesh.off_drawing:.3g} mm of the drawing"
+            shown.append(text)
+        return shown
+
     def _charge_lines(self) -> list[str]:
         chamber, speed = self.case.chamber, crank_circle_speed(self.case)
         shown = [
             f"charge    {self.particles} spheres, {self.charge_mass:.4g} kg, fill {100 * self.filling:.1f} % loose"
-            f" ({1e3 * self.filling * chamber.free_volume:.2f} L, {1e3 * self.filling * chamber.height:.0f} mm"
+            f" ({1e3 * self.filling * self.free_volume:.2f} L, {1e3 * self.filling * chamber.height:.0f} mm"
             f" of {1e3 * chamber.height:.0f} mm)",
             f"contacts  {'pair':22} {'k normal':>10} {'duration':>9} {f'overlap at {speed:.1f} m/s':>20} {'restitution':>11}"
             f" {'damping':>8} {'friction':>8}",
@@ -149,7 +167,10 @@ def preflight(case: Case) -> Preflight:
     mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity)
     static_equilibrium(mechanism, state, scratch)
     radii = particle_radii(case) if case.charge.size_classes else np.empty(0)
-    volume = 4 / 3 * np.pi * (radii**3).sum()
+    volume, room = 4 / 3 * np.pi * (radii**3).sum(), free_volume(case)
+    if volume > LOOSE_PACKING * room:
+        what = f"must fit as a loose bed, got {1e3 * volume:.3g} L of solid where {1e3 * LOOSE_PACKING * room:.3g} L fit"
+        raise CaseError(Fault("charge.mass", what, "Take less charge or a larger chamber"))
     mass = volume * case.materials[case.charge.material].density if len(radii) else 0.0
     return Preflight(
         case=case,
@@ -158,7 +179,9 @@ def preflight(case: Case) -> Preflight:
         nutation_angle=nutation_angle(case),
         particles=len(radii),
         charge_mass=mass,
-        filling=volume / LOOSE_PACKING / case.chamber.free_volume,
+        filling=volume / LOOSE_PACKING / room,
+        free_volume=room,
+        meshes=mesh_facts(case),
         contacts=contact_facts(case) if len(radii) else [],
         clock=clock,
         empty_modes=_oscillations(case.with_("chamber.bars.mass", 0.0)),

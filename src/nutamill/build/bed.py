@@ -16,14 +16,16 @@ from pathlib import Path
 import numpy as np
 
 from nutamill import __version__
-from nutamill.build.chamber_charge import chamber_charge, particle_radii, rib_inside
+from nutamill.build.chamber_charge import chamber_charge, chamber_surfaces, particle_radii, rib_inside
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import chamber_quaternion, chamber_rotation
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
+from nutamill.build.wall_mesh import free_volume, room_box
 from nutamill.case import Case
 from nutamill.charge.assembly import positions
 from nutamill.charge.fill import random_fill, settle
+from nutamill.charge.fill_walls import fill_between
 from nutamill.frames import MOTION_SIZE
 from nutamill.kernel import cache_folder, kernel_digest
 
@@ -38,6 +40,7 @@ def bed_key(case: Case) -> str:
     """Identity of the settled bed of a case: SHA-256 of all that decides it."""
     content = {
         "chamber": case.chamber.model_dump(),
+        "walls": [wall.model_dump() for wall in case.walls],
         "charge": case.charge.model_dump(),
         "materials": {name: material.model_dump() for name, material in case.materials.items()},
         "contact": case.contact.model_dump(),
@@ -99,10 +102,8 @@ def settle_apart(case: Case) -> subprocess.Popen:
 
 def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
     """Fill the chamber at random and let it lie down under gravity, at rest and tilted as at crank angle 0."""
-    chamber, mass_centre = case.chamber, whole_chamber(case.chamber).mass_centre
-    boxes = [rib_inside(case, number) for number in range(chamber.ribs)]
-    radii = particle_radii(case)
-    places = random_fill(radii, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, case.run.seed)
+    mass_centre = whole_chamber(case.chamber).mass_centre
+    places = _filled(case)
     rotation, quaternion = chamber_rotation(case), np.array(chamber_quaternion(case))
     position = rotation @ mass_centre
     substep = run_clock(case).substep
@@ -111,6 +112,17 @@ def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
     at_rest[0, :3], at_rest[0, 3:7] = position, quaternion
     model, state, _, _ = settle(*built, at_rest, substep, LONGEST, STILL, team_size(case), progress)
     return (positions(model, state, substep) - position) @ rotation + mass_centre
+
+
+def _filled(case: Case) -> np.ndarray:
+    """Random places of the particles [m] (n, 3), in chamber axes from the nutation point."""
+    chamber, radii, seed = case.chamber, particle_radii(case), case.run.seed
+    if chamber.mesh is None and not case.walls:
+        boxes = [rib_inside(case, number) for number in range(chamber.ribs)]
+        return random_fill(radii, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, seed)
+    mass_centre = whole_chamber(chamber).mass_centre
+    low, high = room_box(case) - mass_centre
+    return fill_between(radii, chamber_surfaces(case), low, high, free_volume(case), seed) + mass_centre
 
 
 def _keep(file: Path, bed: np.ndarray) -> None:

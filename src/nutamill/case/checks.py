@@ -119,16 +119,17 @@ def _inertia(case: "Case") -> list[Finding]:
     return found
 
 
-def _touching(case: "Case") -> dict[tuple[str, ...], str | None]:
+def _touching(case: "Case") -> dict[tuple[str | int, ...], str | None]:
     """Materials the run needs, by the key that names them."""
     if not case.charge.size_classes:
         return {}
-    needed: dict[tuple[str, ...], str | None] = {
+    needed: dict[tuple[str | int, ...], str | None] = {
         ("charge", "material"): case.charge.material,
         ("chamber", "material"): case.chamber.material,
     }
     if case.chamber.ribs and case.chamber.rib:
         needed[("chamber", "rib", "material")] = case.chamber.rib.material
+    needed |= {("walls", k, "material"): wall.material for k, wall in enumerate(case.walls)}
     return needed
 
 
@@ -205,7 +206,9 @@ def _charge(case: "Case") -> list[Finding]:
 
 
 def _volume(case: "Case", density: float) -> list[Finding]:
-    """More charge than the chamber holds when poured."""
+    """More charge than the chamber holds when poured; what a meshed one holds is known when its file is read."""
+    if case.chamber.mesh is not None:
+        return []
     loose = case.charge.mass / (density * LOOSE_PACKING)
     holds = case.chamber.free_volume
     if loose <= holds:
