@@ -10,7 +10,8 @@ import pytest
 from nutamill import march
 from nutamill.build import wall_mesh
 from nutamill.build.bed import settled_bed
-from nutamill.build.chamber_charge import chamber_surfaces, particle_radii
+from nutamill.build.chamber_charge import chamber_surfaces
+from nutamill.build.charge_mix import charge_particles, particle_count
 from nutamill.build.model import build
 from nutamill.build.wall_mesh import chamber_mesh, free_volume, wall_meshes
 from nutamill.case import Case, load_case
@@ -215,7 +216,7 @@ def test_volume_for_the_charge_is_that_of_the_meshes(folder):
     drawn = case_of(folder, 'base = "numill"\n' + LIFTER.format(material="steel"))
     assert free_volume(drawn) == pytest.approx(np.pi * 0.07**2 * 0.228 - 1.05e-5)
     heavy = case_of(folder, MESHED, ["charge.mass=17 kg"])
-    assert "charge.mass: must fit as a loose bed, got 2.1" in refusal(preflight, heavy)
+    assert "charge: must fit as a loose bed, got 3.7" in refusal(preflight, heavy)
 
 
 @pytest.mark.parametrize("text", [MESHED, 'base = "numill"\n[charge]\nmass = "0.05 kg"\n'], ids=["meshed", "drawn"])
@@ -225,8 +226,8 @@ def test_a_bed_settles_among_meshed_walls(folder, text, monkeypatch):
     case = case_of(folder, text + LIFTER.format(material="steel"), ["charge.mass=0.3 kg", "run.threads=1"])
     bed = settled_bed(case)
     lifter = wall_meshes(case)[0]
-    radius = particle_radii(case)[0]
-    assert len(bed) == sum(case.particle_counts)
+    radius = charge_particles(case).bounding_radius[0]
+    assert len(bed) == particle_count(case)
     # as deep in a wall as pellets press at most: overlap_stop
     assert np.hypot(bed[:, 0], bed[:, 1]).max() < 0.07 - 0.8 * radius
     assert bed[:, 2].min() > -0.326 + 0.8 * radius
@@ -257,7 +258,7 @@ def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_pat
     def bed(case, *_):
         rows = np.arange(10) * 0.0055 - 0.02475
         places = np.stack(np.meshgrid(rows, rows, [-0.3235]), axis=-1).reshape(-1, 3)
-        return places[: sum(case.particle_counts)]
+        return places[: particle_count(case)]
 
     monkeypatch.setattr(march, "settled_bed", bed)
     monkeypatch.setattr("nutamill.watch.PAUSE", 0.0)

@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from nutamill import __version__
-from nutamill.build.chamber_charge import chamber_charge, chamber_surfaces, particle_radii, rib_inside
+from nutamill.build.chamber_charge import chamber_charge, chamber_surfaces, rib_inside
+from nutamill.build.charge_mix import charge_particles
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import chamber_quaternion, chamber_rotation
 from nutamill.build.rigid_parts import whole_chamber
@@ -24,8 +25,9 @@ from nutamill.build.team import team_size
 from nutamill.build.wall_mesh import free_volume, room_box
 from nutamill.case import Case
 from nutamill.charge.assembly import positions
-from nutamill.charge.fill import random_fill, settle
+from nutamill.charge.fill import fill_cylinder, random_attitudes, settle
 from nutamill.charge.fill_walls import fill_between
+from nutamill.charge.particles import Particles
 from nutamill.frames import MOTION_SIZE
 from nutamill.kernel import cache_folder, kernel_digest
 
@@ -61,11 +63,13 @@ def bed_file(case: Case) -> Path:
 
 def bed_is_kept(case: Case) -> bool:
     """Whether there is nothing left to settle: the bed is in the cache, or the chamber is empty."""
-    return not case.charge.size_classes or bed_file(case).is_file()
+    return not case.charge.parts or bed_file(case).is_file()
 
 
 def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
     """Places of the particles [m] (n, 3) at rest in the tilted chamber at crank angle 0, in chamber axes from the nutation point.
+
+    With clumps, places and attitudes (n, 7).
 
     Taken from the user's cache if the same bed was settled before; None for an empty chamber.
 
@@ -78,7 +82,7 @@ def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> 
     CaseError : more charge than the chamber holds
     StepError : an overlap beyond its limit while settling
     """
-    if not case.charge.size_classes:
+    if not case.charge.parts:
         return None
     file = bed_file(case)
     if file.is_file():
@@ -103,26 +107,27 @@ def settle_apart(case: Case) -> subprocess.Popen:
 def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
     """Fill the chamber at random and let it lie down under gravity, at rest and tilted as at crank angle 0."""
     mass_centre = whole_chamber(case.chamber).mass_centre
-    places = _filled(case)
+    placed = _filled(case)
     rotation, quaternion = chamber_rotation(case), np.array(chamber_quaternion(case))
     position = rotation @ mass_centre
     substep = run_clock(case).substep
-    built = chamber_charge(case, places, position, quaternion, substep)
+    built = chamber_charge(case, placed.poses, position, quaternion, substep)
     at_rest = np.zeros((1, MOTION_SIZE))
     at_rest[0, :3], at_rest[0, 3:7] = position, quaternion
     model, state, _, _ = settle(*built, at_rest, substep, LONGEST, STILL, team_size(case), progress)
     return (positions(model, state, substep) - position) @ rotation + mass_centre
 
 
-def _filled(case: Case) -> np.ndarray:
-    """Random places of the particles [m] (n, 3), in chamber axes from the nutation point."""
-    chamber, radii, seed = case.chamber, particle_radii(case), case.run.seed
+def _filled(case: Case) -> Particles:
+    """The particles at random places, in chamber axes from the nutation point."""
+    chamber, particles, seed = case.chamber, charge_particles(case), case.run.seed
     if chamber.mesh is None and not case.walls:
         boxes = [rib_inside(case, number) for number in range(chamber.ribs)]
-        return random_fill(radii, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, seed)
+        return fill_cylinder(particles, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, seed)
     mass_centre = whole_chamber(chamber).mass_centre
     low, high = room_box(case) - mass_centre
-    return fill_between(radii, chamber_surfaces(case), low, high, free_volume(case), seed) + mass_centre
+    places = fill_between(particles.bounding_radius, chamber_surfaces(case), low, high, free_volume(case), seed) + mass_centre
+    return particles.placed(places, None if particles.spheres_only else random_attitudes(particles.number, seed))
 
 
 def _keep(file: Path, bed: np.ndarray) -> None:

@@ -95,9 +95,9 @@ def _mesh(case: Case, table: MeshFile, keep: Literal["inside", "outside"], where
 
 
 def _radii(case: Case) -> tuple[float, float]:
-    """Radius [m] of the smallest and of the largest sphere of the charge; 0 for an empty chamber."""
-    radii = [diameter / 2 for diameter, _ in case.charge.size_classes] or [0.0]
-    return min(radii), max(radii)
+    """Radius [m] of the smallest and of the largest particle of the charge; 0 for an empty chamber."""
+    sizes = [diameter for part in case.charge.parts for diameter in part.size_range] or [0.0]
+    return min(sizes) / 2, max(sizes) / 2
 
 
 def _metres(table: MeshFile) -> float:

@@ -63,7 +63,7 @@ def fill_between(
 
     Parameters
     ----------
-    radii : of the particles [m] (n,)
+    radii : of the particles, or of spheres that hold them [m] (n,)
     surfaces : all walls, carried by the chamber
     low, high : corners of a box that holds the room between them [m] (3,), chamber axes from the point `surfaces` are given from
     volume : of that room [m^3]
