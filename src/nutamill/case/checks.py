@@ -215,7 +215,7 @@ def _charge(case: "Case") -> list[Finding]:
 
 
 def _amounts(case: "Case") -> list[Finding]:
-    """More particles than can be meant, or more charge than the chamber holds when poured; what meshes leave is known when they are read."""
+    """More particles than can be meant, or more charge than the chamber holds when poured; what meshes leave is not known here."""
     free = case.chamber.free_volume
     found, loose = [], 0.0
     for key, part in _portions(case):
