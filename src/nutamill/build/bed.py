@@ -24,11 +24,11 @@ from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
 from nutamill.build.wall_mesh import free_volume, room_box
 from nutamill.case import Case
-from nutamill.charge.assembly import positions
+from nutamill.charge.assembly import attitudes, positions
 from nutamill.charge.fill import fill_cylinder, random_attitudes, settle
 from nutamill.charge.fill_walls import fill_between
 from nutamill.charge.particles import Particles
-from nutamill.frames import MOTION_SIZE
+from nutamill.frames import MOTION_SIZE, quaternion_product
 from nutamill.kernel import cache_folder, kernel_digest
 
 STILL = 1e-6
@@ -115,7 +115,12 @@ def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
     at_rest = np.zeros((1, MOTION_SIZE))
     at_rest[0, :3], at_rest[0, 3:7] = position, quaternion
     model, state, _, _ = settle(*built, at_rest, substep, LONGEST, STILL, team_size(case), progress)
-    return (positions(model, state, substep) - position) @ rotation + mass_centre
+    places = (positions(model, state, substep) - position) @ rotation + mass_centre
+    turned = attitudes(model, state)
+    if turned is None:
+        return places
+    back = quaternion * [1.0, -1.0, -1.0, -1.0]
+    return np.column_stack([places, [quaternion_product(back, own) for own in turned]])
 
 
 def _filled(case: Case) -> Particles:

@@ -22,8 +22,8 @@ def named(ids) -> str:
     return shown + (f" and {len(ids) - NAMED} more" if len(ids) > NAMED else "")
 
 
-def wall_faults(positions, radii, materials, model, surfaces, poses) -> list[Fault]:
-    """Particles that start inside or behind a surface."""
+def wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> list[Fault]:
+    """Particles that start inside or behind a surface; `owner` is the particle each sphere belongs to [1] (n,)."""
     faults = []
     placed = np.zeros((len(surfaces), 12))
     place_surfaces(model, poses, placed)
@@ -34,13 +34,13 @@ def wall_faults(positions, radii, materials, model, surfaces, poses) -> list[Fau
         bad = np.flatnonzero(excess > 1.0)
         if len(bad):
             bad = bad[np.argsort(-excess[bad])]
-            what = f"particles must start inside, these overlap it beyond overlap_stop or lie behind it: {named(bad)}"
+            what = f"particles must start inside, these overlap it beyond overlap_stop or lie behind it: {named(owner[bad])}"
             faults.append(Fault(f'surface "{surface.name}"', what, "Check the chamber's sizes and the fill"))
     return faults
 
 
-def mesh_faults(positions, model, surfaces, poses) -> list[Fault]:
-    """Particles that start behind a mesh, however far."""
+def mesh_faults(positions, model, surfaces, poses, owner) -> list[Fault]:
+    """Particles that start behind a mesh, however far; `owner` as for `wall_faults`."""
     faults = []
     placed = np.zeros((len(surfaces), 12))
     place_surfaces(model, poses, placed)
@@ -50,7 +50,7 @@ def mesh_faults(positions, model, surfaces, poses) -> list[Fault]:
             rotation = placed[s, 3:].reshape(3, 3)
             behind = np.flatnonzero(~on_charge_side(surface.mesh, (positions - placed[s, :3]) @ rotation))
             if len(behind):
-                what = f"particles must start {surface.mesh.keep} of it, these do not: {named(behind)}"
+                what = f"particles must start {surface.mesh.keep} of it, these do not: {named(owner[behind])}"
                 faults.append(Fault(f'mesh "{surface.mesh.name}"', what, "Check its unit and place, and the fill"))
     return faults
 
