@@ -16,6 +16,7 @@ from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.build.model import Model, State, build
 from nutamill.build.team import team_size
+from nutamill.build.wall_mesh import digests
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, ResultError, StepError
 from nutamill.kernel import kernel_digest
@@ -62,7 +63,7 @@ def run(
     watch.settling(1.0)
     model, state = build(case, bed)
     record_first_row(model, state)
-    provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case))
+    provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case)) | digests(case)
     recorder = Recorder.create(path, case.to_toml(), provenance, model.readout.names, case.run.series_rate)
     recorder.append(model.readout.series(state.first_row[None, :], state.first_row))
     recorder.checkpoint(0.0, state.arrays())

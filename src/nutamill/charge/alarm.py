@@ -3,7 +3,7 @@
 from nutamill.charge.clumps import ID, PLACE
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, LawColumn, Status
 from nutamill.charge.neighbours import slots_of_chunk
-from nutamill.charge.surfaces import surface_overlap
+from nutamill.charge.walls import wall_overlap
 from nutamill.kernel import kernel
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
@@ -63,9 +63,7 @@ def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratc
                 z = model.centre[2] + float(points[i, 2]) / model.scale
                 for s in range(model.surface_kind.shape[0]):
                     law = model.law_of[state.material[i], model.surface_material[s]]
-                    overlap, _, _, _ = surface_overlap(
-                        model.surface_kind, model.surface_size, scratch.placed[0], s, x, y, z, state.body[0, i]
-                    )
+                    overlap, _, _, _ = wall_overlap(model, scratch.placed[0], s, x, y, z, state.body[0, i])
                     share = overlap / (2.0 * state.body[0, i])
                     if share * model.laws[law, LIMIT] > worst:
                         worst = share * model.laws[law, LIMIT]
