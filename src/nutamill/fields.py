@@ -181,6 +181,7 @@ SERIES: tuple[Field, ...] = (
     _energy("coupling_loss", "D_c", "coupling", "energy dissipated so far in the shaft coupling"),
     *_contact_losses("pair", "pellet-pellet"),
     *_contact_losses("wall", "pellet-wall"),
+    _energy("substep_loss", "D_s", "substep", "work of contact forces so far on mean less predicted velocities, which no contact owns"),
     _energy("interface_work", "W_c", "interface work", "work the chamber has done on the charge so far"),
     _energy("ledger_residual", "R", "ledger residual", "kinetic + potential + elastic + dissipated - motor work - value at the start"),
     Field(
@@ -196,6 +197,7 @@ SERIES: tuple[Field, ...] = (
 SNAPSHOT: tuple[Field, ...] = (
     Field("positions", "x", "m", "particle positions", "centres of the particles by id", WORLD, f"from the {O_FIXED}", "(n_particles, 3)"),
     Field("velocities", "v", "m/s", "particle velocities", "velocities of the centres by id", WORLD, "", "(n_particles, 3)"),
+    Field("attitudes", "q", "1", "particle attitudes", "unit quaternions (w, x, y, z) of clumps by id", WORLD, "", "(n_particles, 4)"),
     Field("spins", "\\omega", "rad/s", "particle spins", "angular velocities by id", WORLD, "", "(n_particles, 3)"),
     Field("body_positions", "p", "m", "body positions", "mass centres of the bodies", WORLD, f"from the {O_FIXED}", "(n_bodies, 3)"),
     Field("body_attitudes", "q", "1", "body attitudes", "unit quaternions (w, x, y, z), body to world", WORLD, "", "(n_bodies, 4)"),

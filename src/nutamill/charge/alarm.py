@@ -2,7 +2,9 @@
 
 import math
 
+from nutamill.charge.clumps import ID, PLACE
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, LawColumn, Status
+from nutamill.charge.neighbours import slots_of_chunk
 from nutamill.charge.surfaces import surface_overlap
 from nutamill.frames import cross
 from nutamill.kernel import kernel
@@ -20,6 +22,12 @@ def overlap_of(model, state, points, i, j):
         gap = (float(points[j, k]) - float(points[i, k])) / model.scale
         square += gap * gap
     return state.body[0, i] + state.body[0, j] - square**0.5
+
+
+@kernel
+def particle_in(state, i):
+    """Id of the particle that the sphere in slot `i` belongs to."""
+    return int(state.clumps[int(state.body[PLACE, i]), ID]) if state.clumps.shape[0] > 0 else state.ids[i]
 
 
 @kernel
@@ -60,7 +68,7 @@ def name_a_lost_one(model, state, scratch, rows, lo, hi):
         for k in range(3):
             inside = inside and abs(state.x[k, i] - model.centre[k]) < model.reach
         if not inside:
-            state.status[0], state.status[1], state.status[2] = OUTSIDE, state.ids[i], -1
+            state.status[0], state.status[1], state.status[2] = OUTSIDE, particle_in(state, i), -1
             scratch.stopped_by[0] = length(rows[i, 0], rows[i, 1], rows[i, 2])
             return True
     return False
@@ -76,7 +84,7 @@ def name_the_deepest_pair(model, state, scratch, points, rows, c, lo, worst):
         share = overlap_of(model, state, points, i, j) / (2.0 * min(state.body[0, i], state.body[0, j]))
         if share * model.laws[law, LIMIT] > worst:
             worst = share * model.laws[law, LIMIT]
-            state.status[0], state.status[1], state.status[2] = PAIR_OVERLAP, state.ids[i], state.ids[j]
+            state.status[0], state.status[1], state.status[2] = PAIR_OVERLAP, particle_in(state, i), particle_in(state, j)
             state.largest_overlap[2] = share
             note_pair_speeds(points, rows, i, j, scratch.stopped_by)
     return worst
@@ -96,7 +104,7 @@ def name_the_deepest_wall(model, state, scratch, points, rows, lo, hi, worst):
             share = overlap / (2.0 * r)
             if share * model.laws[law, LIMIT] > worst:
                 worst = share * model.laws[law, LIMIT]
-                state.status[0], state.status[1], state.status[2] = WALL_OVERLAP, state.ids[i], s
+                state.status[0], state.status[1], state.status[2] = WALL_OVERLAP, particle_in(state, i), s
                 state.largest_overlap[2] = share
                 note_wall_speeds(rows, i, r, x, y, z, scratch.motion[0, model.surface_body[s]], n0, n1, n2, scratch.stopped_by)
     return worst
@@ -108,12 +116,11 @@ def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratc
 
     Works on the positions and velocities the forces of this substep were taken at, before the clock turns; called by one thread.
     """
-    n, chunk = model.n_particles, model.chunk
     points, rows = state.points[state.clock[PUBLISHED]], state.rows[state.clock[PUBLISHED]]
     worst = 0.0
     state.status[3] = state.clock[STEP]
     for c in range(scratch.alarms.shape[0]):
-        lo, hi = c * chunk, min(n, c * chunk + chunk)
+        lo, hi = slots_of_chunk(state, c)
         if scratch.alarms[c] & 2 and name_a_lost_one(model, state, scratch, rows, lo, hi):
             return
         if scratch.alarms[c] & 4:
