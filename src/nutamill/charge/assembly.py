@@ -358,6 +358,7 @@ def _scratch(model, state) -> ChargeScratch:
         slots=np.arange(m, dtype=np.uint32),
         normals=_aligned((threads, 4, n_surfaces * chunk), real),
         peaks=np.zeros((threads, 2)),
+        stopped_by=np.zeros(3),
         test=_aligned((threads, chunk), real),
         barrier=np.zeros(32, np.int64),
     )
@@ -379,7 +380,9 @@ def grow(model: ChargeModel, state: ChargeState, scratch: ChargeScratch) -> tupl
     larger.clock[Clock.CROWDED] = 0
     if larger.status[0] == Status.LISTS_FULL:
         larger.status[:] = 0
-    return model, larger, _scratch(model, larger)
+    larger_scratch = _scratch(model, larger)
+    larger_scratch.stopped_by[:] = scratch.stopped_by
+    return model, larger, larger_scratch
 
 
 def _by_id(state, columns) -> np.ndarray:

@@ -18,7 +18,7 @@ from nutamill.charge.model import Clock, Status
 from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.particles import LOOSE_PACKING, Particles
 from nutamill.charge.team import run_team
-from nutamill.charge.wording import status_text
+from nutamill.charge.wording import status_text, status_time
 from nutamill.errors import CaseError, Fault, StepError
 
 COLUMN_PACKING = 0.40
@@ -240,8 +240,8 @@ def settle(model, state, scratch, motions, dt: float, longest: float = 1.0, stil
             if again:
                 continue
         if state.status[0] != Status.OK:
-            step = int(state.status[3]) - start_step
-            raise StepError(f"t = {step * dt:.4f} s of settling: {status_text(state)}. Shorten the substep or stiffen the contacts.")
+            when = status_time(state, dt) - start_step * dt
+            raise StepError(f"t = {when:.6g} s of settling: {status_text(state, scratch)}. Shorten the substep or stiffen the contacts.")
         elapsed = (int(state.clock[Clock.STEP]) - start_step) * dt
         if progress is not None:
             progress(elapsed / longest)

@@ -360,6 +360,9 @@ class ChargeScratch(NamedTuple):
     """Normal [1] (3) and overlap [m] of the touching walls, real (T, 4, S * chunk), world axes."""
     peaks: np.ndarray
     """Largest overlap of pairs and of walls that each thread saw in the window [diameter] (T, 2)."""
+    stopped_by: np.ndarray
+    """Speeds of what `ChargeState.status` names: of the particle and of the other particle or of the surface where they touch, at
+    mid-substep, and how fast they close (positive) along the normal [m/s] (3,)."""
     test: np.ndarray
     """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T, chunk)."""
     barrier: np.ndarray
