@@ -15,7 +15,7 @@ from nutamill.charge.assembly import attitudes, grow, positions, spins, velociti
 from nutamill.charge.clumps import POSE, ClumpColumn
 from nutamill.charge.model import Clock as ChargeClock
 from nutamill.charge.team import run_team
-from nutamill.charge.wording import status_text
+from nutamill.charge.wording import status_text, status_time
 from nutamill.coupling import (
     CHARGE_FAILED,
     LISTS_FULL,
@@ -30,6 +30,9 @@ from nutamill.coupling import (
 )
 from nutamill.errors import ResultError, StepError
 from nutamill.frames import quaternion_product, rotation_matrix
+
+LARGEST_KEPT = 2**28
+"""Largest state of which a run keeps a copy at every entry of the march [bytes]; a larger one falls back on its newest checkpoint."""
 
 
 def enter(model: Model, state: State, n_rows: int) -> tuple[Model, np.ndarray, StepError | None]:
@@ -72,6 +75,20 @@ def grown(model: Model, state: State) -> Model:
 def copy_of(part):
     """A copy of a state of arrays, for a window's start."""
     return part._make(np.copy(array) for array in part)
+
+
+def keep(state: State, kept: State | None) -> State | None:
+    """A copy of `state` to fall back on, made in `kept` where that has room for it; None where it would be too large."""
+    arrays = [array for group in state.arrays().values() for array in group.values()]
+    if sum(array.nbytes for array in arrays) > LARGEST_KEPT:
+        return None
+    places = [array for group in kept.arrays().values() for array in group.values()] if kept is not None else []
+    if [place.shape for place in places] != [array.shape for array in arrays]:
+        charge = None if state.charge is None else copy_of(state.charge)
+        return State(copy_of(state.mechanism), charge, copy_of(state.coupling), state.first_row.copy())
+    for place, array in zip(places, arrays, strict=True):
+        np.copyto(place, array)
+    return kept
 
 
 def record_first_row(model: Model, state: State) -> None:
@@ -135,9 +152,9 @@ def bed_from_checkpoint(case: Case, mill_bodies: list[str], groups: dict[str, di
 
 def failure(model: Model, state: State) -> str:
     """Words for what stopped a march: when, which particle or part, and what to do."""
-    when = f"t = {state.mechanism.time[0]:.6g} s"
     if state.coupling.outcome[0] == CHARGE_FAILED:
-        return f"{when}: {charge_fault(model, state)}"
+        return f"t = {status_time(state.charge, model.clock.substep):.9g} s: {charge_fault(model, state)}"
+    when = f"t = {state.mechanism.time[0]:.6g} s"
     if state.coupling.outcome[0] == NOT_CONVERGED:
         return f'{when}: a window must settle under its own wrench, it did not. Shorten it (run.window), or use run.coupling = "staggered".'
     return (
@@ -148,7 +165,7 @@ def failure(model: Model, state: State) -> str:
 
 def charge_fault(model: Model, state: State) -> str:
     """Words for the charge's status, and what to do."""
-    said = status_text(state.charge, [surface.name for surface in chamber_surfaces(model.case)])
+    said = status_text(state.charge, model.charge_scratch, [surface.name for surface in chamber_surfaces(model.case)])
     return (
         f'{said}. The charge substep is {model.clock.substep:.3g} s; try run.dt = "auto" or a shorter one, stiffer contacts, or, where'
         " so soft a contact is meant, a larger overlap_stop of the pair."

@@ -9,13 +9,14 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from nutamill.advance import bed_from_checkpoint, enter, record_first_row, restore, snapshot
+from nutamill.advance import bed_from_checkpoint, enter, keep, record_first_row, restore, snapshot
 from nutamill.build.bed import bed_is_kept, settle_apart, settled_bed
 from nutamill.build.chamber_charge import contact_law_of
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.build.model import Model, State, build
 from nutamill.build.team import team_size
+from nutamill.build.wall_mesh import digests
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, ResultError, StepError
 from nutamill.kernel import kernel_digest
@@ -62,7 +63,7 @@ def run(
     watch.settling(1.0)
     model, state = build(case, bed)
     record_first_row(model, state)
-    provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case))
+    provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case)) | digests(case)
     recorder = Recorder.create(path, case.to_toml(), provenance, model.readout.names, case.run.series_rate)
     recorder.append(model.readout.series(state.first_row[None, :], state.first_row))
     recorder.checkpoint(0.0, state.arrays())
@@ -115,15 +116,20 @@ def resume(
 def march(model: Model, state: State, recorder: Recorder, until: float, watch: Watch) -> None:
     """March `model` and `state` in place to `until` [s] and record; commits the file also when it fails or is interrupted.
 
-    Cadences are counted in rows of the record, which are whole numbers of windows.
+    Cadences are counted in rows of the record, which are whole numbers of windows.  When a step fails, the state at the last entry of
+    the compiled march, at most `ROWS_PER_ENTRY` rows earlier, is kept as snapshot and checkpoint.
     """
     plan = RecordPlan.of(model.case, until)
     row = int(state.coupling.windows[0]) // model.plan.windows_per_row
     fault: StepError | None = None
+    kept: State | None = None
     with interrupts() as interrupted, saved_whatever_happens(recorder):
         while row < plan.rows and not interrupted.is_set() and fault is None:
             count = min(ROWS_PER_ENTRY, plan.next_stop(row) - row)
+            kept = keep(state, kept)
             model, rows, fault = enter(model, state, count)
+            if fault is not None:
+                fault = keep_what_was_sound(model, kept, recorder, plan, row, fault)
             row += len(rows)
             if len(rows):
                 series = model.readout.series(rows, state.first_row)
@@ -147,6 +153,18 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
         raise fault
     if row < plan.rows:
         raise KeyboardInterrupt
+
+
+def keep_what_was_sound(model: Model, kept: State | None, recorder: Recorder, plan: "RecordPlan", row: int, fault: StepError) -> StepError:
+    """Put the state before a failed entry, at `row`, into the file; returns the fault with words about it."""
+    if kept is None:
+        return fault
+    time = float(kept.mechanism.time[0])
+    if row not in plan.snapshots:
+        recorder.snapshot(time, snapshot(model, kept))
+    if row % plan.rows_per_checkpoint:
+        recorder.checkpoint(time, kept.arrays())
+    return StepError(f"{fault} The file keeps the state at t = {time:.6g} s, before that, as its last snapshot and checkpoint.")
 
 
 @contextmanager

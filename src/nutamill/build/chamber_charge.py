@@ -7,6 +7,7 @@ import numpy as np
 
 from nutamill.build.charge_mix import charge_particles, quickest_pebble
 from nutamill.build.rigid_parts import whole_chamber
+from nutamill.build.wall_mesh import chamber_mesh, meshes_surfaces, room_box
 from nutamill.case import Case
 from nutamill.charge.assembly import charge_of
 from nutamill.charge.contact_terms import Impact, damping_ratio_from_restitution, impact
@@ -26,11 +27,12 @@ def material_order(case: Case) -> list[str]:
     names = [*case.charge.materials, case.chamber.material]
     if case.chamber.ribs:
         names.append(case.chamber.rib.material)
+    names += [wall.material for wall in case.walls]
     return list(dict.fromkeys(names))
 
 
 def chamber_surfaces(case: Case) -> list[Surface]:
-    """Bore, floor, ceiling and ribs, in chamber axes from the mass centre of the whole chamber."""
+    """Bore, floor and ceiling, or the chamber's mesh, ribs and meshed walls, in chamber axes from the mass centre of the whole chamber."""
     chamber, materials = case.chamber, material_order(case)
     mass_centre = whole_chamber(chamber).mass_centre
     wall = materials.index(chamber.material)
@@ -38,14 +40,14 @@ def chamber_surfaces(case: Case) -> list[Surface]:
     ceiling = np.array([0.0, 0.0, -chamber.ceiling_depth]) - mass_centre
     radius = chamber.inner_diameter / 2
     upside_down = np.diag([1.0, -1.0, -1.0])
-    surfaces = [
+    meshed = meshes_surfaces(case, CHAMBER_CARRIER, materials, mass_centre)
+    drawn = [
         Surface("bore", SurfaceKind.CYLINDER, CHAMBER_CARRIER, wall, floor, np.eye(3), (radius, 0.0, 0.0)),
         Surface("floor", SurfaceKind.PLANE, CHAMBER_CARRIER, wall, floor, np.eye(3), (0.0, 0.0, 0.0)),
         Surface("ceiling", SurfaceKind.PLANE, CHAMBER_CARRIER, wall, ceiling, upside_down, (0.0, 0.0, 0.0)),
     ]
-    for number in range(chamber.ribs):
-        surfaces.append(_rib_surface(case, number, floor))
-    return surfaces
+    ribs = [_rib_surface(case, number, floor) for number in range(chamber.ribs)]
+    return [*(drawn if chamber.mesh is None else []), *ribs, *meshed]
 
 
 def _rib_surface(case: Case, number: int, floor: np.ndarray) -> Surface:
@@ -217,7 +219,7 @@ def placed_particles(case: Case, bed: np.ndarray, position: np.ndarray, quaterni
 
 def chamber_middle(case: Case) -> np.ndarray:
     """Middle of the space inside [m] (3,), in chamber axes from the nutation point."""
-    return np.array([0.0, 0.0, -case.chamber.floor_depth + case.chamber.height / 2])
+    return room_box(case).mean(axis=0)
 
 
 def chamber_reach(case: Case) -> float:
@@ -226,5 +228,8 @@ def chamber_reach(case: Case) -> float:
     Half the diagonal of the chamber, the swing of its middle, and as much again for the sway on the mounts.
     """
     chamber = case.chamber
-    swing = 2 * case.mechanism.crank_radius * (chamber.floor_depth - chamber.height / 2) / case.mechanism.nutation_point_to_crank
-    return math.hypot(chamber.inner_diameter, chamber.height) / 2 + 2 * swing
+    swing = 2 * case.mechanism.crank_radius * -chamber_middle(case)[2] / case.mechanism.nutation_point_to_crank
+    half = math.hypot(chamber.inner_diameter, chamber.height) / 2
+    if chamber.mesh is not None:
+        half = float(np.linalg.norm(chamber_mesh(case).vertices + chamber.mesh.at - chamber_middle(case), axis=1).max())
+    return half + 2 * abs(swing)

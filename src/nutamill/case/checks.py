@@ -136,6 +136,7 @@ def _touching(case: "Case") -> dict[tuple[str | int, ...], str | None]:
     needed[("chamber", "material")] = case.chamber.material
     if case.chamber.ribs and case.chamber.rib:
         needed[("chamber", "rib", "material")] = case.chamber.rib.material
+    needed |= {("walls", k, "material"): wall.material for k, wall in enumerate(case.walls)}
     return needed
 
 
@@ -235,7 +236,7 @@ def _charge(case: "Case") -> list[Finding]:
 
 
 def _amounts(case: "Case") -> list[Finding]:
-    """More particles than can be meant, or more charge than the chamber holds when poured."""
+    """More particles than can be meant, or more charge than the chamber holds when poured; what meshes leave is not known here."""
     free = case.chamber.free_volume
     found, loose = [], 0.0
     for key, part in _portions(case):
@@ -246,7 +247,7 @@ def _amounts(case: "Case") -> list[Finding]:
         if (number := solid / part.size_law().mean_volume) > MOST_PARTICLES:
             what = f"makes {number:.2g} particles, at most {MOST_PARTICLES:.0e} can be meant"
             found.append(((*key, amount), what, "Take less, or coarser particles"))
-    if found or loose <= free * (1.0 + 1e-9):
+    if found or loose <= free * (1.0 + 1e-9) or case.chamber.mesh is not None:
         return found
     kind = "ribbed chamber" if case.chamber.ribs else "chamber"
     holds = f"L loose, the {kind} holds {1e3 * free:.3g} L"

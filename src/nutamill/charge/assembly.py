@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from nutamill.charge.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, cut_chunks
 from nutamill.charge.laws.numbers import law_faults, law_numbers
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw
+from nutamill.charge.mesh_patches import mesh_walls
 from nutamill.charge.model import (
     BATCH,
     PADDING,
@@ -18,14 +19,15 @@ from nutamill.charge.model import (
     ChargeState,
     Clock,
     Ledger,
+    ListScratch,
     PairLaw,
     Status,
     Surface,
 )
 from nutamill.charge.particles import Particles, check_particles, motion_faults
 from nutamill.charge.pebbles import Pebbles, pebbles
-from nutamill.charge.surfaces import place_surfaces, surface_overlap
 from nutamill.charge.team import MOST_THREADS
+from nutamill.charge.wall_checks import NAMED, extent, mesh_faults, named, surface_faults, wall_faults
 from nutamill.errors import CaseError, Fault
 
 SMALLEST_CHUNK, LARGEST_CHUNK, CHUNKS = 64, 256, 10
@@ -36,9 +38,6 @@ Pairs across two chunks are computed twice, so large chunks do less work; few ch
 
 CANDIDATES_PER_PARTICLE = 14
 """Room in a list for each particle [1]; `grow` makes more."""
-
-NAMED = 5
-"""Worst offenders that a message names [1]."""
 
 
 def _aligned(shape, dtype) -> np.ndarray:
@@ -76,11 +75,6 @@ def _law_table(contact_law, pair_laws, materials, surfaces, n_materials) -> tupl
     return laws, table, faults
 
 
-def _named(ids) -> str:
-    shown = ", ".join(str(int(i)) for i in ids[:NAMED])
-    return shown + (f" and {len(ids) - NAMED} more" if len(ids) > NAMED else "")
-
-
 def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
     """Sizes that do not fit together, and numbers that cannot be."""
     faults = []
@@ -95,7 +89,7 @@ def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
         ("materials", (materials < 0) | (materials >= len(densities)), f"from 0 to {len(densities) - 1}"),
     ):
         if bad.any():
-            faults.append(Fault(name, f"must be {must}, not so for particles {_named(np.flatnonzero(bad))}"))
+            faults.append(Fault(name, f"must be {must}, not so for particles {named(np.flatnonzero(bad))}"))
     for material in sorted(set(materials.tolist())):
         if 0 <= material < len(densities) and not (math.isfinite(densities[material]) and densities[material] > 0.0):
             faults.append(Fault(f"density of material {material}", f"must be positive, got {densities[material]} kg/m^3"))
@@ -121,24 +115,6 @@ def _pair_faults(positions, radii, materials, model, owner) -> list[Fault]:
     return [Fault("positions", what, "Start from a looser packing")]
 
 
-def _wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> list[Fault]:
-    """Particles that start inside or behind a surface."""
-    faults = []
-    placed = np.zeros((len(surfaces), 12))
-    place_surfaces(model, poses, placed)
-    for s, surface in enumerate(surfaces):
-        deep = np.array(
-            [surface_overlap(model.surface_kind, model.surface_size, placed, s, *p, r)[0] for p, r in zip(positions, radii, strict=True)]
-        )
-        excess = deep / (2.0 * radii) * model.laws[model.law_of[materials, surface.material], 9]
-        bad = np.flatnonzero(excess > 1.0)
-        if len(bad):
-            bad = bad[np.argsort(-excess[bad])]
-            what = f"particles must start inside, these overlap it beyond overlap_stop or lie behind it: {_named(owner[bad])}"
-            faults.append(Fault(f'surface "{surface.name}"', what, "Check the chamber's sizes and the fill"))
-    return faults
-
-
 def body_poses(n_bodies: int, poses=None) -> np.ndarray:
     """Mass centre [m] and rotation matrix [1] (n_bodies, 12), from positions and quaternions (n_bodies, 7), or at the origin."""
     out = np.zeros((n_bodies, 12))
@@ -155,7 +131,7 @@ def body_poses(n_bodies: int, poses=None) -> np.ndarray:
 def _default_domain(positions, radii, surfaces) -> tuple[np.ndarray, float]:
     """Centre and half size of a cube with room for everything to move."""
     low, high = positions.min(axis=0), positions.max(axis=0)
-    reach = max([float((high - low).max()), 200.0 * float(radii.max())] + [2.0 * max(s.size) for s in surfaces])
+    reach = max([float((high - low).max()), 200.0 * float(radii.max())] + [2.0 * extent(s) for s in surfaces])
     return 0.5 * (low + high), reach
 
 
@@ -246,9 +222,7 @@ def charge(
     n = len(positions)
     n_materials = max([len(densities)] + [s.material + 1 for s in surfaces])
     rows, law_of, faults = _law_table(law, pair_laws, materials, surfaces, n_materials)
-    for surface in surfaces:
-        if not 0 <= surface.body < n_bodies:
-            faults.append(Fault(f'surface "{surface.name}"', f"body must be from 0 to {n_bodies - 1}, got {surface.body}"))
+    faults += surface_faults(surfaces, n_bodies)
     if precision not in ("single", "double"):
         faults.append(Fault("precision", f'must be "single" or "double", got {precision!r}'))
     if faults:
@@ -269,6 +243,7 @@ def charge(
         surface_origin=np.array([s.origin for s in surfaces], float).reshape(-1, 3),
         surface_rotation=np.array([np.array(s.rotation, float) for s in surfaces], float).reshape(-1, 3, 3),
         surface_size=np.array([s.size for s in surfaces], float).reshape(-1, 3),
+        mesh=mesh_walls(surfaces, float(radii.max())),
         gravity=np.array(gravity, float),
         centre=centre,
         reach=reach,
@@ -281,10 +256,11 @@ def charge(
     owner = np.arange(n) if spheres is None else spheres.place
     faults = _pair_faults(positions, radii, materials, model, owner)
     if surfaces:
-        faults += _wall_faults(positions, radii, materials, model, surfaces, poses, owner)
+        faults += wall_faults(positions, radii, materials, model, surfaces, poses, owner)
+        faults += mesh_faults(positions, model, surfaces, poses, owner)
     outside = owner[(np.abs(positions - centre) >= reach).any(axis=1)]
     if len(outside):
-        faults.append(Fault("domain", f"all particles must start within, these do not: {_named(outside)}", "Give a larger domain"))
+        faults.append(Fault("domain", f"all particles must start within, these do not: {named(outside)}", "Give a larger domain"))
     if faults:
         raise CaseError(*faults)
     ratio = float(radii.max() / radii.min())
@@ -353,7 +329,7 @@ def _scratch(model, state) -> ChargeScratch:
         bits += 1
     threads = MOST_THREADS
     lanes = max(capacity, n_surfaces * chunk) + 2 * BATCH
-    return ChargeScratch(
+    lists = ListScratch(
         counts=np.zeros(8**bits + 2, np.int32),
         cell=np.zeros(m, np.int32),
         order=np.zeros(m, np.int32),
@@ -364,6 +340,9 @@ def _scratch(model, state) -> ChargeScratch:
         slot_of=np.zeros(m, np.int32),
         moved=np.zeros(m),
         moved_memory=_aligned(state.wall_memory.shape, real),
+    )
+    return ChargeScratch(
+        lists=lists,
         sums=np.zeros((chunks, model.n_bodies, 6)),
         work=np.zeros((chunks, len(Ledger))),
         alarms=np.zeros(chunks, np.int64),
@@ -379,6 +358,7 @@ def _scratch(model, state) -> ChargeScratch:
         slots=np.arange(m, dtype=np.uint32),
         normals=_aligned((threads, 4, n_surfaces * chunk), real),
         peaks=np.zeros((threads, 2)),
+        stopped_by=np.zeros(3),
         test=_aligned((threads, chunk), real),
         barrier=np.zeros(32, np.int64),
     )
@@ -400,7 +380,9 @@ def grow(model: ChargeModel, state: ChargeState, scratch: ChargeScratch) -> tupl
     larger.clock[Clock.CROWDED] = 0
     if larger.status[0] == Status.LISTS_FULL:
         larger.status[:] = 0
-    return model, larger, _scratch(model, larger)
+    larger_scratch = _scratch(model, larger)
+    larger_scratch.stopped_by[:] = scratch.stopped_by
+    return model, larger, larger_scratch
 
 
 def _by_id(state, columns) -> np.ndarray:

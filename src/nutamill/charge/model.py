@@ -16,6 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.charge.laws.tags import ContactLaw
+from nutamill.charge.mesh import Mesh
+from nutamill.charge.mesh_model import MeshWalls
 from nutamill.kernel import kernel
 
 BATCH = 32
@@ -35,6 +37,12 @@ class SurfaceKind(IntEnum):
     """Inside of an endless cylinder about z, of radius ``size[0]``."""
     BOX = 2
     """Outside of a box about the origin with half sizes ``size``; faces, edges and corners."""
+    CONE = 3
+    """Inside of a cone about z, from radius ``size[0]`` at z = 0 to radius ``size[1]`` at z = ``size[2]``."""
+    SPHERE_CAP = 4
+    """Inside of a sphere about the origin of radius ``size[0]``, as far as ``size[1]`` [rad] from -z: a bowl that opens to +z."""
+    MESH_PATCH = 5
+    """A smooth patch of a triangle mesh; ``Surface.mesh`` and ``Surface.patch`` say which."""
 
 
 class Status(IntEnum):
@@ -136,7 +144,8 @@ class Surface:
     material : index of its material
     origin : [m] (3,), in the body's axes, from the body's mass centre
     rotation : [1] (3, 3), from surface axes to the body's axes
-    size : [m] (3,), as `SurfaceKind` says
+    size : [m], angles [rad] (3,), as `SurfaceKind` says
+    mesh, patch : for MESH_PATCH, the mesh in surface axes and the number of the patch; see `mesh_surfaces`
     """
 
     name: str
@@ -146,6 +155,8 @@ class Surface:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rotation: object = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     size: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mesh: Mesh | None = None
+    patch: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +224,9 @@ class ChargeModel(NamedTuple):
     surface_rotation: np.ndarray
     """From surface axes to body axes [1] (S, 3, 3)."""
     surface_size: np.ndarray
-    """Sizes [m] (S, 3), as `SurfaceKind` says."""
+    """Sizes [m], angles [rad] (S, 3), as `SurfaceKind` says."""
+    mesh: MeshWalls
+    """Meshed surfaces (empty arrays where there are none), surface axes."""
     gravity: np.ndarray
     """Acceleration of gravity [m/s^2] (3,), world axes."""
     centre: np.ndarray
@@ -287,8 +300,8 @@ class ChargeState(NamedTuple):
     """Counters and switches [1], int64 (10,), as `Clock`."""
 
 
-class ChargeScratch(NamedTuple):
-    """Work space; nothing in it is needed from one window to the next."""
+class ListScratch(NamedTuple):
+    """Work space of neighbour lists and of sorting."""
 
     counts: np.ndarray
     """Counting sort: particles per cell, then first place of each cell [1], int32 (cells + 2,)."""
@@ -310,6 +323,13 @@ class ChargeScratch(NamedTuple):
     """A column of the state while it is being reordered (unit of the column) (M,)."""
     moved_memory: np.ndarray
     """The wall memory while it is being reordered, real (M S + 1, 8), as `ChargeState.wall_memory`."""
+
+
+class ChargeScratch(NamedTuple):
+    """Work space; nothing in it is needed from one window to the next."""
+
+    lists: ListScratch
+    """For making neighbour lists."""
     sums: np.ndarray
     """Wrench of each chunk on each body [N, N m] (C, B, 6), about the body's mass centre, world axes."""
     work: np.ndarray
@@ -340,6 +360,9 @@ class ChargeScratch(NamedTuple):
     """Normal [1] (3) and overlap [m] of the touching walls, real (T, 4, S * chunk), world axes."""
     peaks: np.ndarray
     """Largest overlap of pairs and of walls that each thread saw in the window [diameter] (T, 2)."""
+    stopped_by: np.ndarray
+    """Speeds of what `ChargeState.status` names: of the particle and of the other particle or of the surface where they touch, at
+    mid-substep, and how fast they close (positive) along the normal [m/s] (3,)."""
     test: np.ndarray
     """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T, chunk)."""
     barrier: np.ndarray

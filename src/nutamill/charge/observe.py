@@ -8,7 +8,8 @@ from nutamill.charge.clumps import CENTRE, MASS, SPIN_ENERGY, VELOCITY
 from nutamill.charge.laws.composition import stored_energy
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.neighbours import slots_of_chunk
-from nutamill.charge.surfaces import place_surfaces, surface_overlap
+from nutamill.charge.surfaces import place_surfaces
+from nutamill.charge.walls import wall_overlap
 from nutamill.kernel import kernel, like
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
@@ -70,9 +71,8 @@ def observe_walls(model, state, placed, back, last, out):
     for i in range(model.n_particles):
         r = state.body[0, i]
         for s in range(n_surfaces):
-            overlap, _, _, _ = surface_overlap(
-                model.surface_kind,
-                model.surface_size,
+            overlap, _, _, _ = wall_overlap(
+                model,
                 placed,
                 s,
                 x[0, i] - back * v[0, i],
