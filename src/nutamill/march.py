@@ -11,10 +11,12 @@ from pathlib import Path
 
 from nutamill.advance import bed_from_checkpoint, enter, keep, record_first_row, restore, snapshot
 from nutamill.build.bed import bed_is_kept, settle_apart, settled_bed
+from nutamill.build.chamber_charge import contact_law_of
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.build.model import Model, State, build
 from nutamill.build.team import team_size
+from nutamill.build.wall_mesh import digests
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, ResultError, StepError
 from nutamill.kernel import kernel_digest
@@ -54,14 +56,14 @@ def run(
     if path.exists():
         raise ResultError(f"{path}: must be a new file, it exists. Choose another name with --to, or continue it with `nutamill resume`.")
     run_clock(case)  # refuses a substep that is too long before anything is compiled
-    warm_up(tell, None if bed_is_kept(case) else lambda: settle_apart(case))
+    warm_up(tell, None if bed_is_kept(case) else lambda: settle_apart(case), contact_law_of(case))
     watch = Watch(case, progress)
     watch.settling(0.0)
     bed = settled_bed(case, watch.settling)
     watch.settling(1.0)
     model, state = build(case, bed)
     record_first_row(model, state)
-    provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case))
+    provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case)) | digests(case)
     recorder = Recorder.create(path, case.to_toml(), provenance, model.readout.names, case.run.series_rate)
     recorder.append(model.readout.series(state.first_row[None, :], state.first_row))
     recorder.checkpoint(0.0, state.arrays())
@@ -102,7 +104,7 @@ def resume(
             f"{path}: must go on with the kernels it was begun with, this version has others. Install the version named under"
             " /provenance, or run the case again."
         )
-    warm_up(tell)
+    warm_up(tell, law=contact_law_of(case))
     bed = bed_from_checkpoint(case, [body.name for body in mill_mechanism(case).bodies], kept.groups)
     model, state = build(case, bed)
     model = restore(model, state, kept.groups)

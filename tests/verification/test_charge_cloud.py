@@ -7,7 +7,7 @@ from charge_bench import FLOOR, REST, Bench, law, sphere_mass
 from nutamill.charge.assembly import grow
 from nutamill.charge.copying import copy_state
 from nutamill.charge.dynamics import window
-from nutamill.charge.model import Clock, Ledger, RollingLaw, Status, Surface, SurfaceKind
+from nutamill.charge.model import Clock, Ledger, Status, Surface, SurfaceKind
 from nutamill.charge.wording import status_text, status_time
 
 R = 0.0025
@@ -30,8 +30,7 @@ def cloud(n=200, surfaces=(), k=1e5, spread=1.0, seed=3, **options):
     dt = options.pop("dt", 3e-6)
     options.setdefault("velocities", rng.normal(size=(n, 3)) * spread - 20.0 * (x - x.mean(axis=0)))
     options.setdefault("spins", rng.normal(size=(n, 3)) * 50.0)
-    pair = options.pop("law", law(k, 0.2, 0.8, friction=0.5, rolling=0.05))
-    options.setdefault("rolling", RollingLaw.TYPE_C)
+    pair = options.pop("pair", law(k, 0.2, 0.8, friction=0.5, rolling=0.05))
     return Bench(x, pair, dt, surfaces, **options)
 
 
@@ -57,7 +56,7 @@ def test_energy_error_of_an_undamped_cloud_is_of_second_order():
     # a spring sampled at mid-substep is wrong by up to (w0 dt)^2/8 of the energy that goes through it, at most all that moves;
     # frictionless, so that no tangential spring holds energy
     for part in (1, 2, 4):
-        bench = cloud(60, dt=8e-6 / part, law=law(1e5), spread=0.3)
+        bench = cloud(60, dt=8e-6 / part, pair=law(1e5), spread=0.3)
         before = bench.read().energy[:3].sum()
         bench.march(150 * part)
         after = bench.read()
@@ -139,7 +138,7 @@ def test_window_goes_on_after_the_lists_have_grown():
 def test_candidates_hold_every_touching_pair_and_forces_are_those_of_all_pairs():
     # frictionless and undamped: accelerations from the definition, over all pairs, against one substep of the engine
     k = 1e5
-    bench = cloud(law=law(k), spread=0.5).march(250)
+    bench = cloud(pair=law(k), spread=0.5).march(250)
     x = bench.state.x[:, :200].T.copy()
     v = bench.state.v[:, :200].T.copy()
     bench.march(1)
@@ -164,7 +163,7 @@ def test_single_precision_forces_are_those_of_double():
 def test_heap_at_rest_weighs_what_it_weighs():
     # after the fall has died away, bore, floor and rib together carry the weight; averaged over 1000 substeps
     still = {"velocities": np.zeros((80, 3)), "spins": np.zeros((80, 3))}
-    bench = cloud(80, BOX, gravity=(0, 0, -9.81), law=law(2e4, 0.4, friction=0.5, rolling=0.02), dt=1.5e-5, **still)
+    bench = cloud(80, BOX, gravity=(0, 0, -9.81), pair=law(2e4, 0.4, friction=0.5, rolling=0.02), dt=1.5e-5, **still)
     bench.march(40000)
     kinetic = bench.read().energy[:2].sum()
     bench.march(1000)

@@ -17,7 +17,9 @@ def plane(name, normal, distance, body=0, material=0) -> Surface:
     """Plane whose free side is along `normal` (an axis of the frame), through the point `distance` [m] along it."""
     normal = np.array(normal, float)
     first = np.roll(normal, 1)
-    return Surface(name, SurfaceKind.PLANE, body, material, tuple(distance * normal), np.column_stack([first, np.cross(normal, first), normal]))
+    return Surface(
+        name, SurfaceKind.PLANE, body, material, tuple(distance * normal), np.column_stack([first, np.cross(normal, first), normal])
+    )
 
 
 def haff() -> list[Row]:
@@ -57,8 +59,19 @@ def haff() -> list[Row]:
         # contacts last: each impact takes half a contact time from the flight between two of them
         late = 2 * 0.5 * contact_time(k, mass / 2, zeta, False) * collision_rate(t0)
         noise = 3 * 2 * math.sqrt(2 / (3 * n))
-        why = f"3 standard deviations of the temperature of {n} spheres, contacts that last ({100 * late:.1f} %), and 2 % for Enskog's factor"
-        rows.append(Row(f"T/T0 after {part} tau ({part * tau:.3f} s) [1]", expected, "Haff 1983; van Noije and Ernst 1998", t, expected * (noise + late + 0.02), why))
+        why = (
+            f"3 standard deviations of the temperature of {n} spheres, contacts that last ({100 * late:.1f} %), and 2 % for Enskog's factor"
+        )
+        rows.append(
+            Row(
+                f"T/T0 after {part} tau ({part * tau:.3f} s) [1]",
+                expected,
+                "Haff 1983; van Noije and Ernst 1998",
+                t,
+                expected * (noise + late + 0.02),
+                why,
+            )
+        )
     return rows
 
 
@@ -73,7 +86,9 @@ def filled_silo(diameters: float, seed: int, walls, numbers, dt, density, d, roo
     inside = room(x, y)
     x, y = x[inside], y[inside]
     layers = math.ceil(diameters / len(x))
-    places = np.concatenate([np.column_stack([x, y, np.full(len(x), (j + 0.6) * grid_step * 1.1 * d)]) for j in range(layers)])[: round(diameters)]
+    places = np.concatenate([np.column_stack([x, y, np.full(len(x), (j + 0.6) * grid_step * 1.1 * d)]) for j in range(layers)])[
+        : round(diameters)
+    ]
     radii = 0.5 * d * rng.uniform(0.9, 1.1, len(places))
     places[:, :2] += rng.uniform(-0.01, 0.01, (len(places), 2)) * d
     speeds = rng.normal(size=places.shape) * 0.1

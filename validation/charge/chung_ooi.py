@@ -49,7 +49,9 @@ def test_1() -> list[Row]:
         curve = [(exact.force * (d / exact.overlap) ** 1.5 / exact.force, f / exact.force) for f, d in got.curve]
         rows.append(largest(f"{name}: force over largest force along the curve [1]", curve, HERTZ, 1e-9, "rounding: the law itself"))
         if name == "limestone":
-            rows.append(Row("limestone: largest force [N]", 7108.0, "stored by Kratos for this test", got.force, 7108e-3, "four figures printed"))
+            rows.append(
+                Row("limestone: largest force [N]", 7108.0, "stored by Kratos for this test", got.force, 7108e-3, "four figures printed")
+            )
     return rows
 
 
@@ -83,7 +85,9 @@ def test_3() -> list[Row]:
             for e in (0.2, 0.4, 0.6, 0.8, 1.0):
                 zeta = damping_ratio_from_restitution(e, cut)
                 time = damped_hertz_time(mass, radius, e_star, v, zeta)
-                got = strike_floor(radius, density, pair(modulus=e_star, zeta=zeta, cut=cut), time, v, law=("hertz", "displacement", "none"))
+                got = strike_floor(
+                    radius, density, pair(modulus=e_star, zeta=zeta, cut=cut), time, v, law=("hertz", "displacement", "none")
+                )
                 what = f"{name}, tension {'cut' if cut else 'kept'}: restitution for {e} [1]"
                 rows.append(Row(what, e, PAPER, got.v[0, 2] / v, 1e-3, "the paper's figure; first and last substep of the dashpot"))
     return rows
@@ -94,7 +98,10 @@ def test_4() -> list[Row]:
     rows = []
     radius, v, e, mu = 0.0025, 3.9, 0.98, 0.092
     angles = np.radians([5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 70, 80, 85])
-    for name, label, young, nu, density in (("aluminium oxide", "oxide", 380e9, 0.23, 4000.0), ("aluminium alloy", "alloy", 70e9, 0.33, 2700.0)):
+    for name, label, young, nu, density in (
+        ("aluminium oxide", "oxide", 380e9, 0.23, 4000.0),
+        ("aluminium alloy", "alloy", 70e9, 0.33, 2700.0),
+    ):
         e_star, g_star, mass = modulus((young, nu)), shear_modulus((young, nu)), sphere_mass(radius, density)
         zeta = damping_ratio_from_restitution(e, True)
         ours, same = [], []
@@ -171,7 +178,9 @@ def test_5() -> list[Row]:
                 same.append(((u - radius * w) / scale, -radius * w / scale))
             ours, same, slides = np.array(ours), np.array(same), ratios > 7.0
             hard = zip(ratios[slides] - 7.0, ours[slides, 0], strict=True)
-            rows.append(largest(f"{name}, {words}: patch velocity, sliding [mu V_n]", hard, HARD, 5 * arm + 0.01, "half an overlap at the arm"))
+            rows.append(
+                largest(f"{name}, {words}: patch velocity, sliding [mu V_n]", hard, HARD, 5 * arm + 0.01, "half an overlap at the arm")
+            )
             for column, figure, what in (
                 (0, "benchmark5_graph1", "patch velocity [mu V_n]"), (1, "benchmark5_graph2", "spin [mu V_n/R]"),
             ):  # fmt: skip
@@ -199,7 +208,9 @@ def test_6() -> list[Row]:
             numbers = pair(modulus=e_star, shear_modulus=g_star, zeta=zeta, cut=True, friction=mu)
             got = strike_floor(radius, density, numbers, time, v_n, 0.0, spin, law=("hertz", stored, "none"))
             ours.append((got.v[0, 0] - radius * got.w[0, 1]) / got.v[0, 2])
-            v, u, w = oblique(mass, radius, v_n, 0.0, spin, mu, hertz_mindlin(mass, radius, e_star, g_star, zeta, True), stored, time / SAMPLES / 10)
+            v, u, w = oblique(
+                mass, radius, v_n, 0.0, spin, mu, hertz_mindlin(mass, radius, e_star, g_star, zeta, True), stored, time / SAMPLES / 10
+            )
             same.append((u - radius * w) / v)
         ours, same, slides = np.array(ours), np.array(same), ratios > 2.11
         late = np.abs(same[slides] - 2 * ratios[slides] + 4.2).max()
@@ -232,7 +243,14 @@ def test_7() -> list[Row]:
         got = follow(bench, (1, 0, 0), mass, 2 * radius, 4 * SAMPLES)
         rows += [
             Row(f"spin {spin} rad/s: tangential velocity [m/s]", 0.0, PAPER, float(np.abs(got.v[:, 1:]).max()), 1e-12, "exact symmetry"),
-            Row(f"spin {spin} rad/s: change of spin [rad/s]", 0.0, PAPER, float(np.abs(np.abs(got.w[:, 2]) - spin).max()), 1e-12, "exact symmetry"),
+            Row(
+                f"spin {spin} rad/s: change of spin [rad/s]",
+                0.0,
+                PAPER,
+                float(np.abs(np.abs(got.w[:, 2]) - spin).max()),
+                1e-12,
+                "exact symmetry",
+            ),
         ]
     return rows
 
@@ -258,8 +276,19 @@ def test_8() -> list[Row]:
         # slip of sphere 1's surface along y is R w; friction is against it
         slip = m_eff * mu * (1 + e) * v_n
         expected = (v_n - m_eff * (1 + e) * v_n / m1, slip / m1, spin + slip / (0.4 * m1 * radius))
-        for what, reference, ours in zip(("v_n' [m/s]", "v_t' [m/s]", "spin' [rad/s]"), expected, (got.v[0, 0], got.v[0, 1], got.w[0, 2]), strict=True):
-            rows.append(Row(f"spin {spin} rad/s: {what}", reference, HARD, ours, 0.01 * max(abs(reference), 0.1), "ends of the dashpot, slip stored in the spring"))
+        for what, reference, ours in zip(
+            ("v_n' [m/s]", "v_t' [m/s]", "spin' [rad/s]"), expected, (got.v[0, 0], got.v[0, 1], got.w[0, 2]), strict=True
+        ):
+            rows.append(
+                Row(
+                    f"spin {spin} rad/s: {what}",
+                    reference,
+                    HARD,
+                    ours,
+                    0.01 * max(abs(reference), 0.1),
+                    "ends of the dashpot, slip stored in the spring",
+                )
+            )
     return rows
 
 

@@ -66,7 +66,11 @@ def pair(
         rolling_friction=rolling,
         overlap_warn=stop / 2,
         overlap_stop=stop,
-        **({"unloading_ratio": unloading, "contact_modulus": modulus, "contact_shear_modulus": shear_modulus or modulus} if ALL_LAWS else {}),
+        **(
+            {"unloading_ratio": unloading, "contact_modulus": modulus, "contact_shear_modulus": shear_modulus or modulus}
+            if ALL_LAWS
+            else {}
+        ),
     )
 
 

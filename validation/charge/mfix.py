@@ -28,7 +28,9 @@ def dem01() -> list[Row]:
         bench = Bench([0, 0, height], pair(k, zeta, stop=0.9), dt, [FLOOR], radius, (density,), gravity=DOWN)
         bench.march(round(0.9 * touch / dt))
         exact = height - 0.5 * G * bench.time**2
-        rows.append(Row(f"e = {e}: height in free fall at {bench.time:.4f} s [m]", exact, SOURCE, bench.x[0, 2], 1e-9, "exact but for rounding"))
+        rows.append(
+            Row(f"e = {e}: height in free fall at {bench.time:.4f} s [m]", exact, SOURCE, bench.x[0, 2], 1e-9, "exact but for rounding")
+        )
         w0, ds = math.sqrt(k / mass), mass * G / k
         wd = w0 * math.sqrt(1 - zeta * zeta)
         b = (speed - zeta * w0 * ds) / wd
@@ -84,9 +86,20 @@ def dem02() -> list[Row]:
             speed = after
             exact, stiff = radius + after**2 / (2 * G), radius + (height - radius) * e ** (2 * n)
             allowed = n * 4 * (math.pi / 100) ** 2 * (exact - radius)
-            rows.append(Row(f"k = {k:.0e} N/m: top of bounce {n} [m]", exact, "closed form with the weight during the contact", apex, allowed, why))
+            rows.append(
+                Row(f"k = {k:.0e} N/m: top of bounce {n} [m]", exact, "closed form with the weight during the contact", apex, allowed, why)
+            )
             limit = "closed form of the stiff limit, MFiX V&V manual"
-            rows.append(Row(f"k = {k:.0e} N/m: top of bounce {n} [m]", stiff, limit, apex, abs(exact - stiff) + allowed, "what the weight does during the contact, closed form; and the same"))
+            rows.append(
+                Row(
+                    f"k = {k:.0e} N/m: top of bounce {n} [m]",
+                    stiff,
+                    limit,
+                    apex,
+                    abs(exact - stiff) + allowed,
+                    "what the weight does during the contact, closed form; and the same",
+                )
+            )
     return rows
 
 
@@ -121,7 +134,15 @@ def dem03() -> list[Row]:
         # the phase of the fastest mode, w^2 = 3 k/m, is wrong by (w dt)^2/24; tested over 10 ms of at most the first swing
         w = math.sqrt(3 * k / m2)
         allowed = 0.1 * rp * (w * dt) ** 2 / 24 * w * end
-        rows.append(largest(f"e = {e}: heights over 10 ms [m]", pairs, SOURCE + "; Chen et al. 2007", allowed, "phase (w dt)^2/24 of the fast mode, 10 % of a radius"))
+        rows.append(
+            largest(
+                f"e = {e}: heights over 10 ms [m]",
+                pairs,
+                SOURCE + "; Chen et al. 2007",
+                allowed,
+                "phase (w dt)^2/24 of the fast mode, 10 % of a radius",
+            )
+        )
     return rows
 
 
@@ -134,7 +155,9 @@ def dem04() -> list[Row]:
     dt = contact_time(k, mass, zeta, False) / 40
     sag = mass * G / k
     for mu in (0.2, 0.3, 0.6):
-        bench = Bench([0, 0, radius - sag], pair(k, zeta, friction=mu), dt, [FLOOR], radius, (density,), gravity=DOWN, velocities=[u0, 0, 0])
+        bench = Bench(
+            [0, 0, radius - sag], pair(k, zeta, friction=mu), dt, [FLOOR], radius, (density,), gravity=DOWN, velocities=[u0, 0, 0]
+        )
         slides = 2 * u0 / (7 * mu * G)
         bench.march(round(slides / dt))
         # friction sets in with the stretching of its spring, mu sag in length; half an overlap at the arm; a substep
@@ -143,8 +166,12 @@ def dem04() -> list[Row]:
         rows.append(Row(f"mu = {mu}: way until it rolls [m]", 12 * u0**2 / (49 * mu * G), SOURCE, bench.x[0, 0], 2 * u0 * late, why))
         bench.march(round(0.2 * slides / dt))
         swing = mu * G * math.sqrt(mass / k) + sag / radius * u0
-        rows.append(Row(f"mu = {mu}: rolling speed [m/s]", 5 / 7 * u0, SOURCE, bench.v[0, 0], swing, "the spring of friction goes on swinging"))
-        rows.append(Row(f"mu = {mu}: rolling spin [rad/s]", 5 / 7 * u0 / radius, SOURCE, bench.w[0, 1], 2.5 * swing / radius, "the same, 5/2"))
+        rows.append(
+            Row(f"mu = {mu}: rolling speed [m/s]", 5 / 7 * u0, SOURCE, bench.v[0, 0], swing, "the spring of friction goes on swinging")
+        )
+        rows.append(
+            Row(f"mu = {mu}: rolling spin [rad/s]", 5 / 7 * u0 / radius, SOURCE, bench.w[0, 1], 2.5 * swing / radius, "the same, 5/2")
+        )
     return rows
 
 

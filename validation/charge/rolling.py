@@ -45,8 +45,26 @@ def decay() -> list[Row]:
             bench.march(5)
             fastest = max(fastest, abs(bench.v[0, 0]))
         swing = 3.5 * mu_r * G / math.sqrt(w2)
-        rows.append(Row(f"{law}: largest speed afterwards [m/s]", 0.0, SOURCE, fastest, swing, "springs without dashpot keep swinging, at most as they were loaded"))
-        rows.append(Row(f"{law}: stands still afterwards [m/s]", 0.0, "type C of Ai et al. with its dashpot stands still", fastest, 1e-9, "none of the laws here has a rolling or tangential dashpot (as in Rocky)"))
+        rows.append(
+            Row(
+                f"{law}: largest speed afterwards [m/s]",
+                0.0,
+                SOURCE,
+                fastest,
+                swing,
+                "springs without dashpot keep swinging, at most as they were loaded",
+            )
+        )
+        rows.append(
+            Row(
+                f"{law}: stands still afterwards [m/s]",
+                0.0,
+                "type C of Ai et al. with its dashpot stands still",
+                fastest,
+                1e-9,
+                "none of the laws here has a rolling or tangential dashpot (as in Rocky)",
+            )
+        )
     return rows
 
 
@@ -72,7 +90,16 @@ def incline() -> list[Row]:
             drag = 0.0
             if law == "type_a" and mu_r > math.tan(slope):
                 drag = G * sin * DT / 0.04 * 0.4
-            rows.append(Row(f"{law}, mu_r = {mu_r}: speed 0.2 s after the stop [m/s]", -back, SOURCE, bench.v[0, 0], swing + 0.01 * back + drag, why + "; they go on swinging"))
+            rows.append(
+                Row(
+                    f"{law}, mu_r = {mu_r}: speed 0.2 s after the stop [m/s]",
+                    -back,
+                    SOURCE,
+                    bench.v[0, 0],
+                    swing + 0.01 * back + drag,
+                    why + "; they go on swinging",
+                )
+            )
     return rows
 
 

@@ -5,7 +5,7 @@ import math
 from nutamill.charge.clumps import ID, PLACE
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, LawColumn, Status
 from nutamill.charge.neighbours import slots_of_chunk
-from nutamill.charge.surfaces import surface_overlap
+from nutamill.charge.walls import wall_overlap
 from nutamill.frames import cross
 from nutamill.kernel import kernel
 
@@ -100,7 +100,7 @@ def name_the_deepest_wall(model, state, scratch, points, rows, lo, hi, worst):
         z = model.centre[2] + float(points[i, 2]) / model.scale
         for s in range(model.surface_kind.shape[0]):
             law = model.law_of[state.material[i], model.surface_material[s]]
-            overlap, n0, n1, n2 = surface_overlap(model.surface_kind, model.surface_size, scratch.placed[0], s, x, y, z, r)
+            overlap, n0, n1, n2 = wall_overlap(model, scratch.placed[0], s, x, y, z, r)
             share = overlap / (2.0 * r)
             if share * model.laws[law, LIMIT] > worst:
                 worst = share * model.laws[law, LIMIT]

@@ -14,7 +14,7 @@ from nutamill.charge.clumps import integrate_clumps, start_clumps
 from nutamill.charge.columns import HELD, LAW, PEAK
 from nutamill.charge.contacts import filter_pairs, find_walls, pair_contacts, wall_contacts
 from nutamill.charge.integration import integrate_spheres
-from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock
+from nutamill.charge.model import BATCH, LAW_NUMBERS, ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.neighbours import rebuild, slots_of_chunk, thread_share, turning
 from nutamill.charge.publish import publish
 from nutamill.charge.simd import WIDTH, negated_radii
@@ -80,8 +80,8 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     partners, memory = state.partners[lst, c], state.memory[lst, c]
     local, lanes, forces, work = scratch.local[tid], scratch.lanes[tid], scratch.forces[tid], scratch.work[c]
     real = rows[0, 0]
-    now = like(clock[STEP] & 0xFFFFFF, real)
-    last = like((clock[STEP] - 1) & 0xFFFFFF, real)
+    now = like(stamp_of(clock[STEP]), real)
+    last = like(stamp_of(clock[STEP] - 1), real)
     step = like(dt, real)
     zero = like(0.0, real)
     empty = forces.reshape(forces.size)
@@ -142,7 +142,7 @@ def open_window(model, state, scratch, tid):
             columns[p, HELD * BATCH + b] = -1.0
             columns[p, PEAK * BATCH + b] = 0.0
     for b in range(BATCH):
-        for k in range(10):
+        for k in range(LAW_NUMBERS):
             columns[0, (LAW + k) * BATCH + b] = model.laws[0, k]
     if tid == 0 and state.clock[DONE] == 0:
         for b in range(model.n_bodies):
