@@ -4,7 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from nutamill.build.chamber_charge import chamber_surfaces
+from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces
+from nutamill.build.chamber_statistics import recorded_sums
 from nutamill.build.mill_mechanism import CHAMBER
 from nutamill.build.model import Model, State
 from nutamill.build.rigid_parts import whole_chamber
@@ -12,6 +13,7 @@ from nutamill.build.team import team_size
 from nutamill.case import Case
 from nutamill.charge.assembly import grow, positions, spins, velocities
 from nutamill.charge.model import Clock as ChargeClock
+from nutamill.charge.statistics import gathered, put_back
 from nutamill.charge.team import run_team
 from nutamill.charge.wording import status_text
 from nutamill.coupling import (
@@ -45,10 +47,10 @@ def enter(model: Model, state: State, n_rows: int) -> tuple[Model, np.ndarray, S
         if model.charge is None:
             done += march_mechanism(*mechanism, model.plan, coupling, left, rows[done:])
         else:
-            charge = (model.charge, state.charge, model.charge_scratch, model.plan, coupling, model.reading)
+            charge = (model.charge, state.charge, model.charge_scratch, model.plan, coupling, model.reading, model.survey, state.statistics)
             before = coupling.windows[0]
             if model.plan.scheme == Scheme.ITERATED:
-                kept = (copy_of(state.mechanism), copy_of(state.charge))
+                kept = (copy_of(state.mechanism), copy_of(state.charge), np.copy(model.charge_scratch.impacts))
                 run_team(march_iterated, (*mechanism, *charge, *kept, left, rows[done:]), team_size(model.case))
             else:
                 run_team(march_coupled, (*mechanism, *charge, left, rows[done:]), team_size(model.case))
@@ -86,7 +88,29 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
         kept["positions"] = positions(model.charge, state.charge, model.clock.substep).astype(np.float32)
         kept["velocities"] = velocities(model.charge, state.charge).astype(np.float32)
         kept["spins"] = spins(model.charge, state.charge).astype(np.float32)
+        n, chamber = model.charge.n_particles, model.plan.carriers[CHAMBER_CARRIER]
+        kept["radii"] = np.empty(n, np.float32)
+        kept["radii"][state.charge.ids[:n]] = state.charge.body[0, :n]
+        rotation = np.empty((3, 3))
+        rotation_matrix(state.mechanism.quaternion[chamber], rotation)
+        kept["chamber_floor"] = state.mechanism.position[chamber] + rotation @ model.survey.origin
+        kept["chamber_attitude"] = state.mechanism.quaternion[chamber]
     return kept
+
+
+def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
+    """Everything a run needs to go on from here bit for bit, in groups of arrays."""
+    groups = state.arrays()
+    if model.charge is not None:
+        groups["statistics"] = gathered(state.statistics, model.charge_scratch)
+    return groups
+
+
+def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
+    """What the charge has done so far, in SI; see `nutamill.fields.STATISTICS`. None if nothing is summed."""
+    if model.charge is None or not model.survey.on:
+        return None
+    return recorded_sums(model.case, model.survey, model.clock.substep, gathered(state.statistics, model.charge_scratch))
 
 
 def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]) -> Model:
@@ -99,6 +123,8 @@ def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]
     for part, arrays in state.arrays().items():
         for name, array in arrays.items():
             array[...] = groups[part][name]
+    if model.charge is not None:
+        put_back(state.statistics, model.charge_scratch, groups["statistics"])
     return model
 
 

@@ -9,8 +9,9 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from nutamill.advance import bed_from_checkpoint, enter, record_first_row, restore, snapshot
+from nutamill.advance import bed_from_checkpoint, checkpoint_groups, enter, record_first_row, restore, snapshot, statistics
 from nutamill.build.bed import bed_is_kept, settle_apart, settled_bed
+from nutamill.build.chamber_statistics import statistics_axes
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.build.model import Model, State, build
@@ -62,9 +63,11 @@ def run(
     model, state = build(case, bed)
     record_first_row(model, state)
     provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case))
-    recorder = Recorder.create(path, case.to_toml(), provenance, model.readout.names, case.run.series_rate)
+    axes = None if model.charge is None else statistics_axes(case, model.survey)
+    recorder = Recorder.create(path, case.to_toml(), provenance, model.readout.names, case.run.series_rate, axes=axes)
     recorder.append(model.readout.series(state.first_row[None, :], state.first_row))
-    recorder.checkpoint(0.0, state.arrays())
+    record_statistics(model, state, recorder)
+    recorder.checkpoint(0.0, checkpoint_groups(model, state))
     march(model, state, recorder, case.run.until, watch)
     return open_result(path)
 
@@ -132,10 +135,11 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
                 if row in plan.snapshots:
                     recorder.snapshot(state.mechanism.time[0], snapshot(model, state))
                 if row % plan.rows_per_checkpoint == 0 or row == plan.rows:
-                    recorder.checkpoint(state.mechanism.time[0], state.arrays())
+                    record_statistics(model, state, recorder)
+                    recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
                 recorder.commit()
     if fault is None and row < plan.rows:
-        recorder.checkpoint(state.mechanism.time[0], state.arrays())
+        recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
     recorder.summary(run_facts(model, state))
     if fault is not None:
         recorder.state(f"failed: {fault}")
@@ -146,6 +150,12 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
         raise fault
     if row < plan.rows:
         raise KeyboardInterrupt
+
+
+def record_statistics(model: Model, state: State, recorder: Recorder) -> None:
+    """Record what the charge has done so far, if it is summed."""
+    if (sums := statistics(model, state)) is not None:
+        recorder.statistics(state.mechanism.time[0], sums)
 
 
 @contextmanager

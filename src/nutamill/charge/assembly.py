@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
+from nutamill.charge.impacts import empty_impacts
 from nutamill.charge.model import (
     BATCH,
     PADDING,
@@ -339,6 +340,7 @@ def _scratch(model, state) -> ChargeScratch:
         peaks=np.zeros((threads, 2)),
         test=_aligned((threads, chunk), real),
         barrier=np.zeros(32, np.int64),
+        impacts=empty_impacts(threads, model.law_of.shape[0]),
     )
 
 
@@ -357,7 +359,9 @@ def grow(model: ChargeModel, state: ChargeState, scratch: ChargeScratch) -> tupl
     larger.clock[Clock.CROWDED] = 0
     if larger.status[0] == Status.LISTS_FULL:
         larger.status[:] = 0
-    return model, larger, _scratch(model, larger)
+    room = _scratch(model, larger)
+    room.impacts[...] = scratch.impacts
+    return model, larger, room
 
 
 def _by_id(state, columns) -> np.ndarray:

@@ -162,8 +162,9 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         local[l, 0], local[l, 1], local[l, 2], local[l, 3] = points[i, 0], points[i, 1], points[i, 2], -points[i, 3]
     found = filter_pairs(points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, lanes)
     work[0], work[1], work[2], pair_alarm = pair_contacts(
-        model, points, rows, memory, state.material, found, lanes, local, scratch.columns[tid, 0], last, now, step, forces[0]
-    )
+        model, points, rows, memory, state.material, found, lanes, local, scratch.columns[tid, 0], last, now, step, forces[0],
+        scratch.impacts[tid],
+    )  # fmt: skip
     sums = scratch.sums[c]
     for b in range(model.n_bodies):
         for k in range(6):
@@ -173,7 +174,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     found = find_walls(model, state.x, state.body[0], local, placed, lo, hi - lo, lanes, normals, scratch.test[tid])
     work[3], work[4], work[5], work[6], wall_alarm = wall_contacts(
         model, state.x, rows, state.wall_memory, state.material, scratch.motion[tid], found, lanes, normals, scratch.columns[tid, 1],
-        last, now, step, forces[1], sums,
+        last, now, step, forces[1], sums, scratch.impacts[tid],
     )  # fmt: skip
     alarms = integrate(model, state, lo, hi, forces, scratch.turned[tid], reference, dt, work)
     scratch.alarms[c] = alarms + PAIR * int(pair_alarm > 0) + WALL * int(wall_alarm > 0)

@@ -320,3 +320,5 @@ class ChargeScratch(NamedTuple):
     """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T, chunk)."""
     barrier: np.ndarray
     """Arrivals and generation of the team's barrier [1], int64 (32,)."""
+    impacts: np.ndarray
+    """Of each thread: number and energy of the contacts begun since last read, int64 (T, types, 2, BINS, 2), as `impacts.empty_impacts`."""

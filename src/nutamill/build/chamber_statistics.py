@@ -1,0 +1,142 @@
+"""Where the statistics of a charge are summed in its chamber, and how they are written down.
+
+The grid has its origin in the middle of the chamber's floor and its z axis along the chamber's; it turns with the crank.
+"""
+
+import math
+
+import numpy as np
+
+from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces, material_order, particle_radii
+from nutamill.build.rigid_parts import whole_chamber
+from nutamill.case import Case
+from nutamill.charge.impacts import FINE as IMPACT_FINE
+from nutamill.charge.impacts import bin_edges
+from nutamill.charge.model import ChargeModel, ChargeState, Surface, SurfaceKind
+from nutamill.charge.statistics import (
+    ANGLE_HEIGHT,
+    ANGLE_RADIUS,
+    FACE_HEIGHT,
+    FIELD_SUMS,
+    MOST_NEIGHBOURS,
+    WALL_SUMS,
+    StatisticsPlan,
+    statistics_plan,
+)
+
+SECTORS = 36
+"""Cells and patches around the chamber [1]: 10 deg each."""
+MOST_ACROSS, MOST_UP = 10, 30
+"""Most cells along radius and height [1]."""
+FACES = 6
+
+
+def chamber_cells(case: Case) -> tuple[int, int, int]:
+    """Cells along radius, azimuth and height [1]: two diameters of the largest particle wide, unless that makes too many."""
+    width = 4.0 * float(particle_radii(case).max())
+    across = min(max(round(case.chamber.inner_diameter / 2 / width), 2), MOST_ACROSS)
+    return across, SECTORS, min(max(round(case.chamber.height / width), 4), MOST_UP)
+
+
+def _cut(case: Case, surface: Surface) -> tuple[int, int, int, float, float]:
+    """How one surface is cut into patches, as `statistics_plan` wants it."""
+    across, around, up = chamber_cells(case)
+    if surface.kind == SurfaceKind.CYLINDER:
+        return ANGLE_HEIGHT, around, up, 0.0, case.chamber.height
+    if surface.kind == SurfaceKind.PLANE:
+        return ANGLE_RADIUS, around, across, 0.0, case.chamber.inner_diameter / 2
+    # a rib's box begins as far below the floor as it reaches into the charge: rows of the part that is free
+    depth, _, half = surface.size
+    return FACE_HEIGHT, FACES, up, depth - half, half
+
+
+def chamber_survey(case: Case, model: ChargeModel, state: ChargeState, substep: float) -> StatisticsPlan:
+    """Grid and patches of the chamber of `case`, for its charge and its substep [s]."""
+    floor = np.array([0.0, 0.0, -case.chamber.floor_depth]) - whole_chamber(case.chamber).mass_centre
+    extent = (case.chamber.inner_diameter / 2, 0.0, case.chamber.height)
+    cuts = [_cut(case, surface) for surface in chamber_surfaces(case)]
+    return statistics_plan(model, state, substep, CHAMBER_CARRIER, tuple(floor), chamber_cells(case), extent, cuts, case.run.statistics)
+
+
+def pair_types(case: Case) -> list[tuple[str, list[int]]]:
+    """Kinds of pairs that can meet: name, and the types of `nutamill.charge.impacts` that belong to it."""
+    names, own = material_order(case), material_order(case)[:1]
+    n = len(names)
+    walls = dict.fromkeys([case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else []))
+    pairs = [(f"{a}-{b}", sorted({names.index(a) * n + names.index(b), names.index(b) * n + names.index(a)})) for a in own for b in own]
+    return pairs + [(f"{a}-{b} wall", [(n + names.index(a)) * n + names.index(b)]) for a in own for b in walls]
+
+
+def statistics_axes(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
+    """What the recorded arrays are laid out along, by the names of `nutamill.fields.STATISTICS_AXES`."""
+    edges = bin_edges()
+    radius = np.linspace(0.0, plan.extent[0], plan.cells[0] + 1)
+    angle = np.linspace(0.0, math.tau, plan.cells[1] + 1)
+    height = np.linspace(plan.extent[1], plan.extent[2], plan.cells[2] + 1)
+    ring = 0.5 * np.diff(radius**2) * angle[1]
+    return {
+        "pair": np.array([name for name, _ in pair_types(case)]),
+        "part": np.array(["normal", "tangential"]),
+        "energy": np.sqrt(edges[1:] * edges[:-1]),
+        "radius": 0.5 * (radius[1:] + radius[:-1]),
+        "azimuth": 0.5 * (angle[1:] + angle[:-1]),
+        "height": 0.5 * (height[1:] + height[:-1]),
+        "cell_volume": np.repeat(ring[:, None], plan.cells[2], axis=1) * np.diff(height),
+        "neighbours": np.arange(MOST_NEIGHBOURS),
+        **_patches(case, plan),
+    }
+
+
+def _patches(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
+    """Surface, place and area of every patch."""
+    columns: dict[str, list] = {name: [] for name in ("patch_surface", "patch_column", "patch_azimuth", "patch_along", "patch_area")}
+    for s, surface in enumerate(chamber_surfaces(case)):
+        rows = int(plan.patch_rows[s])
+        count = int(plan.patch_first[s + 1] - plan.patch_first[s]) // rows
+        edges = np.linspace(*plan.patch_range[s], rows + 1)
+        azimuth = (np.arange(count) + 0.5) * math.tau / count
+        if plan.patch_kind[s] == ANGLE_RADIUS:
+            areas = np.tile(0.5 * np.diff(edges**2) * math.tau / count, (count, 1))
+        elif plan.patch_kind[s] == ANGLE_HEIGHT:
+            areas = np.tile(np.diff(edges) * surface.size[0] * math.tau / count, (count, 1))
+        else:
+            azimuth = np.full(count, math.nan)
+            areas = _rib_areas(surface, np.diff(edges))
+        columns["patch_surface"] += [surface.name] * (count * rows)
+        columns["patch_column"] += list(np.repeat(np.arange(count), rows))
+        columns["patch_azimuth"] += list(np.repeat(azimuth, rows))
+        columns["patch_along"] += list(np.tile(0.5 * (edges[1:] + edges[:-1]) - (edges[0] if s else 0.0), count))
+        columns["patch_area"] += list(areas.ravel())
+    return {name: np.array(values) for name, values in columns.items()}
+
+
+def _rib_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:
+    """Free area [m^2] (6, rows) of the faces of a rib: the face to the axis, two flanks, and the top in its last row."""
+    depth, half_width, _ = surface.size
+    areas = np.zeros((FACES, len(steps)))
+    areas[0] = 2.0 * half_width * steps
+    areas[2] = areas[3] = depth * steps
+    areas[5, -1] = 2.0 * half_width * depth
+    return areas
+
+
+def recorded_sums(case: Case, plan: StatisticsPlan, substep: float, sums: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Sums in small units, as `nutamill.charge.statistics.gathered` gives them, as recorded quantities in SI.
+
+    Names and shapes are those of `nutamill.fields.STATISTICS`; `substep` [s] is the charge's.
+    """
+    interval = 1.0 / case.run.series_rate
+    counts = np.stack([sums["impacts"][types].sum(axis=0) for _, types in pair_types(case)])
+    energy = counts[..., 1] * (bin_edges()[:-1] / IMPACT_FINE)
+    # an impact is seen if it begins in the one substep that is sampled
+    times = np.where(np.array(WALL_SUMS) == "cutting_energy", interval / substep, interval)
+    walls = sums["walls"] * (times / plan.per_wall)
+    fields = (sums["fields"] * (interval / plan.per_field)).reshape(*plan.cells, len(FIELD_SUMS))
+    return {
+        "sampled_time": np.float64(interval * sums["samples"][0]),
+        "impact_number": counts[..., 0].astype(float),
+        "impact_energy": energy,
+        **{f"wall_{name}": walls[:, k] for k, name in enumerate(WALL_SUMS)},
+        **{f"cell_{name}": fields[..., k] for k, name in enumerate(FIELD_SUMS)},
+        "neighbour_time": interval * sums["neighbours"],
+    }

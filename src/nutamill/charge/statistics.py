@@ -1,0 +1,397 @@
+"""What a charge does, summed while it runs: work and load on the walls, density and velocity fields, touching neighbours.
+
+A *sample* is taken at the rows of the record: contacts with walls as the next substep will meet them, everything else as it is.  The
+sum of samples times their interval is the integral over time by the rectangle rule.  Its error is that of counting samples: contacts
+begin and end within an interval, so that a total that comes from n seen contacts is uncertain by about 1/sqrt(n) of itself.
+
+All sums are whole numbers of a small unit.  They add up to the same sum in any order: every thread keeps its own, and the
+total has the same bits for any number of threads.
+
+Fields are taken in a cylindrical grid that moves with a body and turns about its z axis by an angle handed in, in a mill the
+crank angle, so that the crescent of a nutating charge stands still in it.  Velocities are those relative to the body.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.charge.columns import ACT, A, wall_batch
+from nutamill.charge.contacts import filter_pairs, find_walls, lay_walls
+from nutamill.charge.dynamics import move_bodies
+from nutamill.charge.impacts import ENERGY_N, ENERGY_T
+from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock
+from nutamill.charge.neighbours import thread_share
+from nutamill.charge.surfaces import place_surfaces
+from nutamill.kernel import kernel, like
+
+STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
+
+ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT = 0, 1, 2
+"""How a surface is cut into patches: by azimuth and height in its own axes, by azimuth and distance from its z axis, or by
+the six faces of a box (-x, +x, -y, +y, -z, +z) and height."""
+
+WALL_SUMS = ("normal_work", "shear_work", "rolling_work", "load", "cutting_energy", "contacts")
+"""Sums of a patch: work taken out by the three parts of the law [J], normal load [N s], cutting energy of impacts [J], contacts [s]."""
+FIELD_SUMS = ("solid_volume", "mass", "momentum_r", "momentum_a", "momentum_z", "square_speed", "particles", "neighbours")
+"""Sums of a cell: solid volume [m^3 s], mass [kg s], momentum relative to the body, radial, azimuthal, axial [kg m], mass times squared
+speed [J s], particles [s], touching neighbours of its particles [s].  The first goes by volume, the others by particle centres."""
+MOST_NEIGHBOURS = 16
+"""Places of the histogram of touching neighbours [1]; the last counts all that have as many or more."""
+FINE = 2.0**30
+"""Small units in the quantity that one mean particle at 1 m/s stands for [1]."""
+POINTS = 1024
+"""Places within a particle at which its volume is put, one after the other [1]."""
+
+
+class StatisticsPlan(NamedTuple):
+    """What is summed, and where; never changes."""
+
+    on: int
+    """1: take samples, 0: none [1]."""
+    body: int
+    """Body whose axes the grid has, and in whose motion velocities are measured [1]."""
+    origin: np.ndarray
+    """Origin of the grid [m] (3,), body axes, from the body's mass centre."""
+    cells: np.ndarray
+    """Cells along radius, azimuth and height [1], int64 (3,)."""
+    extent: np.ndarray
+    """Largest radius, lowest and highest height [m] (3,), grid axes; what lies beyond counts in the outermost cell."""
+    within: np.ndarray
+    """Places within a ball of radius 1, evenly spread [1] (POINTS, 3)."""
+    patch_kind: np.ndarray
+    """How each surface is cut, `ANGLE_HEIGHT` and others [1], int64 (S,)."""
+    patch_first: np.ndarray
+    """First patch of each surface [1], and behind the last one, int64 (S + 1,)."""
+    patch_rows: np.ndarray
+    """Patches of each surface along its second coordinate [1], int64 (S,)."""
+    patch_range: np.ndarray
+    """Lowest and highest second coordinate of each surface [m] (S, 2), surface axes."""
+    per_wall: np.ndarray
+    """Small units in 1 of each of `WALL_SUMS` [1/unit], (6,)."""
+    per_field: np.ndarray
+    """Small units in 1 of each of `FIELD_SUMS` [1/unit], (8,)."""
+
+
+class ChargeStatistics(NamedTuple):
+    """Sums over all samples since the start, by thread; the sum over threads is what counts."""
+
+    samples: np.ndarray
+    """Samples taken [1], int64 (1,)."""
+    walls: np.ndarray
+    """`WALL_SUMS` of each patch in small units, int64 (T, P, 6)."""
+    fields: np.ndarray
+    """`FIELD_SUMS` of each cell in small units, int64 (T, cells, 8); radius outermost, height innermost."""
+    neighbours: np.ndarray
+    """Particles with 0, 1, 2 ... touching neighbours, int64 (T, MOST_NEIGHBOURS)."""
+    impacts: np.ndarray
+    """Number and energy of the contacts begun, int64 (types, 2, BINS, 2), as `impacts.empty_impacts`; later ones are in the scratch."""
+
+
+def points_within() -> np.ndarray:
+    """Evenly spread places in a ball of radius 1 (POINTS, 3), whose mean is the centre.
+
+    Source: M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018 (R3 sequence); each place is used with its opposite.
+    """
+    root = 1.2207440846057596  # of x^4 = x + 1
+    u = np.mod(0.5 + np.outer(np.arange(1, POINTS // 2 + 1), root ** -np.arange(1.0, 4.0)), 1.0)
+    height, azimuth = 2.0 * u[:, 1] - 1.0, math.tau * u[:, 2]
+    flat = np.sqrt(1.0 - height**2)
+    half = np.cbrt(u[:, :1]) * np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), height], axis=1)
+    return np.stack([half, -half], axis=1).reshape(POINTS, 3)
+
+
+def statistics_plan(
+    model: ChargeModel,
+    state: ChargeState,
+    dt: float,
+    body: int = 0,
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    cells: tuple[int, int, int] = (1, 1, 1),
+    extent: tuple[float, float, float] = (1.0, 0.0, 1.0),
+    cuts: list[tuple[int, int, int, float, float]] | None = None,
+    on: bool = True,
+) -> StatisticsPlan:
+    """What to sum for a charge.
+
+    Parameters
+    ----------
+    dt : substep [s]
+    body, origin, cells, extent, on : as in `StatisticsPlan`
+    cuts : of each surface: how it is cut, patches along the azimuth (6 for `FACE_HEIGHT`), patches along the second coordinate [1], its
+        lowest and highest value [m]; every surface one patch if None
+    """
+    cuts = [(ANGLE_HEIGHT, 1, 1, 0.0, 1.0)] * len(model.surface_kind) if cuts is None else cuts
+    mass = float(state.body[1, : model.n_particles].mean())
+    volume = 4.0 / 3.0 * math.pi * float((state.body[0, : model.n_particles] ** 3).mean())
+    power, force, energy = mass / dt, mass / dt, mass
+    return StatisticsPlan(
+        on=int(on),
+        body=body,
+        origin=np.array(origin, float),
+        cells=np.array(cells, np.int64),
+        extent=np.array(extent, float),
+        within=points_within(),
+        patch_kind=np.array([cut[0] for cut in cuts], np.int64),
+        patch_first=np.cumsum([0] + [cut[1] * cut[2] for cut in cuts]).astype(np.int64),
+        patch_rows=np.array([cut[2] for cut in cuts], np.int64),
+        patch_range=np.array([cut[3:] for cut in cuts], float).reshape(-1, 2),
+        per_wall=FINE / np.array([power, power, power, force, energy, FINE]),  # contacts are counted, one unit each
+        per_field=FINE / np.array([volume, mass, mass, mass, mass, mass, FINE, FINE]),  # and so are particles
+    )
+
+
+def charge_statistics(plan: StatisticsPlan, scratch: ChargeScratch) -> ChargeStatistics:
+    """Sums of nothing, for a charge with work space `scratch`; room for samples only if the plan is on."""
+    threads = scratch.impacts.shape[0] if plan.on else 1
+    patches, cells = (int(plan.patch_first[-1]), int(plan.cells.prod())) if plan.on else (0, 0)
+    return ChargeStatistics(
+        np.zeros(1, np.int64),
+        np.zeros((threads, patches, len(WALL_SUMS)), np.int64),
+        np.zeros((threads, cells, len(FIELD_SUMS)), np.int64),
+        np.zeros((threads, MOST_NEIGHBOURS), np.int64),
+        np.zeros(scratch.impacts.shape[1:], np.int64),
+    )
+
+
+def gathered(sums: ChargeStatistics, scratch: ChargeScratch) -> dict[str, np.ndarray]:
+    """Sums over all threads, by name, as one checkpoint holds them; the same for any number of threads."""
+    return {
+        "samples": sums.samples.copy(),
+        "walls": sums.walls.sum(axis=0),
+        "fields": sums.fields.sum(axis=0),
+        "neighbours": sums.neighbours.sum(axis=0),
+        "impacts": sums.impacts + scratch.impacts.sum(axis=0),
+    }
+
+
+def put_back(sums: ChargeStatistics, scratch: ChargeScratch, kept: dict[str, np.ndarray]) -> None:
+    """Go on from what `gathered` gave."""
+    for name in ("walls", "fields", "neighbours"):
+        array = getattr(sums, name)
+        array[...] = 0
+        array[0] = kept[name]
+    sums.samples[...] = kept["samples"]
+    sums.impacts[...] = kept["impacts"]
+    scratch.impacts[...] = 0
+
+
+@kernel(inline="always")
+def whole(value, per_unit):
+    """Nearest whole number of small units."""
+    return np.int64(math.floor(float(value) * per_unit + 0.5))
+
+
+@kernel(inline="always")
+def part_of(value, low, high, n):
+    """Which of `n` equal parts from `low` to `high` holds `value`; what lies beyond belongs to the outermost."""
+    k = int(math.floor((value - low) / (high - low) * n))
+    return min(max(k, 0), n - 1)
+
+
+@kernel(inline="always")
+def sector_of(angle, n):
+    """Which of `n` sectors holds an angle [rad]; sector 0 begins at angle 0."""
+    turns = angle * (0.5 / math.pi)
+    return min(int((turns - math.floor(turns)) * n), n - 1)
+
+
+@kernel
+def cutting_energy(normal, tangential):
+    """Share of an impact's energy that cuts a ductile wall [J]: ``E f(angle)`` with angle of impact ``tan a = sqrt(E_n/E_t)``.
+
+    ``f = sin 2a - 3 sin^2 a`` for ``tan a <= 1/3``, else ``cos^2 a / 3``.  Divided by twice the flow pressure of the wall [Pa] it is
+    the volume [m^3] that the impact removes.
+
+    Parameters
+    ----------
+    normal, tangential : energies E_n and E_t of the impact [J]
+
+    Source
+    ------
+    I. Finnie, "Erosion of surfaces by solid particles", Wear 3 (1960), with a chip twice as long as deep.
+    """
+    if 9.0 * normal <= tangential:
+        return 2.0 * math.sqrt(normal * tangential) - 3.0 * normal
+    return tangential / 3.0
+
+
+@kernel
+def patch_of(plan, place, size, s, p0, p1, p2):
+    """Number of the patch of surface `s` at the point (p0, p1, p2) [m], world; `place` (12,) is where the surface is, `size` (3,) [m] its
+    sizes."""
+    d0, d1, d2 = p0 - place[0], p1 - place[1], p2 - place[2]
+    a = place[3] * d0 + place[6] * d1 + place[9] * d2
+    b = place[4] * d0 + place[7] * d1 + place[10] * d2
+    c = place[5] * d0 + place[8] * d1 + place[11] * d2
+    rows = plan.patch_rows[s]
+    first = plan.patch_first[s]
+    kind = plan.patch_kind[s]
+    along = math.sqrt(a * a + b * b) if kind == ANGLE_RADIUS else c
+    row = part_of(along, plan.patch_range[s, 0], plan.patch_range[s, 1], rows)
+    if kind == FACE_HEIGHT:
+        out_a, out_b, out_c = abs(a) - size[0], abs(b) - size[1], abs(c) - size[2]
+        if out_a >= out_b and out_a >= out_c:
+            face = int(a > 0.0)
+        elif out_b >= out_c:
+            face = 2 + int(b > 0.0)
+        else:
+            face = 4 + int(c > 0.0)
+        return first + face * rows + row
+    sectors = (plan.patch_first[s + 1] - first) // rows
+    return first + sector_of(math.atan2(b, a), sectors) * rows + row
+
+
+@kernel(fast=True)
+def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
+    """Add what chunk `c` does to the walls, as the next substep will meet it; bodies and surfaces are placed there."""
+    n = model.n_particles
+    lo = c * model.chunk
+    hi = min(n, lo + model.chunk)
+    buffer = state.clock[PUBLISHED]
+    rows = state.rows[buffer]
+    lanes, normals, columns, placed = scratch.lanes[tid], scratch.normals[tid], scratch.columns[tid, 1], scratch.placed[tid]
+    real = rows[0, 0]
+    now, last = like(state.clock[STEP] & 0xFFFFFF, real), like((state.clock[STEP] - 1) & 0xFFFFFF, real)
+    spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
+    walls, per = sums.walls[tid], plan.per_wall
+    found = find_walls(model, state.x, state.body[0], scratch.local[tid], placed, lo, hi - lo, lanes, normals, scratch.test[tid])
+    for q in range(found, found + BATCH):
+        lanes[0, q], lanes[1, q], lanes[3, q] = model.chunk, 0, state.wall_memory.shape[0] - 1
+    for first in range(0, found, BATCH):
+        m = min(BATCH, found - first)
+        lay_walls(
+            model, state.x, rows, state.wall_memory, state.material, scratch.motion[tid], first, m, lanes[1], lanes[2], lanes[3], normals,
+            columns,
+        )  # fmt: skip
+        _, _, _, _, _, begun = wall_batch(columns, last, now, spring, constant, like(dt, real))
+        for b in range(m):
+            slot, s = lanes[1, first + b], lanes[2, first + b]
+            n0, n1, n2 = float(normals[0, first + b]), float(normals[1, first + b]), float(normals[2, first + b])
+            arm = state.body[0, slot] - 0.5 * float(normals[3, first + b])
+            p = patch_of(
+                plan, placed[s], model.surface_size[s], s, state.x[0, slot] + arm * n0, state.x[1, slot] + arm * n1,
+                state.x[2, slot] + arm * n2,
+            )  # fmt: skip
+            for k in range(3):
+                walls[p, k] -= whole(columns[(ACT + k) * BATCH + b], per[k])
+            load = -(columns[A * BATCH + b] * n0 + columns[(A + 1) * BATCH + b] * n1 + columns[(A + 2) * BATCH + b] * n2)
+            walls[p, 3] += whole(load, per[3])
+            if (np.int64(begun) >> b) & 1:
+                cut = cutting_energy(float(columns[ENERGY_N * BATCH + b]), float(columns[ENERGY_T * BATCH + b]))
+                walls[p, 4] += whole(cut, per[4])
+            walls[p, 5] += 1
+
+
+@kernel
+def sample_neighbours(model, state, scratch, sums, c, tid):
+    """Count the touching neighbours of each particle of chunk `c`, to ``scratch.cell``, and put them in the histogram."""
+    n = model.n_particles
+    lo = c * model.chunk
+    hi = min(n, lo + model.chunk)
+    points, lst = state.points[state.clock[PUBLISHED]], state.clock[LIST]
+    local, lanes, counts = scratch.local[tid], scratch.lanes[tid], scratch.cell
+    for l in range(hi - lo):
+        i = lo + l
+        counts[i] = 0
+        local[l, 0], local[l, 1], local[l, 2], local[l, 3] = points[i, 0], points[i, 1], points[i, 2], -points[i, 3]
+    found = filter_pairs(points, state.partners[lst, c], state.owners[lst, c], local, state.listed[lst, c], lo, lanes)
+    for q in range(found):
+        counts[lanes[4, q]] += 1
+        # a pair within the chunk is listed once
+        if lanes[5, q] == 2:
+            counts[lanes[1, q]] += 1
+    for i in range(lo, hi):
+        sums.neighbours[tid, min(counts[i], MOST_NEIGHBOURS - 1)] += 1
+
+
+@kernel(inline="always")
+def cell_of(plan, a, b, c, angle):
+    """Cell, distance from the axis [m] and azimuth [rad] in the body's axes of the point (a, b, c) [m] from the grid's origin."""
+    radius = math.sqrt(a * a + b * b)
+    azimuth = math.atan2(b, a)
+    across, around, up = plan.cells[0], plan.cells[1], plan.cells[2]
+    r = part_of(radius, 0.0, plan.extent[0], across)
+    z = part_of(c, plan.extent[1], plan.extent[2], up)
+    return (r * around + sector_of(azimuth - angle, around)) * up + z, radius
+
+
+@kernel
+def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
+    """Add the particles of chunk `c` to the fields, the body being where ``scratch.motion[tid]`` says; counts of neighbours are there."""
+    n = model.n_particles
+    lo = c * model.chunk
+    hi = min(n, lo + model.chunk)
+    x, v, fields, per = state.x, state.v, sums.fields[tid], plan.per_field
+    motion = scratch.motion[tid, plan.body]
+    m0, m1, m2 = motion[0], motion[1], motion[2]
+    R00, R01, R02, R10, R11, R12, R20, R21, R22 = (
+        motion[3], motion[4], motion[5], motion[6], motion[7], motion[8], motion[9], motion[10], motion[11],
+    )  # fmt: skip
+    V0, V1, V2, W0, W1, W2 = motion[12], motion[13], motion[14], motion[15], motion[16], motion[17]
+    back = 0.5 * state.turn[1]
+    sample = sums.samples[0]
+    for i in range(lo, hi):
+        radius, mass = state.body[0, i], state.body[1, i]
+        v0, v1, v2 = v[0, i], v[1, i], v[2, i]
+        d0, d1, d2 = x[0, i] - back * v0 - m0, x[1, i] - back * v1 - m1, x[2, i] - back * v2 - m2
+        u0, u1, u2 = v0 - V0 - (W1 * d2 - W2 * d1), v1 - V1 - (W2 * d0 - W0 * d2), v2 - V2 - (W0 * d1 - W1 * d0)
+        a = R00 * d0 + R10 * d1 + R20 * d2 - plan.origin[0]
+        b = R01 * d0 + R11 * d1 + R21 * d2 - plan.origin[1]
+        z = R02 * d0 + R12 * d1 + R22 * d2 - plan.origin[2]
+        va, vb, vz = R00 * u0 + R10 * u1 + R20 * u2, R01 * u0 + R11 * u1 + R21 * u2, R02 * u0 + R12 * u1 + R22 * u2
+        k, r = cell_of(plan, a, b, z, angle)
+        per_r = 1.0 / (r + 1e-300)
+        fields[k, 1] += whole(mass, per[1])
+        fields[k, 2] += whole(mass * (va * a + vb * b) * per_r, per[2])
+        fields[k, 3] += whole(mass * (vb * a - va * b) * per_r, per[3])
+        fields[k, 4] += whole(mass * vz, per[4])
+        fields[k, 5] += whole(mass * (u0 * u0 + u1 * u1 + u2 * u2), per[5])
+        fields[k, 6] += 1
+        fields[k, 7] += scratch.cell[i]
+        q = (sample + 7919 * state.ids[i]) & (POINTS - 1)
+        k, _ = cell_of(
+            plan, a + radius * plan.within[q, 0], b + radius * plan.within[q, 1], z + radius * plan.within[q, 2], angle
+        )  # fmt: skip
+        fields[k, 0] += whole(4.0 / 3.0 * math.pi * radius * radius * radius, per[0])
+
+
+@kernel
+def sample(
+    model: ChargeModel,
+    state: ChargeState,
+    scratch: ChargeScratch,
+    motions,
+    angle: float,
+    plan: StatisticsPlan,
+    sums: ChargeStatistics,
+    tid: int,
+    n_threads: int,
+):
+    """Take one sample, between two windows; called by all threads of a team, each does its share of the chunks.
+
+    Nobody may change the state meanwhile, and the next sample may begin only after all threads have left this one; ``sums.samples`` is for
+    the caller to count.
+
+    Parameters
+    ----------
+    motions : (n_bodies, 19) motion of each body from now on, as `frames.MOTION_SIZE`, world axes
+    angle : by which the grid is turned about the z axis of the body [rad]
+    plan, sums : what is summed, and the sums
+    """
+    dt = state.turn[1]
+    first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
+    move_bodies(motions, 0.0, scratch.motion[tid])
+    for c in range(first, end):
+        sample_neighbours(model, state, scratch, sums, c, tid)
+        sample_fields(model, state, scratch, plan, sums, c, angle, tid)
+    move_bodies(motions, 0.5 * dt, scratch.motion[tid])
+    place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
+    points = state.points[state.clock[PUBLISHED]]
+    local = scratch.local[tid]
+    for c in range(first, end):
+        lo = c * model.chunk
+        for l in range(min(model.n_particles, lo + model.chunk) - lo):
+            for k in range(4):
+                local[l, k] = points[lo + l, k]
+        sample_walls(model, state, scratch, plan, sums, c, dt, tid)
