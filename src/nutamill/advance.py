@@ -50,7 +50,7 @@ def enter(model: Model, state: State, n_rows: int) -> tuple[Model, np.ndarray, S
             charge = (model.charge, state.charge, model.charge_scratch, model.plan, coupling, model.reading, model.survey, state.statistics)
             before = coupling.windows[0]
             if model.plan.scheme == Scheme.ITERATED:
-                kept = (copy_of(state.mechanism), copy_of(state.charge), np.copy(model.charge_scratch.impacts))
+                kept = (copy_of(state.mechanism), copy_of(state.charge), *(np.copy(page) for page in model.charge_scratch.impacts[:2]))
                 run_team(march_iterated, (*mechanism, *charge, *kept, left, rows[done:]), team_size(model.case))
             else:
                 run_team(march_coupled, (*mechanism, *charge, left, rows[done:]), team_size(model.case))
@@ -110,7 +110,8 @@ def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
     """What the charge has done so far, in SI; see `nutamill.fields.STATISTICS`. None if nothing is summed."""
     if model.charge is None or not model.survey.on:
         return None
-    return recorded_sums(model.case, model.survey, model.clock.substep, gathered(state.statistics, model.charge_scratch))
+    scratch = model.charge_scratch
+    return recorded_sums(model.case, model.survey, scratch.impacts.per_cut, gathered(state.statistics, scratch))
 
 
 def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]) -> Model:

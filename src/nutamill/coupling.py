@@ -109,7 +109,9 @@ def coupling_state(n_carriers: int) -> CouplingState:
     windows, passes, again, outcome = (np.zeros(1, np.int64) for _ in range(4))
     motions = np.zeros((n_carriers, MOTION_SIZE))
     reference = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-    return CouplingState(windows, passes, motions, reference, again, np.zeros(6), np.zeros(3), np.zeros(3), outcome, motions.copy(), np.zeros(1))
+    return CouplingState(
+        windows, passes, motions, reference, again, np.zeros(6), np.zeros(3), np.zeros(3), outcome, motions.copy(), np.zeros(1)
+    )
 
 
 @kernel
@@ -306,7 +308,8 @@ def march_iterated(
     sums,
     mkept,
     ckept,
-    ikept,
+    kept_spectra,
+    kept_cut,
     n_windows,
     rows_out,
     tid,
@@ -316,7 +319,7 @@ def march_iterated(
 
     Parameters
     ----------
-    mkept, ckept, ikept : states and impacts of the same shapes, to keep the start of a window in
+    mkept, ckept, kept_spectra, kept_cut : states and booked impacts of the same shapes, to keep the start of a window in
 
     Returns
     -------
@@ -329,7 +332,8 @@ def march_iterated(
             coupling.outcome[0] = RUNNING
             copy_mechanism_state(mstate, mkept)
             copy_state(cstate, ckept)
-            copy_all(cscratch.impacts, ikept)
+            copy_all(cscratch.impacts.spectra, kept_spectra)
+            copy_all(cscratch.impacts.cut, kept_cut)
             hand_out_motion(mechanism, mstate, mscratch, plan, coupling)
         barrier(cscratch.barrier, n_threads)
         for number in range(MAX_PASSES):
@@ -340,7 +344,8 @@ def march_iterated(
                 if coupling.outcome[0] == RUNNING:
                     repeat_window(mechanism, mstate, mscratch, cstate, plan, coupling, mkept, ckept, number)
                 if coupling.again[0] == 1:
-                    copy_all(ikept, cscratch.impacts)
+                    copy_all(kept_spectra, cscratch.impacts.spectra)
+                    copy_all(kept_cut, cscratch.impacts.cut)
             barrier(cscratch.barrier, n_threads)
             if coupling.again[0] == 0:
                 break
@@ -354,7 +359,8 @@ def march_iterated(
             elif coupling.outcome[0] != CHARGE_FAILED:
                 copy_mechanism_state(mkept, mstate)
                 copy_state(ckept, cstate)
-                copy_all(ikept, cscratch.impacts)
+                copy_all(kept_spectra, cscratch.impacts.spectra)
+                copy_all(kept_cut, cscratch.impacts.cut)
         barrier(cscratch.barrier, n_threads)
         if coupling.outcome[0] != RUNNING:
             break

@@ -246,7 +246,14 @@ STATISTICS: tuple[Field, ...] = (
     _cell("square_speed", "m v^2", "J s", "mass times squared speed", "their mass times squared speed relative to the chamber"),
     _cell("particles", "N", "s", "particles", "their number"),
     _cell("neighbours", "Z", "s", "touching neighbours", "the number of particles that touch them"),
-    Field("neighbour_time", "t_Z", "s", "particles by neighbours", "time integral of the particles with so many neighbours", shape="(neighbours)"),
+    Field(
+        "neighbour_time",
+        "t_Z",
+        "s",
+        "particles by neighbours",
+        "time integral of the particles with so many neighbours",
+        shape="(neighbours)",
+    ),
 )
 """What a charge has done since the start of the run: every entry is cumulative, so that differences belong to a window."""
 
@@ -260,9 +267,19 @@ STATISTICS_AXES: tuple[Field, ...] = (
     Field("cell_volume", "V", "m^3", "cell volume", "volume of the cell", shape="(radius, height)"),
     Field("neighbours", "Z", "1", "neighbours", "touching neighbours; the last also counts more", shape="(neighbours)"),
     Field("patch_surface", "", "1", "surface", "name of the surface", shape=PATCH),
-    Field("patch_column", "", "1", "column", "place of the patch along the azimuth, or face of a rib (-x, +x, -y, +y, -z, +z)", shape=PATCH),
+    Field(
+        "patch_column", "", "1", "column", "place of the patch along the azimuth, or face of a rib (-x, +x, -y, +y, -z, +z)", shape=PATCH
+    ),
     Field("patch_azimuth", "\\alpha", "rad", "azimuth", "middle of the patch; not a number on a rib", "chamber", shape=PATCH),
-    Field("patch_along", "z", "m", "height or radius", "middle of the patch: height over the floor; on floor and ceiling radius", "chamber", shape=PATCH),
+    Field(
+        "patch_along",
+        "z",
+        "m",
+        "height or radius",
+        "middle of the patch: height over the floor; on floor and ceiling radius",
+        "chamber",
+        shape=PATCH,
+    ),
     Field("patch_area", "A", "m^2", "area", "free area of the patch", shape=PATCH),
 )
 """What the statistics are laid out along."""

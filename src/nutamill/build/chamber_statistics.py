@@ -10,19 +10,10 @@ import numpy as np
 from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces, material_order, particle_radii
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
-from nutamill.charge.impacts import FINE as IMPACT_FINE
-from nutamill.charge.impacts import bin_edges
+from nutamill.charge.impacts import FINE, bin_edges
 from nutamill.charge.model import ChargeModel, ChargeState, Surface, SurfaceKind
-from nutamill.charge.statistics import (
-    ANGLE_HEIGHT,
-    ANGLE_RADIUS,
-    FACE_HEIGHT,
-    FIELD_SUMS,
-    MOST_NEIGHBOURS,
-    WALL_SUMS,
-    StatisticsPlan,
-    statistics_plan,
-)
+from nutamill.charge.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, PatchTable, patch_table
+from nutamill.charge.statistics import FIELD_SUMS, MOST_NEIGHBOURS, WALL_SUMS, StatisticsPlan, statistics_plan
 
 SECTORS = 36
 """Cells and patches around the chamber [1]: 10 deg each."""
@@ -39,7 +30,7 @@ def chamber_cells(case: Case) -> tuple[int, int, int]:
 
 
 def _cut(case: Case, surface: Surface) -> tuple[int, int, int, float, float]:
-    """How one surface is cut into patches, as `statistics_plan` wants it."""
+    """How one surface is cut into patches, as `patch_table` wants it."""
     across, around, up = chamber_cells(case)
     if surface.kind == SurfaceKind.CYLINDER:
         return ANGLE_HEIGHT, around, up, 0.0, case.chamber.height
@@ -50,12 +41,16 @@ def _cut(case: Case, surface: Surface) -> tuple[int, int, int, float, float]:
     return FACE_HEIGHT, FACES, up, depth - half, half
 
 
+def chamber_patches(case: Case) -> PatchTable:
+    """The chamber's surfaces cut into patches."""
+    return patch_table([_cut(case, surface) for surface in chamber_surfaces(case)])
+
+
 def chamber_survey(case: Case, model: ChargeModel, state: ChargeState, substep: float) -> StatisticsPlan:
-    """Grid and patches of the chamber of `case`, for its charge and its substep [s]."""
+    """Grid in the chamber of `case`, for its charge and its substep [s]."""
     floor = np.array([0.0, 0.0, -case.chamber.floor_depth]) - whole_chamber(case.chamber).mass_centre
     extent = (case.chamber.inner_diameter / 2, 0.0, case.chamber.height)
-    cuts = [_cut(case, surface) for surface in chamber_surfaces(case)]
-    return statistics_plan(model, state, substep, CHAMBER_CARRIER, tuple(floor), chamber_cells(case), extent, cuts, case.run.statistics)
+    return statistics_plan(model, state, substep, CHAMBER_CARRIER, tuple(floor), chamber_cells(case), extent, case.run.statistics)
 
 
 def pair_types(case: Case) -> list[tuple[str, list[int]]]:
@@ -83,21 +78,22 @@ def statistics_axes(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
         "height": 0.5 * (height[1:] + height[:-1]),
         "cell_volume": np.repeat(ring[:, None], plan.cells[2], axis=1) * np.diff(height),
         "neighbours": np.arange(MOST_NEIGHBOURS),
-        **_patches(case, plan),
+        **_patches(case),
     }
 
 
-def _patches(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
+def _patches(case: Case) -> dict[str, np.ndarray]:
     """Surface, place and area of every patch."""
+    table = chamber_patches(case)
     columns: dict[str, list] = {name: [] for name in ("patch_surface", "patch_column", "patch_azimuth", "patch_along", "patch_area")}
     for s, surface in enumerate(chamber_surfaces(case)):
-        rows = int(plan.patch_rows[s])
-        count = int(plan.patch_first[s + 1] - plan.patch_first[s]) // rows
-        edges = np.linspace(*plan.patch_range[s], rows + 1)
+        rows = int(table.rows[s])
+        count = int(table.first[s + 1] - table.first[s]) // rows
+        edges = np.linspace(*table.range[s], rows + 1)
         azimuth = (np.arange(count) + 0.5) * math.tau / count
-        if plan.patch_kind[s] == ANGLE_RADIUS:
+        if table.kind[s] == ANGLE_RADIUS:
             areas = np.tile(0.5 * np.diff(edges**2) * math.tau / count, (count, 1))
-        elif plan.patch_kind[s] == ANGLE_HEIGHT:
+        elif table.kind[s] == ANGLE_HEIGHT:
             areas = np.tile(np.diff(edges) * surface.size[0] * math.tau / count, (count, 1))
         else:
             azimuth = np.full(count, math.nan)
@@ -120,23 +116,21 @@ def _rib_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:
     return areas
 
 
-def recorded_sums(case: Case, plan: StatisticsPlan, substep: float, sums: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def recorded_sums(case: Case, plan: StatisticsPlan, per_cut: float, sums: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Sums in small units, as `nutamill.charge.statistics.gathered` gives them, as recorded quantities in SI.
 
-    Names and shapes are those of `nutamill.fields.STATISTICS`; `substep` [s] is the charge's.
+    Names and shapes are those of `nutamill.fields.STATISTICS`; `per_cut` [1/J] is the book's.
     """
     interval = 1.0 / case.run.series_rate
-    counts = np.stack([sums["impacts"][types].sum(axis=0) for _, types in pair_types(case)])
-    energy = counts[..., 1] * (bin_edges()[:-1] / IMPACT_FINE)
-    # an impact is seen if it begins in the one substep that is sampled
-    times = np.where(np.array(WALL_SUMS) == "cutting_energy", interval / substep, interval)
-    walls = sums["walls"] * (times / plan.per_wall)
+    book = np.stack([sums["spectra"][types].sum(axis=0) for _, types in pair_types(case)])
+    walls = sums["walls"] * (interval / plan.per_wall)
     fields = (sums["fields"] * (interval / plan.per_field)).reshape(*plan.cells, len(FIELD_SUMS))
     return {
         "sampled_time": np.float64(interval * sums["samples"][0]),
-        "impact_number": counts[..., 0].astype(float),
-        "impact_energy": energy,
+        "impact_number": book[..., 0].astype(float),
+        "impact_energy": book[..., 1] * (bin_edges()[:-1] / FINE),
         **{f"wall_{name}": walls[:, k] for k, name in enumerate(WALL_SUMS)},
+        "wall_cutting_energy": sums["cut"] / per_cut,
         **{f"cell_{name}": fields[..., k] for k, name in enumerate(FIELD_SUMS)},
         "neighbour_time": interval * sums["neighbours"],
     }

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from nutamill.build.chamber_charge import chamber_charge, particle_radii
-from nutamill.build.chamber_statistics import chamber_survey
+from nutamill.build.chamber_statistics import chamber_patches, chamber_survey
 from nutamill.build.clock import Clock, run_clock
 from nutamill.build.mill_mechanism import CHAMBER, CROSS, DRIVE, chamber_rotation, mill_mechanism, mill_sensors
 from nutamill.build.readout import Readout
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
+from nutamill.charge.assembly import with_patches
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.charge.observe import ChargeReading, charge_reading
 from nutamill.charge.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
@@ -108,6 +109,7 @@ def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
     charge, cstate, cscratch, survey, sums = None, None, None, None, None
     if bed is not None:
         charge, cstate, cscratch = chamber_charge(case, bed, mstate.position[chamber], mstate.quaternion[chamber], clock.substep)
+        cscratch = with_patches(charge, cscratch, chamber_patches(case))
         survey = chamber_survey(case, charge, cstate, clock.substep)
         sums = charge_statistics(survey, cscratch)
     readout = Readout(

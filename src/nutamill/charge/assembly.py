@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-from nutamill.charge.impacts import empty_impacts
+from nutamill.charge.impacts import impact_book
 from nutamill.charge.model import (
     BATCH,
     PADDING,
@@ -19,6 +19,7 @@ from nutamill.charge.model import (
     Status,
     Surface,
 )
+from nutamill.charge.patches import ANGLE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.surfaces import place_surfaces, surface_overlap
 from nutamill.charge.team import MOST_THREADS
 from nutamill.errors import CaseError, Fault
@@ -314,6 +315,7 @@ def _scratch(model, state) -> ChargeScratch:
     while bits < 7 and 8 ** (bits - 1) < model.n_particles:
         bits += 1
     threads = MOST_THREADS
+    patches = patch_table([(ANGLE_HEIGHT, 1, 1, 0.0, 1.0)] * n_surfaces)
     lanes = max(capacity, n_surfaces * chunk) + 2 * BATCH
     return ChargeScratch(
         counts=np.zeros(8**bits + 2, np.int32),
@@ -340,8 +342,14 @@ def _scratch(model, state) -> ChargeScratch:
         peaks=np.zeros((threads, 2)),
         test=_aligned((threads, chunk), real),
         barrier=np.zeros(32, np.int64),
-        impacts=empty_impacts(threads, model.law_of.shape[0]),
+        impacts=impact_book(threads, model.law_of.shape[0], float(state.body[1, : model.n_particles].mean()), patches),
     )
+
+
+def with_patches(model: ChargeModel, scratch: ChargeScratch, patches: PatchTable) -> ChargeScratch:
+    """The work space with an empty book of impacts whose surfaces are cut as `patches` says; one patch each without it."""
+    threads, mean_mass = scratch.impacts.cut.shape[0], 2.0**30 / scratch.impacts.per_cut
+    return scratch._replace(impacts=impact_book(threads, model.law_of.shape[0], mean_mass, patches))
 
 
 def grow(model: ChargeModel, state: ChargeState, scratch: ChargeScratch) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
@@ -359,9 +367,7 @@ def grow(model: ChargeModel, state: ChargeState, scratch: ChargeScratch) -> tupl
     larger.clock[Clock.CROWDED] = 0
     if larger.status[0] == Status.LISTS_FULL:
         larger.status[:] = 0
-    room = _scratch(model, larger)
-    room.impacts[...] = scratch.impacts
-    return model, larger, room
+    return model, larger, _scratch(model, larger)._replace(impacts=scratch.impacts)
 
 
 def _by_id(state, columns) -> np.ndarray:

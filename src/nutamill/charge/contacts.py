@@ -63,9 +63,8 @@ def hold_law(columns, b, laws, law):
 
 
 @kernel(fast=True, inline="always")
-def pair_contacts(model, points, rows, memory, material, n, lanes, local, columns, last, now, dt, forces, impacts):
-    """Forces of all touching pairs of a chunk, added to `forces`; memory is brought up to date, contacts that begin are counted in
-    `impacts`.
+def pair_contacts(model, points, rows, memory, material, n, lanes, local, columns, last, now, dt, forces, book, tid):
+    """Forces of all touching pairs of a chunk, added to `forces`; memory is brought up to date, contacts that begin are booked.
 
     Returns
     -------
@@ -94,7 +93,7 @@ def pair_contacts(model, points, rows, memory, material, n, lanes, local, column
                 hold_law(columns, b, model.laws, model.law_of[material[first_slot[first + b]], material[second[first + b]]])
         power_n, power_t, power_r, over, begun = pair_batch(columns, unit, last, now, spring, constant, dt)
         if begun != 0:
-            note_pair_impacts(columns, begun, first, lanes, material, model.law_of.shape[0], impacts)
+            note_pair_impacts(columns, begun, first, lanes, material, model.law_of.shape[0], book, tid)
         sum_n += power_n
         sum_t += power_t
         sum_r += power_r
@@ -237,10 +236,12 @@ def lay_walls(model, x, rows, wall_memory, material, motion, first, m, slots, su
 
 
 @kernel(fast=True, inline="always")
-def wall_contacts(model, x, rows, wall_memory, material, motion, found, lanes, normals, columns, last, now, dt, forces, sums, impacts):
+def wall_contacts(
+    model, x, radius, rows, wall_memory, material, motion, placed, found, lanes, normals, columns, last, now, dt, forces, sums, book, tid
+):
     """Forces of all touching walls of a chunk, added to `forces`, and their reaction on the bodies, added to `sums` (B, 6).
 
-    Contacts that begin are counted in `impacts`.
+    Contacts that begin are booked.
 
     Returns
     -------
@@ -249,7 +250,7 @@ def wall_contacts(model, x, rows, wall_memory, material, motion, found, lanes, n
     real = columns[0]
     spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
     places, slots, surfaces, memories = lanes[0], lanes[1], lanes[2], lanes[3]
-    body_of, material_of = model.surface_body, model.surface_material
+    body_of = model.surface_body
     for q in range(found, found + BATCH):
         places[q], slots[q], memories[q] = forces.shape[0] - 1, 0, wall_memory.shape[0] - 1
     sum_n, sum_t, sum_r, sum_i = 0.0, 0.0, 0.0, 0.0
@@ -259,7 +260,7 @@ def wall_contacts(model, x, rows, wall_memory, material, motion, found, lanes, n
         lay_walls(model, x, rows, wall_memory, material, motion, first, m, slots, surfaces, memories, normals, columns)
         power_n, power_t, power_r, power_i, over, begun = wall_batch(columns, last, now, spring, constant, dt)
         if begun != 0:
-            note_wall_impacts(columns, begun, first, lanes, material, material_of, model.law_of.shape[0], impacts)
+            note_wall_impacts(columns, begun, first, lanes, normals, model, x, radius, material, placed, book, tid)
         sum_n += power_n
         sum_t += power_t
         sum_r += power_r

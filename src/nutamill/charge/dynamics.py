@@ -163,7 +163,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     found = filter_pairs(points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, lanes)
     work[0], work[1], work[2], pair_alarm = pair_contacts(
         model, points, rows, memory, state.material, found, lanes, local, scratch.columns[tid, 0], last, now, step, forces[0],
-        scratch.impacts[tid],
+        scratch.impacts, tid,
     )  # fmt: skip
     sums = scratch.sums[c]
     for b in range(model.n_bodies):
@@ -173,8 +173,8 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     placed = scratch.placed[tid]
     found = find_walls(model, state.x, state.body[0], local, placed, lo, hi - lo, lanes, normals, scratch.test[tid])
     work[3], work[4], work[5], work[6], wall_alarm = wall_contacts(
-        model, state.x, rows, state.wall_memory, state.material, scratch.motion[tid], found, lanes, normals, scratch.columns[tid, 1],
-        last, now, step, forces[1], sums, scratch.impacts[tid],
+        model, state.x, state.body[0], rows, state.wall_memory, state.material, scratch.motion[tid], placed, found, lanes, normals,
+        scratch.columns[tid, 1], last, now, step, forces[1], sums, scratch.impacts, tid,
     )  # fmt: skip
     alarms = integrate(model, state, lo, hi, forces, scratch.turned[tid], reference, dt, work)
     scratch.alarms[c] = alarms + PAIR * int(pair_alarm > 0) + WALL * int(wall_alarm > 0)

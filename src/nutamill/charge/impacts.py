@@ -6,10 +6,12 @@ that every thread fills its own spectra and the sum has the same bits for any nu
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from nutamill.charge.model import BATCH
+from nutamill.charge.patches import PatchTable, patch_of, whole
 from nutamill.kernel import kernel, like
 
 LOWEST = -56
@@ -29,13 +31,26 @@ def bin_edges() -> np.ndarray:
     return 2.0 ** (LOWEST + 0.5 * np.arange(BINS + 1))
 
 
-def empty_impacts(n_teams: int, n_materials: int) -> np.ndarray:
-    """Spectra without impacts, int64 (n_teams, types, PARTS, BINS, 2): number, and energy in `FINE` parts of the bin's lower edge.
+class ImpactBook(NamedTuple):
+    """Where contacts that begin are booked; every thread has its own pages."""
+
+    spectra: np.ndarray
+    """Number, and energy in `FINE` parts of the bin's lower edge, by type, part and bin, int64 (T, types, PARTS, BINS, 2).
 
     Types are numbered by materials: a pair of particles ``a n_materials + b``, a particle a on a surface of material b the same
-    behind all pairs.
-    """
-    return np.zeros((n_teams, 2 * n_materials * n_materials, PARTS, BINS, 2), np.int64)
+    behind all pairs."""
+    cut: np.ndarray
+    """Cutting energy of the impacts on each patch, in small units, int64 (T, P)."""
+    per_cut: float
+    """Small units in 1 J [1/J]."""
+    patches: PatchTable
+    """How the surfaces are cut into patches."""
+
+
+def impact_book(n_threads: int, n_materials: int, mean_mass: float, patches: PatchTable) -> ImpactBook:
+    """A book without impacts; `mean_mass` [kg] is that of a particle."""
+    spectra = np.zeros((n_threads, 2 * n_materials * n_materials, PARTS, BINS, 2), np.int64)
+    return ImpactBook(spectra, np.zeros((n_threads, int(patches.first[-1])), np.int64), 2.0**30 / mean_mass, patches)
 
 
 @kernel(inline="always")
@@ -65,8 +80,28 @@ def count_energy(energy, spectrum):
 
 
 @kernel
-def note_pair_impacts(columns, begun, first, lanes, material, n_materials, impacts):
-    """Count the pairs of a batch that have just met.
+def cutting_energy(normal, tangential):
+    """Share of an impact's energy that cuts a ductile wall [J]: ``E f(angle)`` with the angle of impact ``tan a = sqrt(E_n/E_t)``.
+
+    ``f = sin 2a - 3 sin^2 a`` for ``tan a <= 1/3``, else ``cos^2 a / 3``.  Divided by twice the flow pressure of the wall [Pa] it is
+    the volume [m^3] that the impact removes.
+
+    Parameters
+    ----------
+    normal, tangential : energies E_n and E_t of the impact [J]
+
+    Source
+    ------
+    I. Finnie, "Erosion of surfaces by solid particles", Wear 3 (1960), with a chip twice as long as deep.
+    """
+    if 9.0 * normal <= tangential:
+        return 2.0 * math.sqrt(normal * tangential) - 3.0 * normal
+    return tangential / 3.0
+
+
+@kernel
+def note_pair_impacts(columns, begun, first, lanes, material, n_materials, book, tid):
+    """Book the pairs of a batch that have just met.
 
     Parameters
     ----------
@@ -74,7 +109,7 @@ def note_pair_impacts(columns, begun, first, lanes, material, n_materials, impac
     begun : bit b is set where the contact of lane b begins, uint32
     first : first entry of the batch in `lanes`
     lanes : as `filter_pairs` leaves them
-    impacts : int64 (types, PARTS, BINS, 2)
+    book : `ImpactBook`, page `tid`
     """
     b = 0
     while begun != 0:
@@ -82,22 +117,31 @@ def note_pair_impacts(columns, begun, first, lanes, material, n_materials, impac
             i, j = lanes[4, first + b], lanes[1, first + b]
             # a pair across two chunks is met in both, and counted by its first particle
             if lanes[5, first + b] == 2 or i < j:
-                kind = material[i] * n_materials + material[j]
-                count_energy(float(columns[ENERGY_N * BATCH + b]), impacts[kind, 0])
-                count_energy(float(columns[ENERGY_T * BATCH + b]), impacts[kind, 1])
+                spectra = book.spectra[tid, material[i] * n_materials + material[j]]
+                count_energy(float(columns[ENERGY_N * BATCH + b]), spectra[0])
+                count_energy(float(columns[ENERGY_T * BATCH + b]), spectra[1])
         begun >>= 1
         b += 1
 
 
 @kernel
-def note_wall_impacts(columns, begun, first, lanes, material, material_of, n_materials, impacts):
-    """As `note_pair_impacts`, for particles that have just met a surface; `material_of` (S,) are the surfaces' materials."""
+def note_wall_impacts(columns, begun, first, lanes, normals, model, x, radius, material, placed, book, tid):
+    """As `note_pair_impacts`, for particles that have just met a surface; `lanes`, `normals` as `find_walls` leaves them."""
     b = 0
+    n_materials = model.law_of.shape[0]
     while begun != 0:
         if begun & 1:
-            slot, s = lanes[1, first + b], lanes[2, first + b]
-            kind = (n_materials + material[slot]) * n_materials + material_of[s]
-            count_energy(float(columns[ENERGY_N * BATCH + b]), impacts[kind, 0])
-            count_energy(float(columns[ENERGY_T * BATCH + b]), impacts[kind, 1])
+            q = first + b
+            slot, s = lanes[1, q], lanes[2, q]
+            normal, tangential = float(columns[ENERGY_N * BATCH + b]), float(columns[ENERGY_T * BATCH + b])
+            spectra = book.spectra[tid, (n_materials + material[slot]) * n_materials + model.surface_material[s]]
+            count_energy(normal, spectra[0])
+            count_energy(tangential, spectra[1])
+            arm = radius[slot] - 0.5 * float(normals[3, q])
+            p = patch_of(
+                book.patches, placed[s], model.surface_size[s], s, x[0, slot] + arm * float(normals[0, q]),
+                x[1, slot] + arm * float(normals[1, q]), x[2, slot] + arm * float(normals[2, q]),
+            )  # fmt: skip
+            book.cut[tid, p] += whole(cutting_energy(normal, tangential), book.per_cut)
         begun >>= 1
         b += 1

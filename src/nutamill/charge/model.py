@@ -11,9 +11,12 @@ Time is staggered (docs/conventions.md): velocities belong to the end of a subst
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from nutamill.charge.impacts import ImpactBook
 
 BATCH = 32
 """Contacts that one pass of the vector law takes [1]."""
@@ -320,5 +323,5 @@ class ChargeScratch(NamedTuple):
     """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T, chunk)."""
     barrier: np.ndarray
     """Arrivals and generation of the team's barrier [1], int64 (32,)."""
-    impacts: np.ndarray
-    """Of each thread: number and energy of the contacts begun since last read, int64 (T, types, 2, BINS, 2), as `impacts.empty_impacts`."""
+    impacts: "ImpactBook"
+    """Contacts begun since the start; no work space, but whole numbers that belong to the threads."""

@@ -16,23 +16,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.charge.columns import ACT, A, wall_batch
+from nutamill.charge.columns import ACT, HELD, A, wall_batch
 from nutamill.charge.contacts import filter_pairs, find_walls, lay_walls
 from nutamill.charge.dynamics import move_bodies
-from nutamill.charge.impacts import ENERGY_N, ENERGY_T
 from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock
 from nutamill.charge.neighbours import thread_share
+from nutamill.charge.patches import part_of, patch_of, sector_of, whole
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.kernel import kernel, like
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
 
-ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT = 0, 1, 2
-"""How a surface is cut into patches: by azimuth and height in its own axes, by azimuth and distance from its z axis, or by
-the six faces of a box (-x, +x, -y, +y, -z, +z) and height."""
-
-WALL_SUMS = ("normal_work", "shear_work", "rolling_work", "load", "cutting_energy", "contacts")
-"""Sums of a patch: work taken out by the three parts of the law [J], normal load [N s], cutting energy of impacts [J], contacts [s]."""
+WALL_SUMS = ("normal_work", "shear_work", "rolling_work", "load", "contacts")
+"""Sums of a patch: work taken out by the three parts of the law [J], normal load [N s], contacts [s]."""
 FIELD_SUMS = ("solid_volume", "mass", "momentum_r", "momentum_a", "momentum_z", "square_speed", "particles", "neighbours")
 """Sums of a cell: solid volume [m^3 s], mass [kg s], momentum relative to the body, radial, azimuthal, axial [kg m], mass times squared
 speed [J s], particles [s], touching neighbours of its particles [s].  The first goes by volume, the others by particle centres."""
@@ -59,16 +55,8 @@ class StatisticsPlan(NamedTuple):
     """Largest radius, lowest and highest height [m] (3,), grid axes; what lies beyond counts in the outermost cell."""
     within: np.ndarray
     """Places within a ball of radius 1, evenly spread [1] (POINTS, 3)."""
-    patch_kind: np.ndarray
-    """How each surface is cut, `ANGLE_HEIGHT` and others [1], int64 (S,)."""
-    patch_first: np.ndarray
-    """First patch of each surface [1], and behind the last one, int64 (S + 1,)."""
-    patch_rows: np.ndarray
-    """Patches of each surface along its second coordinate [1], int64 (S,)."""
-    patch_range: np.ndarray
-    """Lowest and highest second coordinate of each surface [m] (S, 2), surface axes."""
     per_wall: np.ndarray
-    """Small units in 1 of each of `WALL_SUMS` [1/unit], (6,)."""
+    """Small units in 1 of each of `WALL_SUMS` [1/unit], (5,)."""
     per_field: np.ndarray
     """Small units in 1 of each of `FIELD_SUMS` [1/unit], (8,)."""
 
@@ -79,13 +67,11 @@ class ChargeStatistics(NamedTuple):
     samples: np.ndarray
     """Samples taken [1], int64 (1,)."""
     walls: np.ndarray
-    """`WALL_SUMS` of each patch in small units, int64 (T, P, 6)."""
+    """`WALL_SUMS` of each patch in small units, int64 (T, P, 5)."""
     fields: np.ndarray
     """`FIELD_SUMS` of each cell in small units, int64 (T, cells, 8); radius outermost, height innermost."""
     neighbours: np.ndarray
     """Particles with 0, 1, 2 ... touching neighbours, int64 (T, MOST_NEIGHBOURS)."""
-    impacts: np.ndarray
-    """Number and energy of the contacts begun, int64 (types, 2, BINS, 2), as `impacts.empty_impacts`; later ones are in the scratch."""
 
 
 def points_within() -> np.ndarray:
@@ -109,7 +95,6 @@ def statistics_plan(
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
     cells: tuple[int, int, int] = (1, 1, 1),
     extent: tuple[float, float, float] = (1.0, 0.0, 1.0),
-    cuts: list[tuple[int, int, int, float, float]] | None = None,
     on: bool = True,
 ) -> StatisticsPlan:
     """What to sum for a charge.
@@ -118,13 +103,10 @@ def statistics_plan(
     ----------
     dt : substep [s]
     body, origin, cells, extent, on : as in `StatisticsPlan`
-    cuts : of each surface: how it is cut, patches along the azimuth (6 for `FACE_HEIGHT`), patches along the second coordinate [1], its
-        lowest and highest value [m]; every surface one patch if None
     """
-    cuts = [(ANGLE_HEIGHT, 1, 1, 0.0, 1.0)] * len(model.surface_kind) if cuts is None else cuts
     mass = float(state.body[1, : model.n_particles].mean())
     volume = 4.0 / 3.0 * math.pi * float((state.body[0, : model.n_particles] ** 3).mean())
-    power, force, energy = mass / dt, mass / dt, mass
+    power, force = mass / dt, mass / dt
     return StatisticsPlan(
         on=int(on),
         body=body,
@@ -132,114 +114,42 @@ def statistics_plan(
         cells=np.array(cells, np.int64),
         extent=np.array(extent, float),
         within=points_within(),
-        patch_kind=np.array([cut[0] for cut in cuts], np.int64),
-        patch_first=np.cumsum([0] + [cut[1] * cut[2] for cut in cuts]).astype(np.int64),
-        patch_rows=np.array([cut[2] for cut in cuts], np.int64),
-        patch_range=np.array([cut[3:] for cut in cuts], float).reshape(-1, 2),
-        per_wall=FINE / np.array([power, power, power, force, energy, FINE]),  # contacts are counted, one unit each
+        per_wall=FINE / np.array([power, power, power, force, FINE]),  # contacts are counted, one unit each
         per_field=FINE / np.array([volume, mass, mass, mass, mass, mass, FINE, FINE]),  # and so are particles
     )
 
 
 def charge_statistics(plan: StatisticsPlan, scratch: ChargeScratch) -> ChargeStatistics:
     """Sums of nothing, for a charge with work space `scratch`; room for samples only if the plan is on."""
-    threads = scratch.impacts.shape[0] if plan.on else 1
-    patches, cells = (int(plan.patch_first[-1]), int(plan.cells.prod())) if plan.on else (0, 0)
+    threads, patches = scratch.impacts.cut.shape
+    cells = int(plan.cells.prod())
+    if not plan.on:
+        threads, patches, cells = 1, 0, 0
     return ChargeStatistics(
         np.zeros(1, np.int64),
         np.zeros((threads, patches, len(WALL_SUMS)), np.int64),
         np.zeros((threads, cells, len(FIELD_SUMS)), np.int64),
         np.zeros((threads, MOST_NEIGHBOURS), np.int64),
-        np.zeros(scratch.impacts.shape[1:], np.int64),
     )
 
 
+def _kept(sums: ChargeStatistics, scratch: ChargeScratch) -> dict[str, np.ndarray]:
+    """All arrays with a first axis of threads, by the names of a checkpoint."""
+    book = scratch.impacts
+    return {"walls": sums.walls, "fields": sums.fields, "neighbours": sums.neighbours, "spectra": book.spectra, "cut": book.cut}
+
+
 def gathered(sums: ChargeStatistics, scratch: ChargeScratch) -> dict[str, np.ndarray]:
-    """Sums over all threads, by name, as one checkpoint holds them; the same for any number of threads."""
-    return {
-        "samples": sums.samples.copy(),
-        "walls": sums.walls.sum(axis=0),
-        "fields": sums.fields.sum(axis=0),
-        "neighbours": sums.neighbours.sum(axis=0),
-        "impacts": sums.impacts + scratch.impacts.sum(axis=0),
-    }
+    """Sums over all threads, by name, as a checkpoint holds them; the same for any number of threads."""
+    return {"samples": sums.samples.copy(), **{name: array.sum(axis=0) for name, array in _kept(sums, scratch).items()}}
 
 
 def put_back(sums: ChargeStatistics, scratch: ChargeScratch, kept: dict[str, np.ndarray]) -> None:
     """Go on from what `gathered` gave."""
-    for name in ("walls", "fields", "neighbours"):
-        array = getattr(sums, name)
+    for name, array in _kept(sums, scratch).items():
         array[...] = 0
         array[0] = kept[name]
     sums.samples[...] = kept["samples"]
-    sums.impacts[...] = kept["impacts"]
-    scratch.impacts[...] = 0
-
-
-@kernel(inline="always")
-def whole(value, per_unit):
-    """Nearest whole number of small units."""
-    return np.int64(math.floor(float(value) * per_unit + 0.5))
-
-
-@kernel(inline="always")
-def part_of(value, low, high, n):
-    """Which of `n` equal parts from `low` to `high` holds `value`; what lies beyond belongs to the outermost."""
-    k = int(math.floor((value - low) / (high - low) * n))
-    return min(max(k, 0), n - 1)
-
-
-@kernel(inline="always")
-def sector_of(angle, n):
-    """Which of `n` sectors holds an angle [rad]; sector 0 begins at angle 0."""
-    turns = angle * (0.5 / math.pi)
-    return min(int((turns - math.floor(turns)) * n), n - 1)
-
-
-@kernel
-def cutting_energy(normal, tangential):
-    """Share of an impact's energy that cuts a ductile wall [J]: ``E f(angle)`` with angle of impact ``tan a = sqrt(E_n/E_t)``.
-
-    ``f = sin 2a - 3 sin^2 a`` for ``tan a <= 1/3``, else ``cos^2 a / 3``.  Divided by twice the flow pressure of the wall [Pa] it is
-    the volume [m^3] that the impact removes.
-
-    Parameters
-    ----------
-    normal, tangential : energies E_n and E_t of the impact [J]
-
-    Source
-    ------
-    I. Finnie, "Erosion of surfaces by solid particles", Wear 3 (1960), with a chip twice as long as deep.
-    """
-    if 9.0 * normal <= tangential:
-        return 2.0 * math.sqrt(normal * tangential) - 3.0 * normal
-    return tangential / 3.0
-
-
-@kernel
-def patch_of(plan, place, size, s, p0, p1, p2):
-    """Number of the patch of surface `s` at the point (p0, p1, p2) [m], world; `place` (12,) is where the surface is, `size` (3,) [m] its
-    sizes."""
-    d0, d1, d2 = p0 - place[0], p1 - place[1], p2 - place[2]
-    a = place[3] * d0 + place[6] * d1 + place[9] * d2
-    b = place[4] * d0 + place[7] * d1 + place[10] * d2
-    c = place[5] * d0 + place[8] * d1 + place[11] * d2
-    rows = plan.patch_rows[s]
-    first = plan.patch_first[s]
-    kind = plan.patch_kind[s]
-    along = math.sqrt(a * a + b * b) if kind == ANGLE_RADIUS else c
-    row = part_of(along, plan.patch_range[s, 0], plan.patch_range[s, 1], rows)
-    if kind == FACE_HEIGHT:
-        out_a, out_b, out_c = abs(a) - size[0], abs(b) - size[1], abs(c) - size[2]
-        if out_a >= out_b and out_a >= out_c:
-            face = int(a > 0.0)
-        elif out_b >= out_c:
-            face = 2 + int(b > 0.0)
-        else:
-            face = 4 + int(c > 0.0)
-        return first + face * rows + row
-    sectors = (plan.patch_first[s + 1] - first) // rows
-    return first + sector_of(math.atan2(b, a), sectors) * rows + row
 
 
 @kernel(fast=True)
@@ -254,7 +164,7 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
     real = rows[0, 0]
     now, last = like(state.clock[STEP] & 0xFFFFFF, real), like((state.clock[STEP] - 1) & 0xFFFFFF, real)
     spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
-    walls, per = sums.walls[tid], plan.per_wall
+    walls, per, patches = sums.walls[tid], plan.per_wall, scratch.impacts.patches
     found = find_walls(model, state.x, state.body[0], scratch.local[tid], placed, lo, hi - lo, lanes, normals, scratch.test[tid])
     for q in range(found, found + BATCH):
         lanes[0, q], lanes[1, q], lanes[3, q] = model.chunk, 0, state.wall_memory.shape[0] - 1
@@ -264,23 +174,20 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
             model, state.x, rows, state.wall_memory, state.material, scratch.motion[tid], first, m, lanes[1], lanes[2], lanes[3], normals,
             columns,
         )  # fmt: skip
-        _, _, _, _, _, begun = wall_batch(columns, last, now, spring, constant, like(dt, real))
+        wall_batch(columns, last, now, spring, constant, like(dt, real))
         for b in range(m):
             slot, s = lanes[1, first + b], lanes[2, first + b]
             n0, n1, n2 = float(normals[0, first + b]), float(normals[1, first + b]), float(normals[2, first + b])
             arm = state.body[0, slot] - 0.5 * float(normals[3, first + b])
             p = patch_of(
-                plan, placed[s], model.surface_size[s], s, state.x[0, slot] + arm * n0, state.x[1, slot] + arm * n1,
+                patches, placed[s], model.surface_size[s], s, state.x[0, slot] + arm * n0, state.x[1, slot] + arm * n1,
                 state.x[2, slot] + arm * n2,
             )  # fmt: skip
             for k in range(3):
                 walls[p, k] -= whole(columns[(ACT + k) * BATCH + b], per[k])
             load = -(columns[A * BATCH + b] * n0 + columns[(A + 1) * BATCH + b] * n1 + columns[(A + 2) * BATCH + b] * n2)
             walls[p, 3] += whole(load, per[3])
-            if (np.int64(begun) >> b) & 1:
-                cut = cutting_energy(float(columns[ENERGY_N * BATCH + b]), float(columns[ENERGY_T * BATCH + b]))
-                walls[p, 4] += whole(cut, per[4])
-            walls[p, 5] += 1
+            walls[p, 4] += 1
 
 
 @kernel
@@ -388,7 +295,11 @@ def sample(
     move_bodies(motions, 0.5 * dt, scratch.motion[tid])
     place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
     points = state.points[state.clock[PUBLISHED]]
-    local = scratch.local[tid]
+    local, columns = scratch.local[tid], scratch.columns[tid, 1]
+    for k in range(columns.shape[0]):
+        columns[k] = 1.0
+    for b in range(BATCH):
+        columns[HELD * BATCH + b] = -1.0  # no law is laid yet
     for c in range(first, end):
         lo = c * model.chunk
         for l in range(min(model.n_particles, lo + model.chunk) - lo):
