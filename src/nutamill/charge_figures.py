@@ -14,7 +14,7 @@ from nutamill.result import Result
 
 BORE = "bore"
 """Surface that the wall map shows."""
-RARE = 1e-3
+RARE = 1e-2
 """Bins with less than this share of the fullest bin's impacts are not shown [1]."""
 PATTERN = {"normal": "-", "tangential": (0, (3, 1.2))}
 
