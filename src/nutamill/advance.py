@@ -6,6 +6,7 @@ import numpy as np
 
 from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces
 from nutamill.build.chamber_statistics import recorded_sums
+from nutamill.build.charge_mix import particle_count
 from nutamill.build.mill_mechanism import CHAMBER
 from nutamill.build.model import Model, State
 from nutamill.build.rigid_parts import whole_chamber
@@ -136,7 +137,7 @@ def bed_from_checkpoint(case: Case, mill_bodies: list[str], groups: dict[str, di
     """
     if "charge" not in groups:
         return None
-    x, ids, n = groups["charge"]["x"], groups["charge"]["ids"], sum(case.particle_counts)
+    x, ids, n = groups["charge"]["x"], groups["charge"]["ids"], particle_count(case)
     places = np.empty((n, 3))
     places[ids[:n]] = x[:, :n].T
     chamber = mill_bodies.index(CHAMBER)

@@ -23,6 +23,7 @@ STEADY_SPEED = 1e-6
 SINKS: dict[str, tuple[str, ...]] = {
     "pellet-pellet": ("pair_normal_loss", "pair_tangential_loss", "pair_rolling_loss"),
     "pellet-wall": ("wall_normal_loss", "wall_tangential_loss", "wall_rolling_loss"),
+    "substep": ("substep_loss",),
     "joints": ("driveshaft_bearing_loss", "crank_pin_loss", "chamber_pivot_loss", "yoke_pivot_loss"),
     "mounts": ("mount_*_loss",),
     "coupling": ("coupling_loss",),
@@ -180,10 +181,10 @@ def warning_lines(result: Result) -> list[str]:
     case, series = Case.from_toml(result.case_text), result.series
     lines = []
     if "largest_pair_overlap" in series:
-        own = case.charge.material
+        own = case.charge.materials
         walls = [case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else [])
-        wall_limit = max(case.contact.pair(own, wall).overlap_warn for wall in walls)
-        for kind, limit in (("pair", case.contact.pair(own, own).overlap_warn), ("wall", wall_limit)):
+        for kind, others in (("pair", own), ("wall", walls)):
+            limit = max(case.contact.pair(a, b).overlap_warn for a in own for b in others)
             largest = float(series[f"largest_{kind}_overlap"].max())
             if largest > limit:
                 lines.append(

@@ -181,6 +181,7 @@ SERIES: tuple[Field, ...] = (
     _energy("coupling_loss", "D_c", "coupling", "energy dissipated so far in the shaft coupling"),
     *_contact_losses("pair", "pellet-pellet"),
     *_contact_losses("wall", "pellet-wall"),
+    _energy("substep_loss", "D_s", "substep", "work of contact forces so far on mean less predicted velocities, which no contact owns"),
     _energy("interface_work", "W_c", "interface work", "work the chamber has done on the charge so far"),
     _energy("ledger_residual", "R", "ledger residual", "kinetic + potential + elastic + dissipated - motor work - value at the start"),
     Field(

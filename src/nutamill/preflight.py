@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nutamill.build.chamber_charge import particle_radii
+from nutamill.build.charge_mix import charge_parts
 from nutamill.build.clock import Clock, ContactFacts, contact_facts, crank_circle_speed, run_clock
 from nutamill.build.mill_mechanism import mill_mechanism, nutation_angle
 from nutamill.build.team import team_size
 from nutamill.case import Case
-from nutamill.case.checks import LOOSE_PACKING
+from nutamill.charge.sizes import mass_percentiles
 from nutamill.fields import expand
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import modes, static_equilibrium
@@ -42,6 +42,26 @@ class Crossing:
 
 
 @dataclass(frozen=True, slots=True)
+class PartFacts:
+    """What a part of the charge comes to."""
+
+    name: str
+    """Material and kind."""
+    particles: int
+    """Number of particles [1]."""
+    pebbles: int
+    """Number of their spheres [1]."""
+    mass: float
+    """Their mass [kg]."""
+    sizes: tuple[float, float, float]
+    """Equivalent diameters below which 10, 50 and 90 % of the mass lie [m]."""
+    packing: float
+    """Solids fraction of the settled bed [1]."""
+    filling: float
+    """Volume of that bed over the free volume of the chamber [1]."""
+
+
+@dataclass(frozen=True, slots=True)
 class Preflight:
     """What is known of a case before it is run."""
 
@@ -53,12 +73,8 @@ class Preflight:
     """Largest gap of a joint as assembled [m]."""
     nutation_angle: float
     """Half-angle of the nutation cone from the two lengths [rad]."""
-    particles: int
-    """Number of particles [1]."""
-    charge_mass: float
-    """Their mass [kg]."""
-    filling: float
-    """Loose volume of the charge over the free volume of the chamber [1]."""
+    charge: list[PartFacts]
+    """Facts of each part of the charge; empty without charge."""
     contacts: list[ContactFacts]
     """Facts of each pair of materials; empty without charge."""
     clock: Clock
@@ -92,6 +108,21 @@ class Preflight:
         )
         return shown
 
+    @property
+    def particles(self) -> int:
+        """Number of particles [1]."""
+        return sum(part.particles for part in self.charge)
+
+    @property
+    def charge_mass(self) -> float:
+        """Their mass [kg]."""
+        return sum(part.mass for part in self.charge)
+
+    @property
+    def filling(self) -> float:
+        """Volume of the charge as a settled bed over the free volume of the chamber [1]."""
+        return sum(part.filling for part in self.charge)
+
     def _steps(self) -> float:
         return self.case.run.until / self.clock.substep
 
@@ -106,11 +137,11 @@ class Preflight:
         ]
 
     def _charge_lines(self) -> list[str]:
-        chamber, speed = self.case.chamber, crank_circle_speed(self.case)
-        shown = [
-            f"charge    {self.particles} spheres, {self.charge_mass:.4g} kg, fill {100 * self.filling:.1f} % loose"
-            f" ({1e3 * self.filling * chamber.free_volume:.2f} L, {1e3 * self.filling * chamber.height:.0f} mm"
-            f" of {1e3 * chamber.height:.0f} mm)",
+        speed = crank_circle_speed(self.case)
+        shown = [self._amount_line(part, "          " if number else "charge    ") for number, part in enumerate(self.charge)]
+        if len(shown) > 1:
+            shown.append(f"          together {self.particles}, {self.charge_mass:.4g} kg, {self._fill_text(self.filling)}")
+        shown += [
             f"contacts  {'pair':22} {'k normal':>10} {'duration':>9} {f'overlap at {speed:.1f} m/s':>20} {'restitution':>11}"
             f" {'damping':>8} {'friction':>8}",
         ]
@@ -121,6 +152,20 @@ class Preflight:
                 f" {facts.restitution:11.3f} {facts.law.damping_ratio:8.4f} {facts.law.static_friction:8.3g}{soft}"
             )
         return shown
+
+    def _amount_line(self, part: PartFacts, head: str) -> str:
+        """Number, mass, sizes and fill of a part of the charge."""
+        ten, half, ninety = (1e3 * size for size in part.sizes)
+        spread = f"d10/50/90 {ten:.3g}/{half:.3g}/{ninety:.3g} mm" if ninety > ten else f"d {half:.4g} mm"
+        pebbles = f" of {part.pebbles} spheres" if part.pebbles > part.particles else ""
+        return f"{head}{part.particles} {part.name}{pebbles}, {part.mass:.4g} kg, {spread}, {self._fill_text(part.filling, part.packing)}"
+
+    def _fill_text(self, filling: float, packing: float | None = None) -> str:
+        """Bulk volume as a share of the chamber, in litres, and as a height."""
+        chamber = self.case.chamber
+        at = f" at solids fraction {packing:.3g}" if packing else ""
+        volume, height = 1e3 * filling * chamber.free_volume, 1e3 * filling * chamber.height
+        return f"fill {100 * filling:.1f} % loose{at} ({volume:.2f} L, {height:.0f} mm of {1e3 * chamber.height:.0f} mm)"
 
     def _mode_lines(self) -> list[str]:
         if not self.empty_modes:
@@ -148,25 +193,42 @@ def preflight(case: Case) -> Preflight:
     mill = mill_mechanism(case)
     mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity)
     static_equilibrium(mechanism, state, scratch)
-    radii = particle_radii(case) if case.charge.size_classes else np.empty(0)
-    volume = 4 / 3 * np.pi * (radii**3).sum()
-    mass = volume * case.materials[case.charge.material].density if len(radii) else 0.0
+    charge = _part_facts(case)
+    pebbles = sum(part.pebbles for part in charge)
     return Preflight(
         case=case,
         parts={body.name: body.mass for body in mill.bodies},
         assembly_gap=float(np.abs(scratch.gap).max()),
         nutation_angle=nutation_angle(case),
-        particles=len(radii),
-        charge_mass=mass,
-        filling=volume / LOOSE_PACKING / case.chamber.free_volume,
-        contacts=contact_facts(case) if len(radii) else [],
+        charge=charge,
+        contacts=contact_facts(case) if charge else [],
         clock=clock,
         empty_modes=_oscillations(case.with_("chamber.bars.mass", 0.0)),
-        crossings=_crossings(case, mass),
-        wall_time=_wall_time(case, clock, len(radii)),
-        memory=250e6 + 6e3 * len(radii),
-        file_size=_file_size(case, len(radii)),
+        crossings=_crossings(case, sum(part.mass for part in charge)),
+        wall_time=_wall_time(case, clock, pebbles),
+        memory=250e6 + 6e3 * pebbles,
+        file_size=_file_size(case, sum(part.particles for part in charge)),
     )
+
+
+def _part_facts(case: Case) -> list[PartFacts]:
+    """What each part of the charge comes to."""
+    found = []
+    for part, particles in zip(case.charge.parts, charge_parts(case), strict=True):
+        volume = particles.volume
+        solid = float(volume.sum())
+        found.append(
+            PartFacts(
+                name=f"{part.kind} of {part.material}",
+                particles=particles.number,
+                pebbles=particles.pebbles,
+                mass=solid * case.materials[part.material].density,
+                sizes=tuple(mass_percentiles(particles.diameter, volume)),
+                packing=part.packing,
+                filling=solid / part.packing / case.chamber.free_volume,
+            )
+        )
+    return found
 
 
 def _oscillations(case: Case) -> list[tuple[float, float]]:

@@ -45,7 +45,7 @@ class Watch:
         spent, marched = wall.monotonic() - self._begun[0], time - self._begun[1]
         ramp = self._case.drive.ramp_end
         phase, first, last = ("ramp", 0.0, min(ramp, until)) if time < ramp else ("steady", ramp, until)
-        steps = marched / model.clock.substep * max(1, sum(self._case.particle_counts))
+        steps = marched / model.clock.substep * (model.charge.n_particles if model.charge is not None else 1)
         largest = {
             name: series[:, names.index(name)].max() if name in names else math.nan
             for name in ("largest_pair_overlap", "largest_wall_overlap")

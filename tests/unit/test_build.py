@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from nutamill.build.chamber_charge import chamber_surfaces, rib_inside
+from nutamill.build.charge_mix import particle_count
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import CHAMBER, CROSS, SHAFT, mill_mechanism, mill_sensors
 from nutamill.build.model import bed_weight, build
@@ -27,7 +28,7 @@ def layer(case):
     rows = np.arange(10) * 0.0055 - 0.02475
     heights = -0.3235 + 0.0055 * np.arange(20)
     places = np.stack(np.meshgrid(heights, rows, rows, indexing="ij"), axis=-1).reshape(-1, 3)[:, [1, 2, 0]]
-    return places[: sum(case.particle_counts)]
+    return places[: particle_count(case)]
 
 
 SMALL = "charge.mass=0.05 kg"

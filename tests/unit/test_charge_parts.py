@@ -100,13 +100,17 @@ def test_plane_and_cylinder_push_into_the_charge():
 
 
 @kernel
-def move_all(rows, index, points, local, owner, columns):
+def move_all(rows, index, points, local, owner, columns, fixed):
     """Use every vector move once; returns the mask of touching pairs."""
     simd.gather_rows(rows, index, 3, columns, 8, 4)
     simd.gather_differences(points, index, local, owner, 3, columns, 8)
     mask = simd.touching(points, index, local, owner, 3)
     simd.add_rows(rows, index, 3, columns, 8, 4)
     simd.set_rows(rows, owner, 3, columns, 8, 4)
+    simd.set_points(points, index, 12, fixed, 16)
+    simd.negated_radii(points, index, 20, local, 7)
+    simd.copy_lanes(columns, 4 * BATCH, columns, 40 * BATCH)
+    simd.copy_lanes(columns, 40 * BATCH, fixed, BATCH)
     return mask
 
 
@@ -120,12 +124,14 @@ def test_vector_moves_do_what_their_plain_twins_do():
     index = rng.permutation(40).astype(np.uint32)
     owner = rng.permutation(20).astype(np.uint32)
     columns = np.zeros(48 * BATCH, np.float32)
-    plain = [a.copy() for a in (rows, columns)]
-    mask = move_all(rows, index, points, local, owner, columns)
-    assert mask == move_all.py_func(plain[0], index, points, local, owner, plain[1])
+    fixed = rng.integers(-(2**30), 2**30, 4 * BATCH).astype(np.int32)
+    arrays = rows, index, points, local, owner, columns, fixed
+    plain = [a.copy() for a in arrays]
+    mask = move_all(*arrays)
+    assert mask == move_all.py_func(*plain)
     assert 0 < mask < 255
-    assert (rows == plain[0]).all()
-    assert (columns == plain[1]).all()
+    for moved, expected in zip(arrays, plain, strict=True):
+        assert (moved == expected).all()
 
 
 def refuse(*words, **changes):

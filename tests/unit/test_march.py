@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from nutamill import advance, march
+from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
 from nutamill.errors import CaseError, ResultError, StepError
 
@@ -31,7 +32,7 @@ def lattice(monkeypatch):
     """One layer of pellets on the floor in place of a settled bed, which would take longer than the run."""
 
     def bed(case, *_):
-        n = sum(case.particle_counts)
+        n = particle_count(case)
         rows = np.arange(10) * 0.0055 - 0.02475
         places = np.stack(np.meshgrid(rows, rows, [-0.3235]), axis=-1).reshape(-1, 3)
         return places[:n] if n else None

@@ -16,14 +16,15 @@ from pathlib import Path
 import numpy as np
 
 from nutamill import __version__
-from nutamill.build.chamber_charge import chamber_charge, particle_radii, rib_inside
+from nutamill.build.chamber_charge import chamber_charge, rib_inside
+from nutamill.build.charge_mix import charge_particles
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import chamber_quaternion, chamber_rotation
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
 from nutamill.case import Case
 from nutamill.charge.assembly import positions
-from nutamill.charge.fill import random_fill, settle
+from nutamill.charge.fill import fill_cylinder, settle
 from nutamill.frames import MOTION_SIZE
 from nutamill.kernel import cache_folder, kernel_digest
 
@@ -58,11 +59,13 @@ def bed_file(case: Case) -> Path:
 
 def bed_is_kept(case: Case) -> bool:
     """Whether there is nothing left to settle: the bed is in the cache, or the chamber is empty."""
-    return not case.charge.size_classes or bed_file(case).is_file()
+    return not case.charge.parts or bed_file(case).is_file()
 
 
 def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
     """Places of the particles [m] (n, 3) at rest in the tilted chamber at crank angle 0, in chamber axes from the nutation point.
+
+    With clumps, places and attitudes (n, 7).
 
     Taken from the user's cache if the same bed was settled before; None for an empty chamber.
 
@@ -75,7 +78,7 @@ def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> 
     CaseError : more charge than the chamber holds
     StepError : an overlap beyond its limit while settling
     """
-    if not case.charge.size_classes:
+    if not case.charge.parts:
         return None
     file = bed_file(case)
     if file.is_file():
@@ -101,12 +104,12 @@ def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
     """Fill the chamber at random and let it lie down under gravity, at rest and tilted as at crank angle 0."""
     chamber, mass_centre = case.chamber, whole_chamber(case.chamber).mass_centre
     boxes = [rib_inside(case, number) for number in range(chamber.ribs)]
-    radii = particle_radii(case)
-    places = random_fill(radii, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, case.run.seed)
+    floor, ceiling = -chamber.floor_depth, -chamber.ceiling_depth
+    placed = fill_cylinder(charge_particles(case), chamber.inner_diameter / 2, floor, ceiling, boxes, case.run.seed)
     rotation, quaternion = chamber_rotation(case), np.array(chamber_quaternion(case))
     position = rotation @ mass_centre
     substep = run_clock(case).substep
-    built = chamber_charge(case, places, position, quaternion, substep)
+    built = chamber_charge(case, placed.poses, position, quaternion, substep)
     at_rest = np.zeros((1, MOTION_SIZE))
     at_rest[0, :3], at_rest[0, 3:7] = position, quaternion
     model, state, _, _ = settle(*built, at_rest, substep, LONGEST, STILL, team_size(case), progress)

@@ -4,13 +4,16 @@ import math
 
 import numpy as np
 
+from nutamill.build.charge_mix import charge_particles, quickest_pebble
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
 from nutamill.charge.assembly import charge
 from nutamill.charge.contact_terms import damping_ratio_from_restitution, series_stiffness
 from nutamill.charge.dynamics import start
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, RollingLaw, Surface, SurfaceKind
-from nutamill.frames import rotation_matrix
+from nutamill.charge.particles import Particles, check_particles
+from nutamill.errors import CaseError, Fault
+from nutamill.frames import quaternion_product, rotation_matrix
 from nutamill.materials import ContactPair
 
 ROLLING = {"none": RollingLaw.NONE, "type_a": RollingLaw.TYPE_A, "type_c": RollingLaw.TYPE_C}
@@ -20,7 +23,7 @@ CHAMBER_CARRIER = 0
 
 def material_order(case: Case) -> list[str]:
     """Names of the materials the charge touches, the charge's own first; their place is their number in the engine."""
-    names = [case.charge.material, case.chamber.material]
+    names = [*case.charge.materials, case.chamber.material]
     if case.chamber.ribs:
         names.append(case.chamber.rib.material)
     return list(dict.fromkeys(names))
@@ -75,8 +78,8 @@ def rib_rotation(case: Case, number: int) -> np.ndarray:
 
 def pair_laws(case: Case) -> dict[tuple[int, int], PairLaw]:
     """Laws of the charge with itself and with every wall, by the numbers of `material_order`."""
-    names = material_order(case)
-    return {(0, number): pair_law(case, names[0], name) for number, name in enumerate(names)}
+    names, own = material_order(case), len(case.charge.materials)
+    return {(a, b): pair_law(case, names[a], names[b]) for a in range(own) for b in range(a, len(names))}
 
 
 def pair_law(case: Case, first: str, second: str) -> PairLaw:
@@ -100,9 +103,14 @@ def pair_law(case: Case, first: str, second: str) -> PairLaw:
 
 
 def pair_stiffness_of(case: Case, first: str, second: str) -> float:
-    """Normal stiffness [N/m] of two materials for the smallest particles; a wall counts with the particle's diameter."""
-    law, diameter = pair_law(case, first, second), 2 * float(particle_radii(case).min())
-    return law.stiffness_direct or series_stiffness(law.stiffness_per_diameter_a, law.stiffness_per_diameter_b, diameter, diameter)
+    """Normal stiffness [N/m] of a material of the charge and another, for the particles with the shortest contacts.
+
+    A material that only walls are of counts with the particle's diameter.
+    """
+    own = quickest_pebble(case, first).diameter
+    other = quickest_pebble(case, second).diameter if second in case.charge.materials else own
+    law = pair_law(case, first, second)
+    return law.stiffness_direct or series_stiffness(law.stiffness_per_diameter_a, law.stiffness_per_diameter_b, own, other)
 
 
 def damping_ratio(case: Case, pair: ContactPair) -> float:
@@ -112,12 +120,6 @@ def damping_ratio(case: Case, pair: ContactPair) -> float:
     return damping_ratio_from_restitution(pair.restitution, case.contact.tension == "cut")
 
 
-def particle_radii(case: Case) -> np.ndarray:
-    """Radii [m] (n,) of all particles of the charge, size class after size class."""
-    diameters = [diameter for diameter, _ in case.charge.size_classes]
-    return np.repeat(np.array(diameters) / 2, case.particle_counts)
-
-
 def chamber_charge(
     case: Case, bed: np.ndarray, position: np.ndarray, quaternion: np.ndarray, substep: float
 ) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
@@ -125,24 +127,28 @@ def chamber_charge(
 
     Parameters
     ----------
-    bed : places of the particles [m] (n, 3), in chamber axes from the nutation point
+    bed : places of the particles [m] (n, 3), or places and attitudes (n, 7), in chamber axes from the nutation point
     position, quaternion : mass centre [m] (3,) and attitude (4,) of the chamber, world
     substep : charge substep [s]
 
     Raises
     ------
-    CaseError : particles that overlap each other or the chamber
+    CaseError : particles that cannot be, or that overlap each other or the chamber
     """
-    names, radii = material_order(case), particle_radii(case)
+    names = material_order(case)
+    densities = [case.materials[name].density for name in names]
     rotation = np.empty((3, 3))
     rotation_matrix(np.asarray(quaternion, float), rotation)
-    places = position + (bed - whole_chamber(case.chamber).mass_centre) @ rotation.T
+    particles = placed_particles(case, bed, position, np.asarray(quaternion, float))
+    check_particles(particles, densities)
+    if not particles.spheres_only:
+        raise CaseError(Fault("charge.kind", "must be spheres to be run, got clumps", "The sheet of nutamill check knows them"))
     middle = position + rotation @ (chamber_middle(case) - whole_chamber(case.chamber).mass_centre)
     built = charge(
-        places,
-        radii,
-        np.zeros(len(radii), int),
-        [case.materials[name].density for name in names],
+        particles.centre,
+        particles.bounding_radius,
+        particles.material,
+        densities,
         pair_laws(case),
         chamber_surfaces(case),
         1,
@@ -153,6 +159,20 @@ def chamber_charge(
     )
     start(*built, substep)
     return built
+
+
+def placed_particles(case: Case, bed: np.ndarray, position: np.ndarray, quaternion: np.ndarray) -> Particles:
+    """The particles of a case in their bed, world axes from the nutation point.
+
+    Parameters
+    ----------
+    bed, position, quaternion : as `chamber_charge`
+    """
+    rotation = np.empty((3, 3))
+    rotation_matrix(quaternion, rotation)
+    places = position + (bed[:, :3] - whole_chamber(case.chamber).mass_centre) @ rotation.T
+    turned = None if bed.shape[1] == 3 else np.array([quaternion_product(quaternion, own) for own in bed[:, 3:]])
+    return charge_particles(case).placed(places, turned)
 
 
 def chamber_middle(case: Case) -> np.ndarray:

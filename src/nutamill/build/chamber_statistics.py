@@ -7,7 +7,8 @@ import math
 
 import numpy as np
 
-from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces, material_order, particle_radii
+from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces, material_order
+from nutamill.build.charge_mix import charge_particles
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
 from nutamill.charge.impacts import FINE, bin_edges
@@ -24,7 +25,7 @@ FACES = 6
 
 def chamber_cells(case: Case) -> tuple[int, int, int]:
     """Cells along radius, azimuth and height [1]: two diameters of the largest particle wide, unless that makes too many."""
-    width = 4.0 * float(particle_radii(case).max())
+    width = 4.0 * float(charge_particles(case).bounding_radius.max())
     across = min(max(round(case.chamber.inner_diameter / 2 / width), 2), MOST_ACROSS)
     return across, SECTORS, min(max(round(case.chamber.height / width), 4), MOST_UP)
 
@@ -55,10 +56,10 @@ def chamber_survey(case: Case, model: ChargeModel, state: ChargeState, substep: 
 
 def pair_types(case: Case) -> list[tuple[str, list[int]]]:
     """Kinds of pairs that can meet: name, and the types of `nutamill.charge.impacts` that belong to it."""
-    names, own = material_order(case), material_order(case)[:1]
+    names, own = material_order(case), case.charge.materials
     n = len(names)
     walls = dict.fromkeys([case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else []))
-    pairs = [(f"{a}-{b}", sorted({names.index(a) * n + names.index(b), names.index(b) * n + names.index(a)})) for a in own for b in own]
+    pairs = [(f"{own[a]}-{own[b]}", sorted({a * n + b, b * n + a})) for a in range(len(own)) for b in range(a, len(own))]
     return pairs + [(f"{a}-{b} wall", [(n + names.index(a)) * n + names.index(b)]) for a in own for b in walls]
 
 

@@ -3,7 +3,8 @@
 import math
 from typing import NamedTuple
 
-from nutamill.build.chamber_charge import material_order, pair_law, pair_stiffness_of, particle_radii
+from nutamill.build.chamber_charge import pair_law, pair_stiffness_of
+from nutamill.build.charge_mix import quickest_pebble
 from nutamill.case import Case
 from nutamill.charge.contact_terms import SUBSTEPS_PER_CONTACT, contact_time, largest_overlap, restitution_from_damping_ratio
 from nutamill.charge.model import PairLaw
@@ -17,7 +18,7 @@ MECHANISM_STEP = 55e-6
 
 
 class ContactFacts(NamedTuple):
-    """What a pair of materials means for the smallest particles of the charge."""
+    """What a pair of materials means for those of their particles that have the shortest contacts."""
 
     pair: str
     """Names of the two materials."""
@@ -26,7 +27,7 @@ class ContactFacts(NamedTuple):
     time: float
     """Duration of a contact [s]."""
     overlap: float
-    """Largest overlap of a head-on contact at the speed of the crank circle, share of the diameter [1]."""
+    """Largest overlap of a head-on contact at the speed of the crank circle, share of the smaller diameter [1]."""
     restitution: float
     """Restitution of the pair [1]."""
     law: PairLaw
@@ -52,23 +53,24 @@ class Clock(NamedTuple):
 
 
 def contact_facts(case: Case) -> list[ContactFacts]:
-    """Facts of a contact between two particles and of a particle with each wall material; smallest particles, as they rule."""
-    names = material_order(case)
-    walls = [case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else [])
-    return [_facts(case, names[0], "", 2)] + [_facts(case, wall, " wall", 1) for wall in dict.fromkeys(walls)]
+    """Facts of the contacts between particles of all materials, then of each with every wall material; the quickest particles rule."""
+    own = case.charge.materials
+    walls = dict.fromkeys([case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else []))
+    between = [_facts(case, a, b, False) for number, a in enumerate(own) for b in own[number:]]
+    return between + [_facts(case, a, wall, True) for a in own for wall in walls]
 
 
-def _facts(case: Case, other: str, suffix: str, moving: int) -> ContactFacts:
-    """Facts of the smallest particle against one of `moving` = 2 equal free bodies, or against a wall (1)."""
-    own = case.charge.material
-    diameter = 2 * float(particle_radii(case).min())
-    mass = case.materials[own].density * math.pi * diameter**3 / 6
+def _facts(case: Case, own: str, other: str, wall: bool) -> ContactFacts:
+    """Facts of the quickest particle of one material against that of another, or against a wall."""
+    one = quickest_pebble(case, own)
+    two = one if wall else quickest_pebble(case, other)
+    mass = one.mass if wall else 1 / (1 / one.mass + 1 / two.mass)
     law = pair_law(case, own, other)
     k = pair_stiffness_of(case, own, other)
-    duration = contact_time(k, mass / moving, law.damping_ratio, law.tension_cut)
-    overlap = largest_overlap(k, mass / moving, law.damping_ratio, crank_circle_speed(case)) / diameter
+    duration = contact_time(k, mass, law.damping_ratio, law.tension_cut)
+    overlap = largest_overlap(k, mass, law.damping_ratio, crank_circle_speed(case)) / min(one.diameter, two.diameter)
     restitution = restitution_from_damping_ratio(law.damping_ratio, law.tension_cut)
-    return ContactFacts(f"{own}-{other}{suffix}", k, duration, overlap, restitution, law)
+    return ContactFacts(f"{own}-{other}{' wall' * wall}", k, duration, overlap, restitution, law)
 
 
 def crank_circle_speed(case: Case) -> float:
@@ -84,7 +86,7 @@ def run_clock(case: Case) -> Clock:
     CaseError : a substep that resolves the shortest contact by fewer than `FEWEST_SUBSTEPS`
     """
     row = 1.0 / case.run.series_rate
-    if not case.charge.size_classes:
+    if not case.charge.parts:
         windows = math.ceil(row / MECHANISM_STEP)
         return Clock(0, row / windows, windows, f"mechanism alone, at most {MECHANISM_STEP * 1e6:g} us")
     shortest = min(contact_facts(case), key=lambda facts: facts.time)

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nutamill.build.chamber_charge import chamber_charge, particle_radii
+from nutamill.build.chamber_charge import chamber_charge
 from nutamill.build.chamber_statistics import chamber_patches, chamber_survey
+from nutamill.build.charge_mix import particle_masses
 from nutamill.build.clock import Clock, run_clock
 from nutamill.build.mill_mechanism import CHAMBER, CROSS, DRIVE, chamber_rotation, mill_mechanism, mill_sensors
 from nutamill.build.readout import Readout
@@ -78,8 +79,8 @@ def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
     Parameters
     ----------
     case : what is asked
-    bed : places of the particles [m] (n, 3), in chamber axes from the nutation point, by `nutamill.build.bed.settled_bed`;
-        None for an empty chamber
+    bed : places of the particles [m] (n, 3), or places and attitudes (n, 7), in chamber axes from the nutation point, by
+        `nutamill.build.bed.settled_bed`; None for an empty chamber
 
     Raises
     ------
@@ -126,8 +127,7 @@ def plan_scheme(case: Case) -> Scheme:
 
 def bed_weight(case: Case, bed: np.ndarray) -> np.ndarray:
     """Weight of the bed as a wrench (6,) on the chamber about its mass centre: force [N], moment [N m], world axes."""
-    radii = particle_radii(case)
-    volume = 4 / 3 * np.pi * radii**3
-    force = np.array([0.0, 0.0, -case.mechanism.gravity * case.materials[case.charge.material].density * volume.sum()])
-    centre = (volume @ bed) / volume.sum() - whole_chamber(case.chamber).mass_centre
+    mass = particle_masses(case)
+    force = np.array([0.0, 0.0, -case.mechanism.gravity * mass.sum()])
+    centre = (mass @ bed[:, :3]) / mass.sum() - whole_chamber(case.chamber).mass_centre
     return np.concatenate([force, np.cross(chamber_rotation(case) @ centre, force)])

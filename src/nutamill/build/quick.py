@@ -1,5 +1,6 @@
 """The demonstration: a case made short enough to be run in under a minute, and what it says of itself."""
 
+import itertools
 import math
 
 from nutamill.build.chamber_charge import material_order, pair_stiffness_of
@@ -25,11 +26,10 @@ def quick(case: Case) -> Case:
         "run.until": until,
         "run.snapshots.last": 0.1,
     }
-    if case.charge.size_classes and case.contact.stiffness == "young":
-        own = case.charge.material
+    if case.charge.parts and case.contact.stiffness == "young":
         changes["contact.stiffness"] = "direct"
-        for other in material_order(case):
-            softer = SOFTER if other == own else 1.0
+        for own, other in itertools.product(case.charge.materials, material_order(case)):
+            softer = SOFTER if other in case.charge.materials else 1.0
             changes[f"contact.pairs.{pair_name(case, own, other)}.normal_stiffness"] = pair_stiffness_of(case, own, other) / softer
     return case.with_(**{key.replace(".", "__"): value for key, value in changes.items()})
 

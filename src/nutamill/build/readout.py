@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from nutamill.build.charge_mix import charge_mass
 from nutamill.build.mill_mechanism import CHAMBER_PIVOT, COUPLING, CRANK_PIN, DRIVE, FRAME_FIX, LOAD_CELL, NUTATION_POINT, SHAFT_BEARING
 from nutamill.case import Case
 from nutamill.charge.model import Ledger
@@ -144,11 +145,12 @@ class Readout:
                     elastic = at(f"charge elastic_{where}_{kind}")
                     stored["elastic_energy"] = stored["elastic_energy"] + elastic
                     lost[f"{where}_{kind}_loss"] = at_first(f"charge elastic_{where}_{kind}") - elastic - at(f"work {where}_{kind}")
+            lost["substep_loss"] = -at("work scheme")
             charge["interface_work"] = at("work interface")
             if self._case.run.coupling == "prescribed":
                 supplied = supplied + charge["interface_work"]  # an imposed motion supplies what it does on the charge
             momentum = [at(f"charge momentum_{axis}") - at_first(f"charge momentum_{axis}") for axis in "xyz"]
-            weight = self._charge_mass() * self._case.mechanism.gravity * (at("time") - at_first("time"))
+            weight = charge_mass(self._case) * self._case.mechanism.gravity * (at("time") - at_first("time"))
             defect = [momentum[k] + at(f"given {axis}") + (weight if axis == "z" else 0.0) for k, axis in enumerate("xyz")]
             charge["interface_impulse_defect"] = np.linalg.norm(defect, axis=0)
         total = sum(stored.values()) + sum(lost.values()) - supplied
@@ -161,12 +163,6 @@ class Readout:
             energy = energy + at_first("charge kinetic_translational") + at_first("charge kinetic_rotational")
             energy = energy + sum(at_first(f"charge elastic_{where}_{kind}") for where in ("pair", "wall") for kind in CONTACT_KINDS)
         return energy
-
-    def _charge_mass(self) -> float:
-        """Mass of the particles [kg]."""
-        density = self._case.materials[self._case.charge.material].density
-        sizes = zip(self._case.charge.size_classes, self._case.particle_counts, strict=True)
-        return sum(count * density * np.pi * diameter**3 / 6 for (diameter, _), count in sizes)
 
 
 def _vector(name: str, column: str, at: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:

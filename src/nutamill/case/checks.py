@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from nutamill import units
 from nutamill.case.library import similar
+from nutamill.case.recipe import Portion, portion_faults, stand_ins
 from nutamill.errors import Fault
 from nutamill.units import Kind
 
@@ -19,8 +20,8 @@ Finding = tuple[tuple[str | int, ...], str, str]
 SENSOR_BODIES = ("frame", "chamber", "carriage", "driveshaft", "bearing_cross", "intermediate_shaft")
 """Parts a sensor can sit on."""
 
-LOOSE_PACKING = 0.58
-"""Solids fraction of spheres poured at random [1]. Source: G. D. Scott, Nature 188, 908 (1960): 0.60 to 0.63 less the wall's share."""
+MOST_PARTICLES = 1e8
+"""Particles above which a case is refused as a slip of the pen [1]."""
 
 ANGLE_WARN = math.radians(0.05)
 ANGLE_STOP = math.radians(1.0)
@@ -38,6 +39,7 @@ def warnings(case: "Case") -> list[Fault]:
     if abs(printed - ruling) > ANGLE_WARN:
         what = f"the crank's lengths give {math.degrees(ruling):.3f} deg and rule; the file says {math.degrees(printed):g} deg"
         found.append(Fault("chamber.nutation_angle", what))
+    found += stand_ins(case.charge)
     if case.run.until < case.drive.ramp_end:
         what = f"the run ends at {case.run.until:g} s, before the speed is reached at {case.drive.ramp_end:g} s"
         found.append(Fault("run.until", what, "There will be no steady mean"))
@@ -119,14 +121,19 @@ def _inertia(case: "Case") -> list[Finding]:
     return found
 
 
-def _touching(case: "Case") -> dict[tuple[str, ...], str | None]:
+def _portions(case: "Case") -> list[tuple[tuple[str | int, ...], Portion]]:
+    """Parts of the charge, each with the key of its table."""
+    if case.charge.part:
+        return [(("charge", "part", number), part) for number, part in enumerate(case.charge.part)]
+    return [(("charge",), part) for part in case.charge.parts]
+
+
+def _touching(case: "Case") -> dict[tuple[str | int, ...], str | None]:
     """Materials the run needs, by the key that names them."""
-    if not case.charge.size_classes:
+    if not case.charge.parts:
         return {}
-    needed: dict[tuple[str, ...], str | None] = {
-        ("charge", "material"): case.charge.material,
-        ("chamber", "material"): case.chamber.material,
-    }
+    needed: dict[tuple[str | int, ...], str | None] = {(*key, "material"): part.material for key, part in _portions(case)}
+    needed[("chamber", "material")] = case.chamber.material
     if case.chamber.ribs and case.chamber.rib:
         needed[("chamber", "rib", "material")] = case.chamber.rib.material
     return needed
@@ -159,12 +166,9 @@ def _pairs(case: "Case") -> list[Finding]:
             found.append((key, f"this pair stands twice, also as {second}-{first}", "Keep one of the two"))
         if pair.overlap_warn >= pair.overlap_stop:
             found.append(((*key, "overlap_warn"), f"must be less than overlap_stop {pair.overlap_stop:g}, got {pair.overlap_warn:g}", ""))
-    charge = case.charge.material
     needs = ["normal_stiffness"] * (case.contact.stiffness == "direct")
     needs += ["restitution" if case.contact.damping == "restitution" else "damping_ratio"]
-    for other in dict.fromkeys(_touching(case).values()):
-        if charge not in known or other not in known:
-            continue
+    for charge, other in _contacts(case):
         name = next((pair for pair in (f"{charge}-{other}", f"{other}-{charge}") if pair in pairs), None)
         if name is None:
             what = f"is missing: the charge is {charge} and touches {other}"
@@ -177,43 +181,61 @@ def _pairs(case: "Case") -> list[Finding]:
     return found
 
 
-def _charge(case: "Case") -> list[Finding]:
-    charge, chamber = case.charge, case.chamber
-    if charge.kind == "none":
-        return []
-    found: list[Finding] = []
-    if (charge.diameter is None) == (charge.sizes is None):
-        given = "both" if charge.diameter is not None else "none"
-        found.append((("charge", "diameter"), f"needs either diameter or sizes, got {given}", 'Write e.g. diameter = "5 mm"'))
-    if not charge.mass:
-        found.append((("charge", "mass"), "must be positive", 'For an empty chamber write kind = "none"'))
-    if charge.material is None:
-        found.append((("charge", "material"), "is missing", f"Name one of {', '.join(sorted(case.materials))}"))
-    if found:
-        return found
-    total = sum(share for _, share in charge.size_classes)
-    if abs(total - 1.0) > 1e-6:
-        found.append((("charge", "sizes"), f"the shares of the mass must sum to 1, got {total:g}", ""))
-    largest = max(diameter for diameter, _ in charge.size_classes)
-    room = min(chamber.inner_diameter, chamber.height)
-    key = ("charge", "sizes" if charge.sizes else "diameter")
-    if largest >= room:
-        found.append((key, f"must be less than the chamber's {_mm(room)}, got {_mm(largest)}", ""))
-    elif charge.material in case.materials:
-        found += _volume(case, case.materials[charge.material].density)
+def _contacts(case: "Case") -> list[tuple[str, str]]:
+    """Pairs of known materials that may touch, the charge's first, each pair once."""
+    known, found = case.materials, []
+    for charge in case.charge.materials:
+        for other in dict.fromkeys(_touching(case).values()):
+            if charge in known and other in known and (other, charge) not in found and (charge, other) not in found:
+                found.append((charge, other))
     return found
 
 
-def _volume(case: "Case", density: float) -> list[Finding]:
-    """More charge than the chamber holds when poured."""
-    loose = case.charge.mass / (density * LOOSE_PACKING)
-    holds = case.chamber.free_volume
-    if loose <= holds:
-        return []
-    most = math.floor(holds * density * LOOSE_PACKING * 1000.0) / 1000.0
+def _charge(case: "Case") -> list[Finding]:
+    charge = case.charge
+    if charge.part:
+        own = [key for key, value in charge.model_dump(exclude={"part", "packing"}, exclude_none=True).items() if value is not None]
+        if own:
+            what = f"a charge has either parts or keys of its own, got parts and {', '.join(own)}"
+            return [(("charge", own[0]), what, "Move it into a [[charge.part]]")]
+    elif charge.kind is None:
+        return [(("charge", "kind"), "is missing", 'Write e.g. kind = "spheres", or add tables [[charge.part]]')]
+    found = [((*key, inner), what, hint) for key, part in _portions(case) for inner, what, hint in portion_faults(part)]
+    if found:
+        return found
+    room = min(case.chamber.inner_diameter, case.chamber.height)
+    for key, part in _portions(case):
+        given = next(name for name in ("diameter", "sizes", "distribution") if getattr(part, name) is not None)
+        if part.size_range[1] >= room:
+            found.append(((*key, given), f"must be less than the chamber's {_mm(room)}, got {_mm(part.size_range[1])}", ""))
+    if found or not all(name in case.materials for name in charge.materials):
+        return found
+    return _amounts(case)
+
+
+def _amounts(case: "Case") -> list[Finding]:
+    """More particles than can be meant, or more charge than the chamber holds when poured."""
+    free = case.chamber.free_volume
+    found, loose = [], 0.0
+    for key, part in _portions(case):
+        amount = next(name for name in ("mass", "count", "fill") if getattr(part, name) is not None)
+        density = case.materials[part.material].density
+        solid = part.solid_volume(density, free)
+        loose += solid / part.packing
+        if (number := solid / part.size_law().mean_volume) > MOST_PARTICLES:
+            what = f"makes {number:.2g} particles, at most {MOST_PARTICLES:.0e} can be meant"
+            found.append(((*key, amount), what, "Take less, or coarser particles"))
+    if found or loose <= free * (1.0 + 1e-9):
+        return found
     kind = "ribbed chamber" if case.chamber.ribs else "chamber"
-    what = f"{case.charge.mass:g} kg needs {1e3 * loose:.3g} L loose, the {kind} holds {1e3 * holds:.3g} L"
-    return [(("charge", "mass"), what, f"Largest mass that settles: {most:.4g} kg")]
+    holds = f"L loose, the {kind} holds {1e3 * free:.3g} L"
+    if case.charge.part:
+        return [(("charge", "part"), f"the parts need {1e3 * loose:.3g} {holds}", "Take less of one")]
+    if amount == "mass":
+        most = math.floor(free * density * part.packing * 1000.0) / 1000.0
+        return [((*key, amount), f"{part.mass:g} kg needs {1e3 * loose:.3g} {holds}", f"Largest mass that settles: {most:.4g} kg")]
+    most = math.floor(part.count * free / loose)
+    return [((*key, amount), f"{part.count} particles need {1e3 * loose:.3g} {holds}", f"Largest number that settles: {most}")]
 
 
 def _mm(length: float) -> str:

@@ -10,14 +10,30 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from nutamill.case.drive import read_profile
-from nutamill.case.library import FOLDER, MOUNTS, library_file, library_names, mount_sets, similar
+from nutamill.case.library import (
+    CHARGES,
+    FOLDER,
+    MOUNTS,
+    charge_sets,
+    library_file,
+    library_names,
+    mount_sets,
+    shape_file,
+    shape_sets,
+    similar,
+)
 from nutamill.case.locate import key_lines, key_parts
 from nutamill.errors import CaseError, Fault
 
-RIVALS = (("diameter", "sizes"), ("ramp", "profile"), ("restitution", "damping_ratio"))
+RIVALS = (
+    ("diameter", "sizes", "distribution"),
+    ("mass", "count", "fill"),
+    ("ramp", "profile"),
+    ("restitution", "damping_ratio"),
+)
 """Keys of which one table may hold one only: the later layer's takes the place of the earlier layer's."""
 
-Key = tuple[str, ...]
+Key = tuple[str | int, ...]
 
 
 class Layer(NamedTuple):
@@ -78,7 +94,7 @@ def override_layer(overrides: list[str]) -> tuple[Layer, list[Fault]]:
             faults.append(Fault("--set", f'must be key=value, got "{text}"', 'Write e.g. --set drive.speed="500 rpm"'))
             continue
         _put(content, path, _value(value.strip()))
-        places[path] = "--set"
+        places[path] = places[_numbered(path)] = "--set"
     return Layer(content, places, Path.cwd()), faults
 
 
@@ -96,7 +112,7 @@ def merge(layers: list[Layer]) -> tuple[dict[str, Any], dict[Key, str], list[Fau
     places: dict[Key, str] = {}
     faults: list[Fault] = []
     for layer in layers:
-        for expand in (_expand_mount_set, _expand_profile):
+        for expand in (_expand_mount_set, _expand_charge, _expand_profile):
             try:
                 expand(layer)
             except CaseError as error:
@@ -126,8 +142,8 @@ def _keys(content: dict[str, Any], above: Key = ()) -> Iterator[Key]:
     """All keys of a nested dict."""
     for key, value in content.items():
         yield (*above, key)
-        if isinstance(value, dict):
-            yield from _keys(value, (*above, key))
+        inner = value if isinstance(value, dict) else dict(enumerate(value)) if _is_tables(value) else {}
+        yield from _keys(inner, (*above, key))
 
 
 def _find(name: str | Path) -> tuple[Path, str]:
@@ -195,18 +211,41 @@ def _put(content: dict[str, Any], path: Key, value: Any) -> None:
 
 def _overlay(below: dict[str, Any], above: dict[str, Any]) -> None:
     """Lay one nested dict over another, in place."""
-    for first, second in RIVALS:
-        if (first in above) != (second in above):
-            below.pop(second if first in above else first, None)
+    for group in RIVALS:
+        if any(key in above for key in group):
+            for rival in group:
+                below.pop(rival, None)
+    if above.get("kind") in ("spheres", "none"):
+        below.pop("shapes", None)
+    if _is_tables(above.get("part")):
+        below.clear()  # parts describe the whole charge, and so does a charge of one part
+    elif above and "part" not in above:
+        below.pop("part", None)
     for key, value in above.items():
-        if isinstance(value, dict) and isinstance(below.get(key), dict):
-            _overlay(below[key], value)
+        under = below.get(key)
+        if isinstance(value, dict) and isinstance(under, dict) and "law" not in value and "clumps" not in value:
+            _overlay(under, value)
+        elif isinstance(value, dict) and _is_tables(under) and all(number.isdigit() and int(number) < len(under) for number in value):
+            for number, inner in value.items():
+                _overlay(under[int(number)], inner)
         else:
             below[key] = _copied(value)
 
 
+def _is_tables(value: Any) -> bool:
+    """Whether a value is a list of tables."""
+    return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, dict) for inner in value)
+
+
+def _numbered(path: Key) -> Key:
+    """A dotted key with the numbers of a list's tables as numbers."""
+    return tuple(int(part) if part.isdigit() else part for part in path)
+
+
 def _copied(value: Any) -> Any:
-    return {key: _copied(inner) for key, inner in value.items()} if isinstance(value, dict) else value
+    if isinstance(value, dict):
+        return {key: _copied(inner) for key, inner in value.items()}
+    return [_copied(inner) for inner in value] if _is_tables(value) else value
 
 
 def _expand_mount_set(layer: Layer) -> None:
@@ -222,6 +261,56 @@ def _expand_mount_set(layer: Layer) -> None:
     for key, value in values.items():
         mounts.setdefault(key, value)
         layer.places.setdefault(("mounts", key), layer.places.get(("mounts", "set"), ""))
+
+
+def _expand_charge(layer: Layer) -> None:
+    """Put the values of ``charge.set`` beneath the layer's own keys of [charge], and read the shapes that `charge.shapes` names.
+
+    A part of a charge may have a set and shapes of its own.
+    """
+    charge = layer.content.get("charge")
+    if not isinstance(charge, dict):
+        return
+    parts = charge.get("part")
+    within = dict(enumerate(parts)) if _is_tables(parts) else parts if isinstance(parts, dict) else {}
+    portions = [(("charge",), charge), *((("charge", "part", number), part) for number, part in within.items() if isinstance(part, dict))]
+    faults: list[Fault] = []
+    for key, portion in portions:
+        try:
+            _expand_charge_set(layer, key, portion)
+            _expand_shapes(layer, key, portion)
+        except CaseError as error:
+            faults += error.faults
+    if faults:
+        raise CaseError(*faults)
+
+
+def _expand_charge_set(layer: Layer, key: Key, portion: dict[str, Any]) -> None:
+    name = portion.get("set")
+    if not isinstance(name, str):
+        return
+    if name not in charge_sets():
+        del portion["set"]
+        raise CaseError(Fault(placed(layer.places, (*key, "set")), f'no set of charges is called "{name}"', similar(name, charge_sets())))
+    values = tomllib.loads((CHARGES / f"{name}.toml").read_text(encoding="utf-8"))
+    for own, value in values.items():
+        if not any(rival in portion for group in RIVALS if own in group for rival in group):
+            portion.setdefault(own, value)
+            layer.places.setdefault((*key, own), layer.places.get((*key, "set"), ""))
+
+
+def _expand_shapes(layer: Layer, key: Key, portion: dict[str, Any]) -> None:
+    """Read the file of shapes that ``shapes`` names: one of the library, or one beside the case."""
+    name = portion.get("shapes")
+    if not isinstance(name, str):
+        return
+    portion["shapes"] = {"clumps": [[[0, 0, 0, 1]]]}  # should the file be wrong, the rest of the case can still be checked
+    where = placed(layer.places, (*key, "shapes"))
+    files = [shape_file(name), layer.folder / name, Path.cwd() / name]
+    file = next((file for file in files if file is not None and file.is_file()), None)
+    if file is None:
+        raise CaseError(Fault(where, f'no set of shapes and no file is called "{name}"', similar(name, shape_sets())))
+    portion["shapes"] = {"source": name, **_parsed(_text(file, file.name), file.name)}
 
 
 def _expand_profile(layer: Layer) -> None:

@@ -1,10 +1,12 @@
-"""Where files are: the published mills and the sets of mount properties that come with the package."""
+"""Where files are: the published mills, and the sets of mounts, charges and shapes that come with the package."""
 
 import difflib
 from pathlib import Path
 
 FOLDER = Path(__file__).parents[1] / "machines"
 MOUNTS = FOLDER / "mounts"
+CHARGES = FOLDER / "charges"
+SHAPES = FOLDER / "shapes"
 
 
 def library_names() -> list[str]:
@@ -24,6 +26,21 @@ def library_file(name: str) -> Path | None:
 def mount_sets() -> list[str]:
     """Names of the published sets of mount properties."""
     return sorted(path.stem for path in MOUNTS.glob("*.toml"))
+
+
+def charge_sets() -> list[str]:
+    """Names of the published charges."""
+    return sorted(path.stem for path in CHARGES.glob("*.toml"))
+
+
+def shape_sets() -> list[str]:
+    """Names of the sets of clump shapes."""
+    return sorted(path.stem for path in SHAPES.glob("*.toml"))
+
+
+def shape_file(name: str) -> Path | None:
+    """File of a set of clump shapes of the library."""
+    return SHAPES / f"{name}.toml" if name in shape_sets() else None
 
 
 def similar(word: str, known: list[str], cutoff: float = 0.5) -> str:

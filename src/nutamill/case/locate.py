@@ -10,16 +10,27 @@ _PAIR = re.compile(rf"\s*({_DOTTED})\s*=")
 _TOKEN = re.compile(r'"""|\'\'\'|"(?:[^"\\]|\\.)*"|\'[^\']*\'|[\[\]{}#]')
 
 
-def key_lines(text: str) -> dict[tuple[str, ...], int]:
-    """Line, counted from 1, of every table header and key; keys of inline tables are found at their parent."""
-    lines: dict[tuple[str, ...], int] = {}
-    table: tuple[str, ...] = ()
+def key_lines(text: str) -> dict[tuple[str | int, ...], int]:
+    """Line, counted from 1, of every table header and key; keys of inline tables are found at their parent.
+
+    Tables of a list, ``[[charge.part]]``, are counted from 0: the key of the first is ``("charge", "part", 0)``.
+    """
+    lines: dict[tuple[str | int, ...], int] = {}
+    table: tuple[str | int, ...] = ()
+    listed: dict[tuple[str, ...], int] = {}
     open_brackets, open_quote = 0, ""
     for number, line in enumerate(text.splitlines(), start=1):
         if not open_brackets and not open_quote:
             if header := _HEADER.match(line):
                 table = key_parts(header[1])
                 lines.setdefault(table, number)
+                if line.lstrip().startswith("[["):
+                    listed[table] = listed.get(table, -1) + 1
+                    table = (*table, listed[table])
+                    lines[table] = number
+                elif above := next((table[:n] for n in range(len(table) - 1, 0, -1) if table[:n] in listed), None):
+                    table = (*above, listed[above], *table[len(above) :])
+                    lines.setdefault(table, number)
                 continue
             if not (pair := _PAIR.match(line)):
                 continue

@@ -3,7 +3,6 @@
 import functools
 import hashlib
 import json
-import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -12,6 +11,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model
 from nutamill.case import checks
 from nutamill.case.drive import DriveProgramme
 from nutamill.case.layers import Layer, merge, override_layer, python_layer, read_layers
+from nutamill.case.recipe import ChargeRecipe
 from nutamill.case.wording import worded
 from nutamill.case.write import written
 from nutamill.errors import CaseError, Fault
@@ -28,35 +28,13 @@ from nutamill.machine import (
     TopFrame,
 )
 from nutamill.materials import ContactLaws, Material
-from nutamill.tables import FROM_FILE, AddedMass, AutoTime, Coordinate, Count, Frequency, Length, Share, Table, Time, refusal
+from nutamill.tables import FROM_FILE, AutoTime, Coordinate, Count, Frequency, Table, Time, refusal
 
 
 def _threads(given: Any) -> Any:
     if given != "auto" and (isinstance(given, bool) or not isinstance(given, int) or given < 1):
         raise refusal(f'must be "auto" or a whole number from 1, got {json.dumps(given, default=str)}')
     return given
-
-
-class ChargeRecipe(Table):
-    """The loose solids in the chamber."""
-
-    kind: Literal["spheres", "none"]
-    """Spheres, or an empty chamber."""
-    diameter: Length | None = None
-    """Of all spheres [m]; or give `sizes`."""
-    sizes: tuple[tuple[Length, Share], ...] | None = None
-    """Pairs of diameter [m] and share of the mass [1]; the shares sum to 1."""
-    mass: AddedMass = 0.0
-    """All spheres together [kg]; of each size the fewest that weigh at least their share."""
-    material: str | None = None
-    """Their material."""
-
-    @property
-    def size_classes(self) -> tuple[tuple[float, float], ...]:
-        """Pairs of diameter [m] and share of the mass [1]; none for an empty chamber."""
-        if self.kind == "none" or not self.mass:
-            return ()
-        return self.sizes or ((self.diameter, 1.0),)
 
 
 class Sensor(Table):
@@ -148,18 +126,6 @@ class Case(Table):
     def frame_mass(self) -> float:
         """Mass of the frame with the fixed parts of the drive [kg]: the total less the other parts."""
         return checks.frame_mass(self)
-
-    @property
-    def particle_counts(self) -> tuple[int, ...]:
-        """Number of spheres of each of the charge's `size_classes` [1]."""
-        if not self.charge.size_classes:
-            return ()
-        density = self.materials[self.charge.material].density
-        # the fewest that weigh at least the share; the small slack forgives a mass given as an exact multiple
-        return tuple(
-            math.ceil(share * self.charge.mass / (density * math.pi / 6.0 * diameter**3) - 1e-6)
-            for diameter, share in self.charge.size_classes
-        )
 
     @property
     def warnings(self) -> list[Fault]:

@@ -55,6 +55,9 @@ def _type_at(top: type[Table], key: Key) -> Any:
         if (table := _bare(kind)) and typing.get_origin(table) is dict:
             kind = typing.get_args(table)[1]
             continue
+        if typing.get_origin(table) is tuple and isinstance(part, int):
+            kind = typing.get_args(table)[0]
+            continue
         field = _fields(table).get(part)
         if field is None:
             return None

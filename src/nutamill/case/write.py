@@ -15,23 +15,43 @@ def written(model: BaseModel) -> str:
     return "\n".join(_table(model, content, ())).strip() + "\n"
 
 
-def _table(model: Any, content: dict[str, Any], path: tuple[str, ...]) -> list[str]:
+def _table(model: Any, content: dict[str, Any], path: tuple[str | int, ...]) -> list[str]:
     """Lines of one table: its plain keys, then its inner tables."""
     notes = _notes(model)
-    plain = {_key(key): toml_value(value) for key, value in content.items() if not isinstance(value, dict)}
+    plain = {_key(key): _value(value) for key, value in content.items() if not isinstance(value, dict) and not _is_tables(value)}
     lines = []
-    if path and (plain or not content):
-        lines += ["", f"[{'.'.join(_key(part) for part in path)}]"]
+    if path and isinstance(path[-1], int):
+        lines += ["", f"[[{'.'.join(_key(part) for part in path[:-1])}]]"]
+    elif path and (plain or not content):
+        lines += ["", f"[{'.'.join(_key(part) for part in path if isinstance(part, str))}]"]
     width = max(map(len, plain), default=0)
     for key, text in plain.items():
         note = notes.get(key, "")
         pair = f"{key:{width}} = {text}"
         lines.append(f"{pair:<{width + 26}}  # {note}" if note else pair)
     for key, value in content.items():
+        inner = model[key] if isinstance(model, dict) else getattr(model, key, None)
         if isinstance(value, dict):
-            inner = model[key] if isinstance(model, dict) else getattr(model, key)
             lines += _table(inner, value, (*path, key))
+        elif _is_tables(value):
+            for number, (one, table) in enumerate(zip(inner, value, strict=True)):
+                lines += _table(one, table, (*path, key, number))
     return lines
+
+
+def _is_tables(value: Any) -> bool:
+    return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, dict) for inner in value)
+
+
+def _value(value: Any) -> str:
+    """A value as TOML writes it; a list of lists of lists has a line for each of them."""
+    if not _is_lists(value) or not all(_is_lists(inner) for inner in value):
+        return toml_value(value)
+    return "\n".join(["[", *(f"  {toml_value(inner)}," for inner in value), "]"])
+
+
+def _is_lists(value: Any) -> bool:
+    return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, (list, tuple)) for inner in value)
 
 
 def _notes(model: Any) -> dict[str, str]:

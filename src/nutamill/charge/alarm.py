@@ -1,6 +1,7 @@
 """What went wrong in a substep: names the particles, once, after a chunk raised an alarm."""
 
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, LawColumn, Status
+from nutamill.charge.neighbours import slots_of_chunk
 from nutamill.charge.surfaces import surface_overlap
 from nutamill.kernel import kernel
 
@@ -25,13 +26,12 @@ def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratc
 
     Works on the positions the forces of this substep were taken at, before the clock turns; called by one thread.
     """
-    n, chunk = model.n_particles, model.chunk
     points, lst = state.points[state.clock[PUBLISHED]], state.clock[LIST]
     worst = 0.0
     status = state.status
     status[3] = state.clock[STEP]
     for c in range(scratch.alarms.shape[0]):
-        lo, hi = c * chunk, min(n, c * chunk + chunk)
+        lo, hi = slots_of_chunk(state, c)
         if scratch.alarms[c] & 2:
             for i in range(lo, hi):
                 inside = True

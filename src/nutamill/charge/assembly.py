@@ -14,18 +14,23 @@ from nutamill.charge.model import (
     ChargeScratch,
     ChargeState,
     Clock,
+    Ledger,
     PairLaw,
     RollingLaw,
     Status,
     Surface,
 )
+from nutamill.charge.particles import motion_faults
 from nutamill.charge.patches import ANGLE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.surfaces import place_surfaces, surface_overlap
 from nutamill.charge.team import MOST_THREADS
 from nutamill.errors import CaseError, Fault
 
-SMALL_CHUNK, LARGE_CHUNK, MANY = 64, 256, 10_000
-"""Slots in a chunk, below and from MANY particles on."""
+SMALLEST_CHUNK, LARGEST_CHUNK, CHUNKS = 64, 256, 10
+"""Slots in a chunk, at least and at most, and the number of chunks that there should be between [1].
+
+Pairs across two chunks are computed twice, so large chunks do less work; few chunks share badly among threads.
+"""
 
 CANDIDATES_PER_PARTICLE = 14
 """Room in a list for each particle [1]; `grow` makes more."""
@@ -209,7 +214,7 @@ def charge(
     """
     positions = np.array(positions, float)
     radii, materials = np.array(radii, float), np.array(materials, np.int32)
-    faults = _particle_faults(positions, radii, materials, densities)
+    faults = _particle_faults(positions, radii, materials, densities) + motion_faults(len(positions), velocities, spins)
     if faults:
         raise CaseError(*faults)
     n = len(positions)
@@ -227,7 +232,7 @@ def charge(
     centre, reach = _default_domain(positions, radii, surfaces) if domain is None else (np.array(domain[0], float), float(domain[1]))
     model = ChargeModel(
         n_particles=n,
-        chunk=SMALL_CHUNK if n < MANY else LARGE_CHUNK,
+        chunk=min(LARGEST_CHUNK, max(SMALLEST_CHUNK, -(-n // (CHUNKS * BATCH)) * BATCH)),
         n_bodies=n_bodies,
         laws=np.array(rows, real),
         law_of=law_of,
@@ -299,7 +304,7 @@ def _state(model, poses, real, point, per_particle, slots) -> ChargeState:
         poses=poses,
         turn=np.zeros(2),
         impulse=np.zeros((model.n_bodies, 6)),
-        ledger=np.zeros(8),
+        ledger=np.zeros(len(Ledger)),
         largest_overlap=np.zeros(3),
         status=np.zeros(4, np.int64),
         clock=np.zeros(len(Clock), np.int64),
@@ -329,15 +334,18 @@ def _scratch(model, state) -> ChargeScratch:
         moved=np.zeros(m),
         moved_memory=_aligned(state.wall_memory.shape, real),
         sums=np.zeros((chunks, model.n_bodies, 6)),
-        work=np.zeros((chunks, 8)),
+        work=np.zeros((chunks, len(Ledger))),
         alarms=np.zeros(chunks, np.int64),
         motion=np.zeros((threads, model.n_bodies, 18)),
         placed=np.zeros((threads, n_surfaces, 12)),
         turned=np.zeros((threads, 3, 3)),
-        forces=_aligned((threads, 2, chunk + 1, 8), real),
+        forces=_aligned((threads, chunk + 1, 8), real),
         local=_aligned((threads, chunk + 1, 4), point),
-        lanes=_aligned((threads, 6, lanes), np.uint32),
-        columns=_aligned((threads, 2, 48 * BATCH), real),
+        lanes=_aligned((threads, 5, lanes), np.uint32),
+        columns=_aligned((threads, 3, 48 * BATCH), real),
+        moving=_aligned((threads, 15 * BATCH), float),
+        fixed=_aligned((threads, 4 * BATCH), point),
+        slots=np.arange(m, dtype=np.uint32),
         normals=_aligned((threads, 4, n_surfaces * chunk), real),
         peaks=np.zeros((threads, 2)),
         test=_aligned((threads, chunk), real),

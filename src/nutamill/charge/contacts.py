@@ -13,42 +13,45 @@ PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)
 
 
+PLACES = np.array([([e for e in range(WIDTH) if mask >> e & 1] + [0] * WIDTH)[:WIDTH] for mask in range(1 << WIDTH)], np.uint32)
+"""Places of the bits that are set in each mask of eight, then zeros [1]."""
+
+BITS = np.array([bin(mask).count("1") for mask in range(1 << WIDTH)], np.uint64)
+"""Number of bits set in each mask of eight [1]."""
+
+
 @kernel(fast=True, inline="always")
-def filter_pairs(points, partners, owners, local, n_listed, lo, lanes):
+def filter_pairs(points, partners, owners, local, n_listed, lo, hi, lanes):
     """Find the touching pairs among the candidates of a chunk.
 
     Rows of `lanes`: place of the first particle in the chunk, slot of the second, place in the list, place of the second in the chunk
-    (or behind its end), slot of the first, and twice the weight.  Behind the last pair come empty lanes up to a
-    full batch.  Returns the number of pairs.
+    (or behind its end), slot of the first.  Behind the last pair come empty lanes up to a full batch.  Returns the number of pairs.
     """
     chunk = local.shape[0] - 1
     n = np.uint64(0)
-    first, second, found, place_second, slot_first, weight = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4], lanes[5]
+    first, second, found, place_second, slot_first = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4]
     for k in range(0, n_listed, WIDTH):
         mask = touching(points, partners, local, owners, k)
         if k + WIDTH > n_listed:
             mask &= (1 << (n_listed - k)) - 1
-        bits = np.uint32(mask)
-        for e in range(np.uint32(WIDTH)):
-            found[n] = np.uint32(k) + e
-            n += np.uint64((bits >> e) & np.uint32(1))
+        bits = np.uint64(mask)
+        for e in range(np.uint64(WIDTH)):
+            found[n + e] = np.uint32(k) + PLACES[bits, e]
+        n += BITS[bits]
     for q in range(n):
         k = found[q]
         i, j = owners[k], partners[k]
         place = np.uint32(j - np.uint32(lo))  # slots before the chunk wrap to large numbers
-        inside = place < np.uint32(chunk)
         first[q] = i
         second[q] = j
-        place_second[q] = place if inside else np.uint32(chunk)
+        place_second[q] = place if place < np.uint32(hi - lo) else np.uint32(chunk)
         slot_first[q] = i + np.uint32(lo)
-        weight[q] = np.uint32(2) if inside else np.uint32(1)
     for q in range(n, n + np.uint64(BATCH + WIDTH)):
         first[q] = chunk
         second[q] = lo
         found[q] = partners.shape[0] - 1
         place_second[q] = chunk
         slot_first[q] = lo
-        weight[q] = 0
     return np.int64(n)
 
 
@@ -73,9 +76,10 @@ def pair_contacts(model, points, rows, memory, material, n, lanes, local, column
     real = columns[0]
     unit = like(1.0 / model.scale, real)
     spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
-    half = like(0.5, real)
+    zero, half, one = like(0.0, real), like(0.5, real), like(1.0, real)
+    across = np.uint32(forces.shape[0] - 1)
     several = model.laws.shape[0] > 1
-    first_place, second, found, second_place, first_slot, weights = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4], lanes[5]
+    first_place, second, found, second_place, first_slot = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4]
     sum_n, sum_t, sum_r = 0.0, 0.0, 0.0
     beyond = 0
     for first in range(0, n, BATCH):
@@ -87,13 +91,14 @@ def pair_contacts(model, points, rows, memory, material, n, lanes, local, column
             gather_rows(rows, second, q, columns, g, B)
             gather_rows(memory, found, q, columns, g, MEMORY)
         for b in range(BATCH):
-            columns[WEIGHT * BATCH + b] = half * like(weights[first + b], half)
+            weight = half if second_place[first + b] == across else one
+            columns[WEIGHT * BATCH + b] = weight if b < m else zero
         if several:
             for b in range(m):
                 hold_law(columns, b, model.laws, model.law_of[material[first_slot[first + b]], material[second[first + b]]])
         power_n, power_t, power_r, over, begun = pair_batch(columns, unit, last, now, spring, constant, dt)
         if begun != 0:
-            note_pair_impacts(columns, begun, first, lanes, material, model.law_of.shape[0], book, tid)
+            note_pair_impacts(columns, begun, first, lanes, across, material, model.law_of.shape[0], book, tid)
         sum_n += power_n
         sum_t += power_t
         sum_r += power_r

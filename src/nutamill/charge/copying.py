@@ -29,7 +29,9 @@ def copy_state(source: ChargeState, target: ChargeState):
     copy_all(source.points, target.points)
     copy_all(source.rows, target.rows)
     lst = source.clock[LIST]
-    for c in range(source.listed.shape[1]):
+    copy_all(source.listed[2], target.listed[2])
+    copy_all(source.clumps, target.clumps)
+    for c in range(source.listed.shape[1] - 1):
         n = source.listed[lst, c]
         target.listed[lst, c] = n
         # behind the last pair: padding that the filter reads

@@ -9,14 +9,15 @@ where v* is the velocity predicted for the next mid-substep, so that dashpots an
 Source: D. C. Rapaport, "The Art of Molecular Dynamics Simulation", 2nd ed. 2004, section 3.5 (leapfrog).
 """
 
-import numpy as np
-
 from nutamill.charge.alarm import name_the_worst
+from nutamill.charge.clumps import integrate_clumps, start_clumps
 from nutamill.charge.columns import HELD, LAW, PEAK
 from nutamill.charge.contacts import filter_pairs, find_walls, pair_contacts, wall_contacts
+from nutamill.charge.integration import integrate_spheres
 from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock
-from nutamill.charge.neighbours import rebuild, thread_share, turning
-from nutamill.charge.publish import fixed_point, publish
+from nutamill.charge.neighbours import rebuild, slots_of_chunk, thread_share, turning
+from nutamill.charge.publish import publish
+from nutamill.charge.simd import WIDTH, negated_radii
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.charge.team import barrier
 from nutamill.frames import pose_in_window, rotation_matrix, twist_in_window
@@ -30,7 +31,7 @@ MOVED, LEFT, PAIR, WALL = 1, 2, 4, 8
 
 @kernel
 def start(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, dt: float):
-    """Make ready to march: half a drift, so that positions are staggered, and the first publication.
+    """Make a charge ready to march: half a drift, so that positions are staggered, and the first publication.
 
     Parameters
     ----------
@@ -41,7 +42,10 @@ def start(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, dt: fl
     for i in range(model.n_particles):
         rows[i, 3] = state.body[1, i]
         rows[i, 7] = state.body[0, i]
-        for k in range(3):
+    if state.clumps.shape[0] > 0:
+        start_clumps(model, state, dt)
+    for i in range(model.n_particles):
+        for k in range(3 if state.clumps.shape[0] == 0 else 0):
             state.x[k, i] += 0.5 * dt * state.v[k, i]
             rows[i, k] = state.v[k, i] + 0.5 * dt * model.gravity[k]
             rows[i, 4 + k] = state.w[k, i]
@@ -66,85 +70,10 @@ def move_bodies(motions, s, out):
         twist_in_window(motions[b], s, out[b, 12:15], out[b, 15:18])
 
 
-@kernel(fast=True, inline="always")
-def integrate(model, state, lo, hi, forces, turned, point, dt, work):
-    """Kick and drift the particles of one chunk, and publish them in the other buffer.
-
-    Adds to `work` what the law's work misses because it used predicted velocities: with it, the ledger is exact.
-    Returns the chunk's alarms.
-    """
-    now = state.clock[PUBLISHED]
-    rows, new_rows, new_points, points = state.rows[now], state.rows[1 - now], state.points[1 - now], state.points[now]
-    x0, x1, x2 = state.x[0], state.x[1], state.x[2]
-    v0, v1, v2 = state.v[0], state.v[1], state.v[2]
-    w0, w1, w2 = state.w[0], state.w[1], state.w[2]
-    r0, r1, r2 = state.listed_at[0], state.listed_at[1], state.listed_at[2]
-    mass, per_mass, per_inertia = state.body[1], state.body[2], state.body[3]
-    by_pairs, by_walls = forces[0], forces[1]
-    g0, g1, g2 = model.gravity[0], model.gravity[1], model.gravity[2]
-    c0, c1, c2 = model.centre[0], model.centre[1], model.centre[2]
-    t00, t01, t02 = turned[0, 0], turned[0, 1], turned[0, 2]
-    t10, t11, t12 = turned[1, 0], turned[1, 1], turned[1, 2]
-    t20, t21, t22 = turned[2, 0], turned[2, 1], turned[2, 2]
-    half = 0.5 * dt
-    slack = 0.2475 * model.skin * model.skin  # just under (skin/2)^2: two particles may approach each other
-    reach, scale = model.reach, model.scale
-    pair_n, pair_t, wall_n, wall_t, falling = 0.0, 0.0, 0.0, 0.0, 0.0
-    moved, stayed = 0, 1
-    # unsigned: a signed index could count from the end, and each access would ask
-    begin = np.uint32(lo)
-    for l in range(np.uint32(hi - lo)):
-        i = begin + l
-        p0, p1, p2 = float(by_pairs[l, 0]), float(by_pairs[l, 1]), float(by_pairs[l, 2])
-        q0, q1, q2 = float(by_pairs[l, 4]), float(by_pairs[l, 5]), float(by_pairs[l, 6])
-        f0, f1, f2 = float(by_walls[l, 0]), float(by_walls[l, 1]), float(by_walls[l, 2])
-        m0, m1, m2 = float(by_walls[l, 4]), float(by_walls[l, 5]), float(by_walls[l, 6])
-        a0 = half * (per_mass[i] * (p0 + f0) + g0)
-        a1 = half * (per_mass[i] * (p1 + f1) + g1)
-        a2 = half * (per_mass[i] * (p2 + f2) + g2)
-        b0 = half * per_inertia[i] * (q0 + m0)
-        b1 = half * per_inertia[i] * (q1 + m1)
-        b2 = half * per_inertia[i] * (q2 + m2)
-        # mean velocity over the substep, and how far the prediction was from it
-        a, b, c = v0[i] + a0, v1[i] + a1, v2[i] + a2
-        d, e, f = w0[i] + b0, w1[i] + b1, w2[i] + b2
-        falling += mass[i] * (g0 * a + g1 * b + g2 * c)
-        e0, e1, e2 = a - rows[i, 0], b - rows[i, 1], c - rows[i, 2]
-        pair_n += p0 * e0 + p1 * e1 + p2 * e2
-        wall_n += f0 * e0 + f1 * e1 + f2 * e2
-        e0, e1, e2 = d - rows[i, 4], e - rows[i, 5], f - rows[i, 6]
-        pair_t += q0 * e0 + q1 * e1 + q2 * e2
-        wall_t += m0 * e0 + m1 * e1 + m2 * e2
-        a, b, c = a + a0, b + a1, c + a2
-        d, e, f = d + b0, e + b1, f + b2
-        v0[i], v1[i], v2[i] = a, b, c
-        w0[i], w1[i], w2[i] = d, e, f
-        new_rows[i, 0], new_rows[i, 1], new_rows[i, 2], new_rows[i, 3] = a + a0, b + a1, c + a2, rows[i, 3]
-        new_rows[i, 4], new_rows[i, 5], new_rows[i, 6], new_rows[i, 7] = d + b0, e + b1, f + b2, rows[i, 7]
-        a, b, c = x0[i] + dt * a, x1[i] + dt * b, x2[i] + dt * c
-        x0[i], x1[i], x2[i] = a, b, c
-        e0 = a - point[0] - (t00 * r0[i] + t01 * r1[i] + t02 * r2[i])
-        e1 = b - point[1] - (t10 * r0[i] + t11 * r1[i] + t12 * r2[i])
-        e2 = c - point[2] - (t20 * r0[i] + t21 * r1[i] + t22 * r2[i])
-        moved |= int(e0 * e0 + e1 * e1 + e2 * e2 > slack)
-        a, b, c = a - c0, b - c1, c - c2
-        stayed &= int((abs(a) < reach) & (abs(b) < reach) & (abs(c) < reach))
-        new_points[i, 0], new_points[i, 1], new_points[i, 2] = fixed_point(a, scale), fixed_point(b, scale), fixed_point(c, scale)
-        new_points[i, 3] = points[i, 3]
-    work[0] += pair_n
-    work[1] += pair_t
-    work[3] += wall_n
-    work[4] += wall_t
-    work[7] = falling
-    return MOVED * moved + LEFT * (1 - stayed)
-
-
 @kernel(fast=True)
 def chunk_substep(model, state, scratch, c, reference, dt, tid):
     """One substep of chunk `c`: pairs, walls, integration."""
-    n = model.n_particles
-    lo = c * model.chunk
-    hi = min(n, lo + model.chunk)
+    lo, hi = slots_of_chunk(state, c)
     clock = state.clock
     buffer, lst = clock[PUBLISHED], clock[LIST]
     points, rows = state.points[buffer], state.rows[buffer]
@@ -155,14 +84,14 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     last = like((clock[STEP] - 1) & 0xFFFFFF, real)
     step = like(dt, real)
     zero = like(0.0, real)
-    forces.reshape(forces.size)[:] = zero
-    begin = np.uint32(lo)
-    for l in range(np.uint32(hi - lo)):
-        i = begin + l
-        local[l, 0], local[l, 1], local[l, 2], local[l, 3] = points[i, 0], points[i, 1], points[i, 2], -points[i, 3]
-    found = filter_pairs(points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, lanes)
+    empty = forces.reshape(forces.size)
+    for k in range(empty.size):
+        empty[k] = zero
+    for l in range(0, hi - lo, WIDTH):
+        negated_radii(points, scratch.slots, lo + l, local, l)
+    found = filter_pairs(points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes)
     work[0], work[1], work[2], pair_alarm = pair_contacts(
-        model, points, rows, memory, state.material, found, lanes, local, scratch.columns[tid, 0], last, now, step, forces[0],
+        model, points, rows, memory, state.material, found, lanes, local, scratch.columns[tid, 0], last, now, step, forces,
         scratch.impacts, tid,
     )  # fmt: skip
     sums = scratch.sums[c]
@@ -174,10 +103,13 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     found = find_walls(model, state.x, state.body[0], local, placed, lo, hi - lo, lanes, normals, scratch.test[tid])
     work[3], work[4], work[5], work[6], wall_alarm = wall_contacts(
         model, state.x, state.body[0], rows, state.wall_memory, state.material, scratch.motion[tid], placed, found, lanes, normals,
-        scratch.columns[tid, 1], last, now, step, forces[1], sums, scratch.impacts, tid,
+        scratch.columns[tid, 1], last, now, step, forces, sums, scratch.impacts, tid,
     )  # fmt: skip
-    alarms = integrate(model, state, lo, hi, forces, scratch.turned[tid], reference, dt, work)
-    scratch.alarms[c] = alarms + PAIR * int(pair_alarm > 0) + WALL * int(wall_alarm > 0)
+    if state.clumps.shape[0] > 0:
+        moved, gone = integrate_clumps(model, state, lo, hi, forces, scratch.turned[tid], reference, dt, work)
+    else:
+        moved, gone = integrate_spheres(model, state, scratch, lo, hi, forces, tid, reference, dt, work)
+    scratch.alarms[c] = MOVED * int(moved > 0) + LEFT * int(gone > 0) + PAIR * int(pair_alarm > 0) + WALL * int(wall_alarm > 0)
 
 
 @kernel
@@ -187,7 +119,7 @@ def close_substep(model, state, scratch, dt):
     alarms = 0
     for c in range(scratch.alarms.shape[0]):
         alarms |= scratch.alarms[c]
-        for k in range(8):
+        for k in range(state.ledger.size):
             state.ledger[k] += dt * scratch.work[c, k]
         for b in range(model.n_bodies):
             for k in range(6):

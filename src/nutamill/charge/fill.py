@@ -16,12 +16,10 @@ from nutamill.charge.assembly import grow
 from nutamill.charge.dynamics import window
 from nutamill.charge.model import Clock, Status
 from nutamill.charge.observe import charge_reading, observe
+from nutamill.charge.particles import LOOSE_PACKING, Particles
 from nutamill.charge.team import run_team
 from nutamill.charge.wording import status_text
 from nutamill.errors import CaseError, Fault, StepError
-
-LOOSE_PACKING = 0.58
-"""Share of its bulk volume that a loose random bed fills [1]."""
 
 COLUMN_PACKING = 0.40
 """Share that the column of a fresh fill has, where the chamber is high enough [1]."""
@@ -81,6 +79,59 @@ def _push_from_walls(x, r, radius, floor, ceiling, boxes) -> float:
     return worst
 
 
+def size_octaves(radii: np.ndarray) -> list[tuple[np.ndarray, float]]:
+    """Particles sorted by size into classes of a factor of two: ids [1] and largest radius [m] of each class."""
+    number = np.floor(np.log2(radii / radii.min()) + 1e-9).astype(int)
+    return [(ids, float(radii[ids].max())) for k in np.unique(number) if len(ids := np.flatnonzero(number == k))]
+
+
+def near_pairs(x: np.ndarray, octaves: list[tuple[np.ndarray, float]]) -> tuple[np.ndarray, np.ndarray]:
+    """Ids (i, j) of all pairs that may overlap, and of few others.
+
+    Classes of like size are searched one against the other, so that a few large particles do not make every pair of small ones near.
+
+    Parameters
+    ----------
+    x : centres [m] (n, 3)
+    octaves : by `size_octaves`
+    """
+    trees = [cKDTree(x[ids]) for ids, _ in octaves]
+    first, second = [], []
+    for a, (ids, r) in enumerate(octaves):
+        pairs = trees[a].query_pairs(2.0 * r, output_type="ndarray")
+        first.append(ids[pairs[:, 0]])
+        second.append(ids[pairs[:, 1]])
+        for b in range(a):
+            found = trees[a].sparse_distance_matrix(trees[b], r + octaves[b][1], output_type="ndarray")
+            first.append(ids[found["i"]])
+            second.append(octaves[b][0][found["j"]])
+    return np.concatenate(first), np.concatenate(second)
+
+
+def random_attitudes(number: int, seed: int = 1) -> np.ndarray:
+    """Quaternions (number, 4) of which no attitude is likelier than another.
+
+    Source: K. Shoemake, "Uniform random rotations", Graphics Gems III (1992): directions in four dimensions.
+    """
+    four = np.random.default_rng([seed, 1]).normal(size=(number, 4))
+    return four / np.linalg.norm(four, axis=1)[:, None]
+
+
+def fill_cylinder(particles: Particles, radius: float, floor: float, ceiling: float, boxes: Sequence = (), seed: int = 1) -> Particles:
+    """The particles, placed by `random_fill` so that their bounding spheres do not overlap, clumps in random attitudes.
+
+    Parameters
+    ----------
+    radius, floor, ceiling, boxes, seed : as `random_fill`
+
+    Raises
+    ------
+    CaseError : more than a loose bed of bounding spheres holds, or no way found to place all
+    """
+    places = random_fill(particles.bounding_radius, radius, floor, ceiling, boxes, seed)
+    return particles.placed(places, None if particles.spheres_only else random_attitudes(particles.number, seed))
+
+
 def random_fill(
     radii: np.ndarray, radius: float, floor: float, ceiling: float, boxes: Sequence = (), seed: int = 1
 ) -> np.ndarray:  # fmt: skip
@@ -88,7 +139,7 @@ def random_fill(
 
     Parameters
     ----------
-    radii : of the particles [m] (n,)
+    radii : of the particles, or of spheres that hold them [m] (n,); any sizes
     radius, floor, ceiling : of the cylinder about z, and heights of its ends [m], chamber axes
     boxes : (centre [m] (3,), rotation to chamber axes (3, 3), half sizes [m] (3,)) of what stands in it
     seed : of the random numbers; the same seed gives the same fill
@@ -110,13 +161,12 @@ def random_fill(
         raise CaseError(Fault("charge", what, "Take less charge or a larger chamber"))
     rng = np.random.default_rng(seed)
     height = (ceiling - floor) * min(1.0, solid / capacity * LOOSE_PACKING / COLUMN_PACKING + 4.0 * r.max() / (ceiling - floor))
-    n = len(r)
+    n, octaves = len(r), size_octaves(r)
     angle, out = rng.uniform(0.0, 2.0 * math.pi, n), (radius - r) * np.sqrt(rng.random(n))
     x = np.column_stack([out * np.cos(angle), out * np.sin(angle), floor + r + rng.random(n) * np.maximum(height - 2.0 * r, 0.0)])
     top = floor + height
     for sweep in range(SWEEPS):
-        pairs = cKDTree(x).query_pairs(2.0 * r.max(), output_type="ndarray")
-        i, j = pairs[:, 0], pairs[:, 1]
+        i, j = near_pairs(x, octaves)
         gap = x[j] - x[i]
         distance = np.linalg.norm(gap, axis=1)
         overlap = r[i] + r[j] - distance

@@ -100,7 +100,7 @@ def cutting_energy(normal, tangential):
 
 
 @kernel
-def note_pair_impacts(columns, begun, first, lanes, material, n_materials, book, tid):
+def note_pair_impacts(columns, begun, first, lanes, across, material, n_materials, book, tid):
     """Book the pairs of a batch that have just met.
 
     Parameters
@@ -109,6 +109,7 @@ def note_pair_impacts(columns, begun, first, lanes, material, n_materials, book,
     begun : bit b is set where the contact of lane b begins, uint32
     first : first entry of the batch in `lanes`
     lanes : as `filter_pairs` leaves them
+    across : what row 3 of `lanes` says of a pair across two chunks
     book : `ImpactBook`, page `tid`
     """
     b = 0
@@ -116,7 +117,7 @@ def note_pair_impacts(columns, begun, first, lanes, material, n_materials, book,
         if begun & 1:
             i, j = lanes[4, first + b], lanes[1, first + b]
             # a pair across two chunks is met in both, and counted by its first particle
-            if lanes[5, first + b] == 2 or i < j:
+            if lanes[3, first + b] != across or i < j:
                 spectra = book.spectra[tid, material[i] * n_materials + material[j]]
                 count_energy(float(columns[ENERGY_N * BATCH + b]), spectra[0])
                 count_energy(float(columns[ENERGY_T * BATCH + b]), spectra[1])

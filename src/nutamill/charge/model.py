@@ -1,7 +1,7 @@
 """What a charge is, as arrays: constants (`ChargeModel`), what moves (`ChargeState`), what may be forgotten (`ChargeScratch`).
 
 A particle keeps its id for life; its *slot* is its present place in the arrays, which follows a Morton curve.  Slots are
-cut into chunks of fixed size: a chunk is the unit of work, of locality and of summation, so that sums have the same bits
+cut into chunks: a chunk is the unit of work, of locality and of summation, so that sums have the same bits
 at any number of threads.  ``M`` is the number of slots (particles, and padding to whole chunks), ``C`` of chunks,
 ``S`` of surfaces, ``B`` of bodies, ``T`` of threads.  *real* stands for float32 (``precision="single"``) or float64,
 *point* for int32 or int64.
@@ -72,6 +72,8 @@ class Ledger(IntEnum):
     WALL_ROLLING = 5
     INTERFACE = 6
     GRAVITY = 7
+    SCHEME = 8
+    """What contact forces do on the mean velocities of a substep beyond what they do on the predicted ones that their law saw."""
 
 
 class Clock(IntEnum):
@@ -177,7 +179,7 @@ class ChargeModel(NamedTuple):
     """Constants of a charge; never changes."""
 
     n_particles: int
-    """Number of particles [1]."""
+    """Number of spheres, pebbles of clumps counted each [1]."""
     chunk: int
     """Slots in a chunk [1]."""
     n_bodies: int
@@ -226,7 +228,10 @@ class ChargeState(NamedTuple):
     w: np.ndarray
     """Spins [rad/s] (3, M), world axes."""
     body: np.ndarray
-    """Radius [m], mass [kg], 1/mass [1/kg], 1/inertia [1/(kg m^2)] (4, M)."""
+    """Radius [m], mass [kg], 1/mass [1/kg], 1/inertia [1/(kg m^2)] (4, M).  Where there are clumps (8, M): mass is the clump's, its
+    inverses are unused, and there follow the centre in the clump's axes [m] (3) and the place of the clump [1]."""
+    clumps: np.ndarray
+    """A row for each clump, as `charge.clumps.ClumpColumn` (n_clumps, 24); no rows where all particles are spheres."""
     material: np.ndarray
     """Material [1], int32 (M,)."""
     ids: np.ndarray
@@ -240,7 +245,7 @@ class ChargeState(NamedTuple):
     owners: np.ndarray
     """Place within the chunk of the first particle of each candidate pair [1], uint32 (2, C, capacity)."""
     listed: np.ndarray
-    """Number of candidate pairs of each chunk [1], int64 (2, C)."""
+    """Number of candidate pairs of each chunk in both lists, and its first slot [1], int64 (3, C + 1)."""
     memory: np.ndarray
     """Tangential spring [m] (3), rolling spring [rad] (3), stamp of the last substep in contact, 1 while sliding; real
     (2, C, capacity, 8), world axes."""
@@ -262,7 +267,7 @@ class ChargeState(NamedTuple):
     """Impulse [N s] (3) and angular impulse [N m s] (3) the charge gave each body in the last window, about the body's
     moving mass centre, world axes (B, 6)."""
     ledger: np.ndarray
-    """Cumulative work [J] (8,), as `Ledger`: of contact forces on the relative motion (negative: taken out), of the surfaces' motion
+    """Cumulative work [J] (9,), as `Ledger`: of contact forces on the relative motion (negative: taken out), of the surfaces' motion
     on the charge, of gravity."""
     largest_overlap: np.ndarray
     """Largest overlap since last set to zero, of pairs and of walls, and that of the contact named in `status` [diameter] (3,)."""
@@ -298,7 +303,7 @@ class ChargeScratch(NamedTuple):
     sums: np.ndarray
     """Wrench of each chunk on each body [N, N m] (C, B, 6), about the body's mass centre, world axes."""
     work: np.ndarray
-    """Power of each chunk by kind [W] (C, 8), as `Ledger`."""
+    """Power of each chunk by kind [W] (C, 9), as `Ledger`."""
     alarms: np.ndarray
     """Of each chunk, sum of: 1 moved out of the skin or list full, 2 left the domain, 4 pair overlap, 8 wall overlap [1], int64 (C,)."""
     motion: np.ndarray
@@ -308,13 +313,19 @@ class ChargeScratch(NamedTuple):
     turned: np.ndarray
     """Of each thread: rotation of the reference since the list was made [1] (T, 3, 3), world axes."""
     forces: np.ndarray
-    """Force [N] (3), spare, moment [N m] (3), spare, on each particle of the chunk, by pairs and by walls, real (T, 2, chunk + 1, 8)."""
+    """Force [N] (3), spare, moment [N m] (3), spare, on each particle of the chunk, real (T, chunk + 1, 8), world axes."""
     local: np.ndarray
     """Published positions of the chunk with negative radius [1/scale], point (T, chunk + 1, 4)."""
     lanes: np.ndarray
-    """Indices of touching pairs, or of touching walls [1], uint32 (T, 6, capacity)."""
+    """Indices of touching pairs, or of touching walls [1], uint32 (T, 5, capacity)."""
     columns: np.ndarray
-    """Columns of the vector law, pairs and walls, real (T, 2, 48 * BATCH)."""
+    """Columns of the vector loops over pairs, walls and particles, real (T, 3, 48 * BATCH)."""
+    moving: np.ndarray
+    """Columns of position, velocity, spin, position when listed, mass and its inverses (T, 15 * BATCH), units as in the state."""
+    fixed: np.ndarray
+    """Columns of published positions and radius [1/scale], point (T, 4 * BATCH)."""
+    slots: np.ndarray
+    """Every slot in order, 0, 1, 2 ..., uint32 (M,)."""
     normals: np.ndarray
     """Normal [1] (3) and overlap [m] of the touching walls, real (T, 4, S * chunk), world axes."""
     peaks: np.ndarray

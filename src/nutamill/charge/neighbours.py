@@ -6,6 +6,7 @@ nobody writes another's row.
 
 import math
 
+from nutamill.charge.clumps import PLACE, cut_chunks, number_clumps
 from nutamill.charge.model import PADDING, ChargeModel, ChargeScratch, ChargeState, Clock, Status
 from nutamill.charge.publish import publish
 from nutamill.charge.team import barrier
@@ -32,6 +33,12 @@ def spread_bits(v):
 def thread_share(n, tid, n_threads):
     """First and last-plus-one of `n` things for thread `tid`."""
     return n * tid // n_threads, n * (tid + 1) // n_threads
+
+
+@kernel
+def slots_of_chunk(state, c):
+    """First slot of chunk `c`, and the one behind its last."""
+    return state.listed[2, c], state.listed[2, c + 1]
 
 
 @kernel
@@ -118,10 +125,14 @@ def morton_order(model, state, scratch):
     find_bounds(state.x, n, scratch.grid)
     extent = max(scratch.grid[4], max(scratch.grid[5], scratch.grid[6]))
     h = (2**bits - 1e-6) / extent
+    leader = 0
     for i in range(n):
-        a = int((state.x[0, i] - scratch.grid[0]) * h)
-        b = int((state.x[1, i] - scratch.grid[1]) * h)
-        c = int((state.x[2, i] - scratch.grid[2]) * h)
+        # the pebbles of a clump stay together: all have the key of the first
+        if state.clumps.shape[0] == 0 or state.body[PLACE, i] != state.body[PLACE, leader]:
+            leader = i
+        a = int((state.x[0, leader] - scratch.grid[0]) * h)
+        b = int((state.x[1, leader] - scratch.grid[1]) * h)
+        c = int((state.x[2, leader] - scratch.grid[2]) * h)
         scratch.cell[i] = spread_bits(a) | spread_bits(b) << 1 | spread_bits(c) << 2
     count_sort(scratch.cell, n, 8**bits, scratch.counts, scratch.source)
 
@@ -149,8 +160,13 @@ def sort_slots(model, state, scratch, tid, n_threads):
         reorder(state.x[k], scratch, n, tid, n_threads)
         reorder(state.v[k], scratch, n, tid, n_threads)
         reorder(state.w[k], scratch, n, tid, n_threads)
-    for k in range(4):
+    for k in range(state.body.shape[0]):
         reorder(state.body[k], scratch, n, tid, n_threads)
+    if state.clumps.shape[0] > 0:
+        if tid == 0:
+            number_clumps(state, scratch, n)
+            cut_chunks(model, state)
+        barrier(scratch.barrier, n_threads)
     reorder(state.material, scratch, n, tid, n_threads)
     reorder(state.ids, scratch, n, tid, n_threads)
     rows = state.rows[state.clock[PUBLISHED]]
@@ -219,6 +235,17 @@ def candidates_of(i, lo, x, y, z, reach, a, b, c, scratch, partners, k, room):
 
 
 @kernel
+def without_own_clump(state, i, partners, start, k):
+    """Strike the pebbles of its own clump from the candidates `start` to `k` of slot `i`; returns the new end."""
+    kept = start
+    for p in range(start, k):
+        if state.body[PLACE, partners[p]] != state.body[PLACE, i]:
+            partners[kept] = partners[p]
+            kept += 1
+    return kept
+
+
+@kernel
 def list_chunk(model, state, scratch, lst, c, lo, hi):
     """Candidate pairs of chunk `c`, with the memory they inherit; returns 0 where the list is too small."""
     partners, owners, memory = state.partners[lst, c], state.owners[lst, c], state.memory[lst, c]
@@ -238,6 +265,8 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
         k = candidates_of(i, lo, x, y, z, reach, cell % n0, cell // n0 % n1, cell // (n0 * n1), scratch, partners, k, room)
         if k < 0:
             return 0
+        if state.clumps.shape[0] > 0:
+            k = without_own_clump(state, i, partners, start, k)
         for p in range(start, k):
             owners[p] = i - lo
             memory[p, 6] = like(-1.0, real)
@@ -280,7 +309,7 @@ def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, refe
     reference : point [m] (3) and axis [1] (3) of the frame the displacement is measured in
     angle : present angle of that frame [rad]
     """
-    n, chunk = model.n_particles, model.chunk
+    n = model.n_particles
     clock = state.clock
     first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
     sort = clock[KEPT] == 0 and (clock[LISTED] == 0 or clock[SINCE_SORT] >= REBUILDS_PER_SORT)
@@ -288,7 +317,7 @@ def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, refe
     fresh = clock[LISTED] == 0
     barrier(scratch.barrier, n_threads)
     for c in range(first, end):
-        lo, hi = c * chunk, min(n, c * chunk + chunk)
+        lo, hi = slots_of_chunk(state, c)
         scratch.alarms[c] = 0
         if keep and keep_memory(model, state, lo, hi, c) == 0:
             scratch.alarms[c] = 1
@@ -322,7 +351,8 @@ def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, refe
     barrier(scratch.barrier, n_threads)
     lst = 1 - clock[LIST]
     for c in range(first, end):
-        if list_chunk(model, state, scratch, lst, c, c * chunk, min(n, c * chunk + chunk)) == 0:
+        lo, hi = slots_of_chunk(state, c)
+        if list_chunk(model, state, scratch, lst, c, lo, hi) == 0:
             scratch.alarms[c] = 1
     barrier(scratch.barrier, n_threads)
     if tid == 0:

@@ -4,8 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.charge.clumps import CENTRE, MASS, SPIN_ENERGY, VELOCITY
 from nutamill.charge.laws import pair_stiffness
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock
+from nutamill.charge.neighbours import slots_of_chunk
 from nutamill.charge.surfaces import place_surfaces, surface_overlap
 from nutamill.kernel import kernel, like
 
@@ -53,10 +55,10 @@ def stored_energy(laws, law, spring, memory, last, overlap, radius_a, radius_b, 
 @kernel
 def observe_pairs(model, state, back, last, out):
     """Add energies and number of the touching pairs, `back` [s] before the positions."""
-    n, chunk, lst = model.n_particles, model.chunk, state.clock[LIST]
+    lst = state.clock[LIST]
     x, v, body = state.x, state.v, state.body
-    for c in range(state.listed.shape[1]):
-        lo, hi = c * chunk, min(n, c * chunk + chunk)
+    for c in range(state.listed.shape[1] - 1):
+        lo, hi = slots_of_chunk(state, c)
         for p in range(state.listed[lst, c]):
             i, j = lo + state.owners[lst, c, p], state.partners[lst, c, p]
             square = 0.0
@@ -121,7 +123,18 @@ def observe(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, out:
     out.momentum[:] = 0.0
     back = 0.5 * state.turn[1]
     total = 0.0
-    for i in range(model.n_particles):
+    for p in range(state.clumps.shape[0]):
+        clump = state.clumps[p]
+        total += clump[MASS]
+        v2 = 0.0
+        for k in range(3):
+            v = clump[VELOCITY + k]
+            v2 += v * v
+            out.mass_centre[k] += clump[MASS] * (clump[CENTRE + k] - back * v)
+            out.momentum[k] += clump[MASS] * v
+        out.energy[0] += 0.5 * clump[MASS] * v2
+        out.energy[1] += clump[SPIN_ENERGY]
+    for i in range(model.n_particles if state.clumps.shape[0] == 0 else 0):
         m, per_inertia = state.body[1, i], state.body[3, i]
         total += m
         v2, w2 = 0.0, 0.0
@@ -139,4 +152,5 @@ def observe(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, out:
     place_surfaces(model, state.poses, scratch.placed[0])
     observe_pairs(model, state, back, last, out)
     observe_walls(model, state, scratch.placed[0], back, last, out)
-    out.coordination[0] = 2.0 * out.contacts[0] / model.n_particles
+    particles = state.clumps.shape[0] if state.clumps.shape[0] > 0 else model.n_particles
+    out.coordination[0] = 2.0 * out.contacts[0] / particles

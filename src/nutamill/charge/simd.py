@@ -39,6 +39,27 @@ def set_rows(rows, index, first, columns, lane, at):
             rows[index[first + e], k] = columns[(at + k) * BATCH + lane + e]
 
 
+def copy_lanes(source, at, target, to):
+    """`BATCH` numbers of the flat array `source` from place `at` on become those of `target` from place `to` on."""
+    for b in range(BATCH):
+        target[to + b] = source[at + b]
+
+
+def set_points(points, index, first, fixed, lane):
+    """``points[index[first + e]]`` become the columns 0 to 3 of `fixed`, e = 0 to 7."""
+    for e in range(WIDTH):
+        for k in range(4):
+            points[index[first + e], k] = fixed[k * BATCH + lane + e]
+
+
+def negated_radii(points, index, first, local, at):
+    """``local[at + e]`` become ``points[index[first + e]]`` with the radius negated, e = 0 to 7."""
+    for e in range(WIDTH):
+        for k in range(3):
+            local[at + e, k] = points[index[first + e], k]
+        local[at + e, 3] = -points[index[first + e], 3]
+
+
 def gather_differences(points, second, local, owner, first, columns, lane):
     """Columns 0 to 3 become ``points[second] - local[owner]`` [fixed point], as real numbers: distance vector and sum of radii."""
     for e in range(WIDTH):
@@ -66,11 +87,16 @@ _I32 = ir.IntType(32)
 _I64 = ir.IntType(64)
 _V8 = ir.VectorType(_F32, 8)
 _V4I = ir.VectorType(_I32, 4)
+_V8I = ir.VectorType(_I32, 8)
 _WORD = 4
 # lane choices of the three rounds of an 8 x 8 transposition: pairs of rows, pairs of lanes, halves
 _UNPACK = [0, 8, 1, 9, 4, 12, 5, 13], [2, 10, 3, 11, 6, 14, 7, 15]
 _PAIRS = [0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]
 _HALVES = [0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]
+
+# lane choices from four columns of eight to eight rows of four: columns x with z and y with r, then both
+_INTERLEAVED = [0, 8, 1, 9, 2, 10, 3, 11], [4, 12, 5, 13, 6, 14, 7, 15]
+_ROWS = [[2 * e, 8 + 2 * e, 2 * e + 1, 9 + 2 * e] for e in range(4)]
 
 
 def _shuffle(builder, a, b, lanes):
@@ -185,6 +211,70 @@ def _touching(typing_context, points, second, local, owner, first):
         return builder.zext(mask, _I64)
 
     return types.int64(points, second, local, owner, types.int64), code
+
+
+@intrinsic
+def _copy_lanes(typing_context, source, at, target, to):
+    def code(context, builder, signature, args):
+        base, out = (_data(context, builder, signature, args, k) for k in (0, 2))
+        lanes = _load(builder, builder.gep(base, [args[1]]), ir.VectorType(base.type.pointee, BATCH))
+        if base.type.pointee != out.type.pointee:
+            lanes = builder.fptosi(lanes, ir.VectorType(out.type.pointee, BATCH))
+        _store(builder, lanes, builder.gep(out, [args[3]]))
+        return context.get_dummy_value()
+
+    return types.void(source, types.int64, target, types.int64), code
+
+
+@overload(copy_lanes, inline="always")
+def _choose_copy_lanes(source, at, target, to):
+    return lambda source, at, target, to: _copy_lanes(source, at, target, to)
+
+
+@intrinsic
+def _set_points(typing_context, points, index, first, fixed, lane):
+    def code(context, builder, signature, args):
+        base, entries, columns = (_data(context, builder, signature, args, k) for k in (0, 1, 3))
+        a, b, c, d = (_load(builder, _column(builder, columns, args[4], ir.Constant(_I64, 0), k), _V8I) for k in range(4))
+        # two rounds: pairs of columns to halves of rows, halves to rows
+        pairs = [(_shuffle(builder, a, c, lanes), _shuffle(builder, b, d, lanes)) for lanes in _INTERLEAVED]
+        e = 0
+        for low, high in pairs:
+            for lanes in _ROWS:
+                row = _shuffle(builder, low, high, lanes)
+                _store(builder, row, _row(builder, base, entries, args[2], e, 4))
+                e += 1
+        return context.get_dummy_value()
+
+    return types.void(points, index, types.int64, fixed, types.int64), code
+
+
+@intrinsic
+def _negated_radii(typing_context, points, index, first, local, at):
+    def code(context, builder, signature, args):
+        base, entries, out = (_data(context, builder, signature, args, k) for k in (0, 1, 3))
+        sign = ir.Constant(_V4I, [1, 1, 1, -1])
+        for e in range(8):
+            row = builder.mul(_load(builder, _row(builder, base, entries, args[2], e, 4), _V4I), sign)
+            place = builder.mul(builder.add(args[4], ir.Constant(_I64, e)), ir.Constant(_I64, 4))
+            _store(builder, row, builder.gep(out, [place]))
+        return context.get_dummy_value()
+
+    return types.void(points, index, types.int64, local, types.int64), code
+
+
+@overload(set_points, inline="always")
+def _choose_set_points(points, index, first, fixed, lane):
+    if points.dtype == types.int32:
+        return lambda points, index, first, fixed, lane: _set_points(points, index, first, fixed, lane)
+    return set_points
+
+
+@overload(negated_radii, inline="always")
+def _choose_negated_radii(points, index, first, local, at):
+    if points.dtype == types.int32:
+        return lambda points, index, first, local, at: _negated_radii(points, index, first, local, at)
+    return negated_radii
 
 
 @overload(gather_rows, inline="always")

@@ -16,11 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.charge.clumps import PLACE
 from nutamill.charge.columns import ACT, HELD, A, wall_batch
 from nutamill.charge.contacts import filter_pairs, find_walls, lay_walls
 from nutamill.charge.dynamics import move_bodies
 from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock
-from nutamill.charge.neighbours import thread_share
+from nutamill.charge.neighbours import slots_of_chunk, thread_share
 from nutamill.charge.patches import part_of, patch_of, sector_of, whole
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.kernel import kernel, like
@@ -55,6 +56,10 @@ class StatisticsPlan(NamedTuple):
     """Largest radius, lowest and highest height [m] (3,), grid axes; what lies beyond counts in the outermost cell."""
     within: np.ndarray
     """Places within a ball of radius 1, evenly spread [1] (POINTS, 3)."""
+    mass_of: np.ndarray
+    """Mass of each particle by id; of a pebble its share of the clump's [kg] (n,)."""
+    volume_of: np.ndarray
+    """Solid volume of each particle by id, of a pebble its share of the clump's [m^3] (n,)."""
     per_wall: np.ndarray
     """Small units in 1 of each of `WALL_SUMS` [1/unit], (5,)."""
     per_field: np.ndarray
@@ -96,6 +101,7 @@ def statistics_plan(
     cells: tuple[int, int, int] = (1, 1, 1),
     extent: tuple[float, float, float] = (1.0, 0.0, 1.0),
     on: bool = True,
+    volumes: np.ndarray | None = None,
 ) -> StatisticsPlan:
     """What to sum for a charge.
 
@@ -103,9 +109,17 @@ def statistics_plan(
     ----------
     dt : substep [s]
     body, origin, cells, extent, on : as in `StatisticsPlan`
+    volumes : `StatisticsPlan.volume_of` where particles are clumps, whose pebbles overlap; that of spheres if None
     """
-    mass = float(state.body[1, : model.n_particles].mean())
-    volume = 4.0 / 3.0 * math.pi * float((state.body[0, : model.n_particles] ** 3).mean())
+    n, ids = model.n_particles, state.ids[: model.n_particles]
+    mass_of, volume_of = np.empty(n), np.empty(n)
+    mass_of[ids] = state.body[1, :n]
+    if len(state.clumps):
+        clump = state.body[PLACE, :n].astype(int)
+        mass_of[ids] /= np.bincount(clump)[clump]
+    volume_of[ids] = 4.0 / 3.0 * math.pi * state.body[0, :n] ** 3
+    volume_of = volume_of if volumes is None else np.array(volumes, float)
+    mass, volume = float(mass_of.mean()), float(volume_of.mean())
     power, force = mass / dt, mass / dt
     return StatisticsPlan(
         on=int(on),
@@ -114,6 +128,8 @@ def statistics_plan(
         cells=np.array(cells, np.int64),
         extent=np.array(extent, float),
         within=points_within(),
+        mass_of=mass_of,
+        volume_of=volume_of,
         per_wall=FINE / np.array([power, power, power, force, FINE]),  # contacts are counted, one unit each
         per_field=FINE / np.array([volume, mass, mass, mass, mass, mass, FINE, FINE]),  # and so are particles
     )
@@ -155,9 +171,7 @@ def put_back(sums: ChargeStatistics, scratch: ChargeScratch, kept: dict[str, np.
 @kernel(fast=True)
 def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
     """Add what chunk `c` does to the walls, as the next substep will meet it; bodies and surfaces are placed there."""
-    n = model.n_particles
-    lo = c * model.chunk
-    hi = min(n, lo + model.chunk)
+    lo, hi = slots_of_chunk(state, c)
     buffer = state.clock[PUBLISHED]
     rows = state.rows[buffer]
     lanes, normals, columns, placed = scratch.lanes[tid], scratch.normals[tid], scratch.columns[tid, 1], scratch.placed[tid]
@@ -193,20 +207,18 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
 @kernel
 def sample_neighbours(model, state, scratch, sums, c, tid):
     """Count the touching neighbours of each particle of chunk `c`, to ``scratch.cell``, and put them in the histogram."""
-    n = model.n_particles
-    lo = c * model.chunk
-    hi = min(n, lo + model.chunk)
+    lo, hi = slots_of_chunk(state, c)
     points, lst = state.points[state.clock[PUBLISHED]], state.clock[LIST]
     local, lanes, counts = scratch.local[tid], scratch.lanes[tid], scratch.cell
     for l in range(hi - lo):
         i = lo + l
         counts[i] = 0
         local[l, 0], local[l, 1], local[l, 2], local[l, 3] = points[i, 0], points[i, 1], points[i, 2], -points[i, 3]
-    found = filter_pairs(points, state.partners[lst, c], state.owners[lst, c], local, state.listed[lst, c], lo, lanes)
+    found = filter_pairs(points, state.partners[lst, c], state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes)
     for q in range(found):
         counts[lanes[4, q]] += 1
         # a pair within the chunk is listed once
-        if lanes[5, q] == 2:
+        if lanes[3, q] != local.shape[0] - 1:
             counts[lanes[1, q]] += 1
     for i in range(lo, hi):
         sums.neighbours[tid, min(counts[i], MOST_NEIGHBOURS - 1)] += 1
@@ -226,9 +238,7 @@ def cell_of(plan, a, b, c, angle):
 @kernel
 def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
     """Add the particles of chunk `c` to the fields, the body being where ``scratch.motion[tid]`` says; counts of neighbours are there."""
-    n = model.n_particles
-    lo = c * model.chunk
-    hi = min(n, lo + model.chunk)
+    lo, hi = slots_of_chunk(state, c)
     x, v, fields, per = state.x, state.v, sums.fields[tid], plan.per_field
     motion = scratch.motion[tid, plan.body]
     m0, m1, m2 = motion[0], motion[1], motion[2]
@@ -239,7 +249,7 @@ def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
     back = 0.5 * state.turn[1]
     sample = sums.samples[0]
     for i in range(lo, hi):
-        radius, mass = state.body[0, i], state.body[1, i]
+        radius, mass = state.body[0, i], plan.mass_of[state.ids[i]]
         v0, v1, v2 = v[0, i], v[1, i], v[2, i]
         d0, d1, d2 = x[0, i] - back * v0 - m0, x[1, i] - back * v1 - m1, x[2, i] - back * v2 - m2
         u0, u1, u2 = v0 - V0 - (W1 * d2 - W2 * d1), v1 - V1 - (W2 * d0 - W0 * d2), v2 - V2 - (W0 * d1 - W1 * d0)
@@ -260,7 +270,7 @@ def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
         k, _ = cell_of(
             plan, a + radius * plan.within[q, 0], b + radius * plan.within[q, 1], z + radius * plan.within[q, 2], angle
         )  # fmt: skip
-        fields[k, 0] += whole(4.0 / 3.0 * math.pi * radius * radius * radius, per[0])
+        fields[k, 0] += whole(plan.volume_of[state.ids[i]], per[0])
 
 
 @kernel
@@ -301,8 +311,8 @@ def sample(
     for b in range(BATCH):
         columns[HELD * BATCH + b] = -1.0  # no law is laid yet
     for c in range(first, end):
-        lo = c * model.chunk
-        for l in range(min(model.n_particles, lo + model.chunk) - lo):
+        lo, hi = slots_of_chunk(state, c)
+        for l in range(hi - lo):
             for k in range(4):
                 local[l, k] = points[lo + l, k]
         sample_walls(model, state, scratch, plan, sums, c, dt, tid)
