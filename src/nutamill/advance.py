@@ -12,7 +12,8 @@ from nutamill.build.model import Model, State
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
 from nutamill.case import Case
-from nutamill.charge.assembly import grow, positions, spins, velocities
+from nutamill.charge.assembly import attitudes, grow, positions, spins, velocities
+from nutamill.charge.clumps import POSE, ClumpColumn
 from nutamill.charge.model import Clock as ChargeClock
 from nutamill.charge.statistics import gathered, put_back
 from nutamill.charge.team import run_team
@@ -30,7 +31,7 @@ from nutamill.coupling import (
     mechanism_row,
 )
 from nutamill.errors import ResultError, StepError
-from nutamill.frames import rotation_matrix
+from nutamill.frames import quaternion_product, rotation_matrix
 
 
 def enter(model: Model, state: State, n_rows: int) -> tuple[Model, np.ndarray, StepError | None]:
@@ -88,6 +89,9 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
     if model.charge is not None:
         kept["positions"] = positions(model.charge, state.charge, model.clock.substep).astype(np.float32)
         kept["velocities"] = velocities(model.charge, state.charge).astype(np.float32)
+        turned = attitudes(model.charge, state.charge)
+        if turned is not None:
+            kept["attitudes"] = turned.astype(np.float32)
         kept["spins"] = spins(model.charge, state.charge).astype(np.float32)
         n, chamber = model.charge.n_particles, model.plan.carriers[CHAMBER_CARRIER]
         kept["radii"] = np.empty(n, np.float32)
@@ -131,19 +135,29 @@ def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]
 
 
 def bed_from_checkpoint(case: Case, mill_bodies: list[str], groups: dict[str, dict[str, np.ndarray]]) -> np.ndarray | None:
-    """Places of a checkpoint's particles [m] (n, 3) in chamber axes from the nutation point; None for an empty chamber.
+    """Places [m] (n, 3) of a checkpoint's particles, with attitudes (n, 7) of clumps, in chamber axes from the nutation point.
+
+    None for an empty chamber.
 
     Something sound to build the model around before `restore` puts the true state in.
     """
     if "charge" not in groups:
         return None
-    x, ids, n = groups["charge"]["x"], groups["charge"]["ids"], particle_count(case)
-    places = np.empty((n, 3))
-    places[ids[:n]] = x[:, :n].T
+    x, ids, clumps = (groups["charge"][name] for name in ("x", "ids", "clumps"))
+    n = particle_count(case)
+    poses = np.empty((n, 7 if len(clumps) else 3))
+    if len(clumps):
+        poses[clumps[:, ClumpColumn.ID].astype(int)] = clumps[:, POSE]
+    else:
+        poses[ids[:n]] = x[:, :n].T
     chamber = mill_bodies.index(CHAMBER)
     rotation = np.empty((3, 3))
     rotation_matrix(groups["mechanism"]["quaternion"][chamber], rotation)
-    return (places - groups["mechanism"]["position"][chamber]) @ rotation + whole_chamber(case.chamber).mass_centre
+    poses[:, :3] = (poses[:, :3] - groups["mechanism"]["position"][chamber]) @ rotation + whole_chamber(case.chamber).mass_centre
+    back = groups["mechanism"]["quaternion"][chamber] * [1.0, -1.0, -1.0, -1.0]
+    for pose in poses if len(clumps) else ():
+        pose[3:] = quaternion_product(back, pose[3:])
+    return poses
 
 
 def failure(model: Model, state: State) -> str:

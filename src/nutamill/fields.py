@@ -197,6 +197,7 @@ SERIES: tuple[Field, ...] = (
 SNAPSHOT: tuple[Field, ...] = (
     Field("positions", "x", "m", "particle positions", "centres of the particles by id", WORLD, f"from the {O_FIXED}", "(n_particles, 3)"),
     Field("velocities", "v", "m/s", "particle velocities", "velocities of the centres by id", WORLD, "", "(n_particles, 3)"),
+    Field("attitudes", "q", "1", "particle attitudes", "unit quaternions (w, x, y, z) of clumps by id", WORLD, "", "(n_particles, 4)"),
     Field("spins", "\\omega", "rad/s", "particle spins", "angular velocities by id", WORLD, "", "(n_particles, 3)"),
     Field("radii", "R", "m", "particle radii", "radii of the particles by id", shape="(n_particles,)"),
     Field("chamber_floor", "f", "m", "chamber floor", "middle of the chamber's floor", WORLD, f"from the {O_FIXED}", "(3,)"),

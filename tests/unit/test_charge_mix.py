@@ -326,6 +326,11 @@ def test_the_seed_tells_which_shape_goes_with_which_size():
     assert (one == same).all() and (one != other).any() and np.bincount(other).tolist() == [25, 25]
 
 
+def test_the_seed_of_the_run_mixes_shapes_and_leaves_sizes(sand):
+    one, other = charge_particles(sand), charge_particles(sand.with_(run__seed=2))
+    assert (one.shape_of != other.shape_of).any() and (one.scale == other.scale).all()
+
+
 def test_filled_clumps_keep_clear_of_each_other_and_of_the_chamber():
     law = SimpleNamespace(radius=0.02, floor=-0.1, ceiling=-0.05)
     mixed = joined([spheres(np.full(40, 4e-3)), clumps([DUMBBELL], np.full(150, 3e-3))])

@@ -23,9 +23,9 @@ from nutamill.build.mill_mechanism import chamber_quaternion, chamber_rotation
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
 from nutamill.case import Case
-from nutamill.charge.assembly import positions
+from nutamill.charge.assembly import attitudes, positions
 from nutamill.charge.fill import fill_cylinder, settle
-from nutamill.frames import MOTION_SIZE
+from nutamill.frames import MOTION_SIZE, quaternion_product
 from nutamill.kernel import cache_folder, kernel_digest
 
 STILL = 1e-6
@@ -113,7 +113,12 @@ def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
     at_rest = np.zeros((1, MOTION_SIZE))
     at_rest[0, :3], at_rest[0, 3:7] = position, quaternion
     model, state, _, _ = settle(*built, at_rest, substep, LONGEST, STILL, team_size(case), progress)
-    return (positions(model, state, substep) - position) @ rotation + mass_centre
+    places = (positions(model, state, substep) - position) @ rotation + mass_centre
+    turned = attitudes(model, state)
+    if turned is None:
+        return places
+    back = quaternion * [1.0, -1.0, -1.0, -1.0]
+    return np.column_stack([places, [quaternion_product(back, own) for own in turned]])
 
 
 def _keep(file: Path, bed: np.ndarray) -> None:

@@ -7,12 +7,11 @@ import numpy as np
 from nutamill.build.charge_mix import charge_particles, quickest_pebble
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
-from nutamill.charge.assembly import charge
+from nutamill.charge.assembly import charge_of
 from nutamill.charge.contact_terms import damping_ratio_from_restitution, series_stiffness
 from nutamill.charge.dynamics import start
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, RollingLaw, Surface, SurfaceKind
-from nutamill.charge.particles import Particles, check_particles
-from nutamill.errors import CaseError, Fault
+from nutamill.charge.particles import Particles
 from nutamill.frames import quaternion_product, rotation_matrix
 from nutamill.materials import ContactPair
 
@@ -140,14 +139,9 @@ def chamber_charge(
     rotation = np.empty((3, 3))
     rotation_matrix(np.asarray(quaternion, float), rotation)
     particles = placed_particles(case, bed, position, np.asarray(quaternion, float))
-    check_particles(particles, densities)
-    if not particles.spheres_only:
-        raise CaseError(Fault("charge.kind", "must be spheres to be run, got clumps", "The sheet of nutamill check knows them"))
     middle = position + rotation @ (chamber_middle(case) - whole_chamber(case.chamber).mass_centre)
-    built = charge(
-        particles.centre,
-        particles.bounding_radius,
-        particles.material,
+    built = charge_of(
+        particles,
         densities,
         pair_laws(case),
         chamber_surfaces(case),

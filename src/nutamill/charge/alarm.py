@@ -1,5 +1,6 @@
 """What went wrong in a substep: names the particles, once, after a chunk raised an alarm."""
 
+from nutamill.charge.clumps import ID, PLACE
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, LawColumn, Status
 from nutamill.charge.neighbours import slots_of_chunk
 from nutamill.charge.surfaces import surface_overlap
@@ -21,6 +22,12 @@ def overlap_of(model, state, points, i, j):
 
 
 @kernel
+def particle_in(state, i):
+    """Id of the particle that the sphere in slot `i` belongs to."""
+    return int(state.clumps[int(state.body[PLACE, i]), ID]) if state.clumps.shape[0] > 0 else state.ids[i]
+
+
+@kernel
 def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratch):
     """Fill ``state.status`` with the contact that exceeds its limit most, or with a particle that left the domain.
 
@@ -38,7 +45,7 @@ def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratc
                 for k in range(3):
                     inside = inside and abs(state.x[k, i] - model.centre[k]) < model.reach
                 if not inside:
-                    status[0], status[1], status[2] = OUTSIDE, state.ids[i], -1
+                    status[0], status[1], status[2] = OUTSIDE, particle_in(state, i), -1
                     return
         if scratch.alarms[c] & 4:
             for p in range(state.listed[lst, c]):
@@ -47,7 +54,7 @@ def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratc
                 share = overlap_of(model, state, points, i, j) / (2.0 * min(state.body[0, i], state.body[0, j]))
                 if share * model.laws[law, LIMIT] > worst:
                     worst = share * model.laws[law, LIMIT]
-                    status[0], status[1], status[2] = PAIR_OVERLAP, state.ids[i], state.ids[j]
+                    status[0], status[1], status[2] = PAIR_OVERLAP, particle_in(state, i), particle_in(state, j)
                     state.largest_overlap[2] = share
         if scratch.alarms[c] & 8:
             for i in range(lo, hi):
@@ -62,5 +69,5 @@ def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratc
                     share = overlap / (2.0 * state.body[0, i])
                     if share * model.laws[law, LIMIT] > worst:
                         worst = share * model.laws[law, LIMIT]
-                        status[0], status[1], status[2] = WALL_OVERLAP, state.ids[i], s
+                        status[0], status[1], status[2] = WALL_OVERLAP, particle_in(state, i), s
                         state.largest_overlap[2] = share

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
+from nutamill.charge.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, cut_chunks
 from nutamill.charge.impacts import impact_book
 from nutamill.charge.model import (
     BATCH,
@@ -20,8 +21,9 @@ from nutamill.charge.model import (
     Status,
     Surface,
 )
-from nutamill.charge.particles import motion_faults
+from nutamill.charge.particles import Particles, check_particles, motion_faults
 from nutamill.charge.patches import ANGLE_HEIGHT, PatchTable, patch_table
+from nutamill.charge.pebbles import Pebbles, pebbles
 from nutamill.charge.surfaces import place_surfaces, surface_overlap
 from nutamill.charge.team import MOST_THREADS
 from nutamill.errors import CaseError, Fault
@@ -116,9 +118,10 @@ def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
     return faults
 
 
-def _pair_faults(positions, radii, materials, model) -> list[Fault]:
-    """Particles that overlap beyond their limit at the start; the worst are named."""
+def _pair_faults(positions, radii, materials, model, owner) -> list[Fault]:
+    """Particles that overlap beyond their limit at the start; the worst are named, by the `owner` of each sphere."""
     pairs = cKDTree(positions).query_pairs(2.0 * float(radii.max()), output_type="ndarray")
+    pairs = pairs[owner[pairs[:, 0]] != owner[pairs[:, 1]]]
     if len(pairs) == 0:
         return []
     i, j = pairs.T
@@ -129,12 +132,12 @@ def _pair_faults(positions, radii, materials, model) -> list[Fault]:
     worst = bad[np.argsort(-excess[bad])][:NAMED]
     if len(bad) == 0:
         return []
-    listed = ", ".join(f"{i[k]}-{j[k]} ({100 * share[k]:.0f} %)" for k in worst)
+    listed = ", ".join(f"{owner[i[k]]}-{owner[j[k]]} ({100 * share[k]:.0f} %)" for k in worst)
     what = f"particles must not overlap beyond overlap_stop, {len(bad)} pairs do; worst, with the share of the diameter: {listed}"
     return [Fault("positions", what, "Start from a looser packing")]
 
 
-def _wall_faults(positions, radii, materials, model, surfaces, poses) -> list[Fault]:
+def _wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> list[Fault]:
     """Particles that start inside or behind a surface."""
     faults = []
     placed = np.zeros((len(surfaces), 12))
@@ -147,7 +150,7 @@ def _wall_faults(positions, radii, materials, model, surfaces, poses) -> list[Fa
         bad = np.flatnonzero(excess > 1.0)
         if len(bad):
             bad = bad[np.argsort(-excess[bad])]
-            what = f"particles must start inside, these overlap it beyond overlap_stop or lie behind it: {_named(bad)}"
+            what = f"particles must start inside, these overlap it beyond overlap_stop or lie behind it: {_named(owner[bad])}"
             faults.append(Fault(f'surface "{surface.name}"', what, "Check the chamber's sizes and the fill"))
     return faults
 
@@ -172,6 +175,43 @@ def _default_domain(positions, radii, surfaces) -> tuple[np.ndarray, float]:
     return 0.5 * (low + high), reach
 
 
+def charge_of(
+    particles: Particles,
+    densities: Sequence[float],
+    pair_laws: Mapping[tuple[int, int], PairLaw],
+    surfaces: Sequence[Surface],
+    n_bodies: int,
+    velocities: np.ndarray | None = None,
+    spins: np.ndarray | None = None,
+    **settings,
+) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
+    """Build a charge of placed particles, spheres or clumps; `start` it before the first `window`.
+
+    Parameters
+    ----------
+    particles : what they are and where they lie, world
+    densities : by material [kg/m^3]
+    pair_laws, surfaces, n_bodies : as `charge`
+    velocities, spins : of the particles [m/s], [rad/s] (n, 3), world axes; zero if None
+    settings : the other arguments of `charge`
+
+    Raises
+    ------
+    CaseError : particles that cannot be, and as `charge`
+    """
+    check_particles(particles, densities)
+    if particles.spheres_only:
+        given = particles.centre, particles.bounding_radius, particles.material
+        return charge(*given, densities, pair_laws, surfaces, n_bodies, velocities=velocities, spins=spins, **settings)
+    faults = motion_faults(particles.number, velocities, spins)
+    if faults:
+        raise CaseError(*faults)
+    laid = pebbles(particles, densities, velocities, spins)
+    return charge(
+        laid.centre, laid.radius, laid.material, densities, pair_laws, surfaces, n_bodies, spheres=laid, **settings
+    )  # fmt: skip
+
+
 def charge(
     positions: np.ndarray,
     radii: np.ndarray,
@@ -188,8 +228,9 @@ def charge(
     precision: str = "single",
     domain: tuple[Sequence[float], float] | None = None,
     poses: np.ndarray | None = None,
+    spheres: Pebbles | None = None,
 ) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
-    """Build a charge; `start` it before the first `window`.
+    """Build a charge of spheres, free ones or the pebbles of clumps; `start` it before the first `window`.
 
     Parameters
     ----------
@@ -207,6 +248,7 @@ def charge(
     precision : "single", or "double" for verification
     domain : centre [m] (3,) and half size [m] of a cube nothing leaves; chosen from the positions if None
     poses : mass centre [m] (3) and quaternion (4) of each body at the start (n_bodies, 7), world; at the origin if None
+    spheres : the clumps that the spheres are pebbles of; None where they are free
 
     Raises
     ------
@@ -255,29 +297,38 @@ def charge(
     if rolling == RollingLaw.NONE:
         model.laws[:, 8] = 0.0
     poses = body_poses(n_bodies, poses)
-    faults = _pair_faults(positions, radii, materials, model)
+    owner = np.arange(n) if spheres is None else spheres.place
+    faults = _pair_faults(positions, radii, materials, model, owner)
     if surfaces:
-        faults += _wall_faults(positions, radii, materials, model, surfaces, poses)
-    outside = np.flatnonzero((np.abs(positions - centre) >= reach).any(axis=1))
+        faults += _wall_faults(positions, radii, materials, model, surfaces, poses, owner)
+    outside = owner[(np.abs(positions - centre) >= reach).any(axis=1)]
     if len(outside):
         faults.append(Fault("domain", f"all particles must start within, these do not: {_named(outside)}", "Give a larger domain"))
     if faults:
         raise CaseError(*faults)
     ratio = float(radii.max() / radii.min())
-    state = _state(model, poses, real, point, int(CANDIDATES_PER_PARTICLE * min(ratio, 3.0)), int(16 * min(ratio, 3.0)))
-    mass = np.array(densities, float)[materials] * 4.0 / 3.0 * math.pi * radii**3
+    longest = 1 if spheres is None else int(np.bincount(spheres.place).max())
+    clumps = np.zeros((0, COLUMNS)) if spheres is None else spheres.clumps
+    state = _state(model, poses, clumps, longest, real, point, int(CANDIDATES_PER_PARTICLE * min(ratio, 3.0)), int(16 * min(ratio, 3.0)))
+    if spheres is None:
+        mass = np.array(densities, float)[materials] * 4.0 / 3.0 * math.pi * radii**3
+        state.body[:, :n] = radii, mass, 1.0 / mass, 1.0 / (0.4 * mass * radii**2)
+    else:
+        state.body[0, :n], state.body[1, :n] = radii, spheres.clumps[spheres.place, ClumpColumn.MASS]
+        state.body[OFFSET : OFFSET + 3, :n], state.body[PLACE, :n] = spheres.offset.T, spheres.place
+    cut_chunks(model, state)
     state.x[:, :n] = positions.T
     state.v[:, :n] = 0.0 if velocities is None else np.asarray(velocities, float).T
     state.w[:, :n] = 0.0 if spins is None else np.asarray(spins, float).T
-    state.body[:, :n] = radii, mass, 1.0 / mass, 1.0 / (0.4 * mass * radii**2)
     state.material[:n] = materials
     return model, state, _scratch(model, state)
 
 
-def _state(model, poses, real, point, per_particle, slots) -> ChargeState:
-    """Empty state with room for `per_particle` candidates and `slots` kept contacts of each particle."""
-    chunks = -(-model.n_particles // model.chunk)
-    m = chunks * model.chunk
+def _state(model, poses, clumps, longest, real, point, per_particle, slots) -> ChargeState:
+    """Empty state with room for `per_particle` candidates and `slots` kept contacts of each sphere; clumps have at most `longest`."""
+    chunks = -(-model.n_particles // (model.chunk - longest + 1))
+    # behind the last chunk: vector moves of a chunk that does not begin at a whole number of lanes
+    m = chunks * model.chunk + BATCH
     capacity = -(-(per_particle * model.chunk + 2 * PADDING) // 16) * 16
     n_surfaces = len(model.surface_kind)
     memory = _aligned((2, chunks, capacity, 8), real)
@@ -287,14 +338,15 @@ def _state(model, poses, real, point, per_particle, slots) -> ChargeState:
         x=_aligned((3, m), float),
         v=_aligned((3, m), float),
         w=_aligned((3, m), float),
-        body=_aligned((4, m), float),
+        body=_aligned((4 if len(clumps) == 0 else 8, m), float),
+        clumps=clumps.copy(),
         material=_aligned(m, np.int32),
         ids=np.arange(m),
         points=_aligned((2, m, 4), point),
         rows=_aligned((2, m, 8), real),
         partners=_aligned((2, chunks, capacity), np.uint32),
         owners=_aligned((2, chunks, capacity), np.uint32),
-        listed=np.zeros((2, chunks), np.int64),
+        listed=np.zeros((3, chunks + 1), np.int64),
         memory=memory,
         wall_memory=wall_memory,
         listed_at=_aligned((3, m), float),
@@ -363,7 +415,8 @@ def with_patches(model: ChargeModel, scratch: ChargeScratch, patches: PatchTable
 def grow(model: ChargeModel, state: ChargeState, scratch: ChargeScratch) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
     """The same charge with twice the room in its lists, ready to go on: nothing is lost, and LISTS_FULL is cleared."""
     capacity, slots = state.partners.shape[2], state.kept.shape[1]
-    larger = _state(model, state.poses, state.rows.dtype, state.points.dtype, 2 * capacity // model.chunk, 2 * slots)
+    longest = model.chunk + 1 - -(-model.n_particles // (state.listed.shape[1] - 1))
+    larger = _state(model, state.poses, state.clumps, longest, state.rows.dtype, state.points.dtype, 2 * capacity // model.chunk, 2 * slots)
     for name, old in state._asdict().items():
         new = getattr(larger, name)
         if old.shape == new.shape:
@@ -386,16 +439,37 @@ def _by_id(state, columns) -> np.ndarray:
 
 
 def positions(model: ChargeModel, state: ChargeState, dt: float) -> np.ndarray:
-    """Positions [m] (n, 3) by particle id, world, at the time of the velocities; `dt` is the substep [s] of the last window."""
+    """Mass centres [m] (n, 3) by particle id, world, at the time of the velocities; `dt` is the substep [s] of the last window."""
+    if len(state.clumps):
+        centre, velocity = (_clumps_by_id(state, column, 3) for column in (ClumpColumn.CENTRE, ClumpColumn.VELOCITY))
+        return centre - 0.5 * dt * velocity
     n = model.n_particles
     return _by_id(state, state.x[:, :n] - 0.5 * dt * state.v[:, :n])
 
 
 def velocities(model: ChargeModel, state: ChargeState) -> np.ndarray:
-    """Velocities [m/s] (n, 3) by particle id, world axes."""
+    """Velocities [m/s] (n, 3) of the mass centres by particle id, world axes."""
+    if len(state.clumps):
+        return _clumps_by_id(state, ClumpColumn.VELOCITY, 3)
     return _by_id(state, state.v[:, : model.n_particles])
 
 
 def spins(model: ChargeModel, state: ChargeState) -> np.ndarray:
     """Spins [rad/s] (n, 3) by particle id, world axes."""
+    if len(state.clumps):
+        out = np.empty((len(state.clumps), 3))
+        first = np.flatnonzero(np.diff(state.body[PLACE, : model.n_particles], prepend=-1.0))
+        out[state.clumps[:, ClumpColumn.ID].astype(int)] = state.w[:, first].T
+        return out
     return _by_id(state, state.w[:, : model.n_particles])
+
+
+def attitudes(model: ChargeModel, state: ChargeState) -> np.ndarray | None:
+    """Quaternions (n, 4) by particle id, from the axes of a clump to world axes, at the time of the velocities; None for spheres."""
+    return _clumps_by_id(state, ClumpColumn.AT_VELOCITY, 4) if len(state.clumps) else None
+
+
+def _clumps_by_id(state, column, width) -> np.ndarray:
+    out = np.empty((len(state.clumps), width))
+    out[state.clumps[:, ClumpColumn.ID].astype(int)] = state.clumps[:, column : column + width]
+    return out

@@ -47,6 +47,9 @@ class ClumpColumn(IntEnum):
     """Attitude (4) at the time of the velocity."""
 
 
+POSE = [0, 1, 2, 9, 10, 11, 12]
+"""Places of centre and attitude in a row."""
+
 COLUMNS = 24
 """Numbers in a row of `ChargeState.clumps` [1]."""
 
@@ -224,13 +227,13 @@ def number_clumps(state, scratch, n):
 
 @kernel
 def cut_chunks(model, state):
-    """Cut the slots into chunks of whole clumps: the first slot of each chunk, to the last row of `ChargeState.listed`."""
+    """Cut the slots into chunks, of whole clumps: the first slot of each chunk, to the last row of `ChargeState.listed`."""
     n, bounds = model.n_particles, state.listed[2]
     c, lo, i = 0, 0, 0
     bounds[0] = 0
     while i < n:
-        end = clump_end(state, i, n)
-        if end - lo > model.chunk:
+        end = clump_end(state, i, n) if state.clumps.shape[0] > 0 else min(i + model.chunk, n)
+        if end - lo > model.chunk:  # a new chunk begins with this clump
             c += 1
             bounds[c] = i
             lo = i

@@ -99,7 +99,13 @@ def integrate_spheres(model, state, scratch, lo, hi, forces, tid, point, dt, wor
     """
     now = state.clock[PUBLISHED]
     rows, new_rows, points, new_points = state.rows[now], state.rows[1 - now], state.points[now], state.points[1 - now]
-    columns, motion, fixed, turned, slots = scratch.columns[tid, 2], scratch.moving[tid], scratch.fixed[tid], scratch.turned[tid], scratch.slots
+    columns, motion, fixed, turned, slots = (
+        scratch.columns[tid, 2],
+        scratch.moving[tid],
+        scratch.fixed[tid],
+        scratch.turned[tid],
+        scratch.slots,
+    )
     slack = 0.2475 * model.skin * model.skin  # just under (skin/2)^2: two particles may approach each other
     m = state.x.shape[1]
     x, v, w = state.x.reshape(3 * m), state.v.reshape(3 * m), state.w.reshape(3 * m)
