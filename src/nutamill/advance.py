@@ -6,7 +6,7 @@ import numpy as np
 
 from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces
 from nutamill.build.chamber_statistics import recorded_sums
-from nutamill.build.charge_mix import particle_count
+from nutamill.build.charge_mix import charge_particles, particle_count
 from nutamill.build.mill_mechanism import CHAMBER
 from nutamill.build.model import Model, State
 from nutamill.build.rigid_parts import whole_chamber
@@ -93,9 +93,8 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
         if turned is not None:
             kept["attitudes"] = turned.astype(np.float32)
         kept["spins"] = spins(model.charge, state.charge).astype(np.float32)
-        n, chamber = model.charge.n_particles, model.plan.carriers[CHAMBER_CARRIER]
-        kept["radii"] = np.empty(n, np.float32)
-        kept["radii"][state.charge.ids[:n]] = state.charge.body[0, :n]
+        kept["radii"] = (0.5 * charge_particles(model.case).diameter).astype(np.float32)
+        chamber = model.plan.carriers[CHAMBER_CARRIER]
         rotation = np.empty((3, 3))
         rotation_matrix(state.mechanism.quaternion[chamber], rotation)
         kept["chamber_floor"] = state.mechanism.position[chamber] + rotation @ model.survey.origin

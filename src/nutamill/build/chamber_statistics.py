@@ -51,7 +51,15 @@ def chamber_survey(case: Case, model: ChargeModel, state: ChargeState, substep: 
     """Grid in the chamber of `case`, for its charge and its substep [s]."""
     floor = np.array([0.0, 0.0, -case.chamber.floor_depth]) - whole_chamber(case.chamber).mass_centre
     extent = (case.chamber.inner_diameter / 2, 0.0, case.chamber.height)
-    return statistics_plan(model, state, substep, CHAMBER_CARRIER, tuple(floor), chamber_cells(case), extent, case.run.statistics)
+    on, volumes = case.run.statistics, _pebble_volumes(case)
+    return statistics_plan(model, state, substep, CHAMBER_CARRIER, tuple(floor), chamber_cells(case), extent, on, volumes)
+
+
+def _pebble_volumes(case: Case) -> np.ndarray:
+    """Solid volume of every sphere [m^3] by id: pebbles share their particle's, which is less than the sum of overlapping spheres."""
+    particles = charge_particles(case)
+    shares = [shape.radii**3 / (shape.radii**3).sum() for shape in particles.shapes]
+    return np.concatenate([volume * shares[shape] for volume, shape in zip(particles.volume, particles.shape_of, strict=True)])
 
 
 def pair_types(case: Case) -> list[tuple[str, list[int]]]:

@@ -398,9 +398,8 @@ def _scratch(model, state) -> ChargeScratch:
         moving=_aligned((threads, 15 * BATCH), float),
         fixed=_aligned((threads, 4 * BATCH), point),
         slots=np.arange(m, dtype=np.uint32),
-        normals=_aligned((threads, 4, n_surfaces * chunk), real),
+        normals=_aligned((threads, 5, max(n_surfaces, 1) * chunk), real),
         peaks=np.zeros((threads, 2)),
-        test=_aligned((threads, chunk), real),
         barrier=np.zeros(32, np.int64),
         impacts=impact_book(threads, model.law_of.shape[0], float(state.body[1, : model.n_particles].mean()), patches),
     )

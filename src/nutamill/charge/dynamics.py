@@ -100,7 +100,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
             sums[b, k] = 0.0
     normals = scratch.normals[tid]
     placed = scratch.placed[tid]
-    found = find_walls(model, state.x, state.body[0], local, placed, lo, hi - lo, lanes, normals, scratch.test[tid])
+    found = find_walls(model, state.x, state.body[0], local, placed, lo, hi - lo, lanes, normals, normals[4])
     work[3], work[4], work[5], work[6], wall_alarm = wall_contacts(
         model, state.x, state.body[0], rows, state.wall_memory, state.material, scratch.motion[tid], placed, found, lanes, normals,
         scratch.columns[tid, 1], last, now, step, forces, sums, scratch.impacts, tid,

@@ -327,11 +327,10 @@ class ChargeScratch(NamedTuple):
     slots: np.ndarray
     """Every slot in order, 0, 1, 2 ..., uint32 (M,)."""
     normals: np.ndarray
-    """Normal [1] (3) and overlap [m] of the touching walls, real (T, 4, S * chunk), world axes."""
+    """Normal [1] (3) and overlap [m] of the touching walls, and, of each particle of the chunk, positive where it touches the present
+    surface [m or m^2], real (T, 5, S * chunk), world axes."""
     peaks: np.ndarray
     """Largest overlap of pairs and of walls that each thread saw in the window [diameter] (T, 2)."""
-    test: np.ndarray
-    """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T, chunk)."""
     barrier: np.ndarray
     """Arrivals and generation of the team's barrier [1], int64 (32,)."""
     impacts: "ImpactBook"

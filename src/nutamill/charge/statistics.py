@@ -57,9 +57,9 @@ class StatisticsPlan(NamedTuple):
     within: np.ndarray
     """Places within a ball of radius 1, evenly spread [1] (POINTS, 3)."""
     mass_of: np.ndarray
-    """Mass of each particle by id; of a pebble its share of the clump's [kg] (n,)."""
+    """Mass of each sphere by id, of a pebble its share of the clump's by volume [kg] (n,)."""
     volume_of: np.ndarray
-    """Solid volume of each particle by id, of a pebble its share of the clump's [m^3] (n,)."""
+    """Solid volume of each sphere by id, of a pebble its share of the clump's [m^3] (n,)."""
     per_wall: np.ndarray
     """Small units in 1 of each of `WALL_SUMS` [1/unit], (5,)."""
     per_field: np.ndarray
@@ -113,12 +113,12 @@ def statistics_plan(
     """
     n, ids = model.n_particles, state.ids[: model.n_particles]
     mass_of, volume_of = np.empty(n), np.empty(n)
+    volume_of[ids] = 4.0 / 3.0 * math.pi * state.body[0, :n] ** 3
+    volume_of = volume_of if volumes is None else np.array(volumes, float)
     mass_of[ids] = state.body[1, :n]
     if len(state.clumps):
         clump = state.body[PLACE, :n].astype(int)
-        mass_of[ids] /= np.bincount(clump)[clump]
-    volume_of[ids] = 4.0 / 3.0 * math.pi * state.body[0, :n] ** 3
-    volume_of = volume_of if volumes is None else np.array(volumes, float)
+        mass_of[ids] *= volume_of[ids] / np.bincount(clump, volume_of[ids])[clump]
     mass, volume = float(mass_of.mean()), float(volume_of.mean())
     power, force = mass / dt, mass / dt
     return StatisticsPlan(
@@ -179,7 +179,7 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
     now, last = like(state.clock[STEP] & 0xFFFFFF, real), like((state.clock[STEP] - 1) & 0xFFFFFF, real)
     spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
     walls, per, patches = sums.walls[tid], plan.per_wall, scratch.impacts.patches
-    found = find_walls(model, state.x, state.body[0], scratch.local[tid], placed, lo, hi - lo, lanes, normals, scratch.test[tid])
+    found = find_walls(model, state.x, state.body[0], scratch.local[tid], placed, lo, hi - lo, lanes, normals, normals[4])
     for q in range(found, found + BATCH):
         lanes[0, q], lanes[1, q], lanes[3, q] = model.chunk, 0, state.wall_memory.shape[0] - 1
     for first in range(0, found, BATCH):
