@@ -17,7 +17,7 @@ from nutamill.charge.clumps import POSE, ClumpColumn
 from nutamill.charge.model import Clock as ChargeClock
 from nutamill.charge.statistics import gathered, put_back
 from nutamill.charge.team import run_team
-from nutamill.charge.wording import status_text
+from nutamill.charge.wording import status_text, status_time
 from nutamill.coupling import (
     CHARGE_FAILED,
     LISTS_FULL,
@@ -32,6 +32,9 @@ from nutamill.coupling import (
 )
 from nutamill.errors import ResultError, StepError
 from nutamill.frames import quaternion_product, rotation_matrix
+
+LARGEST_KEPT = 2**28
+"""Largest state of which a run keeps a copy at every entry of the march [bytes]; a larger one falls back on its newest checkpoint."""
 
 
 def enter(model: Model, state: State, n_rows: int) -> tuple[Model, np.ndarray, StepError | None]:
@@ -76,6 +79,23 @@ def copy_of(part):
     return part._make(np.copy(array) for array in part)
 
 
+def keep(state: State, kept: State | None) -> State | None:
+    """A copy of `state` to fall back on, made in `kept` where that has room for it; None where it would be too large.
+
+    Its statistics are those of `state`; `statistics_group` keeps them.
+    """
+    arrays = [array for group in state.arrays().values() for array in group.values()]
+    if sum(array.nbytes for array in arrays) > LARGEST_KEPT:
+        return None
+    places = [array for group in kept.arrays().values() for array in group.values()] if kept is not None else []
+    if [place.shape for place in places] != [array.shape for array in arrays]:
+        charge = None if state.charge is None else copy_of(state.charge)
+        return State(copy_of(state.mechanism), charge, state.statistics, copy_of(state.coupling), state.first_row.copy())
+    for place, array in zip(places, arrays, strict=True):
+        np.copyto(place, array)
+    return kept
+
+
 def record_first_row(model: Model, state: State) -> None:
     """Read the state at rest into `state.first_row`: ledgers count from there."""
     end = mechanism_row(model.mechanism, state.mechanism, model.mechanism_scratch, model.sensors, state.first_row)
@@ -102,12 +122,14 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
     return kept
 
 
+def statistics_group(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
+    """The group of a checkpoint with the present statistics; no group for an empty chamber."""
+    return {} if model.charge is None else {"statistics": gathered(state.statistics, model.charge_scratch)}
+
+
 def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
     """Everything a run needs to go on from here bit for bit, in groups of arrays."""
-    groups = state.arrays()
-    if model.charge is not None:
-        groups["statistics"] = gathered(state.statistics, model.charge_scratch)
-    return groups
+    return state.arrays() | statistics_group(model, state)
 
 
 def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
@@ -161,9 +183,9 @@ def bed_from_checkpoint(case: Case, mill_bodies: list[str], groups: dict[str, di
 
 def failure(model: Model, state: State) -> str:
     """Words for what stopped a march: when, which particle or part, and what to do."""
-    when = f"t = {state.mechanism.time[0]:.6g} s"
     if state.coupling.outcome[0] == CHARGE_FAILED:
-        return f"{when}: {charge_fault(model, state)}"
+        return f"t = {status_time(state.charge, model.clock.substep):.9g} s: {charge_fault(model, state)}"
+    when = f"t = {state.mechanism.time[0]:.6g} s"
     if state.coupling.outcome[0] == NOT_CONVERGED:
         return f'{when}: a window must settle under its own wrench, it did not. Shorten it (run.window), or use run.coupling = "staggered".'
     return (
@@ -174,7 +196,7 @@ def failure(model: Model, state: State) -> str:
 
 def charge_fault(model: Model, state: State) -> str:
     """Words for the charge's status, and what to do."""
-    said = status_text(state.charge, [surface.name for surface in chamber_surfaces(model.case)])
+    said = status_text(state.charge, model.charge_scratch, [surface.name for surface in chamber_surfaces(model.case)])
     return (
         f'{said}. The charge substep is {model.clock.substep:.3g} s; try run.dt = "auto" or a shorter one, stiffer contacts, or, where'
         " so soft a contact is meant, a larger overlap_stop of the pair."

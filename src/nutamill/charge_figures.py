@@ -12,8 +12,6 @@ from nutamill.charge_flow import crest, flow_fields, impact_spectra, surface_hei
 from nutamill.figures import STYLE
 from nutamill.result import Result
 
-BORE = "bore"
-"""Surface that the wall map shows."""
 RARE = 1e-2
 """Bins with less than this share of the fullest bin's impacts are not shown [1]."""
 PATTERN = {"normal": "-", "tangential": (0, (3, 1.2))}
@@ -55,9 +53,14 @@ def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 
 def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
-    """The bore unrolled, in chamber axes: mean pressure, shear work and cutting energy of impacts per area and time."""
+    """The bore unrolled, in chamber axes: mean pressure, shear work and cutting energy of impacts per area and time.
+
+    Where the chamber is a mesh, the patch with the largest area stands for the bore.
+    """
     table = wear_table(window(result, last))
-    table = table.isel(patch=np.flatnonzero(table["patch_surface"].values == BORE))
+    surfaces, number = np.unique(table["patch_surface"].values, return_inverse=True)
+    largest = np.argmax(np.bincount(number, table["patch_area"].values))
+    table = table.isel(patch=np.flatnonzero(number == largest))
     columns = int(table["patch_column"].max()) + 1
     azimuth, along = (table[name].values.reshape(columns, -1) for name in ("patch_azimuth", "patch_along"))
     panels = (("pressure", "pressure (Pa)"), ("shear_intensity", "shear work (W/m$^2$)"), ("cutting_intensity", "cutting energy (W/m$^2$)"))

@@ -76,14 +76,20 @@ def new(
 
 @app.command()
 @_told
-def check(case: CaseName, overrides: Overrides = None) -> None:
+def check(
+    case: CaseName,
+    overrides: Overrides = None,
+    dialects: Annotated[bool, typer.Option("--dialects", help="Also the contacts as Rocky, PFC, LAMMPS and LIGGGHTS take them.")] = False,
+) -> None:
     """Say everything that can be known before a run."""
     loaded = _load(case, overrides)
+    from nutamill.build.chamber_charge import contact_law_of
+    from nutamill.dialects import dialect_lines
     from nutamill.preflight import preflight
     from nutamill.warm import warm_up
 
-    warm_up(lambda text: typer.echo(text, err=True))
-    typer.echo("\n".join(preflight(loaded).lines()))
+    warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded))
+    typer.echo("\n".join(preflight(loaded).lines() + (dialect_lines(loaded) if dialects else [])))
 
 
 @app.command()
@@ -101,8 +107,8 @@ def run(
         from nutamill.build.quick import banner
         from nutamill.build.quick import quick as quickened
 
+        typer.echo(banner(loaded))
         loaded = quickened(loaded)
-        typer.echo(banner())
     if threads is not None:
         loaded = loaded.with_("run.threads", threads)
     for warning in loaded.warnings:

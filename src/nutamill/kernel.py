@@ -15,6 +15,7 @@ Checked with Numba 0.61 to 0.68: `_index_key` is a private method of Numba's `Fu
 
 import functools
 import hashlib
+import inspect
 import os
 import pathlib
 import sys
@@ -25,7 +26,7 @@ from numba.core.caching import FunctionCache
 from numba.extending import overload
 
 PACKAGE = pathlib.Path(__file__).parent
-KERNEL_SOURCES = ("kernel.py", "frames.py", "coupling.py", "mechanism/*.py", "charge/*.py")
+KERNEL_SOURCES = ("kernel.py", "frames.py", "coupling.py", "mechanism/*.py", "charge/*.py", "charge/laws/*.py")
 
 JIT = not numba.config.DISABLE_JIT
 """False under ``NUMBA_DISABLE_JIT=1``: kernels are plain Python, one thread only, small cases only."""
@@ -103,3 +104,22 @@ def _like(value, x):
         precision = x
         return lambda value, x: precision(value)
     return None
+
+
+def by_type(kernels):
+    """A function that is, where it is called, the one of `kernels` (type of the first argument: kernel) its first argument asks for.
+
+    The type is known when the caller is compiled, so that the caller holds the chosen kernel and no choice.  The kernels take the
+    same arguments.
+    """
+    plain = {kind: getattr(chosen, "py_func", chosen) for kind, chosen in kernels.items()}
+
+    def stage(*arguments):
+        return plain[type(arguments[0])](*arguments)
+
+    def choose(*arguments):
+        return plain.get(getattr(arguments[0], "instance_class", None))
+
+    choose.__signature__ = inspect.signature(next(iter(plain.values())))
+    overload(stage, inline="always")(choose)
+    return stage

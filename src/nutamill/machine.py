@@ -14,6 +14,7 @@ from nutamill.tables import (
     Angle,
     BushingStiffness,
     Coefficient,
+    Coordinate,
     Count,
     Damping,
     Density,
@@ -82,6 +83,26 @@ class Bars(Table):
     """Below the nutation point along the chamber axis [m]."""
 
 
+class MeshFile(Table):
+    """A closed triangle mesh in a file, STL or OBJ; its normals point out of the solid it bounds."""
+
+    file: str
+    """Name of the file; a relative one is looked for beside the case file."""
+    unit: Literal["m", "cm", "mm", "um", "in"]
+    """What one of its coordinates is; neither format says."""
+    at: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
+    """Place of its origin in chamber axes, from the nutation point [m]."""
+    sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")] | None = None
+    """Digest of the file's content; written when the case is read."""
+
+
+class MeshedWall(MeshFile):
+    """A solid inside the chamber and fixed to it, such as a lifter; the charge stays out of it."""
+
+    material: str
+    """For its contacts; its mass is part of that of the chamber."""
+
+
 class Chamber(Table):
     """The grinding vessel: a cylinder with floor and ceiling, and what is fixed to it."""
 
@@ -107,6 +128,8 @@ class Chamber(Table):
     """Number of ribs, evenly spaced, the first at the chamber's x axis."""
     rib: Rib | None = None
     """The ribs, where there are any."""
+    mesh: MeshFile | None = None
+    """The space inside as a mesh, in place of bore, floor and ceiling; ribs are added to it."""
     bars: Bars | None = None
     """Rigid bars, where there are any."""
 

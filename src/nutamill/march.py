@@ -9,13 +9,25 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from nutamill.advance import bed_from_checkpoint, checkpoint_groups, enter, record_first_row, restore, snapshot, statistics
+from nutamill.advance import (
+    bed_from_checkpoint,
+    checkpoint_groups,
+    enter,
+    keep,
+    record_first_row,
+    restore,
+    snapshot,
+    statistics,
+    statistics_group,
+)
 from nutamill.build.bed import bed_is_kept, settle_apart, settled_bed
+from nutamill.build.chamber_charge import contact_law_of
 from nutamill.build.chamber_statistics import statistics_axes
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.build.model import Model, State, build
 from nutamill.build.team import team_size
+from nutamill.build.wall_mesh import digests
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, ResultError, StepError
 from nutamill.kernel import kernel_digest
@@ -55,14 +67,14 @@ def run(
     if path.exists():
         raise ResultError(f"{path}: must be a new file, it exists. Choose another name with --to, or continue it with `nutamill resume`.")
     run_clock(case)  # refuses a substep that is too long before anything is compiled
-    warm_up(tell, None if bed_is_kept(case) else lambda: settle_apart(case))
+    warm_up(tell, None if bed_is_kept(case) else lambda: settle_apart(case), contact_law_of(case))
     watch = Watch(case, progress)
     watch.settling(0.0)
     bed = settled_bed(case, watch.settling)
     watch.settling(1.0)
     model, state = build(case, bed)
     record_first_row(model, state)
-    provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case))
+    provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case)) | digests(case)
     axes = None if model.charge is None else statistics_axes(case, model.survey)
     recorder = Recorder.create(path, case.to_toml(), provenance, model.readout.names, case.run.series_rate, axes=axes)
     recorder.append(model.readout.series(state.first_row[None, :], state.first_row))
@@ -105,7 +117,7 @@ def resume(
             f"{path}: must go on with the kernels it was begun with, this version has others. Install the version named under"
             " /provenance, or run the case again."
         )
-    warm_up(tell)
+    warm_up(tell, law=contact_law_of(case))
     bed = bed_from_checkpoint(case, [body.name for body in mill_mechanism(case).bodies], kept.groups)
     model, state = build(case, bed)
     model = restore(model, state, kept.groups)
@@ -117,15 +129,21 @@ def resume(
 def march(model: Model, state: State, recorder: Recorder, until: float, watch: Watch) -> None:
     """March `model` and `state` in place to `until` [s] and record; commits the file also when it fails or is interrupted.
 
-    Cadences are counted in rows of the record, which are whole numbers of windows.
+    Cadences are counted in rows of the record, which are whole numbers of windows.  When a step fails, the state at the last entry of
+    the compiled march, at most `ROWS_PER_ENTRY` rows earlier, is kept as snapshot and checkpoint.
     """
     plan = RecordPlan.of(model.case, until)
     row = int(state.coupling.windows[0]) // model.plan.windows_per_row
     fault: StepError | None = None
+    kept: State | None = None
     with interrupts() as interrupted, saved_whatever_happens(recorder):
         while row < plan.rows and not interrupted.is_set() and fault is None:
             count = min(ROWS_PER_ENTRY, plan.next_stop(row) - row)
+            kept = keep(state, kept)
+            kept_sums = {} if kept is None else statistics_group(model, state)
             model, rows, fault = enter(model, state, count)
+            if fault is not None:
+                fault = keep_what_was_sound(model, kept, kept_sums, recorder, plan, row, fault)
             row += len(rows)
             if len(rows):
                 series = model.readout.series(rows, state.first_row)
@@ -156,6 +174,20 @@ def record_statistics(model: Model, state: State, recorder: Recorder) -> None:
     """Record what the charge has done so far, if it is summed."""
     if (sums := statistics(model, state)) is not None:
         recorder.statistics(state.mechanism.time[0], sums)
+
+
+def keep_what_was_sound(
+    model: Model, kept: State | None, kept_sums: dict, recorder: Recorder, plan: "RecordPlan", row: int, fault: StepError
+) -> StepError:
+    """Put the state before a failed entry, at `row`, and its statistics into the file; returns the fault with words about it."""
+    if kept is None:
+        return fault
+    time = float(kept.mechanism.time[0])
+    if row not in plan.snapshots:
+        recorder.snapshot(time, snapshot(model, kept))
+    if row % plan.rows_per_checkpoint:
+        recorder.checkpoint(time, kept.arrays() | kept_sums)
+    return StepError(f"{fault} The file keeps the state at t = {time:.6g} s, before that, as its last snapshot and checkpoint.")
 
 
 @contextmanager

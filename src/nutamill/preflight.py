@@ -8,8 +8,10 @@ from nutamill.build.charge_mix import charge_parts
 from nutamill.build.clock import Clock, ContactFacts, contact_facts, crank_circle_speed, run_clock
 from nutamill.build.mill_mechanism import mill_mechanism, nutation_angle
 from nutamill.build.team import team_size
+from nutamill.build.wall_mesh import MeshFacts, free_volume, mesh_facts
 from nutamill.case import Case
 from nutamill.charge.sizes import mass_percentiles
+from nutamill.errors import CaseError, Fault
 from nutamill.fields import expand
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import modes, static_equilibrium
@@ -77,6 +79,10 @@ class Preflight:
     """Half-angle of the nutation cone from the two lengths [rad]."""
     charge: list[PartFacts]
     """Facts of each part of the charge; empty without charge."""
+    free_volume: float
+    """Volume inside the chamber, less ribs and meshed walls [m^3]."""
+    meshes: list[MeshFacts]
+    """Facts of each mesh, the chamber's first."""
     contacts: list[ContactFacts]
     """Facts of each pair of materials; empty without charge."""
     clock: Clock
@@ -99,6 +105,7 @@ class Preflight:
         shown = [f"{case.title or case.name}: ok, {state}"]
         shown += [f"  warning: {warning}" for warning in case.warnings]
         shown += self._machine_lines()
+        shown += self._mesh_lines()
         if self.contacts:
             shown += self._charge_lines()
         shown.append(f"time step {_microseconds(self.clock.substep)} ({self.clock.ruled_by}), {self._steps():.3g} steps")
@@ -138,6 +145,17 @@ class Preflight:
             f"          masses in kg: {masses}",
         ]
 
+    def _mesh_lines(self) -> list[str]:
+        shown = []
+        for mesh in self.meshes:
+            text = f"{'mesh' if not shown else '':10}{mesh.name}: {mesh.triangles} triangles, {mesh.patches} smooth patches"
+            text += f", {1e3 * mesh.volume:.4g} L"
+            if mesh.volume_drawn is not None:
+                more = 100 * (mesh.volume / mesh.volume_drawn - 1)
+                text += f" ({more:+.3g} % of the drawn chamber), within {1e3 * mesh.off_drawing:.3g} mm of the drawing"
+            shown.append(text)
+        return shown
+
     def _charge_lines(self) -> list[str]:
         speed = crank_circle_speed(self.case)
         shown = [self._amount_line(part, "          " if number else "charge    ") for number, part in enumerate(self.charge)]
@@ -166,7 +184,7 @@ class Preflight:
         """Bulk volume as a share of the chamber, in litres, and as a height."""
         chamber = self.case.chamber
         at = f" at solids fraction {packing:.3g}" if packing else ""
-        volume, height = 1e3 * filling * chamber.free_volume, 1e3 * filling * chamber.height
+        volume, height = 1e3 * filling * self.free_volume, 1e3 * filling * chamber.height
         return f"fill {100 * filling:.1f} % loose{at} ({volume:.2f} L, {height:.0f} mm of {1e3 * chamber.height:.0f} mm)"
 
     def _mode_lines(self) -> list[str]:
@@ -189,20 +207,26 @@ def preflight(case: Case) -> Preflight:
 
     Raises
     ------
-    CaseError : a mechanism that cannot be assembled, or a substep too long for the contacts
+    CaseError : a mechanism that cannot be assembled, a substep too long for the contacts, a mesh that is none, or too much charge
     """
     clock = run_clock(case)
     mill = mill_mechanism(case)
     mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity)
     static_equilibrium(mechanism, state, scratch)
-    charge = _part_facts(case)
+    room = free_volume(case)
+    charge = _part_facts(case, room)
     pebbles = sum(part.pebbles for part in charge)
+    if (filling := sum(part.filling for part in charge)) > 1.0 + 1e-9:
+        what = f"must fit as a loose bed, got {1e3 * filling * room:.3g} L where {1e3 * room:.3g} L are free"
+        raise CaseError(Fault("charge", what, "Take less charge or a larger chamber"))
     return Preflight(
         case=case,
         parts={body.name: body.mass for body in mill.bodies},
         assembly_gap=float(np.abs(scratch.gap).max()),
         nutation_angle=nutation_angle(case),
         charge=charge,
+        free_volume=room,
+        meshes=mesh_facts(case),
         contacts=contact_facts(case) if charge else [],
         clock=clock,
         empty_modes=_oscillations(case.with_("chamber.bars.mass", 0.0)),
@@ -213,8 +237,8 @@ def preflight(case: Case) -> Preflight:
     )
 
 
-def _part_facts(case: Case) -> list[PartFacts]:
-    """What each part of the charge comes to."""
+def _part_facts(case: Case, room: float) -> list[PartFacts]:
+    """What each part of the charge comes to in a free volume of `room` [m^3]."""
     found = []
     for part, particles in zip(case.charge.parts, charge_parts(case), strict=True):
         volume = particles.volume
@@ -227,7 +251,7 @@ def _part_facts(case: Case) -> list[PartFacts]:
                 mass=solid * case.materials[part.material].density,
                 sizes=tuple(mass_percentiles(particles.diameter, volume)),
                 packing=part.packing,
-                filling=solid / part.packing / case.chamber.free_volume,
+                filling=solid / part.packing / room,
             )
         )
     return found

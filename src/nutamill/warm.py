@@ -1,17 +1,19 @@
 """Compile the kernels once, the two engines at the same time in two processes.
 
 Compiled code is kept in the user's cache folder (`nutamill.kernel`), so that this happens after an installation or a change of
-the kernels, and not again.  What is compiled depends on the kinds of arrays only, not on the mill: a ball on a turntable will do.
+the kernels, and not again.  What is compiled depends on the kinds of arrays and on the contact law only, not on the mill: a ball on
+a turntable will do.
 """
 
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from nutamill.charge.assembly import charge
 from nutamill.charge.dynamics import start, window
+from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw, contact_law, law_names
 from nutamill.charge.model import PairLaw, Surface, SurfaceKind
 from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.statistics import charge_statistics, sample, statistics_plan
@@ -29,25 +31,31 @@ STEP = 1e-6
 """Window of the ball on the turntable [s]."""
 
 
-def warm_up(tell: Callable[[str], None] | None = None, meanwhile: Callable[[], subprocess.Popen] | None = None) -> None:
+def warm_up(
+    tell: Callable[[str], None] | None = None,
+    meanwhile: Callable[[], subprocess.Popen] | None = None,
+    law: ContactLaw = STANDARD_LAW,
+) -> None:
     """Compile the kernels of an empty and of a staggered run, if this version has not been compiled here before.
 
     Parameters
     ----------
     tell : told once that compiling begins, before it does
     meanwhile : starts a process that needs the charge's kernels only, while the coupled ones are being compiled
+    law : of the contacts; each has kernels of its own
     """
-    mark = cache_folder() / f"compiled-{kernel_digest()[:16]}-{COMPILER_VERSION}"
+    names = law_names(law)
+    mark = cache_folder() / "-".join(["compiled", kernel_digest()[:16], COMPILER_VERSION, *names])
     if not JIT or mark.is_file():
         return
     if tell is not None:
         tell(COMPILING)
-    charge_compiler = subprocess.Popen([sys.executable, "-c", "from nutamill.warm import march_ball; march_ball()"])
+    charge_compiler = subprocess.Popen([sys.executable, "-c", f"from nutamill.warm import march_ball; march_ball({names})"])
     march_turntable()
-    read_ball()
+    read_ball(names)
     charge_compiler.wait()
     process = meanwhile() if meanwhile is not None else None
-    march_both()
+    march_both(names)
     if process is not None:
         process.wait()
     mark.parent.mkdir(parents=True, exist_ok=True)
@@ -67,11 +75,12 @@ def turntable():
     return *built, sensors
 
 
-def ball(started: bool = True):
-    """Two balls over a floor: model, state, scratch; `started` is ready to march."""
-    law = PairLaw(1e4, 0.0, 0.0, 1.0, 0.2, False, 0.3, 0.3, 0.01, 0.5, 0.9)
+def ball(names: Sequence[str], started: bool = True):
+    """Two balls over a floor, their law by name: model, state, scratch; `started` is ready to march."""
+    pair = PairLaw(1e4, 0.0, 0.0, 1.0, 0.2, False, 0.3, 0.3, 0.01, 0.5, 0.9, contact_modulus=1e7, contact_shear_modulus=1e7)
     floor = Surface("floor", SurfaceKind.PLANE, 0, 0)
-    built = charge(np.array([[0.0, 0.0, 0.01], [0.0, 0.0, 0.0301]]), np.full(2, 0.01), np.zeros(2, int), [1e3], {(0, 0): law}, [floor], 1)
+    places = np.array([[0.0, 0.0, 0.01], [0.0, 0.0, 0.0301]])
+    built = charge(places, np.full(2, 0.01), np.zeros(2, int), [1e3], {(0, 0): pair}, [floor], 1, law=contact_law(*names))
     if started:
         start(*built, STEP)
     return built
@@ -89,17 +98,17 @@ def march_turntable() -> None:
     march_mechanism(mechanism, state, scratch, sensors, plan(), coupling_state(1), 1, rows)
 
 
-def march_ball() -> None:
+def march_ball(names: Sequence[str]) -> None:
     """Compile the charge's window."""
-    built = ball()
+    built = ball(names)
     motions = np.zeros((1, MOTION_SIZE))
     motions[0, 3] = 1.0
     run_team(window, (*built, motions, coupling_state(1).reference, 1, STEP), 1)
 
 
-def read_ball() -> None:
+def read_ball(names: Sequence[str]) -> None:
     """Compile what reads the charge."""
-    built = ball()
+    built = ball(names)
     observe(*built, charge_reading())
     survey = statistics_plan(*built[:2], STEP)
     motions = np.zeros((1, MOTION_SIZE))
@@ -107,11 +116,11 @@ def read_ball() -> None:
     run_team(sample, (*built, motions, 0.0, survey, charge_statistics(survey, built[2])), 1)
 
 
-def march_both() -> None:
+def march_both(names: Sequence[str]) -> None:
     """Compile the coupled march; quick if its parts have been compiled."""
     mechanism, state, scratch, sensors = turntable()
     rows = np.empty((1, 128))
-    built = ball()
+    built = ball(names)
     survey = statistics_plan(*built[:2], STEP)
     seen = (charge_reading(), survey, charge_statistics(survey, built[2]))
     run_team(march_coupled, (mechanism, state, scratch, sensors, *built, plan(), coupling_state(1), *seen, 1, rows), 1)

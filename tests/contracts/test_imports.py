@@ -18,7 +18,7 @@ FLOOR = {
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
     **dict.fromkeys(("result", "build", "warm"), 6),
-    **dict.fromkeys(("analysis", "preflight", "watch"), 7),
+    **dict.fromkeys(("analysis", "dialects", "preflight", "watch"), 7),
     "advance": 8,
     "charge_flow": 8,
     **dict.fromkeys(("march", "figures", "bench"), 9),
@@ -52,6 +52,7 @@ AT_HOME = {
     "pydantic_core": {"tables.py"},
     "typer": {"cli.py"},
     "rich": {"screen.py"},
+    "trimesh": {"build/wall_mesh.py"},
 }
 """Outside libraries that belong in some rooms only."""
 

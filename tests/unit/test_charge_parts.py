@@ -1,5 +1,6 @@
 """Laws, surfaces, vector moves, input checks and fills of the charge, one at a time."""
 
+import functools
 import math
 
 import numpy as np
@@ -11,7 +12,10 @@ from nutamill.charge import simd
 from nutamill.charge.assembly import charge, velocities
 from nutamill.charge.dynamics import start, window
 from nutamill.charge.fill import bulk_capacity, random_fill
-from nutamill.charge.laws import friction_force, normal_force, pair_stiffness, rolling_moment, substep_share
+from nutamill.charge.laws.normal import linear_force, pair_stiffness, substep_share
+from nutamill.charge.laws.rolling import constant_rolling, spring_rolling
+from nutamill.charge.laws.tags import LinearSpring, RollingTypeA, RollingTypeC, StoredDisplacement
+from nutamill.charge.laws.tangential import displacement_friction
 from nutamill.charge.model import BATCH, PairLaw, Surface, SurfaceKind
 from nutamill.charge.surfaces import surface_contact
 from nutamill.charge.team import run_team
@@ -29,8 +33,9 @@ def test_stiffness_is_direct_or_in_series():
 def test_normal_force_is_cut_at_its_floor():
     # k d + 2 zeta sqrt(m k) v, d far above v dt
     damped = 1e5 * 1e-6 - 0.4 * math.sqrt(5e-4 * 1e5) * 0.5
-    assert normal_force(1e-6, -0.5, 1e5, 0.4, 5e-4, -math.inf, 1e-9) == pytest.approx(damped)
-    assert normal_force(1e-6, -0.5, 1e5, 0.4, 5e-4, 0.0, 1e-9) == 0.0
+    given = (LinearSpring(), 1e-6, -0.5, 0.0, 5e-4, 0.001, 0.005, 0.005, 1e-5, 0.0, 0.0, 0.4)
+    assert linear_force(*given, -math.inf, 1e-9)[0] == pytest.approx(damped)
+    assert linear_force(*given, 0.0, 1e-9)[0] == 0.0
 
 
 def test_first_substep_of_a_contact_carries_half_to_one_and_a_half_shares():
@@ -40,18 +45,18 @@ def test_first_substep_of_a_contact_carries_half_to_one_and_a_half_shares():
 
 
 def test_friction_never_exceeds_its_limit_and_goes_over_to_the_dynamic_coefficient():
-    spring = (3e-5, 0.0, 0.0)
-    out = friction_force(*spring, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
+    friction = functools.partial(displacement_friction, StoredDisplacement())
+    out = friction(3e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
     assert out[0] == pytest.approx(-0.4 * 2.0)
     assert out[6] == 1.0
     # below the static limit a resting spring holds; a sliding one is held to the dynamic limit
-    held = friction_force(1e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
-    slid = friction_force(1e-5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
+    held = friction(1e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
+    slid = friction(1e-5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
     assert (held[0], slid[0]) == (pytest.approx(-1.0), pytest.approx(-0.8))
 
 
 def test_friction_spring_lies_in_the_tangent_plane():
-    out = friction_force(1e-6, 2e-6, 3e-6, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 9.0, 1.0, 1.0, 1e-6)
+    out = displacement_friction(StoredDisplacement(), 1e-6, 2e-6, 3e-6, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 9.0, 1.0, 1.0, 1e-6)
     assert out[2] == 0.0
     # trapezoidal: force with half the slip, memory with all of it
     assert out[0] == pytest.approx(-1e5 * (1e-6 + 0.05e-6))
@@ -59,12 +64,13 @@ def test_friction_spring_lies_in_the_tangent_plane():
 
 
 def test_constant_rolling_moment_opposes_the_spin():
-    out = rolling_moment(0.0, 0.0, 0.0, 3.0, 0.0, 4.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 2e-5, 1e-6)
-    assert out[:3] == pytest.approx((-2e-5 * 0.6, 0.0, -2e-5 * 0.8))
+    # far above the spin that a tenth of the inertia would stop in a substep
+    out = constant_rolling(RollingTypeA(), 0.0, 0.0, 0.0, 3.0, 0.0, 4.0, 0.0, 0.0, 1.0, 1e5, 1.0, 1.0, 2e-5, 1e-6)
+    assert out == pytest.approx((-2e-5 * 0.6, 0.0, -2e-5 * 0.8, 0.0, 0.0, 0.0))
 
 
 def test_rolling_spring_ignores_twist_about_the_normal():
-    out = rolling_moment(0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 1.0, 1e-3, 0.0, 1.0, 1.0, 1e-6)
+    out = spring_rolling(RollingTypeC(), 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 1.0, 1e-3, 1.0, 1.0, 1.0, 1e-6)
     assert out == pytest.approx((0.0,) * 6)
 
 
@@ -187,8 +193,8 @@ def test_too_much_charge_is_refused():
 @pytest.mark.parametrize("v_n", [0.0, 1e-38, -1e-38])
 def test_a_contact_at_rest_on_the_verge_of_touching_has_a_finite_force(overlap, v_n):
     # k = 1e5 N/m: at most 1e5 * 1e-10 = 1e-5 N of spring, and no dashpot at no speed
-    single = [np.float32(x) for x in (overlap, v_n, 1e5, 0.4, 1e-3, -np.inf, 3e-6)]
-    assert abs(normal_force(*single)) <= 1.1e-5
+    single = [np.float32(x) for x in (overlap, v_n, 0.0, 1e-3, 1e-3, 5e-3, 5e-3, 1e-5, 0.0, 0.0, 0.4, -np.inf, 3e-6)]
+    assert abs(linear_force(LinearSpring(), *single)[0]) <= 1.1e-5
 
 
 def test_balls_that_just_touch_at_rest_stay_at_rest():

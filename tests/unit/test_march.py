@@ -1,6 +1,7 @@
 """A run that stops and goes on is the run that never stopped; a run that fails says why and keeps what it has."""
 
 import os
+import re
 import signal
 
 import numpy as np
@@ -183,7 +184,7 @@ def test_pellet_whose_place_is_no_number_stops_the_run_and_is_named(case, tmp_pa
         charge.v[0, np.flatnonzero(charge.ids == 17)[0]] = np.nan
 
     message, series = failed(case, tmp_path / "lost.h5", lose)
-    assert "particle 17 left the chamber, or its position is not a number" in message
+    assert re.search(r"particle 17, at 0\.\d+ m/s, left the chamber, or its position is not a number", message)
     assert "try run.dt" in message
     assert series.sizes["time"] == 49 and np.all(np.isfinite(series["crank_pin_force_radial"]))  # 10 ms and the start
 
@@ -194,9 +195,35 @@ def test_pellet_that_sinks_too_deep_into_a_wall_stops_the_run_and_is_named(case,
         charge.v[2, np.flatnonzero(charge.ids == 44)[0]] = -40.0
 
     message, series = failed(case, tmp_path / "deep.h5", shoot)
-    assert 'particle 44 overlaps surface "floor" by 4' in message  # stopped soon after 40 %
+    # it has lost to the soft wall up to k d^2/2, d 40 % of the diameter; stopped soon after 40 %
+    assert re.search(r'particle 44, at 3\d\.?\d* m/s, overlaps surface "floor", there at 0\.\d+ m/s, by 4', message)
     assert "overlap_stop" in message
     assert series.sizes["time"] >= 49
+
+
+def test_state_before_a_failure_is_in_the_file_and_runs_into_the_same_failure_again(case, tmp_path, states):
+    path = tmp_path / "deep.h5"
+
+    def shoot(_):
+        charge = states[-1].charge
+        charge.v[2, np.flatnonzero(charge.ids == 55)[0]] = -25.0
+
+    message, series = failed(case, path, shoot)
+    bad = float(re.search(r"t = (\S+) s", message)[1])
+    with march.open_result(path) as result:
+        kept = result.checkpoint()
+        at = kept.time
+        snapshot = result.snapshots[-1]
+        assert result.snapshots.time[-1] == at
+    # an entry is 48 rows: the state is sound, at most 10 ms old, and the pellet is where it was before it hit
+    assert bad - march.ROWS_PER_ENTRY / case.run.series_rate < at < bad
+    assert all(np.isfinite(array).all() for array in kept.groups["charge"].values() if array.dtype.kind == "f")
+    assert snapshot["velocities"][55, 2] == pytest.approx(-25.0, abs=1e-5)
+    with pytest.raises(StepError) as again:
+        march.resume(path)
+    assert str(again.value) == message
+    with march.open_result(path) as result:
+        assert np.array_equal(result.series["time"], series["time"])
 
 
 def test_mechanism_that_is_no_longer_finite_stops_the_run(case, tmp_path, states):

@@ -4,7 +4,7 @@ import numpy as np
 
 from nutamill.charge.assembly import charge, positions, spins, velocities
 from nutamill.charge.dynamics import start, window
-from nutamill.charge.model import PairLaw, RollingLaw, Surface, SurfaceKind
+from nutamill.charge.model import PairLaw, Surface, SurfaceKind
 from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.team import run_team
 
@@ -34,7 +34,6 @@ class Bench:
         n = len(positions)
         laws = pair_laws if isinstance(pair_laws, dict) else {(0, 0): pair_laws}
         options.setdefault("precision", "double")
-        options.setdefault("rolling", RollingLaw.NONE)
         n_bodies = options.pop("n_bodies", 1)
         materials = options.pop("materials", np.zeros(n, int))
         densities = options.pop("densities", [density] * (1 + int(max(materials))))

@@ -7,7 +7,7 @@ from charge_bench import law, sphere_mass
 
 from nutamill.charge.assembly import charge, positions, spins, velocities
 from nutamill.charge.dynamics import start as start_charge
-from nutamill.charge.model import RollingLaw, Surface, SurfaceKind
+from nutamill.charge.model import Surface, SurfaceKind
 from nutamill.charge.observe import charge_reading
 from nutamill.charge.team import run_team
 from nutamill.coupling import RUNNING, CouplingPlan, Scheme, coupling_state, march_coupled, march_iterated
@@ -95,7 +95,6 @@ class CoupledBench:
         places = np.atleast_2d(np.array(places, float))
         n = len(places)
         options.setdefault("precision", "double")
-        options.setdefault("rolling", RollingLaw.NONE)
         for name in ("velocities", "spins"):
             if name in options:
                 options[name] = np.broadcast_to(np.array(options[name], float), (n, 3))

@@ -7,7 +7,8 @@ from charge_bench import FLOOR, REST, Bench, law, sphere_mass
 from nutamill.charge.assembly import grow
 from nutamill.charge.copying import copy_state
 from nutamill.charge.dynamics import window
-from nutamill.charge.model import Clock, Ledger, RollingLaw, Status, Surface, SurfaceKind
+from nutamill.charge.model import Clock, Ledger, Status, Surface, SurfaceKind
+from nutamill.charge.wording import status_text, status_time
 
 R = 0.0025
 M = sphere_mass(R)
@@ -29,8 +30,7 @@ def cloud(n=200, surfaces=(), k=1e5, spread=1.0, seed=3, **options):
     dt = options.pop("dt", 3e-6)
     options.setdefault("velocities", rng.normal(size=(n, 3)) * spread - 20.0 * (x - x.mean(axis=0)))
     options.setdefault("spins", rng.normal(size=(n, 3)) * 50.0)
-    pair = options.pop("law", law(k, 0.2, 0.8, friction=0.5, rolling=0.05))
-    options.setdefault("rolling", RollingLaw.TYPE_C)
+    pair = options.pop("pair", law(k, 0.2, 0.8, friction=0.5, rolling=0.05))
     return Bench(x, pair, dt, surfaces, **options)
 
 
@@ -56,7 +56,7 @@ def test_energy_error_of_an_undamped_cloud_is_of_second_order():
     # a spring sampled at mid-substep is wrong by up to (w0 dt)^2/8 of the energy that goes through it, at most all that moves;
     # frictionless, so that no tangential spring holds energy
     for part in (1, 2, 4):
-        bench = cloud(60, dt=8e-6 / part, law=law(1e5), spread=0.3)
+        bench = cloud(60, dt=8e-6 / part, pair=law(1e5), spread=0.3)
         before = bench.read().energy[:3].sum()
         bench.march(150 * part)
         after = bench.read()
@@ -102,6 +102,24 @@ def test_restored_window_repeats_the_same_bits():
         assert getattr(bench.state, name).tobytes() == getattr(other.state, name).tobytes(), name
 
 
+@pytest.mark.parametrize("threads", [2, 3, 4])
+def test_window_repeated_many_times_by_a_team_always_gives_the_bits_of_one_thread(threads):
+    # a race shows as bits that change from time to time: a window with a rebuild of the list, from the same state, 25 times
+    bench = cloud(400, surfaces=BOX, gravity=(0, 0, -9.81), precision="single").march(100)
+    start, rebuilds = [np.copy(array) for array in bench.state], bench.state.clock[Clock.REBUILDS]
+
+    def again(n_threads):
+        for array, first in zip(bench.state, start, strict=True):
+            np.copyto(array, first)
+        bench.march(60, n_threads)
+        return {name: array.tobytes() for name, array in bench.state._asdict().items() if name not in ("kept", "kept_with")}
+
+    one = again(1)
+    assert bench.state.clock[Clock.REBUILDS] > rebuilds
+    for _ in range(25):
+        assert again(threads) == one
+
+
 def test_window_goes_on_after_the_lists_have_grown():
     # one list made too small by hand stops the march; after `grow` the window ends with the bits of an undisturbed one
     whole = cloud(surfaces=BOX, precision="single").march(100)
@@ -120,7 +138,7 @@ def test_window_goes_on_after_the_lists_have_grown():
 def test_candidates_hold_every_touching_pair_and_forces_are_those_of_all_pairs():
     # frictionless and undamped: accelerations from the definition, over all pairs, against one substep of the engine
     k = 1e5
-    bench = cloud(law=law(k), spread=0.5).march(250)
+    bench = cloud(pair=law(k), spread=0.5).march(250)
     x = bench.state.x[:, :200].T.copy()
     v = bench.state.v[:, :200].T.copy()
     bench.march(1)
@@ -145,7 +163,7 @@ def test_single_precision_forces_are_those_of_double():
 def test_heap_at_rest_weighs_what_it_weighs():
     # after the fall has died away, bore, floor and rib together carry the weight; averaged over 1000 substeps
     still = {"velocities": np.zeros((80, 3)), "spins": np.zeros((80, 3))}
-    bench = cloud(80, BOX, gravity=(0, 0, -9.81), law=law(2e4, 0.4, friction=0.5, rolling=0.02), dt=1.5e-5, **still)
+    bench = cloud(80, BOX, gravity=(0, 0, -9.81), pair=law(2e4, 0.4, friction=0.5, rolling=0.02), dt=1.5e-5, **still)
     bench.march(40000)
     kinetic = bench.read().energy[:2].sum()
     bench.march(1000)
@@ -164,6 +182,26 @@ def test_too_deep_overlap_stops_with_the_names_of_the_particles():
     # 0.2 mm of gap at 20 m/s, then 5 % of the diameter: 17 to 25 substeps
     assert 10 < bench.state.status[3] < 30
     assert bench.state.largest_overlap[2] == pytest.approx(0.05, abs=0.02)
+    # a spring of 1 kN/m has stopped next to nothing by then: they come at 10 m/s each, and close at 20 m/s; in 5 % of the diameter
+    # it takes k d^2/2 of the energy m_eff u^2/2, k d^2/(2 m_eff u^2) of the speed, and the velocity is predicted for mid-substep
+    lost = 1e3 * (0.07 * 2 * R) ** 2 / (M * 20.0**2)
+    assert bench.scratch.stopped_by == pytest.approx([10.0, 10.0, 20.0], rel=lost)
+    said = status_text(bench.state, bench.scratch)
+    assert "particles 0 and 1, at 10 and 10 m/s, overlap by 5." in said or "particles 1 and 0, at 10 and 10 m/s, overlap by 5." in said
+    assert said.endswith("and close at 20 m/s")
+    # touch after 0.5 mm less one radius tenth of gap: (2.1 - 2) R at 20 m/s, then 5 % of the diameter
+    assert status_time(bench.state, bench.dt) == pytest.approx((0.1 * R + 0.05 * 2 * R) / 20.0, abs=2e-6)
+
+
+def test_too_deep_overlap_with_a_moving_wall_tells_the_speeds_of_both():
+    # floor rises at 30 m/s, ball falls at 10 m/s beside it with 5 m/s along: they close at 40 m/s
+    bench = Bench([0, 0, 1.2 * R], law(1e3, stop=0.05), 1e-6, [FLOOR], velocities=[5.0, 0, -10.0])
+    bench.motions[0, 9] = 30.0
+    window(*bench.charge, bench.motions, REST, 500, bench.dt, 0, 1)
+    assert list(bench.state.status[:3]) == [Status.WALL_OVERLAP, 0, 0]
+    lost = 1e3 * (0.07 * 2 * R) ** 2 / (2 * M * 40.0**2) * 4
+    assert bench.scratch.stopped_by == pytest.approx([np.hypot(5.0, 10.0), 30.0, 40.0], rel=lost)
+    assert "particle 0, at 11.2 m/s, overlaps surface number 0, there at 30 m/s" in status_text(bench.state, bench.scratch)
 
 
 def test_particle_that_leaves_is_named():

@@ -149,9 +149,8 @@ def cloud(precision="double"):
     attitude = rng.normal(size=(side**3, 4))
     attitude /= np.linalg.norm(attitude, axis=1)[:, None]
     motion = {"velocities": rng.normal(size=centre.shape) * 0.3 - 40 * centre, "spins": rng.normal(size=centre.shape) * 100}
-    return ClumpBench(
-        GRAIN, centre, 1e-6, law(k=1e4, zeta=0.1, friction=0.5, rolling=0.01), attitude, precision=precision, domain=((0, 0, 0), 0.5), **motion
-    )  # fmt: skip
+    pair = law(k=1e4, zeta=0.1, friction=0.5, rolling=0.01)
+    return ClumpBench(GRAIN, centre, 1e-6, pair, attitude, precision=precision, domain=((0, 0, 0), 0.5), **motion)
 
 
 def moments(bench):

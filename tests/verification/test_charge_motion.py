@@ -5,7 +5,8 @@ import math
 import pytest
 from charge_bench import FLOOR, Bench, law, sphere_mass
 
-from nutamill.charge.model import RollingLaw, Surface, SurfaceKind
+from nutamill.charge.laws.tags import ContactLaw, RollingTypeA
+from nutamill.charge.model import Surface, SurfaceKind
 
 R, G = 0.0025, 9.81
 M = sphere_mass(R)
@@ -55,7 +56,7 @@ def test_ball_rolls_to_and_fro_in_a_cylinder_at_the_frequency_of_rolling():
 def test_rolling_spring_holds_a_ball_on_an_incline_up_to_its_limit(slope, rolls):
     # M_r = mu_r R m g cos(slope) against R m g sin(slope): holds below atan(mu_r) = 0.0997
     gravity = (G * math.sin(slope), 0, -G * math.cos(slope))
-    bench = Bench([0, 0, R - SAG], law(K, 0.3, friction=0.8, rolling=0.1), 4e-6, [FLOOR], gravity=gravity, rolling=RollingLaw.TYPE_C)
+    bench = Bench([0, 0, R - SAG], law(K, 0.3, friction=0.8, rolling=0.1), 4e-6, [FLOOR], gravity=gravity)
     bench.march(25000)
     t = 0.1
     # rolling freely with the limit moment: a = 5/7 g (sin - mu_r cos); holding: the spring gives by some g sin/w^2 and swings undamped
@@ -72,7 +73,7 @@ def test_type_a_stops_a_rolling_ball_in_the_distance_of_its_moment_and_keeps_it_
     stop = v0 / (5 / 7 * mu_r * G)
     bench = Bench(
         [0, 0, R - SAG], law(K, 0.3, friction=0.8, rolling=mu_r), 1e-5, [FLOOR], gravity=DOWN,
-        velocities=[v0, 0, 0], spins=[0, v0 / R, 0], rolling=RollingLaw.TYPE_A,
+        velocities=[v0, 0, 0], spins=[0, v0 / R, 0], law=ContactLaw(rolling=RollingTypeA()),
     )  # fmt: skip
     bench.march(round(0.5 * stop / 1e-5))
     assert bench.v[0, 0] == pytest.approx(0.5 * v0, rel=0.02)

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from coupled_bench import CoupledBench, G, Scheme, inside_of_a_box, law, sphere_mass
 
-from nutamill.charge.model import RollingLaw
-
 R = 0.0025
 BALL = sphere_mass(R)
 BOX = 0.05
@@ -33,7 +31,6 @@ def shaken(window, free=True, gravity=0.0, precision="double", scheme=Scheme.STA
         box_spin=(1.0, 2.0, -3.0) if free else (0.0, 0.0, 0.0),
         velocities=0.5 * random.standard_normal((n**3, 3)),
         spins=50 * random.standard_normal((n**3, 3)),
-        rolling=RollingLaw.TYPE_C,
         precision=precision,
         scheme=scheme,
         **options,

@@ -16,15 +16,18 @@ from pathlib import Path
 import numpy as np
 
 from nutamill import __version__
-from nutamill.build.chamber_charge import chamber_charge, rib_inside
+from nutamill.build.chamber_charge import chamber_charge, chamber_surfaces, rib_inside
 from nutamill.build.charge_mix import charge_particles
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import chamber_quaternion, chamber_rotation
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
+from nutamill.build.wall_mesh import free_volume, room_box
 from nutamill.case import Case
 from nutamill.charge.assembly import attitudes, positions
-from nutamill.charge.fill import fill_cylinder, settle
+from nutamill.charge.fill import fill_cylinder, random_attitudes, settle
+from nutamill.charge.fill_walls import fill_between
+from nutamill.charge.particles import Particles
 from nutamill.frames import MOTION_SIZE, quaternion_product
 from nutamill.kernel import cache_folder, kernel_digest
 
@@ -39,6 +42,7 @@ def bed_key(case: Case) -> str:
     """Identity of the settled bed of a case: SHA-256 of all that decides it."""
     content = {
         "chamber": case.chamber.model_dump(),
+        "walls": [wall.model_dump() for wall in case.walls],
         "charge": case.charge.model_dump(),
         "materials": {name: material.model_dump() for name, material in case.materials.items()},
         "contact": case.contact.model_dump(),
@@ -102,10 +106,8 @@ def settle_apart(case: Case) -> subprocess.Popen:
 
 def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
     """Fill the chamber at random and let it lie down under gravity, at rest and tilted as at crank angle 0."""
-    chamber, mass_centre = case.chamber, whole_chamber(case.chamber).mass_centre
-    boxes = [rib_inside(case, number) for number in range(chamber.ribs)]
-    floor, ceiling = -chamber.floor_depth, -chamber.ceiling_depth
-    placed = fill_cylinder(charge_particles(case), chamber.inner_diameter / 2, floor, ceiling, boxes, case.run.seed)
+    mass_centre = whole_chamber(case.chamber).mass_centre
+    placed = _filled(case)
     rotation, quaternion = chamber_rotation(case), np.array(chamber_quaternion(case))
     position = rotation @ mass_centre
     substep = run_clock(case).substep
@@ -119,6 +121,18 @@ def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
         return places
     back = quaternion * [1.0, -1.0, -1.0, -1.0]
     return np.column_stack([places, [quaternion_product(back, own) for own in turned]])
+
+
+def _filled(case: Case) -> Particles:
+    """The particles at random places, in chamber axes from the nutation point."""
+    chamber, particles, seed = case.chamber, charge_particles(case), case.run.seed
+    if chamber.mesh is None and not case.walls:
+        boxes = [rib_inside(case, number) for number in range(chamber.ribs)]
+        return fill_cylinder(particles, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, seed)
+    mass_centre = whole_chamber(chamber).mass_centre
+    low, high = room_box(case) - mass_centre
+    places = fill_between(particles.bounding_radius, chamber_surfaces(case), low, high, free_volume(case), seed) + mass_centre
+    return particles.placed(places, None if particles.spheres_only else random_attitudes(particles.number, seed))
 
 
 def _keep(file: Path, bed: np.ndarray) -> None:

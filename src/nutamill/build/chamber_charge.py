@@ -1,21 +1,23 @@
 """The inside of a chamber as surfaces, and a case's materials as pair laws: what the charge engine is built from."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from nutamill.build.charge_mix import charge_particles, quickest_pebble
 from nutamill.build.rigid_parts import whole_chamber
+from nutamill.build.wall_mesh import chamber_mesh, meshes_surfaces, room_box
 from nutamill.case import Case
 from nutamill.charge.assembly import charge_of
-from nutamill.charge.contact_terms import damping_ratio_from_restitution, series_stiffness
+from nutamill.charge.contact_terms import Impact, damping_ratio_from_restitution, impact
 from nutamill.charge.dynamics import start
-from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, RollingLaw, Surface, SurfaceKind
+from nutamill.charge.laws.tags import ContactLaw, contact_law
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, Surface, SurfaceKind
 from nutamill.charge.particles import Particles
 from nutamill.frames import quaternion_product, rotation_matrix
 from nutamill.materials import ContactPair
 
-ROLLING = {"none": RollingLaw.NONE, "type_a": RollingLaw.TYPE_A, "type_c": RollingLaw.TYPE_C}
 CHAMBER_CARRIER = 0
 """Number of the chamber among the bodies that carry surfaces."""
 
@@ -25,11 +27,12 @@ def material_order(case: Case) -> list[str]:
     names = [*case.charge.materials, case.chamber.material]
     if case.chamber.ribs:
         names.append(case.chamber.rib.material)
+    names += [wall.material for wall in case.walls]
     return list(dict.fromkeys(names))
 
 
 def chamber_surfaces(case: Case) -> list[Surface]:
-    """Bore, floor, ceiling and ribs, in chamber axes from the mass centre of the whole chamber."""
+    """Bore, floor and ceiling, or the chamber's mesh, ribs and meshed walls, in chamber axes from the mass centre of the whole chamber."""
     chamber, materials = case.chamber, material_order(case)
     mass_centre = whole_chamber(chamber).mass_centre
     wall = materials.index(chamber.material)
@@ -37,14 +40,14 @@ def chamber_surfaces(case: Case) -> list[Surface]:
     ceiling = np.array([0.0, 0.0, -chamber.ceiling_depth]) - mass_centre
     radius = chamber.inner_diameter / 2
     upside_down = np.diag([1.0, -1.0, -1.0])
-    surfaces = [
+    meshed = meshes_surfaces(case, CHAMBER_CARRIER, materials, mass_centre)
+    drawn = [
         Surface("bore", SurfaceKind.CYLINDER, CHAMBER_CARRIER, wall, floor, np.eye(3), (radius, 0.0, 0.0)),
         Surface("floor", SurfaceKind.PLANE, CHAMBER_CARRIER, wall, floor, np.eye(3), (0.0, 0.0, 0.0)),
         Surface("ceiling", SurfaceKind.PLANE, CHAMBER_CARRIER, wall, ceiling, upside_down, (0.0, 0.0, 0.0)),
     ]
-    for number in range(chamber.ribs):
-        surfaces.append(_rib_surface(case, number, floor))
-    return surfaces
+    ribs = [_rib_surface(case, number, floor) for number in range(chamber.ribs)]
+    return [*(drawn if chamber.mesh is None else []), *ribs, *meshed]
 
 
 def _rib_surface(case: Case, number: int, floor: np.ndarray) -> Surface:
@@ -81,35 +84,80 @@ def pair_laws(case: Case) -> dict[tuple[int, int], PairLaw]:
     return {(a, b): pair_law(case, names[a], names[b]) for a in range(own) for b in range(a, len(names))}
 
 
+def contact_law_of(case: Case) -> ContactLaw:
+    """The law that the names in the case's contact table compose."""
+    contact = case.contact
+    return contact_law(contact.normal, contact.tangential, contact.rolling, contact.cohesion)
+
+
 def pair_law(case: Case, first: str, second: str) -> PairLaw:
-    """Law of two materials from the case's contact table."""
+    """Numbers of two materials from the case's contact table."""
     contact, pair = case.contact, case.contact.pair(first, second)
-    direct = contact.stiffness == "direct"
-    softened = [0.0 if direct else contact.softening * case.materials[name].young_modulus for name in (first, second)]
+    direct, hysteretic = contact.stiffness == "direct", contact.normal == "hysteretic"
+    softened = [contact.softening * case.materials[name].young_modulus for name in (first, second)]
+    modulus, shear = contact_moduli(softened, [case.materials[name].poisson_ratio for name in (first, second)])
     return PairLaw(
         stiffness_direct=pair.normal_stiffness if direct else 0.0,
-        stiffness_per_diameter_a=softened[0],
-        stiffness_per_diameter_b=softened[1],
+        stiffness_per_diameter_a=0.0 if direct else softened[0],
+        stiffness_per_diameter_b=0.0 if direct else softened[1],
         tangential_ratio=pair.tangential_ratio,
-        damping_ratio=damping_ratio(case, pair),
+        damping_ratio=0.0 if hysteretic else damping_ratio(case, pair),
         tension_cut=contact.tension == "cut",
         static_friction=pair.sliding_friction,
         dynamic_friction=pair.sliding_friction,
         rolling_friction=pair.rolling_friction,
         overlap_warn=pair.overlap_warn,
         overlap_stop=pair.overlap_stop,
+        unloading_ratio=pair.restitution**-2 if hysteretic else 1.0,
+        contact_modulus=modulus,
+        contact_shear_modulus=shear,
+        cohesive_pressure=pair.cohesive_pressure or 0.0,
     )
 
 
-def pair_stiffness_of(case: Case, first: str, second: str) -> float:
-    """Normal stiffness [N/m] of a material of the charge and another, for the particles with the shortest contacts.
+def contact_moduli(young: list[float], poisson: list[float]) -> tuple[float, float]:
+    """Contact modulus E* and contact shear modulus G* [Pa] of two solids with these moduli [Pa] and Poisson's ratios [1].
 
-    A material that only walls are of counts with the particle's diameter.
+    ``1/E* = sum (1 - nu^2)/E`` and ``1/G* = sum 2 (2 - nu)(1 + nu)/E``.  Source: K. L. Johnson, "Contact Mechanics", 1985, 4.2 and 7.2.
     """
-    own = quickest_pebble(case, first).diameter
-    other = quickest_pebble(case, second).diameter if second in case.charge.materials else own
-    law = pair_law(case, first, second)
-    return law.stiffness_direct or series_stiffness(law.stiffness_per_diameter_a, law.stiffness_per_diameter_b, own, other)
+    modulus = 1.0 / sum((1.0 - nu * nu) / e for e, nu in zip(young, poisson, strict=True))
+    return modulus, 1.0 / sum(2.0 * (2.0 - nu) * (1.0 + nu) / e for e, nu in zip(young, poisson, strict=True))
+
+
+def case_contacts(case: Case) -> list[tuple[str, str, bool]]:
+    """Pairs of materials that touch, and whether the second is a wall: the charge's own, then each of them with every wall."""
+    own = case.charge.materials
+    walls = dict.fromkeys([case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else []))
+    between = [(a, b, False) for number, a in enumerate(own) for b in own[number:]]
+    return between + [(a, wall, True) for a in own for wall in walls]
+
+
+class Meeting(NamedTuple):
+    """Two particles that meet, or one that meets a wall."""
+
+    mass: float
+    """Reduced mass [kg]."""
+    radius: float
+    """Reduced radius [m]."""
+    diameter: float
+    """Of the first [m]."""
+    other_diameter: float
+    """Of the second [m]; of a wall that of the first."""
+
+
+def quickest_meeting(case: Case, first: str, second: str, wall: bool) -> Meeting:
+    """The particles of two materials that have the shortest contacts."""
+    one = quickest_pebble(case, first)
+    if wall:
+        return Meeting(one.mass, one.diameter / 2, one.diameter, one.diameter)
+    two = quickest_pebble(case, second)
+    mass, radius = 1 / (1 / one.mass + 1 / two.mass), 0.5 / (1 / one.diameter + 1 / two.diameter)
+    return Meeting(mass, radius, one.diameter, two.diameter)
+
+
+def impact_of(case: Case, first: str, second: str, wall: bool, v: float) -> Impact:
+    """The quickest particles of two materials that meet head-on at `v` [m/s]."""
+    return impact(contact_law_of(case), pair_law(case, first, second), *quickest_meeting(case, first, second, wall), v)
 
 
 def damping_ratio(case: Case, pair: ContactPair) -> float:
@@ -147,7 +195,7 @@ def chamber_charge(
         chamber_surfaces(case),
         1,
         gravity=(0.0, 0.0, -case.mechanism.gravity),
-        rolling=ROLLING[case.contact.rolling],
+        law=contact_law_of(case),
         domain=(middle, chamber_reach(case)),
         poses=np.concatenate([position, quaternion])[None, :],
     )
@@ -171,7 +219,7 @@ def placed_particles(case: Case, bed: np.ndarray, position: np.ndarray, quaterni
 
 def chamber_middle(case: Case) -> np.ndarray:
     """Middle of the space inside [m] (3,), in chamber axes from the nutation point."""
-    return np.array([0.0, 0.0, -case.chamber.floor_depth + case.chamber.height / 2])
+    return room_box(case).mean(axis=0)
 
 
 def chamber_reach(case: Case) -> float:
@@ -180,5 +228,8 @@ def chamber_reach(case: Case) -> float:
     Half the diagonal of the chamber, the swing of its middle, and as much again for the sway on the mounts.
     """
     chamber = case.chamber
-    swing = 2 * case.mechanism.crank_radius * (chamber.floor_depth - chamber.height / 2) / case.mechanism.nutation_point_to_crank
-    return math.hypot(chamber.inner_diameter, chamber.height) / 2 + 2 * swing
+    swing = 2 * case.mechanism.crank_radius * -chamber_middle(case)[2] / case.mechanism.nutation_point_to_crank
+    half = math.hypot(chamber.inner_diameter, chamber.height) / 2
+    if chamber.mesh is not None:
+        half = float(np.linalg.norm(chamber_mesh(case).vertices + chamber.mesh.at - chamber_middle(case), axis=1).max())
+    return half + 2 * abs(swing)

@@ -21,6 +21,8 @@ SECTORS = 36
 MOST_ACROSS, MOST_UP = 10, 30
 """Most cells along radius and height [1]."""
 FACES = 6
+MESH_POINTS = 1e6
+"""Points on a mesh's patch from which the areas of its parts are counted [1]."""
 
 
 def chamber_cells(case: Case) -> tuple[int, int, int]:
@@ -37,9 +39,33 @@ def _cut(case: Case, surface: Surface) -> tuple[int, int, int, float, float]:
         return ANGLE_HEIGHT, around, up, 0.0, case.chamber.height
     if surface.kind == SurfaceKind.PLANE:
         return ANGLE_RADIUS, around, across, 0.0, case.chamber.inner_diameter / 2
-    # a rib's box begins as far below the floor as it reaches into the charge: rows of the part that is free
-    depth, _, half = surface.size
-    return FACE_HEIGHT, FACES, up, depth - half, half
+    if surface.kind == SurfaceKind.BOX:
+        # a rib's box begins as far below the floor as it reaches into the charge: rows of the part that is free
+        depth, _, half = surface.size
+        return FACE_HEIGHT, FACES, up, depth - half, half
+    if surface.mesh.keep == "outside":
+        return ANGLE_HEIGHT, 1, 1, 0.0, 1.0
+    points, areas, upright = _mesh_points(surface)
+    if abs(upright) > 0.7:  # rather a floor than a wall
+        return ANGLE_RADIUS, around, across, 0.0, float(np.hypot(points[:, 0], points[:, 1]).max())
+    return ANGLE_HEIGHT, around, up, float(points[:, 2].min()), float(points[:, 2].max())
+
+
+def _mesh_points(surface: Surface) -> tuple[np.ndarray, np.ndarray, float]:
+    """Points spread evenly over each triangle of a mesh's patch [m] (n, 3), the area of each [m^2] (n,), surface axes, and the mean z
+    component of the normal [1]."""
+    mesh = surface.mesh
+    corners = mesh.vertices[mesh.faces[mesh.patch == surface.patch]]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normals = 0.5 * np.cross(a, b)
+    areas = np.linalg.norm(normals, axis=1)
+    k = int(np.clip(math.sqrt(MESH_POINTS / len(areas)), 3, 60))
+    # middles of the k^2 equal triangles that a triangle falls into
+    u, v = (part.ravel() for part in np.meshgrid(np.arange(k), np.arange(k), indexing="ij"))
+    up, down = u + v < k, u + v < k - 1
+    u, v = np.concatenate([u[up] + 1 / 3, u[down] + 2 / 3]) / k, np.concatenate([v[up] + 1 / 3, v[down] + 2 / 3]) / k
+    points = corners[:, :1] + u[:, None] * a[:, None, :] + v[:, None] * b[:, None, :]
+    return points.reshape(-1, 3), np.repeat(areas / (k * k), k * k), float(normals[:, 2].sum() / areas.sum())
 
 
 def chamber_patches(case: Case) -> PatchTable:
@@ -66,7 +92,7 @@ def pair_types(case: Case) -> list[tuple[str, list[int]]]:
     """Kinds of pairs that can meet: name, and the types of `nutamill.charge.impacts` that belong to it."""
     names, own = material_order(case), case.charge.materials
     n = len(names)
-    walls = dict.fromkeys([case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else []))
+    walls = dict.fromkeys(names[surface.material] for surface in chamber_surfaces(case))
     pairs = [(f"{own[a]}-{own[b]}", sorted({a * n + b, b * n + a})) for a in range(len(own)) for b in range(a, len(own))]
     return pairs + [(f"{a}-{b} wall", [(n + names.index(a)) * n + names.index(b)]) for a in own for b in walls]
 
@@ -94,25 +120,40 @@ def statistics_axes(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
 def _patches(case: Case) -> dict[str, np.ndarray]:
     """Surface, place and area of every patch."""
     table = chamber_patches(case)
+    floor = -case.chamber.floor_depth - whole_chamber(case.chamber).mass_centre[2]
     columns: dict[str, list] = {name: [] for name in ("patch_surface", "patch_column", "patch_azimuth", "patch_along", "patch_area")}
     for s, surface in enumerate(chamber_surfaces(case)):
         rows = int(table.rows[s])
         count = int(table.first[s + 1] - table.first[s]) // rows
         edges = np.linspace(*table.range[s], rows + 1)
-        azimuth = (np.arange(count) + 0.5) * math.tau / count
-        if table.kind[s] == ANGLE_RADIUS:
-            areas = np.tile(0.5 * np.diff(edges**2) * math.tau / count, (count, 1))
-        elif table.kind[s] == ANGLE_HEIGHT:
-            areas = np.tile(np.diff(edges) * surface.size[0] * math.tau / count, (count, 1))
-        else:
-            azimuth = np.full(count, math.nan)
-            areas = _rib_areas(surface, np.diff(edges))
+        azimuth = np.full(count, math.nan)
+        if table.kind[s] != FACE_HEIGHT:
+            own = (np.arange(count) + 0.5) * math.tau / count
+            across, along, _ = np.asarray(surface.rotation) @ np.stack([np.cos(own), np.sin(own), np.zeros(count)])
+            azimuth = np.mod(np.arctan2(along, across), math.tau)
+        lift = 0.0 if table.kind[s] == ANGLE_RADIUS else surface.origin[2] - floor
         columns["patch_surface"] += [surface.name] * (count * rows)
         columns["patch_column"] += list(np.repeat(np.arange(count), rows))
         columns["patch_azimuth"] += list(np.repeat(azimuth, rows))
-        columns["patch_along"] += list(np.tile(0.5 * (edges[1:] + edges[:-1]) - (edges[0] if s else 0.0), count))
-        columns["patch_area"] += list(areas.ravel())
+        columns["patch_along"] += list(np.tile(0.5 * (edges[1:] + edges[:-1]) + lift, count))
+        columns["patch_area"] += list(_areas(surface, int(table.kind[s]), edges, count).ravel())
     return {name: np.array(values) for name, values in columns.items()}
+
+
+def _areas(surface: Surface, kind: int, edges: np.ndarray, count: int) -> np.ndarray:
+    """Free area of the patches of a surface [m^2] (columns, rows), cut at `edges` [m] along its second coordinate."""
+    rows = len(edges) - 1
+    if surface.kind == SurfaceKind.BOX:
+        return _rib_areas(surface, np.diff(edges))
+    if surface.kind == SurfaceKind.CYLINDER:
+        return np.tile(np.diff(edges) * surface.size[0] * math.tau / count, (count, 1))
+    if surface.kind == SurfaceKind.PLANE:
+        return np.tile(0.5 * np.diff(edges**2) * math.tau / count, (count, 1))
+    points, areas, _ = _mesh_points(surface)
+    along = np.hypot(points[:, 0], points[:, 1]) if kind == ANGLE_RADIUS else points[:, 2]
+    row = np.clip(((along - edges[0]) / (edges[-1] - edges[0]) * rows).astype(int), 0, rows - 1)
+    column = np.minimum((np.mod(np.arctan2(points[:, 1], points[:, 0]) / math.tau, 1.0) * count).astype(int), count - 1)
+    return np.bincount(column * rows + row, areas, count * rows).reshape(count, rows)
 
 
 def _rib_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.build.wall_mesh import free_volume
 from nutamill.case import Case
 from nutamill.case.recipe import Portion
 from nutamill.charge.particles import Particles, clumps, joined, spheres
@@ -71,7 +72,7 @@ def _of_part(case: Case, number: int, part: Portion) -> Particles:
     if part.count is not None:
         diameters = law.of_number(part.count)
     else:
-        diameters = law.of_volume(part.solid_volume(case.materials[part.material].density, case.chamber.free_volume))
+        diameters = law.of_volume(part.solid_volume(case.materials[part.material].density, free_volume(case)))
     if part.kind == "spheres":
         return spheres(diameters, material)
     return clumps(_shapes(part.shapes.clumps), diameters, material, case.run.seed + number)

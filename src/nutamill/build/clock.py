@@ -3,10 +3,9 @@
 import math
 from typing import NamedTuple
 
-from nutamill.build.chamber_charge import pair_law, pair_stiffness_of
-from nutamill.build.charge_mix import quickest_pebble
+from nutamill.build.chamber_charge import case_contacts, impact_of, pair_law, quickest_meeting
 from nutamill.case import Case
-from nutamill.charge.contact_terms import SUBSTEPS_PER_CONTACT, contact_time, largest_overlap, restitution_from_damping_ratio
+from nutamill.charge.contact_terms import SUBSTEPS_PER_CONTACT, cohesive_softening, spring_stiffness
 from nutamill.charge.model import PairLaw
 from nutamill.errors import CaseError, Fault
 
@@ -23,9 +22,11 @@ class ContactFacts(NamedTuple):
     pair: str
     """Names of the two materials."""
     stiffness: float
-    """Normal stiffness [N/m]."""
+    """Normal stiffness [N/m]; hysteretic: loading; Hertz: tangent at the largest overlap."""
     time: float
-    """Duration of a contact [s]."""
+    """Duration of a contact at the speed of the crank circle [s]; infinite where the two stick."""
+    resolve: float
+    """Time a substep has to be small against [s]: the duration, but hysteretic half a period of the unloading spring."""
     overlap: float
     """Largest overlap of a head-on contact at the speed of the crank circle, share of the smaller diameter [1]."""
     restitution: float
@@ -54,23 +55,15 @@ class Clock(NamedTuple):
 
 def contact_facts(case: Case) -> list[ContactFacts]:
     """Facts of the contacts between particles of all materials, then of each with every wall material; the quickest particles rule."""
-    own = case.charge.materials
-    walls = dict.fromkeys([case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else []))
-    between = [_facts(case, a, b, False) for number, a in enumerate(own) for b in own[number:]]
-    return between + [_facts(case, a, wall, True) for a in own for wall in walls]
+    return [_facts(case, *contact) for contact in case_contacts(case)]
 
 
 def _facts(case: Case, own: str, other: str, wall: bool) -> ContactFacts:
     """Facts of the quickest particle of one material against that of another, or against a wall."""
-    one = quickest_pebble(case, own)
-    two = one if wall else quickest_pebble(case, other)
-    mass = one.mass if wall else 1 / (1 / one.mass + 1 / two.mass)
-    law = pair_law(case, own, other)
-    k = pair_stiffness_of(case, own, other)
-    duration = contact_time(k, mass, law.damping_ratio, law.tension_cut)
-    overlap = largest_overlap(k, mass, law.damping_ratio, crank_circle_speed(case)) / min(one.diameter, two.diameter)
-    restitution = restitution_from_damping_ratio(law.damping_ratio, law.tension_cut)
-    return ContactFacts(f"{own}-{other}{' wall' * wall}", k, duration, overlap, restitution, law)
+    met, sizes = impact_of(case, own, other, wall, crank_circle_speed(case)), quickest_meeting(case, own, other, wall)
+    share = met.overlap / min(sizes.diameter, sizes.other_diameter)
+    name = f"{own}-{other}{' wall' * wall}"
+    return ContactFacts(name, met.stiffness, met.time, met.resolve, share, met.restitution, pair_law(case, own, other))
 
 
 def crank_circle_speed(case: Case) -> float:
@@ -83,33 +76,56 @@ def run_clock(case: Case) -> Clock:
 
     Raises
     ------
-    CaseError : a substep that resolves the shortest contact by fewer than `FEWEST_SUBSTEPS`
+    CaseError : a substep that resolves the shortest contact by fewer than `FEWEST_SUBSTEPS`, cohesion that leaves no spring
     """
     row = 1.0 / case.run.series_rate
     if not case.charge.parts:
         windows = math.ceil(row / MECHANISM_STEP)
         return Clock(0, row / windows, windows, f"mechanism alone, at most {MECHANISM_STEP * 1e6:g} us")
-    shortest = min(contact_facts(case), key=lambda facts: facts.time)
+    _refuse_soft_springs(case)
+    shortest = min(contact_facts(case), key=lambda facts: facts.resolve)
     if case.run.dt == "auto":
-        longest = shortest.time / SUBSTEPS_PER_CONTACT
+        longest = shortest.resolve / SUBSTEPS_PER_CONTACT
         ruled_by = f"{shortest.pair}, {SUBSTEPS_PER_CONTACT} substeps per contact"
     else:
         longest = case.run.dt
-        ruled_by = f"run.dt, {shortest.time / longest:.1f} substeps per {shortest.pair} contact"
-        if shortest.time / longest < FEWEST_SUBSTEPS:
+        ruled_by = f"run.dt, {shortest.resolve / longest:.1f} substeps per {shortest.pair} contact"
+        if shortest.resolve / longest < FEWEST_SUBSTEPS:
             raise CaseError(_too_long(case, shortest, longest))
     substeps = min(case.run.window, math.ceil(row / longest))
     windows = math.ceil(row / (substeps * longest) - 1e-9)
     return Clock(substeps, row / windows, windows, ruled_by)
 
 
+def _refuse_soft_springs(case: Case) -> None:
+    """Raise where cohesion is stronger than a linear spring at any overlap, for the largest particles of the charge."""
+    if case.contact.cohesion == "none" or case.contact.normal == "hertz":
+        return
+    diameter = max(part.size_range[1] for part in case.charge.parts)
+    faults = []
+    for own, other, wall in case_contacts(case):
+        law = pair_law(case, own, other)
+        spring, taken = spring_stiffness(law, diameter, diameter), cohesive_softening(law, diameter / (2 if wall else 4))
+        if taken >= spring:
+            most = law.cohesive_pressure * spring / taken
+            what = f"cohesion takes {taken / 1e3:.3g} kN/m from a spring of {spring / 1e3:.3g} kN/m: particles would collapse"
+            faults.append(Fault(f"contact.pairs {own}-{other}", what, f"Give a cohesive_pressure well below {most / 1e6:.3g} MPa"))
+    if faults:
+        raise CaseError(*faults)
+
+
 def _too_long(case: Case, shortest: ContactFacts, substep: float) -> Fault:
     """What is wrong with a substep that is too long, and what would be right."""
-    ratio = FEWEST_SUBSTEPS * substep / shortest.time
+    ratio = FEWEST_SUBSTEPS * substep / shortest.resolve
+    if case.contact.normal == "hertz":
+        # the duration goes with the modulus to the power -2/5
+        softer = f"softening = {case.contact.softening / ratio**2.5:.2g} would do"
+    else:
+        overlap = f"overlap {100 * shortest.overlap * ratio:.2g} % of the diameter at {crank_circle_speed(case):.2g} m/s"
+        softer = f"{shortest.stiffness / ratio**2 / 1e3:.3g} kN/m would do ({overlap})"
     return Fault(
         f"run.dt = {substep * 1e6:.3g} us",
-        f"a {shortest.pair} contact lasts {shortest.time * 1e6:.3g} us, {shortest.time / substep:.2g} substeps;"
-        f" it needs {FEWEST_SUBSTEPS}, better {SUBSTEPS_PER_CONTACT} ({shortest.time / SUBSTEPS_PER_CONTACT * 1e6:.2g} us)",
-        f'Use dt = "auto", or soften: {shortest.stiffness / ratio**2 / 1e3:.3g} kN/m would do'
-        f" (overlap {100 * shortest.overlap * ratio:.2g} % of the diameter at {crank_circle_speed(case):.2g} m/s)",
+        f"a {shortest.pair} contact lasts {shortest.resolve * 1e6:.3g} us, {shortest.resolve / substep:.2g} substeps;"
+        f" it needs {FEWEST_SUBSTEPS}, better {SUBSTEPS_PER_CONTACT} ({shortest.resolve / SUBSTEPS_PER_CONTACT * 1e6:.2g} us)",
+        f'Use dt = "auto", or soften: {softer}',
     )

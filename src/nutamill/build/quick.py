@@ -3,8 +3,9 @@
 import itertools
 import math
 
-from nutamill.build.chamber_charge import material_order, pair_stiffness_of
+from nutamill.build.chamber_charge import material_order, pair_law, quickest_meeting
 from nutamill.case import Case
+from nutamill.charge.contact_terms import spring_stiffness
 
 RAMP_TIME = 0.2
 """Time from rest to full speed in a demonstration [s]."""
@@ -26,12 +27,19 @@ def quick(case: Case) -> Case:
         "run.until": until,
         "run.snapshots.last": 0.1,
     }
-    if case.charge.parts and case.contact.stiffness == "young":
+    if softens(case):
         changes["contact.stiffness"] = "direct"
         for own, other in itertools.product(case.charge.materials, material_order(case)):
-            softer = SOFTER if other in case.charge.materials else 1.0
-            changes[f"contact.pairs.{pair_name(case, own, other)}.normal_stiffness"] = pair_stiffness_of(case, own, other) / softer
+            wall = other not in case.charge.materials
+            softer, met = 1.0 if wall else SOFTER, quickest_meeting(case, own, other, wall)
+            stiffness = spring_stiffness(pair_law(case, own, other), met.diameter, met.other_diameter)
+            changes[f"contact.pairs.{pair_name(case, own, other)}.normal_stiffness"] = stiffness / softer
     return case.with_(**{key.replace(".", "__"): value for key, value in changes.items()})
+
+
+def softens(case: Case) -> bool:
+    """Whether the demonstration of a case takes softer springs; Hertz's have no stiffness of their own to change."""
+    return bool(case.charge.parts) and case.contact.stiffness == "young" and case.contact.normal != "hertz"
 
 
 def pair_name(case: Case, first: str, second: str) -> str:
@@ -39,9 +47,10 @@ def pair_name(case: Case, first: str, second: str) -> str:
     return next(name for name in (f"{first}-{second}", f"{second}-{first}") if name in case.contact.pairs)
 
 
-def banner() -> str:
-    """What a demonstration leaves out."""
+def banner(case: Case) -> str:
+    """What the demonstration of a case leaves out."""
+    softer = f", contacts between particles {SOFTER:g} times softer" if softens(case) else ""
     return (
-        f"demonstration: rigid mounts, {RAMP_TIME:g} s ramp, {TURNS} turns at speed, contacts between particles {SOFTER:g} times softer."
+        f"demonstration: rigid mounts, {RAMP_TIME:g} s ramp, {TURNS} turns at speed{softer}."
         " It shows the program, not the mill: run without --quick for numbers"
     )

@@ -29,7 +29,7 @@ ANGLE_STOP = math.radians(1.0)
 
 def faults(case: "Case") -> list[Finding]:
     """Everything that contradicts."""
-    return [*_geometry(case), *_ribs(case), *_inertia(case), *_materials(case), *_pairs(case), *_charge(case)]
+    return [*_geometry(case), *_ribs(case), *_inertia(case), *_materials(case), *_laws(case), *_pairs(case), *_charge(case)]
 
 
 def warnings(case: "Case") -> list[Fault]:
@@ -136,6 +136,7 @@ def _touching(case: "Case") -> dict[tuple[str | int, ...], str | None]:
     needed[("chamber", "material")] = case.chamber.material
     if case.chamber.ribs and case.chamber.rib:
         needed[("chamber", "rib", "material")] = case.chamber.rib.material
+    needed |= {("walls", k, "material"): wall.material for k, wall in enumerate(case.walls)}
     return needed
 
 
@@ -150,6 +151,26 @@ def _materials(case: "Case") -> list[Finding]:
         if "-" in name:
             hint = f"Write {name.replace('-', '_')}; a hyphen joins the two materials of a pair"
             found.append((("materials", name), "the name of a material must not contain a hyphen", hint))
+    return found
+
+
+def _laws(case: "Case") -> list[Finding]:
+    """Laws that do not go together."""
+    contact, found = case.contact, []
+    if contact.normal == "hertz" and contact.stiffness == "direct":
+        what = 'must be "young" with normal = "hertz", got "direct"'
+        hint = "Hertz takes young_modulus and poisson_ratio of the materials; contact.softening makes them softer"
+        found.append((("contact", "stiffness"), what, hint))
+    if contact.normal == "hysteretic" and contact.damping == "ratio":
+        what = 'must be "restitution" with normal = "hysteretic", got "ratio"'
+        hint = "It has no dashpot: its unloading stiffness follows from the restitution of each pair"
+        found.append((("contact", "damping"), what, hint))
+    if contact.cohesion == "none":
+        for name, pair in contact.pairs.items():
+            if pair.cohesive_pressure:
+                what = 'would do nothing, with contact.cohesion = "none"'
+                key = ("contact", "pairs", name, "cohesive_pressure")
+                found.append((key, what, 'Write cohesion = "area" in [contact], or leave it out'))
     return found
 
 
@@ -168,6 +189,7 @@ def _pairs(case: "Case") -> list[Finding]:
             found.append(((*key, "overlap_warn"), f"must be less than overlap_stop {pair.overlap_stop:g}, got {pair.overlap_warn:g}", ""))
     needs = ["normal_stiffness"] * (case.contact.stiffness == "direct")
     needs += ["restitution" if case.contact.damping == "restitution" else "damping_ratio"]
+    needs += ["cohesive_pressure"] * (case.contact.cohesion == "area")
     for charge, other in _contacts(case):
         name = next((pair for pair in (f"{charge}-{other}", f"{other}-{charge}") if pair in pairs), None)
         if name is None:
@@ -175,7 +197,7 @@ def _pairs(case: "Case") -> list[Finding]:
             found.append((("contact", "pairs", f"{charge}-{other}"), what, f"Add a table [contact.pairs.{charge}-{other}]"))
             continue
         for need in (need for need in needs if getattr(pairs[name], need) is None):
-            asks = "stiffness" if need == "normal_stiffness" else "damping"
+            asks = {"normal_stiffness": "stiffness", "cohesive_pressure": "cohesion"}.get(need, "damping")
             what = f'is missing, with contact.{asks} = "{getattr(case.contact, asks)}"'
             found.append((("contact", "pairs", name, need), what, f"Add {need} to the pair"))
     return found
@@ -214,7 +236,7 @@ def _charge(case: "Case") -> list[Finding]:
 
 
 def _amounts(case: "Case") -> list[Finding]:
-    """More particles than can be meant, or more charge than the chamber holds when poured."""
+    """More particles than can be meant, or more charge than the chamber holds when poured; what meshes leave is not known here."""
     free = case.chamber.free_volume
     found, loose = [], 0.0
     for key, part in _portions(case):
@@ -225,7 +247,7 @@ def _amounts(case: "Case") -> list[Finding]:
         if (number := solid / part.size_law().mean_volume) > MOST_PARTICLES:
             what = f"makes {number:.2g} particles, at most {MOST_PARTICLES:.0e} can be meant"
             found.append(((*key, amount), what, "Take less, or coarser particles"))
-    if found or loose <= free * (1.0 + 1e-9):
+    if found or loose <= free * (1.0 + 1e-9) or case.chamber.mesh is not None:
         return found
     kind = "ribbed chamber" if case.chamber.ribs else "chamber"
     holds = f"L loose, the {kind} holds {1e3 * free:.3g} L"

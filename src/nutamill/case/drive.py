@@ -89,6 +89,23 @@ def profile_fault(times: list[float]) -> tuple[int, str] | None:
     return None
 
 
+def found_file(name: str, where: str, folders: Iterable[Path]) -> Path:
+    """Full path of a file that a case names; a relative name is looked for in each of the folders.
+
+    Raises
+    ------
+    CaseError : no such file; similar names are told
+    """
+    folders = list(dict.fromkeys(folder.resolve() for folder in folders))
+    path = next((folder / name for folder in folders if (folder / name).is_file()), None)
+    if path is None:
+        near = [file.name for folder in folders if folder.is_dir() for file in folder.iterdir() if file.is_file()]
+        similar = difflib.get_close_matches(Path(name).name, near, n=3, cutoff=0.6)
+        looked = " and ".join(str(folder) for folder in folders)
+        raise CaseError(Fault(where, f"{name} not found (looked in {looked})", f"Similar: {', '.join(similar)}" if similar else ""))
+    return path
+
+
 def read_profile(name: str, where: str, folders: Iterable[Path]) -> dict[str, Any]:
     """The table of a `Profile` from a CSV file, looked for in each of the folders.
 
@@ -102,13 +119,7 @@ def read_profile(name: str, where: str, folders: Iterable[Path]) -> dict[str, An
     ------
     CaseError : no such file, or each line that is wrong (the first ten)
     """
-    folders = list(dict.fromkeys(folder.resolve() for folder in folders))
-    path = next((folder / name for folder in folders if (folder / name).is_file()), None)
-    if path is None:
-        near = [file.name for folder in folders if folder.is_dir() for file in folder.iterdir() if file.is_file()]
-        similar = difflib.get_close_matches(Path(name).name, near, n=3, cutoff=0.6)
-        looked = " and ".join(str(folder) for folder in folders)
-        raise CaseError(Fault(where, f"{name} not found (looked in {looked})", f"Similar: {', '.join(similar)}" if similar else ""))
+    path = found_file(name, where, folders)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:

@@ -23,6 +23,7 @@ from nutamill.case.library import (
     similar,
 )
 from nutamill.case.locate import key_lines, key_parts
+from nutamill.case.mesh_file import pin_mesh
 from nutamill.errors import CaseError, Fault
 
 RIVALS = (
@@ -107,12 +108,12 @@ def python_layer(changes: dict[str, Any]) -> Layer:
 
 
 def merge(layers: list[Layer]) -> tuple[dict[str, Any], dict[Key, str], list[Fault]]:
-    """One nested dict, the place of each key, and what is wrong with the mount sets and profile files, which are read here."""
+    """One nested dict, the place of each key, and what is wrong with the files they name, which are read here."""
     content: dict[str, Any] = {}
     places: dict[Key, str] = {}
     faults: list[Fault] = []
     for layer in layers:
-        for expand in (_expand_mount_set, _expand_charge, _expand_profile):
+        for expand in (_expand_mount_set, _expand_charge, _expand_profile, _pin_meshes):
             try:
                 expand(layer)
             except CaseError as error:
@@ -319,3 +320,19 @@ def _expand_profile(layer: Layer) -> None:
     if isinstance(drive, dict) and isinstance(name := drive.get("profile"), str):
         del drive["profile"]  # should the file be wrong, the rest of the case can still be checked
         drive["profile"] = read_profile(name, placed(layer.places, ("drive", "profile")), [layer.folder, Path.cwd()])
+
+
+def _pin_meshes(layer: Layer) -> None:
+    """Find the mesh files that ``chamber.mesh`` and ``walls`` name."""
+    chamber, walls = layer.content.get("chamber"), layer.content.get("walls")
+    named: list[tuple[Key, Any]] = [(("chamber", "mesh"), chamber.get("mesh") if isinstance(chamber, dict) else None)]
+    named += [(("walls", k), wall) for k, wall in enumerate(walls if isinstance(walls, (list, tuple)) else ())]
+    faults: list[Fault] = []
+    for key, table in named:
+        if isinstance(table, dict):
+            try:
+                pin_mesh(table, placed(layer.places, (*key, "file")), [layer.folder, Path.cwd()])
+            except CaseError as error:
+                faults += error.faults
+    if faults:
+        raise CaseError(*faults)

@@ -23,6 +23,7 @@ from nutamill.machine import (
     DrawnMechanism,
     Driveshaft,
     IntermediateShaft,
+    MeshedWall,
     Mounts,
     ShaftCoupling,
     TopFrame,
@@ -89,6 +90,8 @@ class Case(Table):
     """One line that says what is asked."""
     mechanism: DrawnMechanism
     chamber: Chamber
+    walls: tuple[MeshedWall, ...] = ()
+    """Solids inside the chamber and fixed to it, from mesh files."""
     carriage: Carriage
     driveshaft: Driveshaft
     balance: Balance
@@ -135,7 +138,9 @@ class Case(Table):
     @functools.cached_property
     def digest(self) -> str:
         """SHA-256 of the content, in hexadecimal: the identity of the case, whatever units or base it was written with."""
-        content = json.dumps(_rounded(self.model_dump(by_alias=True, exclude_none=True)), sort_keys=True)
+        # a mesh is known by its content, wherever the file is
+        files = {"chamber": {"mesh": {"file"}}, "walls": {"__all__": {"file"}}}
+        content = json.dumps(_rounded(self.model_dump(by_alias=True, exclude_none=True, exclude=files)), sort_keys=True)
         return hashlib.sha256(content.encode()).hexdigest()
 
     def with_(self, key: str | None = None, value: Any = None, /, **changes: Any) -> "Case":

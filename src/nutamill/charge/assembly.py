@@ -2,12 +2,16 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from nutamill.charge.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, cut_chunks
 from nutamill.charge.impacts import impact_book
+from nutamill.charge.laws.numbers import law_faults, law_numbers
+from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw
+from nutamill.charge.mesh_patches import mesh_walls
 from nutamill.charge.model import (
     BATCH,
     PADDING,
@@ -16,16 +20,16 @@ from nutamill.charge.model import (
     ChargeState,
     Clock,
     Ledger,
+    ListScratch,
     PairLaw,
-    RollingLaw,
     Status,
     Surface,
 )
 from nutamill.charge.particles import Particles, check_particles, motion_faults
 from nutamill.charge.patches import ANGLE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.pebbles import Pebbles, pebbles
-from nutamill.charge.surfaces import place_surfaces, surface_overlap
 from nutamill.charge.team import MOST_THREADS
+from nutamill.charge.wall_checks import NAMED, extent, mesh_faults, named, surface_faults, wall_faults
 from nutamill.errors import CaseError, Fault
 
 SMALLEST_CHUNK, LARGEST_CHUNK, CHUNKS = 64, 256, 10
@@ -37,9 +41,6 @@ Pairs across two chunks are computed twice, so large chunks do less work; few ch
 CANDIDATES_PER_PARTICLE = 14
 """Room in a list for each particle [1]; `grow` makes more."""
 
-NAMED = 5
-"""Worst offenders that a message names [1]."""
-
 
 def _aligned(shape, dtype) -> np.ndarray:
     """Zeros that begin on a cache line."""
@@ -49,33 +50,15 @@ def _aligned(shape, dtype) -> np.ndarray:
     return raw[offset : offset + size].view(dtype).reshape(shape)
 
 
-def law_numbers(law: PairLaw) -> list[float]:
-    """The numbers of a pair law in the order of `LawColumn`."""
-    direct = law.stiffness_direct > 0.0
-    return [
-        1.0 / law.stiffness_direct if direct else 0.0,
-        0.0 if direct else 1.0 / law.stiffness_per_diameter_a,
-        0.0 if direct else 1.0 / law.stiffness_per_diameter_b,
-        law.tangential_ratio,
-        2.0 * law.damping_ratio,
-        0.0 if law.tension_cut else -math.inf,
-        law.static_friction,
-        law.dynamic_friction,
-        law.rolling_friction,
-        1.0 / law.overlap_stop,
-    ]
-
-
 def mirrored(law: PairLaw) -> PairLaw:
     """The law of materials (b, a) from that of (a, b)."""
-    return PairLaw(
-        law.stiffness_direct, law.stiffness_per_diameter_b, law.stiffness_per_diameter_a, law.tangential_ratio, law.damping_ratio,
-        law.tension_cut, law.static_friction, law.dynamic_friction, law.rolling_friction, law.overlap_warn, law.overlap_stop,
+    return replace(
+        law, stiffness_per_diameter_a=law.stiffness_per_diameter_b, stiffness_per_diameter_b=law.stiffness_per_diameter_a
     )  # fmt: skip
 
 
-def _law_table(pair_laws, materials, surfaces, n_materials) -> tuple[list, np.ndarray, list[Fault]]:
-    """Rows of numbers, which row for which pair, and the pairs that have none."""
+def _law_table(contact_law, pair_laws, materials, surfaces, n_materials) -> tuple[list, np.ndarray, list[Fault]]:
+    """Rows of numbers, which row for which pair, and what is wrong with the pairs."""
     laws, faults = [], []
     table = np.zeros((n_materials, n_materials), np.int32)
     present = sorted({int(m) for m in materials})
@@ -87,14 +70,11 @@ def _law_table(pair_laws, materials, surfaces, n_materials) -> tuple[list, np.nd
             if (b, a) not in needed or a <= b:
                 faults.append(Fault(f"materials {a} and {b}", "a pair law must be given, got none", f"Add pair_laws[{a}, {b}]"))
             continue
+        if a <= b or (b, a) not in needed:
+            faults += [Fault(f"pair_laws[{a}, {b}]", *fault) for fault in law_faults(contact_law, law)]
         table[a, b] = rows.setdefault(law, len(rows))
-    laws = [law_numbers(law) for law in rows]
+    laws = [] if faults else [law_numbers(contact_law, law) for law in rows]
     return laws, table, faults
-
-
-def _named(ids) -> str:
-    shown = ", ".join(str(int(i)) for i in ids[:NAMED])
-    return shown + (f" and {len(ids) - NAMED} more" if len(ids) > NAMED else "")
 
 
 def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
@@ -111,7 +91,7 @@ def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
         ("materials", (materials < 0) | (materials >= len(densities)), f"from 0 to {len(densities) - 1}"),
     ):
         if bad.any():
-            faults.append(Fault(name, f"must be {must}, not so for particles {_named(np.flatnonzero(bad))}"))
+            faults.append(Fault(name, f"must be {must}, not so for particles {named(np.flatnonzero(bad))}"))
     for material in sorted(set(materials.tolist())):
         if 0 <= material < len(densities) and not (math.isfinite(densities[material]) and densities[material] > 0.0):
             faults.append(Fault(f"density of material {material}", f"must be positive, got {densities[material]} kg/m^3"))
@@ -137,24 +117,6 @@ def _pair_faults(positions, radii, materials, model, owner) -> list[Fault]:
     return [Fault("positions", what, "Start from a looser packing")]
 
 
-def _wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> list[Fault]:
-    """Particles that start inside or behind a surface."""
-    faults = []
-    placed = np.zeros((len(surfaces), 12))
-    place_surfaces(model, poses, placed)
-    for s, surface in enumerate(surfaces):
-        deep = np.array(
-            [surface_overlap(model.surface_kind, model.surface_size, placed, s, *p, r)[0] for p, r in zip(positions, radii, strict=True)]
-        )
-        excess = deep / (2.0 * radii) * model.laws[model.law_of[materials, surface.material], 9]
-        bad = np.flatnonzero(excess > 1.0)
-        if len(bad):
-            bad = bad[np.argsort(-excess[bad])]
-            what = f"particles must start inside, these overlap it beyond overlap_stop or lie behind it: {_named(owner[bad])}"
-            faults.append(Fault(f'surface "{surface.name}"', what, "Check the chamber's sizes and the fill"))
-    return faults
-
-
 def body_poses(n_bodies: int, poses=None) -> np.ndarray:
     """Mass centre [m] and rotation matrix [1] (n_bodies, 12), from positions and quaternions (n_bodies, 7), or at the origin."""
     out = np.zeros((n_bodies, 12))
@@ -171,7 +133,7 @@ def body_poses(n_bodies: int, poses=None) -> np.ndarray:
 def _default_domain(positions, radii, surfaces) -> tuple[np.ndarray, float]:
     """Centre and half size of a cube with room for everything to move."""
     low, high = positions.min(axis=0), positions.max(axis=0)
-    reach = max([float((high - low).max()), 200.0 * float(radii.max())] + [2.0 * max(s.size) for s in surfaces])
+    reach = max([float((high - low).max()), 200.0 * float(radii.max())] + [2.0 * extent(s) for s in surfaces])
     return 0.5 * (low + high), reach
 
 
@@ -221,7 +183,7 @@ def charge(
     surfaces: Sequence[Surface],
     n_bodies: int,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
-    rolling: RollingLaw = RollingLaw.TYPE_C,
+    law: ContactLaw = STANDARD_LAW,
     skin: float | None = None,
     velocities: np.ndarray | None = None,
     spins: np.ndarray | None = None,
@@ -242,7 +204,7 @@ def charge(
     surfaces : wall pieces, each carried by a body
     n_bodies : bodies that may carry surfaces [1]
     gravity : [m/s^2] (3,), world axes
-    rolling : law of rolling resistance
+    law : the law of all contacts
     skin : gap up to which pairs are candidates [m]; a quarter of the mean diameter if None
     velocities, spins : [m/s], [rad/s] (n, 3), world axes; zero if None
     precision : "single", or "double" for verification
@@ -261,10 +223,8 @@ def charge(
         raise CaseError(*faults)
     n = len(positions)
     n_materials = max([len(densities)] + [s.material + 1 for s in surfaces])
-    rows, law_of, faults = _law_table(pair_laws, materials, surfaces, n_materials)
-    for surface in surfaces:
-        if not 0 <= surface.body < n_bodies:
-            faults.append(Fault(f'surface "{surface.name}"', f"body must be from 0 to {n_bodies - 1}, got {surface.body}"))
+    rows, law_of, faults = _law_table(law, pair_laws, materials, surfaces, n_materials)
+    faults += surface_faults(surfaces, n_bodies)
     if precision not in ("single", "double"):
         faults.append(Fault("precision", f'must be "single" or "double", got {precision!r}'))
     if faults:
@@ -276,16 +236,16 @@ def charge(
         n_particles=n,
         chunk=min(LARGEST_CHUNK, max(SMALLEST_CHUNK, -(-n // (CHUNKS * BATCH)) * BATCH)),
         n_bodies=n_bodies,
+        law=law,
         laws=np.array(rows, real),
         law_of=law_of,
-        spring_rolling=float(rolling == RollingLaw.TYPE_C),
-        constant_rolling=float(rolling == RollingLaw.TYPE_A),
         surface_kind=np.array([int(s.kind) for s in surfaces], np.int64),
         surface_body=np.array([s.body for s in surfaces], np.int64),
         surface_material=np.array([s.material for s in surfaces], np.int64),
         surface_origin=np.array([s.origin for s in surfaces], float).reshape(-1, 3),
         surface_rotation=np.array([np.array(s.rotation, float) for s in surfaces], float).reshape(-1, 3, 3),
         surface_size=np.array([s.size for s in surfaces], float).reshape(-1, 3),
+        mesh=mesh_walls(surfaces, float(radii.max())),
         gravity=np.array(gravity, float),
         centre=centre,
         reach=reach,
@@ -294,16 +254,15 @@ def charge(
         skin=0.5 * float(radii.mean()) if skin is None else float(skin),
         largest_radius=float(radii.max()),
     )
-    if rolling == RollingLaw.NONE:
-        model.laws[:, 8] = 0.0
     poses = body_poses(n_bodies, poses)
     owner = np.arange(n) if spheres is None else spheres.place
     faults = _pair_faults(positions, radii, materials, model, owner)
     if surfaces:
-        faults += _wall_faults(positions, radii, materials, model, surfaces, poses, owner)
+        faults += wall_faults(positions, radii, materials, model, surfaces, poses, owner)
+        faults += mesh_faults(positions, model, surfaces, poses, owner)
     outside = owner[(np.abs(positions - centre) >= reach).any(axis=1)]
     if len(outside):
-        faults.append(Fault("domain", f"all particles must start within, these do not: {_named(outside)}", "Give a larger domain"))
+        faults.append(Fault("domain", f"all particles must start within, these do not: {named(outside)}", "Give a larger domain"))
     if faults:
         raise CaseError(*faults)
     ratio = float(radii.max() / radii.min())
@@ -333,7 +292,6 @@ def _state(model, poses, clumps, longest, real, point, per_particle, slots) -> C
     n_surfaces = len(model.surface_kind)
     memory = _aligned((2, chunks, capacity, 8), real)
     wall_memory = _aligned((m * n_surfaces + 1, 8), real)
-    memory[..., 6] = wall_memory[..., 6] = -1.0
     return ChargeState(
         x=_aligned((3, m), float),
         v=_aligned((3, m), float),
@@ -374,7 +332,7 @@ def _scratch(model, state) -> ChargeScratch:
     threads = MOST_THREADS
     patches = patch_table([(ANGLE_HEIGHT, 1, 1, 0.0, 1.0)] * n_surfaces)
     lanes = max(capacity, n_surfaces * chunk) + 2 * BATCH
-    return ChargeScratch(
+    lists = ListScratch(
         counts=np.zeros(8**bits + 2, np.int32),
         cell=np.zeros(m, np.int32),
         order=np.zeros(m, np.int32),
@@ -385,6 +343,9 @@ def _scratch(model, state) -> ChargeScratch:
         slot_of=np.zeros(m, np.int32),
         moved=np.zeros(m),
         moved_memory=_aligned(state.wall_memory.shape, real),
+    )
+    return ChargeScratch(
+        lists=lists,
         sums=np.zeros((chunks, model.n_bodies, 6)),
         work=np.zeros((chunks, len(Ledger))),
         alarms=np.zeros(chunks, np.int64),
@@ -398,8 +359,10 @@ def _scratch(model, state) -> ChargeScratch:
         moving=_aligned((threads, 15 * BATCH), float),
         fixed=_aligned((threads, 4 * BATCH), point),
         slots=np.arange(m, dtype=np.uint32),
-        normals=_aligned((threads, 5, max(n_surfaces, 1) * chunk), real),
+        normals=_aligned((threads, 4, n_surfaces * chunk), real),
         peaks=np.zeros((threads, 2)),
+        stopped_by=np.zeros(3),
+        test=_aligned((threads, chunk), real),
         barrier=np.zeros(32, np.int64),
         impacts=impact_book(threads, model.law_of.shape[0], float(state.body[1, : model.n_particles].mean()), patches),
     )
@@ -427,7 +390,9 @@ def grow(model: ChargeModel, state: ChargeState, scratch: ChargeScratch) -> tupl
     larger.clock[Clock.CROWDED] = 0
     if larger.status[0] == Status.LISTS_FULL:
         larger.status[:] = 0
-    return model, larger, _scratch(model, larger)._replace(impacts=scratch.impacts)
+    larger_scratch = _scratch(model, larger)._replace(impacts=scratch.impacts)
+    larger_scratch.stopped_by[:] = scratch.stopped_by
+    return model, larger, larger_scratch
 
 
 def _by_id(state, columns) -> np.ndarray:

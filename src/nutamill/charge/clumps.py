@@ -209,7 +209,7 @@ def integrate_clumps(model, state, lo, hi, forces, turned, point, dt, work):
 @kernel
 def number_clumps(state, scratch, n):
     """Bring the rows of the clumps into the order of their pebbles' slots, and tell the pebbles; called by one thread."""
-    places, old = state.body[PLACE], scratch.order
+    places, old = state.body[PLACE], scratch.lists.order
     count = 0
     last = like(-1.0, places[0])
     for i in range(n):
@@ -220,9 +220,9 @@ def number_clumps(state, scratch, n):
         places[i] = count - 1
     for k in range(COLUMNS):
         for p in range(count):
-            scratch.moved[p] = state.clumps[old[p], k]
+            scratch.lists.moved[p] = state.clumps[old[p], k]
         for p in range(count):
-            state.clumps[p, k] = scratch.moved[p]
+            state.clumps[p, k] = scratch.lists.moved[p]
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""The vector loops: one contact per lane, the law of `laws.contact` for pairs and for walls.
+"""The vector loops: one contact per lane, the law of `composition.contact` for pairs and for walls.
 
 Everything a loop touches lies in one flat array of rows of `BATCH` lanes: the compiler then sees that lanes are
 independent.  Lanes of weight 0 hold left-overs; they are computed and not counted.
@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from nutamill.charge.impacts import ENERGY_N, ENERGY_T, impact_energies
-from nutamill.charge.laws import contact, pair_stiffness
+from nutamill.charge.laws.composition import contact
 from nutamill.charge.model import BATCH
 from nutamill.kernel import kernel, like
 
@@ -18,33 +18,33 @@ A = 4
 B = 12
 MEMORY = 20
 LAW = 28
-"""First of the ten rows with the numbers of the pair law, as `LawColumn`."""
-WEIGHT = 38
+"""First of the eleven rows with the numbers of the pair law, as `LawColumn`."""
+WEIGHT = 39
 """1: counted here; 1/2: a pair across chunks, which the other chunk counts too; 0: empty lane [1]."""
-PEAK = 39
+PEAK = 40
 """Largest overlap so far in this lane [diameter]."""
-HELD = 40
+HELD = 41
 """Which pair law the lane's numbers are of [1]."""
 ARM = 12
 """Walls: particle's centre from the body's mass centre [m] (3), world axes; afterwards angular impulse rate on the body [N m]."""
 ACT = 15
 """Walls: powers of the normal, tangential and rolling part of each lane [W] (3), after the law."""
-BODY_V = 41
+BODY_V = 42
 """Walls: velocity of the body's mass centre [m/s] (3)."""
-BODY_W = 44
+BODY_W = 45
 """Walls: spin of the body [rad/s] (3)."""
 
 
 @kernel(fast=True)
-def pair_batch(columns, unit, last, now, spring, constant, dt):
+def pair_batch(law, columns, unit, last, now, dt):
     """The law for one batch of touching pairs.
 
     Parameters
     ----------
+    law : `ContactLaw`
     columns : real (48 * BATCH,), rows as named in this file; forces replace velocities, memory is brought up to date
     unit : metres in a fixed-point unit [m]
     last, now : stamps of the last and of this substep [1]
-    spring, constant : which rolling law [1]
     dt : substep [s]
 
     Returns
@@ -78,22 +78,25 @@ def pair_batch(columns, unit, last, now, spring, constant, dt):
         u0 = columns[b + A * BATCH] - columns[b + B * BATCH] + q1 * n2 - q2 * n1
         u1 = columns[b + (A + 1) * BATCH] - columns[b + (B + 1) * BATCH] + q2 * n0 - q0 * n2
         u2 = columns[b + (A + 2) * BATCH] - columns[b + (B + 2) * BATCH] + q0 * n1 - q1 * n0
-        alive = one if columns[b + (MEMORY + 6) * BATCH] == last else zero
+        stamp = columns[b + (MEMORY + 6) * BATCH]
+        alive = one if abs(stamp) == last else zero
+        sliding = one if stamp == -last else zero
         # one division for both reduced quantities: divisions are what this loop waits for
         both_m, both_r = ma + mb, ra + rb
         per_both = one / (both_m * both_r)
         m_eff = ma * mb * both_r * per_both
         r_eff = ra * rb * both_m * per_both
-        k = pair_stiffness(
-            columns[b + LAW * BATCH], columns[b + (LAW + 1) * BATCH], columns[b + (LAW + 2) * BATCH], ra + ra, rb + rb
+        numbers = (
+            columns[b + LAW * BATCH], columns[b + (LAW + 1) * BATCH], columns[b + (LAW + 2) * BATCH],
+            columns[b + (LAW + 3) * BATCH], columns[b + (LAW + 4) * BATCH], columns[b + (LAW + 5) * BATCH],
+            columns[b + (LAW + 6) * BATCH], columns[b + (LAW + 7) * BATCH], columns[b + (LAW + 8) * BATCH],
+            columns[b + (LAW + 9) * BATCH], columns[b + (LAW + 10) * BATCH],
         )  # fmt: skip
-        f0, f1, f2, g0, g1, g2, m0, m1, m2, s0, s1, s2, t0, t1, t2, sliding, power_n, power_t, power_r = contact(
-            n0, n1, n2, overlap, u0, u1, u2, wa0 - wb0, wa1 - wb1, wa2 - wb2,
+        f0, f1, f2, g0, g1, g2, m0, m1, m2, s0, s1, s2, t0, t1, t2, sliding, history, power_n, power_t, power_r = contact(
+            law, n0, n1, n2, overlap, u0, u1, u2, wa0 - wb0, wa1 - wb1, wa2 - wb2,
             columns[b + MEMORY * BATCH] * alive, columns[b + (MEMORY + 1) * BATCH] * alive, columns[b + (MEMORY + 2) * BATCH] * alive,
             columns[b + (MEMORY + 3) * BATCH] * alive, columns[b + (MEMORY + 4) * BATCH] * alive, columns[b + (MEMORY + 5) * BATCH] * alive,
-            columns[b + (MEMORY + 7) * BATCH] * alive, m_eff, r_eff, k,
-            columns[b + (LAW + 3) * BATCH], columns[b + (LAW + 4) * BATCH], columns[b + (LAW + 5) * BATCH],
-            columns[b + (LAW + 6) * BATCH], columns[b + (LAW + 7) * BATCH], columns[b + (LAW + 8) * BATCH], spring, constant, dt,
+            sliding, columns[b + (MEMORY + 7) * BATCH] * alive, m_eff, r_eff, ra + ra, rb + rb, numbers, dt,
         )  # fmt: skip
         c0 = n1 * g2 - n2 * g1
         c1 = n2 * g0 - n0 * g2
@@ -120,8 +123,8 @@ def pair_batch(columns, unit, last, now, spring, constant, dt):
         columns[b + (MEMORY + 3) * BATCH] = t0
         columns[b + (MEMORY + 4) * BATCH] = t1
         columns[b + (MEMORY + 5) * BATCH] = t2
-        columns[b + (MEMORY + 6) * BATCH] = now
-        columns[b + (MEMORY + 7) * BATCH] = sliding
+        columns[b + (MEMORY + 6) * BATCH] = -now if sliding > half else now
+        columns[b + (MEMORY + 7) * BATCH] = history
         weight = columns[b + WEIGHT * BATCH]
         counts = weight > zero
         sum_n += weight * power_n if counts else zero
@@ -131,7 +134,7 @@ def pair_batch(columns, unit, last, now, spring, constant, dt):
         share = half * overlap / smaller if counts else zero
         peak = columns[b + PEAK * BATCH]
         columns[b + PEAK * BATCH] = share if share > peak else peak
-        beyond |= 1 if share * columns[b + (LAW + 9) * BATCH] > one else 0
+        beyond |= 1 if share * numbers[9] > one else 0
         normal, tangential = impact_energies(m_eff, u0, u1, u2, n0, n1, n2)
         columns[b + ENERGY_N * BATCH] = normal
         columns[b + ENERGY_T * BATCH] = tangential
@@ -140,7 +143,7 @@ def pair_batch(columns, unit, last, now, spring, constant, dt):
 
 
 @kernel(fast=True)
-def wall_batch(columns, last, now, spring, constant, dt):
+def wall_batch(law, columns, last, now, dt):
     """The law for one batch of particles that touch surfaces; rows 0 to 3 hold normal and overlap [m].
 
     Parameters
@@ -172,17 +175,20 @@ def wall_batch(columns, last, now, spring, constant, dt):
         u0 = columns[b + A * BATCH] + arm * (w1 * n2 - w2 * n1) - x0
         u1 = columns[b + (A + 1) * BATCH] + arm * (w2 * n0 - w0 * n2) - x1
         u2 = columns[b + (A + 2) * BATCH] + arm * (w0 * n1 - w1 * n0) - x2
-        alive = one if columns[b + (MEMORY + 6) * BATCH] == last else zero
-        k = pair_stiffness(
-            columns[b + LAW * BATCH], columns[b + (LAW + 1) * BATCH], columns[b + (LAW + 2) * BATCH], r + r, r + r
+        stamp = columns[b + (MEMORY + 6) * BATCH]
+        alive = one if abs(stamp) == last else zero
+        sliding = one if stamp == -last else zero
+        numbers = (
+            columns[b + LAW * BATCH], columns[b + (LAW + 1) * BATCH], columns[b + (LAW + 2) * BATCH],
+            columns[b + (LAW + 3) * BATCH], columns[b + (LAW + 4) * BATCH], columns[b + (LAW + 5) * BATCH],
+            columns[b + (LAW + 6) * BATCH], columns[b + (LAW + 7) * BATCH], columns[b + (LAW + 8) * BATCH],
+            columns[b + (LAW + 9) * BATCH], columns[b + (LAW + 10) * BATCH],
         )  # fmt: skip
-        f0, f1, f2, g0, g1, g2, m0, m1, m2, s0, s1, s2, t0, t1, t2, sliding, power_n, power_t, power_r = contact(
-            n0, n1, n2, overlap, u0, u1, u2, w0 - z0, w1 - z1, w2 - z2,
+        f0, f1, f2, g0, g1, g2, m0, m1, m2, s0, s1, s2, t0, t1, t2, sliding, history, power_n, power_t, power_r = contact(
+            law, n0, n1, n2, overlap, u0, u1, u2, w0 - z0, w1 - z1, w2 - z2,
             columns[b + MEMORY * BATCH] * alive, columns[b + (MEMORY + 1) * BATCH] * alive, columns[b + (MEMORY + 2) * BATCH] * alive,
             columns[b + (MEMORY + 3) * BATCH] * alive, columns[b + (MEMORY + 4) * BATCH] * alive, columns[b + (MEMORY + 5) * BATCH] * alive,
-            columns[b + (MEMORY + 7) * BATCH] * alive, m, r, k,
-            columns[b + (LAW + 3) * BATCH], columns[b + (LAW + 4) * BATCH], columns[b + (LAW + 5) * BATCH],
-            columns[b + (LAW + 6) * BATCH], columns[b + (LAW + 7) * BATCH], columns[b + (LAW + 8) * BATCH], spring, constant, dt,
+            sliding, columns[b + (MEMORY + 7) * BATCH] * alive, m, r, r + r, r + r, numbers, dt,
         )  # fmt: skip
         columns[b + A * BATCH] = f0
         columns[b + (A + 1) * BATCH] = f1
@@ -201,8 +207,8 @@ def wall_batch(columns, last, now, spring, constant, dt):
         columns[b + (MEMORY + 3) * BATCH] = t0
         columns[b + (MEMORY + 4) * BATCH] = t1
         columns[b + (MEMORY + 5) * BATCH] = t2
-        columns[b + (MEMORY + 6) * BATCH] = now
-        columns[b + (MEMORY + 7) * BATCH] = sliding
+        columns[b + (MEMORY + 6) * BATCH] = -now if sliding > half else now
+        columns[b + (MEMORY + 7) * BATCH] = history
         columns[b + ACT * BATCH] = power_n
         columns[b + (ACT + 1) * BATCH] = power_t
         columns[b + (ACT + 2) * BATCH] = power_r
@@ -214,7 +220,7 @@ def wall_batch(columns, last, now, spring, constant, dt):
         share = half * overlap / r if counts else zero
         peak = columns[b + PEAK * BATCH]
         columns[b + PEAK * BATCH] = share if share > peak else peak
-        beyond |= 1 if share * columns[b + (LAW + 9) * BATCH] > one else 0
+        beyond |= 1 if share * numbers[9] > one else 0
         normal, tangential = impact_energies(m, u0, u1, u2, n0, n1, n2)
         columns[b + ENERGY_N * BATCH] = normal
         columns[b + ENERGY_T * BATCH] = tangential

@@ -4,13 +4,18 @@ import numpy as np
 
 from nutamill.charge.columns import ARM, BODY_V, BODY_W, HELD, LAW, MEMORY, WEIGHT, A, B, pair_batch, wall_batch
 from nutamill.charge.impacts import note_pair_impacts, note_wall_impacts
-from nutamill.charge.model import BATCH, SurfaceKind
+from nutamill.charge.mesh_contact import touch_mesh
+from nutamill.charge.model import BATCH, LAW_NUMBERS, SurfaceKind
 from nutamill.charge.simd import WIDTH, add_rows, gather_differences, gather_rows, set_rows, touching
-from nutamill.charge.surfaces import surface_overlap
+from nutamill.charge.surfaces import touch_cap, touch_cone
+from nutamill.charge.walls import wall_near, wall_overlap
 from nutamill.kernel import kernel, like
 
 PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)
+BOX = int(SurfaceKind.BOX)
+CONE = int(SurfaceKind.CONE)
+MESH_PATCH = int(SurfaceKind.MESH_PATCH)
 
 
 PLACES = np.array([([e for e in range(WIDTH) if mask >> e & 1] + [0] * WIDTH)[:WIDTH] for mask in range(1 << WIDTH)], np.uint32)
@@ -61,7 +66,7 @@ def hold_law(columns, b, laws, law):
     number = like(law, columns[0])
     if columns[HELD * BATCH + b] != number:
         columns[HELD * BATCH + b] = number
-        for k in range(10):
+        for k in range(LAW_NUMBERS):
             columns[(LAW + k) * BATCH + b] = laws[law, k]
 
 
@@ -75,7 +80,6 @@ def pair_contacts(model, points, rows, memory, material, n, lanes, local, column
     """
     real = columns[0]
     unit = like(1.0 / model.scale, real)
-    spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
     zero, half, one = like(0.0, real), like(0.5, real), like(1.0, real)
     across = np.uint32(forces.shape[0] - 1)
     several = model.laws.shape[0] > 1
@@ -96,7 +100,7 @@ def pair_contacts(model, points, rows, memory, material, n, lanes, local, column
         if several:
             for b in range(m):
                 hold_law(columns, b, model.laws, model.law_of[material[first_slot[first + b]], material[second[first + b]]])
-        power_n, power_t, power_r, over, begun = pair_batch(columns, unit, last, now, spring, constant, dt)
+        power_n, power_t, power_r, over, begun = pair_batch(model.law, columns, unit, last, now, dt)
         if begun != 0:
             note_pair_impacts(columns, begun, first, lanes, across, material, model.law_of.shape[0], book, tid)
         sum_n += power_n
@@ -153,14 +157,21 @@ def touch_box(x, radius, lo, n, place, size, out):
 
 
 @kernel
-def touch_surface(kind, x, radius, lo, n, place, size, out):
-    """Choose the test for one surface: positive ``out[l]`` [m or m^2] where particle ``lo + l`` touches."""
+def touch_surface(model, x, radius, lo, n, s, place, out):
+    """Choose the test for surface `s`, at `place` (12,): positive ``out[l]`` where particle ``lo + l`` touches, or may touch a mesh."""
+    kind, size = model.surface_kind[s], model.surface_size[s]
     if kind == PLANE:
         touch_plane(x, radius, lo, n, place, out)
     elif kind == CYLINDER:
         touch_cylinder(x, radius, lo, n, place, size[0], out)
-    else:
+    elif kind == BOX:
         touch_box(x, radius, lo, n, place, size, out)
+    elif kind == CONE:
+        touch_cone(x, radius, lo, n, place, size, out)
+    elif kind == MESH_PATCH:
+        touch_mesh(model.mesh, x, lo, n, s, place, out)
+    else:
+        touch_cap(x, radius, lo, n, place, size, out)
 
 
 @kernel(inline="always")
@@ -193,11 +204,9 @@ def find_walls(model, x, radius, local, placed, lo, n, lanes, normals, test):
     c0, c1, c2, around = chunk_sphere(model, local, n)
     found = 0
     places, slots, surfaces, memories = lanes[0], lanes[1], lanes[2], lanes[3]
-    kinds, sizes = model.surface_kind, model.surface_size
     for s in range(n_surfaces):
-        near, _, _, _ = surface_overlap(kinds, sizes, placed, s, c0, c1, c2, around + model.largest_radius)
-        if near > 0.0:
-            touch_surface(kinds[s], x, radius, lo, n, placed[s], sizes[s], test)
+        if wall_near(model, placed, s, c0, c1, c2, around + model.largest_radius) > 0.0:
+            touch_surface(model, x, radius, lo, n, s, placed[s], test)
             start = found
             end = np.uint64(found)
             for i in range(np.uint32(n)):
@@ -208,7 +217,7 @@ def find_walls(model, x, radius, local, placed, lo, n, lanes, normals, test):
             for q in range(start, found):
                 i = places[q]
                 slot = i + np.uint32(lo)
-                overlap, n0, n1, n2 = surface_overlap(kinds, sizes, placed, s, x[0, slot], x[1, slot], x[2, slot], radius[slot])
+                overlap, n0, n1, n2 = wall_overlap(model, placed, s, x[0, slot], x[1, slot], x[2, slot], radius[slot])
                 if overlap > 0.0:
                     places[kept], slots[kept], surfaces[kept], memories[kept] = i, slot, s, slot * n_surfaces + s
                     normals[0, kept], normals[1, kept], normals[2, kept], normals[3, kept] = n0, n1, n2, overlap
@@ -252,8 +261,6 @@ def wall_contacts(
     -------
     powers of normal, tangential and rolling part and of the surfaces' motion [W] (4), 1 if an overlap is beyond its limit
     """
-    real = columns[0]
-    spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
     places, slots, surfaces, memories = lanes[0], lanes[1], lanes[2], lanes[3]
     body_of = model.surface_body
     for q in range(found, found + BATCH):
@@ -263,7 +270,7 @@ def wall_contacts(
     for first in range(0, found, BATCH):
         m = min(BATCH, found - first)
         lay_walls(model, x, rows, wall_memory, material, motion, first, m, slots, surfaces, memories, normals, columns)
-        power_n, power_t, power_r, power_i, over, begun = wall_batch(columns, last, now, spring, constant, dt)
+        power_n, power_t, power_r, power_i, over, begun = wall_batch(model.law, columns, last, now, dt)
         if begun != 0:
             note_wall_impacts(columns, begun, first, lanes, normals, model, x, radius, material, placed, book, tid)
         sum_n += power_n

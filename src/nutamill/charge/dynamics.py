@@ -14,7 +14,7 @@ from nutamill.charge.clumps import integrate_clumps, start_clumps
 from nutamill.charge.columns import HELD, LAW, PEAK
 from nutamill.charge.contacts import filter_pairs, find_walls, pair_contacts, wall_contacts
 from nutamill.charge.integration import integrate_spheres
-from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock
+from nutamill.charge.model import BATCH, LAW_NUMBERS, ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.neighbours import rebuild, slots_of_chunk, thread_share, turning
 from nutamill.charge.publish import publish
 from nutamill.charge.simd import WIDTH, negated_radii
@@ -80,8 +80,8 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     partners, memory = state.partners[lst, c], state.memory[lst, c]
     local, lanes, forces, work = scratch.local[tid], scratch.lanes[tid], scratch.forces[tid], scratch.work[c]
     real = rows[0, 0]
-    now = like(clock[STEP] & 0xFFFFFF, real)
-    last = like((clock[STEP] - 1) & 0xFFFFFF, real)
+    now = like(stamp_of(clock[STEP]), real)
+    last = like(stamp_of(clock[STEP] - 1), real)
     step = like(dt, real)
     zero = like(0.0, real)
     empty = forces.reshape(forces.size)
@@ -100,7 +100,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
             sums[b, k] = 0.0
     normals = scratch.normals[tid]
     placed = scratch.placed[tid]
-    found = find_walls(model, state.x, state.body[0], local, placed, lo, hi - lo, lanes, normals, normals[4])
+    found = find_walls(model, state.x, state.body[0], local, placed, lo, hi - lo, lanes, normals, scratch.test[tid])
     work[3], work[4], work[5], work[6], wall_alarm = wall_contacts(
         model, state.x, state.body[0], rows, state.wall_memory, state.material, scratch.motion[tid], placed, found, lanes, normals,
         scratch.columns[tid, 1], last, now, step, forces, sums, scratch.impacts, tid,
@@ -143,7 +143,7 @@ def open_window(model, state, scratch, tid):
             columns[p, HELD * BATCH + b] = -1.0
             columns[p, PEAK * BATCH + b] = 0.0
     for b in range(BATCH):
-        for k in range(10):
+        for k in range(LAW_NUMBERS):
             columns[0, (LAW + k) * BATCH + b] = model.laws[0, k]
     if tid == 0 and state.clock[DONE] == 0:
         for b in range(model.n_bodies):

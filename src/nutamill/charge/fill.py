@@ -7,7 +7,7 @@ Source: W. S. Jodrey and E. M. Tory, "Computer simulation of close random packin
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -18,7 +18,7 @@ from nutamill.charge.model import Clock, Status
 from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.particles import LOOSE_PACKING, Particles
 from nutamill.charge.team import run_team
-from nutamill.charge.wording import status_text
+from nutamill.charge.wording import status_text, status_time
 from nutamill.errors import CaseError, Fault, StepError
 
 COLUMN_PACKING = 0.40
@@ -161,10 +161,33 @@ def random_fill(
         raise CaseError(Fault("charge", what, "Take less charge or a larger chamber"))
     rng = np.random.default_rng(seed)
     height = (ceiling - floor) * min(1.0, solid / capacity * LOOSE_PACKING / COLUMN_PACKING + 4.0 * r.max() / (ceiling - floor))
-    n, octaves = len(r), size_octaves(r)
+    n = len(r)
     angle, out = rng.uniform(0.0, 2.0 * math.pi, n), (radius - r) * np.sqrt(rng.random(n))
     x = np.column_stack([out * np.cos(angle), out * np.sin(angle), floor + r + rng.random(n) * np.maximum(height - 2.0 * r, 0.0)])
     top = floor + height
+
+    def push(x, sweep):
+        # a crowded column grows upwards
+        grown = min(ceiling, top + 0.1 * (ceiling - floor) * ((sweep + 1) // 100))
+        return _push_from_walls(x, r, radius, floor, grown, boxes)
+
+    return relaxed(x, r, push)
+
+
+def relaxed(x: np.ndarray, r: np.ndarray, push: Callable[[np.ndarray, int], float]) -> np.ndarray:
+    """Positions without overlaps, by pushing apart what overlaps until nothing does.
+
+    Parameters
+    ----------
+    x : positions to begin with [m] (n, 3), moved in place
+    r : radii, `MARGIN` too large [m] (n,)
+    push : moves particles out of the walls in place, given the number of the sweep; returns the deepest overlap [m]
+
+    Raises
+    ------
+    CaseError : no way found to place all
+    """
+    n, octaves = len(r), size_octaves(r)
     for sweep in range(SWEEPS):
         i, j = near_pairs(x, octaves)
         gap = x[j] - x[i]
@@ -173,13 +196,10 @@ def random_fill(
         near = overlap > 0.0
         i, j, gap, distance, overlap = i[near], j[near], gap[near], distance[near], overlap[near]
         worst = float((overlap / np.minimum(r[i], r[j])).max()) if len(i) else 0.0
-        push = gap * (0.55 * overlap / np.maximum(distance, 1e-300))[:, None]
+        shift = gap * (0.55 * overlap / np.maximum(distance, 1e-300))[:, None]
         for k in range(3):
-            x[:, k] += np.bincount(j, push[:, k], n) - np.bincount(i, push[:, k], n)
-        # a crowded column grows upwards
-        if sweep % 100 == 99:
-            top = min(ceiling, top + 0.1 * (ceiling - floor))
-        wall = _push_from_walls(x, r, radius, floor, top, boxes)
+            x[:, k] += np.bincount(j, shift[:, k], n) - np.bincount(i, shift[:, k], n)
+        wall = push(x, sweep)
         if worst < 2.0 * (1.0 - 1.0 / MARGIN) and wall < (MARGIN - 1.0) * r.min():
             return x
     raise CaseError(Fault("charge", f"no random packing found in {SWEEPS} sweeps", "Take less charge or a larger chamber"))
@@ -220,8 +240,8 @@ def settle(model, state, scratch, motions, dt: float, longest: float = 1.0, stil
             if again:
                 continue
         if state.status[0] != Status.OK:
-            step = int(state.status[3]) - start_step
-            raise StepError(f"t = {step * dt:.4f} s of settling: {status_text(state)}. Shorten the substep or stiffen the contacts.")
+            when = status_time(state, dt) - start_step * dt
+            raise StepError(f"t = {when:.6g} s of settling: {status_text(state, scratch)}. Shorten the substep or stiffen the contacts.")
         elapsed = (int(state.clock[Clock.STEP]) - start_step) * dt
         if progress is not None:
             progress(elapsed / longest)

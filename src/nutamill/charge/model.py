@@ -15,6 +15,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from nutamill.charge.laws.tags import ContactLaw
+from nutamill.charge.mesh import Mesh
+from nutamill.charge.mesh_model import MeshWalls
+from nutamill.kernel import kernel
+
 if TYPE_CHECKING:
     from nutamill.charge.impacts import ImpactBook
 
@@ -35,16 +40,12 @@ class SurfaceKind(IntEnum):
     """Inside of an endless cylinder about z, of radius ``size[0]``."""
     BOX = 2
     """Outside of a box about the origin with half sizes ``size``; faces, edges and corners."""
-
-
-class RollingLaw(IntEnum):
-    """Resistance to rolling."""
-
-    NONE = 0
-    TYPE_A = 1
-    """Constant moment against the relative spin."""
-    TYPE_C = 2
-    """Spring on the relative rolling angle with a limit."""
+    CONE = 3
+    """Inside of a cone about z, from radius ``size[0]`` at z = 0 to radius ``size[1]`` at z = ``size[2]``."""
+    SPHERE_CAP = 4
+    """Inside of a sphere about the origin of radius ``size[0]``, as far as ``size[1]`` [rad] from -z: a bowl that opens to +z."""
+    MESH_PATCH = 5
+    """A smooth patch of a triangle mesh; ``Surface.mesh`` and ``Surface.patch`` say which."""
 
 
 class Status(IntEnum):
@@ -105,21 +106,33 @@ class LawColumn(IntEnum):
     """Columns of `ChargeModel.laws`: the numbers of a pair law as the vector law wants them."""
 
     COMPLIANCE = 0
-    """1/k of a stiffness given directly, else 0 [m/N]."""
+    """Linear and hysteretic: 1/k of a stiffness given directly, else 0 [m/N].  Hertz: contact modulus E* [Pa]."""
     COMPLIANCE_A = 1
     """Inverse of stiffness per diameter of the first material [m^2/N]."""
     COMPLIANCE_B = 2
     TANGENTIAL = 3
-    """Tangential over normal stiffness [1]."""
+    """Tangential over normal stiffness [1]; Hertz: 4 G*/E*."""
     DAMPING = 4
-    """Twice the damping ratio [1]."""
+    """Linear: twice the damping ratio [1].  Hysteretic: loading over unloading stiffness [1].  Hertz: 2 sqrt(5/6) damping ratio [1]."""
     FLOOR = 5
-    """Least normal force [N]: 0, or minus infinity where tension is kept."""
+    """Least normal force [N]: 0, or minus infinity where tension is kept.  Hysteretic: least force over that of loading [1]."""
     STATIC = 6
     DYNAMIC = 7
     ROLLING = 8
     LIMIT = 9
     """Inverse of overlap_stop [1]."""
+    PRESSURE = 10
+    """Cohesive pressure [Pa]."""
+
+
+LAW_NUMBERS = len(LawColumn)
+"""Numbers of a pair law [1]."""
+
+
+@kernel(inline="always")
+def stamp_of(step):
+    """Mark that a contact alive in substep `step` carries in its memory [1]: whole, from 1, and exact in single precision."""
+    return (step & 0xFFFFFF) + 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +147,8 @@ class Surface:
     material : index of its material
     origin : [m] (3,), in the body's axes, from the body's mass centre
     rotation : [1] (3, 3), from surface axes to the body's axes
-    size : [m] (3,), as `SurfaceKind` says
+    size : [m], angles [rad] (3,), as `SurfaceKind` says
+    mesh, patch : for MESH_PATCH, the mesh in surface axes and the number of the patch; see `mesh_surfaces`
     """
 
     name: str
@@ -144,22 +158,30 @@ class Surface:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rotation: object = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     size: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mesh: Mesh | None = None
+    patch: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class PairLaw:
-    """Contact law of two materials, a and b (for a wall: a the particle, b the surface).
+    """Numbers of the contact of two materials, a and b (for a wall: a the particle, b the surface).
+
+    Which of them count is for the charge's `ContactLaw` to say.
 
     Attributes
     ----------
-    stiffness_direct : normal stiffness [N/m]; 0 to take the series of the bodies' own
+    stiffness_direct : normal (hysteretic: loading) stiffness [N/m]; 0 to take the series of the bodies' own
     stiffness_per_diameter_a, stiffness_per_diameter_b : own stiffness of each body over the particle's diameter [N/m^2]
-    tangential_ratio : tangential over normal stiffness [1]
-    damping_ratio : of critical damping [1]
-    tension_cut : True clips the normal force at zero on release
+    tangential_ratio : tangential over normal (hysteretic: loading) stiffness [1]; Hertz: over Mindlin's 8 G* sqrt(R* d)
+    damping_ratio : of critical damping [1]; not for hysteretic
+    tension_cut : True clips the normal force at zero on release; not for hysteretic, which never pulls
     static_friction, dynamic_friction : Coulomb coefficient before and while sliding [1]
     rolling_friction : lever of the rolling moment over the reduced radius [1]
     overlap_warn, overlap_stop : share of the (smaller) particle's diameter [1]
+    unloading_ratio : hysteretic: unloading over loading stiffness [1]
+    contact_modulus : Hertz: E*, 1/E* = (1 - nu_a^2)/E_a + (1 - nu_b^2)/E_b [Pa]
+    contact_shear_modulus : Hertz: G*, 1/G* = (2 - nu_a)/G_a + (2 - nu_b)/G_b [Pa]
+    cohesive_pressure : area cohesion: pull over contact area [Pa]
     """
 
     stiffness_direct: float
@@ -173,6 +195,10 @@ class PairLaw:
     rolling_friction: float
     overlap_warn: float
     overlap_stop: float
+    unloading_ratio: float = 1.0
+    contact_modulus: float = 0.0
+    contact_shear_modulus: float = 0.0
+    cohesive_pressure: float = 0.0
 
 
 class ChargeModel(NamedTuple):
@@ -184,14 +210,12 @@ class ChargeModel(NamedTuple):
     """Slots in a chunk [1]."""
     n_bodies: int
     """Bodies that may carry surfaces [1]."""
+    law: ContactLaw
+    """The law of all contacts."""
     laws: np.ndarray
-    """Numbers of each pair law, real (n_laws, 10), as `LawColumn`."""
+    """Numbers of each pair law, real (n_laws, 11), as `LawColumn`."""
     law_of: np.ndarray
     """Row of `laws` [1] for (material of the particle, material of the other), int32 (n_materials, n_materials)."""
-    spring_rolling: float
-    """1 for rolling type C, else 0 [1]."""
-    constant_rolling: float
-    """1 for rolling type A, else 0 [1]."""
     surface_kind: np.ndarray
     """`SurfaceKind` [1], int64 (S,)."""
     surface_body: np.ndarray
@@ -203,7 +227,9 @@ class ChargeModel(NamedTuple):
     surface_rotation: np.ndarray
     """From surface axes to body axes [1] (S, 3, 3)."""
     surface_size: np.ndarray
-    """Sizes [m] (S, 3), as `SurfaceKind` says."""
+    """Sizes [m], angles [rad] (S, 3), as `SurfaceKind` says."""
+    mesh: MeshWalls
+    """Meshed surfaces (empty arrays where there are none), surface axes."""
     gravity: np.ndarray
     """Acceleration of gravity [m/s^2] (3,), world axes."""
     centre: np.ndarray
@@ -247,8 +273,8 @@ class ChargeState(NamedTuple):
     listed: np.ndarray
     """Number of candidate pairs of each chunk in both lists, and its first slot [1], int64 (3, C + 1)."""
     memory: np.ndarray
-    """Tangential spring [m] (3), rolling spring [rad] (3), stamp of the last substep in contact, 1 while sliding; real
-    (2, C, capacity, 8), world axes."""
+    """Tangential spring [m] (StoredForce: [N]) (3), rolling spring [rad] (3), `stamp_of` the last substep in contact (negative while
+    sliding, 0 where there is none), history of the normal law [m]; real (2, C, capacity, 8), world axes."""
     wall_memory: np.ndarray
     """The same of slot i and surface s in row i S + s, real (M S + 1, 8); the last row is spare."""
     listed_at: np.ndarray
@@ -277,8 +303,8 @@ class ChargeState(NamedTuple):
     """Counters and switches [1], int64 (10,), as `Clock`."""
 
 
-class ChargeScratch(NamedTuple):
-    """Work space; nothing in it is needed from one window to the next."""
+class ListScratch(NamedTuple):
+    """Work space of neighbour lists and of sorting."""
 
     counts: np.ndarray
     """Counting sort: particles per cell, then first place of each cell [1], int32 (cells + 2,)."""
@@ -300,6 +326,13 @@ class ChargeScratch(NamedTuple):
     """A column of the state while it is being reordered (unit of the column) (M,)."""
     moved_memory: np.ndarray
     """The wall memory while it is being reordered, real (M S + 1, 8), as `ChargeState.wall_memory`."""
+
+
+class ChargeScratch(NamedTuple):
+    """Work space; nothing in it is needed from one window to the next."""
+
+    lists: ListScratch
+    """For making neighbour lists."""
     sums: np.ndarray
     """Wrench of each chunk on each body [N, N m] (C, B, 6), about the body's mass centre, world axes."""
     work: np.ndarray
@@ -327,10 +360,14 @@ class ChargeScratch(NamedTuple):
     slots: np.ndarray
     """Every slot in order, 0, 1, 2 ..., uint32 (M,)."""
     normals: np.ndarray
-    """Normal [1] (3) and overlap [m] of the touching walls, and, of each particle of the chunk, positive where it touches the present
-    surface [m or m^2], real (T, 5, S * chunk), world axes."""
+    """Normal [1] (3) and overlap [m] of the touching walls, real (T, 4, S * chunk), world axes."""
     peaks: np.ndarray
     """Largest overlap of pairs and of walls that each thread saw in the window [diameter] (T, 2)."""
+    stopped_by: np.ndarray
+    """Speeds of what `ChargeState.status` names: of the particle and of the other particle or of the surface where they touch, at
+    mid-substep, and how fast they close (positive) along the normal [m/s] (3,)."""
+    test: np.ndarray
+    """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T, chunk)."""
     barrier: np.ndarray
     """Arrivals and generation of the team's barrier [1], int64 (32,)."""
     impacts: "ImpactBook"

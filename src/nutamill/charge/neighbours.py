@@ -7,7 +7,7 @@ nobody writes another's row.
 import math
 
 from nutamill.charge.clumps import PLACE, cut_chunks, number_clumps
-from nutamill.charge.model import PADDING, ChargeModel, ChargeScratch, ChargeState, Clock, Status
+from nutamill.charge.model import PADDING, ChargeModel, ChargeScratch, ChargeState, Clock, Status, stamp_of
 from nutamill.charge.publish import publish
 from nutamill.charge.team import barrier
 from nutamill.kernel import kernel, like
@@ -88,13 +88,13 @@ def fit_grid(smallest, most, grid, cells):
 def keep_memory(model, state, lo, hi, c):
     """Copy the contacts alive in chunk `c` to the table by particle; returns 0 where the table is too small."""
     lst = state.clock[LIST]
-    last = like((state.clock[STEP] - 1) & 0xFFFFFF, state.rows[0, 0, 0])
+    last = like(stamp_of(state.clock[STEP] - 1), state.rows[0, 0, 0])
     memory = state.memory[lst, c]
     for i in range(lo, hi):
         state.kept_count[state.ids[i]] = 0
     slots = state.kept.shape[1]
     for k in range(state.listed[lst, c]):
-        if memory[k, 6] == last:
+        if abs(memory[k, 6]) == last:
             i = lo + state.owners[lst, c, k]
             j = state.partners[lst, c, k]
             a, b = state.ids[i], state.ids[j]
@@ -117,35 +117,35 @@ def keep_memory(model, state, lo, hi, c):
 
 @kernel
 def morton_order(model, state, scratch):
-    """Fill ``scratch.source`` with the slots in Morton order."""
+    """Fill ``scratch.lists.source`` with the slots in Morton order."""
     n = model.n_particles
     bits = 1
-    while bits < 7 and 8 ** (bits - 1) < n and 8 ** (bits + 1) <= scratch.counts.shape[0] - 2:
+    while bits < 7 and 8 ** (bits - 1) < n and 8 ** (bits + 1) <= scratch.lists.counts.shape[0] - 2:
         bits += 1
-    find_bounds(state.x, n, scratch.grid)
-    extent = max(scratch.grid[4], max(scratch.grid[5], scratch.grid[6]))
+    find_bounds(state.x, n, scratch.lists.grid)
+    extent = max(scratch.lists.grid[4], max(scratch.lists.grid[5], scratch.lists.grid[6]))
     h = (2**bits - 1e-6) / extent
     leader = 0
     for i in range(n):
         # the pebbles of a clump stay together: all have the key of the first
         if state.clumps.shape[0] == 0 or state.body[PLACE, i] != state.body[PLACE, leader]:
             leader = i
-        a = int((state.x[0, leader] - scratch.grid[0]) * h)
-        b = int((state.x[1, leader] - scratch.grid[1]) * h)
-        c = int((state.x[2, leader] - scratch.grid[2]) * h)
-        scratch.cell[i] = spread_bits(a) | spread_bits(b) << 1 | spread_bits(c) << 2
-    count_sort(scratch.cell, n, 8**bits, scratch.counts, scratch.source)
+        a = int((state.x[0, leader] - scratch.lists.grid[0]) * h)
+        b = int((state.x[1, leader] - scratch.lists.grid[1]) * h)
+        c = int((state.x[2, leader] - scratch.lists.grid[2]) * h)
+        scratch.lists.cell[i] = spread_bits(a) | spread_bits(b) << 1 | spread_bits(c) << 2
+    count_sort(scratch.lists.cell, n, 8**bits, scratch.lists.counts, scratch.lists.source)
 
 
 @kernel
 def reorder(column, scratch, n, tid, n_threads):
-    """Bring one column of the state into the order of ``scratch.source``."""
+    """Bring one column of the state into the order of ``scratch.lists.source``."""
     lo, hi = thread_share(n, tid, n_threads)
     for i in range(lo, hi):
-        scratch.moved[i] = column[scratch.source[i]]
+        scratch.lists.moved[i] = column[scratch.lists.source[i]]
     barrier(scratch.barrier, n_threads)
     for i in range(lo, hi):
-        column[i] = scratch.moved[i]
+        column[i] = scratch.lists.moved[i]
     barrier(scratch.barrier, n_threads)
 
 
@@ -177,15 +177,15 @@ def sort_slots(model, state, scratch, tid, n_threads):
     for i in range(lo, hi):
         for t in range(n_surfaces):
             for e in range(8):
-                scratch.moved_memory[i * n_surfaces + t, e] = state.wall_memory[scratch.source[i] * n_surfaces + t, e]
+                scratch.lists.moved_memory[i * n_surfaces + t, e] = state.wall_memory[scratch.lists.source[i] * n_surfaces + t, e]
     barrier(scratch.barrier, n_threads)
-    last = like((state.clock[STEP] - 1) & 0xFFFFFF, rows[0, 0])
+    last = like(stamp_of(state.clock[STEP] - 1), rows[0, 0])
     for i in range(lo, hi):
         for t in range(i * n_surfaces, (i + 1) * n_surfaces):
             for e in range(8):
-                state.wall_memory[t, e] = scratch.moved_memory[t, e]
-            if state.wall_memory[t, 6] != last:
-                state.wall_memory[t, 6] = like(-1.0, last)
+                state.wall_memory[t, e] = scratch.lists.moved_memory[t, e]
+            if abs(state.wall_memory[t, 6]) != last:
+                state.wall_memory[t, 6] = like(0.0, last)
         publish(model, state, i)
     barrier(scratch.barrier, n_threads)
 
@@ -195,16 +195,16 @@ def fill_cells(model, state, scratch):
     """Sort the slots into cells at least as large as the longest candidate distance."""
     n = model.n_particles
     longest = 2.0 * model.largest_radius + model.skin
-    find_bounds(state.x, n, scratch.grid)
-    total = fit_grid(longest, scratch.counts.shape[0] - 2, scratch.grid, scratch.cells)
-    h = 1.0 / scratch.grid[3]
-    n0, n1 = scratch.cells[0], scratch.cells[1]
+    find_bounds(state.x, n, scratch.lists.grid)
+    total = fit_grid(longest, scratch.lists.counts.shape[0] - 2, scratch.lists.grid, scratch.lists.cells)
+    h = 1.0 / scratch.lists.grid[3]
+    n0, n1 = scratch.lists.cells[0], scratch.lists.cells[1]
     for i in range(n):
-        a = int((state.x[0, i] - scratch.grid[0]) * h)
-        b = int((state.x[1, i] - scratch.grid[1]) * h)
-        c = int((state.x[2, i] - scratch.grid[2]) * h)
-        scratch.cell[i] = (c * n1 + b) * n0 + a
-    count_sort(scratch.cell, n, total, scratch.counts, scratch.order)
+        a = int((state.x[0, i] - scratch.lists.grid[0]) * h)
+        b = int((state.x[1, i] - scratch.lists.grid[1]) * h)
+        c = int((state.x[2, i] - scratch.lists.grid[2]) * h)
+        scratch.lists.cell[i] = (c * n1 + b) * n0 + a
+    count_sort(scratch.lists.cell, n, total, scratch.lists.counts, scratch.lists.order)
 
 
 @kernel(fast=True)
@@ -213,18 +213,18 @@ def candidates_of(i, lo, x, y, z, reach, a, b, c, scratch, partners, k, room):
 
     x, y, z [m] from the corner of the cells; reach = radius + skin [m]; (a, b, c) its cell.  Slots before `lo` are in other chunks.
     """
-    n0, n1, n2 = scratch.cells[0], scratch.cells[1], scratch.cells[2]
-    px, py, pz, pr = scratch.sorted[0], scratch.sorted[1], scratch.sorted[2], scratch.sorted[3]
+    n0, n1, n2 = scratch.lists.cells[0], scratch.lists.cells[1], scratch.lists.cells[2]
+    px, py, pz, pr = scratch.lists.sorted[0], scratch.lists.sorted[1], scratch.lists.sorted[2], scratch.lists.sorted[3]
     a0 = max(0, a - 1)
     a1 = min(n0 - 1, a + 1)
     for cell_z in range(max(0, c - 1), min(n2 - 1, c + 1) + 1):
         for cell_y in range(max(0, b - 1), min(n1 - 1, b + 1) + 1):
             row = (cell_z * n1 + cell_y) * n0
-            begin, end = scratch.counts[row + a0], scratch.counts[row + a1 + 1]
+            begin, end = scratch.lists.counts[row + a0], scratch.lists.counts[row + a1 + 1]
             if k + end - begin > room:
                 return -1
             for d in range(begin, end):
-                j = scratch.order[d]
+                j = scratch.lists.order[d]
                 dx = px[d] - x
                 dy = py[d] - y
                 dz = pz[d] - z
@@ -250,17 +250,17 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
     """Candidate pairs of chunk `c`, with the memory they inherit; returns 0 where the list is too small."""
     partners, owners, memory = state.partners[lst, c], state.owners[lst, c], state.memory[lst, c]
     room = partners.shape[0] - PADDING
-    n0, n1 = scratch.cells[0], scratch.cells[1]
+    n0, n1 = scratch.lists.cells[0], scratch.lists.cells[1]
     real = state.rows[0, 0, 0]
     # rounding of the positions relative to the grid, in the precision of the law
     slack = like(1.0 + 1e-5, real)
     k = 0
     for i in range(lo, hi):
         start = k
-        cell = scratch.cell[i]
-        x = like(state.x[0, i] - scratch.grid[0], real)
-        y = like(state.x[1, i] - scratch.grid[1], real)
-        z = like(state.x[2, i] - scratch.grid[2], real)
+        cell = scratch.lists.cell[i]
+        x = like(state.x[0, i] - scratch.lists.grid[0], real)
+        y = like(state.x[1, i] - scratch.lists.grid[1], real)
+        z = like(state.x[2, i] - scratch.lists.grid[2], real)
         reach = like(state.body[0, i] + model.skin, real) * slack
         k = candidates_of(i, lo, x, y, z, reach, cell % n0, cell // n0 % n1, cell // (n0 * n1), scratch, partners, k, room)
         if k < 0:
@@ -269,10 +269,10 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
             k = without_own_clump(state, i, partners, start, k)
         for p in range(start, k):
             owners[p] = i - lo
-            memory[p, 6] = like(-1.0, real)
+            memory[p, 6] = like(0.0, real)
         a = state.ids[i]
         for q in range(state.kept_count[a]):
-            j = scratch.slot_of[state.kept_with[a, q]]
+            j = scratch.lists.slot_of[state.kept_with[a, q]]
             for p in range(start, k):
                 if partners[p] == j:
                     for e in range(8):
@@ -337,17 +337,17 @@ def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, refe
         if sort:
             clock[SINCE_SORT] = 0
         for i in range(n):
-            scratch.slot_of[state.ids[i]] = i
+            scratch.lists.slot_of[state.ids[i]] = i
         fill_cells(model, state, scratch)
     barrier(scratch.barrier, n_threads)
     lo, hi = thread_share(n, tid, n_threads)
     real = state.rows[0, 0, 0]
     for d in range(lo, hi):
-        i = scratch.order[d]
+        i = scratch.lists.order[d]
         for k in range(3):
-            scratch.sorted[k, d] = like(state.x[k, i] - scratch.grid[k], real)
+            scratch.lists.sorted[k, d] = like(state.x[k, i] - scratch.lists.grid[k], real)
             state.listed_at[k, i] = state.x[k, i] - reference[k]
-        scratch.sorted[3, d] = like(state.body[0, i], real)
+        scratch.lists.sorted[3, d] = like(state.body[0, i], real)
     barrier(scratch.barrier, n_threads)
     lst = 1 - clock[LIST]
     for c in range(first, end):

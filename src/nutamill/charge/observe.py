@@ -5,10 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.charge.clumps import CENTRE, MASS, SPIN_ENERGY, VELOCITY
-from nutamill.charge.laws import pair_stiffness
-from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock
+from nutamill.charge.laws.composition import stored_energy
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.neighbours import slots_of_chunk
-from nutamill.charge.surfaces import place_surfaces, surface_overlap
+from nutamill.charge.surfaces import place_surfaces
+from nutamill.charge.walls import wall_overlap
 from nutamill.kernel import kernel, like
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
@@ -36,23 +37,6 @@ def charge_reading() -> ChargeReading:
 
 
 @kernel
-def stored_energy(laws, law, spring, memory, last, overlap, radius_a, radius_b, r_eff):
-    """Energy in the springs of one contact [J] (3): ``k d^2/2``, ``kt s^2/2``, ``kr t^2/2``; memory counts only if it is alive."""
-    k = pair_stiffness(
-        float(laws[law, 0]), float(laws[law, 1]), float(laws[law, 2]), 2.0 * radius_a, 2.0 * radius_b
-    )  # fmt: skip
-    normal = 0.5 * k * overlap * overlap
-    kt = k * float(laws[law, 3])
-    kr = spring * kt * r_eff * r_eff
-    s2, t2 = 0.0, 0.0
-    if memory[6] == last:
-        for e in range(3):
-            s2 += float(memory[e]) * float(memory[e])
-            t2 += float(memory[3 + e]) * float(memory[3 + e])
-    return normal, 0.5 * kt * s2, 0.5 * kr * t2
-
-
-@kernel
 def observe_pairs(model, state, back, last, out):
     """Add energies and number of the touching pairs, `back` [s] before the positions."""
     lst = state.clock[LIST]
@@ -71,7 +55,7 @@ def observe_pairs(model, state, back, last, out):
                 a, b = body[0, i], body[0, j]
                 law = model.law_of[state.material[i], state.material[j]]
                 normal, tangential, rolling = stored_energy(
-                    model.laws, law, model.spring_rolling, state.memory[lst, c, p], last, overlap, a, b, a * b / (a + b)
+                    model.law, model.laws[law], state.memory[lst, c, p], last, overlap, a, b, a * b / (a + b)
                 )
                 out.energy[2] += weight * normal
                 out.energy[3] += weight * tangential
@@ -87,9 +71,8 @@ def observe_walls(model, state, placed, back, last, out):
     for i in range(model.n_particles):
         r = state.body[0, i]
         for s in range(n_surfaces):
-            overlap, _, _, _ = surface_overlap(
-                model.surface_kind,
-                model.surface_size,
+            overlap, _, _, _ = wall_overlap(
+                model,
                 placed,
                 s,
                 x[0, i] - back * v[0, i],
@@ -100,7 +83,7 @@ def observe_walls(model, state, placed, back, last, out):
             if overlap > 0.0:
                 law = model.law_of[state.material[i], model.surface_material[s]]
                 normal, tangential, rolling = stored_energy(
-                    model.laws, law, model.spring_rolling, state.wall_memory[i * n_surfaces + s], last, overlap, r, r, r
+                    model.law, model.laws[law], state.wall_memory[i * n_surfaces + s], last, overlap, r, r, r
                 )
                 out.energy[5] += normal
                 out.energy[6] += tangential
@@ -148,7 +131,7 @@ def observe(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, out:
         out.energy[1] += 0.5 * w2 / per_inertia
     for k in range(3):
         out.mass_centre[k] /= total
-    last = like((state.clock[STEP] - 1) & 0xFFFFFF, state.rows[0, 0, 0])
+    last = like(stamp_of(state.clock[STEP] - 1), state.rows[0, 0, 0])
     place_surfaces(model, state.poses, scratch.placed[0])
     observe_pairs(model, state, back, last, out)
     observe_walls(model, state, scratch.placed[0], back, last, out)

@@ -20,7 +20,7 @@ from nutamill.charge.clumps import PLACE
 from nutamill.charge.columns import ACT, HELD, A, wall_batch
 from nutamill.charge.contacts import filter_pairs, find_walls, lay_walls
 from nutamill.charge.dynamics import move_bodies
-from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock
+from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.neighbours import slots_of_chunk, thread_share
 from nutamill.charge.patches import part_of, patch_of, sector_of, whole
 from nutamill.charge.surfaces import place_surfaces
@@ -176,10 +176,9 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
     rows = state.rows[buffer]
     lanes, normals, columns, placed = scratch.lanes[tid], scratch.normals[tid], scratch.columns[tid, 1], scratch.placed[tid]
     real = rows[0, 0]
-    now, last = like(state.clock[STEP] & 0xFFFFFF, real), like((state.clock[STEP] - 1) & 0xFFFFFF, real)
-    spring, constant = like(model.spring_rolling, real), like(model.constant_rolling, real)
+    now, last = like(stamp_of(state.clock[STEP]), real), like(stamp_of(state.clock[STEP] - 1), real)
     walls, per, patches = sums.walls[tid], plan.per_wall, scratch.impacts.patches
-    found = find_walls(model, state.x, state.body[0], scratch.local[tid], placed, lo, hi - lo, lanes, normals, normals[4])
+    found = find_walls(model, state.x, state.body[0], scratch.local[tid], placed, lo, hi - lo, lanes, normals, scratch.test[tid])
     for q in range(found, found + BATCH):
         lanes[0, q], lanes[1, q], lanes[3, q] = model.chunk, 0, state.wall_memory.shape[0] - 1
     for first in range(0, found, BATCH):
@@ -188,7 +187,7 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
             model, state.x, rows, state.wall_memory, state.material, scratch.motion[tid], first, m, lanes[1], lanes[2], lanes[3], normals,
             columns,
         )  # fmt: skip
-        wall_batch(columns, last, now, spring, constant, like(dt, real))
+        wall_batch(model.law, columns, last, now, like(dt, real))
         for b in range(m):
             slot, s = lanes[1, first + b], lanes[2, first + b]
             n0, n1, n2 = float(normals[0, first + b]), float(normals[1, first + b]), float(normals[2, first + b])
@@ -206,10 +205,10 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
 
 @kernel
 def sample_neighbours(model, state, scratch, sums, c, tid):
-    """Count the touching neighbours of each particle of chunk `c`, to ``scratch.cell``, and put them in the histogram."""
+    """Count the touching neighbours of each particle of chunk `c`, to ``scratch.lists.cell``, and put them in the histogram."""
     lo, hi = slots_of_chunk(state, c)
     points, lst = state.points[state.clock[PUBLISHED]], state.clock[LIST]
-    local, lanes, counts = scratch.local[tid], scratch.lanes[tid], scratch.cell
+    local, lanes, counts = scratch.local[tid], scratch.lanes[tid], scratch.lists.cell
     for l in range(hi - lo):
         i = lo + l
         counts[i] = 0
@@ -265,7 +264,7 @@ def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
         fields[k, 4] += whole(mass * vz, per[4])
         fields[k, 5] += whole(mass * (u0 * u0 + u1 * u1 + u2 * u2), per[5])
         fields[k, 6] += 1
-        fields[k, 7] += scratch.cell[i]
+        fields[k, 7] += scratch.lists.cell[i]
         q = (sample + 7919 * state.ids[i]) & (POINTS - 1)
         k, _ = cell_of(
             plan, a + radius * plan.within[q, 0], b + radius * plan.within[q, 1], z + radius * plan.within[q, 2], angle

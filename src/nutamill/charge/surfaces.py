@@ -1,4 +1,10 @@
-"""Nearest point on a surface: overlap and normal of a sphere, in the axes of the surface and in the world's."""
+"""Nearest point on a surface: overlap and normal of a sphere, in the axes of the surface and in the world's.
+
+Plane and cylinder are endless.  Cone and sphere cap end, without a rim: a contact counts only where the foot of the perpendicular
+from the particle's centre lies on the surface, and beyond the end the next surface takes over (floor, cylinder, another cone, a cap
+that meets the cone in its tangent).  This is exact wherever two surfaces meet in an inner corner, where each has its own contact, or
+smoothly.  An edge that stands out into the charge belongs to a box or to a mesh, which know their edges.
+"""
 
 import math
 
@@ -8,6 +14,11 @@ from nutamill.kernel import kernel
 
 PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)
+BOX = int(SurfaceKind.BOX)
+CONE = int(SurfaceKind.CONE)
+
+APART = -1e30
+"""Overlap where the foot of the perpendicular is not on the surface [m]: no contact, however large the particle."""
 
 
 @kernel(inline="always")
@@ -48,16 +59,76 @@ def box_contact(x, y, z, r, a, b, c):
 
 
 @kernel(inline="always")
+def cone_frame(distance, z, r0, r1, h):
+    """Height [m] over the side of a cone, positive inside, and place [m] along it from its end of radius `r0`, and its length [m].
+
+    In the half-plane of the axis and a point at `distance` [m] from it and height `z` [m], the side is the line from (r0, 0) to
+    (r1, h); ``((r1 - r0), h)/length`` runs along it and ``(-h, r1 - r0)/length`` into the cone.
+    """
+    length = math.sqrt((r1 - r0) * (r1 - r0) + h * h)
+    over = (z * (r1 - r0) - (distance - r0) * h) / length
+    along = ((distance - r0) * (r1 - r0) + z * h) / length
+    return over, along, length
+
+
+@kernel(inline="always")
+def cone_contact(x, y, z, r, r0, r1, h):
+    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] inside a cone, `r0` at z = 0 and `r1` at z = `h` [m].
+
+    One end is part of it and the other not, so that two cones end to end never both count.
+    """
+    distance = math.sqrt(x * x + y * y)
+    over, along, length = cone_frame(distance, z, r0, r1, h)
+    # on the axis every direction is as good
+    a = x / distance if distance > 0.0 else 1.0
+    b = y / distance if distance > 0.0 else 0.0
+    overlap = r - over if along >= 0.0 and along < length else APART
+    return overlap, a * h / length, b * h / length, -(r1 - r0) / length
+
+
+@kernel(inline="always")
+def cap_contact(x, y, z, r, radius, angle):
+    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] in a bowl: a sphere of `radius` [m] about the origin,
+    within `angle` [rad] of -z."""
+    distance = math.sqrt(x * x + y * y + z * z)
+    inverse = 1.0 / (distance + 1e-300)
+    overlap = r + distance - radius if -z >= distance * math.cos(angle) else APART
+    return overlap, x * inverse, y * inverse, z * inverse
+
+
+@kernel(inline="always")
 def surface_contact(kind, x, y, z, r, a, b, c):
     """Overlap [m] and normal [1] (3), in surface axes, of a sphere of radius `r` at (x, y, z) [m] in surface axes.
 
-    The normal points from the particle to the surface.  `kind` is a `SurfaceKind`; a, b, c [m] are its sizes.
+    The normal points from the particle to the surface.  `kind` is a `SurfaceKind`, but for MESH_PATCH; a, b, c are its sizes.
     """
     if kind == PLANE:
         return plane_contact(z, r)
     if kind == CYLINDER:
         return cylinder_contact(x, y, r, a)
-    return box_contact(x, y, z, r, a, b, c)
+    if kind == BOX:
+        return box_contact(x, y, z, r, a, b, c)
+    if kind == CONE:
+        return cone_contact(x, y, z, r, a, b, c)
+    return cap_contact(x, y, z, r, a, b)
+
+
+@kernel(inline="always")
+def surface_room(kind, x, y, z, r, a, b, c):
+    """Positive where a ball of radius `r` about (x, y, z) [m], surface axes, may hold a particle that touches the surface.
+
+    The quick test of a whole chunk: an overlap, but for cone and cap, which end, with a margin of `r` at the end.
+    """
+    if kind == PLANE:
+        return r - z
+    if kind == CYLINDER:
+        return r + math.sqrt(x * x + y * y) - a
+    if kind == BOX:
+        return box_contact(x, y, z, r, a, b, c)[0]
+    if kind == CONE:
+        over, along, length = cone_frame(math.sqrt(x * x + y * y), z, a, b, c)
+        return min(r - over, min(r + along, r + length - along))
+    return min(r + math.sqrt(x * x + y * y + z * z) - a, r - z - a * math.cos(b))
 
 
 @kernel(inline="always")
@@ -78,6 +149,47 @@ def surface_overlap(kinds, sizes, placed, s, x0, x1, x2, r):
         placed[s, 6] * na + placed[s, 7] * nb + placed[s, 8] * nc,
         placed[s, 9] * na + placed[s, 10] * nb + placed[s, 11] * nc,
     )
+
+
+@kernel(inline="always")
+def surface_near(kinds, sizes, placed, s, x0, x1, x2, r):
+    """As `surface_room`, for surface `s` and a ball of radius `r` about (x0, x1, x2) [m], world; arrays as for `surface_overlap`."""
+    d0, d1, d2 = x0 - placed[s, 0], x1 - placed[s, 1], x2 - placed[s, 2]
+    a = placed[s, 3] * d0 + placed[s, 6] * d1 + placed[s, 9] * d2
+    b = placed[s, 4] * d0 + placed[s, 7] * d1 + placed[s, 10] * d2
+    c = placed[s, 5] * d0 + placed[s, 8] * d1 + placed[s, 11] * d2
+    return surface_room(kinds[s], a, b, c, r, sizes[s, 0], sizes[s, 1], sizes[s, 2])
+
+
+@kernel(fast=True)
+def touch_cone(x, radius, lo, n, place, size, out):
+    """Write a positive number to ``out[l]`` where particle ``lo + l`` touches the inside of a cone of `size` (3,) [m], at `place` (12,)."""
+    o0, o1, o2 = place[0], place[1], place[2]
+    a, b, c = place[5], place[8], place[11]
+    r0, r1, h = size[0], size[1], size[2]
+    x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
+    for i in range(n):
+        d0, d1, d2 = x0[i] - o0, x1[i] - o1, x2[i] - o2
+        z = a * d0 + b * d1 + c * d2
+        distance = math.sqrt(max(d0 * d0 + d1 * d1 + d2 * d2 - z * z, 0.0))
+        over, along, length = cone_frame(distance, z, r0, r1, h)
+        # rounding of the distance must not lose a contact at the ends: the exact test comes after
+        within = min(along, length - along) + 1e-6 * length
+        out[i] = min(r[i] - over, within)
+
+
+@kernel(fast=True)
+def touch_cap(x, radius, lo, n, place, size, out):
+    """As `touch_cone`, for the inside of a sphere cap of radius ``size[0]`` [m] and angle ``size[1]`` [rad]."""
+    o0, o1, o2 = place[0], place[1], place[2]
+    a, b, c = place[5], place[8], place[11]
+    bore, rim = size[0], math.cos(size[1]) - 1e-6
+    x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
+    for i in range(n):
+        d0, d1, d2 = x0[i] - o0, x1[i] - o1, x2[i] - o2
+        distance = math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
+        z = a * d0 + b * d1 + c * d2
+        out[i] = min(r[i] + distance - bore, -z - distance * rim)
 
 
 @kernel

@@ -2,21 +2,39 @@
 
 from collections.abc import Sequence
 
-from nutamill.charge.model import ChargeState, Status
+from nutamill.charge.model import ChargeScratch, ChargeState, Status
 
 
-def status_text(state: ChargeState, surfaces: Sequence[str] = ()) -> str:
-    """What `ChargeState.status` says: which particles, which surface, how deep.
+def status_text(state: ChargeState, scratch: ChargeScratch, surfaces: Sequence[str] = ()) -> str:
+    """What `ChargeState.status` says: which particles, which surface, how deep, how fast.
 
     Parameters
     ----------
+    state, scratch : the charge as its last window left it
     surfaces : names of the surfaces, in their order; numbers are used where there are none
     """
     kind, particle, other, _ = (int(number) for number in state.status)
     share = 100 * state.largest_overlap[2]
+    first, second, closing = scratch.stopped_by
     if kind == Status.PAIR_OVERLAP:
-        return f"particles {particle} and {other} overlap by {share:.1f} % of the diameter, more than the pair's overlap_stop"
+        return (
+            f"particles {particle} and {other}, at {first:.3g} and {second:.3g} m/s, overlap by {share:.1f} % of the diameter, more than"
+            f" the pair's overlap_stop, and {_closing(closing)}"
+        )
     if kind == Status.WALL_OVERLAP:
         surface = f'"{surfaces[other]}"' if other < len(surfaces) else f"number {other}"
-        return f"particle {particle} overlaps surface {surface} by {share:.1f} % of its diameter, more than the pair's overlap_stop"
-    return f"particle {particle} left the chamber, or its position is not a number"
+        return (
+            f"particle {particle}, at {first:.3g} m/s, overlaps surface {surface}, there at {second:.3g} m/s, by {share:.1f} % of its"
+            f" diameter, more than the pair's overlap_stop, and they {_closing(closing)}"
+        )
+    return f"particle {particle}, at {first:.3g} m/s, left the chamber, or its position is not a number"
+
+
+def _closing(speed: float) -> str:
+    """How fast two bodies close or part [m/s], in words."""
+    return f"{'close' if speed > 0 else 'part'} at {abs(speed):.3g} m/s"
+
+
+def status_time(state: ChargeState, dt: float) -> float:
+    """Simulated time of the positions that `ChargeState.status` speaks of [s]; `dt` is the substep [s]."""
+    return (int(state.status[3]) + 0.5) * dt

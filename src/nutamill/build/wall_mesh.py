@@ -1,0 +1,186 @@
+"""Mesh files as walls: reading them, whether their size makes sense, and what of them can be told before a run.
+
+The only room that imports trimesh, which is an optional package.
+"""
+
+import functools
+import hashlib
+import math
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from nutamill.case import Case
+from nutamill.charge.mesh import Mesh, closed_mesh
+from nutamill.charge.mesh_patches import mesh_surfaces
+from nutamill.charge.model import Surface
+from nutamill.errors import CaseError, Fault
+from nutamill.machine import MeshFile
+from nutamill.units import UNITS, Kind
+
+FORMATS = (".stl", ".obj")
+"""Kinds of file that are read."""
+
+FAR_OFF = 30.0
+"""Ratio of sizes from which a unit is taken to be wrong [1]; a chamber is never, units are by 10 at least, most by 1000."""
+
+
+class MeshFacts(NamedTuple):
+    """What `nutamill check` tells of a mesh."""
+
+    name: str
+    """Name of the file."""
+    triangles: int
+    """Number of triangles [1]."""
+    patches: int
+    """Number of smooth patches [1]."""
+    volume: float
+    """Volume enclosed [m^3]."""
+    volume_drawn: float | None
+    """Volume of the chamber as drawn, for its mesh [m^3]."""
+    off_drawing: float | None
+    """Largest distance of the chamber's mesh from bore, floor and ceiling as drawn [m]."""
+
+
+def meshes_surfaces(case: Case, body: int, materials: list[str], mass_centre: np.ndarray) -> list[Surface]:
+    """Patches of the chamber's mesh, if it has one, and of the solids of ``[[walls]]``.
+
+    Parameters
+    ----------
+    body : number of the chamber among the bodies that carry surfaces
+    materials : names of the materials in the order of their numbers
+    mass_centre : of the chamber [m] (3,), in chamber axes from the nutation point
+    """
+    named = [(wall, mesh, wall.material) for wall, mesh in zip(case.walls, wall_meshes(case), strict=True)]
+    if case.chamber.mesh is not None:
+        named.insert(0, (case.chamber.mesh, chamber_mesh(case), case.chamber.material))
+    surfaces = []
+    for table, mesh, material in named:
+        surfaces += mesh_surfaces(mesh, body, materials.index(material), np.array(table.at) - mass_centre)
+    return surfaces
+
+
+def chamber_mesh(case: Case) -> Mesh:
+    """The space inside the chamber, in the axes of its file; the charge is inside.
+
+    Raises
+    ------
+    CaseError : the file is not there, not the one the case was made with, no mesh, not closed, or of another size than the drawing
+    """
+    return _mesh(case, case.chamber.mesh, "inside", "chamber.mesh")
+
+
+def wall_meshes(case: Case) -> list[Mesh]:
+    """The solids of ``[[walls]]``, each in the axes of its file; the charge is outside.
+
+    Raises
+    ------
+    CaseError : as `chamber_mesh`
+    """
+    return [_mesh(case, wall, "outside", f"walls[{number}]") for number, wall in enumerate(case.walls)]
+
+
+def _mesh(case: Case, table: MeshFile, keep: Literal["inside", "outside"], where: str) -> Mesh:
+    smallest, largest = _radii(case)
+    mesh = _read(table.file, table.sha256, _metres(table), keep, largest)
+    drawn = math.hypot(case.chamber.inner_diameter, case.chamber.inner_diameter, case.chamber.height)
+    low = drawn / FAR_OFF if keep == "inside" else smallest
+    size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+    if low <= size <= FAR_OFF * drawn:
+        return mesh
+    fitting = [unit for unit in ("mm", "m", "cm", "in", "um") if low <= size / _metres(table) * UNITS[Kind.LENGTH][unit] <= 3.0 * drawn]
+    what = f"{Path(table.file).name} in {table.unit} is {size:.3g} m large, the chamber is {drawn:.3g} m"
+    raise CaseError(Fault(f"{where}.unit", what, f'In {fitting[0]}? Write unit = "{fitting[0]}"' if fitting else "Check the file"))
+
+
+def _radii(case: Case) -> tuple[float, float]:
+    """Radius [m] of the smallest and of the largest particle of the charge; 0 for an empty chamber."""
+    sizes = [diameter for part in case.charge.parts for diameter in part.size_range] or [0.0]
+    return min(sizes) / 2, max(sizes) / 2
+
+
+def _metres(table: MeshFile) -> float:
+    return UNITS[Kind.LENGTH][table.unit]
+
+
+@functools.lru_cache(maxsize=32)
+def _read(file: str, sha256: str, metres: float, keep: Literal["inside", "outside"], particle_radius: float) -> Mesh:
+    """The mesh of a file in metres, cut for particles up to a radius; kept, for several rooms ask for it."""
+    path = Path(file)
+    if path.suffix.lower() not in FORMATS:
+        raise CaseError(Fault(path.name, f"must be a file of the kinds {' and '.join(FORMATS)}, got {path.suffix or 'no suffix'}"))
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        what = f"cannot be read: {error.strerror} ({path})"
+        raise CaseError(Fault(path.name, what, f"A run needs the mesh its case was made with, SHA-256 {sha256}")) from None
+    if hashlib.sha256(content).hexdigest() != sha256:
+        what = "has changed since the case was read"
+        raise CaseError(Fault(path.name, what, "Put back the file, or begin a new run; a case file of your own needs no sha256"))
+    return closed_mesh(path.name, *_triangles(path, metres), keep, particle_radius)
+
+
+def _triangles(path: Path, metres: float) -> tuple[np.ndarray, np.ndarray]:
+    """Corners [m] (V, 3) and triangles (T, 3) as they stand in the file."""
+    try:
+        import trimesh
+    except ImportError:
+        raise CaseError(Fault(path.name, "needs the package trimesh to be read", 'Install it with: pip install "nutamill[mesh]"')) from None
+    try:
+        # neither merged nor repaired: triangles keep their number, and what is wrong is refused
+        loaded = trimesh.load_mesh(path, process=False)
+        vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, int)
+    except Exception as error:  # trimesh has no class for a bad file
+        raise CaseError(Fault(path.name, f"cannot be read as a mesh: {error}")) from None
+    return metres * vertices, faces
+
+
+def mesh_facts(case: Case) -> list[MeshFacts]:
+    """What can be told of the meshes of a case, the chamber's first."""
+    facts = []
+    if case.chamber.mesh is not None:
+        mesh, chamber = chamber_mesh(case), case.chamber
+        drawn = 0.25 * math.pi * chamber.inner_diameter**2 * chamber.height
+        off = distance_from_drawing(case, mesh.corners + case.chamber.mesh.at)
+        facts.append(MeshFacts(mesh.name, len(mesh.faces), mesh.n_patches, mesh.volume, drawn, off))
+    return facts + [MeshFacts(m.name, len(m.faces), m.n_patches, m.volume, None, None) for m in wall_meshes(case)]
+
+
+def distance_from_drawing(case: Case, corners: np.ndarray) -> float:
+    """Largest distance [m] of triangles `corners` [m] (T, 3, 3), in chamber axes from the nutation point, from the chamber as drawn.
+
+    Looked for at corners, middles of sides and middles of triangles; middles of sides are where a facet is farthest from a bore.
+    """
+    chamber = case.chamber
+    points = np.concatenate([corners, 0.5 * (corners + np.roll(corners, 1, axis=1)), corners.mean(axis=1, keepdims=True)], axis=1)
+    x, y, z = points.reshape(-1, 3).T
+    out = np.hypot(x, y) - chamber.inner_diameter / 2
+    over = np.maximum(-chamber.floor_depth - z, z + chamber.ceiling_depth)
+    outside = np.hypot(np.maximum(out, 0.0), np.maximum(over, 0.0))
+    return float(np.where((out > 0.0) | (over > 0.0), outside, -np.maximum(out, over)).max())
+
+
+def free_volume(case: Case) -> float:
+    """Volume the charge may take [m^3]: that of the chamber, as drawn or meshed, less the ribs and the solids of ``[[walls]]``."""
+    chamber = case.chamber
+    ribs = 0.25 * math.pi * chamber.inner_diameter**2 * chamber.height - chamber.free_volume
+    room = chamber_mesh(case).volume - ribs if chamber.mesh is not None else chamber.free_volume
+    return room - sum(mesh.volume for mesh in wall_meshes(case))
+
+
+def room_box(case: Case) -> np.ndarray:
+    """Low and high corner of a box that holds the chamber [m] (2, 3), in chamber axes from the nutation point."""
+    chamber = case.chamber
+    if chamber.mesh is not None:
+        vertices = chamber_mesh(case).vertices + chamber.mesh.at
+        return np.stack([vertices.min(axis=0), vertices.max(axis=0)])
+    radius = chamber.inner_diameter / 2
+    return np.array([[-radius, -radius, -chamber.floor_depth], [radius, radius, -chamber.ceiling_depth]])
+
+
+def digests(case: Case) -> dict[str, str]:
+    """SHA-256 of each mesh file of a case, by its key in the case, for the provenance of a result."""
+    named = {"chamber.mesh": case.chamber.mesh} if case.chamber.mesh is not None else {}
+    named |= {f"walls[{number}]": wall for number, wall in enumerate(case.walls)}
+    return {f"{key}.sha256": table.sha256 for key, table in named.items()}

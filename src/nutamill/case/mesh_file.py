@@ -1,0 +1,35 @@
+"""Mesh files that a case names: found beside the case file, and known by their content from then on."""
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+from nutamill.case.drive import found_file
+from nutamill.errors import CaseError, Fault
+
+
+def pin_mesh(table: dict[str, Any], where: str, folders: list[Path]) -> None:
+    """Write the full path of a mesh file and the digest of its content into its table, unless the digest is there already.
+
+    A case that has been read once, as a result file keeps it, can so be read again where the mesh is not; whoever builds from the mesh
+    compares the digest.
+
+    Parameters
+    ----------
+    table : with the key ``file``
+    where : file, line and key, for messages
+    folders : where a relative name is looked for, in order
+
+    Raises
+    ------
+    CaseError : no such file, or one that cannot be read
+    """
+    name = table.get("file")
+    if not isinstance(name, str) or "sha256" in table:
+        return
+    path = found_file(name, where, folders)
+    try:
+        table["sha256"] = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise CaseError(Fault(where, f"{name} cannot be read: {error.strerror}")) from None
+    table["file"] = str(path)

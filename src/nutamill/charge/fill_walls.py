@@ -1,0 +1,144 @@
+"""Seeded random placement of particles among walls of any kind: inside a meshed chamber, outside of solids that stand in it.
+
+As `random_fill` does in a cylinder, with the contacts of the engine itself pushing out of the walls.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.charge.fill import COLUMN_PACKING, LOOSE_PACKING, MARGIN, relaxed
+from nutamill.charge.mesh import on_charge_side
+from nutamill.charge.mesh_model import MeshWalls
+from nutamill.charge.mesh_patches import mesh_walls
+from nutamill.charge.model import Surface, SurfaceKind
+from nutamill.charge.surfaces import place_surfaces
+from nutamill.charge.walls import wall_overlap
+from nutamill.errors import CaseError, Fault
+from nutamill.kernel import kernel
+
+TRIES = 200
+"""Draws of places for the particles that do not have one yet [1]."""
+
+
+class FillWalls(NamedTuple):
+    """Surfaces in the axes of the chamber that carries them, named as in `ChargeModel`."""
+
+    surface_kind: np.ndarray
+    """`SurfaceKind` [1], int64 (S,)."""
+    surface_body: np.ndarray
+    """Zero for all [1], int64 (S,)."""
+    surface_origin: np.ndarray
+    """Origin [m] (S, 3), chamber axes."""
+    surface_rotation: np.ndarray
+    """From surface axes to chamber axes [1] (S, 3, 3)."""
+    surface_size: np.ndarray
+    """Sizes [m], angles [rad] (S, 3), as `SurfaceKind` says."""
+    mesh: MeshWalls
+    """Meshed surfaces."""
+
+
+@kernel
+def push_out(walls, placed, x, r, top):
+    """Move particles `x` [m] (n, 3) of radii `r` [m] (n,) out of all walls, and below the height `top` [m]; the deepest overlap [m]."""
+    worst = 0.0
+    for i in range(len(r)):
+        for s in range(walls.surface_kind.shape[0]):
+            overlap, a, b, c = wall_overlap(walls, placed, s, x[i, 0], x[i, 1], x[i, 2], r[i])
+            if overlap > 0.0:
+                x[i, 0], x[i, 1], x[i, 2] = x[i, 0] - overlap * a, x[i, 1] - overlap * b, x[i, 2] - overlap * c
+                worst = max(worst, overlap)
+        over = x[i, 2] + r[i] - top
+        if over > 0.0:
+            x[i, 2] -= over
+            worst = max(worst, over)
+    return worst
+
+
+def fill_between(
+    radii: np.ndarray, surfaces: Sequence[Surface], low: Sequence[float], high: Sequence[float], volume: float, seed: int = 1
+) -> np.ndarray:  # fmt: skip
+    """Random positions without overlaps among the walls of an upright chamber, from the floor up.
+
+    Parameters
+    ----------
+    radii : of the particles, or of spheres that hold them [m] (n,)
+    surfaces : all walls, carried by the chamber
+    low, high : corners of a box that holds the room between them [m] (3,), chamber axes from the point `surfaces` are given from
+    volume : of that room [m^3]
+    seed : of the random numbers; the same seed gives the same fill
+
+    Returns
+    -------
+    positions [m] (n, 3), in the axes of `low`
+
+    Raises
+    ------
+    CaseError : more than a loose bed holds, or no way found to place all
+    """
+    low, high = np.asarray(low, float), np.asarray(high, float)
+    r = np.asarray(radii, float) * MARGIN
+    solid = float((4.0 / 3.0 * np.pi * np.asarray(radii, float) ** 3).sum())
+    if solid > LOOSE_PACKING * volume:
+        what = f"must fit as a loose bed, got {solid * 1e6:.0f} cm^3 of solid where {LOOSE_PACKING * volume * 1e6:.0f} cm^3 fit"
+        raise CaseError(Fault("charge", what, "Take less charge or a larger chamber"))
+    walls = FillWalls(
+        np.array([int(s.kind) for s in surfaces], np.int64),
+        np.zeros(len(surfaces), np.int64),
+        np.array([s.origin for s in surfaces], float),
+        np.array([s.rotation for s in surfaces], float),
+        np.array([s.size for s in surfaces], float),
+        mesh_walls(surfaces, float(r.max())),
+    )
+    placed = np.zeros((len(surfaces), 12))
+    place_surfaces(walls, np.array([[0.0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]]), placed)
+    share = min(1.0, solid / (COLUMN_PACKING * volume) + 4.0 * float(r.max()) / (high[2] - low[2]))
+    rng = np.random.default_rng(seed)
+    x, top = _scattered(rng, len(r), surfaces, low, high, share)
+
+    before = x.copy()
+
+    def push(x, sweep):
+        # a centre that moves less than a radius cannot jump over the depth in which a wall finds it
+        step = x - before
+        x[:] = before + step * np.minimum(1.0, 0.5 * r / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
+        # a crowded column grows upwards
+        worst = push_out(walls, placed, x, r, min(high[2], top + 0.1 * (high[2] - low[2]) * ((sweep + 1) // 100)))
+        before[:] = x
+        return worst
+
+    x = relaxed(x, r, push)
+    if not in_room(surfaces, x).all():
+        raise CaseError(Fault("charge", "a particle was pushed through a wall while it was placed", "Take less charge or another seed"))
+    return x
+
+
+def _scattered(rng, n, surfaces, low, high, share) -> tuple[np.ndarray, float]:
+    """Random places in the lowest `share` of the room, and the height [m] this reaches to."""
+    trial = rng.uniform(low, high, (4000, 3))
+    heights = np.sort(trial[in_room(surfaces, trial), 2])
+    top = float(heights[min(len(heights) - 1, int(share * len(heights)))]) if len(heights) else high[2]
+    found = np.empty((0, 3))
+    for _ in range(TRIES):
+        drawn = rng.uniform(low, (high[0], high[1], top), (n, 3))
+        found = np.concatenate([found, drawn[in_room(surfaces, drawn)]])
+        if len(found) >= n:
+            return found[:n], top
+    raise CaseError(Fault("charge", "no room found among the walls", "Check the place and unit of the meshes"))
+
+
+def in_room(surfaces: Sequence[Surface], x: np.ndarray) -> np.ndarray:
+    """Whether each of the points `x` [m] (n, 3), chamber axes, is on the charge's side of all walls (n,)."""
+    free = np.ones(len(x), bool)
+    for surface in surfaces:
+        local = (x - np.asarray(surface.origin)) @ np.asarray(surface.rotation, float)
+        if surface.kind == SurfaceKind.PLANE:
+            free &= local[:, 2] > 0.0
+        elif surface.kind == SurfaceKind.CYLINDER:
+            free &= np.hypot(local[:, 0], local[:, 1]) < surface.size[0]
+        elif surface.kind == SurfaceKind.BOX:
+            free &= (np.abs(local) > surface.size).any(axis=1)
+        elif surface.kind == SurfaceKind.MESH_PATCH and surface.patch == 0:
+            free &= on_charge_side(surface.mesh, local)
+    return free

@@ -1,0 +1,218 @@
+"""From meshes to the arrays of the kernels: shared edges and corners, their regions and owners, and a grid for each patch."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import ndimage
+
+from nutamill.charge.mesh import Mesh
+from nutamill.charge.mesh_model import MeshGrid, MeshShape, MeshWalls
+from nutamill.charge.model import Surface, SurfaceKind
+from nutamill.charge.triangles import cells_near, directed_edges, normals_and_areas
+
+MOST_CELLS = 400_000
+"""Cells in the grid of one patch [1]; beyond, they are made larger than a particle."""
+
+SLACK = 1e-9
+"""Slack of the regions of edges and corners within a patch, as a share of the edge's length [1].
+
+Rounding must not let a centre straight above a corner fall between all regions.  Within a patch an overlap of regions is harmless, for
+only the deepest contact counts; where patches meet there is none."""
+
+
+def mesh_surfaces(
+    mesh: Mesh, body: int, material: int, origin: Sequence[float] = (0.0, 0.0, 0.0), rotation: object = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+) -> list[Surface]:
+    """The patches of a mesh as surfaces of a body, in the order of their numbers.
+
+    Parameters
+    ----------
+    mesh : of `closed_mesh`
+    body, material : index of the carrying body, and of the mesh's material
+    origin, rotation : place [m] (3,) in the body's axes, from its mass centre, and rotation (3, 3) to them, of the mesh's axes
+    """
+    return [
+        Surface(f"{mesh.name} patch {patch + 1}", SurfaceKind.MESH_PATCH, body, material, tuple(origin), rotation, mesh=mesh, patch=patch)
+        for patch in range(mesh.n_patches)
+    ]
+
+
+def mesh_walls(surfaces: Sequence[Surface], largest_radius: float) -> MeshWalls:
+    """The meshes among the surfaces of a charge, for its kernels.
+
+    Parameters
+    ----------
+    surfaces : all surfaces of the charge
+    largest_radius : of its particles [m]
+    """
+    meshes = list({id(s.mesh): s.mesh for s in surfaces if s.kind == SurfaceKind.MESH_PATCH}.values())
+    first_patch = np.cumsum([0, *(mesh.n_patches for mesh in meshes)])
+    number = {id(mesh): int(first_patch[k]) for k, mesh in enumerate(meshes)}
+    patch_of = [number[id(s.mesh)] + s.patch if s.kind == SurfaceKind.MESH_PATCH else -1 for s in surfaces]
+    siblings = [(first_patch[k], first_patch[k + 1]) for k, mesh in enumerate(meshes) for _ in range(mesh.n_patches)]
+    return MeshWalls(
+        np.array(patch_of, np.int64),
+        np.array(siblings, np.int64).reshape(-1, 2),
+        _joined_shapes([_shape(mesh, int(first_patch[k])) for k, mesh in enumerate(meshes)]),
+        _grid(meshes, largest_radius),
+    )
+
+
+EMPTY = MeshShape(
+    *(np.zeros((0, 3)) for _ in range(2)),
+    np.zeros(0, np.int32),
+    np.zeros(0),
+    np.zeros(1, np.int32),
+    np.zeros(0, np.int32),
+    np.zeros((0, 2), np.int32),
+    np.zeros((0, 3)),
+    np.zeros(0),
+    np.zeros((0, 2, 3)),
+    np.zeros((0, 3)),
+    np.zeros((0, 2), np.int32),
+    np.zeros(0, np.int32),
+    np.zeros(0),
+    np.zeros((0, 3), np.int32),
+    np.zeros((0, 3), np.int32),
+    np.zeros((0, 3)),
+)
+"""No triangles."""
+
+
+def _shape(mesh: Mesh, first_patch: int) -> MeshShape:
+    """Features of one mesh."""
+    vertices, faces, patch = mesh.vertices, mesh.faces, mesh.patch + first_patch
+    corners = mesh.corners
+    normals, _ = normals_and_areas(corners)
+    edges, of_side, _ = directed_edges(faces)
+    order = np.argsort(of_side.ravel(), kind="stable")
+    triangles = (order // 3).reshape(-1, 2)
+    side = np.empty(3 * len(faces), np.int32)
+    side[order] = np.arange(len(order)) % 2
+    begin, end = vertices[edges[:, 0]], vertices[edges[:, 1]]
+    length = np.linalg.norm(end - begin, axis=1)
+    direction = (end - begin) / length[:, None]
+    # in the plane of the triangle, at right angles to the edge, towards the triangle's middle
+    wing = np.cross(normals[triangles], direction[:, None, :])
+    inward = ((corners[triangles].mean(axis=2) - begin[:, None, :]) * wing).sum(axis=2)
+    wing *= np.sign(inward)[:, :, None]
+    meeting = patch[triangles]
+    ends = edges.ravel()
+    by_vertex = np.argsort(ends, kind="stable")
+    vertex_first = np.searchsorted(ends[by_vertex], np.arange(len(vertices) + 1))
+    vertex_edges = by_vertex // 2
+    lowest, highest = np.full(len(vertices), np.iinfo(np.int32).max), np.full(len(vertices), -1)
+    shortest = np.full(len(vertices), np.inf)
+    np.minimum.at(lowest, faces, patch[:, None])
+    np.maximum.at(highest, faces, patch[:, None])
+    np.minimum.at(shortest, ends, np.repeat(length, 2))
+    return MeshShape(
+        vertices=vertices,
+        vertex_normal=_vertex_normals(corners, faces, normals, len(vertices)),
+        vertex_owner=lowest.astype(np.int32),
+        vertex_slack=np.where(lowest == highest, SLACK * shortest, 0.0),
+        vertex_first=vertex_first.astype(np.int32),
+        vertex_edges=vertex_edges.astype(np.int32),
+        edge_ends=edges.astype(np.int32),
+        edge_direction=direction,
+        edge_length=length,
+        edge_wing=wing,
+        edge_normal=normals[triangles].sum(axis=1),
+        edge_triangles=triangles.astype(np.int32),
+        edge_owner=meeting.min(axis=1).astype(np.int32),
+        edge_slack=np.where(meeting[:, 0] == meeting[:, 1], SLACK * length, 0.0),
+        triangle_edges=of_side.astype(np.int32),
+        triangle_side=side.reshape(-1, 3),
+        triangle_normal=normals,
+    )
+
+
+def _vertex_normals(corners, faces, normals, n_vertices) -> np.ndarray:
+    """Sum of the normals about each corner, each by its triangle's angle there [rad] (V, 3).
+
+    Source: J. A. Baerentzen and H. Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005) 243-253: it tells front from back.
+    """
+    out = np.zeros((n_vertices, 3))
+    for k in range(3):
+        a, b = corners[:, (k + 1) % 3] - corners[:, k], corners[:, (k + 2) % 3] - corners[:, k]
+        angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1))
+        np.add.at(out, faces[:, k], angle[:, None] * normals)
+    return out
+
+
+COUNTS = {
+    "vertex_edges": "edge",
+    "edge_ends": "vertex",
+    "edge_triangles": "triangle",
+    "triangle_edges": "edge",
+}
+"""Fields that hold numbers of vertices, edges or triangles."""
+
+
+def _joined_shapes(shapes: list[MeshShape]) -> MeshShape:
+    """Several meshes as one set of arrays."""
+    joined = EMPTY
+    for shape in shapes:
+        offset = {"vertex": len(joined.vertices), "edge": len(joined.edge_length), "triangle": len(joined.triangle_normal)}
+        fields = []
+        for name, more in shape._asdict().items():
+            present = getattr(joined, name)
+            if name == "vertex_first":
+                fields.append(np.concatenate([present, present[-1] + more[1:]]).astype(np.int32))
+            else:
+                shifted = more + offset[COUNTS[name]] if name in COUNTS else more
+                fields.append(np.concatenate([present, shifted]).astype(present.dtype))
+        joined = MeshShape(*fields)
+    return joined
+
+
+def _grid(meshes: list[Mesh], largest_radius: float) -> MeshGrid:
+    """The grids of all patches, one after the other."""
+    reach = largest_radius * (1.0 + 1e-9)
+    corners, sizes, counts, first_cell, begins, listed, apart = [], [], [], [], [np.zeros(1, np.int64)], [], []
+    n_cells = n_listed = first_triangle = 0
+    for mesh in meshes:
+        for patch in range(mesh.n_patches):
+            triangles = np.flatnonzero(mesh.patch == patch)
+            corner, size, cells, begin, found, far = _patch_grid(mesh.corners[triangles], reach)
+            corners.append(corner)
+            sizes.append(size)
+            counts.append(cells)
+            first_cell.append(n_cells)
+            begins.append(begin[1:] + n_listed)
+            listed.append(triangles[found] + first_triangle)
+            apart.append(far)
+            n_cells += len(far)
+            n_listed += len(found)
+        first_triangle += len(mesh.faces)
+    return MeshGrid(
+        reach,
+        np.array(corners, float).reshape(-1, 3),
+        np.array(sizes, float),
+        np.array(counts, np.int64).reshape(-1, 3),
+        np.array(first_cell, np.int64),
+        np.concatenate(begins).astype(np.int32),
+        np.concatenate([np.zeros(0), *listed]).astype(np.int32),
+        np.concatenate([np.zeros(0), *apart]).astype(np.float32),
+    )
+
+
+def _patch_grid(corners: np.ndarray, reach: float) -> tuple:
+    """Grid of one patch of triangles `corners` [m] (n, 3, 3): corner, size, cells, begin, triangles, apart as in `MeshGrid`."""
+    low, high = corners.min(axis=(0, 1)) - reach, corners.max(axis=(0, 1)) + reach
+    size = max(reach, float(np.prod(high - low) / MOST_CELLS) ** (1 / 3))
+    cells = np.ceil((high - low) / size).astype(int)
+    half = 0.5 * np.sqrt(3.0) * size * (1.0 + 1e-9)
+    core = np.zeros(int(cells.prod()), bool)
+    cell_of, triangle_of = [], []
+    for t, triangle in enumerate(corners):
+        near, away = cells_near(triangle, low, size, cells, reach + half)
+        core[near[away <= half]] = True
+        cell_of.append(near)
+        triangle_of.append(np.full(len(near), t))
+    cell_of, triangle_of = np.concatenate(cell_of), np.concatenate(triangle_of)
+    order = np.argsort(cell_of, kind="stable")
+    begin = np.searchsorted(cell_of[order], np.arange(len(core) + 1))
+    # each triangle lies in core cells; two points of two cells are nearer than their middles by a diagonal at most
+    apart = np.maximum(size * ndimage.distance_transform_edt(~core.reshape(cells)).ravel() - 2.0 * half, 0.0)
+    return low, size, cells, begin, triangle_of[order], apart * (1.0 - 1e-6)

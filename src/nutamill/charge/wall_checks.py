@@ -1,0 +1,83 @@
+"""What is refused of the walls of a charge at the start: sizes that cannot be, and particles in or behind a wall."""
+
+import math
+
+import numpy as np
+
+from nutamill.charge.mesh import on_charge_side
+from nutamill.charge.model import LawColumn, SurfaceKind
+from nutamill.charge.surfaces import place_surfaces
+from nutamill.charge.walls import wall_overlaps
+from nutamill.errors import Fault
+
+LIMIT = int(LawColumn.LIMIT)
+
+NAMED = 5
+"""Worst offenders that a message names [1]."""
+
+
+def named(ids) -> str:
+    """Numbers for a message: the first few, and how many more."""
+    shown = ", ".join(str(int(i)) for i in ids[:NAMED])
+    return shown + (f" and {len(ids) - NAMED} more" if len(ids) > NAMED else "")
+
+
+def wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> list[Fault]:
+    """Particles that start inside or behind a surface; `owner` is the particle each sphere belongs to [1] (n,)."""
+    faults = []
+    placed = np.zeros((len(surfaces), 12))
+    place_surfaces(model, poses, placed)
+    for s, surface in enumerate(surfaces):
+        deep = np.empty(len(radii))
+        wall_overlaps(model, placed, s, positions, radii, deep)
+        excess = deep / (2.0 * radii) * model.laws[model.law_of[materials, surface.material], LIMIT]
+        bad = np.flatnonzero(excess > 1.0)
+        if len(bad):
+            bad = bad[np.argsort(-excess[bad])]
+            what = f"particles must start inside, these overlap it beyond overlap_stop or lie behind it: {named(owner[bad])}"
+            faults.append(Fault(f'surface "{surface.name}"', what, "Check the chamber's sizes and the fill"))
+    return faults
+
+
+def mesh_faults(positions, model, surfaces, poses, owner) -> list[Fault]:
+    """Particles that start behind a mesh, however far; `owner` as for `wall_faults`."""
+    faults = []
+    placed = np.zeros((len(surfaces), 12))
+    place_surfaces(model, poses, placed)
+    for s, surface in enumerate(surfaces):
+        # one patch of a mesh speaks for all
+        if surface.kind == SurfaceKind.MESH_PATCH and surface.patch == 0:
+            rotation = placed[s, 3:].reshape(3, 3)
+            behind = np.flatnonzero(~on_charge_side(surface.mesh, (positions - placed[s, :3]) @ rotation))
+            if len(behind):
+                what = f"particles must start {surface.mesh.keep} of it, these do not: {named(owner[behind])}"
+                faults.append(Fault(f'mesh "{surface.mesh.name}"', what, "Check its unit and place, and the fill"))
+    return faults
+
+
+def surface_faults(surfaces, n_bodies) -> list[Fault]:
+    """Bodies that are not there, and sizes that no surface has."""
+    faults = []
+    for surface in surfaces:
+        where, (a, b, c), kind = f'surface "{surface.name}"', surface.size, surface.kind
+        if not 0 <= surface.body < n_bodies:
+            faults.append(Fault(where, f"body must be from 0 to {n_bodies - 1}, got {surface.body}"))
+        if kind == SurfaceKind.CYLINDER and not 0.0 < a < math.inf:
+            faults.append(Fault(where, f"radius must be positive, got {a} m"))
+        if kind == SurfaceKind.BOX and not all(0.0 < half < math.inf for half in surface.size):
+            faults.append(Fault(where, f"half sizes must be positive, got {surface.size} m"))
+        if kind == SurfaceKind.CONE and not (0.0 <= a < math.inf and 0.0 <= b < math.inf and a + b > 0.0 and 0.0 < c < math.inf):
+            what = f"must have two radii of at least 0, not both 0, and a positive height, got {a}, {b} and {c} m"
+            faults.append(Fault(where, what, "A flat ring is a PLANE"))
+        if kind == SurfaceKind.SPHERE_CAP and not (0.0 < a < math.inf and 0.0 < b <= math.pi):
+            faults.append(Fault(where, f"must have a positive radius and an angle from 0 to pi rad, got {a} m and {b} rad"))
+        if kind == SurfaceKind.MESH_PATCH and (surface.mesh is None or not 0 <= surface.patch < surface.mesh.n_patches):
+            faults.append(Fault(where, "must have a mesh and the number of one of its patches", "Make it with mesh_surfaces"))
+    return faults
+
+
+def extent(surface) -> float:
+    """Largest size of a surface [m]."""
+    if surface.kind == SurfaceKind.MESH_PATCH:
+        return float(np.ptp(surface.mesh.vertices, axis=0).max())
+    return surface.size[0] if surface.kind == SurfaceKind.SPHERE_CAP else max(surface.size)

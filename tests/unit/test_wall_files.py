@@ -1,0 +1,283 @@
+"""Walls from mesh files: found, read, refused with what to write instead, filled, run and resumed."""
+
+import os
+import shutil
+import signal
+
+import numpy as np
+import pytest
+
+from nutamill import march
+from nutamill.build import wall_mesh
+from nutamill.build.bed import settled_bed
+from nutamill.build.chamber_charge import chamber_surfaces
+from nutamill.build.charge_mix import charge_particles, particle_count
+from nutamill.build.model import build
+from nutamill.build.wall_mesh import chamber_mesh, free_volume, wall_meshes
+from nutamill.case import Case, load_case
+from nutamill.charge.mesh import on_charge_side
+from nutamill.errors import CaseError
+from nutamill.preflight import preflight
+
+FLOOR, CEILING, RADIUS = -326.0, -98.0, 70.0
+"""The chamber of the published mill, in chamber axes from the nutation point [mm]."""
+
+
+def tube(n=48, scale=1.0):
+    """Triangles (t, 3, 3) of the chamber's inside as a prism of `n` facets, normals outwards."""
+    angle = 2 * np.pi * np.arange(n) / n
+    ring = RADIUS * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    low, high = (np.column_stack([ring, np.full(n, z)]) for z in (FLOOR, CEILING))
+    out = []
+    for i in range(n):
+        j = (i + 1) % n
+        out += [(low[i], low[j], high[j]), (low[i], high[j], high[i]), ((0, 0, FLOOR), low[j], low[i]), ((0, 0, CEILING), high[i], high[j])]
+    return scale * np.array(out)
+
+
+def block(low, high):
+    """Triangles of an upright box, normals outwards."""
+    corner = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])], float)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return np.array([[corner[k] for k in t] for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+
+
+def stl(path, triangles):
+    """Write an STL file."""
+    text = ["solid made"]
+    for triangle in triangles:
+        text += ["facet normal 0 0 0", "outer loop", *(f"vertex {x!r} {y!r} {z!r}" for x, y, z in triangle.tolist()), "endloop", "endfacet"]
+    path.write_text("\n".join([*text, "endsolid made", ""]))
+    return path
+
+
+MESHED = """
+base = "numill"
+[chamber.mesh]
+file = "tube.stl"
+unit = "mm"
+[charge]
+mass = "0.05 kg"
+[mechanism]
+mounting = "rigid"
+"""
+
+LIFTER = """
+[[walls]]
+file = "lifter.stl"
+unit = "mm"
+at = ["0 mm", "0 mm", "-326 mm"]
+material = "{material}"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder of the case apart from the present one, with a tube and a lifter of 10 mm by 10 mm in its middle."""
+    home = tmp_path / "home"
+    home.mkdir()
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    monkeypatch.setattr("nutamill.build.bed.bed_file", lambda case: tmp_path / "beds" / case.digest)
+    stl(home / "tube.stl", tube())
+    stl(home / "lifter.stl", block((-5, -5, -5), (5, 5, 100)))
+    return home
+
+
+def case_of(folder, text=MESHED, overrides=()):
+    (folder / "mill.toml").write_text(text)
+    return load_case(folder / "mill.toml", overrides)
+
+
+def with_lifter(folder):
+    return case_of(folder, MESHED + LIFTER.format(material=load_case("numill").chamber.material))
+
+
+def refusal(act, *arguments):
+    with pytest.raises(CaseError) as caught:
+        act(*arguments)
+    return str(caught.value)
+
+
+def test_a_mesh_is_found_beside_the_case_and_known_by_its_content(folder):
+    case = case_of(folder)
+    assert case.chamber.mesh.file == str(folder / "tube.stl")
+    again = Case.from_toml(case.to_toml())
+    assert again == case
+    assert again.chamber.mesh == case.chamber.mesh
+    # moved with its case it is the same case; another content is another
+    moved = shutil.copytree(folder, folder.parent / "moved")
+    assert load_case(moved / "mill.toml") == case
+    stl(moved / "tube.stl", tube(36))
+    assert load_case(moved / "mill.toml") != case
+    # one key is enough for another file
+    stl(folder / "fine.stl", tube(96))
+    assert case_of(folder, MESHED + "[run]\nseed = 2\n").with_("chamber.mesh.file", str(folder / "fine.stl")).chamber.mesh.sha256 != (
+        case.chamber.mesh.sha256
+    )
+
+
+@pytest.mark.parametrize(
+    "text, line",
+    [
+        ('[chamber.mesh]\nfile = "tub.stl"\nunit = "mm"', "mill.toml:3: chamber.mesh.file: tub.stl not found (looked in "),
+        ('[chamber.mesh]\nfile = "tube.stl"', "mill.toml:2: chamber.mesh.unit: is missing. Add e.g. unit under [chamber.mesh], or begin"),
+        (
+            '[chamber.mesh]\nfile = "tube.stl"\nunit = "ft"',
+            'mill.toml:4: chamber.mesh.unit: must be one of "m", "cm", "mm", "um", "in", got "ft"',
+        ),
+        (LIFTER.format(material="stele"), 'walls[0].material: no material is called "stele". Did you mean "steel"?'),
+        ('[[walls]]\nfile = "lifter.stl"\nunit = "mm"', "walls[0].material: is missing"),
+    ],
+)
+def test_wrong_keys_of_a_mesh_are_refused(folder, text, line):
+    assert line in refusal(case_of, folder, f'base = "numill"\n{text}')
+
+
+def test_a_similar_file_is_suggested(folder):
+    assert "Similar: tube.stl" in refusal(case_of, folder, 'base = "numill"\n[chamber.mesh]\nfile = "tub.stl"\nunit = "mm"')
+
+
+@pytest.mark.parametrize("unit, scale, said", [("m", 1.0, "tube.stl in m is 302 m"), ("mm", 1e-3, "tube.stl in mm is 0.000302 m")])
+def test_a_mesh_in_another_unit_is_refused_with_the_unit_to_write(folder, unit, scale, said):
+    stl(folder / "tube.stl", tube(scale=scale))
+    case = case_of(folder, MESHED.replace('"mm"', f'"{unit}"'))
+    meant = "mm" if unit == "m" else "m"
+    # diagonal of 140 x 140 x 228 mm: 302 mm
+    expected = f'chamber.mesh.unit: {said} large, the chamber is 0.302 m. In {meant}? Write unit = "{meant}"'
+    assert refusal(preflight, case) == expected
+
+
+def test_a_lifter_in_another_unit_is_refused_too(folder):
+    text = MESHED + LIFTER.format(material="steel").replace('unit = "mm"', 'unit = "{}"')
+    assert 'walls[0].unit: lifter.stl in m is 106 m large, the chamber is 0.302 m. In mm? Write unit = "mm"' in refusal(
+        preflight, case_of(folder, text.format("m"))
+    )
+    assert "walls[0].unit: lifter.stl in um is 0.000106 m large" in refusal(preflight, case_of(folder, text.format("um")))
+
+
+def test_an_open_mesh_is_refused_with_its_file_and_triangle(folder):
+    stl(folder / "tube.stl", tube()[1:])
+    assert "tube.stl: triangle " in (said := refusal(preflight, case_of(folder)))
+    assert "the mesh must be closed" in said
+
+
+def test_files_that_are_no_meshes_are_refused(folder):
+    (folder / "tube.stl").write_text("solid nothing\nfacet normal\n")
+    assert refusal(preflight, case_of(folder)).startswith("tube.stl: ")
+    (folder / "tube.step").write_text("ISO-10303-21;")
+    said = refusal(preflight, case_of(folder, MESHED.replace("tube.stl", "tube.step")))
+    assert said == "tube.step: must be a file of the kinds .stl and .obj, got .step"
+
+
+def test_a_mesh_that_has_changed_or_gone_since_is_refused(folder):
+    case = case_of(folder)
+    stl(folder / "tube.stl", tube(36))
+    assert refusal(preflight, case).startswith("tube.stl: has changed since the case was read. Put back the file")
+    (folder / "tube.stl").unlink()
+    said = refusal(preflight, Case.from_toml(case.to_toml()))
+    assert said.startswith("tube.stl: cannot be read: No such file or directory (")
+    assert said.endswith(f"A run needs the mesh its case was made with, SHA-256 {case.chamber.mesh.sha256}")
+
+
+def test_without_the_optional_package_the_refusal_says_how_to_get_it(folder, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
+    stl(folder / "tube.stl", tube(50))
+    assert refusal(preflight, case_of(folder)) == (
+        'tube.stl: needs the package trimesh to be read. Install it with: pip install "nutamill[mesh]"'
+    )
+
+
+def test_an_obj_file_gives_the_same_mesh(folder):
+    stl_mesh = chamber_mesh(case_of(folder))
+    lines = []
+    for k, triangle in enumerate(tube()):
+        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in triangle.tolist()] + [f"f {3 * k + 1} {3 * k + 2} {3 * k + 3}"]
+    (folder / "tube.obj").write_text("\n".join(lines))
+    obj_mesh = chamber_mesh(case_of(folder, MESHED.replace("tube.stl", "tube.obj")))
+    assert len(obj_mesh.faces) == len(stl_mesh.faces)
+    # STL readers keep single precision
+    assert obj_mesh.corners == pytest.approx(stl_mesh.corners, abs=1e-7)
+
+
+def test_check_tells_triangles_patches_volume_and_how_far_the_mesh_is_from_the_drawing(folder):
+    sheet = "\n".join(preflight(with_lifter(folder)).lines())
+    # prism over circle: sin(2 pi/48)/(2 pi/48) = 0.99715; the middle of a facet is 70 (1 - cos(pi/48)) = 0.150 mm inside the bore
+    volume = np.pi * 0.07**2 * 0.228 * 0.99715e3
+    expected = f"mesh      tube.stl: 192 triangles, 3 smooth patches, {volume:.4g} L (-0.285 % of the drawn chamber)"
+    assert f"{expected}, within 0.15 mm of the drawing" in sheet
+    assert "          lifter.stl: 12 triangles, 6 smooth patches, 0.0105 L" in sheet
+
+
+def test_volume_for_the_charge_is_that_of_the_meshes(folder):
+    case = with_lifter(folder)
+    assert free_volume(case) == pytest.approx(chamber_mesh(case).volume - 1.05e-5)
+    drawn = case_of(folder, 'base = "numill"\n' + LIFTER.format(material="steel"))
+    assert free_volume(drawn) == pytest.approx(np.pi * 0.07**2 * 0.228 - 1.05e-5)
+    heavy = case_of(folder, MESHED, ["charge.mass=17 kg"])
+    assert "charge: must fit as a loose bed, got 3.7" in refusal(preflight, heavy)
+
+
+@pytest.mark.parametrize("text", [MESHED, 'base = "numill"\n[charge]\nmass = "0.05 kg"\n'], ids=["meshed", "drawn"])
+def test_a_bed_settles_among_meshed_walls(folder, text, monkeypatch):
+    # settling itself is tested elsewhere: 5 ms of it, in which pellets fall and meet the walls
+    monkeypatch.setattr("nutamill.build.bed.LONGEST", 0.005)
+    case = case_of(folder, text + LIFTER.format(material="steel"), ["charge.mass=0.3 kg", "run.threads=1"])
+    bed = settled_bed(case)
+    lifter = wall_meshes(case)[0]
+    radius = charge_particles(case).bounding_radius[0]
+    assert len(bed) == particle_count(case)
+    # as deep in a wall as pellets press at most: overlap_stop
+    assert np.hypot(bed[:, 0], bed[:, 1]).max() < 0.07 - 0.8 * radius
+    assert bed[:, 2].min() > -0.326 + 0.8 * radius
+    assert on_charge_side(lifter, bed - case.walls[0].at).all()
+    # and none within reach of the lifter's sides: |x|, |y| below 5 mm and a radius
+    beside = np.abs(bed[:, :2]).max(axis=1) - 0.005
+    assert (beside[bed[:, 2] < -0.226] > 0.8 * radius).all()
+    first, second = (settled_bed(case) for _ in range(2))
+    assert (first == second).all()
+
+
+def test_surfaces_of_meshes_hang_on_the_chamber_where_the_case_says(folder):
+    case = with_lifter(folder)
+    names = [surface.name for surface in chamber_surfaces(case)]
+    assert names[:3] == ["tube.stl patch 1", "tube.stl patch 2", "tube.stl patch 3"]
+    assert names[3:] == [f"lifter.stl patch {k}" for k in range(1, 7)]
+    first, lifter = chamber_surfaces(case)[0], chamber_surfaces(case)[3]
+    assert np.array(lifter.origin) - first.origin == pytest.approx([0, 0, -0.326])
+
+
+def test_a_pellet_behind_the_meshed_wall_is_refused_by_name(folder):
+    case = case_of(folder, MESHED, ["charge.mass=0.001 kg"])
+    bed = np.array([[0.0, 0.0, -0.3], [0.09, 0.0, -0.3]])
+    assert 'mesh "tube.stl": particles must start inside of it, these do not: 1' in refusal(build, case, bed)
+
+
+def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_path, monkeypatch):
+    def bed(case, *_):
+        rows = np.arange(10) * 0.0055 - 0.02475
+        places = np.stack(np.meshgrid(rows, rows, [-0.3235]), axis=-1).reshape(-1, 3)
+        return places[: particle_count(case)]
+
+    monkeypatch.setattr(march, "settled_bed", bed)
+    monkeypatch.setattr("nutamill.watch.PAUSE", 0.0)
+    case = case_of(folder, MESHED, ["drive.ramp=10000 rpm/s", "run.until=15 ms", "run.checkpoint=5 ms", "run.threads=1"])
+
+    def interrupt(progress):
+        if progress.phase in ("ramp", "steady"):
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with march.run(case, tmp_path / "whole.h5") as whole:
+        assert whole.provenance["chamber.mesh.sha256"] == case.chamber.mesh.sha256
+        expected = {name: whole.series[name].values for name in whole.series}
+    with pytest.raises(KeyboardInterrupt):
+        march.run(case, tmp_path / "parts.h5", interrupt)
+    kept = (folder / "tube.stl").read_text()
+    stl(folder / "tube.stl", tube(36))
+    wall_mesh._read.cache_clear()  # as in another process
+    assert "has changed" in refusal(march.resume, tmp_path / "parts.h5")
+    (folder / "tube.stl").write_text(kept)
+    with march.resume(tmp_path / "parts.h5") as parts:
+        assert parts.state == "complete"
+        assert all(np.array_equal(parts.series[name].values, values) for name, values in expected.items())

@@ -1,0 +1,228 @@
+"""A charge driven directly: particles, walls at rest or in steady motion, and impacts followed from touch to release."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.charge.assembly import charge, grow, positions, spins, velocities
+from nutamill.charge.dynamics import start, window
+from nutamill.charge.model import Clock, PairLaw, Status, Surface, SurfaceKind
+from nutamill.charge.team import run_team
+
+try:
+    from nutamill.charge.laws.tags import contact_law
+
+    ALL_LAWS = True
+except ImportError:
+    ALL_LAWS = False
+    from nutamill.charge.model import RollingLaw
+
+
+class NoSuchLaw(Exception):
+    """The engine does not have the law of this case."""
+
+
+def law_options(normal: str, tangential: str, rolling: str) -> dict:
+    """What the engine wants to be told about the law of these names."""
+    if ALL_LAWS:
+        return {"law": contact_law(normal, tangential, rolling)}
+    if (normal, tangential) != ("linear", "displacement"):
+        raise NoSuchLaw(f"{normal}, {tangential}")
+    return {"rolling": RollingLaw[rolling.upper()]}
+
+
+G = 9.81
+DOWN = (0.0, 0.0, -G)
+FLOOR = Surface("floor", SurfaceKind.PLANE, 0, 0)
+FIXED_FRAME = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+"""Reference of the neighbour list that does not turn."""
+
+SAMPLES = 400
+"""Substeps in the contact time of a followed impact [1]."""
+
+
+def pair(
+    k=0.0, zeta=0.0, ratio=1.0, cut=False, friction=0.0, rolling=0.0, unloading=1.0, modulus=0.0, shear_modulus=0.0, stop=0.9
+) -> PairLaw:
+    """Numbers of a contact with the things a case does not speak of switched off.
+
+    Parameters
+    ----------
+    k : stiffness [N/m] of the linear laws; modulus, shear_modulus : E* and G* [Pa] of Hertz and Mindlin
+    zeta : damping ratio [1]; ratio : tangential stiffness over that of the normal law, or over Mindlin's [1]
+    cut : no tension on release; friction, rolling : coefficients [1]; unloading : stiffness over that of loading [1]
+    stop : overlap at which the march stops [diameter]
+    """
+    return PairLaw(
+        stiffness_direct=k,
+        stiffness_per_diameter_a=0.0,
+        stiffness_per_diameter_b=0.0,
+        tangential_ratio=ratio,
+        damping_ratio=zeta,
+        tension_cut=cut,
+        static_friction=friction,
+        dynamic_friction=friction,
+        rolling_friction=rolling,
+        overlap_warn=stop / 2,
+        overlap_stop=stop,
+        **(
+            {"unloading_ratio": unloading, "contact_modulus": modulus, "contact_shear_modulus": shear_modulus or modulus}
+            if ALL_LAWS
+            else {}
+        ),
+    )
+
+
+def sphere_mass(radius: float, density: float) -> float:
+    """Mass of a sphere [kg]."""
+    return 4.0 / 3.0 * math.pi * radius**3 * density
+
+
+class Bench:
+    """A charge with its clock.
+
+    Parameters
+    ----------
+    places : [m] (n, 3)
+    pairs : numbers of the contact, or of each pair of materials
+    dt : substep [s]
+    law : names of the normal, tangential and rolling law
+    others : as `nutamill.charge.assembly.charge`; double precision if nothing is said
+    """
+
+    def __init__(
+        self,
+        places,
+        pairs,
+        dt,
+        surfaces=(),
+        radius=0.0025,
+        densities=(2500.0,),
+        law=("linear", "displacement", "none"),
+        gravity=(0.0, 0.0, 0.0),
+        n_bodies=1,
+        materials=None,
+        threads=1,
+        **options,
+    ):
+        places = np.atleast_2d(np.array(places, float))
+        n = len(places)
+        for name in ("velocities", "spins"):
+            if name in options:
+                options[name] = np.broadcast_to(np.array(options[name], float), (n, 3))
+        options.setdefault("precision", "double")
+        self.parts = charge(
+            places,
+            np.broadcast_to(np.asarray(radius, float), (n,)),
+            np.zeros(n, int) if materials is None else materials,
+            densities,
+            pairs if isinstance(pairs, dict) else {(0, 0): pairs},
+            surfaces,
+            n_bodies,
+            gravity=gravity,
+            **law_options(*law),
+            **options,
+        )
+        self.dt, self.threads = dt, threads
+        self.motions = np.zeros((n_bodies, 19))
+        self.motions[:, 3] = 1.0
+        start(*self.parts, dt)
+
+    def march(self, n: int) -> "Bench":
+        """`n` substeps; the impulse on the bodies is that of all of them."""
+        while True:
+            run_team(window, (*self.parts, self.motions, FIXED_FRAME, n, self.dt), self.threads)
+            state = self.parts[1]
+            full = state.status[0] == Status.LISTS_FULL
+            if full or state.clock[Clock.CROWDED]:
+                self.parts = grow(*self.parts)
+            if not full:
+                break
+        if state.status[0] != Status.OK:
+            raise RuntimeError(f"the charge stopped: {state.status}, overlap {state.largest_overlap[2]:.3g}")
+        self.motions[:, :3] += n * self.dt * self.motions[:, 7:10]
+        return self
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return int(self.parts[1].clock[Clock.STEP]) * self.dt
+
+    @property
+    def x(self) -> np.ndarray:
+        """Positions [m] (n, 3)."""
+        return positions(*self.parts[:2], self.dt)
+
+    @property
+    def v(self) -> np.ndarray:
+        """Velocities [m/s] (n, 3)."""
+        return velocities(*self.parts[:2])
+
+    @property
+    def w(self) -> np.ndarray:
+        """Spins [rad/s] (n, 3)."""
+        return spins(*self.parts[:2])
+
+    @property
+    def impulse(self) -> np.ndarray:
+        """Impulse [N s] and angular impulse [N m s] on each body in the last march (n_bodies, 6)."""
+        return self.parts[1].impulse
+
+    @property
+    def overlap(self) -> np.ndarray:
+        """Largest overlap so far of pairs and of walls [diameter] (2,)."""
+        return self.parts[1].largest_overlap[:2]
+
+
+class Impact(NamedTuple):
+    """What came of an impact."""
+
+    v: np.ndarray
+    """Velocities afterwards [m/s] (n, 3)."""
+    w: np.ndarray
+    """Spins afterwards [rad/s] (n, 3)."""
+    force: float
+    """Largest normal force [N]."""
+    overlap: float
+    """Largest overlap [m]."""
+    time: float
+    """Time with a normal force [s]."""
+    curve: np.ndarray
+    """Normal force [N] and overlap [m] in each substep with a force (n, 2)."""
+
+
+def follow(bench: Bench, along, mass: float, radii: float, limit: int) -> Impact:
+    """March until the particles have touched and parted.
+
+    Parameters
+    ----------
+    along : direction [1] (3,) in which particle 0 approaches; particle 1 or a wall through the origin stands in the way
+    mass : of particle 0 [kg]
+    radii : sum of the radii [m], of the particle's alone for a wall
+    limit : substeps after which the contact must have ended
+    """
+    along = np.array(along)
+    curve, before = [], bench.v[0]
+    for _ in range(limit):
+        other = bench.parts[1].x[:, list(bench.parts[1].ids).index(1)] if len(bench.x) == 2 else np.zeros(3)
+        overlap = radii - (other - bench.parts[1].x[:, list(bench.parts[1].ids).index(0)]) @ along
+        now = bench.march(1).v[0]
+        if overlap > 0.0:
+            curve.append((-mass * (now - before) @ along / bench.dt, overlap))
+        elif curve:
+            break
+        before = now
+    curve = np.array(curve)
+    pressed = np.flatnonzero(np.abs(curve[:, 0]) > 1e-12 * np.abs(curve[:, 0]).max())
+    duration = (pressed[-1] - pressed[0] + 1) * bench.dt
+    return Impact(bench.v, bench.w, curve[:, 0].max(), curve[:, 1].max(), duration, curve)
+
+
+def strike_floor(radius, density, numbers, contact_time, v_n, v_t=0.0, spin=0.0, law=("linear", "displacement", "none")) -> Impact:
+    """A sphere strikes the floor at `v_n` [m/s], with `v_t` [m/s] along x and `spin` [rad/s] about y (positive: rolling along x)."""
+    dt = contact_time / SAMPLES
+    bench = Bench(
+        [0, 0, radius + 3.3 * dt * v_n], numbers, dt, [FLOOR], radius, (density,), law, velocities=[v_t, 0, -v_n], spins=[0, spin, 0]
+    )
+    return follow(bench, (0, 0, -1), sphere_mass(radius, density), radius, 4 * SAMPLES)
