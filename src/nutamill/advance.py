@@ -4,8 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from nutamill.build.chamber_charge import chamber_surfaces
-from nutamill.build.charge_mix import particle_count
+from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces
+from nutamill.build.chamber_statistics import recorded_sums
+from nutamill.build.charge_mix import charge_particles, particle_count
 from nutamill.build.mill_mechanism import CHAMBER
 from nutamill.build.model import Model, State
 from nutamill.build.rigid_parts import whole_chamber
@@ -14,6 +15,7 @@ from nutamill.case import Case
 from nutamill.charge.assembly import attitudes, grow, positions, spins, velocities
 from nutamill.charge.clumps import POSE, ClumpColumn
 from nutamill.charge.model import Clock as ChargeClock
+from nutamill.charge.statistics import gathered, put_back
 from nutamill.charge.team import run_team
 from nutamill.charge.wording import status_text, status_time
 from nutamill.coupling import (
@@ -50,10 +52,10 @@ def enter(model: Model, state: State, n_rows: int) -> tuple[Model, np.ndarray, S
         if model.charge is None:
             done += march_mechanism(*mechanism, model.plan, coupling, left, rows[done:])
         else:
-            charge = (model.charge, state.charge, model.charge_scratch, model.plan, coupling, model.reading)
+            charge = (model.charge, state.charge, model.charge_scratch, model.plan, coupling, model.reading, model.survey, state.statistics)
             before = coupling.windows[0]
             if model.plan.scheme == Scheme.ITERATED:
-                kept = (copy_of(state.mechanism), copy_of(state.charge))
+                kept = (copy_of(state.mechanism), copy_of(state.charge), *(np.copy(page) for page in model.charge_scratch.impacts[:2]))
                 run_team(march_iterated, (*mechanism, *charge, *kept, left, rows[done:]), team_size(model.case))
             else:
                 run_team(march_coupled, (*mechanism, *charge, left, rows[done:]), team_size(model.case))
@@ -78,14 +80,17 @@ def copy_of(part):
 
 
 def keep(state: State, kept: State | None) -> State | None:
-    """A copy of `state` to fall back on, made in `kept` where that has room for it; None where it would be too large."""
+    """A copy of `state` to fall back on, made in `kept` where that has room for it; None where it would be too large.
+
+    Its statistics are those of `state`; `statistics_group` keeps them.
+    """
     arrays = [array for group in state.arrays().values() for array in group.values()]
     if sum(array.nbytes for array in arrays) > LARGEST_KEPT:
         return None
     places = [array for group in kept.arrays().values() for array in group.values()] if kept is not None else []
     if [place.shape for place in places] != [array.shape for array in arrays]:
         charge = None if state.charge is None else copy_of(state.charge)
-        return State(copy_of(state.mechanism), charge, copy_of(state.coupling), state.first_row.copy())
+        return State(copy_of(state.mechanism), charge, state.statistics, copy_of(state.coupling), state.first_row.copy())
     for place, array in zip(places, arrays, strict=True):
         np.copyto(place, array)
     return kept
@@ -108,7 +113,31 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
         if turned is not None:
             kept["attitudes"] = turned.astype(np.float32)
         kept["spins"] = spins(model.charge, state.charge).astype(np.float32)
+        kept["radii"] = (0.5 * charge_particles(model.case).diameter).astype(np.float32)
+        chamber = model.plan.carriers[CHAMBER_CARRIER]
+        rotation = np.empty((3, 3))
+        rotation_matrix(state.mechanism.quaternion[chamber], rotation)
+        kept["chamber_floor"] = state.mechanism.position[chamber] + rotation @ model.survey.origin
+        kept["chamber_attitude"] = state.mechanism.quaternion[chamber]
     return kept
+
+
+def statistics_group(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
+    """The group of a checkpoint with the present statistics; no group for an empty chamber."""
+    return {} if model.charge is None else {"statistics": gathered(state.statistics, model.charge_scratch)}
+
+
+def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
+    """Everything a run needs to go on from here bit for bit, in groups of arrays."""
+    return state.arrays() | statistics_group(model, state)
+
+
+def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
+    """What the charge has done so far, in SI; see `nutamill.fields.STATISTICS`. None if nothing is summed."""
+    if model.charge is None or not model.survey.on:
+        return None
+    scratch = model.charge_scratch
+    return recorded_sums(model.case, model.survey, scratch.impacts.per_cut, gathered(state.statistics, scratch))
 
 
 def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]) -> Model:
@@ -121,6 +150,8 @@ def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]
     for part, arrays in state.arrays().items():
         for name, array in arrays.items():
             array[...] = groups[part][name]
+    if model.charge is not None:
+        put_back(state.statistics, model.charge_scratch, groups["statistics"])
     return model
 
 

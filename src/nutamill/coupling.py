@@ -21,10 +21,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.charge.copying import copy_state
+from nutamill.charge.copying import copy_all, copy_state
 from nutamill.charge.dynamics import window
 from nutamill.charge.model import Status
 from nutamill.charge.observe import observe
+from nutamill.charge.statistics import sample
 from nutamill.charge.team import barrier
 from nutamill.frames import MOTION_SIZE, rotate, shift_moment
 from nutamill.kernel import kernel
@@ -97,6 +98,10 @@ class CouplingState(NamedTuple):
     """Impulse of the wrenches the mechanism was given since the start [N s], (3,), world axes."""
     outcome: np.ndarray
     """`RUNNING` or why the march stopped [1], (1,)."""
+    row_motions: np.ndarray
+    """Motion of each carrier from the last row on (n_carriers, 19), for the statistics."""
+    row_angle: np.ndarray
+    """Crank angle at the last row [rad], (1,), for the statistics."""
 
 
 def coupling_state(n_carriers: int) -> CouplingState:
@@ -104,7 +109,9 @@ def coupling_state(n_carriers: int) -> CouplingState:
     windows, passes, again, outcome = (np.zeros(1, np.int64) for _ in range(4))
     motions = np.zeros((n_carriers, MOTION_SIZE))
     reference = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-    return CouplingState(windows, passes, motions, reference, again, np.zeros(6), np.zeros(3), np.zeros(3), outcome)
+    return CouplingState(
+        windows, passes, motions, reference, again, np.zeros(6), np.zeros(3), np.zeros(3), outcome, motions.copy(), np.zeros(1)
+    )
 
 
 @kernel
@@ -217,14 +224,39 @@ def charge_row(charge, cstate, cscratch, plan, coupling, reading, row_out):
 
 
 @kernel
+def note_motion(mstate, plan, coupling, sums):
+    """Keep how the carriers move from this row on, for a sample by all threads, and count the sample."""
+    for c in range(plan.carriers.shape[0]):
+        body_motion(mstate, plan.carriers[c], coupling.row_motions[c])
+    coupling.row_angle[0] = mstate.drive_motion[plan.turn_drive, 0]
+    sums.samples[0] += 1
+
+
+@kernel
 def march_coupled(
-    mechanism, mstate, mscratch, sensors, charge, cstate, cscratch, plan, coupling, reading, n_windows, rows_out, tid, n_threads
+    mechanism,
+    mstate,
+    mscratch,
+    sensors,
+    charge,
+    cstate,
+    cscratch,
+    plan,
+    coupling,
+    reading,
+    survey,
+    sums,
+    n_windows,
+    rows_out,
+    tid,
+    n_threads,
 ):
     """March mechanism and charge through `n_windows` windows, `PRESCRIBED` or `STAGGERED`; called by every thread of a team.
 
     Parameters
     ----------
     reading : room for what `observe` sees
+    survey, sums : plan and sums of the charge's statistics, sampled at every row
     rows_out : (n_rows, n_columns), written by thread 0: mechanism row, then charge row (`charge_row`)
 
     Returns
@@ -249,11 +281,14 @@ def march_coupled(
                 if coupling.outcome[0] == RUNNING and coupling.windows[0] % plan.windows_per_row == 0:
                     column = mechanism_row(mechanism, mstate, mscratch, sensors, rows_out[row])
                     charge_row(charge, cstate, cscratch, plan, coupling, reading, rows_out[row, column:])
+                    note_motion(mstate, plan, coupling, sums)
         barrier(cscratch.barrier, n_threads)
         if coupling.outcome[0] != RUNNING:
             break
         if coupling.windows[0] % plan.windows_per_row == 0:
             row += 1
+            if survey.on == 1:
+                sample(charge, cstate, cscratch, coupling.row_motions, coupling.row_angle[0], survey, sums, tid, n_threads)
     return row
 
 
@@ -269,8 +304,12 @@ def march_iterated(
     plan,
     coupling,
     reading,
+    survey,
+    sums,
     mkept,
     ckept,
+    kept_spectra,
+    kept_cut,
     n_windows,
     rows_out,
     tid,
@@ -280,7 +319,7 @@ def march_iterated(
 
     Parameters
     ----------
-    mkept, ckept : states of the same shapes, to keep the start of a window in
+    mkept, ckept, kept_spectra, kept_cut : states and booked impacts of the same shapes, to keep the start of a window in
 
     Returns
     -------
@@ -293,6 +332,8 @@ def march_iterated(
             coupling.outcome[0] = RUNNING
             copy_mechanism_state(mstate, mkept)
             copy_state(cstate, ckept)
+            copy_all(cscratch.impacts.spectra, kept_spectra)
+            copy_all(cscratch.impacts.cut, kept_cut)
             hand_out_motion(mechanism, mstate, mscratch, plan, coupling)
         barrier(cscratch.barrier, n_threads)
         for number in range(MAX_PASSES):
@@ -302,6 +343,9 @@ def march_iterated(
                 coupling.again[0] = 0
                 if coupling.outcome[0] == RUNNING:
                     repeat_window(mechanism, mstate, mscratch, cstate, plan, coupling, mkept, ckept, number)
+                if coupling.again[0] == 1:
+                    copy_all(kept_spectra, cscratch.impacts.spectra)
+                    copy_all(kept_cut, cscratch.impacts.cut)
             barrier(cscratch.barrier, n_threads)
             if coupling.again[0] == 0:
                 break
@@ -311,14 +355,19 @@ def march_iterated(
                 if coupling.outcome[0] == RUNNING and coupling.windows[0] % plan.windows_per_row == 0:
                     column = mechanism_row(mechanism, mstate, mscratch, sensors, rows_out[row])
                     charge_row(charge, cstate, cscratch, plan, coupling, reading, rows_out[row, column:])
+                    note_motion(mstate, plan, coupling, sums)
             elif coupling.outcome[0] != CHARGE_FAILED:
                 copy_mechanism_state(mkept, mstate)
                 copy_state(ckept, cstate)
+                copy_all(kept_spectra, cscratch.impacts.spectra)
+                copy_all(kept_cut, cscratch.impacts.cut)
         barrier(cscratch.barrier, n_threads)
         if coupling.outcome[0] != RUNNING:
             break
         if coupling.windows[0] % plan.windows_per_row == 0:
             row += 1
+            if survey.on == 1:
+                sample(charge, cstate, cscratch, coupling.row_motions, coupling.row_angle[0], survey, sums, tid, n_threads)
     return row
 
 

@@ -9,9 +9,20 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from nutamill.advance import bed_from_checkpoint, enter, keep, record_first_row, restore, snapshot
+from nutamill.advance import (
+    bed_from_checkpoint,
+    checkpoint_groups,
+    enter,
+    keep,
+    record_first_row,
+    restore,
+    snapshot,
+    statistics,
+    statistics_group,
+)
 from nutamill.build.bed import bed_is_kept, settle_apart, settled_bed
 from nutamill.build.chamber_charge import contact_law_of
+from nutamill.build.chamber_statistics import statistics_axes
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.build.model import Model, State, build
@@ -64,9 +75,11 @@ def run(
     model, state = build(case, bed)
     record_first_row(model, state)
     provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case)) | digests(case)
-    recorder = Recorder.create(path, case.to_toml(), provenance, model.readout.names, case.run.series_rate)
+    axes = None if model.charge is None else statistics_axes(case, model.survey)
+    recorder = Recorder.create(path, case.to_toml(), provenance, model.readout.names, case.run.series_rate, axes=axes)
     recorder.append(model.readout.series(state.first_row[None, :], state.first_row))
-    recorder.checkpoint(0.0, state.arrays())
+    record_statistics(model, state, recorder)
+    recorder.checkpoint(0.0, checkpoint_groups(model, state))
     march(model, state, recorder, case.run.until, watch)
     return open_result(path)
 
@@ -127,9 +140,10 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
         while row < plan.rows and not interrupted.is_set() and fault is None:
             count = min(ROWS_PER_ENTRY, plan.next_stop(row) - row)
             kept = keep(state, kept)
+            kept_sums = {} if kept is None else statistics_group(model, state)
             model, rows, fault = enter(model, state, count)
             if fault is not None:
-                fault = keep_what_was_sound(model, kept, recorder, plan, row, fault)
+                fault = keep_what_was_sound(model, kept, kept_sums, recorder, plan, row, fault)
             row += len(rows)
             if len(rows):
                 series = model.readout.series(rows, state.first_row)
@@ -139,10 +153,11 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
                 if row in plan.snapshots:
                     recorder.snapshot(state.mechanism.time[0], snapshot(model, state))
                 if row % plan.rows_per_checkpoint == 0 or row == plan.rows:
-                    recorder.checkpoint(state.mechanism.time[0], state.arrays())
+                    record_statistics(model, state, recorder)
+                    recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
                 recorder.commit()
     if fault is None and row < plan.rows:
-        recorder.checkpoint(state.mechanism.time[0], state.arrays())
+        recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
     recorder.summary(run_facts(model, state))
     if fault is not None:
         recorder.state(f"failed: {fault}")
@@ -155,15 +170,23 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
         raise KeyboardInterrupt
 
 
-def keep_what_was_sound(model: Model, kept: State | None, recorder: Recorder, plan: "RecordPlan", row: int, fault: StepError) -> StepError:
-    """Put the state before a failed entry, at `row`, into the file; returns the fault with words about it."""
+def record_statistics(model: Model, state: State, recorder: Recorder) -> None:
+    """Record what the charge has done so far, if it is summed."""
+    if (sums := statistics(model, state)) is not None:
+        recorder.statistics(state.mechanism.time[0], sums)
+
+
+def keep_what_was_sound(
+    model: Model, kept: State | None, kept_sums: dict, recorder: Recorder, plan: "RecordPlan", row: int, fault: StepError
+) -> StepError:
+    """Put the state before a failed entry, at `row`, and its statistics into the file; returns the fault with words about it."""
     if kept is None:
         return fault
     time = float(kept.mechanism.time[0])
     if row not in plan.snapshots:
         recorder.snapshot(time, snapshot(model, kept))
     if row % plan.rows_per_checkpoint:
-        recorder.checkpoint(time, kept.arrays())
+        recorder.checkpoint(time, kept.arrays() | kept_sums)
     return StepError(f"{fault} The file keeps the state at t = {time:.6g} s, before that, as its last snapshot and checkpoint.")
 
 

@@ -25,6 +25,8 @@ THREAD_GAIN = 0.9
 MECHANISM_MICROSECONDS = 15.0
 """Wall time per mechanism step that forecasts count with [us]."""
 
+STATISTICS_SIZE = 4e5
+"""Size of the statistics at one checkpoint, packed [bytes]: some thousand cells and patches."""
 PACKED = 0.65
 """Share of its size to which a series is compressed [1], for forecasts."""
 
@@ -291,7 +293,8 @@ def _file_size(case: Case, particles: int) -> float:
     names = len(expand(case.mounts.count if case.mechanism.mounting == "flexible" else 0, list(case.sensors)))
     series = case.run.until * case.run.series_rate * names * 8 * PACKED
     snapshots = min(case.run.snapshots.last, case.run.until) * case.run.snapshots.rate * particles * 36 * PACKED
-    return series + snapshots + 2 * 1.5e3 * particles + 2e6
+    times = case.run.until / case.run.checkpoint if case.run.statistics and particles else 0.0
+    return series + snapshots + times * STATISTICS_SIZE + 2 * 1.5e3 * particles + 2e6
 
 
 def _microseconds(seconds: float) -> str:

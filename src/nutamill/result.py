@@ -8,7 +8,8 @@ One HDF5 file, no pickles, plain enough for any HDF5 reader::
     /series/<name>    one number per sample; `time` is their common scale; attributes: units, long_name, symbol ...
                       (attribute `names` of the group: their order as recorded)
     /snapshots/<name> one array per snapshot, first axis `time`
-    /checkpoints/a, b the two newest; attributes: time, rows, snapshots; <group>/<array> restore a run bit for bit
+    /statistics/<name> cumulative sums over what the charge did, first axis `time`; /statistics/axes/<name>: what they lie along
+    /checkpoints/a, b the two newest; attributes: time, rows, snapshots, statistics; <group>/<array> restore a run bit for bit
     /summary          attributes: what was printed at the end
 
 The file is whole at every instant (`nutamill.wholefile`): a commit replaces it by a copy with the new samples added.  Its
@@ -25,7 +26,7 @@ import h5py
 import numpy as np
 
 from nutamill.errors import CaseError, Fault, ResultError
-from nutamill.fields import Field, series_field, snapshot_field
+from nutamill.fields import Field, series_field, snapshot_field, statistics_field
 from nutamill.wholefile import io_errors, replace_file, tidy
 
 if TYPE_CHECKING:
@@ -36,6 +37,8 @@ FORMAT_VERSION = 1
 CHUNK = 1024
 """Samples in one compressed block of a series; a commit between checkpoints writes whole blocks only."""
 CHECKPOINTS = ("a", "b")
+BEFORE = ("rows", "snapshots", "statistics")
+"""Attributes of a checkpoint: how much had been recorded before it."""
 PACKED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 FIRST_PAUSE = 5.0
 """Shortest time between two commits [s]; with a run's first minutes in mind, when the file is small."""
@@ -60,13 +63,14 @@ class Recorder:
     Nothing reaches the file before a `commit`, and a commit that fails loses nothing: it may be repeated.
     """
 
-    def __init__(self, path: Path, names: tuple[str, ...], rows: int, snapshots: int, wall_time: float):
+    def __init__(self, path: Path, names: tuple[str, ...], rows: int, snapshots: int, statistics: int, wall_time: float):
         self.path = path
         self.names = names
-        self._rows_in_file, self._snapshots_in_file = rows, snapshots
+        self._rows_in_file, self._snapshots_in_file, self._statistics_in_file = rows, snapshots, statistics
         self._rows: list[np.ndarray] = []
         self._snapshots: list[tuple[float, dict[str, np.ndarray]]] = []
-        self._checkpoints: list[tuple[Checkpoint, int, int]] = []
+        self._statistics: list[tuple[float, dict[str, np.ndarray]]] = []
+        self._checkpoints: list[tuple[Checkpoint, dict[str, int]]] = []
         self._attributes: dict[str, Any] = {}
         self._summary: dict[str, Any] | None = None
         self._started = clock.monotonic() - wall_time
@@ -74,7 +78,14 @@ class Recorder:
 
     @classmethod
     def create(
-        cls, path: str | Path, case_toml: str, provenance: Mapping[str, Any], names: Sequence[str], rate: float, overwrite: bool = False
+        cls,
+        path: str | Path,
+        case_toml: str,
+        provenance: Mapping[str, Any],
+        names: Sequence[str],
+        rate: float,
+        overwrite: bool = False,
+        axes: Mapping[str, np.ndarray] | None = None,
     ) -> Self:
         """Start a new result file; it is readable, and empty, as soon as this returns.
 
@@ -86,6 +97,7 @@ class Recorder:
         names : recorded quantities of `nutamill.fields`, the first is ``"time"``
         rate : samples per simulated second [Hz]
         overwrite : replace a file of this name
+        axes : what the statistics lie along, by the names of `nutamill.fields.STATISTICS_AXES`; None without statistics
 
         Raises
         ------
@@ -117,9 +129,13 @@ class Recorder:
                     data.dims[0].attach_scale(series["time"])
             file.create_group("snapshots")
             file.create_group("checkpoints")
+            lines = file.create_group("statistics").create_group("axes")
+            for name, array in (axes or {}).items():
+                lines[name] = array.astype(h5py.string_dtype()) if array.dtype.kind == "U" else array
+                lines[name].attrs.update(statistics_field(name).attributes())
 
         replace_file(path, _edited(fill), room=len(case_toml) + 2**16 * (len(names) + 2), start=_empty_file())
-        return cls(path, tuple(names), 0, 0, 0.0)
+        return cls(path, tuple(names), 0, 0, 0, 0.0)
 
     @classmethod
     def reopen(cls, path: str | Path, truncate_after_time: float) -> Self:
@@ -137,21 +153,22 @@ class Recorder:
                 raise ResultError(
                     f"{path}: must hold a checkpoint at t = {truncate_after_time:g} s. Give the time of one of its checkpoints."
                 )
-            rows, snapshots = int(slot.attrs["rows"]), int(slot.attrs["snapshots"])
+            rows, snapshots, statistics = (int(slot.attrs[name]) for name in BEFORE)
             names = tuple(str(name) for name in file["series"].attrs["names"])
             wall_time = float(file["provenance"].attrs["wall_time"])
 
         def cut(file: h5py.File) -> None:
-            for group, length in (("series", rows), ("snapshots", snapshots)):
+            for group, length in (("series", rows), ("snapshots", snapshots), ("statistics", statistics)):
                 for data in file[group].values():
-                    data.resize(length, axis=0)
+                    if isinstance(data, h5py.Dataset):
+                        data.resize(length, axis=0)
             for name, slot in list(file["checkpoints"].items()):
                 if slot.attrs["time"] > truncate_after_time:
                     del file["checkpoints"][name]
             file.attrs["state"] = "running"
 
         replace_file(path, _edited(cut), room=2**16 * len(names))
-        return cls(path, names, rows, snapshots, wall_time)
+        return cls(path, names, rows, snapshots, statistics, wall_time)
 
     def append(self, rows: np.ndarray) -> None:
         """Add samples: (n, n_names) in SI, columns in the order of `names`."""
@@ -167,15 +184,24 @@ class Recorder:
             snapshot_field(name)
         self._snapshots.append((float(time), {name: np.array(array) for name, array in arrays.items()}))
 
+    def statistics(self, time: float, arrays: Mapping[str, np.ndarray]) -> None:
+        """Add what the charge has done by `time` [s]: cumulative arrays named in `nutamill.fields.STATISTICS`."""
+        for name in arrays:
+            statistics_field(name)
+        self._statistics.append((float(time), {name: np.array(array) for name, array in arrays.items()}))
+
     def checkpoint(self, time: float, groups: Mapping[str, Mapping[str, np.ndarray]], attributes: Mapping[str, Any] | None = None) -> None:
         """Keep the state at `time` [s] for resuming; all samples and snapshots up to it must have been added before.
 
         The file keeps the two newest.  `attributes` are numbers and texts that belong to the state.
         """
         kept = {name: {key: np.array(array) for key, array in arrays.items()} for name, arrays in groups.items()}
-        rows = self._rows_in_file + sum(map(len, self._rows))
-        snapshots = self._snapshots_in_file + len(self._snapshots)
-        self._checkpoints.append((Checkpoint(float(time), kept, dict(attributes or {})), rows, snapshots))
+        before = {
+            "rows": self._rows_in_file + sum(map(len, self._rows)),
+            "snapshots": self._snapshots_in_file + len(self._snapshots),
+            "statistics": self._statistics_in_file + len(self._statistics),
+        }
+        self._checkpoints.append((Checkpoint(float(time), kept, dict(attributes or {})), before))
         del self._checkpoints[: -len(CHECKPOINTS)]
 
     def summary(self, values: Mapping[str, Any]) -> None:
@@ -210,7 +236,8 @@ class Recorder:
         self._rows = [rows[taken:]] if taken < len(rows) else []
         self._rows_in_file += taken
         self._snapshots_in_file += len(self._snapshots)
-        self._snapshots, self._checkpoints, self._attributes, self._summary = [], [], {}, None
+        self._statistics_in_file += len(self._statistics)
+        self._snapshots, self._statistics, self._checkpoints, self._attributes, self._summary = [], [], [], {}, None
         ended = clock.monotonic()
         self._next_commit = ended + max(FIRST_PAUSE, (ended - begun) / COMMIT_SHARE)
         return True
@@ -221,8 +248,8 @@ class Recorder:
 
     def _room(self, rows: int) -> int:
         """Upper bound of what a commit adds to the file [bytes]: the numbers unpacked, and the indices of their blocks."""
-        arrays = [array for _, arrays in self._snapshots for array in arrays.values()]
-        arrays += [array for checkpoint, _, _ in self._checkpoints for group in checkpoint.groups.values() for array in group.values()]
+        arrays = [array for _, arrays in self._snapshots + self._statistics for array in arrays.values()]
+        arrays += [array for checkpoint, _ in self._checkpoints for group in checkpoint.groups.values() for array in group.values()]
         numbers = 8 * rows * len(self.names) + sum(array.nbytes for array in arrays)
         return int(1.25 * numbers) + 2**15 * (len(self.names) + len(arrays)) + 2**20
 
@@ -234,7 +261,9 @@ class Recorder:
             data.resize(end, axis=0)
             data[self._rows_in_file :] = rows[:, column]
         if self._snapshots:
-            _write_snapshots(file["snapshots"], self._snapshots)
+            _write_arrays(file["snapshots"], self._snapshots, snapshot_field)
+        if self._statistics:
+            _write_arrays(file["statistics"], self._statistics, statistics_field)
         for checkpoint in self._checkpoints:
             _write_checkpoint(file["checkpoints"], *checkpoint)
         if self._summary is not None:
@@ -333,6 +362,29 @@ class Result:
         return self._series
 
     @property
+    def statistics(self) -> "xarray.Dataset":
+        """What the charge has done, cumulative over ``time`` [s], in memory; names, units and axes as in `nutamill.fields.STATISTICS`.
+
+        The difference of two times belongs to the window between them: `nutamill.charge_flow.window` makes it.
+        """
+        import xarray
+
+        group = self.file["statistics"]
+        if "time" not in group:
+            raise ResultError(f"{self.path}: must hold statistics of the charge, it holds none. Run it with run.statistics = true.")
+        lines = {}
+        for name, data in group["axes"].items():
+            values = data.asstr()[:] if h5py.check_string_dtype(data.dtype) else data[:]
+            lines[name] = (_dims(name), values, dict(data.attrs))
+        sums = {
+            name: (("time", *_dims(name)), data[:], dict(data.attrs))
+            for name, data in group.items()
+            if isinstance(data, h5py.Dataset) and name != "time"
+        }
+        lines["time"] = ("time", group["time"][:], dict(group["time"].attrs))
+        return xarray.Dataset(sums, lines, attrs={"source": self.path.name, "state": self.state})
+
+    @property
     def snapshots(self) -> Snapshots:
         """The snapshots, read one by one."""
         return Snapshots(self)
@@ -345,7 +397,13 @@ class Result:
         slot = max(slots, key=lambda slot: slot.attrs["time"])
         attributes = _read_attributes(slot, inner=False)
         groups = {name: {key: data[()] for key, data in group.items()} for name, group in slot.items()}
-        return Checkpoint(attributes.pop("time"), groups, {key: attributes[key] for key in attributes if key not in ("rows", "snapshots")})
+        return Checkpoint(attributes.pop("time"), groups, {key: attributes[key] for key in attributes if key not in BEFORE})
+
+
+def _dims(name: str) -> tuple[str, ...]:
+    """Dimensions of a statistics array besides time, as its field names them."""
+    inside = statistics_field(name).shape.strip("()")
+    return tuple(part.strip() for part in inside.split(",") if part.strip())
 
 
 def open_result(path: str | Path) -> Result:
@@ -414,25 +472,26 @@ def _read_attributes(group: h5py.Group, inner: bool = True) -> dict[str, Any]:
     return values | ({key: _read_attributes(table) for key, table in group.items()} if inner else {})
 
 
-def _write_snapshots(group: h5py.Group, snapshots: list[tuple[float, dict[str, np.ndarray]]]) -> None:
-    """Append snapshots, one compressed block each, to arrays whose first axis is time."""
+def _write_arrays(group: h5py.Group, snapshots: list[tuple[float, dict[str, np.ndarray]]], field: Callable[[str], Field]) -> None:
+    """Append arrays, one compressed block each, to datasets whose first axis is time."""
     if "time" not in group:
         group.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(256,)).attrs["units"] = "s"
         for name, array in snapshots[0][1].items():
             longest = (None, *(n or None for n in array.shape))  # a block must fit, and an empty charge has no length
             blocks = (1, *(max(1, n) for n in array.shape))
             data = group.create_dataset(name, (0, *array.shape), array.dtype, maxshape=longest, chunks=blocks, **PACKED)
-            data.attrs.update(snapshot_field(name).attributes())
+            data.attrs.update(field(name).attributes())
     first = len(group["time"])
     for data in group.values():
-        data.resize(first + len(snapshots), axis=0)
+        if isinstance(data, h5py.Dataset):
+            data.resize(first + len(snapshots), axis=0)
     for k, (time, arrays) in enumerate(snapshots, start=first):
         group["time"][k] = time
         for name, array in arrays.items():
             group[name][k] = array
 
 
-def _write_checkpoint(group: h5py.Group, checkpoint: Checkpoint, rows: int, snapshots: int) -> None:
+def _write_checkpoint(group: h5py.Group, checkpoint: Checkpoint, before: Mapping[str, int]) -> None:
     """Write a checkpoint over the older of the two; arrays of unchanged size keep their place, so that the file does not grow."""
     free = [name for name in CHECKPOINTS if name not in group]
     slot = group.require_group(free[0] if free else min(group, key=lambda name: group[name].attrs["time"]))
@@ -451,7 +510,7 @@ def _write_checkpoint(group: h5py.Group, checkpoint: Checkpoint, rows: int, snap
                 place[key] = array
     for key in list(slot.attrs):
         del slot.attrs[key]
-    slot.attrs.update({**checkpoint.attributes, "time": checkpoint.time, "rows": rows, "snapshots": snapshots})
+    slot.attrs.update({**checkpoint.attributes, "time": checkpoint.time, **before})
 
 
 def _edited(edit: Callable[[h5py.File], None]) -> Callable[[Path], None]:

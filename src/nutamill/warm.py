@@ -16,6 +16,7 @@ from nutamill.charge.dynamics import start, window
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw, contact_law, law_names
 from nutamill.charge.model import PairLaw, Surface, SurfaceKind
 from nutamill.charge.observe import charge_reading, observe
+from nutamill.charge.statistics import charge_statistics, sample, statistics_plan
 from nutamill.charge.team import run_team
 from nutamill.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
 from nutamill.frames import MOTION_SIZE
@@ -107,12 +108,19 @@ def march_ball(names: Sequence[str]) -> None:
 
 def read_ball(names: Sequence[str]) -> None:
     """Compile what reads the charge."""
-    observe(*ball(names, started=False), charge_reading())
+    built = ball(names)
+    observe(*built, charge_reading())
+    survey = statistics_plan(*built[:2], STEP)
+    motions = np.zeros((1, MOTION_SIZE))
+    motions[0, 3] = 1.0
+    run_team(sample, (*built, motions, 0.0, survey, charge_statistics(survey, built[2])), 1)
 
 
 def march_both(names: Sequence[str]) -> None:
     """Compile the coupled march; quick if its parts have been compiled."""
     mechanism, state, scratch, sensors = turntable()
     rows = np.empty((1, 128))
-    arguments = (mechanism, state, scratch, sensors, *ball(names), plan(), coupling_state(1), charge_reading(), 1, rows)
-    run_team(march_coupled, arguments, 1)
+    built = ball(names)
+    survey = statistics_plan(*built[:2], STEP)
+    seen = (charge_reading(), survey, charge_statistics(survey, built[2]))
+    run_team(march_coupled, (mechanism, state, scratch, sensors, *built, plan(), coupling_state(1), *seen, 1, rows), 1)

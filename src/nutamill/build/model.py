@@ -5,14 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from nutamill.build.chamber_charge import chamber_charge
+from nutamill.build.chamber_statistics import chamber_patches, chamber_survey
 from nutamill.build.charge_mix import particle_masses
 from nutamill.build.clock import Clock, run_clock
 from nutamill.build.mill_mechanism import CHAMBER, CROSS, DRIVE, chamber_rotation, mill_mechanism, mill_sensors
 from nutamill.build.readout import Readout
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
+from nutamill.charge.assembly import with_patches
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.charge.observe import ChargeReading, charge_reading
+from nutamill.charge.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
 from nutamill.coupling import CouplingPlan, CouplingState, Scheme, coupling_state
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import static_equilibrium
@@ -40,6 +43,8 @@ class Model:
     """Its work space."""
     reading: ChargeReading
     """Room for what is observed of the charge."""
+    survey: StatisticsPlan | None
+    """Where the charge's statistics are summed; None for an empty chamber."""
     plan: CouplingPlan
     """How the two are coupled."""
     readout: Readout
@@ -54,13 +59,15 @@ class State:
     """Motion, reactions and ledgers of the mechanism."""
     charge: ChargeState | None
     """Motion, contact memory and ledgers of the charge; None for an empty chamber."""
+    statistics: ChargeStatistics | None
+    """Sums over what the charge did; None for an empty chamber."""
     coupling: CouplingState
     """Counters and sums of the coupling."""
     first_row: np.ndarray
     """Row at the start of the run, (n_columns,), from which ledgers count."""
 
     def arrays(self) -> dict[str, dict[str, np.ndarray]]:
-        """All arrays by part and name, for a checkpoint."""
+        """All arrays by part and name, but the statistics, which are kept as their sums over threads."""
         parts = {"mechanism": self.mechanism, "charge": self.charge, "coupling": self.coupling}
         groups = {name: part._asdict() for name, part in parts.items() if part is not None}
         return groups | {"record": {"first_row": self.first_row}}
@@ -100,14 +107,17 @@ def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
         np.zeros(3),
         [drive.name for drive in mill.drives].index(DRIVE),
     )
-    charge, cstate, cscratch = None, None, None
+    charge, cstate, cscratch, survey, sums = None, None, None, None, None
     if bed is not None:
         charge, cstate, cscratch = chamber_charge(case, bed, mstate.position[chamber], mstate.quaternion[chamber], clock.substep)
+        cscratch = with_patches(charge, cscratch, chamber_patches(case))
+        survey = chamber_survey(case, charge, cstate, clock.substep)
+        sums = charge_statistics(survey, cscratch)
     readout = Readout(
         case, column_names(sensors), [bushing.name for bushing in mill.bushings], [joint.name for joint in mill.joints], bed is not None
     )
-    model = Model(case, clock, mechanism, mscratch, sensors, charge, cscratch, charge_reading(), plan, readout)
-    return model, State(mstate, cstate, coupling_state(len(plan.carriers)), np.zeros(readout.n_columns))
+    model = Model(case, clock, mechanism, mscratch, sensors, charge, cscratch, charge_reading(), survey, plan, readout)
+    return model, State(mstate, cstate, sums, coupling_state(len(plan.carriers)), np.zeros(readout.n_columns))
 
 
 def plan_scheme(case: Case) -> Scheme:

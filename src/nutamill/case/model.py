@@ -77,6 +77,8 @@ class RunPlan(Table):
     """Snapshots of the charge."""
     checkpoint: Time = 1.0
     """Simulated time between checkpoints [s]."""
+    statistics: bool = True
+    """Whether spectra, wall work and fields of the charge are summed, and recorded at every checkpoint."""
 
 
 class Case(Table):

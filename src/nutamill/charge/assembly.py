@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from nutamill.charge.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, cut_chunks
+from nutamill.charge.impacts import impact_book
 from nutamill.charge.laws.numbers import law_faults, law_numbers
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw
 from nutamill.charge.mesh_patches import mesh_walls
@@ -25,6 +26,7 @@ from nutamill.charge.model import (
     Surface,
 )
 from nutamill.charge.particles import Particles, check_particles, motion_faults
+from nutamill.charge.patches import ANGLE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.pebbles import Pebbles, pebbles
 from nutamill.charge.team import MOST_THREADS
 from nutamill.charge.wall_checks import NAMED, extent, mesh_faults, named, surface_faults, wall_faults
@@ -328,6 +330,7 @@ def _scratch(model, state) -> ChargeScratch:
     while bits < 7 and 8 ** (bits - 1) < model.n_particles:
         bits += 1
     threads = MOST_THREADS
+    patches = patch_table([(ANGLE_HEIGHT, 1, 1, 0.0, 1.0)] * n_surfaces)
     lanes = max(capacity, n_surfaces * chunk) + 2 * BATCH
     lists = ListScratch(
         counts=np.zeros(8**bits + 2, np.int32),
@@ -361,7 +364,14 @@ def _scratch(model, state) -> ChargeScratch:
         stopped_by=np.zeros(3),
         test=_aligned((threads, chunk), real),
         barrier=np.zeros(32, np.int64),
+        impacts=impact_book(threads, model.law_of.shape[0], float(state.body[1, : model.n_particles].mean()), patches),
     )
+
+
+def with_patches(model: ChargeModel, scratch: ChargeScratch, patches: PatchTable) -> ChargeScratch:
+    """The work space with an empty book of impacts whose surfaces are cut as `patches` says; one patch each without it."""
+    threads, mean_mass = scratch.impacts.cut.shape[0], 2.0**30 / scratch.impacts.per_cut
+    return scratch._replace(impacts=impact_book(threads, model.law_of.shape[0], mean_mass, patches))
 
 
 def grow(model: ChargeModel, state: ChargeState, scratch: ChargeScratch) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
@@ -380,7 +390,7 @@ def grow(model: ChargeModel, state: ChargeState, scratch: ChargeScratch) -> tupl
     larger.clock[Clock.CROWDED] = 0
     if larger.status[0] == Status.LISTS_FULL:
         larger.status[:] = 0
-    larger_scratch = _scratch(model, larger)
+    larger_scratch = _scratch(model, larger)._replace(impacts=scratch.impacts)
     larger_scratch.stopped_by[:] = scratch.stopped_by
     return model, larger, larger_scratch
 

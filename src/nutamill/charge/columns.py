@@ -6,6 +6,9 @@ independent.  Lanes of weight 0 hold left-overs; they are computed and not count
 
 import math
 
+import numpy as np
+
+from nutamill.charge.impacts import ENERGY_N, ENERGY_T, impact_energies
 from nutamill.charge.laws.composition import contact
 from nutamill.charge.model import BATCH
 from nutamill.kernel import kernel, like
@@ -24,6 +27,8 @@ HELD = 41
 """Which pair law the lane's numbers are of [1]."""
 ARM = 12
 """Walls: particle's centre from the body's mass centre [m] (3), world axes; afterwards angular impulse rate on the body [N m]."""
+ACT = 15
+"""Walls: powers of the normal, tangential and rolling part of each lane [W] (3), after the law."""
 BODY_V = 42
 """Walls: velocity of the body's mass centre [m/s] (3)."""
 BODY_W = 45
@@ -44,11 +49,12 @@ def pair_batch(law, columns, unit, last, now, dt):
 
     Returns
     -------
-    powers of normal, tangential and rolling part [W] (3), number of lanes beyond the overlap limit
+    powers of normal, tangential and rolling part [W] (3), number of lanes beyond the overlap limit, lanes whose contact begins (bits)
     """
     one, zero, half = like(1.0, dt), like(0.0, dt), like(0.5, dt)
     sum_n, sum_t, sum_r = zero, zero, zero
     beyond = 0
+    begun = np.uint32(0)
     for b in range(BATCH):
         n0 = columns[b] * unit
         n1 = columns[b + BATCH] * unit
@@ -129,7 +135,11 @@ def pair_batch(law, columns, unit, last, now, dt):
         peak = columns[b + PEAK * BATCH]
         columns[b + PEAK * BATCH] = share if share > peak else peak
         beyond |= 1 if share * numbers[9] > one else 0
-    return sum_n, sum_t, sum_r, beyond
+        normal, tangential = impact_energies(m_eff, u0, u1, u2, n0, n1, n2)
+        columns[b + ENERGY_N * BATCH] = normal
+        columns[b + ENERGY_T * BATCH] = tangential
+        begun |= np.uint32(1) << np.uint32(b) if counts and alive == zero else np.uint32(0)
+    return sum_n, sum_t, sum_r, beyond, begun
 
 
 @kernel(fast=True)
@@ -142,11 +152,13 @@ def wall_batch(law, columns, last, now, dt):
 
     Returns
     -------
-    powers of normal, tangential and rolling part and of the surfaces' motion on the charge [W] (4), number of lanes beyond the limit
+    powers of normal, tangential and rolling part and of the surfaces' motion on the charge [W] (4), number of lanes beyond the limit,
+    lanes whose contact begins (bits)
     """
     one, zero, half = like(1.0, dt), like(0.0, dt), like(0.5, dt)
     sum_n, sum_t, sum_r, sum_i = zero, zero, zero, zero
     beyond = 0
+    begun = np.uint32(0)
     for b in range(BATCH):
         n0, n1, n2, overlap = columns[b], columns[b + BATCH], columns[b + 2 * BATCH], columns[b + 3 * BATCH]
         m, r = columns[b + (A + 3) * BATCH], columns[b + (A + 7) * BATCH]
@@ -197,6 +209,9 @@ def wall_batch(law, columns, last, now, dt):
         columns[b + (MEMORY + 5) * BATCH] = t2
         columns[b + (MEMORY + 6) * BATCH] = -now if sliding > half else now
         columns[b + (MEMORY + 7) * BATCH] = history
+        columns[b + ACT * BATCH] = power_n
+        columns[b + (ACT + 1) * BATCH] = power_t
+        columns[b + (ACT + 2) * BATCH] = power_r
         counts = columns[b + WEIGHT * BATCH] > zero
         sum_n += power_n if counts else zero
         sum_t += power_t if counts else zero
@@ -206,4 +221,8 @@ def wall_batch(law, columns, last, now, dt):
         peak = columns[b + PEAK * BATCH]
         columns[b + PEAK * BATCH] = share if share > peak else peak
         beyond |= 1 if share * numbers[9] > one else 0
-    return sum_n, sum_t, sum_r, sum_i, beyond
+        normal, tangential = impact_energies(m, u0, u1, u2, n0, n1, n2)
+        columns[b + ENERGY_N * BATCH] = normal
+        columns[b + ENERGY_T * BATCH] = tangential
+        begun |= np.uint32(1) << np.uint32(b) if counts and alive == zero else np.uint32(0)
+    return sum_n, sum_t, sum_r, sum_i, beyond, begun

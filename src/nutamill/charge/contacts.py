@@ -3,6 +3,7 @@
 import numpy as np
 
 from nutamill.charge.columns import ARM, BODY_V, BODY_W, HELD, LAW, MEMORY, WEIGHT, A, B, pair_batch, wall_batch
+from nutamill.charge.impacts import note_pair_impacts, note_wall_impacts
 from nutamill.charge.mesh_contact import touch_mesh
 from nutamill.charge.model import BATCH, LAW_NUMBERS, SurfaceKind
 from nutamill.charge.simd import WIDTH, add_rows, gather_differences, gather_rows, set_rows, touching
@@ -70,8 +71,8 @@ def hold_law(columns, b, laws, law):
 
 
 @kernel(fast=True, inline="always")
-def pair_contacts(model, points, rows, memory, material, n, lanes, local, columns, last, now, dt, forces):
-    """Forces of all touching pairs of a chunk, added to `forces`; memory is brought up to date.
+def pair_contacts(model, points, rows, memory, material, n, lanes, local, columns, last, now, dt, forces, book, tid):
+    """Forces of all touching pairs of a chunk, added to `forces`; memory is brought up to date, contacts that begin are booked.
 
     Returns
     -------
@@ -99,7 +100,9 @@ def pair_contacts(model, points, rows, memory, material, n, lanes, local, column
         if several:
             for b in range(m):
                 hold_law(columns, b, model.laws, model.law_of[material[first_slot[first + b]], material[second[first + b]]])
-        power_n, power_t, power_r, over = pair_batch(model.law, columns, unit, last, now, dt)
+        power_n, power_t, power_r, over, begun = pair_batch(model.law, columns, unit, last, now, dt)
+        if begun != 0:
+            note_pair_impacts(columns, begun, first, lanes, across, material, model.law_of.shape[0], book, tid)
         sum_n += power_n
         sum_t += power_t
         sum_r += power_r
@@ -223,41 +226,53 @@ def find_walls(model, x, radius, local, placed, lo, n, lanes, normals, test):
     return found
 
 
+@kernel(inline="always")
+def lay_walls(model, x, rows, wall_memory, material, motion, first, m, slots, surfaces, memories, normals, columns):
+    """Lay `m` contacts with walls, from entry `first` of the lists on, into the lanes of a batch."""
+    one, zero = like(1.0, columns[0]), like(0.0, columns[0])
+    body_of, material_of, law_of, laws = model.surface_body, model.surface_material, model.law_of, model.laws
+    for g in range(0, m, WIDTH):
+        gather_rows(rows, slots, first + g, columns, g, A)
+        gather_rows(wall_memory, memories, first + g, columns, g, MEMORY)
+    for b in range(BATCH):
+        columns[WEIGHT * BATCH + b] = one if b < m else zero
+    for b in range(m):
+        q = first + b
+        slot, s = slots[q], surfaces[q]
+        body = body_of[s]
+        for k in range(4):
+            columns[k * BATCH + b] = normals[k, q]
+        for k in range(3):
+            columns[(ARM + k) * BATCH + b] = x[k, slot] - motion[body, k]
+            columns[(BODY_V + k) * BATCH + b] = motion[body, 12 + k]
+            columns[(BODY_W + k) * BATCH + b] = motion[body, 15 + k]
+        hold_law(columns, b, laws, law_of[material[slot], material_of[s]])
+
+
 @kernel(fast=True, inline="always")
-def wall_contacts(model, x, rows, wall_memory, material, motion, found, lanes, normals, columns, last, now, dt, forces, sums):
+def wall_contacts(
+    model, x, radius, rows, wall_memory, material, motion, placed, found, lanes, normals, columns, last, now, dt, forces, sums, book, tid
+):
     """Forces of all touching walls of a chunk, added to `forces`, and their reaction on the bodies, added to `sums` (B, 6).
+
+    Contacts that begin are booked.
 
     Returns
     -------
     powers of normal, tangential and rolling part and of the surfaces' motion [W] (4), 1 if an overlap is beyond its limit
     """
-    real = columns[0]
-    one, zero = like(1.0, real), like(0.0, real)
     places, slots, surfaces, memories = lanes[0], lanes[1], lanes[2], lanes[3]
-    body_of, material_of, law_of, laws = model.surface_body, model.surface_material, model.law_of, model.laws
+    body_of = model.surface_body
     for q in range(found, found + BATCH):
         places[q], slots[q], memories[q] = forces.shape[0] - 1, 0, wall_memory.shape[0] - 1
     sum_n, sum_t, sum_r, sum_i = 0.0, 0.0, 0.0, 0.0
     beyond = 0
     for first in range(0, found, BATCH):
         m = min(BATCH, found - first)
-        for g in range(0, m, WIDTH):
-            gather_rows(rows, slots, first + g, columns, g, A)
-            gather_rows(wall_memory, memories, first + g, columns, g, MEMORY)
-        for b in range(BATCH):
-            columns[WEIGHT * BATCH + b] = one if b < m else zero
-        for b in range(m):
-            q = first + b
-            slot, s = slots[q], surfaces[q]
-            body = body_of[s]
-            for k in range(4):
-                columns[k * BATCH + b] = normals[k, q]
-            for k in range(3):
-                columns[(ARM + k) * BATCH + b] = x[k, slot] - motion[body, k]
-                columns[(BODY_V + k) * BATCH + b] = motion[body, 12 + k]
-                columns[(BODY_W + k) * BATCH + b] = motion[body, 15 + k]
-            hold_law(columns, b, laws, law_of[material[slot], material_of[s]])
-        power_n, power_t, power_r, power_i, over = wall_batch(model.law, columns, last, now, dt)
+        lay_walls(model, x, rows, wall_memory, material, motion, first, m, slots, surfaces, memories, normals, columns)
+        power_n, power_t, power_r, power_i, over, begun = wall_batch(model.law, columns, last, now, dt)
+        if begun != 0:
+            note_wall_impacts(columns, begun, first, lanes, normals, model, x, radius, material, placed, book, tid)
         sum_n += power_n
         sum_t += power_t
         sum_r += power_r

@@ -91,8 +91,9 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         negated_radii(points, scratch.slots, lo + l, local, l)
     found = filter_pairs(points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes)
     work[0], work[1], work[2], pair_alarm = pair_contacts(
-        model, points, rows, memory, state.material, found, lanes, local, scratch.columns[tid, 0], last, now, step, forces
-    )
+        model, points, rows, memory, state.material, found, lanes, local, scratch.columns[tid, 0], last, now, step, forces,
+        scratch.impacts, tid,
+    )  # fmt: skip
     sums = scratch.sums[c]
     for b in range(model.n_bodies):
         for k in range(6):
@@ -101,8 +102,8 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     placed = scratch.placed[tid]
     found = find_walls(model, state.x, state.body[0], local, placed, lo, hi - lo, lanes, normals, scratch.test[tid])
     work[3], work[4], work[5], work[6], wall_alarm = wall_contacts(
-        model, state.x, rows, state.wall_memory, state.material, scratch.motion[tid], found, lanes, normals, scratch.columns[tid, 1],
-        last, now, step, forces, sums,
+        model, state.x, state.body[0], rows, state.wall_memory, state.material, scratch.motion[tid], placed, found, lanes, normals,
+        scratch.columns[tid, 1], last, now, step, forces, sums, scratch.impacts, tid,
     )  # fmt: skip
     if state.clumps.shape[0] > 0:
         moved, gone = integrate_clumps(model, state, lo, hi, forces, scratch.turned[tid], reference, dt, work)

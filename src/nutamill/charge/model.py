@@ -11,7 +11,7 @@ Time is staggered (docs/conventions.md): velocities belong to the end of a subst
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from nutamill.charge.laws.tags import ContactLaw
 from nutamill.charge.mesh import Mesh
 from nutamill.charge.mesh_model import MeshWalls
 from nutamill.kernel import kernel
+
+if TYPE_CHECKING:
+    from nutamill.charge.impacts import ImpactBook
 
 BATCH = 32
 """Contacts that one pass of the vector law takes [1]."""
@@ -367,3 +370,5 @@ class ChargeScratch(NamedTuple):
     """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T, chunk)."""
     barrier: np.ndarray
     """Arrivals and generation of the team's barrier [1], int64 (32,)."""
+    impacts: "ImpactBook"
+    """Contacts begun since the start; no work space, but whole numbers that belong to the threads."""

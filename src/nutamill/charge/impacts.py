@@ -1,0 +1,148 @@
+"""Collision energy spectra: what a contact brings along when it begins, counted in bins of energy.
+
+A contact begins in the first substep in which two bodies touch; the velocities it meets then are those before the
+impact, as none of its own forces has acted yet.  Counts and energies are whole numbers: they add up to the same sum in any order, so
+that every thread fills its own spectra and the sum has the same bits for any number of threads.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.charge.model import BATCH
+from nutamill.charge.patches import PatchTable, patch_of, whole
+from nutamill.kernel import kernel, like
+
+LOWEST = -56
+"""The lowest bin begins at 2^LOWEST J = 1.4e-17 J; what is lower is counted there."""
+BINS = 128
+"""Bins of half an octave [1], 6.6 to a decade; the last ends at 256 J, and what is higher is counted there."""
+PARTS = 2
+"""Normal and tangential part of an impact [1]."""
+FINE = 65536.0
+"""Parts into which the lower edge of a bin is cut for its sum of energies [1]: an impact is rounded by less than 1.6e-5 of its energy."""
+ENERGY_N, ENERGY_T = 0, 1
+"""Rows of `columns` in which a batch leaves the two energies [J] of its lanes: free once the distance has been used."""
+
+
+def bin_edges() -> np.ndarray:
+    """Edges of the bins [J] (BINS + 1,)."""
+    return 2.0 ** (LOWEST + 0.5 * np.arange(BINS + 1))
+
+
+class ImpactBook(NamedTuple):
+    """Where contacts that begin are booked; every thread has its own pages."""
+
+    spectra: np.ndarray
+    """Number, and energy in `FINE` parts of the bin's lower edge, by type, part and bin, int64 (T, types, PARTS, BINS, 2).
+
+    Types are numbered by materials: a pair of particles ``a n_materials + b``, a particle a on a surface of material b the same
+    behind all pairs."""
+    cut: np.ndarray
+    """Cutting energy of the impacts on each patch, in small units, int64 (T, P)."""
+    per_cut: float
+    """Small units in 1 J [1/J]."""
+    patches: PatchTable
+    """How the surfaces are cut into patches."""
+
+
+def impact_book(n_threads: int, n_materials: int, mean_mass: float, patches: PatchTable) -> ImpactBook:
+    """A book without impacts; `mean_mass` [kg] is that of a particle."""
+    spectra = np.zeros((n_threads, 2 * n_materials * n_materials, PARTS, BINS, 2), np.int64)
+    return ImpactBook(spectra, np.zeros((n_threads, int(patches.first[-1])), np.int64), 2.0**30 / mean_mass, patches)
+
+
+@kernel(inline="always")
+def impact_energies(m_eff, u0, u1, u2, n0, n1, n2):
+    """Normal and tangential part of the kinetic energy of a relative motion [J]: ``m_eff v_n^2/2`` and ``m_eff v_t^2/2``.
+
+    `m_eff` is the reduced mass [kg], u the relative velocity at the contact point [m/s], n the normal [1].
+    """
+    half = like(0.5, m_eff) * m_eff
+    v_n = u0 * n0 + u1 * n1 + u2 * n2
+    v_t0, v_t1, v_t2 = u0 - v_n * n0, u1 - v_n * n1, u2 - v_n * n2
+    return half * v_n * v_n, half * (v_t0 * v_t0 + v_t1 * v_t1 + v_t2 * v_t2)
+
+
+@kernel
+def count_energy(energy, spectrum):
+    """Count one `energy` [J] in a spectrum, int64 (BINS, 2)."""
+    octave, upper = 0, 0
+    if energy >= 2.0**LOWEST:
+        mantissa, exponent = math.frexp(energy)
+        octave = min(exponent - 1 - LOWEST, BINS // 2 - 1)
+        # above the last bin everything is the last bin's
+        upper = int((mantissa >= 0.7071067811865476) | (exponent - 1 - LOWEST > octave))
+    share = energy * 2.0**-LOWEST * math.ldexp(FINE, -octave)
+    spectrum[2 * octave + upper, 0] += 1
+    spectrum[2 * octave + upper, 1] += int(share * (0.7071067811865476 if upper == 1 else 1.0) + 0.5)
+
+
+@kernel
+def cutting_energy(normal, tangential):
+    """Share of an impact's energy that cuts a ductile wall [J]: ``E f(angle)`` with the angle of impact ``tan a = sqrt(E_n/E_t)``.
+
+    ``f = sin 2a - 3 sin^2 a`` for ``tan a <= 1/3``, else ``cos^2 a / 3``.  Divided by twice the flow pressure of the wall [Pa] it is
+    the volume [m^3] that the impact removes.
+
+    Parameters
+    ----------
+    normal, tangential : energies E_n and E_t of the impact [J]
+
+    Source
+    ------
+    I. Finnie, "Erosion of surfaces by solid particles", Wear 3 (1960), with a chip twice as long as deep.
+    """
+    if 9.0 * normal <= tangential:
+        return 2.0 * math.sqrt(normal * tangential) - 3.0 * normal
+    return tangential / 3.0
+
+
+@kernel
+def note_pair_impacts(columns, begun, first, lanes, across, material, n_materials, book, tid):
+    """Book the pairs of a batch that have just met.
+
+    Parameters
+    ----------
+    columns : of the batch, with rows `ENERGY_N` and `ENERGY_T`
+    begun : bit b is set where the contact of lane b begins, uint32
+    first : first entry of the batch in `lanes`
+    lanes : as `filter_pairs` leaves them
+    across : what row 3 of `lanes` says of a pair across two chunks
+    book : `ImpactBook`, page `tid`
+    """
+    b = 0
+    while begun != 0:
+        if begun & 1:
+            i, j = lanes[4, first + b], lanes[1, first + b]
+            # a pair across two chunks is met in both, and counted by its first particle
+            if lanes[3, first + b] != across or i < j:
+                spectra = book.spectra[tid, material[i] * n_materials + material[j]]
+                count_energy(float(columns[ENERGY_N * BATCH + b]), spectra[0])
+                count_energy(float(columns[ENERGY_T * BATCH + b]), spectra[1])
+        begun >>= 1
+        b += 1
+
+
+@kernel
+def note_wall_impacts(columns, begun, first, lanes, normals, model, x, radius, material, placed, book, tid):
+    """As `note_pair_impacts`, for particles that have just met a surface; `lanes`, `normals` as `find_walls` leaves them."""
+    b = 0
+    n_materials = model.law_of.shape[0]
+    while begun != 0:
+        if begun & 1:
+            q = first + b
+            slot, s = lanes[1, q], lanes[2, q]
+            normal, tangential = float(columns[ENERGY_N * BATCH + b]), float(columns[ENERGY_T * BATCH + b])
+            spectra = book.spectra[tid, (n_materials + material[slot]) * n_materials + model.surface_material[s]]
+            count_energy(normal, spectra[0])
+            count_energy(tangential, spectra[1])
+            arm = radius[slot] - 0.5 * float(normals[3, q])
+            p = patch_of(
+                book.patches, placed[s], model.surface_size[s], s, x[0, slot] + arm * float(normals[0, q]),
+                x[1, slot] + arm * float(normals[1, q]), x[2, slot] + arm * float(normals[2, q]),
+            )  # fmt: skip
+            book.cut[tid, p] += whole(cutting_energy(normal, tangential), book.per_cut)
+        begun >>= 1
+        b += 1

@@ -1,0 +1,317 @@
+"""What a charge does, summed while it runs: work and load on the walls, density and velocity fields, touching neighbours.
+
+A *sample* is taken at the rows of the record: contacts with walls as the next substep will meet them, everything else as it is.  The
+sum of samples times their interval is the integral over time by the rectangle rule.  Its error is that of counting samples: contacts
+begin and end within an interval, so that a total that comes from n seen contacts is uncertain by about 1/sqrt(n) of itself.
+
+All sums are whole numbers of a small unit.  They add up to the same sum in any order: every thread keeps its own, and the
+total has the same bits for any number of threads.
+
+Fields are taken in a cylindrical grid that moves with a body and turns about its z axis by an angle handed in, in a mill the
+crank angle, so that the crescent of a nutating charge stands still in it.  Velocities are those relative to the body.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.charge.clumps import PLACE
+from nutamill.charge.columns import ACT, HELD, A, wall_batch
+from nutamill.charge.contacts import filter_pairs, find_walls, lay_walls
+from nutamill.charge.dynamics import move_bodies
+from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
+from nutamill.charge.neighbours import slots_of_chunk, thread_share
+from nutamill.charge.patches import part_of, patch_of, sector_of, whole
+from nutamill.charge.surfaces import place_surfaces
+from nutamill.kernel import kernel, like
+
+STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
+
+WALL_SUMS = ("normal_work", "shear_work", "rolling_work", "load", "contacts")
+"""Sums of a patch: work taken out by the three parts of the law [J], normal load [N s], contacts [s]."""
+FIELD_SUMS = ("solid_volume", "mass", "momentum_r", "momentum_a", "momentum_z", "square_speed", "particles", "neighbours")
+"""Sums of a cell: solid volume [m^3 s], mass [kg s], momentum relative to the body, radial, azimuthal, axial [kg m], mass times squared
+speed [J s], particles [s], touching neighbours of its particles [s].  The first goes by volume, the others by particle centres."""
+MOST_NEIGHBOURS = 16
+"""Places of the histogram of touching neighbours [1]; the last counts all that have as many or more."""
+FINE = 2.0**30
+"""Small units in the quantity that one mean particle at 1 m/s stands for [1]."""
+POINTS = 1024
+"""Places within a particle at which its volume is put, one after the other [1]."""
+
+
+class StatisticsPlan(NamedTuple):
+    """What is summed, and where; never changes."""
+
+    on: int
+    """1: take samples, 0: none [1]."""
+    body: int
+    """Body whose axes the grid has, and in whose motion velocities are measured [1]."""
+    origin: np.ndarray
+    """Origin of the grid [m] (3,), body axes, from the body's mass centre."""
+    cells: np.ndarray
+    """Cells along radius, azimuth and height [1], int64 (3,)."""
+    extent: np.ndarray
+    """Largest radius, lowest and highest height [m] (3,), grid axes; what lies beyond counts in the outermost cell."""
+    within: np.ndarray
+    """Places within a ball of radius 1, evenly spread [1] (POINTS, 3)."""
+    mass_of: np.ndarray
+    """Mass of each sphere by id, of a pebble its share of the clump's by volume [kg] (n,)."""
+    volume_of: np.ndarray
+    """Solid volume of each sphere by id, of a pebble its share of the clump's [m^3] (n,)."""
+    per_wall: np.ndarray
+    """Small units in 1 of each of `WALL_SUMS` [1/unit], (5,)."""
+    per_field: np.ndarray
+    """Small units in 1 of each of `FIELD_SUMS` [1/unit], (8,)."""
+
+
+class ChargeStatistics(NamedTuple):
+    """Sums over all samples since the start, by thread; the sum over threads is what counts."""
+
+    samples: np.ndarray
+    """Samples taken [1], int64 (1,)."""
+    walls: np.ndarray
+    """`WALL_SUMS` of each patch in small units, int64 (T, P, 5)."""
+    fields: np.ndarray
+    """`FIELD_SUMS` of each cell in small units, int64 (T, cells, 8); radius outermost, height innermost."""
+    neighbours: np.ndarray
+    """Particles with 0, 1, 2 ... touching neighbours, int64 (T, MOST_NEIGHBOURS)."""
+
+
+def points_within() -> np.ndarray:
+    """Evenly spread places in a ball of radius 1 (POINTS, 3), whose mean is the centre.
+
+    Source: M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018 (R3 sequence); each place is used with its opposite.
+    """
+    root = 1.2207440846057596  # of x^4 = x + 1
+    u = np.mod(0.5 + np.outer(np.arange(1, POINTS // 2 + 1), root ** -np.arange(1.0, 4.0)), 1.0)
+    height, azimuth = 2.0 * u[:, 1] - 1.0, math.tau * u[:, 2]
+    flat = np.sqrt(1.0 - height**2)
+    half = np.cbrt(u[:, :1]) * np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), height], axis=1)
+    return np.stack([half, -half], axis=1).reshape(POINTS, 3)
+
+
+def statistics_plan(
+    model: ChargeModel,
+    state: ChargeState,
+    dt: float,
+    body: int = 0,
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    cells: tuple[int, int, int] = (1, 1, 1),
+    extent: tuple[float, float, float] = (1.0, 0.0, 1.0),
+    on: bool = True,
+    volumes: np.ndarray | None = None,
+) -> StatisticsPlan:
+    """What to sum for a charge.
+
+    Parameters
+    ----------
+    dt : substep [s]
+    body, origin, cells, extent, on : as in `StatisticsPlan`
+    volumes : `StatisticsPlan.volume_of` where particles are clumps, whose pebbles overlap; that of spheres if None
+    """
+    n, ids = model.n_particles, state.ids[: model.n_particles]
+    mass_of, volume_of = np.empty(n), np.empty(n)
+    volume_of[ids] = 4.0 / 3.0 * math.pi * state.body[0, :n] ** 3
+    volume_of = volume_of if volumes is None else np.array(volumes, float)
+    mass_of[ids] = state.body[1, :n]
+    if len(state.clumps):
+        clump = state.body[PLACE, :n].astype(int)
+        mass_of[ids] *= volume_of[ids] / np.bincount(clump, volume_of[ids])[clump]
+    mass, volume = float(mass_of.mean()), float(volume_of.mean())
+    power, force = mass / dt, mass / dt
+    return StatisticsPlan(
+        on=int(on),
+        body=body,
+        origin=np.array(origin, float),
+        cells=np.array(cells, np.int64),
+        extent=np.array(extent, float),
+        within=points_within(),
+        mass_of=mass_of,
+        volume_of=volume_of,
+        per_wall=FINE / np.array([power, power, power, force, FINE]),  # contacts are counted, one unit each
+        per_field=FINE / np.array([volume, mass, mass, mass, mass, mass, FINE, FINE]),  # and so are particles
+    )
+
+
+def charge_statistics(plan: StatisticsPlan, scratch: ChargeScratch) -> ChargeStatistics:
+    """Sums of nothing, for a charge with work space `scratch`; room for samples only if the plan is on."""
+    threads, patches = scratch.impacts.cut.shape
+    cells = int(plan.cells.prod())
+    if not plan.on:
+        threads, patches, cells = 1, 0, 0
+    return ChargeStatistics(
+        np.zeros(1, np.int64),
+        np.zeros((threads, patches, len(WALL_SUMS)), np.int64),
+        np.zeros((threads, cells, len(FIELD_SUMS)), np.int64),
+        np.zeros((threads, MOST_NEIGHBOURS), np.int64),
+    )
+
+
+def _kept(sums: ChargeStatistics, scratch: ChargeScratch) -> dict[str, np.ndarray]:
+    """All arrays with a first axis of threads, by the names of a checkpoint."""
+    book = scratch.impacts
+    return {"walls": sums.walls, "fields": sums.fields, "neighbours": sums.neighbours, "spectra": book.spectra, "cut": book.cut}
+
+
+def gathered(sums: ChargeStatistics, scratch: ChargeScratch) -> dict[str, np.ndarray]:
+    """Sums over all threads, by name, as a checkpoint holds them; the same for any number of threads."""
+    return {"samples": sums.samples.copy(), **{name: array.sum(axis=0) for name, array in _kept(sums, scratch).items()}}
+
+
+def put_back(sums: ChargeStatistics, scratch: ChargeScratch, kept: dict[str, np.ndarray]) -> None:
+    """Go on from what `gathered` gave."""
+    for name, array in _kept(sums, scratch).items():
+        array[...] = 0
+        array[0] = kept[name]
+    sums.samples[...] = kept["samples"]
+
+
+@kernel(fast=True)
+def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
+    """Add what chunk `c` does to the walls, as the next substep will meet it; bodies and surfaces are placed there."""
+    lo, hi = slots_of_chunk(state, c)
+    buffer = state.clock[PUBLISHED]
+    rows = state.rows[buffer]
+    lanes, normals, columns, placed = scratch.lanes[tid], scratch.normals[tid], scratch.columns[tid, 1], scratch.placed[tid]
+    real = rows[0, 0]
+    now, last = like(stamp_of(state.clock[STEP]), real), like(stamp_of(state.clock[STEP] - 1), real)
+    walls, per, patches = sums.walls[tid], plan.per_wall, scratch.impacts.patches
+    found = find_walls(model, state.x, state.body[0], scratch.local[tid], placed, lo, hi - lo, lanes, normals, scratch.test[tid])
+    for q in range(found, found + BATCH):
+        lanes[0, q], lanes[1, q], lanes[3, q] = model.chunk, 0, state.wall_memory.shape[0] - 1
+    for first in range(0, found, BATCH):
+        m = min(BATCH, found - first)
+        lay_walls(
+            model, state.x, rows, state.wall_memory, state.material, scratch.motion[tid], first, m, lanes[1], lanes[2], lanes[3], normals,
+            columns,
+        )  # fmt: skip
+        wall_batch(model.law, columns, last, now, like(dt, real))
+        for b in range(m):
+            slot, s = lanes[1, first + b], lanes[2, first + b]
+            n0, n1, n2 = float(normals[0, first + b]), float(normals[1, first + b]), float(normals[2, first + b])
+            arm = state.body[0, slot] - 0.5 * float(normals[3, first + b])
+            p = patch_of(
+                patches, placed[s], model.surface_size[s], s, state.x[0, slot] + arm * n0, state.x[1, slot] + arm * n1,
+                state.x[2, slot] + arm * n2,
+            )  # fmt: skip
+            for k in range(3):
+                walls[p, k] -= whole(columns[(ACT + k) * BATCH + b], per[k])
+            load = -(columns[A * BATCH + b] * n0 + columns[(A + 1) * BATCH + b] * n1 + columns[(A + 2) * BATCH + b] * n2)
+            walls[p, 3] += whole(load, per[3])
+            walls[p, 4] += 1
+
+
+@kernel
+def sample_neighbours(model, state, scratch, sums, c, tid):
+    """Count the touching neighbours of each particle of chunk `c`, to ``scratch.lists.cell``, and put them in the histogram."""
+    lo, hi = slots_of_chunk(state, c)
+    points, lst = state.points[state.clock[PUBLISHED]], state.clock[LIST]
+    local, lanes, counts = scratch.local[tid], scratch.lanes[tid], scratch.lists.cell
+    for l in range(hi - lo):
+        i = lo + l
+        counts[i] = 0
+        local[l, 0], local[l, 1], local[l, 2], local[l, 3] = points[i, 0], points[i, 1], points[i, 2], -points[i, 3]
+    found = filter_pairs(points, state.partners[lst, c], state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes)
+    for q in range(found):
+        counts[lanes[4, q]] += 1
+        # a pair within the chunk is listed once
+        if lanes[3, q] != local.shape[0] - 1:
+            counts[lanes[1, q]] += 1
+    for i in range(lo, hi):
+        sums.neighbours[tid, min(counts[i], MOST_NEIGHBOURS - 1)] += 1
+
+
+@kernel(inline="always")
+def cell_of(plan, a, b, c, angle):
+    """Cell, distance from the axis [m] and azimuth [rad] in the body's axes of the point (a, b, c) [m] from the grid's origin."""
+    radius = math.sqrt(a * a + b * b)
+    azimuth = math.atan2(b, a)
+    across, around, up = plan.cells[0], plan.cells[1], plan.cells[2]
+    r = part_of(radius, 0.0, plan.extent[0], across)
+    z = part_of(c, plan.extent[1], plan.extent[2], up)
+    return (r * around + sector_of(azimuth - angle, around)) * up + z, radius
+
+
+@kernel
+def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
+    """Add the particles of chunk `c` to the fields, the body being where ``scratch.motion[tid]`` says; counts of neighbours are there."""
+    lo, hi = slots_of_chunk(state, c)
+    x, v, fields, per = state.x, state.v, sums.fields[tid], plan.per_field
+    motion = scratch.motion[tid, plan.body]
+    m0, m1, m2 = motion[0], motion[1], motion[2]
+    R00, R01, R02, R10, R11, R12, R20, R21, R22 = (
+        motion[3], motion[4], motion[5], motion[6], motion[7], motion[8], motion[9], motion[10], motion[11],
+    )  # fmt: skip
+    V0, V1, V2, W0, W1, W2 = motion[12], motion[13], motion[14], motion[15], motion[16], motion[17]
+    back = 0.5 * state.turn[1]
+    sample = sums.samples[0]
+    for i in range(lo, hi):
+        radius, mass = state.body[0, i], plan.mass_of[state.ids[i]]
+        v0, v1, v2 = v[0, i], v[1, i], v[2, i]
+        d0, d1, d2 = x[0, i] - back * v0 - m0, x[1, i] - back * v1 - m1, x[2, i] - back * v2 - m2
+        u0, u1, u2 = v0 - V0 - (W1 * d2 - W2 * d1), v1 - V1 - (W2 * d0 - W0 * d2), v2 - V2 - (W0 * d1 - W1 * d0)
+        a = R00 * d0 + R10 * d1 + R20 * d2 - plan.origin[0]
+        b = R01 * d0 + R11 * d1 + R21 * d2 - plan.origin[1]
+        z = R02 * d0 + R12 * d1 + R22 * d2 - plan.origin[2]
+        va, vb, vz = R00 * u0 + R10 * u1 + R20 * u2, R01 * u0 + R11 * u1 + R21 * u2, R02 * u0 + R12 * u1 + R22 * u2
+        k, r = cell_of(plan, a, b, z, angle)
+        per_r = 1.0 / (r + 1e-300)
+        fields[k, 1] += whole(mass, per[1])
+        fields[k, 2] += whole(mass * (va * a + vb * b) * per_r, per[2])
+        fields[k, 3] += whole(mass * (vb * a - va * b) * per_r, per[3])
+        fields[k, 4] += whole(mass * vz, per[4])
+        fields[k, 5] += whole(mass * (u0 * u0 + u1 * u1 + u2 * u2), per[5])
+        fields[k, 6] += 1
+        fields[k, 7] += scratch.lists.cell[i]
+        q = (sample + 7919 * state.ids[i]) & (POINTS - 1)
+        k, _ = cell_of(
+            plan, a + radius * plan.within[q, 0], b + radius * plan.within[q, 1], z + radius * plan.within[q, 2], angle
+        )  # fmt: skip
+        fields[k, 0] += whole(plan.volume_of[state.ids[i]], per[0])
+
+
+@kernel
+def sample(
+    model: ChargeModel,
+    state: ChargeState,
+    scratch: ChargeScratch,
+    motions,
+    angle: float,
+    plan: StatisticsPlan,
+    sums: ChargeStatistics,
+    tid: int,
+    n_threads: int,
+):
+    """Take one sample, between two windows; called by all threads of a team, each does its share of the chunks.
+
+    Nobody may change the state meanwhile, and the next sample may begin only after all threads have left this one; ``sums.samples`` is for
+    the caller to count.
+
+    Parameters
+    ----------
+    motions : (n_bodies, 19) motion of each body from now on, as `frames.MOTION_SIZE`, world axes
+    angle : by which the grid is turned about the z axis of the body [rad]
+    plan, sums : what is summed, and the sums
+    """
+    dt = state.turn[1]
+    first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
+    move_bodies(motions, 0.0, scratch.motion[tid])
+    for c in range(first, end):
+        sample_neighbours(model, state, scratch, sums, c, tid)
+        sample_fields(model, state, scratch, plan, sums, c, angle, tid)
+    move_bodies(motions, 0.5 * dt, scratch.motion[tid])
+    place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
+    points = state.points[state.clock[PUBLISHED]]
+    local, columns = scratch.local[tid], scratch.columns[tid, 1]
+    for k in range(columns.shape[0]):
+        columns[k] = 1.0
+    for b in range(BATCH):
+        columns[HELD * BATCH + b] = -1.0  # no law is laid yet
+    for c in range(first, end):
+        lo, hi = slots_of_chunk(state, c)
+        for l in range(hi - lo):
+            for k in range(4):
+                local[l, k] = points[lo + l, k]
+        sample_walls(model, state, scratch, plan, sums, c, dt, tid)

@@ -1,0 +1,139 @@
+"""Figures of what the charge does: impact spectra, the worn wall, the flow.  One function, one figure; saving is left to the caller."""
+
+import math
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from nutamill.analysis import PAPER_WINDOW
+from nutamill.charge_flow import crest, flow_fields, impact_spectra, surface_heights, wear_table, window
+from nutamill.figures import STYLE
+from nutamill.result import Result
+
+RARE = 1e-2
+"""Bins with less than this share of the fullest bin's impacts are not shown [1]."""
+PATTERN = {"normal": "-", "tangential": (0, (3, 1.2))}
+
+
+def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
+    """How many contacts begin with how much energy, and the power they bring along, in bins of half an octave.
+
+    One line for each pair of materials and part of the relative velocity.
+    """
+    spectra = impact_spectra(window(result, last))
+    energy = spectra["energy"].values
+    rates = spectra["rate"].sum(("pair", "part")).values
+    seen = np.flatnonzero(rates > RARE * rates.max())
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 3.6), layout="constrained")
+        number, power = figure.subplots(2, 1, sharex=True)
+        for k, pair in enumerate(map(str, spectra["pair"].values)):
+            for part, line in PATTERN.items():
+                one = spectra.sel(part=part).isel(pair=k)
+                style = {"color": f"C{k}", "linestyle": line, "drawstyle": "steps-mid", "label": f"{pair}, {part}"}
+                rate = one["rate"].values.copy()
+                rate[rate == 0.0] = math.nan  # a logarithm has no place for it
+                number.plot(energy, rate, **style)
+                power.plot(energy, one["power"].values, **style)
+        number.set_yscale("log")
+        number.set_xscale("log")
+        if len(seen):
+            number.set_xlim(energy[seen[0]], energy[seen[-1]] * 4.0)
+        number.set_ylabel("impacts (1/s)")
+        power.set_ylabel("power (W)")
+        power.set_ylim(bottom=0.0)
+        power.set_xlabel("impact energy (J)")
+        number.set_title("(a) number", loc="left")
+        power.set_title("(b) kinetic energy brought along", loc="left")
+        figure.legend(*number.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        figure.align_ylabels()
+    return figure
+
+
+def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
+    """The bore unrolled, in chamber axes: mean pressure, shear work and cutting energy of impacts per area and time.
+
+    Where the chamber is a mesh, the patch with the largest area stands for the bore.
+    """
+    table = wear_table(window(result, last))
+    _, number = np.unique(table["patch_surface"].values, return_inverse=True)
+    largest = np.argmax(np.bincount(number, table["patch_area"].values))
+    table = table.isel(patch=np.flatnonzero(number == largest))
+    columns = int(table["patch_column"].max()) + 1
+    azimuth, along = (table[name].values.reshape(columns, -1) for name in ("patch_azimuth", "patch_along"))
+    panels = (("pressure", "pressure (Pa)"), ("shear_intensity", "shear work (W/m$^2$)"), ("cutting_intensity", "cutting energy (W/m$^2$)"))
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 5.0), layout="constrained")
+        for k, (axes, (name, label)) in enumerate(zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True)):
+            values = table[name].values.reshape(columns, -1)
+            drawn = axes.pcolormesh(np.degrees(azimuth[:, 0]), along[0], values.T, cmap="viridis", vmin=0.0, rasterized=True)
+            axes.grid(False)
+            axes.set_ylabel("height (m)")
+            axes.set_title(f"({'abc'[k]}) {label.split(' (')[0]}", loc="left")
+            figure.colorbar(drawn, ax=axes, label=label)
+        axes.set_xticks(range(0, 361, 90))
+        axes.set_xlabel("azimuth in the chamber (deg)")
+    return figure
+
+
+def draw_flow(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
+    """The charge as it stands in axes that turn with the crank: seen from above, and along the wall with its surface.
+
+    From above: solids fraction averaged over the height that the charge reaches, and the mean velocity relative to the chamber.  Along
+    the wall: solids fraction of the outermost cells, and the height below which 95 % of the charge lie in each sector.
+    """
+    done = window(result, last)
+    fields = flow_fields(done)
+    heights = surface_heights(done)
+    top = crest(heights, done["azimuth"].values)
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 5.2), layout="constrained")
+        places = figure.add_gridspec(2, 1, height_ratios=[3, 2])
+        above = figure.add_subplot(places[0], projection="polar")
+        along = figure.add_subplot(places[1])
+        drawn = _seen_from_above(above, done, fields, top.height)
+        figure.colorbar(drawn, ax=above, label="solids fraction (1)", shrink=0.8)
+        above.set_title("(a) from above, crank at 0 deg, turning anticlockwise", loc="left")
+        outermost = fields["solids_fraction"].isel(radius=-1).transpose("height", "azimuth").values
+        degrees = np.degrees(done["azimuth"].values)
+        drawn = along.pcolormesh(degrees, done["height"].values, outermost, cmap="viridis", vmin=0.0, rasterized=True)
+        along.plot(degrees, heights, color="white", linewidth=1.6)
+        along.plot(degrees, heights, color="#D55E00", label=f"surface: crest {top.height:.3f} m, lag {math.degrees(top.phase_lag):.0f} deg")
+        along.set_ylim(0.0, min(1.3 * top.height, float(done["height"].values[-1])))
+        along.set_xticks(range(0, 361, 90))
+        along.grid(False)
+        along.set_xlabel("azimuth from the crank (deg)")
+        along.set_ylabel("height (m)")
+        along.set_title("(b) along the wall", loc="left")
+        figure.colorbar(drawn, ax=along, label="solids fraction (1)")
+        figure.legend(*along.get_legend_handles_labels(), loc="outside lower center")
+    return figure
+
+
+def _seen_from_above(axes: Axes, done, fields, height: float):
+    """Mean solids fraction and velocity over the height up to `height` [m], in polar axes; returns what a colour bar needs."""
+    reached = done.sel(height=slice(0.0, height)) if height > float(done["height"][0]) else done.isel(height=slice(0, 1))
+    volume = reached["cell_volume"].sum("height") * done["sampled_time"]
+    solids = (reached["cell_solid_volume"].sum("height") / volume).transpose("radius", "azimuth").values
+    mass = reached["cell_mass"].sum("height").transpose("radius", "azimuth").values
+    radial, azimuthal = (reached[f"cell_momentum_{k}"].sum("height").transpose("radius", "azimuth").values for k in "ra")
+    radius, azimuth = done["radius"].values, done["azimuth"].values
+    step = radius[1] - radius[0]
+    rings = np.concatenate([radius - 0.5 * step, radius[-1:] + 0.5 * step])
+    drawn = axes.pcolormesh(
+        np.linspace(0.0, math.tau, len(azimuth) + 1), rings, solids, cmap="viridis", vmin=0.0, rasterized=True
+    )  # fmt: skip
+    filled = solids > 0.1 * solids.max()
+    angle, distance = np.meshgrid(azimuth, radius)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        v_r, v_a = radial / mass, azimuthal / mass
+    shown = filled & (np.arange(len(azimuth)) % 2 == 0)
+    across, up = v_r * np.cos(angle) - v_a * np.sin(angle), v_r * np.sin(angle) + v_a * np.cos(angle)
+    arrows = axes.quiver(angle[shown], distance[shown], across[shown], up[shown], color="white", scale=40.0, width=0.006, pivot="mid")
+    axes.quiverkey(arrows, 0.0, -0.02, 4.0, "4 m/s", labelpos="E", color="#444444", coordinates="axes")
+    axes.grid(False)
+    axes.set_yticks([])
+    axes.set_ylim(0.0, rings[-1])
+    return drawn
