@@ -123,9 +123,9 @@ def test_substep_too_long_for_the_stiffest_pair_is_refused_with_what_would_do(no
 
 def test_softening_that_the_refusal_of_a_substep_asks_for_would_do():
     case = mill(SMALL, "contact.normal=hertz", "run.dt=50 us")
-    with pytest.raises(CaseError) as caught:
+    with pytest.raises(CaseError) as refused:
         run_clock(case)
-    hint = str(caught.value).split("softening = ")[1]
+    hint = str(refused.value).split("softening = ")[1]
     assert run_clock(case.with_("contact.softening", float(hint.split(" ")[0]))).substep <= 50e-6
 
 
