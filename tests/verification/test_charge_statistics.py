@@ -8,7 +8,7 @@ from charge_bench import FLOOR, Bench, at_rest, law, sphere_mass
 
 from nutamill.charge.assembly import with_patches
 from nutamill.charge.impacts import FINE, LOWEST, cutting_energy
-from nutamill.charge.model import Ledger, RollingLaw, Surface, SurfaceKind
+from nutamill.charge.model import Ledger, Surface, SurfaceKind
 from nutamill.charge.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, patch_table
 from nutamill.charge.statistics import FIELD_SUMS, WALL_SUMS, charge_statistics, gathered, sample, statistics_plan
 from nutamill.charge.team import run_team
@@ -172,7 +172,7 @@ def tumbling(n=150, precision="double", seed=3):
     speeds = rng.normal(size=(n, 3)) - 20.0 * (x - x.mean(axis=0))
     pair = law(K, 0.2, 0.8, friction=0.5, rolling=0.05)
     return Bench(
-        x, pair, 3e-6, [FLOOR, BORE, RIB], velocities=speeds, rolling=RollingLaw.TYPE_C, precision=precision, gravity=(0, 0, -50.0)
+        x, pair, 3e-6, [FLOOR, BORE, RIB], velocities=speeds, precision=precision, gravity=(0, 0, -50.0)
     )
 
 

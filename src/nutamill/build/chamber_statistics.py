@@ -45,7 +45,7 @@ def _cut(case: Case, surface: Surface) -> tuple[int, int, int, float, float]:
         return FACE_HEIGHT, FACES, up, depth - half, half
     if surface.mesh.keep == "outside":
         return ANGLE_HEIGHT, 1, 1, 0.0, 1.0
-    points, areas, upright = _mesh_points(surface)
+    points, _, upright = _mesh_points(surface)
     if abs(upright) > 0.7:  # rather a floor than a wall
         return ANGLE_RADIUS, around, across, 0.0, float(np.hypot(points[:, 0], points[:, 1]).max())
     return ANGLE_HEIGHT, around, up, float(points[:, 2].min()), float(points[:, 2].max())
