@@ -5,11 +5,11 @@ import math
 
 import numpy as np
 import pytest
-from contact_bench import UP, M, Probe, R, bounce, evaluate, pair
+from contact_bench import UP, M, Probe, R, bounce, evaluate, pair, plain
 from scipy.integrate import solve_ivp
 
 from nutamill.charge.contact_terms import damping_ratio_from_restitution, impact
-from nutamill.charge.laws.composition import contact, stored_energy
+from nutamill.charge.laws.composition import stored_energy
 from nutamill.charge.laws.numbers import law_numbers
 from nutamill.charge.laws.tags import COHESION, NORMAL, ROLLING, TANGENTIAL, contact_law
 
@@ -249,13 +249,6 @@ def any_contact(law, side, call):
     n, u, w, s, t = (tuple(map(float, side * v)) for v in vectors)
     diameters = (4e-3, 6e-3)[::side]
     return np.array(call(law, n, 1e-4, u, w, s, t, 0.0, 1e-5, 2e-4, 1e-3, diameters, tuple(law_numbers(law, GIVEN)), 1e-7))
-
-
-def plain(law, n, overlap, u, w, s, t, sliding, history, m_eff, r_eff, diameters, numbers, dt):
-    """As `evaluate`, without the compiler."""
-    return getattr(contact, "py_func", contact)(
-        law, *n, overlap, *u, *w, *s, *t, sliding, history, m_eff, r_eff, *diameters, numbers, dt
-    )  # fmt: skip
 
 
 @pytest.mark.parametrize("names", EVERY, ids="-".join)
