@@ -58,7 +58,7 @@ def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     Where the chamber is a mesh, the patch with the largest area stands for the bore.
     """
     table = wear_table(window(result, last))
-    number = np.unique(table["patch_surface"].values, return_inverse=True)[1]
+    _, number = np.unique(table["patch_surface"].values, return_inverse=True)
     largest = np.argmax(np.bincount(number, table["patch_area"].values))
     table = table.isel(patch=np.flatnonzero(number == largest))
     columns = int(table["patch_column"].max()) + 1

@@ -8,7 +8,7 @@ import pytest
 from nutamill.build.chamber_charge import chamber_surfaces, rib_inside
 from nutamill.build.chamber_statistics import chamber_cells, chamber_survey, statistics_axes
 from nutamill.build.charge_mix import particle_count
-from nutamill.build.clock import run_clock
+from nutamill.build.clock import contact_facts, run_clock
 from nutamill.build.mill_mechanism import CHAMBER, CROSS, SHAFT, mill_mechanism, mill_sensors
 from nutamill.build.model import bed_weight, build
 from nutamill.build.rigid_parts import RigidPart, compose, remove, rib_ring
@@ -99,6 +99,41 @@ def test_automatic_substep_is_a_twentieth_of_the_shortest_contact_or_a_little_le
     # a row of 1/4800 s is cut into whole windows: at most one window more than needed
     needed = 1 / 4800 / (10 * longest)
     assert longest * needed / (needed + 1) < clock.substep <= longest
+
+
+def test_hysteretic_substep_resolves_the_unloading_spring():
+    # unloading is 1/e times quicker than loading, pi sqrt(m*/K_u) for a half period
+    mass = 7863.7 * math.pi * 0.005**3 / 6
+    shortest = math.pi * math.sqrt(mass / 2 / (5e5 / 0.5**2))
+    assert contact_facts(mill(SMALL, "contact.normal=hysteretic"))[0].resolve == pytest.approx(shortest, rel=1e-12)
+    assert run_clock(mill(SMALL, "contact.normal=hysteretic")).substep <= shortest / 20
+
+
+def test_hertz_contact_takes_the_modulus_and_poissons_ratio_of_the_softened_solids():
+    # 2.868 (m*^2/(R* E*^2 v))^(1/5) for e = 1 at the speed of the crank circle, E* = E/(2 (1 - nu^2)) of two equal solids
+    facts = contact_facts(mill(SMALL, "contact.normal=hertz", "contact.pairs.steel-steel.restitution=1.0"))[0]
+    mass, modulus, v = 7863.7 * math.pi * 0.005**3 / 12, 2e8 / (2 * (1 - 0.25**2)), 700 * math.pi / 30 * 0.039
+    assert facts.time == pytest.approx(2.8683 * (mass**2 / (0.00125 * modulus**2 * v)) ** 0.2, rel=1e-4)
+
+
+@pytest.mark.parametrize("normal", ["linear", "hysteretic", "hertz"])
+def test_substep_too_long_for_the_stiffest_pair_is_refused_with_what_would_do(normal):
+    with pytest.raises(CaseError, match=r"steel-steel contact lasts .* it needs 10.*would do"):
+        run_clock(mill(SMALL, f"contact.normal={normal}", "run.dt=50 us"))
+
+
+def test_softening_that_the_refusal_of_a_substep_asks_for_would_do():
+    case = mill(SMALL, "contact.normal=hertz", "run.dt=50 us")
+    with pytest.raises(CaseError) as refused:
+        run_clock(case)
+    hint = str(refused.value).split("softening = ")[1]
+    assert run_clock(case.with_("contact.softening", float(hint.split(" ")[0]))).substep <= 50e-6
+
+
+def test_cohesion_stronger_than_the_spring_is_refused():
+    pressure = [f"contact.pairs.{name}.cohesive_pressure=1 MPa" for name in ("steel-steel", "steel-acrylic")]
+    with pytest.raises(CaseError, match=r"steel-acrylic: cohesion takes 31\.4 kN/m from a spring of 15\.7 kN/m: .* below 0\.501 MPa"):
+        run_clock(mill(SMALL, "contact.cohesion=area", *pressure))
 
 
 # ---- parts

@@ -72,6 +72,15 @@ ONE_FAULT = {
         "[contact.pairs]\nsteel-steel = { restitution = 1.2 }",
         "mill.toml:3: contact.pairs.steel-steel.restitution: must be at most 1, got 1.2",
     ),
+    "unknown normal law": (
+        '[contact]\nnormal = "herz"',
+        'mill.toml:3: contact.normal: must be one of "linear", "hysteretic", "hertz", got "herz". Did you mean "hertz"?',
+    ),
+    "solid without Poisson's ratio": (
+        '[materials.rubber]\ndensity = "1100 kg/m^3"\nyoung_modulus = "5 MPa"',
+        "mill.toml:2: materials.rubber.poisson_ratio: is missing. "
+        'Add e.g. poisson_ratio under [materials.rubber], or begin the file with base = "numill"',
+    ),
     "half a window": ("[run]\nwindow = 2.5", "mill.toml:3: run.window: must be a whole number, got 2.5"),
     "no threads": ("[run]\nthreads = 0", 'mill.toml:3: run.threads: must be "auto" or a whole number from 1, got 0'),
     "substep of a wrong kind": ('[run]\ndt = "3 mm"', 'mill.toml:3: run.dt: "3 mm" is a length, this needs a time, e.g. "2 s"'),
@@ -125,6 +134,23 @@ def test_a_wrong_key_or_value_is_located_and_named(name):
 # what contradicts -----------------------------------------------------------------------------------------------------
 
 CONTRADICTIONS = {
+    "Hertz with a direct stiffness": (
+        '[contact]\nnormal = "hertz"\nstiffness = "direct"\n[contact.pairs]\n'
+        'steel-steel = { normal_stiffness = "500 kN/m" }\nsteel-acrylic = { normal_stiffness = "16 kN/m" }',
+        'mill.toml:4: contact.stiffness: must be "young" with normal = "hertz", got "direct". '
+        "Hertz takes young_modulus and poisson_ratio of the materials; contact.softening makes them softer",
+    ),
+    "hysteretic with a damping ratio": (
+        '[contact]\nnormal = "hysteretic"\ndamping = "ratio"\n[contact.pairs]\n'
+        "steel-steel = { damping_ratio = 0.2 }\nsteel-acrylic = { damping_ratio = 0.2 }",
+        'mill.toml:4: contact.damping: must be "restitution" with normal = "hysteretic", got "ratio". '
+        "It has no dashpot: its unloading stiffness follows from the restitution of each pair",
+    ),
+    "pressure without cohesion": (
+        '[contact.pairs]\nsteel-steel = { cohesive_pressure = "1 MPa" }',
+        'mill.toml:3: contact.pairs.steel-steel.cohesive_pressure: would do nothing, with contact.cohesion = "none". '
+        'Write cohesion = "area" in [contact], or leave it out',
+    ),
     "nutation angle": (
         '[chamber]\nnutation_angle = "9 deg"',
         "mill.toml:3: chamber.nutation_angle: crank_radius 39 mm and nutation_point_to_crank 366 mm give 6.08 deg, but nutation_angle "
@@ -205,7 +231,14 @@ def test_keys_that_contradict_each_other_are_named_with_the_cure(name):
     assert line == [message]
 
 
-@pytest.mark.parametrize(("key", "needs"), [('stiffness = "direct"', "normal_stiffness"), ('damping = "ratio"', "damping_ratio")])
+@pytest.mark.parametrize(
+    ("key", "needs"),
+    [
+        ('stiffness = "direct"', "normal_stiffness"),
+        ('damping = "ratio"', "damping_ratio"),
+        ('cohesion = "area"', "cohesive_pressure"),
+    ],
+)
 def test_the_number_that_a_contact_law_needs_is_asked_for_in_every_pair(key, needs):
     lines = refused(f"{BASE}[contact]\n{key}")
     assert [line.split(": ")[1] for line in lines] == [f"contact.pairs.{pair}.{needs}" for pair in ("steel-steel", "steel-acrylic")]

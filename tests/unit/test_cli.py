@@ -86,6 +86,16 @@ def test_show_prints_a_case_that_is_the_case(invoke):
     assert Case.from_toml(said.stdout) == load_case("numill").with_(drive__speed="500 rpm")
 
 
+def test_check_says_the_contacts_in_other_programs_when_asked(invoke, monkeypatch):
+    sheet = types.SimpleNamespace(lines=lambda: ["the sheet"])
+    monkeypatch.setattr("nutamill.warm.warm_up", lambda tell, law: None)
+    monkeypatch.setattr("nutamill.preflight.preflight", lambda case: sheet)
+    assert invoke("check", "numill").stdout == "the sheet\n"
+    said = invoke("check", "numill", "--dialects").stdout
+    assert said.startswith("the sheet\nsteel-steel: linear x displacement x type_c x none")
+    assert "pair_coeff i j hooke 500000 0.5" in said
+
+
 def test_bad_input_is_told_on_stderr_line_by_line_and_exits_with_2(invoke):
     said = invoke("show", "numill", "--set", "drive.sped=3", "--set", "charge.mass=20 kg")
     assert (said.exit_code, said.stdout) == (2, "")

@@ -111,7 +111,7 @@ def rolled(surfaces, steps, floor=0.0):
     """Path, speed and spin of a ball that slides, then rolls, over a floor under gravity."""
     bench = Bench(
         [-0.011, -0.0072, floor + R - 1e-7], law(K, 0.2, 0.8, friction=0.4, rolling=0.02), 4e-6, surfaces,
-        gravity=(0, 0, -9.81), velocities=[0.9, 0.55, 0.0], rolling=2, domain=((0, 0, 0), 0.5),
+        gravity=(0, 0, -9.81), velocities=[0.9, 0.55, 0.0], domain=((0, 0, 0), 0.5),
     )  # fmt: skip
     out = []
     for _ in range(steps // 50):

@@ -171,9 +171,7 @@ def tumbling(n=150, precision="double", seed=3):
     x = (grid - [2.5, 2.5, 0.0]) * 2.1 * R + [-0.002, 0, 1.2 * R]
     speeds = rng.normal(size=(n, 3)) - 20.0 * (x - x.mean(axis=0))
     pair = law(K, 0.2, 0.8, friction=0.5, rolling=0.05)
-    return Bench(
-        x, pair, 3e-6, [FLOOR, BORE, RIB], velocities=speeds, precision=precision, gravity=(0, 0, -50.0)
-    )
+    return Bench(x, pair, 3e-6, [FLOOR, BORE, RIB], velocities=speeds, precision=precision, gravity=(0, 0, -50.0))
 
 
 CUTS = [(ANGLE_RADIUS, 12, 4, 0.0, 0.02), (ANGLE_HEIGHT, 12, 8, 0.0, 0.08), (FACE_HEIGHT, 6, 4, -0.006, 0.01)]

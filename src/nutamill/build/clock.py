@@ -118,8 +118,8 @@ def _too_long(case: Case, shortest: ContactFacts, substep: float) -> Fault:
     """What is wrong with a substep that is too long, and what would be right."""
     ratio = FEWEST_SUBSTEPS * substep / shortest.resolve
     if case.contact.normal == "hertz":
-        # the duration goes with the modulus to the power -2/5
-        softer = f"softening = {case.contact.softening / ratio**2.5:.2g} would do"
+        # the duration goes with the modulus to the power -2/5; 5 % less, so that rounding to two digits does not matter
+        softer = f"softening = {0.95 * case.contact.softening / ratio**2.5:.2g} would do"
     else:
         overlap = f"overlap {100 * shortest.overlap * ratio:.2g} % of the diameter at {crank_circle_speed(case):.2g} m/s"
         softer = f"{shortest.stiffness / ratio**2 / 1e3:.3g} kN/m would do ({overlap})"
