@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from nutamill.build.chamber_charge import chamber_surfaces, rib_inside
+from nutamill.build.chamber_statistics import chamber_cells, chamber_survey, statistics_axes
 from nutamill.build.charge_mix import particle_count
 from nutamill.build.clock import contact_facts, run_clock
 from nutamill.build.mill_mechanism import CHAMBER, CROSS, SHAFT, mill_mechanism, mill_sensors
@@ -229,3 +230,30 @@ def test_ribs_leave_the_fill_the_room_that_the_check_of_a_case_counts_with():
 
 def test_a_team_is_never_larger_than_its_work_space():
     assert team_size(mill("run.threads=64")) <= MOST_THREADS
+
+
+# ---- where statistics are summed
+
+
+def test_patches_cover_the_free_walls_and_cells_the_chamber():
+    case = mill("chamber.ribs=12", SMALL)
+    bore, height, rib = case.chamber.inner_diameter, case.chamber.height, case.chamber.rib
+    axes = statistics_axes(case, chamber_survey(case, *built_charge(case), 3e-6))
+    area = {name: axes["patch_area"][axes["patch_surface"] == name].sum() for name in ("bore", "floor", "ceiling", "rib 7")}
+    assert area["bore"] == pytest.approx(math.pi * bore * height)
+    assert area["floor"] == area["ceiling"] == pytest.approx(math.pi * bore**2 / 4)
+    long = min(rib.length, height)
+    assert area["rib 7"] == pytest.approx(long * (rib.width + 2 * rib.depth) + rib.width * rib.depth)
+    # cells: radius and height; the same in every sector
+    assert axes["cell_volume"].sum() * len(axes["azimuth"]) == pytest.approx(math.pi * bore**2 / 4 * height)
+    # a rib's lowest row begins at the floor, and the ceiling's azimuth is counted in chamber axes
+    along = axes["patch_along"][axes["patch_surface"] == "rib 7"]
+    assert along.min() == pytest.approx(long / chamber_cells(case)[2] / 2)
+    ceiling = axes["patch_azimuth"][axes["patch_surface"] == "ceiling"]
+    assert ceiling[0] == pytest.approx(math.tau - math.pi / 36)
+
+
+def built_charge(case):
+    """Model and state of a small layer of pellets in the chamber of `case`."""
+    model, state = build(case, layer(case))
+    return model.charge, state.charge

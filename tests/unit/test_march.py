@@ -113,6 +113,39 @@ def test_run_that_is_killed_goes_on_from_its_last_checkpoint(case, tmp_path, mon
     assert same(numbers(march.resume(tmp_path / "killed.h5")), whole)
 
 
+def test_statistics_of_a_run_that_was_resumed_are_those_of_the_whole_run(case, tmp_path):
+    march.run(case, tmp_path / "whole.h5").close()
+    with pytest.raises(KeyboardInterrupt):
+        march.run(case, tmp_path / "parts.h5", while_marching(lambda _: os.kill(os.getpid(), signal.SIGINT)))
+    march.resume(tmp_path / "parts.h5").close()
+    with march.open_result(tmp_path / "whole.h5") as whole, march.open_result(tmp_path / "parts.h5") as parts:
+        one, other = whole.statistics, parts.statistics
+    assert one.drop_attrs().identical(other.drop_attrs())
+    assert one["time"].values == pytest.approx([0.0, 0.005, 0.010, 0.015, 0.020])
+    # every one of 98 pellets was in some cell at each of 96 rows, and met the floor
+    assert float(one["cell_particles"][-1].sum()) == pytest.approx(98 * 96 / 4800)
+    assert float(one["impact_number"][-1].sel(pair="steel-acrylic wall", part="normal").sum()) >= 98
+
+
+def test_run_without_statistics_is_the_same_run(case, tmp_path):
+    with_them = numbers(march.run(case, tmp_path / "with.h5"))
+    without = march.run(case.with_(run__statistics=False), tmp_path / "without.h5")
+    with pytest.raises(ResultError, match="must hold statistics of the charge"):
+        _ = without.statistics
+    assert np.array_equal(numbers(without)[0], with_them[0])
+
+
+def test_repeated_windows_book_their_impacts_once(case, tmp_path):
+    # an iterated run marches its windows several times; a contact begins in each of them, and counts once
+    with march.run(case.with_(run__coupling="iterated", run__until=0.010), tmp_path / "a.h5") as iterated:
+        impacts = float(iterated.statistics["impact_number"][-1].sel(part="normal").sum())
+        assert iterated.summary["passes"] > 1.5 * iterated.summary["windows"]
+    with march.run(case.with_(run__until=0.010), tmp_path / "b.h5") as staggered:
+        once = float(staggered.statistics["impact_number"][-1].sel(part="normal").sum())
+    # the two motions differ by the coupling's error: a tenth of the impacts is far more, and far less than twice
+    assert impacts == pytest.approx(once, rel=0.1)
+
+
 def test_run_whose_callback_raises_keeps_what_it_has_recorded(case, tmp_path):
     def trip(progress):
         raise ValueError("the screen is gone")

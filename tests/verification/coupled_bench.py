@@ -7,8 +7,9 @@ from charge_bench import law, sphere_mass
 
 from nutamill.charge.assembly import charge, positions, spins, velocities
 from nutamill.charge.dynamics import start as start_charge
-from nutamill.charge.model import Surface, SurfaceKind
+from nutamill.charge.model import Ledger, Surface, SurfaceKind
 from nutamill.charge.observe import charge_reading
+from nutamill.charge.statistics import charge_statistics, statistics_plan
 from nutamill.charge.team import run_team
 from nutamill.coupling import RUNNING, CouplingPlan, Scheme, coupling_state, march_coupled, march_iterated
 from nutamill.mechanism.assembly import assemble
@@ -112,11 +113,14 @@ class CoupledBench:
         first = 1 + len(SENSORS) * 3
         columns = first + 3 + len(self.mechanism[1].drive_work) + len(self.mechanism[1].bushing_loss) + len(self.mechanism[1].joint_loss)
         self.charge_column = columns
-        total = columns + 16 + 1 + 8 + 14
+        total = columns + 16 + 1 + len(Ledger) + 14
         self.rows = np.zeros((n_windows // self.plan.windows_per_row, total))
-        parts = (*self.mechanism, self.sensors, *self.charge, self.plan, self.coupling, reading)
+        survey = statistics_plan(*self.charge[:2], self.plan.dt / self.plan.substeps, on=False)
+        seen = (reading, survey, charge_statistics(survey, self.charge[2]))
+        parts = (*self.mechanism, self.sensors, *self.charge, self.plan, self.coupling, *seen)
         if self.plan.scheme == Scheme.ITERATED:
             kept = [part._make(np.copy(array) for array in part) for part in (self.mechanism[1], self.charge[1])]
+            kept += [np.copy(page) for page in self.charge[2].impacts[:2]]
             run_team(march_iterated, (*parts, *kept, n_windows, self.rows), threads)
         else:
             run_team(march_coupled, (*parts, n_windows, self.rows), threads)
