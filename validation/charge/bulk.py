@@ -93,9 +93,20 @@ def filled_silo(diameters: float, seed: int, walls, numbers, dt, density, d, roo
     places[:, :2] += rng.uniform(-0.01, 0.01, (len(places), 2)) * d
     speeds = rng.normal(size=places.shape) * 0.1
     return Bench(
-        places, numbers, dt, walls, radii, (density,), ("linear", "displacement", "none"), DOWN, n_bodies=2, velocities=speeds, threads=THREADS,
-        precision="single", domain=((0.0, 0.0, 0.0), 1.2),
-    )  # fmt: skip
+        places,
+        numbers,
+        dt,
+        walls,
+        radii,
+        (density,),
+        ("linear", "displacement", "none"),
+        DOWN,
+        n_bodies=2,
+        velocities=speeds,
+        threads=THREADS,
+        precision="single",
+        domain=((0.0, 0.0, 0.0), 1.2),
+    )
 
 
 def janssen() -> list[Row]:
@@ -134,9 +145,23 @@ def janssen() -> list[Row]:
     listed = ", ".join(f"{m:.3f}: {c:.3f}" for m, c in zip(filled, carried, strict=True))
     return [
         Row("variance that M_sat (1 - exp(-M/M_sat)) explains [1]", 1.0, source, explained, 0.02, f"kg filled: kg on the floor: {listed}"),
-        Row("ratio of horizontal to vertical stress [1]", 0.8, source, pressure_ratio, 0.4, "range of granular solids at a rough wall that moves: 0.4 to 1.2; 60 % solids taken"),
-        Row("weight, floor and wall force: largest imbalance over weight [1]", 0.0, "Newton's second law", max(balance), 1e-5, "single precision of the contact forces"),
-    ]  # fmt: skip
+        Row(
+            "ratio of horizontal to vertical stress [1]",
+            0.8,
+            source,
+            pressure_ratio,
+            0.4,
+            "granular solids at a rough wall: 0.4 to 1.2; 60 % solids taken",
+        ),
+        Row(
+            "weight, floor and wall force: largest imbalance over weight [1]",
+            0.0,
+            "Newton's second law",
+            max(balance),
+            1e-5,
+            "single precision of the contact forces",
+        ),
+    ]
 
 
 def beverloo() -> list[Row]:
@@ -163,9 +188,18 @@ def beverloo() -> list[Row]:
             Surface("back", SurfaceKind.BOX, 0, 0, (0, middle, -depth), size=(half + d, middle - b, depth)),
         ]
         silo = Bench(
-            bed.x, numbers, dt, [catch, *sides, *plates], radii, (density,), gravity=DOWN, n_bodies=1, threads=THREADS, precision="single",
+            bed.x,
+            numbers,
+            dt,
+            [catch, *sides, *plates],
+            radii,
+            (density,),
+            gravity=DOWN,
+            n_bodies=1,
+            threads=THREADS,
+            precision="single",
             domain=((0.0, 0.0, 0.0), 0.6),
-        )  # fmt: skip
+        )
         masses = density * 4 / 3 * math.pi * radii**3
         times, out = [], []
         while len(out) < 2 or out[-1] < 0.45 * masses.sum():
@@ -189,9 +223,23 @@ def beverloo() -> list[Row]:
     return [
         Row("exponent of (D - 1.4 d) [1]", 2.5, source, exponent, 0.15, f"scatter of discharge experiments; D/d: kg/s {listed}"),
         Row("k of (D - k d)^(5/2), fitted [1]", 1.6, source, k_fit, 0.6, "1 to 2.2 are reported"),
-        Row("coefficient C over the square's side, fitted [1]", 0.58 * 4 / math.pi, source, c, 0.2, "0.55 to 0.65 of a round orifice, times the areas' ratio 4/pi; 60 % solids"),
-        Row("rate of the second half over the first, less 1, mean of openings [1]", 0.0, source, float(np.mean(steady)), 0.05, "counts of particles; independent of the height of the fill"),
-    ]  # fmt: skip
+        Row(
+            "coefficient C over the square's side, fitted [1]",
+            0.58 * 4 / math.pi,
+            source,
+            c,
+            0.2,
+            "0.55 to 0.65 of a round orifice, times 4/pi for the area; 60 % solids",
+        ),
+        Row(
+            "rate of the second half over the first, less 1, mean of openings [1]",
+            0.0,
+            source,
+            float(np.mean(steady)),
+            0.05,
+            "counts of particles; independent of the height of the fill",
+        ),
+    ]
 
 
 CASES = {"Haff": haff, "Janssen": janssen, "Beverloo": beverloo}

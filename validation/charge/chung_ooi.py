@@ -36,9 +36,14 @@ def test_1() -> list[Row]:
         dt = exact.time / SAMPLES
         gap = 3.3 * dt * 2 * v
         bench = Bench(
-            [[0, 0, 0], [2 * radius + gap, 0, 0]], pair(modulus=e_star), dt, radius=radius, densities=(density,),
-            law=("hertz", "displacement", "none"), velocities=[[v, 0, 0], [-v, 0, 0]],
-        )  # fmt: skip
+            [[0, 0, 0], [2 * radius + gap, 0, 0]],
+            pair(modulus=e_star),
+            dt,
+            radius=radius,
+            densities=(density,),
+            law=("hertz", "displacement", "none"),
+            velocities=[[v, 0, 0], [-v, 0, 0]],
+        )
         got = follow(bench, (1, 0, 0), mass, 2 * radius, 2 * SAMPLES)
         rows += [
             Row(f"{name}: largest force [N]", exact.force, HERTZ, got.force, PHASE * exact.force, SECOND_ORDER),
@@ -121,20 +126,33 @@ def test_4() -> list[Row]:
         peak = 2.5 * mu * (1 + e) * v / radius
         rows += [
             largest(
-                f"{name}: tangential restitution, sliding", zip([u / (v * math.sin(a)) for (u, _), a in zip(hard, angles[slides], strict=True)],
-                ours[slides, 0], strict=True), HARD, 1e-3, "ends of the dashpot",
+                f"{name}: tangential restitution, sliding",
+                zip([u / (v * math.sin(a)) for (u, _), a in zip(hard, angles[slides], strict=True)], ours[slides, 0], strict=True),
+                HARD,
+                1e-3,
+                "ends of the dashpot",
             ),
             largest(
-                f"{name}: spin, sliding [rad/s]", zip([w for _, w in hard], ours[slides, 1], strict=True), HARD, (arm + 1e-3) * peak,
+                f"{name}: spin, sliding [rad/s]",
+                zip([w for _, w in hard], ours[slides, 1], strict=True),
+                HARD,
+                (arm + 1e-3) * peak,
                 "friction acts half an overlap nearer, and the ends of the dashpot",
             ),
-            largest(f"{name}: tangential restitution", zip(same[:, 0], ours[:, 0], strict=True), SAME, 2e-3, "dashpot's ends, stick and slip met in substeps"),
+            largest(
+                f"{name}: tangential restitution",
+                zip(same[:, 0], ours[:, 0], strict=True),
+                SAME,
+                2e-3,
+                "dashpot's ends, stick and slip met in substeps",
+            ),
             largest(f"{name}: spin [rad/s]", zip(same[:, 1], ours[:, 1], strict=True), SAME, 2e-3 * peak, "the same"),
-        ]  # fmt: skip
+        ]
         for column, figure, what, tolerance, sign in (
-            (0, "benchmark4_graph1", "tangential restitution", 0.02, 1), (1, "benchmark4_graph2", "spin [rad/s]", 0.02 * 680, -1),
+            (0, "benchmark4_graph1", "tangential restitution", 0.02, 1),
+            (1, "benchmark4_graph2", "spin [rad/s]", 0.02 * 680, -1),
             (2, "benchmark4_graph3", "rebound angle of the contact patch [deg]", 1.5, 1),
-        ):  # fmt: skip
+        ):
             series = chung_ooi_figure(figure)
             paper = next((points for title, points in series.items() if label in title.lower()), None)
             if paper is None:
@@ -182,8 +200,9 @@ def test_5() -> list[Row]:
                 largest(f"{name}, {words}: patch velocity, sliding [mu V_n]", hard, HARD, 5 * arm + 0.01, "half an overlap at the arm")
             )
             for column, figure, what in (
-                (0, "benchmark5_graph1", "patch velocity [mu V_n]"), (1, "benchmark5_graph2", "spin [mu V_n/R]"),
-            ):  # fmt: skip
+                (0, "benchmark5_graph1", "patch velocity [mu V_n]"),
+                (1, "benchmark5_graph2", "spin [mu V_n/R]"),
+            ):
                 pairs = zip(same[:, column], ours[:, column], strict=True)
                 rows.append(largest(f"{name}, {words}: {what}", pairs, SAME, 0.02, "stick and slip met in substeps"))
                 curve = chung_ooi_figure(figure)[name]
@@ -216,9 +235,15 @@ def test_6() -> list[Row]:
         late = np.abs(same[slides] - 2 * ratios[slides] + 4.2).max()
         late_why = "what the rule differs by, integrated independently, and 0.01: friction waits for its spring to be stretched"
         rows += [
-            largest(f"{stored}: patch velocity, sliding [V_n']", zip(2 * ratios[slides] - 4.2, ours[slides], strict=True), HARD, late + 0.01, late_why),
+            largest(
+                f"{stored}: patch velocity, sliding [V_n']",
+                zip(2 * ratios[slides] - 4.2, ours[slides], strict=True),
+                HARD,
+                late + 0.01,
+                late_why,
+            ),
             largest(f"{stored}: patch velocity [V_n']", zip(same, ours, strict=True), SAME, 0.01, "stick and slip met in substeps"),
-        ]  # fmt: skip
+        ]
         curve = chung_ooi_figure("benchmark6_graph2")["Al. alloy"]
         at = np.interp(curve[:, 0], ratios, ours)
         why = "reading of the figure; the paper's rule has a tangential dashpot, which is not among the laws here, and counts at e = 0.5"
@@ -237,9 +262,15 @@ def test_7() -> list[Row]:
     numbers = pair(modulus=e_star, shear_modulus=g_star, zeta=zeta, cut=True, friction=mu)
     for spin in (0.175, 22.86):
         bench = Bench(
-            [[0, 0, 0], [2 * radius + 1.3 * dt * v, 0, 0]], numbers, dt, radius=radius, densities=(density,), law=("hertz", "displacement", "none"),
-            velocities=[[v, 0, 0], [-v, 0, 0]], spins=[[0, 0, spin], [0, 0, -spin]],
-        )  # fmt: skip
+            [[0, 0, 0], [2 * radius + 1.3 * dt * v, 0, 0]],
+            numbers,
+            dt,
+            radius=radius,
+            densities=(density,),
+            law=("hertz", "displacement", "none"),
+            velocities=[[v, 0, 0], [-v, 0, 0]],
+            spins=[[0, 0, spin], [0, 0, -spin]],
+        )
         got = follow(bench, (1, 0, 0), mass, 2 * radius, 4 * SAMPLES)
         rows += [
             Row(f"spin {spin} rad/s: tangential velocity [m/s]", 0.0, PAPER, float(np.abs(got.v[:, 1:]).max()), 1e-12, "exact symmetry"),
@@ -268,10 +299,16 @@ def test_8() -> list[Row]:
     dt = time / SAMPLES
     for spin in (-8.0, -20.0, -40.0):
         bench = Bench(
-            [[0, 0, 0], [6 * radius + 3.3 * dt * v_n, 0, 0]], {(0, 0): numbers, (0, 1): numbers, (1, 1): numbers}, dt, radius=[radius, 5 * radius],
-            densities=(density, 1000 * density), materials=np.array([0, 1]), law=("hertz", "displacement", "none"),
-            velocities=[[v_n, 0, 0], [0, 0, 0]], spins=[[0, 0, spin], [0, 0, 0]],
-        )  # fmt: skip
+            [[0, 0, 0], [6 * radius + 3.3 * dt * v_n, 0, 0]],
+            {(0, 0): numbers, (0, 1): numbers, (1, 1): numbers},
+            dt,
+            radius=[radius, 5 * radius],
+            densities=(density, 1000 * density),
+            materials=np.array([0, 1]),
+            law=("hertz", "displacement", "none"),
+            velocities=[[v_n, 0, 0], [0, 0, 0]],
+            spins=[[0, 0, spin], [0, 0, 0]],
+        )
         got = follow(bench, (1, 0, 0), m1, 6 * radius, 4 * SAMPLES)
         # slip of sphere 1's surface along y is R w; friction is against it
         slip = m_eff * mu * (1 + e) * v_n

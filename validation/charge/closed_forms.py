@@ -1,7 +1,7 @@
 """Closed forms of impacts, and one small integration of an oblique impact for what has none.
 
-Sources: W. Goldsmith, Impact (1960), for Hertz; Y. Tsuji, T. Tanaka and T. Ishida, Powder Technology 71 (1992), for its dashpot; O. R. Walton,
-in Particulate Two-Phase Flow (1993), and S. F. Foerster et al., Physics of Fluids 6 (1994), for hard spheres with friction.
+Sources: W. Goldsmith, Impact (1960), for Hertz; Y. Tsuji, T. Tanaka and T. Ishida, Powder Technology 71 (1992), for its dashpot;
+O. R. Walton, in Particulate Two-Phase Flow (1993), and S. F. Foerster et al., Physics of Fluids 6 (1994), for hard spheres with friction.
 """
 
 import math

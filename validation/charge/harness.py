@@ -7,30 +7,9 @@ import numpy as np
 
 from nutamill.charge.assembly import charge, grow, positions, spins, velocities
 from nutamill.charge.dynamics import start, window
+from nutamill.charge.laws.tags import contact_law
 from nutamill.charge.model import Clock, PairLaw, Status, Surface, SurfaceKind
 from nutamill.charge.team import run_team
-
-try:
-    from nutamill.charge.laws.tags import contact_law
-
-    ALL_LAWS = True
-except ImportError:
-    ALL_LAWS = False
-    from nutamill.charge.model import RollingLaw
-
-
-class NoSuchLaw(Exception):
-    """The engine does not have the law of this case."""
-
-
-def law_options(normal: str, tangential: str, rolling: str) -> dict:
-    """What the engine wants to be told about the law of these names."""
-    if ALL_LAWS:
-        return {"law": contact_law(normal, tangential, rolling)}
-    if (normal, tangential) != ("linear", "displacement"):
-        raise NoSuchLaw(f"{normal}, {tangential}")
-    return {"rolling": RollingLaw[rolling.upper()]}
-
 
 G = 9.81
 DOWN = (0.0, 0.0, -G)
@@ -66,11 +45,9 @@ def pair(
         rolling_friction=rolling,
         overlap_warn=stop / 2,
         overlap_stop=stop,
-        **(
-            {"unloading_ratio": unloading, "contact_modulus": modulus, "contact_shear_modulus": shear_modulus or modulus}
-            if ALL_LAWS
-            else {}
-        ),
+        unloading_ratio=unloading,
+        contact_modulus=modulus,
+        contact_shear_modulus=shear_modulus or modulus,
     )
 
 
@@ -121,7 +98,7 @@ class Bench:
             surfaces,
             n_bodies,
             gravity=gravity,
-            **law_options(*law),
+            law=contact_law(*law),
             **options,
         )
         self.dt, self.threads = dt, threads

@@ -113,19 +113,29 @@ def dem03() -> list[Row]:
     for e in (0.5, 0.7, 1.0):
         zeta = damping_ratio_from_restitution(e, False)
         c1, c2, c12 = (2 * zeta * math.sqrt(k * m) for m in (m1, m2, m1 * m2 / (m1 + m2)))
-        matrix = np.array([
-            [0, 0, 1, 0], [0, 0, 0, 1],
-            [-2 * k / m1, k / m1, -(c1 + c12) / m1, c12 / m1], [k / m2, -2 * k / m2, c12 / m2, -(c2 + c12) / m2],
-        ])  # fmt: skip
+        matrix = np.array(
+            [
+                [0, 0, 1, 0],
+                [0, 0, 0, 1],
+                [-2 * k / m1, k / m1, -(c1 + c12) / m1, c12 / m1],
+                [k / m2, -2 * k / m2, c12 / m2, -(c2 + c12) / m2],
+            ]
+        )
         load = np.array([0, 0, -G - k * rp / m1, -G + (k * (top - rp) + 2 * k * rp) / m2])
         rest = -np.linalg.solve(matrix, load)
         begin = np.array([0.25 * top, 0.75 * top, 0, 0])
         dt = contact_time(k, m1 * m2 / (m1 + m2), 0.0, False) / 400
         numbers = pair(k, zeta)
         bench = Bench(
-            [[0, 0, 0.25 * top], [0, 0, 0.75 * top]], {(0, 0): numbers, (0, 1): numbers, (1, 1): numbers}, dt, [FLOOR, ceiling], rp, densities,
-            gravity=DOWN, materials=np.array([0, 1]),
-        )  # fmt: skip
+            [[0, 0, 0.25 * top], [0, 0, 0.75 * top]],
+            {(0, 0): numbers, (0, 1): numbers, (1, 1): numbers},
+            dt,
+            [FLOOR, ceiling],
+            rp,
+            densities,
+            gravity=DOWN,
+            materials=np.array([0, 1]),
+        )
         pairs, end = [], 10e-3
         while bench.time < end:
             bench.march(50)

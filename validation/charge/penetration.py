@@ -38,9 +38,20 @@ def penetration() -> list[Row]:
     for axis, half in ((0, 0.049), (1, 0.03)):
         walls += [plane(f"{axis}{sign}", sign * axes[axis], -half, material=1) for sign in (1.0, -1.0)]
     bench = Bench(
-        places, numbers, DT, walls, np.append(np.full(len(grains), GRAIN), BALL), (2500.0, 7200.0), ("hertz", "displacement", "none"), DOWN,
-        materials=materials, velocities=speeds, threads=THREADS, precision="single", skin=5e-4,
-    )  # fmt: skip
+        places,
+        numbers,
+        DT,
+        walls,
+        np.append(np.full(len(grains), GRAIN), BALL),
+        (2500.0, 7200.0),
+        ("hertz", "displacement", "none"),
+        DOWN,
+        materials=materials,
+        velocities=speeds,
+        threads=THREADS,
+        precision="single",
+        skin=5e-4,
+    )
     ball = len(grains)
     times, heights, falls = [], [], []
     while LET_IN + bench.time < 0.034:

@@ -59,8 +59,10 @@ def lammps_linear() -> list[Row]:
     time = contact_time(k, mass, zeta, False)
     got = strike_floor(radius, density, pair(k, zeta, k_t / k, friction=mu), time, 2.9876, 2.5069)
     for what, theirs, ours in (
-        ("v_n' [m/s]", 2.9278279037320356, got.v[0, 2]), ("v_t' [m/s]", 1.9626463236052916, got.v[0, 0]), ("spin' [rad/s]", 5.4425367639471085e02, got.w[0, 1]),
-    ):  # fmt: skip
+        ("v_n' [m/s]", 2.9278279037320356, got.v[0, 2]),
+        ("v_t' [m/s]", 1.9626463236052916, got.v[0, 0]),
+        ("spin' [rad/s]", 5.4425367639471085e02, got.w[0, 1]),
+    ):
         # their friction turns the sphere with its radius, ours with half an overlap less
         arm = 0.5 * 2.9876 * math.sqrt(mass / k) / radius if what[0] == "s" else 0.0
         why = "their step, 1/240 of the contact; they take the radius for the arm of friction at a wall, we half an overlap less"
@@ -133,17 +135,22 @@ def lammps_mindlin() -> list[Row]:
     for case, v_t, recorded in (
         ("dem04-mindlin-sticking", 0.5, (2.9278423105668629, 3.4437890244522057e-01, 1.5562109755477954e02)),
         ("dem04-mindlin-oblique-lowvt", 2.29, (2.9278423105668629, 1.7457443950640865, 5.4425560493591468e02)),
-    ):  # fmt: skip
+    ):
         got = strike_floor(radius, density, numbers, time, v_n, v_t, law=("hertz", "displacement", "none"))
         spring = hertz_mindlin(mass, radius, e_star, g_star, zeta, False)
         _, u, w = oblique(mass, radius, v_n, v_t, 0.0, mu, spring, "displacement", time / SAMPLES / 10)
         # LAMMPS has a tangential dashpot of half the normal one; it takes part in what sticks, not in what slides
         damped = 2 * 0.5 * zeta * v_t if v_t < 1.0 else 0.0
         arm = 0.5 * hertz(mass, radius, e_star, v_n).overlap / radius
-        why = "their step, 1e-3; at the spin half an overlap at the arm, where they take the radius; their tangential dashpot of half the normal one takes zeta v_t where the contact sticks"
+        why = (
+            "their step, 1e-3; they take the radius for the arm of friction at a wall, we half an overlap less; their tangential dashpot"
+            " of half the normal one takes zeta v_t where the contact sticks"
+        )
         for what, theirs, ours, share in (
-            ("v_n' [m/s]", recorded[0], got.v[0, 2], 0.0), ("v_t' [m/s]", recorded[1], got.v[0, 0], damped), ("spin' [rad/s]", recorded[2], got.w[0, 1], 2.5 * damped / radius + arm * recorded[2]),
-        ):  # fmt: skip
+            ("v_n' [m/s]", recorded[0], got.v[0, 2], 0.0),
+            ("v_t' [m/s]", recorded[1], got.v[0, 0], damped),
+            ("spin' [rad/s]", recorded[2], got.w[0, 1], 2.5 * damped / radius + arm * recorded[2]),
+        ):
             rows.append(Row(f"{case}: {what}", theirs, LAMMPS, ours, 1e-3 * theirs + share, why))
         rows.append(
             Row(
