@@ -54,7 +54,7 @@ def penetration() -> list[Row]:
     )
     ball = len(grains)
     times, heights, falls = [], [], []
-    while LET_IN + bench.time < 0.034:
+    while LET_IN + bench.time < 0.036:
         bench.march(20)
         slot = int(np.flatnonzero(bench.parts[1].ids == ball)[0])
         state = bench.parts[1]
