@@ -13,7 +13,7 @@ PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 FLOOR = {
     **dict.fromkeys(("errors", "units", "kernel"), 1),
-    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen"), 2),
+    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "steady"), 2),
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
@@ -35,6 +35,7 @@ NEVER = {
     "coupling": MILL,
     "result": ENGINES,
     "analysis": ENGINES,
+    "steady": ENGINES,
     "charge_flow": ENGINES,
     "charge_figures": ENGINES,
     "figures": ENGINES,
