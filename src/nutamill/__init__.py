@@ -23,6 +23,7 @@ _HOME = {
     "MillError": "nutamill.errors",
     "CaseError": "nutamill.errors",
     "StepError": "nutamill.errors",
+    "NotSteadyError": "nutamill.errors",
     "ResultError": "nutamill.errors",
 }
 _NAME_THERE = {"check": "preflight"}

@@ -1,7 +1,7 @@
 """The command line: reads what was typed, calls the package, prints; computes nothing.
 
-Exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted.  Heavy imports stand inside the commands, so that
-``--help`` answers at once.
+Exit codes: 0 done, 1 the run failed, 2 bad input, 3 not steady within the longest time, 130 interrupted.  Heavy
+imports stand inside the commands, so that ``--help`` answers at once.
 """
 
 import functools
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nutamill import __version__
-from nutamill.errors import CaseError, Fault, MillError
+from nutamill.errors import CaseError, Fault, MillError, NotSteadyError
 
 if TYPE_CHECKING:
     from nutamill.case import Case
@@ -123,7 +123,7 @@ def run(
 @_told
 def resume(
     file: Annotated[Path, typer.Argument(metavar="RESULT.h5", help="The result of a run that was interrupted or is to go on.")],
-    until: Annotated[str | None, typer.Option(help='New end, e.g. "20 s"; else the end the case asks for.')] = None,
+    until: Annotated[str | None, typer.Option(help='New end, e.g. "20 s"; with run.until = "steady" the new longest time.')] = None,
 ) -> None:
     """Continue a run from its last checkpoint."""
     end = None
@@ -207,11 +207,15 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
     """Run with the live screen, then print the summary and draw the picture beside the result."""
     from nutamill.analysis import summary_lines, warning_lines
     from nutamill.figures import draw_ledger, draw_run
+    from nutamill.result import open_result
     from nutamill.screen import Screen
 
+    missed = None
     try:
         with Screen(title) as screen:
             result = act(screen)
+    except NotSteadyError as error:
+        missed, result = error, open_result(path)
     except KeyboardInterrupt:
         said = f"interrupted, saved. Go on with: nutamill resume {path}" if path.exists() else "interrupted before the first step"
         typer.echo(said, err=True)
@@ -225,6 +229,8 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
         ledger = path.with_name(f"{path.stem}-power.png")
         draw_ledger(result).savefig(ledger)
     typer.echo(f"{path}   pictures {picture}, {ledger}")
+    if missed is not None:
+        raise missed
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ FLOOR = {
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
     **dict.fromkeys(("result", "build", "warm"), 6),
-    **dict.fromkeys(("analysis", "dialects", "preflight", "watch"), 7),
+    **dict.fromkeys(("analysis", "dialects", "preflight", "watch", "record_plan"), 7),
     "advance": 8,
     "charge_flow": 8,
     **dict.fromkeys(("march", "figures", "bench"), 9),
