@@ -19,6 +19,7 @@ _HOME = {
     "check": "nutamill.preflight",
     "run": "nutamill.march",
     "resume": "nutamill.march",
+    "sweep": "nutamill.campaign.sweep",
     "open_result": "nutamill.result",
     "MillError": "nutamill.errors",
     "CaseError": "nutamill.errors",

@@ -3,7 +3,7 @@
 import fnmatch
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.special import stdtrit
@@ -32,6 +32,18 @@ SINKS: dict[str, tuple[str, ...]] = {
     "stored": ("kinetic_energy_mechanism", "kinetic_energy_charge", "potential_energy", "elastic_energy"),
 }
 """Where the motor's work can go: series of the power ledger, in groups; ``*`` stands for every mount."""
+
+
+class Uncertain(Protocol):
+    """A mean and the half width of its 95 % interval."""
+
+    @property
+    def mean(self) -> float:
+        """The mean."""
+
+    @property
+    def half_width(self) -> float:
+        """Half width of its interval; NaN if it is not known."""
 
 
 class Estimate(NamedTuple):
@@ -213,7 +225,7 @@ def summary_lines(result: Result) -> list[str]:
     else:
         said = steady_line(part)
         force, torque, drawn = part.means.values()
-    means = f"crank-pin force {_with_interval(force)} N   shaft torque {_with_interval(torque)} N m   power {drawn.mean:.0f} W"
+    means = f"crank-pin force {with_interval(force)} N   shaft torque {with_interval(torque)} N m   power {drawn.mean:.0f} W"
     lines = [said, means, plain]
     if power.motor:
         lines.append(
@@ -264,12 +276,17 @@ def warning_lines(result: Result) -> list[str]:
     return lines
 
 
-def _with_interval(estimate: Estimate | SteadyMean) -> str:
+CERTAIN = 5e-5
+"""Share of a mean below which its half width is not shown [1]."""
+
+
+def with_interval(estimate: Uncertain) -> str:
     """``981 ± 6``, with as many digits as the interval has a meaning for."""
-    if not estimate.half_width > 1e-6 * abs(estimate.mean):  # not known, or round-off
+    if not estimate.half_width > CERTAIN * abs(estimate.mean):  # not known, or finer than anyone reads
         return f"{estimate.mean:.4g}"
     digits = max(0, 1 - math.floor(math.log10(estimate.half_width)) - (estimate.half_width >= 1.0))
-    return f"{estimate.mean:.{digits}f} ± {estimate.half_width:.{digits}f}"
+    form = f".{digits}f" if digits < 7 else ".1e"
+    return f"{estimate.mean:{form}} ± {estimate.half_width:{form}}"
 
 
 def _shares(sinks: Mapping[str, float], motor: float) -> str:

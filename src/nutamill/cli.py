@@ -197,6 +197,28 @@ def bench() -> None:
         typer.echo(line)
 
 
+@app.command()
+@_told
+def sweep(
+    case: Annotated[str, typer.Argument(metavar="CASE|SWEEP.toml", help="A case, or a sweep file.")],
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", "-s", metavar="KEY=VALUES", help='Swept, or one value: -s drive.speed="100..700 rpm step 60 rpm" -s chamber.ribs=0,12.'
+        ),
+    ] = None,
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    to: Annotated[Path | None, typer.Option(help="Folder for results and table; else sweeps/<case>.")] = None,
+    quick: Quick = False,
+) -> None:
+    """Run a case with all combinations of some values; the same call again does what is left."""
+    from nutamill.campaign.command import run_sweep
+
+    if not run_sweep(case, changes or [], jobs, cluster, to, quick, typer.echo):
+        raise typer.Exit(MillError.exit_code)
+
+
 def _load(name: str, overrides: list[str] | None) -> "Case":
     from nutamill.case import load_case
 

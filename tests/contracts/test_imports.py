@@ -20,9 +20,9 @@ FLOOR = {
     **dict.fromkeys(("result", "build", "warm"), 6),
     **dict.fromkeys(("analysis", "dialects", "preflight", "watch", "record_plan"), 7),
     "advance": 8,
-    "charge_flow": 8,
+    **dict.fromkeys(("charge_flow", "readings"), 8),
     **dict.fromkeys(("march", "figures", "bench"), 9),
-    "charge_figures": 10,
+    **dict.fromkeys(("charge_figures", "campaign"), 10),
     "cli": 11,
 }
 """A room imports from lower floors and from itself only."""
@@ -39,6 +39,7 @@ NEVER = {
     "charge_flow": ENGINES,
     "charge_figures": ENGINES,
     "figures": ENGINES,
+    "readings": ENGINES,
     "screen": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
@@ -52,7 +53,8 @@ AT_HOME = {
     "pydantic": {"case", "machine.py", "materials.py", "tables.py"},
     "pydantic_core": {"tables.py"},
     "typer": {"cli.py"},
-    "rich": {"screen.py"},
+    "rich": {"screen.py", "campaign/board.py"},
+    "distributed": {"campaign/workers.py", "campaign/sweep.py"},
     "trimesh": {"build/wall_mesh.py"},
 }
 """Outside libraries that belong in some rooms only."""
