@@ -312,6 +312,6 @@ def test_command_runs_a_sweep_file_and_prints_its_table(tmp_path, engine, monkey
 
 def test_command_refuses_a_wrong_sweep_file_with_its_line(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "speeds.toml").write_text('case = "numill"\nsets = 3\n[sweep]\n"drive.speed" = ["300 rpm"]\n')
+    (tmp_path / "speeds.toml").write_text('case = "numill"\nsets = { a = 1 }\n[sweep]\n"drive.speed" = ["300 rpm"]\n')
     said = CliRunner().invoke(cli.app, ["sweep", "speeds.toml"])
     assert (said.exit_code, said.stderr) == (2, 'speeds.toml:2: sets: unknown key. Did you mean "set"?\n')

@@ -13,7 +13,7 @@ MOST_MEMBERS = 10_000
 """Members above which a campaign is refused as a slip of the pen [1]."""
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_QUANTITY = rf"\s*({_NUMBER})\s*([^\d\s./][^.]*?)?\s*"
+_QUANTITY = rf"\s*({_NUMBER})\s*((?!step\b)[^\d\s./][^.]*?)?\s*"
 _RANGE = re.compile(rf"{_QUANTITY}\.\.{_QUANTITY}(?:step{_QUANTITY}|/\s*(\d+)\s*)?")
 
 
