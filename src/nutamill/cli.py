@@ -219,6 +219,20 @@ def sweep(
         raise typer.Exit(MillError.exit_code)
 
 
+@app.command()
+@_told
+def fit(
+    file: Annotated[Path, typer.Argument(metavar="FIT.toml", help="The fit file: case, free keys, measured values.")],
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    to: Annotated[Path | None, typer.Option(help="Folder for results; else fits/<file>.")] = None,
+) -> None:
+    """Identify keys of a case from measured values, with their uncertainty and correlation."""
+    from nutamill.campaign.command import run_fit
+
+    typer.echo("\n".join(run_fit(file, jobs, cluster, to)))
+
+
 def _load(name: str, overrides: list[str] | None) -> "Case":
     from nutamill.case import load_case
 

@@ -20,7 +20,7 @@ FLOOR = {
     **dict.fromkeys(("result", "build", "warm"), 6),
     **dict.fromkeys(("analysis", "dialects", "preflight", "watch", "record_plan"), 7),
     "advance": 8,
-    **dict.fromkeys(("charge_flow", "readings"), 8),
+    **dict.fromkeys(("charge_flow", "quantities"), 8),
     **dict.fromkeys(("march", "figures", "bench"), 9),
     **dict.fromkeys(("charge_figures", "campaign"), 10),
     "cli": 11,
@@ -39,7 +39,7 @@ NEVER = {
     "charge_flow": ENGINES,
     "charge_figures": ENGINES,
     "figures": ENGINES,
-    "readings": ENGINES,
+    "quantities": ENGINES,
     "screen": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""

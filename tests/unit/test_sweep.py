@@ -16,7 +16,7 @@ from nutamill.campaign.member import Task, perform, state_of
 from nutamill.campaign.workers import LocalProcesses, WorkerError
 from nutamill.case import load_case
 from nutamill.errors import CaseError, StepError
-from nutamill.readings import Reading, read, reading_of
+from nutamill.quantities import Reading, read, reading_of
 from nutamill.result import Recorder, open_result
 
 EMPTY = ["charge.kind=none", "mechanism.mounting=rigid", "drive.ramp=10000 rpm/s", "run.until=50 ms", "run.checkpoint=10 ms"]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 from nutamill.analysis import with_interval
 from nutamill.campaign.member import finished
 from nutamill.campaign.table import Outcome
-from nutamill.readings import Reading
+from nutamill.quantities import Reading
 
 if TYPE_CHECKING:
     from rich.live import Live

@@ -14,7 +14,7 @@ from nutamill.campaign.table import Outcome, dataset, write_csv
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, MillError
-from nutamill.readings import DEFAULT, Reading, read
+from nutamill.quantities import DEFAULT, Reading, read
 from nutamill.result import open_result
 from nutamill.warm import warm_up
 
