@@ -233,6 +233,23 @@ def fit(
     typer.echo("\n".join(run_fit(file, jobs, cluster, to)))
 
 
+@app.command("mount-test")
+@_told
+def mount_test(
+    file: Annotated[Path, typer.Argument(metavar="TEST.csv", help="Columns time [s], displacement [mm], force [N], in any units.")],
+    to: Annotated[Path | None, typer.Option(help="Picture; else beside the file.")] = None,
+) -> None:
+    """Stiffness and damping of a mount from a force-displacement test at one frequency."""
+    from nutamill.mount_figures import draw_loop
+    from nutamill.mount_test import mount_properties, read_mount_test
+
+    test = read_mount_test(file)
+    found = mount_properties(test)
+    picture = to or file.with_suffix(".png")
+    draw_loop(test, found).savefig(picture)
+    typer.echo("\n".join([*found.lines(), f"picture {picture}"]))
+
+
 def _load(name: str, overrides: list[str] | None) -> "Case":
     from nutamill.case import load_case
 

@@ -13,7 +13,7 @@ PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 FLOOR = {
     **dict.fromkeys(("errors", "units", "kernel"), 1),
-    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "steady"), 2),
+    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "steady", "mount_test"), 2),
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
@@ -21,7 +21,7 @@ FLOOR = {
     **dict.fromkeys(("analysis", "dialects", "preflight", "watch", "record_plan"), 7),
     "advance": 8,
     **dict.fromkeys(("charge_flow", "quantities"), 8),
-    **dict.fromkeys(("march", "figures", "bench"), 9),
+    **dict.fromkeys(("march", "figures", "mount_figures", "bench"), 9),
     **dict.fromkeys(("charge_figures", "campaign"), 10),
     "cli": 11,
 }
@@ -36,6 +36,7 @@ NEVER = {
     "result": ENGINES,
     "analysis": ENGINES,
     "steady": ENGINES,
+    "mount_test": ENGINES,
     "charge_flow": ENGINES,
     "charge_figures": ENGINES,
     "figures": ENGINES,
@@ -48,7 +49,7 @@ AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "h5py": {"result.py"},
-    "matplotlib": {"figures.py", "charge_figures.py"},
+    "matplotlib": {"figures.py", "charge_figures.py", "mount_figures.py"},
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py"},
     "pydantic_core": {"tables.py"},

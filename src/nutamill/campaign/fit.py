@@ -169,7 +169,7 @@ def computed(
     for row, point in zip(cases, points, strict=True):
         for case, target in zip(row, targets, strict=True):
             if isinstance(target.what, Reading):
-                wanted.setdefault(case.digest, Member(_rounded(point) | {"case": target.label}, case))
+                wanted.setdefault(case.digest, Member(_rounded(point) | {"target": target.label}, case))
     readings = tuple(dict.fromkeys(target.what for target in targets if isinstance(target.what, Reading)))
     outcomes = run_all(list(wanted.values()), folder, workers(), readings, report, tell) if wanted else []
     by_case = {outcome.member.case.digest: outcome for outcome in outcomes}

@@ -10,7 +10,7 @@ from nutamill.errors import CaseError, Fault
 
 STEPS = 30
 """Evaluations after which a fit is given up [1]."""
-CLOSE = 1e-4
+CLOSE = 1e-3
 """Relative change of the parameters or of the sum of squares below which a fit has converged [1]."""
 
 Compute = Callable[[np.ndarray], np.ndarray]
