@@ -189,7 +189,7 @@ def _refuse_short(test: MountTest, omega: float, cycles: int) -> None:
     """Raise where there are too few cycles, or too few samples in each."""
     if cycles < FEWEST_CYCLES:
         raise CaseError(Fault("test", f"must hold {FEWEST_CYCLES} whole cycles, it holds {cycles} at {omega / math.tau:.4g} Hz"))
-    if (samples := len(test.time) * math.tau / omega / (test.time[-1] - test.time[0])) < FEWEST_SAMPLES:
+    if (samples := (len(test.time) - 1) * math.tau / omega / (test.time[-1] - test.time[0])) < FEWEST_SAMPLES:
         raise CaseError(Fault("test", f"must have {FEWEST_SAMPLES} samples in a cycle, it has {samples:.1f}", "Sample faster"))
 
 

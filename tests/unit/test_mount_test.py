@@ -13,7 +13,7 @@ from nutamill.mount_test import MountTest, mount_properties, read_mount_test
 STIFFNESS, DAMPING, FREQUENCY, AMPLITUDE = 72.2e3, 34.0, 7.88, 2e-3
 
 
-def tested(rate=1000.0, seconds=2.0, noise=0.0, cubic=0.0, preload=150.0):
+def moved_mount(rate=1000.0, seconds=2.0, noise=0.0, cubic=0.0, preload=150.0):
     """A Kelvin-Voigt mount moved as a sine: force = k x + c v + cubic x^3 + preload."""
     time = np.arange(round(rate * seconds)) / rate
     phase = 2.0 * math.pi * FREQUENCY * time + 0.3
@@ -23,7 +23,7 @@ def tested(rate=1000.0, seconds=2.0, noise=0.0, cubic=0.0, preload=150.0):
 
 
 def test_spring_and_dashpot_come_back_exactly():
-    found = mount_properties(tested())
+    found = mount_properties(moved_mount())
     loss = 2.0 * math.pi * FREQUENCY * DAMPING
     # least squares without noise: the frequency is found to about the solver's 1e-8
     assert found.frequency == pytest.approx(FREQUENCY, rel=1e-7)
@@ -36,13 +36,13 @@ def test_spring_and_dashpot_come_back_exactly():
 
 
 def test_area_of_the_loop_gives_the_same_loss():
-    found = mount_properties(tested(rate=5000.0))
+    found = mount_properties(moved_mount(rate=5000.0))
     # trapezoids of an ellipse: (phase step)^2/6 = (0.01)^2/6; the loop is open by one sample of 9500, and by K' over it: 43 x 1e-3
     assert found.loop_loss == pytest.approx(found.loss, rel=0.05)
 
 
 def test_noise_of_the_force_averages_out_and_shows_in_the_scatter():
-    found = mount_properties(tested(noise=5.0))
+    found = mount_properties(moved_mount(noise=5.0))
     # 5 N over 2000 samples: amplitude known to 5 sqrt(2/2000) = 0.16 N of 144 N; times 3
     assert found.storage == pytest.approx(STIFFNESS, rel=3 * 0.16 / 144)
     # a cycle has 127 samples: 5 sqrt(2/127) = 0.63 N over 2 mm = 314 N/m; a deviation from 15 cycles is known to 20 %, times 2.5
@@ -51,7 +51,7 @@ def test_noise_of_the_force_averages_out_and_shows_in_the_scatter():
 
 def test_stiffening_mount_shows_its_distortion_and_the_stiffness_of_the_first_harmonic():
     cubic = 1e10
-    found = mount_properties(tested(cubic=cubic))
+    found = mount_properties(moved_mount(cubic=cubic))
     # x^3 of a sine: 3/4 of it at the first harmonic, 1/4 at the third; about a mean displacement the spring does not know
     assert found.storage == pytest.approx(STIFFNESS + 0.75 * cubic * AMPLITUDE**2, rel=1e-3)
     assert found.distortion == pytest.approx(0.25 * cubic * AMPLITUDE**3 / (found.dynamic * AMPLITUDE), rel=0.02)
@@ -75,7 +75,7 @@ def test_stiffening_mount_shows_its_distortion_and_the_stiffness_of_the_first_ha
 )
 def test_record_that_is_no_such_test_is_refused(spoiled, said):
     with pytest.raises(CaseError) as raised:
-        mount_properties(spoiled(tested()))
+        mount_properties(spoiled(moved_mount()))
     assert said in str(raised.value)
 
 
@@ -85,12 +85,12 @@ def write(path, test, head="time [ms],force [kN],displacement [mm]"):
 
 
 def test_columns_may_stand_in_any_order_and_unit(tmp_path):
-    write(tmp_path / "a.csv", tested())
+    write(tmp_path / "a.csv", moved_mount())
     assert mount_properties(read_mount_test(tmp_path / "a.csv")).storage == pytest.approx(STIFFNESS, rel=1e-6)
 
 
 def test_file_with_other_columns_or_cells_is_refused_with_its_line(tmp_path):
-    write(tmp_path / "a.csv", tested(), head="time [ms],force [kg],displacement [mm]")
+    write(tmp_path / "a.csv", moved_mount(), head="time [ms],force [kg],displacement [mm]")
     with pytest.raises(CaseError, match=r"a\.csv:1: must name time, displacement and force with their units"):
         read_mount_test(tmp_path / "a.csv")
     (tmp_path / "b.csv").write_text("time [s],displacement [mm],force [N]\n0,1,2\n0.1,x,\n")
@@ -104,7 +104,7 @@ def test_file_with_other_columns_or_cells_is_refused_with_its_line(tmp_path):
 
 def test_command_prints_the_properties_and_draws_the_loop(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    write(tmp_path / "a.csv", tested())
+    write(tmp_path / "a.csv", moved_mount())
     said = CliRunner().invoke(cli.app, ["mount-test", "a.csv"])
     assert said.exit_code == 0, said.output
     assert "storage stiffness  K'  72.2 N/mm" in said.output

@@ -11,7 +11,9 @@ from nutamill.campaign.board import Board, ended, total
 from nutamill.campaign.fit import fit
 from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import run_all
+from nutamill.campaign.table import dataset
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
+from nutamill.campaign_figures import draw_sweep
 from nutamill.case import Case, load_case
 from nutamill.case.sweep_file import is_sweep_file, load_sweep
 from nutamill.quantities import DEFAULT, reading_of
@@ -70,8 +72,12 @@ def run_sweep(
         board.message(f"{len(found)} runs into {folder}")
         outcomes = run_all(found, folder, workers_of(jobs, cluster)(), readings, board, board.message)
         board(outcomes)
+    picture = draw_sweep(dataset(outcomes, axes, readings), readings)
+    if picture is not None:
+        picture.savefig(folder / "table.png")
     bad = [outcome for outcome in outcomes if ended(outcome) and not finished(outcome.state)]
-    say(f"{total(outcomes)}   {folder / 'table.csv'}" + ("   the same command again does what is left" if bad else ""))
+    drawn = f"   picture {folder / 'table.png'}" if picture is not None else ""
+    say(f"{total(outcomes)}   {folder / 'table.csv'}{drawn}" + ("   the same command again does what is left" if bad else ""))
     return not bad
 
 

@@ -13,7 +13,7 @@ from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import Report, run_all
 from nutamill.campaign.workers import Workers
 from nutamill.case import Case, load_case
-from nutamill.case.fit_file import Measured, case_of, load_fit, overrides, place
+from nutamill.case.fit_file import FreeKey, Measured, case_of, load_fit, overrides, place
 from nutamill.case.keys import held, si_at, si_of, unit_at
 from nutamill.errors import CaseError, Fault, StepError
 from nutamill.preflight import oscillations
@@ -121,10 +121,7 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
     for key, given in file.free.items():
         where = place(layer, "free", key)
         try:
-            start, low, high = (si_at(key, getattr(given, name), f"{where}.{name}") for name in ("start", "low", "high"))
-            if not isinstance(held(changed(base, {key: start}), key), (int, float)):
-                raise CaseError(Fault(where, "must be a key with one number"))
-            free.append(Free(key, start, low, high, given.step))
+            free.append(_free(key, given, base, where))
         except CaseError as error:
             faults += error.faults
     for number, given in enumerate(file.target):
@@ -137,6 +134,18 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
     if faults:
         raise CaseError(*dict.fromkeys(faults))
     return free, targets
+
+
+def _free(key: str, given: FreeKey, base: Case, where: str) -> Free:
+    """A free key, its guess and bounds in SI."""
+    try:
+        tried = changed(base, {key: given.start})
+    except CaseError as error:
+        raise CaseError(*(Fault(where, fault.what, fault.hint) for fault in error.faults)) from None
+    start, low, high = (si_at(key, getattr(given, name), f"{where}.{name}") for name in ("start", "low", "high"))
+    if not isinstance(held(tried, key), (int, float)):
+        raise CaseError(Fault(where, "must be a key with one number"))
+    return Free(key, start, low, high, given.step)
 
 
 def _target(given: Measured, case: Case, where: str) -> Target:
