@@ -44,6 +44,7 @@ def draw_sweep(table: "xarray.Dataset", readings: Sequence[Reading]) -> Figure |
                 label = ", ".join(f"{key} = {_text(one[key].item())}" for key in others)
                 axes.errorbar(one[along].values / factor, one[reading.name].values, doubt, marker=MARKS[k % len(MARKS)], ms=3, label=label)
             axes.set_ylabel(f"{reading.field.label}{'' if reading.by == 'mean' else f', {reading.by}'}\n({reading.field.unit})")
+            axes.margins(x=0.04)  # marks on the edge must be whole
             axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         panels[-1].set_xlabel(along + (f" ({shown})" if shown != "1" else ""))
         if others:

@@ -20,6 +20,7 @@ def draw_loop(test: MountTest, found: MountProperties) -> Figure:
             1e3 * (test.displacement - test.displacement.mean()), test.force - test.force.mean(), ".", color="#888888", ms=2, label="test"
         )
         axes.plot(1e3 * moved, pushed, color=MEAN, label=f"K' {found.storage / 1e3:.3g}, K'' {found.loss / 1e3:.3g} N/mm")
+        axes.margins(x=0.04)
         axes.set_xlabel("displacement (mm)")
         axes.set_ylabel("force (N)")
         figure.legend(loc="outside lower center", ncols=2)
