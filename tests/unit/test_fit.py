@@ -55,6 +55,16 @@ def test_point_and_its_differences_are_computed_in_one_call():
     assert len(calls) == found.evaluations
 
 
+def test_no_point_beyond_the_bounds_is_ever_computed():
+    free = [Free("a", 1.999, -2.0, 2.0), Free("b", -2.999, -3.0, 3.0)]  # within one difference of an upper and a lower bound
+
+    def guarded(points):
+        assert np.all(points >= [-2.0, -3.0]) and np.all(points <= [2.0, 3.0])
+        return linear(points)
+
+    assert fitted(free, MATRIX @ TRUTH, SIGMA, guarded).values == pytest.approx(TRUTH, abs=1e-2)
+
+
 def test_value_on_its_bound_is_marked():
     found = fitted([FREE[0], Free("b", 0.1, -1.0, 3.0)], MATRIX @ TRUTH, SIGMA, linear)
     assert found.values[1] == pytest.approx(-1.0, abs=1e-3)

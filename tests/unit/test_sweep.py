@@ -224,6 +224,7 @@ def test_file_killed_before_its_first_checkpoint_is_begun_anew(tmp_path, engine)
     assert state_of(tmp_path / "a.h5") == "complete"
 
 
+@pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX systems")
 def test_killed_process_is_named_and_leaves_the_next_task_alone(tmp_path, monkeypatch):
     monkeypatch.setattr("nutamill.campaign.workers.PROGRAM", "import os, sys; sys.stdin.readline() and os.kill(os.getpid(), 9)")
     workers = LocalProcesses(1)
@@ -235,10 +236,11 @@ def test_killed_process_is_named_and_leaves_the_next_task_alone(tmp_path, monkey
     workers.stop()
 
 
+@pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX systems")
 def test_stopped_workers_ask_their_processes_to_save(tmp_path, monkeypatch):
     program = (
-        "import signal, sys, time\nsignal.signal(signal.SIGTERM, lambda *_: sys.exit(130))\n"
-        f"open({str(tmp_path / 'begun')!r}, 'w').close()\nsys.stdin.read()"
+        "import signal, sys\nsignal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})\n"
+        f"open({str(tmp_path / 'begun')!r}, 'w').close()\nsignal.sigwait({{signal.SIGTERM}})\nsys.exit(130)"
     )
     monkeypatch.setattr("nutamill.campaign.workers.PROGRAM", program)
     workers = LocalProcesses(1)
