@@ -197,6 +197,29 @@ def bench() -> None:
         typer.echo(line)
 
 
+@app.command()
+@_told
+def validate(
+    paper: Annotated[str, typer.Argument(metavar="PAPER", help="saimm2025, mca2026, or a file of the same form.")],
+    quick: Annotated[bool, typer.Option("--quick", help="Start the few decisive runs only.")] = False,
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="NAME", help="A row, a configuration or a run; repeatable.")] = None,
+    results: Annotated[Path | None, typer.Option(help="Folder of the results; else results/validation/<paper>.")] = None,
+    stored: Annotated[bool, typer.Option("--stored", help="Start no run: evaluate what is there.")] = False,
+    short: Annotated[Path | None, typer.Option("--markdown", metavar="FILE", help="Write the short table for a README there.")] = None,
+) -> None:
+    """Compare a published paper with runs of all its configurations, row by row."""
+    from nutamill import validate as room
+    from nutamill.papers.table import print_table
+
+    done = room.validate(paper, quick, only or [], results, not stored, typer.echo)
+    print_table(done.findings, done.paper)
+    for line in (*done.failures, *done.undrawn):
+        typer.echo(line, err=True)
+    if short is not None:
+        room.write_text(short, room.headlines(done.findings, done.paper))
+    typer.echo(f"{', '.join(str(file) for file in done.files)}")
+
+
 def _load(name: str, overrides: list[str] | None) -> "Case":
     from nutamill.case import load_case
 

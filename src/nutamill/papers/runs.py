@@ -12,7 +12,7 @@ from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.papers.model import Configuration, Paper, Row, same_speed
 from nutamill.papers.quantities import MODES
 from nutamill.result import open_result
-from nutamill.wholefile import replace_file
+from nutamill.wholefile import write_text
 
 MISSING, COMPLETE = "missing", "complete"
 """States of a result file beside those that the file itself tells (`nutamill.result.Result.state`)."""
@@ -113,9 +113,7 @@ def chosen(paper: Paper, runs: Sequence[PlannedRun], only: Iterable[str], quick:
     rows = [row for row in paper.rows if not asked or row.id in asked or _names_of(row) & set(asked)]
     wanted = {(name, round(speed, 6)) for row in rows if row.id in asked for name, speed, _ in row.needs}
     taken = [
-        run
-        for run in runs
-        if not asked or {run.name, run.configuration} & set(asked) or (run.configuration, round(run.speed, 6)) in wanted
+        run for run in runs if not asked or {run.name, run.configuration} & set(asked) or (run.configuration, round(run.speed, 6)) in wanted
     ]
     return rows, [run for run in taken if run.quick] if quick else taken
 
@@ -147,9 +145,8 @@ def run_state(run: PlannedRun) -> str:
 
 def write_modes(run: PlannedRun, frequencies: Sequence[float], damping: Sequence[float]) -> None:
     """Keep natural frequencies [Hz] and damping ratios of a run's machine, slowest first."""
-    run.folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps({"frequency_Hz": list(frequencies), "damping_ratio": list(damping)}, indent=1)
-    replace_file(run.modes_path, lambda path: path.write_text(text + "\n", encoding="utf-8"), room=len(text) + 4096, start=b"")
+    write_text(run.modes_path, text + "\n")
 
 
 def read_modes(run: PlannedRun) -> list[float] | None:

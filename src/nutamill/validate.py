@@ -1,0 +1,162 @@
+"""`nutamill validate`: run, resume or read what a paper needs, compare row by row, store and draw it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from nutamill import march
+from nutamill.errors import MillError, ResultError
+from nutamill.paper_figures import draw_figure
+from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
+from nutamill.papers.library import read_paper
+from nutamill.papers.model import Paper
+from nutamill.papers.runs import COMPLETE, MISSING, PlannedRun, chosen, planned_runs, read_modes, run_state, wants_modes, write_modes
+from nutamill.papers.table import csv_text, json_text, markdown
+from nutamill.preflight import preflight
+from nutamill.result import open_result
+from nutamill.screen import Screen, duration
+from nutamill.wholefile import write_text
+
+FOLDER = Path("results") / "validation"
+"""Where results go unless told otherwise, each paper's in a folder of its name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A paper compared, and where it is stored."""
+
+    paper: Paper
+    """What was published."""
+    findings: list[Finding]
+    """The rows asked for, compared; the files hold all rows."""
+    files: list[Path]
+    """Tables and pictures written."""
+    failures: list[str]
+    """Runs that could not go on, with the reason."""
+    undrawn: list[str]
+    """Figures that lack results, with the reason."""
+
+
+def validate(
+    name: str | Path,
+    quick: bool = False,
+    only: Sequence[str] = (),
+    folder: str | Path | None = None,
+    start: bool = True,
+    tell: Callable[[str], None] = print,
+) -> Comparison:
+    """Compare a paper with our own runs of all its configurations, row by row.
+
+    Results that are complete are read, begun ones resumed, missing ones run; each is a result file of its own, so that an interrupt or a
+    failure costs nothing that was done.
+
+    Parameters
+    ----------
+    name : ``"saimm2025"``, ``"mca2026"``, or a file of the same form
+    quick : start the few decisive runs only
+    only : names of rows, configurations or runs to restrict it to
+    folder : where results are and go; ``results/validation/<paper>`` if None
+    start : False: start no run, evaluate what is there
+    tell : called with each line of what goes on
+
+    Raises
+    ------
+    CaseError : no such paper, a fault in its file, or a name in `only` that is none
+    ResultError : a table or picture cannot be written
+    KeyboardInterrupt : after an interrupt, with everything saved
+    """
+    paper, stem = read_paper(name), Path(name).stem
+    place = Path(folder) if folder is not None else FOLDER / stem
+    runs = planned_runs(paper, place)
+    rows, taken = chosen(paper, runs, only, quick)
+    failures: list[str] = []
+    if start:
+        find_modes([run for run in taken if wants_modes(paper, run)])
+        failures = march_all(in_order(taken, tell), tell)
+    measured = measure(paper, runs, keys_of(paper), f"nutamill validate {name} --only")
+    files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, place)
+    return Comparison(paper, compare(rows, measured), files, failures, undrawn)
+
+
+def find_modes(runs: Sequence[PlannedRun]) -> None:
+    """Find and keep the natural frequencies of machines, the charge counted as a rigid mass, where they are not kept yet."""
+    for run in runs:
+        if read_modes(run) is None:
+            found = preflight(run.case).crossings
+            write_modes(run, [mode.frequency for mode in found], [mode.damping_ratio for mode in found])
+
+
+def in_order(runs: Sequence[PlannedRun], tell: Callable[[str], None]) -> list[PlannedRun]:
+    """The runs that are not complete, the quickest first; tells the forecast of each."""
+    waiting = []
+    for run in runs:
+        state = run_state(run)
+        if state == COMPLETE:
+            continue
+        if state.startswith("failed"):
+            tell(f"{run.name}: {state} Left as it is; delete {run.path} to run it anew")
+            continue
+        waiting.append((preflight(run.case).wall_time * _share_left(run, state), run, state))
+    waiting.sort(key=lambda entry: entry[0])
+    tell(
+        f"{len(runs) - len(waiting)} of {len(runs)} runs need nothing, {len(waiting)} to do: about {duration(sum(t for t, _, _ in waiting))}"
+    )
+    for seconds, run, state in waiting:
+        tell(
+            f"  {run.name:32} {run.case.run.until:6.2f} s simulated   about {duration(seconds)}   {'' if state == MISSING else 'to resume'}"
+        )
+    return [run for _, run, _ in waiting]
+
+
+def _share_left(run: PlannedRun, state: str) -> float:
+    """Share of a run that is still to do [1]."""
+    if state == MISSING:
+        return 1.0
+    try:
+        with open_result(run.path) as result:
+            return max(0.0, 1.0 - result.checkpoint().time / run.case.run.until)
+    except ResultError:
+        return 1.0
+
+
+def march_all(runs: Sequence[PlannedRun], tell: Callable[[str], None]) -> list[str]:
+    """Run or resume each, one after the other, every one on all cores; returns what failed, in words.
+
+    The one place where runs are started: whatever runs many cases at once takes its place.
+    """
+    failures = []
+    for number, run in enumerate(runs, start=1):
+        try:
+            with Screen(f"{run.name}, {number} of {len(runs)}") as screen:
+                act = march.run if run_state(run) == MISSING else march.resume
+                target = (run.case, run.path) if act is march.run else (run.path,)
+                act(*target, progress=screen, tell=screen.message).close()
+        except MillError as error:
+            failures.append(f"{run.name}: {error}")
+            tell(failures[-1])
+    return failures
+
+
+def store(
+    paper: Paper, runs: Sequence[PlannedRun], findings: Sequence[Finding], measured: dict[Key, Measured], place: Path
+) -> tuple[list[Path], list[str]]:
+    """Write the table as CSV, JSON and Markdown, and the figures; returns the files, and the figures that lack results, in words."""
+    files = []
+    for suffix, text in ((".csv", csv_text), (".json", json_text), (".md", markdown)):
+        files.append(place / f"table{suffix}")
+        write_text(files[-1], text(findings, paper))
+    undrawn = []
+    for plan in paper.figures:
+        try:
+            figure = draw_figure(plan, paper, runs, measured)
+        except ResultError as error:
+            undrawn.append(f"figure {plan.number} not drawn: {error}")
+            continue
+        files.append(place / f"figure-{plan.number}.png")
+        figure.savefig(files[-1])
+    return files, undrawn
+
+
+def headlines(findings: Sequence[Finding], paper: Paper) -> str:
+    """The short table for a README: rows marked so in the paper's file, in Markdown."""
+    return markdown([finding for finding in findings if finding.row.headline], paper)
