@@ -103,7 +103,7 @@ def in_order(runs: Sequence[PlannedRun], tell: Callable[[str], None]) -> list[Pl
     )
     for seconds, run, state in waiting:
         tell(
-            f"  {run.name:32} {run.case.run.until:6.2f} s simulated   about {duration(seconds)}   {'' if state == MISSING else 'to resume'}"
+            f"  {run.name:32} {run.case.run.until:6.2f} s simulated   forecast {duration(seconds)}   {'' if state == MISSING else 'to resume'}"
         )
     return [run for _, run, _ in waiting]
 

@@ -153,7 +153,7 @@ def _finding(row: Row, parts: Sequence[Measured]) -> Finding:
     value, half_width, scatter = (_combined(row, parts, which) for which in ("mean", "half_width", "scatter"))
     window_value = _how(row, [part.window_mean for part in parts])
     points = (
-        row.kind is None and row.against is not None and row.against.how == "change" or row.absolute is not None or row.reference == 0.0
+        (row.kind is None and row.against is not None and row.against.how == "change") or row.absolute is not None or row.reference == 0.0
     )
     error = _off(value, row.reference, points)
     simulated = row.simulation_error

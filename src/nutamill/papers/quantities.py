@@ -1,5 +1,6 @@
 """What is compared: each quantity of the papers by name, and the function that takes it from a result."""
 
+import itertools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -154,7 +155,7 @@ def _amplitude(axis: str) -> Callable[[Result, float], Estimate]:
     def measure(result: Result, last: float) -> Estimate:
         value, time = _sensor(result, axis), result.series["time"].values
         cuts = np.searchsorted(time, steady_window(result, last, names=["time"]).turns)
-        each = np.array([0.5 * np.ptp(value[first:end]) for first, end in zip(cuts[:-1], cuts[1:], strict=True)])
+        each = np.array([0.5 * np.ptp(value[first:end]) for first, end in itertools.pairwise(cuts)])
         spread = stdtrit(len(each) - 1, 0.975) * each.std(ddof=1) / math.sqrt(len(each)) if len(each) > 1 else math.nan
         return Estimate(float(each.mean()), float(spread), float(each.mean()))
 
@@ -174,7 +175,7 @@ def _resonance_time(result: Result, last: float) -> Estimate:
     if len(cuts) < 2:
         raise ResultError(f"{result.path}: must hold two turns of a ramp, it begins at speed. Run it with drive.ramp.")
     travel = series["mount_1_travel_x"].values
-    sway = np.array([travel[first:stop].std() for first, stop in zip(cuts[:-1], cuts[1:], strict=True)])
+    sway = np.array([travel[first:stop].std() for first, stop in itertools.pairwise(cuts)])
     most = int(np.argmax(sway))
     middle, half = 0.5 * (time[cuts[most]] + time[cuts[most + 1]]), 0.5 * (time[cuts[most + 1]] - time[cuts[most]])
     return Estimate(float(middle), float(half), float(middle))
