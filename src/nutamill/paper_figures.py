@@ -105,7 +105,7 @@ def _draw_curve(
     _, many = UNIT[QUANTITIES[quantity].kind]
     means = [points[speed].mean * many for speed in speeds]
     bars = np.nan_to_num([points[speed].half_width * many for speed in speeds])
-    style = {"color": f"C{number}", "marker": MARKS[number], "markersize": 3.0, "capsize": 1.5, "elinewidth": 0.7}
+    style = {"color": _colour(number), "marker": MARKS[number], "markersize": 3.0, "capsize": 1.5, "elinewidth": 0.7}
     if curve.quantity is not None:
         style |= {"linestyle": (0, (3, 1.5))}
     axes.errorbar(_abscissa(speeds, plan, runs), means, bars, label=curve.label, **style)
@@ -128,11 +128,24 @@ def _draw_published(
         if row.experiment is not None:
             at = _abscissa([row.speed], plan, runs)
             axes.plot(
-                at, [row.experiment * many], marker=MARKS[number], markersize=6.0, mfc="none", mec=f"C{number}", mew=1.0, linestyle="none"
+                at,
+                [row.experiment * many],
+                marker=MARKS[number],
+                markersize=6.0,
+                mfc="none",
+                mec=_colour(number),
+                mew=1.0,
+                linestyle="none",
             )
         if row.simulation is not None:
             at = _abscissa([row.simulation_speed or row.speed], plan, runs)
-            axes.plot(at, [row.simulation * many], marker="x", markersize=5.0, mec=f"C{number}", mew=1.0, linestyle="none")
+            axes.plot(at, [row.simulation * many], marker="x", markersize=5.0, mec=_colour(number), mew=1.0, linestyle="none")
+
+
+def _colour(number: int) -> str:
+    """Colour of a curve of the style; not as ``C0``, which a picture saved later would look up in another style."""
+    colours = matplotlib.rcParams["axes.prop_cycle"].by_key()["color"]
+    return colours[number % len(colours)]
 
 
 def _abscissa(speeds: Sequence[float], plan: FigurePlan, runs: Sequence[PlannedRun]) -> np.ndarray:
@@ -159,7 +172,7 @@ def _speed_on_top(axes: Axes, runs: Sequence[PlannedRun]) -> None:
     """A second axis along the top, in rpm."""
     scale = centrifugal_number(math.pi / 30.0, _crank_radius(runs))
     top = axes.secondary_xaxis("top", functions=(lambda x: np.sqrt(np.maximum(x, 0.0) / scale), lambda n: scale * n**2))
-    top.set_xticks([100, 200, 300, 400, 500, 600, 700])
+    top.set_xticks([200, 300, 400, 500, 600, 700])
     top.set_xlabel("speed (rpm)")
 
 

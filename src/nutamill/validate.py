@@ -12,7 +12,7 @@ from nutamill.papers.library import read_paper
 from nutamill.papers.model import Paper
 from nutamill.papers.runs import COMPLETE, MISSING, PlannedRun, chosen, planned_runs, read_modes, run_state, wants_modes, write_modes
 from nutamill.papers.table import csv_text, json_text, markdown
-from nutamill.preflight import preflight
+from nutamill.preflight import preflight, wall_time
 from nutamill.result import open_result
 from nutamill.screen import Screen, duration
 from nutamill.wholefile import write_text
@@ -96,7 +96,7 @@ def in_order(runs: Sequence[PlannedRun], tell: Callable[[str], None]) -> list[Pl
         if state.startswith("failed"):
             tell(f"{run.name}: {state} Left as it is; delete {run.path} to run it anew")
             continue
-        waiting.append((preflight(run.case).wall_time * _share_left(run, state), run, state))
+        waiting.append((wall_time(run.case) * _share_left(run, state), run, state))
     waiting.sort(key=lambda entry: entry[0])
     tell(
         f"{len(runs) - len(waiting)} of {len(runs)} runs need nothing, {len(waiting)} to do: about {duration(sum(t for t, _, _ in waiting))}"
