@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from scipy.spatial.transform import Rotation
@@ -225,10 +226,7 @@ def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -
             axes.plot([-radius, -radius, radius, radius], [1e3 * top, 0.0, 0.0, 1e3 * top], color=PUBLISHED, linewidth=0.8)
             axes.grid(False)
             axes.set_title(f"arm at {position:.0f}°", loc="left")
-            shown = axes.scatter(
-                1e3 * view[:, 0], 1e3 * view[:, 2], c=1e3 * view[:, 3], s=3.0, cmap="viridis", vmin=low, vmax=high, linewidths=0
-            )
-            shown.set_rasterized(True)
+            shown = _balls(axes, view, low, high)
         for axes in all_axes[:, 0]:
             axes.set_ylabel("over the floor (mm)")
         for axes in all_axes[-1]:
@@ -237,13 +235,26 @@ def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -
     return figure
 
 
+def _balls(axes: Axes, view: np.ndarray, low: float, high: float) -> EllipseCollection:
+    """Draw the particles of a `_view` in their true size, coloured by height between `low` and `high` [mm]."""
+    across = 2e3 * view[:, 4]
+    balls = EllipseCollection(
+        across, across, np.zeros(len(view)), units="x", offsets=1e3 * view[:, [0, 2]], offset_transform=axes.transData
+    )
+    balls.set(array=1e3 * view[:, 3], cmap="viridis", clim=(low, high), linewidth=0.15, edgecolor="white", rasterized=True)
+    return axes.add_collection(balls)
+
+
 def _view(snapshots, angles: np.ndarray, position: float) -> np.ndarray:
-    """Particles (n, 4) of the last snapshot nearest to a crank angle [deg]: chamber x, y, z from the floor, world z [m]; far ones first."""
+    """Particles (n, 5) of the last snapshot nearest to a crank angle [deg]; those far from the camera first.
+
+    Columns are x, y, z in chamber axes from the middle of the floor, world z from the nutation point, and radius [m].
+    """
     off = np.abs((angles - position + 180.0) % 360.0 - 180.0)
     nearest = len(off) - 1 - int(np.argmin(off[::-1]))
     snapshot = snapshots[nearest]
     rotation = Rotation.from_quat(np.roll(snapshot["chamber_attitude"], -1)).as_matrix()  # scipy puts the scalar last
     places = np.asarray(snapshot["positions"], float)
     inside = (places - snapshot["chamber_floor"]) @ rotation
-    view = np.column_stack([inside, places[:, 2]])
+    view = np.column_stack([inside, places[:, 2], snapshot["radii"]])
     return view[np.argsort(-view[:, 1])]

@@ -98,13 +98,11 @@ def in_order(runs: Sequence[PlannedRun], tell: Callable[[str], None]) -> list[Pl
             continue
         waiting.append((wall_time(run.case) * _share_left(run, state), run, state))
     waiting.sort(key=lambda entry: entry[0])
-    tell(
-        f"{len(runs) - len(waiting)} of {len(runs)} runs need nothing, {len(waiting)} to do: about {duration(sum(t for t, _, _ in waiting))}"
-    )
+    forecast = duration(sum(seconds for seconds, _, _ in waiting))
+    tell(f"{len(waiting)} of {len(runs)} runs to do, forecast {forecast}")
     for seconds, run, state in waiting:
-        tell(
-            f"  {run.name:32} {run.case.run.until:6.2f} s simulated   forecast {duration(seconds)}   {'' if state == MISSING else 'to resume'}"
-        )
+        left = "" if state == MISSING else "   to resume"
+        tell(f"  {run.name:32} {run.case.run.until:6.2f} s simulated   forecast {duration(seconds)}{left}")
     return [run for _, run, _ in waiting]
 
 
