@@ -111,14 +111,6 @@ def steady_window(result: Result, last: float | str = PAPER_WINDOW, names: Seque
     return Steady(start, float(time[-1]), turns, values)
 
 
-def steady_mean(result: Result, value: np.ndarray, last: float | str = PAPER_WINDOW) -> Estimate:
-    """Steady mean of something made from the series, (n,) at their times; as `steady_window` averages a series, and raising as it does."""
-    steady = steady_window(result, last, names=["time"])
-    time = result.series["time"].values
-    inside = time >= steady.start
-    return _estimate(time[inside], value[inside], steady.turns)
-
-
 def _estimate(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> Estimate:
     """Steady mean of samples `value` at `time`, over the turns that begin and end at `turns`."""
     integral = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (value[1:] + value[:-1]))))
@@ -142,6 +134,14 @@ def power_split(result: Result, last: float | str = PAPER_WINDOW) -> PowerSplit:
     sinks = {group: sum(map(power, names)) for group, names in ledger_groups(result).items()}
     supplied = power("motor_work") + (power("interface_work") if _prescribed(result) else 0.0)
     return PowerSplit(supplied, sinks, power("ledger_residual"))
+
+
+def window_mean(result: Result, value: np.ndarray, last: float | str = PAPER_WINDOW) -> Estimate:
+    """Steady mean of something made from the series, (n,) at their times; as `steady_window` averages a series, and raising as it does."""
+    window = steady_window(result, last, names=["time"])
+    time = result.series["time"].values
+    inside = time >= window.start
+    return _estimate(time[inside], value[inside], window.turns)
 
 
 def _prescribed(result: Result) -> bool:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from nutamill.analysis import Estimate, power_split, ramp_end, steady_mean, steady_window
+from nutamill.analysis import Estimate, power_split, ramp_end, steady_window, window_mean
 from nutamill.case import Case
 from nutamill.charge_flow import crest, surface_heights, window
 from nutamill.errors import ResultError
@@ -19,7 +19,7 @@ MODES = "natural_frequency"
 """The one quantity that comes from the modes of the machine and not from a run."""
 
 
-class Quantity(NamedTuple):
+class Observable(NamedTuple):
     """One thing that can be compared."""
 
     label: str
@@ -105,14 +105,14 @@ def _part(force: Callable[[Result], PinForce], part: str) -> Callable[[Result, f
     def measure(result: Result, last: float) -> Estimate:
         radial, tangential = force(result)
         value = {"radial": radial, "tangential": tangential, "resultant": np.hypot(radial, tangential)}[part]
-        return steady_mean(result, value, last)
+        return window_mean(result, value, last)
 
     return measure
 
 
 def _charge_lag(result: Result, last: float) -> Estimate:
     """Angle by which the charge's force on the pin is behind the radial direction [rad], from the means of its two parts."""
-    radial, tangential = (steady_mean(result, part, last) for part in charge_at_pin(result))
+    radial, tangential = (window_mean(result, part, last) for part in charge_at_pin(result))
     square = radial.mean**2 + tangential.mean**2
     half_width = math.hypot(radial.mean * tangential.half_width, tangential.mean * radial.half_width) / square
     return Estimate(math.atan2(tangential.mean, radial.mean), half_width, math.atan2(tangential.window_mean, radial.window_mean))
@@ -124,14 +124,14 @@ def _crank_radius(result: Result) -> float:
 
 def _charge_torque(result: Result, last: float) -> Estimate:
     """Torque that the charge's wrench asks of the driveshaft [N m]."""
-    return steady_mean(result, _crank_radius(result) * charge_at_pin(result).tangential, last)
+    return window_mean(result, _crank_radius(result) * charge_at_pin(result).tangential, last)
 
 
 def _superposed_torque(result: Result, last: float) -> Estimate:
     """Torque of the mill without the charge's answer plus that of the charge [N m]."""
     _of_prescribed(result)
     torque = result.series["driveshaft_torque"].values + _crank_radius(result) * charge_at_pin(result).tangential
-    return steady_mean(result, torque, last)
+    return window_mean(result, torque, last)
 
 
 def _unbalance(result: Result, last: float) -> Estimate:
@@ -207,33 +207,33 @@ def _momentum_gap(result: Result, last: float) -> Estimate:
     turns = steady_window(result, last, names=["time"]).turns
     time = series["time"].values
     force = np.sqrt(sum(series[f"charge_force_{axis}"].values ** 2 for axis in "xyz"))
-    given = steady_mean(result, force, last).mean * (turns[-1] - turns[0])
+    given = window_mean(result, force, last).mean * (turns[-1] - turns[0])
     first, end = np.interp(turns[[0, -1]], time, series["interface_impulse_defect"].values)
     return Estimate(float((end - first) / given), math.nan, float((end - first) / given))
 
 
-QUANTITIES: dict[str, Quantity] = {
-    "force": Quantity("crank-pin force", Kind.FORCE, _series("crank_pin_force_resultant_tared")),
-    "force_raw": Quantity("crank-pin force with gravity", Kind.FORCE, _series("crank_pin_force_resultant")),
-    "radial": Quantity("radial crank-pin force", Kind.FORCE, _series("crank_pin_force_radial_tared")),
-    "radial_raw": Quantity("radial crank-pin force with gravity", Kind.FORCE, _series("crank_pin_force_radial")),
-    "tangential": Quantity("tangential crank-pin force", Kind.FORCE, _series("crank_pin_force_tangential_tared")),
-    "torque": Quantity("driveshaft torque", Kind.TORQUE, _series("driveshaft_torque")),
-    "unbalance": Quantity("radial force over speed squared", Kind.UNBALANCE, _unbalance),
-    "charge_radial": Quantity("radial crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "radial")),
-    "charge_tangential": Quantity("tangential crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "tangential")),
-    "charge_resultant": Quantity("crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "resultant")),
-    "charge_torque": Quantity("driveshaft torque of the charge", Kind.TORQUE, _charge_torque),
-    "charge_lag": Quantity("lag of the charge's force", Kind.ANGLE, _charge_lag),
-    "superposed_force": Quantity("crank-pin force, empty plus charge", Kind.FORCE, _part(superposed, "resultant")),
-    "superposed_torque": Quantity("driveshaft torque, empty plus charge", Kind.TORQUE, _superposed_torque),
-    "crest_height": Quantity("crest height of the charge", Kind.LENGTH, _crest_of("height")),
-    "crest_lag": Quantity("phase lag of the crest", Kind.ANGLE, _crest_of("phase_lag")),
-    MODES: Quantity("lowest natural frequency", Kind.FREQUENCY, None),
-    "resonance_time": Quantity("time of the largest sway on the ramp", Kind.TIME, _resonance_time),
-    "acceleration_horizontal": Quantity("horizontal frame acceleration", Kind.ACCELERATION, _amplitude("x")),
-    "acceleration_vertical": Quantity("vertical frame acceleration", Kind.ACCELERATION, _amplitude("z")),
-    "ledger_gap": Quantity("power the ledger leaves open", None, _ledger_gap),
-    "momentum_gap": Quantity("momentum the charge's balance leaves open", None, _momentum_gap),
+QUANTITIES: dict[str, Observable] = {
+    "force": Observable("crank-pin force", Kind.FORCE, _series("crank_pin_force_resultant_tared")),
+    "force_raw": Observable("crank-pin force with gravity", Kind.FORCE, _series("crank_pin_force_resultant")),
+    "radial": Observable("radial crank-pin force", Kind.FORCE, _series("crank_pin_force_radial_tared")),
+    "radial_raw": Observable("radial crank-pin force with gravity", Kind.FORCE, _series("crank_pin_force_radial")),
+    "tangential": Observable("tangential crank-pin force", Kind.FORCE, _series("crank_pin_force_tangential_tared")),
+    "torque": Observable("driveshaft torque", Kind.TORQUE, _series("driveshaft_torque")),
+    "unbalance": Observable("radial force over speed squared", Kind.UNBALANCE, _unbalance),
+    "charge_radial": Observable("radial crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "radial")),
+    "charge_tangential": Observable("tangential crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "tangential")),
+    "charge_resultant": Observable("crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "resultant")),
+    "charge_torque": Observable("driveshaft torque of the charge", Kind.TORQUE, _charge_torque),
+    "charge_lag": Observable("lag of the charge's force", Kind.ANGLE, _charge_lag),
+    "superposed_force": Observable("crank-pin force, empty plus charge", Kind.FORCE, _part(superposed, "resultant")),
+    "superposed_torque": Observable("driveshaft torque, empty plus charge", Kind.TORQUE, _superposed_torque),
+    "crest_height": Observable("crest height of the charge", Kind.LENGTH, _crest_of("height")),
+    "crest_lag": Observable("phase lag of the crest", Kind.ANGLE, _crest_of("phase_lag")),
+    MODES: Observable("lowest natural frequency", Kind.FREQUENCY, None),
+    "resonance_time": Observable("time of the largest sway on the ramp", Kind.TIME, _resonance_time),
+    "acceleration_horizontal": Observable("horizontal frame acceleration", Kind.ACCELERATION, _amplitude("x")),
+    "acceleration_vertical": Observable("vertical frame acceleration", Kind.ACCELERATION, _amplitude("z")),
+    "ledger_gap": Observable("power the ledger leaves open", None, _ledger_gap),
+    "momentum_gap": Observable("momentum the charge's balance leaves open", None, _momentum_gap),
 }
 """Every quantity a row may name."""
