@@ -205,7 +205,9 @@ def validate(
     only: Annotated[list[str] | None, typer.Option("--only", metavar="NAME", help="A row, a configuration or a run; repeatable.")] = None,
     results: Annotated[Path | None, typer.Option(help="Folder of the results; else results/validation/<paper>.")] = None,
     stored: Annotated[bool, typer.Option("--stored", help="Start no run: evaluate what is there.")] = False,
-    short: Annotated[Path | None, typer.Option("--markdown", metavar="FILE", help="Write the short table for a README there.")] = None,
+    short: Annotated[
+        Path | None, typer.Option("--markdown", metavar="FILE", help="Write the short table there, between its marks if it has them.")
+    ] = None,
 ) -> None:
     """Compare a published paper with runs of all its configurations, row by row."""
     from nutamill import validate as room
@@ -216,7 +218,7 @@ def validate(
     for line in (*done.failures, *done.undrawn):
         typer.echo(line, err=True)
     if short is not None:
-        room.write_text(short, room.headlines(done.findings, done.paper))
+        room.write_short(short, done, paper)
     typer.echo(f"{', '.join(str(file) for file in done.files)}")
 
 

@@ -1,11 +1,12 @@
 """`nutamill validate`: run, resume or read what a paper needs, compare row by row, store and draw it."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from nutamill import march
-from nutamill.errors import MillError, ResultError
+from nutamill.errors import CaseError, Fault, MillError, ResultError
 from nutamill.paper_figures import draw_figure
 from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
 from nutamill.papers.library import read_paper
@@ -15,7 +16,7 @@ from nutamill.papers.table import csv_text, json_text, markdown
 from nutamill.preflight import preflight, wall_time
 from nutamill.result import open_result
 from nutamill.screen import Screen, duration
-from nutamill.wholefile import write_text
+from nutamill.wholefile import io_errors, write_text
 
 FOLDER = Path("results") / "validation"
 """Where results go unless told otherwise, each paper's in a folder of its name."""
@@ -71,7 +72,7 @@ def validate(
     rows, taken = chosen(paper, runs, only, quick)
     failures: list[str] = []
     if start:
-        find_modes([run for run in taken if wants_modes(paper, run)])
+        find_modes([run for run in runs if wants_modes(rows, run)])
         failures = march_all(in_order(taken, tell), tell)
     measured = measure(paper, runs, keys_of(paper), f"nutamill validate {name} --only")
     files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, place)
@@ -155,6 +156,32 @@ def store(
     return files, undrawn
 
 
-def headlines(findings: Sequence[Finding], paper: Paper) -> str:
-    """The short table for a README: rows marked so in the paper's file, in Markdown."""
-    return markdown([finding for finding in findings if finding.row.headline], paper)
+def write_short(file: Path, done: Comparison, name: str) -> None:
+    """Write the short table, rows marked so in the paper's file, as Markdown; rows without a result are counted below it.
+
+    In a file that has the lines ``<!-- validate NAME -->`` and ``<!-- end NAME -->``, what stands between them is replaced; any other
+    file is replaced whole.
+
+    Parameters
+    ----------
+    name : what the paper is called on the command line
+
+    Raises
+    ------
+    CaseError : a first line without its last
+    ResultError : the file cannot be written
+    """
+    rows = [finding for finding in done.findings if finding.row.headline]
+    held = [finding for finding in rows if not math.isnan(finding.value)]
+    text = markdown(held, done.paper)
+    if lacking := len(rows) - len(held):
+        text += f"\n{lacking} more rows have no result yet; `nutamill validate {name}` makes them.\n"
+    begin, end = f"<!-- validate {name} -->\n", f"<!-- end {name} -->"
+    with io_errors(file):
+        old = file.read_text(encoding="utf-8") if file.exists() else ""
+    if begin in old:
+        before, _, rest = old.partition(begin)
+        if end not in rest:
+            raise CaseError(Fault(str(file), f'must hold the line "{end}" after "{begin.strip()}", it does not', "Add it"))
+        text = f"{before}{begin}{text}{end}{rest.partition(end)[2]}"
+    write_text(file, text)

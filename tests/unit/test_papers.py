@@ -261,7 +261,22 @@ def test_quick_starts_the_decisive_runs_only_and_every_file_holds_all_rows(march
     assert [name.rsplit("-", 1)[0] for name in marched] == ["empty-700rpm"]
     assert [file.name for file in done.files] == ["table.csv", "table.json", "table.md", "figure-1.png"]
     assert len(json.loads((tmp_path / "table.json").read_text())["rows"]) == 2
-    assert room.headlines(done.findings, done.paper).count("\n") == 3
+
+
+def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_not_run(marched, tmp_path):
+    done = room.validate("paper", quick=True, folder=tmp_path, tell=lambda line: None)
+    readme = tmp_path / "README.md"
+    readme.write_text("above\n<!-- validate paper -->\nold\n<!-- end paper -->\nbelow\n")
+    room.write_short(readme, done, "paper")
+    lines = readme.read_text().splitlines()
+    assert (lines[0], lines[1], lines[-2], lines[-1]) == ("above", "<!-- validate paper -->", "<!-- end paper -->", "below")
+    assert lines[4].startswith("| crank-pin force, empty, 700 rpm | 600 N |") and "old" not in lines
+    nothing = done.__class__(done.paper, [f._replace(value=math.nan) for f in done.findings], [], [], [])
+    room.write_short(readme, nothing, "paper")
+    assert "1 more rows have no result yet; `nutamill validate paper` makes them." in readme.read_text()
+    readme.write_text("<!-- validate paper -->\nno end")
+    with pytest.raises(CaseError, match="must hold the line"):
+        room.write_short(readme, done, "paper")
 
 
 def test_stored_results_are_evaluated_without_a_run(marched, tmp_path):

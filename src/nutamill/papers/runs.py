@@ -45,7 +45,7 @@ class PlannedRun:
     @property
     def path(self) -> Path:
         """Its result file; the name changes with the case, so that no result of another case is taken for it."""
-        return self.folder / f"{self.name}-{self.case.digest[:8]}.h5"
+        return self.folder / f"{self.name}-{self.case.digest[:12]}.h5"
 
     @property
     def modes_path(self) -> Path:
@@ -123,9 +123,9 @@ def _names_of(row: Row) -> set[str]:
     return {name for configuration, speed, _ in row.needs for name in (configuration, run_name(configuration, speed))}
 
 
-def wants_modes(paper: Paper, run: PlannedRun) -> bool:
-    """Whether a row asks for the natural frequencies of a run's machine."""
-    needs = [(name, round(speed, 6)) for row in paper.rows if row.quantity == MODES for name, speed, _ in row.needs]
+def wants_modes(rows: Iterable[Row], run: PlannedRun) -> bool:
+    """Whether one of the rows asks for the natural frequencies of a run's machine."""
+    needs = [(name, round(speed, 6)) for row in rows if row.quantity == MODES for name, speed, _ in row.needs]
     return (run.configuration, round(run.speed, 6)) in needs
 
 

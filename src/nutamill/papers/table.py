@@ -68,7 +68,7 @@ def with_uncertainty(finding: Finding) -> str:
     unit, many = ("%", 100.0) if change else UNIT[row.kind]
     known = finding.half_width > 1e-6 * abs(finding.value)
     size = finding.half_width * many if known else 0.0
-    four = max(0, 3 - math.floor(math.log10(abs(finding.value * many) or 1.0)))
+    four = 1 if change else max(0, 3 - math.floor(math.log10(abs(finding.value * many) or 1.0)))
     digits = min(four, max(0, 1 - math.floor(math.log10(size)))) if size else four
     sign = "+" if change else ""
     text = f"{finding.value * many:{sign}.{digits}f}" + (f" ± {size:.{digits}f}" if size >= 0.5 * 10.0**-digits else "")
