@@ -142,7 +142,7 @@ def store(
     """Write the table as CSV, JSON and Markdown, and the figures; returns the files, and the figures that lack results, in words."""
     files = []
     for suffix, text in ((".csv", csv_text), (".json", json_text), (".md", markdown)):
-        files.append(place / f"table{suffix}")
+        files.append(place / f"comparison{suffix}")
         write_text(files[-1], text(findings, paper))
     undrawn = []
     for plan in paper.figures:

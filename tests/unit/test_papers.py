@@ -259,8 +259,8 @@ def test_finished_runs_are_read_begun_ones_resumed_and_a_failure_does_not_stop_t
 def test_quick_starts_the_decisive_runs_only_and_every_file_holds_all_rows(marched, tmp_path):
     done = room.validate("paper", quick=True, folder=tmp_path, tell=lambda line: None)
     assert [name.rsplit("-", 1)[0] for name in marched] == ["empty-700rpm"]
-    assert [file.name for file in done.files] == ["table.csv", "table.json", "table.md", "figure-1.png"]
-    assert len(json.loads((tmp_path / "table.json").read_text())["rows"]) == 2
+    assert [file.name for file in done.files] == ["comparison.csv", "comparison.json", "comparison.md", "figure-1.png"]
+    assert len(json.loads((tmp_path / "comparison.json").read_text())["rows"]) == 2
 
 
 def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_not_run(marched, tmp_path):
