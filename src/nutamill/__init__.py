@@ -19,10 +19,12 @@ _HOME = {
     "check": "nutamill.preflight",
     "run": "nutamill.march",
     "resume": "nutamill.march",
+    "sweep": "nutamill.campaign.sweep",
     "open_result": "nutamill.result",
     "MillError": "nutamill.errors",
     "CaseError": "nutamill.errors",
     "StepError": "nutamill.errors",
+    "NotSteadyError": "nutamill.errors",
     "ResultError": "nutamill.errors",
 }
 _NAME_THERE = {"check": "preflight"}

@@ -133,7 +133,7 @@ class Preflight:
         return sum(part.filling for part in self.charge)
 
     def _steps(self) -> float:
-        return self.case.run.until / self.clock.substep
+        return self.case.run.end / self.clock.substep
 
     def _machine_lines(self) -> list[str]:
         mounting = f"{self.case.mounts.count} mounts" if self.case.mechanism.mounting == "flexible" else "rigid mounts"
@@ -290,15 +290,15 @@ def _crossings(case: Case, charge_mass: float) -> list[Crossing]:
 
 def _wall_time(case: Case, clock: Clock, particles: int) -> float:
     threads = 1 + THREAD_GAIN * (team_size(case) - 1)
-    charge = case.run.until / clock.substep * particles * NANOSECONDS * 1e-9 / threads
-    return charge + case.run.until / clock.window * MECHANISM_MICROSECONDS * 1e-6
+    charge = case.run.end / clock.substep * particles * NANOSECONDS * 1e-9 / threads
+    return charge + case.run.end / clock.window * MECHANISM_MICROSECONDS * 1e-6
 
 
 def _file_size(case: Case, particles: int) -> float:
     names = len(expand(case.mounts.count if case.mechanism.mounting == "flexible" else 0, list(case.sensors)))
-    series = case.run.until * case.run.series_rate * names * 8 * PACKED
-    snapshots = min(case.run.snapshots.last, case.run.until) * case.run.snapshots.rate * particles * 36 * PACKED
-    times = case.run.until / case.run.checkpoint if case.run.statistics and particles else 0.0
+    series = case.run.end * case.run.series_rate * names * 8 * PACKED
+    snapshots = min(case.run.snapshots.last, case.run.end) * case.run.snapshots.rate * particles * 36 * PACKED
+    times = case.run.end / case.run.checkpoint if case.run.statistics and particles else 0.0
     return series + snapshots + times * STATISTICS_SIZE + 2 * 1.5e3 * particles + 2e6
 
 

@@ -13,18 +13,17 @@ PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 FLOOR = {
     **dict.fromkeys(("errors", "units", "kernel"), 1),
-    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen"), 2),
+    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "steady"), 2),
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
     **dict.fromkeys(("result", "build", "warm"), 6),
-    **dict.fromkeys(("analysis", "dialects", "preflight", "watch"), 7),
+    **dict.fromkeys(("analysis", "dialects", "preflight", "watch", "record_plan"), 7),
     "advance": 8,
-    "charge_flow": 8,
+    **dict.fromkeys(("charge_flow", "readings"), 8),
     **dict.fromkeys(("march", "figures", "bench"), 9),
-    "charge_figures": 10,
     "papers": 9,
-    "paper_figures": 10,
+    **dict.fromkeys(("charge_figures", "campaign", "paper_figures"), 10),
     "validate": 11,
     "cli": 12,
 }
@@ -38,11 +37,13 @@ NEVER = {
     "coupling": MILL,
     "result": ENGINES,
     "analysis": ENGINES,
+    "steady": ENGINES,
     "charge_flow": ENGINES,
     "charge_figures": ENGINES,
     "figures": ENGINES,
     "papers": ENGINES,
     "paper_figures": ENGINES,
+    "readings": ENGINES,
     "screen": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
@@ -56,7 +57,8 @@ AT_HOME = {
     "pydantic": {"case", "machine.py", "materials.py", "tables.py", "papers"},
     "pydantic_core": {"tables.py"},
     "typer": {"cli.py"},
-    "rich": {"screen.py", "papers"},
+    "rich": {"screen.py", "campaign/board.py", "papers"},
+    "distributed": {"campaign/workers.py", "campaign/sweep.py"},
     "trimesh": {"build/wall_mesh.py"},
 }
 """Outside libraries that belong in some rooms only."""
