@@ -189,14 +189,6 @@ def power_split(result: Result, last: float | str = PAPER_WINDOW) -> PowerSplit:
     return PowerSplit(supplied, sinks, power("ledger_residual"))
 
 
-def window_mean(result: Result, value: np.ndarray, last: float | str = PAPER_WINDOW) -> Estimate:
-    """Steady mean of something made from the series, (n,) at their times; as `steady_window` averages a series, and raising as it does."""
-    window = steady_window(result, last, names=["time"])
-    time = result.series["time"].values
-    inside = time >= window.start
-    return _estimate(time[inside], value[inside], window.turns)
-
-
 def _prescribed(result: Result) -> bool:
     """Whether the motion was imposed on the charge."""
     return bool(result.case_text) and Case.from_toml(result.case_text).run.coupling == "prescribed"

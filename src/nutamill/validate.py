@@ -5,8 +5,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from nutamill import march
-from nutamill.errors import CaseError, Fault, MillError, ResultError
+from nutamill.campaign.axes import Member
+from nutamill.campaign.board import Board
+from nutamill.campaign.member import finished
+from nutamill.campaign.sweep import run_all
+from nutamill.campaign.workers import LocalProcesses, Workers
+from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.paper_figures import draw_figure
 from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
 from nutamill.papers.library import read_paper
@@ -15,7 +19,7 @@ from nutamill.papers.runs import COMPLETE, MISSING, PlannedRun, chosen, planned_
 from nutamill.papers.table import csv_text, json_text, markdown
 from nutamill.preflight import preflight, wall_time
 from nutamill.result import open_result
-from nutamill.screen import Screen, duration
+from nutamill.screen import duration
 from nutamill.wholefile import io_errors, write_text
 
 FOLDER = Path("results") / "validation"
@@ -44,6 +48,7 @@ def validate(
     only: Sequence[str] = (),
     folder: str | Path | None = None,
     start: bool = True,
+    workers: Workers | None = None,
     tell: Callable[[str], None] = print,
 ) -> Comparison:
     """Compare a paper with our own runs of all its configurations, row by row.
@@ -58,6 +63,7 @@ def validate(
     only : names of rows, configurations or runs to restrict it to
     folder : where results are and go; ``results/validation/<paper>`` if None
     start : False: start no run, evaluate what is there
+    workers : what runs; a process for each physical core if None
     tell : called with each line of what goes on
 
     Raises
@@ -73,7 +79,8 @@ def validate(
     failures: list[str] = []
     if start:
         find_modes([run for run in runs if wants_modes(rows, run)])
-        failures = march_all(in_order(taken, tell), tell)
+        if waiting := in_order(taken, tell):
+            failures = run_campaign(waiting, place, workers or LocalProcesses())
     measured = measure(paper, runs, keys_of(paper), f"nutamill validate {name} --only")
     files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, place)
     return Comparison(paper, compare(rows, measured), files, failures, undrawn)
@@ -103,7 +110,7 @@ def in_order(runs: Sequence[PlannedRun], tell: Callable[[str], None]) -> list[Pl
     tell(f"{len(waiting)} of {len(runs)} runs to do, forecast {forecast}")
     for seconds, run, state in waiting:
         left = "" if state == MISSING else "   to resume"
-        tell(f"  {run.name:32} {run.case.run.until:6.2f} s simulated   forecast {duration(seconds)}{left}")
+        tell(f"  {run.name:32} {run.case.run.end:6.2f} s simulated   forecast {duration(seconds)}{left}")
     return [run for _, run, _ in waiting]
 
 
@@ -113,27 +120,18 @@ def _share_left(run: PlannedRun, state: str) -> float:
         return 1.0
     try:
         with open_result(run.path) as result:
-            return max(0.0, 1.0 - result.checkpoint().time / run.case.run.until)
+            return max(0.0, 1.0 - result.checkpoint().time / run.case.run.end)
     except ResultError:
         return 1.0
 
 
-def march_all(runs: Sequence[PlannedRun], tell: Callable[[str], None]) -> list[str]:
-    """Run or resume each, one after the other, every one on all cores; returns what failed, in words.
-
-    The one place where runs are started: whatever runs many cases at once takes its place.
-    """
-    failures = []
-    for number, run in enumerate(runs, start=1):
-        try:
-            with Screen(f"{run.name}, {number} of {len(runs)}") as screen:
-                act = march.run if run_state(run) == MISSING else march.resume
-                target = (run.case, run.path) if act is march.run else (run.path,)
-                act(*target, progress=screen, tell=screen.message).close()
-        except MillError as error:
-            failures.append(f"{run.name}: {error}")
-            tell(failures[-1])
-    return failures
+def run_campaign(runs: Sequence[PlannedRun], place: Path, workers: Workers) -> list[str]:
+    """Run or resume each in a process of its own; returns what failed, in words."""
+    members = [Member({"run": run.name}, run.case) for run in runs]
+    with Board(()) as board:
+        outcomes = run_all(members, place, workers, (), board, board.message)
+        board(outcomes)
+    return [f"{outcome.member.case.name}: {outcome.state}" for outcome in outcomes if not finished(outcome.state)]
 
 
 def store(

@@ -3,12 +3,15 @@
 import csv
 import json
 import math
+from concurrent.futures import Future
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from nutamill import validate as room
-from nutamill.analysis import Estimate
+from nutamill.campaign.sweep import result_path
+from nutamill.case import Case
 from nutamill.errors import CaseError, ResultError, StepError
 from nutamill.paper_figures import draw_over_speed, draw_particles
 from nutamill.papers.compare import Key, Measured, _together, compare
@@ -16,6 +19,7 @@ from nutamill.papers.library import paper_names, parse_paper, read_paper
 from nutamill.papers.quantities import QUANTITIES, charge_at_pin
 from nutamill.papers.runs import planned_runs
 from nutamill.papers.table import csv_text, json_text, markdown
+from nutamill.readings import Value
 from nutamill.result import Recorder, open_result
 
 RATE = 2000.0
@@ -78,7 +82,8 @@ def faults(text):
 def test_every_run_of_a_published_paper_is_a_sound_case_of_its_own(name, tmp_path):
     runs = planned_runs(read_paper(name), tmp_path)
     assert len({run.name for run in runs}) == len({run.case.digest for run in runs}) == len(runs)
-    assert all(run.case.run.until - run.case.drive.ramp_end >= run.average - 1e-12 for run in runs)
+    assert all(run.path == result_path(run.case, tmp_path) for run in runs)  # where a campaign puts it
+    assert all(run.case.run.end - run.case.drive.ramp_end >= run.average - 1e-12 for run in runs)
 
 
 def test_like_is_compared_with_like_where_experiment_and_simulation_had_other_speeds():
@@ -145,11 +150,11 @@ def test_change_between_two_runs_carries_both_uncertainties(paper):
 
 
 def test_seeds_are_averaged_and_their_scatter_is_told_apart_from_the_interval():
-    together = _together([Estimate(9.0, 0.3, 9.5), Estimate(11.0, 0.4, 11.5), "not run. Do: it"])
+    together = _together([Value(9.0, 0.3, 9.5, 20, True), Value(11.0, 0.4, 11.5, 20, False), "not run. Do: it"])
     assert (together.mean, together.runs, together.window_mean) == (10.0, 2, 10.5)
     assert together.half_width == pytest.approx(0.25)  # sqrt(0.3^2 + 0.4^2) / 2
     assert together.scatter == pytest.approx(math.sqrt(2.0))
-    assert together.trouble == "not run. Do: it"
+    assert together.trouble == "not run. Do: it" and not together.steady
 
 
 def test_tables_hold_the_same_numbers_in_si(paper):
@@ -223,42 +228,52 @@ def test_superposition_is_refused_where_the_charge_acted_on_the_mill(run):
 
 @pytest.fixture
 def marched(monkeypatch):
-    """Stand-ins for `run` and `resume` that write synthetic results at once; the list of what was started."""
+    """A worker that writes synthetic results at once; the list of what it was given."""
     started = []
 
-    def run(case, to, **_):
-        started.append(to.name)
-        if "bars" in to.name:
-            raise StepError("t = 1 s: it blew up")
-        return write_result(to, case, state="interrupted" if "600" in to.name else "complete")
+    class AtOnce:
+        """Stands for processes: 600 rpm is interrupted once, bars always blow up."""
 
-    def resume(path, **_):
-        started.append(f"resume {path.name}")
-        with open_result(path) as result:
-            case = room.march.Case.from_toml(result.case_text)
-        path.unlink()
-        return write_result(path, case)
+        def submit(self, task):
+            future = Future()
+            if task.act == "run":
+                started.append(task.name)
+                path = Path(task.path)
+                begun = path.exists()
+                path.unlink(missing_ok=True)
+                if task.name.startswith("bars"):
+                    future.set_exception(StepError("t = 1 s: it blew up"))
+                    return future
+                state = "interrupted" if "600" in task.name and not begun else "complete"
+                write_result(path, Case.from_toml(task.case_text, task.name), state=state).close()
+            future.set_result(None)
+            return future
 
-    monkeypatch.setattr(room.march, "run", run)
-    monkeypatch.setattr(room.march, "resume", resume)
+        def stop(self):
+            """Nothing runs."""
+
+    monkeypatch.setattr(room, "LocalProcesses", AtOnce)
+    monkeypatch.setattr("nutamill.campaign.sweep.warm_up", lambda tell, law: None)
     monkeypatch.setattr(room, "read_paper", lambda name: parse_paper(PAPER, "paper.toml"))
     return started
 
 
 def test_finished_runs_are_read_begun_ones_resumed_and_a_failure_does_not_stop_the_rest(marched, tmp_path):
     done = room.validate("paper", folder=tmp_path, tell=lambda line: None)
-    assert sorted(name.split("-")[0] for name in marched) == ["bars", "empty", "empty"]
+    assert sorted(marched) == ["bars-700rpm", "empty-600rpm", "empty-700rpm"]
     assert any("it blew up" in failure for failure in done.failures)
     assert done.findings[0].value == pytest.approx(620.0)
     assert done.findings[1].trouble == "not run. Do: nutamill validate paper --only bars-700rpm"
     marched.clear()
     room.validate("paper", only=["empty"], folder=tmp_path, tell=lambda line: None)
-    assert [name.rsplit("-", 1)[0] for name in marched] == ["resume empty-600rpm"]
+    assert marched == ["empty-600rpm"]  # the others are complete: their files are read
+    room.validate("paper", only=["empty"], folder=tmp_path, tell=lambda line: None)
+    assert marched == ["empty-600rpm"]
 
 
 def test_quick_starts_the_decisive_runs_only_and_every_file_holds_all_rows(marched, tmp_path):
     done = room.validate("paper", quick=True, folder=tmp_path, tell=lambda line: None)
-    assert [name.rsplit("-", 1)[0] for name in marched] == ["empty-700rpm"]
+    assert marched == ["empty-700rpm"]
     assert [file.name for file in done.files] == ["comparison.csv", "comparison.json", "comparison.md", "figure-1.png"]
     assert len(json.loads((tmp_path / "comparison.json").read_text())["rows"]) == 2
 

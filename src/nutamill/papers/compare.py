@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.analysis import Estimate
 from nutamill.errors import ResultError
 from nutamill.papers.model import Paper, Row
 from nutamill.papers.quantities import MODES, QUANTITIES
 from nutamill.papers.runs import COMPLETE, MISSING, PlannedRun, read_modes, run_state
+from nutamill.readings import Value
 from nutamill.result import open_result
 
 
@@ -45,6 +45,8 @@ class Measured(NamedTuple):
     """Mean over all samples of the window, as in the papers, not over whole turns."""
     trouble: str = ""
     """Why there is no number, or not from all runs; empty if all is well."""
+    steady: bool = True
+    """Whether the test calls every run steady; runs with too few turns for it are not."""
 
 
 class Finding(NamedTuple):
@@ -72,6 +74,8 @@ class Finding(NamedTuple):
     """Whether the target is met; None if there is none or no number."""
     trouble: str
     """Why there is no number, or not from all runs."""
+    steady: bool
+    """Whether the runs behind it are steady."""
 
 
 NOTHING = Measured(math.nan, math.nan, math.nan, 0, math.nan)
@@ -98,9 +102,9 @@ def measure(paper: Paper, runs: Sequence[PlannedRun], keys: Iterable[Key], comma
     return found
 
 
-def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str, Estimate | str]:
+def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str, Value | str]:
     """Numbers of one run by quantity, or why there is none."""
-    values: dict[str, Estimate | str] = {}
+    values: dict[str, Value | str] = {}
     series = [quantity for quantity in quantities if quantity != MODES]
     state = run_state(run) if series else COMPLETE
     if state == COMPLETE and series:
@@ -118,7 +122,7 @@ def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str,
             values[MODES] = trouble_of(MISSING, command)
         else:
             values[MODES] = (
-                Estimate(frequencies[0], math.nan, frequencies[0]) if frequencies else "no mode oscillates below twice the speed"
+                Value(frequencies[0], math.nan, frequencies[0], 1, True) if frequencies else "no mode oscillates below twice the speed"
             )
     return values
 
@@ -132,7 +136,7 @@ def trouble_of(state: str, command: str) -> str:
     return f"not finished ({state}). Do: {command}"
 
 
-def _together(values: Sequence[Estimate | str]) -> Measured:
+def _together(values: Sequence[Value | str]) -> Measured:
     """One number of several runs; troubles are kept in words."""
     good = [value for value in values if not isinstance(value, str)]
     trouble = "; ".join(dict.fromkeys(value for value in values if isinstance(value, str)))
@@ -141,7 +145,15 @@ def _together(values: Sequence[Estimate | str]) -> Measured:
     means = np.array([value.mean for value in good])
     half_width = math.sqrt(sum(value.half_width**2 for value in good)) / len(good)
     scatter = float(means.std(ddof=1)) if len(good) > 1 else math.nan
-    return Measured(float(means.mean()), half_width, scatter, len(good), float(np.mean([value.window_mean for value in good])), trouble)
+    return Measured(
+        float(means.mean()),
+        half_width,
+        scatter,
+        len(good),
+        float(np.mean([value.window for value in good])),
+        trouble,
+        all(value.steady for value in good),
+    )
 
 
 def compare(rows: Iterable[Row], measured: Mapping[Key, Measured]) -> list[Finding]:
@@ -162,9 +174,9 @@ def _finding(row: Row, parts: Sequence[Measured]) -> Finding:
         simulated = _off(row.simulation, row.experiment, points) if same else math.nan
     trouble = "; ".join(dict.fromkeys(part.trouble for part in parts if part.trouble))
     runs = min(part.runs for part in parts)
-    return Finding(
-        row, value, half_width, scatter, runs, window_value, error, simulated, points, _within(row, value, error), trouble
-    )  # fmt: skip
+    steady = all(part.steady for part in parts)
+    within = _within(row, value, error)
+    return Finding(row, value, half_width, scatter, runs, window_value, error, simulated, points, within, trouble, steady)
 
 
 def _how(row: Row, values: Sequence[float]) -> float:

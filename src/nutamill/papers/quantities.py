@@ -6,13 +6,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
-from nutamill.analysis import Estimate, power_split, ramp_end, steady_window, window_mean
+from nutamill.analysis import power_split, ramp_end, steady_window
 from nutamill.case import Case
 from nutamill.charge_flow import crest, surface_heights, window
 from nutamill.errors import ResultError
+from nutamill.readings import Value
 from nutamill.result import Result
+from nutamill.steady import FEWEST_TURNS, steady_mean, turn_means, turn_swings, whole_turns
 from nutamill.units import Kind
 
 MODES = "natural_frequency"
@@ -26,7 +27,7 @@ class Observable(NamedTuple):
     """A few words, for tables and axes."""
     kind: Kind | None
     """Kind of its unit; None for a plain number."""
-    measure: Callable[[Result, float], Estimate] | None
+    measure: Callable[[Result, float], Value] | None
     """Takes it from a result, averaged over the last seconds given; None if it comes from the modes."""
 
 
@@ -88,57 +89,90 @@ def _of_prescribed(result: Result) -> None:
         raise ResultError(f'{result.path}: must be a run with run.coupling = "prescribed" to be superposed, its charge acted on the mill.')
 
 
-def _series(name: str) -> Callable[[Result, float], Estimate]:
+def steady_value(result: Result, value: np.ndarray, last: float, swing: bool = False) -> Value:
+    """Steady mean, with its 95 % interval, of something made from the series, (n,) at their times; and its plain mean in a window.
+
+    The mean is that of `nutamill.steady.steady_mean` over the whole turns at the last speed, the window the last `last` seconds of them.
+
+    Parameters
+    ----------
+    swing : take half of largest less smallest of each turn, in place of its mean
+
+    Raises
+    ------
+    ResultError : the run has not made one turn at its last speed
+    """
+    time, angle = result.series["time"].values, result.series["crank_angle"].values
+    inside = time >= ramp_end(result)
+    time, value, turns = time[inside], value[inside], whole_turns(time[inside], angle[inside])
+    if len(turns) < 2:
+        raise ResultError(f"{result.path}: must hold a whole turn at its last speed, it holds none. Continue it with `nutamill resume`.")
+    each = (turn_swings if swing else turn_means)(time, value, turns)
+    window = float(value[time >= time[-1] - last].mean()) if not swing else float(each[turns[:-1] >= turns[-1] - last - 1e-9].mean())
+    if len(each) < FEWEST_TURNS:
+        return Value(float(each.mean()), math.nan, window, len(each), False)
+    found = steady_mean(each)
+    return Value(found.mean, found.half_width, window, found.turns, found.steady)
+
+
+def _single(value: float) -> Value:
+    """A number that has no mean and no interval."""
+    return Value(value, math.nan, value, 1, True)
+
+
+def _series(name: str) -> Callable[[Result, float], Value]:
     """Steady mean of a recorded series."""
 
-    def measure(result: Result, last: float) -> Estimate:
+    def measure(result: Result, last: float) -> Value:
         if name not in result.series:
             raise ResultError(f"{result.path}: must hold the series {name}, it does not.")
-        return steady_window(result, last, names=[name]).values[name]
+        return steady_value(result, result.series[name].values, last)
 
     return measure
 
 
-def _part(force: Callable[[Result], PinForce], part: str) -> Callable[[Result, float], Estimate]:
+def _part(force: Callable[[Result], PinForce], part: str) -> Callable[[Result, float], Value]:
     """Steady mean of the radial or tangential part of a force, or of its magnitude."""
 
-    def measure(result: Result, last: float) -> Estimate:
+    def measure(result: Result, last: float) -> Value:
         radial, tangential = force(result)
         value = {"radial": radial, "tangential": tangential, "resultant": np.hypot(radial, tangential)}[part]
-        return window_mean(result, value, last)
+        return steady_value(result, value, last)
 
     return measure
 
 
-def _charge_lag(result: Result, last: float) -> Estimate:
+def _charge_lag(result: Result, last: float) -> Value:
     """Angle by which the charge's force on the pin is behind the radial direction [rad], from the means of its two parts."""
-    radial, tangential = (window_mean(result, part, last) for part in charge_at_pin(result))
+    radial, tangential = (steady_value(result, part, last) for part in charge_at_pin(result))
     square = radial.mean**2 + tangential.mean**2
     half_width = math.hypot(radial.mean * tangential.half_width, tangential.mean * radial.half_width) / square
-    return Estimate(math.atan2(tangential.mean, radial.mean), half_width, math.atan2(tangential.window_mean, radial.window_mean))
+    window = math.atan2(tangential.window, radial.window)
+    steady = radial.steady and tangential.steady
+    return Value(math.atan2(tangential.mean, radial.mean), half_width, window, min(radial.turns, tangential.turns), steady)
 
 
 def _crank_radius(result: Result) -> float:
     return Case.from_toml(result.case_text).mechanism.crank_radius
 
 
-def _charge_torque(result: Result, last: float) -> Estimate:
+def _charge_torque(result: Result, last: float) -> Value:
     """Torque that the charge's wrench asks of the driveshaft [N m]."""
-    return window_mean(result, _crank_radius(result) * charge_at_pin(result).tangential, last)
+    return steady_value(result, _crank_radius(result) * charge_at_pin(result).tangential, last)
 
 
-def _superposed_torque(result: Result, last: float) -> Estimate:
+def _superposed_torque(result: Result, last: float) -> Value:
     """Torque of the mill without the charge's answer plus that of the charge [N m]."""
     _of_prescribed(result)
     torque = result.series["driveshaft_torque"].values + _crank_radius(result) * charge_at_pin(result).tangential
-    return window_mean(result, torque, last)
+    return steady_value(result, torque, last)
 
 
-def _unbalance(result: Result, last: float) -> Estimate:
+def _unbalance(result: Result, last: float) -> Value:
     """Radial force over the square of the speed [kg m]."""
     force = _series("crank_pin_force_radial_tared")(result, last)
     square = float(result.series["driveshaft_speed"].values[-1]) ** 2
-    return Estimate(*(value / square for value in force))
+    return force._replace(mean=force.mean / square, half_width=force.half_width / square, window=force.window / square)
 
 
 def _sensor(result: Result, axis: str) -> np.ndarray:
@@ -149,20 +183,16 @@ def _sensor(result: Result, axis: str) -> np.ndarray:
     return result.series[name].values
 
 
-def _amplitude(axis: str) -> Callable[[Result, float], Estimate]:
+def _amplitude(axis: str) -> Callable[[Result, float], Value]:
     """Half the range of the first sensor's acceleration within a turn, mean over the steady turns [m/s^2]."""
 
-    def measure(result: Result, last: float) -> Estimate:
-        value, time = _sensor(result, axis), result.series["time"].values
-        cuts = np.searchsorted(time, steady_window(result, last, names=["time"]).turns)
-        each = np.array([0.5 * np.ptp(value[first:end]) for first, end in itertools.pairwise(cuts)])
-        spread = stdtrit(len(each) - 1, 0.975) * each.std(ddof=1) / math.sqrt(len(each)) if len(each) > 1 else math.nan
-        return Estimate(float(each.mean()), float(spread), float(each.mean()))
+    def measure(result: Result, last: float) -> Value:
+        return steady_value(result, _sensor(result, axis), last, swing=True)
 
     return measure
 
 
-def _resonance_time(result: Result, last: float) -> Estimate:
+def _resonance_time(result: Result, last: float) -> Value:
     """Time on the ramp at which the frame sways most over a turn [s]: largest standard deviation of a mount's horizontal travel.
 
     `last` has no part in it: what is sought lies before the steady running.
@@ -178,28 +208,27 @@ def _resonance_time(result: Result, last: float) -> Estimate:
     sway = np.array([travel[first:stop].std() for first, stop in itertools.pairwise(cuts)])
     most = int(np.argmax(sway))
     middle, half = 0.5 * (time[cuts[most]] + time[cuts[most + 1]]), 0.5 * (time[cuts[most + 1]] - time[cuts[most]])
-    return Estimate(float(middle), float(half), float(middle))
+    return Value(float(middle), float(half), float(middle), 1, True)
 
 
-def _crest_of(part: str) -> Callable[[Result, float], Estimate]:
+def _crest_of(part: str) -> Callable[[Result, float], Value]:
     """Height [m] or phase lag [rad] of the crest of the charge's mean surface, from the statistics of the last seconds."""
 
-    def measure(result: Result, last: float) -> Estimate:
+    def measure(result: Result, last: float) -> Value:
         done = window(result, last)
         value = getattr(crest(surface_heights(done), done["azimuth"].values), part)
-        return Estimate(value, math.nan, value)
+        return _single(value)
 
     return measure
 
 
-def _ledger_gap(result: Result, last: float) -> Estimate:
+def _ledger_gap(result: Result, last: float) -> Value:
     """Share of the motor's power that the power ledger leaves open over the steady turns [1]."""
     power = power_split(result, last)
-    share = power.residual / power.motor
-    return Estimate(share, math.nan, share)
+    return _single(power.residual / power.motor)
 
 
-def _momentum_gap(result: Result, last: float) -> Estimate:
+def _momentum_gap(result: Result, last: float) -> Value:
     """Momentum that the balance of the charge leaves open, over what its weight and the chamber gave it in the steady turns [1]."""
     series = result.series
     if "interface_impulse_defect" not in series:
@@ -207,9 +236,9 @@ def _momentum_gap(result: Result, last: float) -> Estimate:
     turns = steady_window(result, last, names=["time"]).turns
     time = series["time"].values
     force = np.sqrt(sum(series[f"charge_force_{axis}"].values ** 2 for axis in "xyz"))
-    given = window_mean(result, force, last).mean * (turns[-1] - turns[0])
+    given = steady_value(result, force, last).mean * (turns[-1] - turns[0])
     first, end = np.interp(turns[[0, -1]], time, series["interface_impulse_defect"].values)
-    return Estimate(float((end - first) / given), math.nan, float((end - first) / given))
+    return _single(float((end - first) / given))
 
 
 QUANTITIES: dict[str, Observable] = {

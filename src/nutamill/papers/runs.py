@@ -9,7 +9,7 @@ from pathlib import Path
 from nutamill.case import Case, load_case
 from nutamill.case.library import similar
 from nutamill.errors import CaseError, Fault, ResultError
-from nutamill.papers.model import Configuration, Paper, Row, same_speed
+from nutamill.papers.model import Paper, Row, same_speed
 from nutamill.papers.quantities import MODES
 from nutamill.result import open_result
 from nutamill.wholefile import write_text
@@ -39,13 +39,13 @@ class PlannedRun:
 
     @property
     def name(self) -> str:
-        """Short name, for ``--only`` and file names: ``pellets-723rpm``, with ``-seed2`` where the seed is not 1."""
-        return f"{run_name(self.configuration, self.speed)}{f'-seed{self.seed}' if self.seed != 1 else ''}"
+        """Short name, for ``--only`` and file names (`run_name`)."""
+        return self.case.name
 
     @property
     def path(self) -> Path:
-        """Its result file; the name changes with the case, so that no result of another case is taken for it."""
-        return self.folder / f"{self.name}-{self.case.digest[:12]}.h5"
+        """Its result file, named as a campaign names it: by the content of the case, so that no result of another is taken for it."""
+        return self.folder / f"{self.case.name}-{self.case.digest[:12]}.h5"
 
     @property
     def modes_path(self) -> Path:
@@ -53,9 +53,9 @@ class PlannedRun:
         return self.path.with_suffix(".modes.json")
 
 
-def run_name(configuration: str, speed: float) -> str:
-    """Name of a configuration at a speed [rad/s]: ``pellets-723rpm``."""
-    return f"{configuration}-{speed * 30.0 / math.pi:.6g}rpm"
+def run_name(configuration: str, speed: float, seed: int = 1) -> str:
+    """Name of a configuration at a speed [rad/s]: ``pellets-723rpm``, and ``pellets-723rpm-seed2`` where the seed is not 1."""
+    return f"{configuration}-{speed * 30.0 / math.pi:.6g}rpm" + (f"-seed{seed}" if seed != 1 else "")
 
 
 def planned_runs(paper: Paper, folder: str | Path) -> list[PlannedRun]:
@@ -74,7 +74,7 @@ def planned_runs(paper: Paper, folder: str | Path) -> list[PlannedRun]:
         for speed in dict.fromkeys(configuration.speeds):
             for seed in configuration.seeds_at(speed):
                 try:
-                    case = _case(paper, configuration, speed, seed)
+                    case = _case(paper, name, speed, seed)
                 except CaseError as error:
                     faults += [Fault(f"configurations.{name}: {fault.where}", fault.what, fault.hint) for fault in error.faults]
                     continue
@@ -85,11 +85,14 @@ def planned_runs(paper: Paper, folder: str | Path) -> list[PlannedRun]:
     return runs
 
 
-def _case(paper: Paper, configuration: Configuration, speed: float, seed: int) -> Case:
+def _case(paper: Paper, name: str, speed: float, seed: int) -> Case:
     """The case of a configuration at a speed [rad/s]: its ramp, then `hold` at that speed."""
+    configuration = paper.configurations[name]
     case = load_case(configuration.base, configuration.set)
-    case = case.with_(drive__speed=speed, run__seed=seed, title=f"{paper.short}: {configuration.title}, {speed * 30.0 / math.pi:.6g} rpm")
-    return case.with_("run.until", case.drive.ramp_end + configuration.hold)
+    title = f"{paper.short}: {configuration.title}, {speed * 30.0 / math.pi:.6g} rpm"
+    case = case.with_(drive__speed=speed, run__seed=seed, run__threads=1, title=title)  # one core each, many at once
+    case = case.with_("run.until", case.drive.ramp_end + configuration.hold)
+    return Case.from_toml(case.to_toml(), run_name(name, speed, seed))
 
 
 def chosen(paper: Paper, runs: Sequence[PlannedRun], only: Iterable[str], quick: bool) -> tuple[list[Row], list[PlannedRun]]:

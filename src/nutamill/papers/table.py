@@ -100,10 +100,12 @@ def target_text(row: Row) -> str:
 
 
 def verdict(finding: Finding) -> str:
-    """``within`` or ``missed`` the target, and whether the row was calibrated on or predicted."""
+    """``within`` or ``missed`` the target, whether the row was calibrated on or predicted, and if a run behind it is not steady."""
     words = [] if finding.within is None else ["within" if finding.within else "missed"]
     if finding.row.reference not in (None, 0.0):
         words.append("calibrated" if finding.row.calibrated else "predicted")
+    if not finding.steady and not math.isnan(finding.value):
+        words.append("not steady")
     return ", ".join(words)
 
 
@@ -172,6 +174,7 @@ def record(finding: Finding, paper: Paper) -> dict[str, Any]:
         "seeds": finding.runs,
         "target": target_text(row),
         "within": finding.within,
+        "steady": finding.steady,
         "calibrated": row.calibrated,
         "source": row.source,
         "derived": row.derived,
