@@ -21,6 +21,7 @@ _HOME = {
     "resume": "nutamill.march",
     "sweep": "nutamill.campaign.sweep",
     "open_result": "nutamill.result",
+    "validate": "nutamill.validation",
     "MillError": "nutamill.errors",
     "CaseError": "nutamill.errors",
     "StepError": "nutamill.errors",

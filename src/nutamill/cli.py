@@ -212,7 +212,7 @@ def validate(
     ] = None,
 ) -> None:
     """Compare a published paper with runs of all its configurations, row by row."""
-    from nutamill import validate as room
+    from nutamill import validation as room
     from nutamill.campaign.command import workers_of
     from nutamill.papers.table import print_table
 

@@ -67,9 +67,9 @@ def draw_over_speed(plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], 
                 _draw_published(axes, curve, panel.quantity, number, plan, paper, runs)
             unit, _ = UNIT[quantity.kind]
             axes.set_ylabel(f"{quantity.label} ({unit})" if len(plan.panels) == 1 else f"{'torque' if unit == 'N m' else 'force'} ({unit})")
-            low, high = axes.dataLim.y0, axes.dataLim.y1
-            axes.set_ylim(min(0.0, 1.1 * low), 1.1 * high)
-            axes.set_xlim(0.0, 1.04 * axes.dataLim.x1)
+            if np.isfinite(axes.dataLim.y1):  # else the panel is empty
+                axes.set_ylim(min(0.0, 1.1 * axes.dataLim.y0), 1.1 * axes.dataLim.y1)
+                axes.set_xlim(0.0, 1.04 * axes.dataLim.x1)
             if len(plan.panels) > 1:
                 axes.set_title(f"({'abcd'[k]}) {quantity.label}", loc="left")
         if not drawn:

@@ -24,7 +24,7 @@ FLOOR = {
     **dict.fromkeys(("march", "figures", "bench"), 9),
     "papers": 9,
     **dict.fromkeys(("charge_figures", "campaign", "paper_figures"), 10),
-    "validate": 11,
+    "validation": 11,
     "cli": 12,
 }
 """A room imports from lower floors and from itself only."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nutamill import validate as room
+from nutamill import validation as room
 from nutamill.campaign.sweep import result_path
 from nutamill.case import Case
 from nutamill.errors import CaseError, ResultError, StepError
@@ -64,6 +64,11 @@ number = "1"
 title = "Force"
 form = "lambda"
 panels = [{ quantity = "force", curves = [{ label = "empty", configurations = ["empty"] }] }]
+[[figures]]
+number = "2"
+title = "Torque"
+form = "speed"
+panels = [{ quantity = "torque", curves = [{ label = "bars", configurations = ["bars"] }] }]
 """
 
 
@@ -297,7 +302,7 @@ def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_no
 def test_stored_results_are_evaluated_without_a_run(marched, tmp_path):
     done = room.validate("paper", folder=tmp_path, start=False, tell=lambda line: None)
     assert not marched and all(finding.trouble.startswith("not run") for finding in done.findings)
-    assert done.undrawn == ["figure 1 not drawn: none of its runs is complete"]
+    assert done.undrawn == [f"figure {number} not drawn: none of its runs is complete" for number in (1, 2)]
 
 
 # ------------------------------------------------------------------------------------------------------------ figures
