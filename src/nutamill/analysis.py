@@ -276,7 +276,7 @@ def warning_lines(result: Result) -> list[str]:
     return lines
 
 
-CERTAIN = 5e-5
+CERTAIN = 1e-4
 """Share of a mean below which its half width is not shown [1]."""
 
 

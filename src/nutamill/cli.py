@@ -216,8 +216,7 @@ def validate(
     from nutamill.campaign.command import workers_of
     from nutamill.papers.table import print_table
 
-    workers = None if stored else workers_of(jobs, cluster)
-    done = room.validate(paper, quick, only or [], results, not stored, workers, typer.echo)
+    done = room.validate(paper, quick, only or [], results, not stored, workers_of(jobs, cluster), typer.echo)
     print_table(done.findings, done.paper)
     for line in (*done.failures, *done.undrawn):
         typer.echo(line, err=True)
@@ -246,6 +245,37 @@ def sweep(
 
     if not run_sweep(case, changes or [], jobs, cluster, to, quick, typer.echo):
         raise typer.Exit(MillError.exit_code)
+
+
+@app.command()
+@_told
+def fit(
+    file: Annotated[Path, typer.Argument(metavar="FIT.toml", help="The fit file: case, free keys, measured values.")],
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    to: Annotated[Path | None, typer.Option(help="Folder for results; else fits/<file>.")] = None,
+) -> None:
+    """Identify keys of a case from measured values, with their uncertainty and correlation."""
+    from nutamill.campaign.command import run_fit
+
+    typer.echo("\n".join(run_fit(file, jobs, cluster, to)))
+
+
+@app.command("mount-test")
+@_told
+def mount_test(
+    file: Annotated[Path, typer.Argument(metavar="TEST.csv", help="Columns time [s], displacement [mm], force [N], in any units.")],
+    to: Annotated[Path | None, typer.Option(help="Picture; else beside the file.")] = None,
+) -> None:
+    """Stiffness and damping of a mount from a force-displacement test at one frequency."""
+    from nutamill.mount_figures import draw_loop
+    from nutamill.mount_test import mount_properties, read_mount_test
+
+    test = read_mount_test(file)
+    found = mount_properties(test)
+    picture = to or file.with_suffix(".png")
+    draw_loop(test, found).savefig(picture)
+    typer.echo("\n".join([*found.lines(), f"picture {picture}"]))
 
 
 def _load(name: str, overrides: list[str] | None) -> "Case":

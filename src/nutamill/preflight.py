@@ -229,7 +229,7 @@ def preflight(case: Case) -> Preflight:
         meshes=mesh_facts(case),
         contacts=contact_facts(case) if charge else [],
         clock=clock,
-        empty_modes=_oscillations(case.with_("chamber.bars.mass", 0.0)),
+        empty_modes=oscillations(case.with_("chamber.bars.mass", 0.0)),
         crossings=_crossings(case, sum(part.mass for part in charge)),
         wall_time=_wall_time(case, clock, pebbles),
         memory=250e6 + 6e3 * pebbles,
@@ -262,7 +262,7 @@ def _part_facts(case: Case, room: float) -> list[PartFacts]:
     return found
 
 
-def _oscillations(case: Case) -> list[tuple[float, float]]:
+def oscillations(case: Case) -> list[tuple[float, float]]:
     """Frequencies [Hz] and damping ratios of the modes on the mounts below twice the full speed; none on rigid mounts."""
     if case.mechanism.mounting == "rigid":
         return []
@@ -278,7 +278,7 @@ def _crossings(case: Case, charge_mass: float) -> list[Crossing]:
     loaded = case.with_("chamber.bars.mass", case.chamber.bars_mass + charge_mass)
     times, speeds = case.drive.breakpoints()
     found = []
-    for frequency, damping in _oscillations(loaded):
+    for frequency, damping in oscillations(loaded):
         speed = 2 * np.pi * frequency
         above = np.flatnonzero(speeds >= speed)
         if above.size and above[0] > 0:

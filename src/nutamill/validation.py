@@ -48,7 +48,7 @@ def validate(
     only: Sequence[str] = (),
     folder: str | Path | None = None,
     start: bool = True,
-    workers: Workers | None = None,
+    workers: Callable[[], Workers] = LocalProcesses,
     tell: Callable[[str], None] = print,
 ) -> Comparison:
     """Compare a paper with our own runs of all its configurations, row by row.
@@ -63,7 +63,7 @@ def validate(
     only : names of rows, configurations or runs to restrict it to
     folder : where results are and go; ``results/validation/<paper>`` if None
     start : False: start no run, evaluate what is there
-    workers : what runs; a process for each physical core if None
+    workers : makes what runs, when there is something to run; a process for each physical core
     tell : called with each line of what goes on
 
     Raises
@@ -80,7 +80,7 @@ def validate(
     if start:
         find_modes([run for run in runs if wants_modes(rows, run)])
         if waiting := in_order(taken, tell):
-            failures = run_campaign(waiting, place, workers or LocalProcesses())
+            failures = run_campaign(waiting, place, workers())
     measured = measure(paper, runs, keys_of(paper), f"nutamill validate {name} --only")
     files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, place)
     return Comparison(paper, compare(rows, measured), files, failures, undrawn)

@@ -19,7 +19,7 @@ from nutamill.papers.library import paper_names, parse_paper, read_paper
 from nutamill.papers.quantities import QUANTITIES, charge_at_pin
 from nutamill.papers.runs import planned_runs
 from nutamill.papers.table import csv_text, json_text, markdown
-from nutamill.readings import Value
+from nutamill.quantities import Value
 from nutamill.result import Recorder, open_result
 
 RATE = 2000.0
@@ -231,60 +231,62 @@ def test_superposition_is_refused_where_the_charge_acted_on_the_mill(run):
 # ------------------------------------------------------------------------------------------------- the whole command
 
 
+class AtOnce:
+    """Stands for processes, and writes synthetic results: 600 rpm is interrupted once, bars always blow up."""
+
+    def submit(self, task):
+        future = Future()
+        if task.act == "run":
+            STARTED.append(task.name)
+            path = Path(task.path)
+            begun = path.exists()
+            path.unlink(missing_ok=True)
+            if task.name.startswith("bars"):
+                future.set_exception(StepError("t = 1 s: it blew up"))
+                return future
+            state = "interrupted" if "600" in task.name and not begun else "complete"
+            write_result(path, Case.from_toml(task.case_text, task.name), state=state).close()
+        future.set_result(None)
+        return future
+
+    def stop(self):
+        """Nothing runs."""
+
+
+STARTED = []
+
+
 @pytest.fixture
 def marched(monkeypatch):
-    """A worker that writes synthetic results at once; the list of what it was given."""
-    started = []
-
-    class AtOnce:
-        """Stands for processes: 600 rpm is interrupted once, bars always blow up."""
-
-        def submit(self, task):
-            future = Future()
-            if task.act == "run":
-                started.append(task.name)
-                path = Path(task.path)
-                begun = path.exists()
-                path.unlink(missing_ok=True)
-                if task.name.startswith("bars"):
-                    future.set_exception(StepError("t = 1 s: it blew up"))
-                    return future
-                state = "interrupted" if "600" in task.name and not begun else "complete"
-                write_result(path, Case.from_toml(task.case_text, task.name), state=state).close()
-            future.set_result(None)
-            return future
-
-        def stop(self):
-            """Nothing runs."""
-
-    monkeypatch.setattr(room, "LocalProcesses", AtOnce)
+    """Names of the runs that `AtOnce` was given."""
+    STARTED.clear()
     monkeypatch.setattr("nutamill.campaign.sweep.warm_up", lambda tell, law: None)
     monkeypatch.setattr(room, "read_paper", lambda name: parse_paper(PAPER, "paper.toml"))
-    return started
+    return STARTED
 
 
 def test_finished_runs_are_read_begun_ones_resumed_and_a_failure_does_not_stop_the_rest(marched, tmp_path):
-    done = room.validate("paper", folder=tmp_path, tell=lambda line: None)
+    done = room.validate("paper", folder=tmp_path, workers=AtOnce, tell=lambda line: None)
     assert sorted(marched) == ["bars-700rpm", "empty-600rpm", "empty-700rpm"]
     assert any("it blew up" in failure for failure in done.failures)
     assert done.findings[0].value == pytest.approx(620.0)
     assert done.findings[1].trouble == "not run. Do: nutamill validate paper --only bars-700rpm"
     marched.clear()
-    room.validate("paper", only=["empty"], folder=tmp_path, tell=lambda line: None)
+    room.validate("paper", only=["empty"], folder=tmp_path, workers=AtOnce, tell=lambda line: None)
     assert marched == ["empty-600rpm"]  # the others are complete: their files are read
-    room.validate("paper", only=["empty"], folder=tmp_path, tell=lambda line: None)
+    room.validate("paper", only=["empty"], folder=tmp_path, workers=AtOnce, tell=lambda line: None)
     assert marched == ["empty-600rpm"]
 
 
 def test_quick_starts_the_decisive_runs_only_and_every_file_holds_all_rows(marched, tmp_path):
-    done = room.validate("paper", quick=True, folder=tmp_path, tell=lambda line: None)
+    done = room.validate("paper", quick=True, folder=tmp_path, workers=AtOnce, tell=lambda line: None)
     assert marched == ["empty-700rpm"]
     assert [file.name for file in done.files] == ["comparison.csv", "comparison.json", "comparison.md", "figure-1.png"]
     assert len(json.loads((tmp_path / "comparison.json").read_text())["rows"]) == 2
 
 
 def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_not_run(marched, tmp_path):
-    done = room.validate("paper", quick=True, folder=tmp_path, tell=lambda line: None)
+    done = room.validate("paper", quick=True, folder=tmp_path, workers=AtOnce, tell=lambda line: None)
     readme = tmp_path / "README.md"
     readme.write_text("above\n<!-- validate paper -->\nold\n<!-- end paper -->\nbelow\n")
     room.write_short(readme, done, "paper")
@@ -300,7 +302,7 @@ def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_no
 
 
 def test_stored_results_are_evaluated_without_a_run(marched, tmp_path):
-    done = room.validate("paper", folder=tmp_path, start=False, tell=lambda line: None)
+    done = room.validate("paper", folder=tmp_path, start=False, workers=AtOnce, tell=lambda line: None)
     assert not marched and all(finding.trouble.startswith("not run") for finding in done.findings)
     assert done.undrawn == [f"figure {number} not drawn: none of its runs is complete" for number in (1, 2)]
 

@@ -16,7 +16,7 @@ from nutamill.campaign.member import Task, perform, state_of
 from nutamill.campaign.workers import LocalProcesses, WorkerError
 from nutamill.case import load_case
 from nutamill.errors import CaseError, StepError
-from nutamill.readings import Reading, read, reading_of
+from nutamill.quantities import Reading, read, reading_of
 from nutamill.result import Recorder, open_result
 
 EMPTY = ["charge.kind=none", "mechanism.mounting=rigid", "drive.ramp=10000 rpm/s", "run.until=50 ms", "run.checkpoint=10 ms"]
@@ -307,7 +307,8 @@ def test_command_runs_a_sweep_file_and_prints_its_table(tmp_path, engine, monkey
     assert said.exit_code == 0, said.output
     assert "3 runs into sweeps/speeds" in said.output
     assert "3 of 3  drive.speed=500 rpm" in said.output
-    assert "3 of 3 done   sweeps/speeds/table.csv" in said.output
+    assert "3 of 3 done   sweeps/speeds/table.csv   picture sweeps/speeds/table.png" in said.output
+    assert (tmp_path / "sweeps/speeds/table.png").stat().st_size > 5000
 
 
 def test_command_refuses_a_wrong_sweep_file_with_its_line(tmp_path, monkeypatch):

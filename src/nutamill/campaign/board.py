@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 from nutamill.analysis import with_interval
 from nutamill.campaign.member import finished
 from nutamill.campaign.table import Outcome
-from nutamill.readings import Reading
+from nutamill.quantities import Reading, Value
 
 if TYPE_CHECKING:
     from rich.live import Live
@@ -50,10 +50,11 @@ class Board:
         if self._live is not None:
             self._live.update(table(outcomes, self._readings))
             return
-        for outcome in outcomes:
-            if ended(outcome) and outcome.file.name not in self._told:
-                self._told.add(outcome.file.name)
-                print(f"{len(self._told)} of {len(outcomes)}  {line(outcome, self._readings)}", flush=True)
+        over = [outcome for outcome in outcomes if ended(outcome)]
+        new = [outcome for outcome in over if outcome.file.name not in self._told]
+        for number, outcome in enumerate(new, start=len(over) - len(new) + 1):
+            self._told.add(outcome.file.name)
+            print(f"{number} of {len(outcomes)}  {line(outcome, self._readings)}", flush=True)
 
 
 def ended(outcome: Outcome) -> bool:
@@ -67,7 +68,7 @@ def line(outcome: Outcome, readings: Sequence[Reading]) -> str:
     return "  ".join([outcome.member.label or outcome.member.case.name, *said, outcome.state])
 
 
-def _read(outcome: Outcome, readings: Sequence[Reading]):
+def _read(outcome: Outcome, readings: Sequence[Reading]) -> list[tuple[Reading, Value]]:
     """Readings of a run, as far as it has them."""
     return [(reading, outcome.values[reading]) for reading in readings if reading in outcome.values]
 

@@ -8,17 +8,23 @@ from nutamill.build.quick import banner
 from nutamill.build.quick import quick as quickened
 from nutamill.campaign.axes import axis_values, members
 from nutamill.campaign.board import Board, ended, total
+from nutamill.campaign.fit import fit
 from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import run_all
+from nutamill.campaign.table import dataset
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
+from nutamill.campaign_figures import draw_sweep
 from nutamill.case import Case, load_case
 from nutamill.case.sweep_file import is_sweep_file, load_sweep
-from nutamill.readings import DEFAULT, reading_of
+from nutamill.quantities import DEFAULT, reading_of
 
 
-def workers_of(jobs: int | None, cluster: str | None) -> Workers:
-    """Processes of this machine, or the workers of a cluster."""
-    return LocalProcesses(jobs) if cluster is None else ClusterWorkers(cluster_client(cluster, jobs))
+def workers_of(jobs: int | None, cluster: str | None) -> Callable[[], Workers]:
+    """Makes processes of this machine, or takes the workers of a cluster, for one batch of runs at a time."""
+    if cluster is None:
+        return lambda: LocalProcesses(jobs)
+    client = cluster_client(cluster, jobs)
+    return lambda: ClusterWorkers(client)
 
 
 def run_sweep(
@@ -64,8 +70,21 @@ def run_sweep(
         say(banner(found[0].case))
     with Board(readings) as board:
         board.message(f"{len(found)} runs into {folder}")
-        outcomes = run_all(found, folder, workers_of(jobs, cluster), readings, board, board.message)
+        outcomes = run_all(found, folder, workers_of(jobs, cluster)(), readings, board, board.message)
         board(outcomes)
+    picture = draw_sweep(dataset(outcomes, axes, readings), readings)
+    if picture is not None:
+        picture.savefig(folder / "table.png")
     bad = [outcome for outcome in outcomes if ended(outcome) and not finished(outcome.state)]
-    say(f"{total(outcomes)}   {folder / 'table.csv'}" + ("   the same command again does what is left" if bad else ""))
+    drawn = f"   picture {folder / 'table.png'}" if picture is not None else ""
+    say(f"{total(outcomes)}   {folder / 'table.csv'}{drawn}" + ("   the same command again does what is left" if bad else ""))
     return not bad
+
+
+def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) -> list[str]:
+    """Fit, and say what was found; parameters as typed, errors as of `nutamill.campaign.fit.fit`."""
+    folder = to or Path("fits") / file.stem
+    with Board(DEFAULT) as board:
+        board.message(f"runs into {folder}")
+        found = fit(file, folder, workers_of(jobs, cluster), board, board.message)
+    return found.lines()

@@ -1,8 +1,9 @@
 """`sweep`: a case with other values of some keys, all combinations, each run once; and `run_all` for any cases."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from pathlib import Path
+from threading import Event
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from nutamill.build.bed import bed_is_kept, bed_key
@@ -14,9 +15,11 @@ from nutamill.campaign.table import Outcome, dataset, write_csv
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, MillError
-from nutamill.readings import DEFAULT, Reading, read
+from nutamill.kernel import kernel_digest
+from nutamill.quantities import DEFAULT, Reading, read
 from nutamill.result import open_result
 from nutamill.warm import warm_up
+from nutamill.watch import interrupts
 
 if TYPE_CHECKING:
     import distributed
@@ -93,6 +96,7 @@ def run_all(
     folder.mkdir(parents=True, exist_ok=True)
     board = {member.case.digest: _outcome(member, folder, "waiting", readings) for member in found}
     left = [outcome for outcome in board.values() if not finished(outcome.state)]
+    _tell_of_other_kernels(board.values(), tell)
 
     def keep(outcome: Outcome) -> None:
         board[outcome.member.case.digest] = outcome
@@ -102,19 +106,28 @@ def run_all(
         if left:
             for law in {contact_law_of(outcome.member.case) for outcome in left}:
                 warm_up(tell, law=law)
-            _settle([outcome.member.case for outcome in left], workers, tell)
-            tasks = {workers.submit(_task("run", outcome.member.case, outcome.file)): outcome.member for outcome in left}
-            while tasks:
-                done, _ = wait(tasks, POLL, FIRST_COMPLETED)
-                for future in done:
-                    member = tasks.pop(future)
-                    keep(_outcome(member, folder, _trouble(future), readings))
-                if report is not None:
-                    report([outcome if outcome.values else _glance(outcome) for outcome in board.values()])
+            with interrupts() as interrupted:
+                _settle([outcome.member.case for outcome in left], workers, tell, interrupted)
+                tasks = {workers.submit(_task("run", outcome.member.case, outcome.file)): outcome.member for outcome in left}
+                for done in _as_they_end(tasks, interrupted):
+                    for future in done:
+                        keep(_outcome(tasks[future], folder, _trouble(future), readings))
+                    if report is not None:
+                        report([outcome if outcome.values else _glance(outcome) for outcome in board.values()])
     finally:
         workers.stop()
         write_csv(folder / "table.csv", list(board.values()), readings)
     return list(board.values())
+
+
+def _as_they_end(futures: Iterable[Future], interrupted: Event) -> Iterator[set[Future]]:
+    """Those that have ended since the last look, about once a second, until all have; KeyboardInterrupt when it is interrupted."""
+    left = set(futures)
+    while left:
+        done, left = wait(left, POLL, FIRST_COMPLETED)
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+        yield done
 
 
 def _refuse(found: Sequence[Member]) -> None:
@@ -129,6 +142,17 @@ def _refuse(found: Sequence[Member]) -> None:
         raise CaseError(*dict.fromkeys(faults))
 
 
+def _tell_of_other_kernels(outcomes: Iterable[Outcome], tell: Callable[[str], None] | None) -> None:
+    """Say which finished results another version has made: they are read all the same."""
+    others = []
+    for outcome in outcomes:
+        if finished(outcome.state):
+            with open_result(outcome.file) as result:
+                others += [outcome.file.name] if result.provenance.get("kernel_digest") != kernel_digest() else []
+    if others and tell is not None:
+        tell(f"{len(others)} results were made by other kernels than this version has and are read as they are: {', '.join(others)}")
+
+
 def result_path(case: Case, folder: Path) -> Path:
     """Result file of a case in a campaign's folder: named by the content of the case."""
     return folder / f"{case.name}-{case.digest[:12]}.h5"
@@ -138,12 +162,13 @@ def _task(act: str, case: Case, file: Path) -> Task:
     return Task(act, case.to_toml(), case.name, str(file.absolute()))
 
 
-def _settle(cases: Sequence[Case], workers: Workers, tell: Callable[[str], None] | None) -> None:
+def _settle(cases: Sequence[Case], workers: Workers, tell: Callable[[str], None] | None, interrupted: Event) -> None:
     """Settle each distinct bed that is not kept yet; a fault shows again in the runs that need it."""
     beds = {bed_key(case): case for case in cases if not bed_is_kept(case)}
     if beds and tell is not None:
         tell(f"settling {len(beds)} bed{'s' if len(beds) > 1 else ''} that {len(cases)} runs begin with")
-    wait([workers.submit(_task("settle", case, Path())) for case in beds.values()])
+    for _ in _as_they_end([workers.submit(_task("settle", case, Path())) for case in beds.values()], interrupted):
+        pass
 
 
 def _trouble(future: Future) -> str:

@@ -10,12 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray
 
-from nutamill import units
 from nutamill.campaign.axes import Member
-from nutamill.case import Case
-from nutamill.case.wording import fields_at
-from nutamill.readings import NOTHING, Reading, Value
-from nutamill.tables import Quantity
+from nutamill.case.keys import held as held_at
+from nutamill.case.keys import unit_at
+from nutamill.quantities import NOTHING, Reading, Value
 
 PARTS = {"": "mean", "_half_width": "half_width", "_window": "window"}
 """Variables of a reading in the dataset, by what is added to its name."""
@@ -62,25 +60,11 @@ def dataset(outcomes: Sequence[Outcome], axes: Mapping[str, Sequence[Any]], read
 def _coordinate(key: str, outcomes: Sequence[Outcome]) -> tuple[Any, ...]:
     """Values of a swept key along its axis, and their unit."""
     asked = dict.fromkeys(map(str, (outcome.member.values[key] for outcome in outcomes)))
-    held = {str(outcome.member.values[key]): _held(outcome.member.case, key) for outcome in outcomes}
+    held = {str(outcome.member.values[key]): held_at(outcome.member.case, key) for outcome in outcomes}
     values = [held[text] for text in asked]
     if not all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values):
         return key, list(asked)
-    *table, last = key.split(".")
-    field = fields_at(Case, tuple(table)).get(last)
-    quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None) if field else None
-    return key, values, {"units": next(iter(units.UNITS[quantity.kind])) if quantity else "1"}
-
-
-def _held(case: Case, key: str) -> Any:
-    """What a case holds at a dotted key; None where there is nothing."""
-    found: Any = case.model_dump(by_alias=True)
-    for part in key.split("."):
-        try:
-            found = found[int(part)] if isinstance(found, (list, tuple)) else found[part]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return found
+    return key, values, {"units": unit_at(key)}
 
 
 def write_csv(path: Path, outcomes: Sequence[Outcome], readings: Sequence[Reading]) -> None:

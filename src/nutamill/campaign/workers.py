@@ -58,7 +58,15 @@ class LocalProcesses:
         with self._lock:
             if self._stopped:
                 raise WorkerError("not begun")
-            process = subprocess.Popen([sys.executable, "-c", PROGRAM], stdin=pipe, stderr=pipe, stdout=subprocess.DEVNULL, text=True)
+            # a session of its own: an interrupt at the terminal reaches the campaign alone, which asks its processes to save, once
+            process = subprocess.Popen(
+                [sys.executable, "-c", PROGRAM],
+                stdin=pipe,
+                stderr=pipe,
+                stdout=subprocess.DEVNULL,
+                text=True,
+                start_new_session=True,
+            )
             self._running.add(process)
         try:
             process.stdin.write(json.dumps(task) + "\n")

@@ -10,7 +10,7 @@ from nutamill.errors import ResultError
 from nutamill.papers.model import Paper, Row
 from nutamill.papers.quantities import MODES, QUANTITIES
 from nutamill.papers.runs import COMPLETE, MISSING, PlannedRun, read_modes, run_state
-from nutamill.readings import Value
+from nutamill.quantities import Value
 from nutamill.result import open_result
 
 

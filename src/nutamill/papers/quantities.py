@@ -11,7 +11,7 @@ from nutamill.analysis import power_split, ramp_end, steady_window
 from nutamill.case import Case
 from nutamill.charge_flow import crest, surface_heights, window
 from nutamill.errors import ResultError
-from nutamill.readings import Value
+from nutamill.quantities import Value
 from nutamill.result import Result
 from nutamill.steady import FEWEST_TURNS, steady_mean, turn_means, turn_swings, whole_turns
 from nutamill.units import Kind
