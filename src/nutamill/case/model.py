@@ -29,7 +29,7 @@ from nutamill.machine import (
     TopFrame,
 )
 from nutamill.materials import ContactLaws, Material
-from nutamill.tables import FROM_FILE, AutoTime, Coordinate, Count, Frequency, Table, Time, refusal
+from nutamill.tables import FROM_FILE, AutoTime, Coordinate, Count, EndTime, Frequency, Share, Table, Time, refusal
 
 
 def _threads(given: Any) -> Any:
@@ -56,11 +56,19 @@ class SnapshotPlan(Table):
     """How long before the end of the run [s]."""
 
 
+STEADY_DEFAULTS = {"max": "30 s", "precision": 0.01}
+"""Keys of a run that ends when steady, unless given."""
+
+
 class RunPlan(Table):
     """How long, how finely, and what is kept."""
 
-    until: Time
-    """Simulated time at the end [s]."""
+    until: EndTime
+    """Simulated time at the end [s]; ``"steady"``: when crank-pin force and torque are steady, looked at at each checkpoint."""
+    max: Time | None = None
+    """With until = "steady": simulated time at the end at the latest [s]."""
+    precision: Share | None = None
+    """With until = "steady": 95 % half width, and drift, of both means at which they count as known and steady, share of their size [1]."""
     dt: AutoTime = "auto"
     """Charge substep [s]; ``"auto"``: contact time of the stiffest, lightest pair over 20."""
     window: Annotated[Count, Field(ge=1)] = 10
@@ -79,6 +87,17 @@ class RunPlan(Table):
     """Simulated time between checkpoints [s]."""
     statistics: bool = True
     """Whether spectra, wall work and fields of the charge are summed, and recorded at every checkpoint."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _bounded(cls, given: Any) -> Any:
+        """A run that ends when steady has a longest time and a precision, whether given or not."""
+        return STEADY_DEFAULTS | given if isinstance(given, dict) and given.get("until") == "steady" else given
+
+    @property
+    def end(self) -> float:
+        """Simulated time at the end at the latest [s]."""
+        return self.max if self.until == "steady" else self.until
 
 
 class Case(Table):
