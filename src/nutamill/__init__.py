@@ -23,6 +23,7 @@ _HOME = {
     "fit": "nutamill.campaign.fit",
     "mount_properties": "nutamill.mount_test",
     "open_result": "nutamill.result",
+    "validate": "nutamill.validation",
     "MillError": "nutamill.errors",
     "CaseError": "nutamill.errors",
     "StepError": "nutamill.errors",

@@ -199,6 +199,34 @@ def bench() -> None:
 
 @app.command()
 @_told
+def validate(
+    paper: Annotated[str, typer.Argument(metavar="PAPER", help="saimm2025, mca2026, or a file of the same form.")],
+    quick: Annotated[bool, typer.Option("--quick", help="Start the few decisive runs only.")] = False,
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="NAME", help="A row, a configuration or a run; repeatable.")] = None,
+    results: Annotated[Path | None, typer.Option(help="Folder of the results; else results/validation/<paper>.")] = None,
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    stored: Annotated[bool, typer.Option("--stored", help="Start no run: evaluate what is there.")] = False,
+    short: Annotated[
+        Path | None, typer.Option("--markdown", metavar="FILE", help="Write the short table there, between its marks if it has them.")
+    ] = None,
+) -> None:
+    """Compare a published paper with runs of all its configurations, row by row."""
+    from nutamill import validation as room
+    from nutamill.campaign.command import workers_of
+    from nutamill.papers.table import print_table
+
+    done = room.validate(paper, quick, only or [], results, not stored, workers_of(jobs, cluster), typer.echo)
+    print_table(done.findings, done.paper)
+    for line in (*done.failures, *done.undrawn):
+        typer.echo(line, err=True)
+    if short is not None:
+        room.write_short(short, done, paper)
+    typer.echo(f"{', '.join(str(file) for file in done.files)}")
+
+
+@app.command()
+@_told
 def sweep(
     case: Annotated[str, typer.Argument(metavar="CASE|SWEEP.toml", help="A case, or a sweep file.")],
     changes: Annotated[

@@ -237,6 +237,11 @@ def preflight(case: Case) -> Preflight:
     )
 
 
+def wall_time(case: Case) -> float:
+    """Expected wall time of a run [s], settling and compilation left out; of `preflight` this alone, which takes no assembling."""
+    return _wall_time(case, run_clock(case), sum(particles.pebbles for particles in charge_parts(case)))
+
+
 def _part_facts(case: Case, room: float) -> list[PartFacts]:
     """What each part of the charge comes to in a free volume of `room` [m^3]."""
     found = []

@@ -22,9 +22,11 @@ FLOOR = {
     "advance": 8,
     **dict.fromkeys(("charge_flow", "quantities"), 8),
     **dict.fromkeys(("march", "figures", "bench"), 9),
-    **dict.fromkeys(("charge_figures", "mount_figures", "campaign_figures"), 10),
+    "papers": 9,
+    **dict.fromkeys(("charge_figures", "mount_figures", "campaign_figures", "paper_figures"), 10),
     "campaign": 11,
-    "cli": 12,
+    "validation": 12,
+    "cli": 13,
 }
 """A room imports from lower floors and from itself only."""
 
@@ -41,6 +43,8 @@ NEVER = {
     "charge_flow": ENGINES,
     **dict.fromkeys(("charge_figures", "mount_figures", "campaign_figures"), ENGINES),
     "figures": ENGINES,
+    "papers": ENGINES,
+    "paper_figures": ENGINES,
     "quantities": ENGINES,
     "screen": ENGINES,
 }
@@ -50,12 +54,12 @@ AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "h5py": {"result.py"},
-    "matplotlib": {"figures.py", "charge_figures.py", "mount_figures.py", "campaign_figures.py"},
+    "matplotlib": {"figures.py", "charge_figures.py", "mount_figures.py", "campaign_figures.py", "paper_figures.py"},
     "tomllib": {"case"},
-    "pydantic": {"case", "machine.py", "materials.py", "tables.py"},
+    "pydantic": {"case", "machine.py", "materials.py", "tables.py", "papers"},
     "pydantic_core": {"tables.py"},
     "typer": {"cli.py"},
-    "rich": {"screen.py", "campaign/board.py"},
+    "rich": {"screen.py", "campaign/board.py", "papers"},
     "distributed": {"campaign"},
     "trimesh": {"build/wall_mesh.py"},
 }
