@@ -159,10 +159,10 @@ def show(case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A c
 @_told
 def fields() -> None:
     """List every recorded quantity: name, unit, meaning."""
-    from nutamill.fields import SERIES, SNAPSHOT
+    from nutamill.fields import PART_SERIES, SERIES, SNAPSHOT
 
-    width = max(len(field.name) for field in (*SERIES, *SNAPSHOT))
-    for heading, known in (("series", SERIES), ("snapshots", SNAPSHOT)):
+    width = max(len(field.name) for field in (*SERIES, *PART_SERIES, *SNAPSHOT))
+    for heading, known in (("series", SERIES), ("series of a mechanism's parts", PART_SERIES), ("snapshots", SNAPSHOT)):
         typer.echo(heading)
         for field in known:
             typer.echo(f"  {field.name:{width}}  {field.unit:8}  {field.meaning}")
