@@ -18,11 +18,12 @@ FLOOR = {
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
     **dict.fromkeys(("result", "build", "warm"), 6),
-    **dict.fromkeys(("analysis", "dialects", "preflight", "watch"), 7),
+    **dict.fromkeys(("analysis", "mechanism_analysis", "dialects", "preflight", "mechanism_preflight", "watch"), 7),
     "advance": 8,
     "charge_flow": 8,
     **dict.fromkeys(("march", "figures", "bench"), 9),
     "charge_figures": 10,
+    "mechanism_figures": 10,
     "cli": 11,
 }
 """A room imports from lower floors and from itself only."""
@@ -35,9 +36,11 @@ NEVER = {
     "coupling": MILL,
     "result": ENGINES,
     "analysis": ENGINES,
+    "mechanism_analysis": ENGINES,
     "charge_flow": ENGINES,
     "charge_figures": ENGINES,
     "figures": ENGINES,
+    "mechanism_figures": ENGINES,
     "screen": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
@@ -46,7 +49,7 @@ AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "h5py": {"result.py"},
-    "matplotlib": {"figures.py", "charge_figures.py"},
+    "matplotlib": {"figures.py", "charge_figures.py", "mechanism_figures.py"},
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py"},
     "pydantic_core": {"tables.py"},

@@ -51,9 +51,7 @@ def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
 def _contact_losses(name: str, label: str) -> tuple[Field, ...]:
     """Energy the contacts of one class have dissipated, by part of the law."""
     return tuple(
-        energy(
-            f"{name}_{part}_loss", f"D_{{\\mathrm{{{name},{part[0]}}}}}", f"{label}, {part}", f"energy dissipated so far {how}, {label}"
-        )
+        energy(f"{name}_{part}_loss", f"D_{{\\mathrm{{{name},{part[0]}}}}}", f"{label}, {part}", f"energy dissipated so far {how}, {label}")
         for part, how in (
             ("normal", "by the normal dashpots"),
             ("tangential", "by sliding"),
