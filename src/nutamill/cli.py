@@ -234,12 +234,12 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
 
 def _summary(result: "Result") -> tuple[list[str], list[str]]:
     """What a result came to, and what is odd about it, as lines."""
-    from nutamill import analysis
-    from nutamill import mechanism_analysis as parts
+    from nutamill.analysis import summary_lines, warning_lines
+    from nutamill.mechanism_analysis import is_mechanism, mechanism_summary_lines, mechanism_warning_lines
 
-    if parts.is_mechanism(result):
-        return parts.mechanism_summary_lines(result), parts.mechanism_warning_lines(result)
-    return analysis.summary_lines(result), analysis.warning_lines(result)
+    if is_mechanism(result):
+        return mechanism_summary_lines(result), mechanism_warning_lines(result)
+    return summary_lines(result), warning_lines(result)
 
 
 def _draw(result: "Result", path: Path) -> list[Path]:
