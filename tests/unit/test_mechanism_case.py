@@ -154,7 +154,7 @@ def test_a_body_that_nothing_holds_is_named_by_the_search_for_modes(file):
         MechanismCase.model_validate({**case.model_dump(by_alias=True), "joints": (), "springs": (), "gravity": (0, 0, 0)})
     )
     static_equilibrium(*engine)
-    with pytest.raises(CaseError, match="every motion must be held by something, the (shift|turn) of body 'arm'"):
+    with pytest.raises(CaseError, match=r"every motion must be held by something, the (shift|turn) of body 'arm'"):
         modes(*engine)
     assert mechanism_preflight(load_case(file)).modes
 
@@ -190,5 +190,5 @@ def test_units_and_unknown_keys_of_a_part_are_told_with_their_lines(tmp_path):
 
 def test_a_loop_that_does_not_close_is_refused_before_a_step(file):
     case = load_case(file).with_("joints.pin.point_b", ("0 mm", "0 mm", "2 mm"))
-    with pytest.raises(CaseError, match="joint 'pin'.*gap of 2 mm"):
+    with pytest.raises(CaseError, match=r"joint 'pin'.*gap of 2 mm"):
         build_mechanism(case)
