@@ -16,6 +16,10 @@ ROW_MICROSECONDS = 0.5
 """Wall time per constraint row and step that forecasts count with [us]."""
 
 
+UNSTABLE = -1.0 + 1e-9
+"""Damping ratio [1] up to which a motion about rest does not swing but falls away."""
+
+
 @dataclass(frozen=True, slots=True)
 class MechanismSheet:
     """What is known of a mechanism before it is run."""
@@ -61,7 +65,10 @@ class MechanismSheet:
         if self.not_unique:
             shown.append(f"          reactions not unique: {', '.join(self.not_unique)}")
         if self.modes:
-            shown.append("modes     " + ", ".join(f"{f:.4g} Hz ({100 * z:.2g} %)" for f, z in self.modes) + " about rest, drives held")
+            stable = [f"{f:.4g} Hz ({100 * z:.2g} %)" for f, z in self.modes if z > UNSTABLE]
+            shown.append("modes     " + (", ".join(stable) or "none that swing") + " about rest, drives held")
+            if len(stable) < len(self.modes):
+                shown.append("          the rest found is unstable: the mechanism falls away from it")
         else:
             shown.append(f"modes     none: {self.modes_missing}")
         steps = case.run.until / self.step

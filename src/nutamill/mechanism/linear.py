@@ -22,6 +22,9 @@ NEWTON_ROUNDS, NEWTON_TOLERANCE, LONGEST_STEP = 60, 1e-11, 0.05
 """Limit of rounds [1], last step [m or rad] that counts as none, and largest step [m or rad] of the search for rest."""
 
 
+BALANCE = 1e-6
+"""Load that may be left over at rest [1], over the largest load."""
+
 SLOWEST = 0.01
 """Frequency below which a motion counts as held by nothing [Hz]: what the central differences leave of zero lies below."""
 
@@ -85,8 +88,20 @@ def static_equilibrium(
             f"static equilibrium: must be found in {NEWTON_ROUNDS} rounds, the last one still moved {longest:.3g} m or rad. "
             "Check that every body is held by a joint, a bushing or a spring"
         )
+    check_balance(mechanism, state, scratch, held)
     if start(mechanism, state, scratch) != OK:
         raise StepError("static equilibrium: must give finite accelerations. Check that every body is held")
+
+
+def check_balance(mechanism, state, scratch, held) -> None:
+    """Raise StepError if loads are left that neither constraints nor stiffness balance: the search has stuck where it has no slope."""
+    free = free_directions(dense_jacobian(mechanism, state, scratch)[held])
+    load = residual(mechanism, state, scratch, np.zeros(len(mechanism.rows)))
+    if np.abs(free.T @ load).max(initial=0.0) > BALANCE * max(np.abs(load).max(), 1.0):
+        raise StepError(
+            "static equilibrium: must balance all loads, it stuck where nothing pulls towards rest. "
+            "Assemble the mechanism nearer to where it rests, or hold it with a bushing or a spring"
+        )
 
 
 def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch, loose: str = "refuse") -> Modes:
