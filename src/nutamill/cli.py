@@ -83,6 +83,13 @@ def check(
 ) -> None:
     """Say everything that can be known before a run."""
     loaded = _load(case, overrides)
+    from nutamill.case import MechanismCase
+
+    if isinstance(loaded, MechanismCase):
+        from nutamill.mechanism_preflight import mechanism_preflight
+
+        typer.echo("\n".join(mechanism_preflight(loaded).lines()))
+        return
     from nutamill.build.chamber_charge import contact_law_of
     from nutamill.dialects import dialect_lines
     from nutamill.preflight import preflight
@@ -103,6 +110,8 @@ def run(
 ) -> None:
     """Run a case to a result file."""
     loaded = _load(case, overrides)
+    if (quick or threads is not None) and not hasattr(loaded, "charge"):
+        raise CaseError(Fault("--quick" if quick else "--threads", "is for mills with a charge, this is a mechanism", "Leave it out"))
     if quick:
         from nutamill.build.quick import banner
         from nutamill.build.quick import quick as quickened
@@ -144,13 +153,13 @@ def resume(
 def show(case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A case or a result.")], overrides: Overrides = None) -> None:
     """Print a case with every default written out, or the summary of a result."""
     if Path(case).suffix in (".h5", ".hdf5"):
-        from nutamill.analysis import summary_lines, warning_lines
         from nutamill.result import open_result
 
         with open_result(case) as result:
             facts = {"state": result.state, **result.summary, **result.provenance}
             lines = [f"{key:16}  {value}" for key, value in facts.items()]
-            typer.echo("\n".join([*summary_lines(result), *warning_lines(result), *lines]))
+            summary, warnings = _summary(result)
+            typer.echo("\n".join([*summary, *warnings, *lines]))
     else:
         typer.echo(_load(case, overrides).to_toml(), nl=False)
 
@@ -159,10 +168,10 @@ def show(case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A c
 @_told
 def fields() -> None:
     """List every recorded quantity: name, unit, meaning."""
-    from nutamill.fields import SERIES, SNAPSHOT
+    from nutamill.fields import PART_SERIES, SERIES, SNAPSHOT
 
-    width = max(len(field.name) for field in (*SERIES, *SNAPSHOT))
-    for heading, known in (("series", SERIES), ("snapshots", SNAPSHOT)):
+    width = max(len(field.name) for field in (*SERIES, *PART_SERIES, *SNAPSHOT))
+    for heading, known in (("series", SERIES), ("series of a mechanism's parts", PART_SERIES), ("snapshots", SNAPSHOT)):
         typer.echo(heading)
         for field in known:
             typer.echo(f"  {field.name:{width}}  {field.unit:8}  {field.meaning}")
@@ -285,9 +294,7 @@ def _load(name: str, overrides: list[str] | None) -> "Case":
 
 
 def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> None:
-    """Run with the live screen, then print the summary and draw the picture beside the result."""
-    from nutamill.analysis import summary_lines, warning_lines
-    from nutamill.figures import draw_ledger, draw_run
+    """Run with the live screen, then print the summary and draw the pictures beside the result."""
     from nutamill.result import open_result
     from nutamill.screen import Screen
 
@@ -302,16 +309,39 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
         typer.echo(said, err=True)
         raise typer.Exit(INTERRUPTED) from None
     with result:
-        typer.echo("\n".join(summary_lines(result)))
-        for warning in warning_lines(result):
+        summary, warnings = _summary(result)
+        typer.echo("\n".join(summary))
+        for warning in warnings:
             typer.echo(warning, err=True)
-        picture = path.with_suffix(".png")
-        draw_run(result).savefig(picture)
-        ledger = path.with_name(f"{path.stem}-power.png")
-        draw_ledger(result).savefig(ledger)
-    typer.echo(f"{path}   pictures {picture}, {ledger}")
+        pictures = _draw(result, path)
+    typer.echo(f"{path}   picture{'s' * (len(pictures) > 1)} {', '.join(map(str, pictures))}")
     if missed is not None:
         raise missed
+
+
+def _summary(result: "Result") -> tuple[list[str], list[str]]:
+    """What a result came to, and what is odd about it, as lines."""
+    from nutamill.analysis import summary_lines, warning_lines
+    from nutamill.mechanism_analysis import is_mechanism, mechanism_summary_lines, mechanism_warning_lines
+
+    if is_mechanism(result):
+        return mechanism_summary_lines(result), mechanism_warning_lines(result)
+    return summary_lines(result), warning_lines(result)
+
+
+def _draw(result: "Result", path: Path) -> list[Path]:
+    """Draw the pictures of a run beside its result; their files."""
+    from nutamill.figures import draw_ledger, draw_run
+    from nutamill.mechanism_analysis import is_mechanism
+    from nutamill.mechanism_figures import draw_reactions
+
+    picture, ledger = path.with_suffix(".png"), path.with_name(f"{path.stem}-power.png")
+    if is_mechanism(result):
+        draw_reactions(result).savefig(picture)
+        return [picture]
+    draw_run(result).savefig(picture)
+    draw_ledger(result).savefig(ledger)
+    return [picture, ledger]
 
 
 if __name__ == "__main__":
