@@ -227,5 +227,61 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
     typer.echo(f"{path}   pictures {picture}, {ledger}")
 
 
+# ---- answers of a case or a result: each prints a table and saves a figure
+
+Picture = Annotated[Path | None, typer.Option("--to", help="Picture; else beside the results.")]
+ChargeMass = Annotated[bool, typer.Option("--charge", help="With the mass of the charge fixed to the chamber's base.")]
+
+
+def _answer(lines: list[str], figure: Any, picture: Path | None, stem: str) -> None:
+    """Print a table, save its figure and say where."""
+    typer.echo("\n".join(lines))
+    path = picture or Path("results") / f"{stem}.png"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path)
+    typer.echo(f"picture {path}")
+
+
+def _quantity(text: str, kind: str, option: str) -> float:
+    """SI value of an option with a unit."""
+    from nutamill import units
+
+    try:
+        return units.parse(text, kind)
+    except units.UnitError as error:
+        raise CaseError(Fault(option, error.what, error.hint)) from None
+
+
+@app.command()
+@_told
+def modes(
+    case: CaseName,
+    overrides: Overrides = None,
+    speed: Annotated[str, typer.Option(help='Driveshaft speed, e.g. "700 rpm".')] = "0 rpm",
+    charge: ChargeMass = False,
+    to: Picture = None,
+) -> None:
+    """Natural frequencies, damping and shapes of the mill on its mounts, at rest or at speed."""
+    from nutamill.design.modes import machine_modes, modes_lines
+    from nutamill.design_figures import draw_modes
+
+    loaded = _load(case, overrides)
+    found = machine_modes(loaded, _quantity(speed, "speed of rotation", "--speed"), charge)
+    _answer(modes_lines(found), draw_modes(loaded, found), to, f"{loaded.name}-modes")
+
+
+@app.command()
+@_told
+def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None) -> None:
+    """Campbell diagram of the mill, and the speeds to avoid."""
+    from nutamill.design.modes import avoid_lines
+    from nutamill.design.modes import campbell as diagram
+    from nutamill.design_figures import draw_campbell
+
+    loaded = _load(case, overrides)
+    found = diagram(loaded, charge=charge)
+    _answer(avoid_lines(found), draw_campbell(found), to, f"{loaded.name}-campbell")
+
+
 if __name__ == "__main__":
     sys.exit(app())

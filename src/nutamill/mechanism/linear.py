@@ -98,12 +98,17 @@ def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch
     small_mass = free.T @ mass @ free
     a = np.linalg.solve(small_mass, free.T @ stiffness @ free)
     b = np.linalg.solve(small_mass, free.T @ damping @ free)
-    m = len(small_mass)
-    values, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-a, -b]]))
+    return modes_of(a, b, free)
+
+
+def modes_of(stiffness: np.ndarray, damping: np.ndarray, directions: np.ndarray) -> Modes:
+    """Modes of ``q'' + damping q' + stiffness q = 0``, matrices (m, m) per unit mass; bodies move by ``directions q``, (6 n_bodies, m)."""
+    m = len(stiffness)
+    values, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-stiffness, -damping]]))
     chosen = np.flatnonzero(values.imag >= 0.0)
     chosen = chosen[np.argsort(np.abs(values[chosen]), kind="stable")]
     size = np.abs(values[chosen])
-    shape = free @ vectors[:m, chosen]
+    shape = directions @ vectors[:m, chosen]
     shape = shape / shape[np.abs(shape).argmax(axis=0), np.arange(len(chosen))]
     ratio = np.where(size > 0.0, -values[chosen].real / np.where(size > 0.0, size, 1.0), 1.0)
     return Modes(size / (2.0 * np.pi), ratio, shape.reshape(-1, 6, len(chosen)))
