@@ -198,6 +198,15 @@ class BearingCross(Table):
     """About each axis [kg m^2]."""
 
 
+class Rod(Table):
+    """One of six rods with spherical ends that hold the yoke of the universal joint."""
+
+    at: tuple[Coordinate, Coordinate, Coordinate]
+    """Where it takes hold of the yoke, in frame axes from the nutation point [m]."""
+    along: Literal["x", "y", "z"]
+    """Frame axis it is parallel to, from the yoke in its positive sense."""
+
+
 class IntermediateShaft(Table):
     """The shaft between the motor and the shaft coupling, held by the ground."""
 

@@ -20,9 +20,9 @@ FLOOR = {
     **dict.fromkeys(("result", "build", "warm"), 6),
     **dict.fromkeys(("analysis", "dialects", "preflight", "watch"), 7),
     "advance": 8,
-    "charge_flow": 8,
+    **dict.fromkeys(("charge_flow", "readings"), 8),
     **dict.fromkeys(("march", "figures", "bench"), 9),
-    **dict.fromkeys(("charge_figures", "design"), 10),
+    **dict.fromkeys(("charge_figures", "reading_figures", "design"), 10),
     "design_figures": 11,
     "cli": 12,
 }
@@ -39,6 +39,8 @@ NEVER = {
     "charge_flow": ENGINES,
     "charge_figures": ENGINES,
     "figures": ENGINES,
+    "readings": ENGINES,
+    "reading_figures": ENGINES,
     "screen": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
@@ -47,7 +49,7 @@ AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "h5py": {"result.py"},
-    "matplotlib": {"figures.py", "charge_figures.py", "design_figures.py"},
+    "matplotlib": {"figures.py", "charge_figures.py", "design_figures.py", "reading_figures.py"},
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py"},
     "pydantic_core": {"tables.py"},

@@ -112,7 +112,8 @@ def speed_mismatch(mechanism, weights, kept, i) -> float:
     for t in times:
         evaluate_drives(mechanism.drives, mechanism.knots, t, motion)
         rate = np.zeros(len(mechanism.rows))
-        rate[mechanism.drives.row] = motion[:, 1]
+        prescribed = mechanism.drives.row >= 0
+        rate[mechanism.drives.row[prescribed]] = motion[prescribed, 1]
         largest = max(largest, abs(rate[i] - weights @ rate[kept]))
         scale = max(scale, np.abs(motion[:, 1]).max())
     return largest if largest > LARGEST_MISMATCH * max(scale, 1.0) else 0.0

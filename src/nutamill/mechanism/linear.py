@@ -11,6 +11,7 @@ import numpy as np
 from nutamill.errors import StepError
 from nutamill.frames import turn_quaternion
 from nutamill.mechanism.constraints import dense_jacobian
+from nutamill.mechanism.drive import driven_axis
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.equations import apply_loads
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
@@ -60,16 +61,17 @@ def static_equilibrium(
     state.velocity[:], state.angular_velocity[:] = 0.0, 0.0
     held = held_rows(mechanism, hold_drives)
     n, n_held = 6 * (len(mechanism.bodies) - 1), int(held.sum())
-    reaction = np.zeros(len(mechanism.rows))
-    jacobian = dense_jacobian(mechanism, state, scratch)
+    reaction = np.zeros(len(held))
+    jacobian = locked_jacobian(mechanism, state, scratch)
     reaction[held] = np.linalg.lstsq(jacobian[held].T, -residual(mechanism, state, scratch, reaction), rcond=None)[0]
     for _ in range(NEWTON_ROUNDS):
         stiffness = tangent_stiffness(mechanism, state, scratch, reaction)
         force = residual(mechanism, state, scratch, reaction)
-        jacobian = dense_jacobian(mechanism, state, scratch)[held]
+        jacobian = locked_jacobian(mechanism, state, scratch)[held]
+        gap = np.append(scratch.gap, np.zeros(len(held) - len(scratch.gap)))
         scale = max(np.abs(stiffness).max(), 1.0)
         matrix = np.block([[stiffness / scale, -jacobian.T], [jacobian, np.zeros((n_held, n_held))]])
-        solution = np.linalg.lstsq(matrix, np.concatenate([force / scale, -scratch.gap[held]]), rcond=1e-13)[0]
+        solution = np.linalg.lstsq(matrix, np.concatenate([force / scale, -gap[held]]), rcond=1e-13)[0]
         longest = np.abs(solution[:n]).max(initial=0.0)
         share = min(1.0, LONGEST_STEP / max(longest, LONGEST_STEP))
         displace(state, share * solution[:n])
@@ -90,7 +92,7 @@ def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch
 
     `state` is left as it is, and should be at rest (`static_equilibrium`): velocities count as zero.
     """
-    jacobian = dense_jacobian(mechanism, state, scratch)
+    jacobian = locked_jacobian(mechanism, state, scratch)
     mass = mass_matrix(mechanism, scratch)
     stiffness = tangent_stiffness(mechanism, state, scratch, state.multiplier)
     damping = tangent_damping(mechanism, state, scratch)
@@ -115,8 +117,20 @@ def modes_of(stiffness: np.ndarray, damping: np.ndarray, directions: np.ndarray)
 
 
 def held_rows(mechanism, hold_drives) -> np.ndarray:
-    """Which constraint rows count, (n_rows,) of bool."""
-    return np.ones(len(mechanism.rows), bool) if hold_drives else mechanism.rows.drive < 0
+    """Which rows of `locked_jacobian` count, (n_rows + n_motors,) of bool."""
+    motors = np.full(int((mechanism.drives.row < 0).sum()), hold_drives)
+    return np.append((mechanism.rows.drive < 0) | hold_drives, motors)
+
+
+def locked_jacobian(mechanism, state, scratch) -> np.ndarray:
+    """Jacobian (n_rows + n_motors, 6 n_bodies) of the constraints, and of what would hold the motors' joints where they are."""
+    jacobian = dense_jacobian(mechanism, state, scratch)
+    motors = [drive for drive in mechanism.drives if drive.row < 0]
+    locks = np.zeros((len(motors), jacobian.shape[1] + 6))
+    for lock, drive in zip(locks, motors, strict=True):
+        for body, sign in ((drive.body_a, -1.0), (drive.body_b, 1.0)):
+            lock[6 * body + 3 : 6 * body + 6] += sign * np.array(driven_axis(drive, state.quaternion))
+    return np.vstack([jacobian, locks[:, :-6]])
 
 
 def free_directions(jacobian) -> np.ndarray:
@@ -138,9 +152,9 @@ def displace(state, move) -> None:
 def residual(mechanism, state, scratch, reaction) -> np.ndarray:
     """Loads plus row reactions on every body at rest [N, N m], (6 n_bodies,)."""
     scratch.twist[:] = 0.0
-    jacobian = dense_jacobian(mechanism, state, scratch)
+    jacobian = locked_jacobian(mechanism, state, scratch)
     apply_loads(mechanism, state, scratch)
-    return scratch.load[:-1].ravel() + jacobian.T @ reaction
+    return scratch.load[:-1].ravel() + jacobian[: len(reaction)].T @ reaction
 
 
 def tangent_stiffness(mechanism, state, scratch, reaction) -> np.ndarray:
