@@ -283,5 +283,94 @@ def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = F
     _answer(avoid_lines(found), draw_campbell(found), to, f"{loaded.name}-campbell")
 
 
+ResultFile = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="The result of a run.")]
+Last = Annotated[str, typer.Option(help="Length of the steady window.")]
+
+
+@app.command()
+@_told
+def orders(
+    file: ResultFile,
+    sensor: Annotated[str, typer.Option(help="A recorded series; `nutamill info fields` lists them.")] = "crank_pin_force_resultant",
+    to: Picture = None,
+) -> None:
+    """Amplitude and phase of a series once and twice per turn over a run, and its waterfall."""
+    from nutamill.reading_figures import draw_orders
+    from nutamill.readings.orders import orders_lines, sensor_orders, waterfall
+    from nutamill.result import open_result
+
+    with open_result(file) as result:
+        found = sensor_orders(result, sensor)
+        _answer(orders_lines(found, sensor), draw_orders(found, waterfall(result, sensor), sensor), to, f"{file.stem}-orders")
+
+
+@app.command()
+@_told
+def loads(
+    file: ResultFile,
+    axes: Annotated[str, typer.Option(help='"ground", "frame", "crank" or "chamber".')] = "frame",
+    last: Last = "3 s",
+    to: Picture = None,
+) -> None:
+    """Reaction of every joint: mean, r.m.s., peak, orders, polar plots; and the forces in the rods of a yoke."""
+    from nutamill.case import Case
+    from nutamill.reading_figures import draw_loads
+    from nutamill.readings.load_paths import load_paths, loads_lines
+    from nutamill.readings.rods import rods_lines, yoke_rods
+    from nutamill.result import open_result
+
+    with open_result(file) as result:
+        figure = draw_loads(result, axes, last)
+        rods = rods_lines(yoke_rods(result, last)) if Case.from_toml(result.case_text).rods else []
+        _answer(loads_lines(load_paths(result, last), axes) + rods, figure, to, f"{file.stem}-loads-{axes}")
+
+
+@app.command()
+@_told
+def mounts(
+    file: ResultFile,
+    last: Last = "3 s",
+    ring: Annotated[tuple[str, str] | None, typer.Option(help="Radius and depth of the chamber's widest edge, for its clearance.")] = None,
+    opening: Annotated[str, typer.Option(help="Radius of the opening around it.")] = "100 mm",
+    fixed_to: Annotated[str, typer.Option(help='Where the opening is: "frame" or "ground".')] = "frame",
+    to: Picture = None,
+) -> None:
+    """Travel and force of the mounts, the force on the floor, and the clearance of the chamber."""
+    from nutamill.reading_figures import draw_floor
+    from nutamill.readings.mounts import chamber_clearance, clearance_line, mounts_lines
+    from nutamill.result import open_result
+
+    lengths = [_quantity(text, "length", "--ring") for text in ring or ()]
+    with open_result(file) as result:
+        lines = mounts_lines(result, last)
+        if lengths:
+            lines.append(clearance_line(chamber_clearance(result, tuple(lengths), _quantity(opening, "length", "--opening"), fixed_to)))
+        _answer(lines, draw_floor(result, last), to, f"{file.stem}-mounts")
+
+
+@app.command()
+@_told
+def life(
+    file: ResultFile,
+    ratings: Annotated[Path, typer.Argument(metavar="RATINGS.toml", help="Bearings and sections with their catalogue data.")],
+    bearing: Annotated[list[str] | None, typer.Option(help="Joints whose bearings are asked for; all that are rated if left out.")] = None,
+    last: Last = "3 s",
+    to: Picture = None,
+) -> None:
+    """Life of bearings (L10), shafts and pins (rainflow, Goodman, Miner) under the loads of a run."""
+    from nutamill.case.ratings import load_ratings
+    from nutamill.reading_figures import draw_lives
+    from nutamill.readings.bearings import bearing_life, bearings_lines
+    from nutamill.readings.fatigue import section_life, sections_lines
+    from nutamill.result import open_result
+
+    rated = load_ratings(ratings)
+    with open_result(file) as result:
+        bearings = [bearing_life(result, joint, rated, last) for joint in bearing or rated.bearings]
+        sections = [] if bearing else [section_life(result, name, rated, last) for name in rated.sections]
+    lines = (bearings_lines(bearings) if bearings else []) + (sections_lines(sections) if sections else [])
+    _answer(lines, draw_lives(bearings, sections), to, f"{file.stem}-life")
+
+
 if __name__ == "__main__":
     sys.exit(app())

@@ -56,6 +56,7 @@ AT_HOME = {
     "typer": {"cli.py"},
     "rich": {"screen.py"},
     "trimesh": {"build/wall_mesh.py"},
+    "rainflow": {"readings/fatigue.py"},
 }
 """Outside libraries that belong in some rooms only."""
 
