@@ -372,5 +372,63 @@ def life(
     _answer(lines, draw_lives(bearings, sections), to, f"{file.stem}-life")
 
 
+@app.command()
+@_told
+def runup(
+    case: CaseName,
+    overrides: Overrides = None,
+    ramp: Annotated[list[str] | None, typer.Option(help='Rates of the ramp, e.g. --ramp "35 rpm/s" --ramp "140 rpm/s".')] = None,
+    sensor: Annotated[str | None, typer.Option(help="A recorded series; the case's first accelerometer if left out.")] = None,
+    charge: ChargeMass = False,
+    to: Picture = None,
+) -> None:
+    """How far the empty mill shakes on its way through the resonances, for several ramps."""
+    from nutamill.design.runup import default_sensor, run_up, run_up_lines
+    from nutamill.design_figures import draw_run_up
+
+    loaded = _load(case, overrides)
+    rates = [_quantity(text, "ramp of speed", "--ramp") for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")]
+    name = sensor or default_sensor(loaded)
+    runs = run_up(loaded, rates, name, charge=charge)
+    _answer(run_up_lines(runs, name), draw_run_up(runs, name), to, f"{loaded.name}-runup")
+
+
+@app.command()
+@_told
+def isolation(case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None) -> None:
+    """Which share of the shaking force the mounts pass on to the floor, over speed."""
+    from nutamill.design.isolation import isolation as passed_on
+    from nutamill.design.isolation import isolation_lines
+    from nutamill.design_figures import draw_isolation
+
+    loaded = _load(case, overrides)
+    found = passed_on(loaded, charge)
+    _answer(isolation_lines(found), draw_isolation(found), to, f"{loaded.name}-isolation")
+
+
+@app.command()
+@_told
+def balance(
+    case: CaseName,
+    overrides: Overrides = None,
+    plane: Annotated[list[str] | None, typer.Option(metavar='"RADIUS, DEPTH"', help='A plane, e.g. "80 mm, 420 mm"; one or two.')] = None,
+    speed: Annotated[str | None, typer.Option(help="Driveshaft speed; the case's if left out.")] = None,
+    grade: Annotated[float, typer.Option(min=0.1, help="Balance quality grade G to compare with, ISO 21940-11 [mm/s].")] = 16.0,
+    charge: ChargeMass = False,
+    to: Picture = None,
+) -> None:
+    """Balance masses on the driveshaft that make the machine shake least."""
+    from nutamill.design.balancing import balance_lines, balance_mill
+    from nutamill.design_figures import draw_balancing
+
+    loaded = _load(case, overrides)
+    given = [[_quantity(length.strip(), "length", "--plane") for length in text.split(",")] for text in plane or ()]
+    if any(len(lengths) != 2 for lengths in given):
+        raise CaseError(Fault("--plane", "must be a radius and a depth", 'Write e.g. --plane "80 mm, 420 mm"'))
+    planes = [tuple(lengths) for lengths in given] or [(loaded.balance.radius, loaded.balance.depth)]
+    found = balance_mill(loaded, planes, None if speed is None else _quantity(speed, "speed of rotation", "--speed"), charge)
+    _answer(balance_lines(found, loaded, grade), draw_balancing(found, loaded), to, f"{loaded.name}-balance")
+
+
 if __name__ == "__main__":
     sys.exit(app())

@@ -7,8 +7,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nutamill.case import Case
+from nutamill.design.balancing import Balancing
+from nutamill.design.isolation import Isolation
 from nutamill.design.modes import ORDERS, Campbell, MachineModes
+from nutamill.design.runup import RunUp
 from nutamill.design.sticks import sticks
+from nutamill.fields import series_field
 from nutamill.figures import STYLE
 
 GREY, MOVED, ORBIT = "#B8B8B8", "#0072B2", "#D55E00"
@@ -70,6 +74,76 @@ def draw_campbell(found: Campbell) -> Figure:
         axes.set_xlabel("driveshaft speed (rpm)")
         axes.set_ylabel("natural frequency (Hz)")
         figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+def draw_run_up(runs: list[RunUp], name: str) -> Figure:
+    """Amplitude of each order over speed, one line for each ramp, and the phase lag of the first order."""
+    unit = series_field(name).unit.replace("m/s^2", "m/s$^2$")
+    orders = runs[0].orders.orders
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 1.5 * (len(orders) + 1)), layout="constrained")
+        panels = figure.subplots(len(orders) + 1, 1, sharex=True)
+        for n, run in enumerate(runs):
+            style = {"color": PALETTE[n % 7], "label": f"{run.ramp * RPM:.4g} rpm/s"}
+            for k in range(len(orders)):
+                panels[k].plot(run.orders.speed * RPM, run.orders.amplitude[k], **style)
+            told = run.orders.amplitude[0] > 0.02 * run.orders.amplitude[0].max()
+            lag = np.degrees(np.unwrap(run.orders.lag[0][told]))
+            panels[-1].plot(run.orders.speed[told] * RPM, lag - 360.0 * round(lag.mean() / 360.0), **style)
+        for k, order in enumerate(orders):
+            panels[k].set_title(f"({'abcdefg'[k]}) {series_field(name).label}, {order:g}x", loc="left")
+            panels[k].set_ylabel(f"amplitude ({unit})")
+            panels[k].set_ylim(bottom=0.0)
+        panels[-1].set_title(f"({'abcdefg'[len(orders)]}) phase lag, {orders[0]:g}x", loc="left")
+        panels[-1].set_ylabel("lag (°)")
+        panels[-1].set_xlabel("driveshaft speed (rpm)")
+        panels[-1].set_xlim(0.0, max(run.orders.speed.max() for run in runs) * RPM)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        figure.align_ylabels()
+    return figure
+
+
+def draw_isolation(found: Isolation) -> Figure:
+    """Force on the floor over the shaking force, over speed, beside that of one mass on a spring."""
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 2.6), layout="constrained")
+        axes = figure.subplots()
+        axes.plot(found.speed * RPM, found.transmissibility, color=PALETTE[0], label="mill on its mounts")
+        axes.plot(found.speed * RPM, found.single, color=PALETTE[5], linestyle=(0, (5, 2)), label="one mass on a spring")
+        axes.axhline(1.0, color="black", linewidth=0.6)
+        axes.set_yscale("log")
+        axes.set_xlim(0.0, found.speed[-1] * RPM)
+        axes.set_xlabel("driveshaft speed (rpm)")
+        axes.set_ylabel("force passed on")
+        figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+def draw_balancing(found: Balancing, case: Case) -> Figure:
+    """Vibration before and after, and the driveshaft seen from above with the pin and the weights."""
+    unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 2.0), layout="constrained")
+        bars, view = figure.subplots(1, 2)
+        bars.bar(["before", "after"], [factor * found.before, factor * found.after], color=[PALETTE[5], PALETTE[0]], width=0.6)
+        bars.set_ylabel(f"{'travel' if unit == 'mm' else 'force'}, r.m.s. ({unit})")
+        bars.set_title("(a) once per turn", loc="left")
+        bars.grid(axis="x", visible=False)
+        view.plot([0.0], [0.0], "+", color="black", markersize=6)
+        view.plot([1e3 * case.mechanism.crank_radius], [0.0], "o", color="black", markersize=4, label="crank pin")
+        for k, weight in enumerate(found.weights):
+            place = 1e3 * weight.radius * np.array([math.cos(weight.azimuth), math.sin(weight.azimuth)])
+            label = f"{weight.mass:.3g} kg at {1e3 * weight.depth:.0f} mm"
+            view.plot(*place[:, None], "s", color=PALETTE[k], markersize=8 - 4 * k, label=label)
+        most = 1.3e3 * max(case.mechanism.crank_radius, *(weight.radius for weight in found.weights))
+        view.set_xlim(-most, most)
+        view.set_ylim(-most, most)
+        view.set_aspect("equal")
+        view.set_xlabel("x (mm)")
+        view.set_ylabel("y (mm)")
+        view.set_title("(b) from above", loc="left")
+        figure.legend(*view.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 

@@ -12,6 +12,7 @@ from nutamill.tables import (
     Acceleration,
     AddedMass,
     Angle,
+    Azimuth,
     BushingStiffness,
     Coefficient,
     Coordinate,
@@ -178,8 +179,8 @@ class Driveshaft(Table):
     """Mass centre below the nutation point [m]."""
 
 
-class Balance(Table):
-    """A point mass on the driveshaft, opposite the crank pin."""
+class Counterweight(Table):
+    """A point mass on the driveshaft."""
 
     mass: AddedMass = 0.0
     """Mass [kg]."""
@@ -187,6 +188,20 @@ class Balance(Table):
     """Distance from the driveshaft axis [m]."""
     depth: Length
     """Below the nutation point [m]."""
+    azimuth: Azimuth = math.pi
+    """From the crank pin in the direction of rotation [rad]; half a turn is opposite the pin."""
+
+
+class Balance(Counterweight):
+    """The balance mass, and a second one in another plane."""
+
+    second: Counterweight | None = None
+    """The second one, where there is one."""
+
+    @property
+    def weights(self) -> list[Counterweight]:
+        """Those that weigh something."""
+        return [weight for weight in (self, self.second) if weight is not None and weight.mass > 0.0]
 
 
 class BearingCross(Table):

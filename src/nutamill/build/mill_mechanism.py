@@ -67,9 +67,9 @@ def moving_parts(case: Case) -> dict[str, RigidPart]:
     mechanism, rotation = case.mechanism, chamber_rotation(case)
     crank_pin = np.array([mechanism.crank_radius, 0.0, -mechanism.nutation_point_to_crank])
     driveshaft = bare_driveshaft(case)
-    if case.balance.mass > 0:
-        place = np.array([-case.balance.radius, 0.0, -case.balance.depth])
-        driveshaft = compose(driveshaft, RigidPart(case.balance.mass, place, np.zeros((3, 3))))
+    for weight in case.balance.weights:
+        place = np.array([weight.radius * math.cos(weight.azimuth), weight.radius * math.sin(weight.azimuth), -weight.depth])
+        driveshaft = compose(driveshaft, RigidPart(weight.mass, place, np.zeros((3, 3))))
     intermediate = case.intermediate_shaft
     return {
         CHAMBER: turned(whole_chamber(case.chamber), rotation),

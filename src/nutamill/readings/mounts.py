@@ -31,7 +31,7 @@ class MountReading(NamedTuple):
 
 
 class FloorForce(NamedTuple):
-    """Force of the machine on the floor in steady running: what all mounts, or the rigid fixing, pass on."""
+    """Force of the machine on the floor in steady running: through mounts or rigid fixing, and the intermediate shaft's bearing."""
 
     mean: np.ndarray
     """Mean force [N], (3,), world axes."""
@@ -72,7 +72,7 @@ def mount_readings(result: Result, last: float | str = PAPER_WINDOW) -> list[Mou
 
 
 def floor_force(result: Result, last: float | str = PAPER_WINDOW) -> FloorForce:
-    """Force on the floor over the whole turns of the steady window; without that of the intermediate shaft's bearing."""
+    """Force on the floor over the whole turns of the steady window."""
     inside = _steady(result, last)
     angle, force = result.series["crank_angle"].values[inside], floor_series(result)[inside]
     once, twice = (2.0 * np.abs((force * np.exp(-1j * order * angle)[:, None]).mean(axis=0)) for order in (1, 2))
@@ -81,9 +81,9 @@ def floor_force(result: Result, last: float | str = PAPER_WINDOW) -> FloorForce:
 
 def floor_series(result: Result) -> np.ndarray:
     """Force of the machine on the floor [N] at every sample, (n, 3), world axes."""
-    if "frame_fix_reaction_force_x" in result.series:
-        return -_vector(result, "frame_fix_reaction_force")
-    return -sum(_vector(result, f"mount_{number}_force") for number in range(1, _count(result) + 1))
+    rigid = "frame_fix_reaction_force_x" in result.series
+    feet = ["frame_fix_reaction_force"] if rigid else [f"mount_{number}_force" for number in range(1, _count(result) + 1)]
+    return -sum(_vector(result, name) for name in (*feet, "intermediate_shaft_bearing_reaction_force"))
 
 
 def nutation_point_path(result: Result) -> np.ndarray:
@@ -146,7 +146,8 @@ def mounts_lines(result: Result, last: float | str = PAPER_WINDOW) -> list[str]:
 
 def clearance_line(found: Clearance) -> str:
     """The clearance in a sentence."""
-    where = f"at crank angle {np.degrees(found.angle):.0f}°, azimuth {np.degrees(found.azimuth):.0f}° (t = {found.time:.4g} s)"
+    angles = [round(np.degrees(angle)) % 360 for angle in (found.angle, found.azimuth)]
+    where = f"at crank angle {angles[0]}°, azimuth {angles[1]}° (t = {found.time:.4g} s)"
     if found.room < 0.0:
         return f"clearance: the chamber meets the opening {where}, {-1e3 * found.room:.3g} mm inside"
     return f"clearance: {1e3 * found.room:.3g} mm left {where}"
