@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nutamill.case import load_case
-from nutamill.design.balancing import balance_mill, permissible_unbalance, weighted
+from nutamill.design.balancing import Weight, balance_mill, permissible_unbalance, weighted
 from nutamill.design.empty import floor_force, once_per_turn, steady_series
 from nutamill.design.isolation import isolation, shaking_unbalance, transmissibility
 from nutamill.design.runup import run_up
@@ -44,10 +44,9 @@ def test_two_planes_take_all_of_a_bolted_mills_shaking(rigid):
     assert found.after < 2e-3 * found.before and abs(found.residual) < 2e-3 * abs(found.unbalance)
 
 
-def test_balance_mass_opposite_the_pin_lessens_the_unbalance_by_its_moment(rigid):
-    half = weighted(rigid, balance_mill(rigid, [(0.08, 0.42)], SPEED).weights[:1])
-    weight = half.balance
-    change = shaking_unbalance(half, SPEED) - shaking_unbalance(rigid, SPEED)
+def test_balance_mass_changes_the_unbalance_by_its_moment(rigid):
+    weight = Weight(0.6, 0.08, 0.42, 2.0)
+    change = shaking_unbalance(weighted(rigid, [weight]), SPEED) - shaking_unbalance(rigid, SPEED)
     assert change == pytest.approx(weight.mass * weight.radius * np.exp(1j * weight.azimuth), rel=1e-3)
 
 

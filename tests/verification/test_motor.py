@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mill_bench import march_mill, mill
 
+from nutamill.errors import CaseError
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import energies, march, start
 from nutamill.mechanism.linear import modes, static_equilibrium
@@ -118,3 +119,23 @@ def test_mill_stops_speeding_up_where_its_friction_takes_the_power():
     assert series["driveshaft_power"][last].mean() == pytest.approx(20.0, rel=1e-3)
     assert series["driveshaft_speed"][last].mean() == pytest.approx(math.sqrt(20.0 / 0.02), rel=0.01)
     assert np.abs(series["ledger_residual"]).max() < 1e-3 * series["motor_work"][-1]
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        (["drive.motor.restored=2 s"], "restored must come after cut"),
+        (["drive.motor.cut=3 s", "drive.motor.restored=2 s"], "restored must come after cut"),
+        (["drive.motor.power=0 W"], "must be positive"),
+        (["drive.motor.power=5 N m"], "is a torque"),
+    ],
+)
+def test_motor_that_makes_no_sense_is_refused(keys, said):
+    with pytest.raises(CaseError, match=said):
+        mill(*keys)
+
+
+def test_case_with_a_motor_is_read_back_as_it_was_written():
+    case = mill("drive.motor.power=370 W", "drive.motor.cut=8 s")
+    again = type(case).from_toml(case.to_toml())
+    assert again == case and again.drive.motor.power == 370.0
