@@ -20,11 +20,13 @@ FLOOR = {
     **dict.fromkeys(("result", "build", "warm"), 6),
     **dict.fromkeys(("analysis", "mechanism_analysis", "dialects", "preflight", "mechanism_preflight", "watch", "record_plan"), 7),
     "advance": 8,
-    **dict.fromkeys(("charge_flow", "quantities"), 8),
+    **dict.fromkeys(("charge_flow", "quantities", "readings"), 8),
     **dict.fromkeys(("march", "figures", "bench"), 9),
     "papers": 9,
-    **dict.fromkeys(("charge_figures", "mechanism_figures", "mount_figures", "campaign_figures", "paper_figures"), 10),
-    "campaign": 11,
+    **dict.fromkeys(
+        ("charge_figures", "mechanism_figures", "mount_figures", "reading_figures", "campaign_figures", "paper_figures", "design"), 10
+    ),
+    **dict.fromkeys(("campaign", "design_figures"), 11),
     "validation": 12,
     "cli": 13,
 }
@@ -48,6 +50,8 @@ NEVER = {
     "paper_figures": ENGINES,
     "quantities": ENGINES,
     "mechanism_figures": ENGINES,
+    "readings": ENGINES,
+    "reading_figures": ENGINES,
     "screen": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
@@ -61,8 +65,10 @@ AT_HOME = {
         "charge_figures.py",
         "mechanism_figures.py",
         "mount_figures.py",
+        "reading_figures.py",
         "campaign_figures.py",
         "paper_figures.py",
+        "design_figures.py",
     },
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py", "papers"},
@@ -71,6 +77,7 @@ AT_HOME = {
     "rich": {"screen.py", "campaign/board.py", "papers"},
     "distributed": {"campaign/workers.py", "campaign/sweep.py"},
     "trimesh": {"build/wall_mesh.py"},
+    "rainflow": {"readings/fatigue.py"},
 }
 """Outside libraries that belong in some rooms only."""
 

@@ -295,8 +295,7 @@ def test_an_empty_file_is_told_to_take_a_base():
         ('base = "mill.toml"', 'mill.toml:1: base: "mill.toml" leads back to this file. Break the circle'),
         (
             "base = 3",
-            "mill.toml:1: base: must be a name or a file, got 3."
-            " Known: industrial, industrial-500mm, numill, numill-2025, numill-2026",
+            "mill.toml:1: base: must be a name or a file, got 3. Known: industrial, industrial-500mm, numill, numill-2025, numill-2026",
         ),
     ],
 )
