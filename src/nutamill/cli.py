@@ -29,6 +29,7 @@ INTERRUPTED = 130
 
 CaseName = Annotated[str, typer.Argument(metavar="CASE", help="A case file, or a published mill such as numill.")]
 Overrides = Annotated[list[str] | None, typer.Option("--set", "-s", metavar="KEY=VALUE", help='Change one key: -s drive.speed="500 rpm".')]
+ResultFile = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="A result file.")]
 Quick = Annotated[bool, typer.Option("--quick", help="Demonstration: rigid mounts, short ramp, a few turns, softer contacts.")]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads of the charge.")]
 
@@ -195,6 +196,22 @@ def bench() -> None:
 
     for line in measure():
         typer.echo(line)
+
+
+@app.command()
+@_told
+def view(
+    file: ResultFile,
+    html: Annotated[Path | None, typer.Option(help="The page to write; else beside the result.")] = None,
+    frames: Annotated[int, typer.Option(min=1, help="Most moments to show.")] = 200,
+) -> None:
+    """Write one HTML file in which the mill turns and the charge moves; it opens in any browser, without a network."""
+    from nutamill.result import open_result
+    from nutamill.webview import write_view
+
+    with open_result(file) as result:
+        page = write_view(result, html or file.with_suffix(".html"), frames)
+    typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB, open it in a browser")
 
 
 def _load(name: str, overrides: list[str] | None) -> "Case":

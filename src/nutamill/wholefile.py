@@ -56,6 +56,15 @@ def replace_file(path: Path, edit: Callable[[Path], None], room: int, start: byt
         part.unlink(missing_ok=True)
 
 
+def write_whole(path: str | Path, content: str | bytes) -> Path:
+    """Write a file of this content, or put it in place of the one there; its folder is made if needed. Raises as `replace_file`."""
+    path = Path(path)
+    with io_errors(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    replace_file(path, lambda _: None, 0, content.encode("utf-8") if isinstance(content, str) else content)
+    return path
+
+
 def tidy(path: Path) -> None:
     """Remove what killed writers of `path` have left beside it."""
     for left in path.parent.glob(_part(path, "*")):

@@ -17,10 +17,11 @@ FLOOR = {
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
-    **dict.fromkeys(("result", "build", "warm"), 6),
-    **dict.fromkeys(("analysis", "dialects", "preflight", "watch"), 7),
+    **dict.fromkeys(("result", "build", "warm", "drawing"), 6),
+    **dict.fromkeys(("analysis", "dialects", "preflight", "watch", "replay"), 7),
     "advance": 8,
     "charge_flow": 8,
+    "webview": 8,
     **dict.fromkeys(("march", "figures", "bench"), 9),
     "charge_figures": 10,
     "cli": 11,
@@ -39,6 +40,9 @@ NEVER = {
     "charge_figures": ENGINES,
     "figures": ENGINES,
     "screen": ENGINES,
+    "drawing": ENGINES,
+    "replay": ENGINES,
+    "webview": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
 
