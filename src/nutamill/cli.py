@@ -214,6 +214,40 @@ def view(
     typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB, open it in a browser")
 
 
+Camera = Annotated[str, typer.Option(help="front, inside (riding on the chamber) or axis (down the shaft).")]
+ColourBy = Annotated[str, typer.Option("--colour", help="What colours the charge: speed, height, force or material.")]
+
+
+@app.command()
+@_told
+def picture(
+    file: ResultFile, png: Annotated[Path, typer.Argument(help="The picture.")], camera: Camera = "front", colour: ColourBy = "speed"
+) -> None:
+    """Draw the last snapshot in three dimensions; needs the extra "view"."""
+    from nutamill.result import open_result
+    from nutamill.scene import draw_scene
+
+    with open_result(file) as result:
+        typer.echo(draw_scene(result, png, camera, colour))
+
+
+@app.command()
+@_told
+def movie(
+    file: ResultFile,
+    mp4: Annotated[Path, typer.Argument(help="The film.")],
+    camera: Camera = "front",
+    colour: ColourBy = "speed",
+    slow: Annotated[float, typer.Option(min=1.0, help="How many times slower than real.")] = 40.0,
+) -> None:
+    """Film all snapshots in three dimensions; needs the extra "view"."""
+    from nutamill.result import open_result
+    from nutamill.scene import film_scene
+
+    with open_result(file) as result:
+        typer.echo(film_scene(result, mp4, camera, colour, slow))
+
+
 def _load(name: str, overrides: list[str] | None) -> "Case":
     from nutamill.case import load_case
 

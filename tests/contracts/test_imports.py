@@ -21,7 +21,7 @@ FLOOR = {
     **dict.fromkeys(("analysis", "dialects", "preflight", "watch", "replay"), 7),
     "advance": 8,
     "charge_flow": 8,
-    "webview": 8,
+    **dict.fromkeys(("webview", "scene"), 8),
     **dict.fromkeys(("march", "figures", "bench"), 9),
     "charge_figures": 10,
     "cli": 11,
@@ -43,6 +43,7 @@ NEVER = {
     "drawing": ENGINES,
     "replay": ENGINES,
     "webview": ENGINES,
+    "scene": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
 
@@ -57,6 +58,8 @@ AT_HOME = {
     "typer": {"cli.py"},
     "rich": {"screen.py"},
     "trimesh": {"build/wall_mesh.py"},
+    "pyvista": {"scene.py"},
+    "imageio_ffmpeg": {"scene.py"},
 }
 """Outside libraries that belong in some rooms only."""
 

@@ -11,6 +11,7 @@ from nutamill import advance, march
 from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
 from nutamill.errors import CaseError, ResultError, StepError
+from nutamill.replay import chosen_snapshots, replay
 
 OVERRIDES = [
     "mechanism.mounting=rigid",
@@ -283,3 +284,17 @@ def test_lists_that_grow_during_a_run_do_not_change_it(case, tmp_path, monkeypat
     tight = numbers(march.run(case, tmp_path / "tight.h5"))
     assert grown
     assert np.array_equal(tight[0], whole[0])
+
+
+def test_snapshot_says_that_the_floor_pushes_a_resting_pellet_by_its_weight(case, tmp_path):
+    """On a floor tilted by 6 deg friction (0.2) holds it.  The bounces of the start have died after 20 ms (thirty contact times); the
+    force is read from velocities in single precision, with the tilt's 1 mm/s or so: 2^-24 x 2/dt x v x m, and a hundredth left over."""
+    still = case.with_(drive__speed="1 rpm", drive__ramp="1 rpm/s")
+    with march.run(still, tmp_path / "rest.h5") as result:
+        snapshot = result.snapshots[-1]
+        weight = 7863.7 * 4 / 3 * np.pi * 0.0025**3 * 9.81
+        assert np.abs(snapshot["contact_forces"] / weight - 1.0).max() < 0.02
+        assert not snapshot["materials"].any()
+        # the replay finds the nutation point by the bearing cross: the floor is its depth away, along the chamber's axis
+        pose = next(replay(result, chosen_snapshots(result, 1))).bodies["chamber"]
+        assert np.allclose(pose.origin - 0.326 * pose.rotation[:, 2], snapshot["chamber_floor"], atol=1e-9)
