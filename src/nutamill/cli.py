@@ -248,6 +248,17 @@ def movie(
         typer.echo(film_scene(result, mp4, camera, colour, slow))
 
 
+@app.command()
+@_told
+def export(file: ResultFile, vtkhdf: Annotated[Path, typer.Option(help="File for ParaView: charge and machine over time.")]) -> None:
+    """Write the snapshots of a result for another program."""
+    from nutamill.export.vtkhdf import write_vtkhdf
+    from nutamill.result import open_result
+
+    with open_result(file) as result:
+        typer.echo(write_vtkhdf(result, vtkhdf))
+
+
 def _load(name: str, overrides: list[str] | None) -> "Case":
     from nutamill.case import load_case
 

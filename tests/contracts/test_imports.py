@@ -21,7 +21,7 @@ FLOOR = {
     **dict.fromkeys(("analysis", "dialects", "preflight", "watch", "replay"), 7),
     "advance": 8,
     "charge_flow": 8,
-    **dict.fromkeys(("webview", "scene"), 8),
+    **dict.fromkeys(("webview", "scene", "export"), 8),
     **dict.fromkeys(("march", "figures", "bench"), 9),
     "charge_figures": 10,
     "cli": 11,
@@ -44,13 +44,14 @@ NEVER = {
     "replay": ENGINES,
     "webview": ENGINES,
     "scene": ENGINES,
+    "export": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
 
 AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
-    "h5py": {"result.py"},
+    "h5py": {"result.py", "export"},
     "matplotlib": {"figures.py", "charge_figures.py"},
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py"},
