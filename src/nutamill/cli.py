@@ -259,6 +259,23 @@ def export(file: ResultFile, vtkhdf: Annotated[Path, typer.Option(help="File for
         typer.echo(write_vtkhdf(result, vtkhdf))
 
 
+@app.command()
+@_told
+def plot(
+    file: ResultFile,
+    what: Annotated[
+        list[str], typer.Argument(help="run, power, impacts, wall, flow, orbit; history:SERIES,..., spectrum:SERIES, waterfall:SERIES.")
+    ],
+    to: Annotated[Path | None, typer.Option(help="Folder of the pictures; else that of the result.")] = None,
+) -> None:
+    """Draw figures of a result."""
+    from nutamill.plots import write_figures
+    from nutamill.result import open_result
+
+    with open_result(file) as result:
+        typer.echo("\n".join(map(str, write_figures(result, what, to or file.parent))))
+
+
 def _load(name: str, overrides: list[str] | None) -> "Case":
     from nutamill.case import load_case
 

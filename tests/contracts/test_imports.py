@@ -20,11 +20,14 @@ FLOOR = {
     **dict.fromkeys(("result", "build", "warm", "drawing"), 6),
     **dict.fromkeys(("analysis", "dialects", "preflight", "watch", "replay"), 7),
     "advance": 8,
+    "vibration": 7,
     "charge_flow": 8,
     **dict.fromkeys(("webview", "scene", "export"), 8),
     **dict.fromkeys(("march", "figures", "bench"), 9),
     "charge_figures": 10,
-    "cli": 11,
+    "motion_figures": 10,
+    "plots": 11,
+    "cli": 13,
 }
 """A room imports from lower floors and from itself only."""
 
@@ -45,6 +48,9 @@ NEVER = {
     "webview": ENGINES,
     "scene": ENGINES,
     "export": ENGINES,
+    "vibration": ENGINES,
+    "motion_figures": ENGINES,
+    "plots": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
 
@@ -52,7 +58,7 @@ AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "h5py": {"result.py", "export"},
-    "matplotlib": {"figures.py", "charge_figures.py"},
+    "matplotlib": {"figures.py", "charge_figures.py", "motion_figures.py", "plots.py"},
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py"},
     "pydantic_core": {"tables.py"},
