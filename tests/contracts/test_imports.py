@@ -12,7 +12,7 @@ import nutamill
 PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 FLOOR = {
-    **dict.fromkeys(("errors", "units", "kernel"), 1),
+    **dict.fromkeys(("errors", "units", "kernel", "keys", "running"), 1),
     **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen"), 2),
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),

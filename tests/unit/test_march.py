@@ -160,6 +160,23 @@ def test_run_whose_callback_raises_keeps_what_it_has_recorded(case, tmp_path):
         assert kept.series.sizes["time"] > 1
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="needs a system with SIGUSR1")
+def test_signal_keeps_a_checkpoint_at_once_and_the_run_goes_on(case, tmp_path):
+    seldom, path, asked, kept = case.with_(run__checkpoint=1.0, run__until=0.03), tmp_path / "a.h5", [], []
+
+    def ask(progress):
+        if asked and not kept:
+            with march.open_result(path) as so_far:
+                kept.append(so_far.checkpoint().time)
+        elif not asked:
+            asked.append(progress.time)
+            signal.raise_signal(signal.SIGUSR1)
+
+    whole = numbers(march.run(seldom, tmp_path / "whole.h5"))
+    assert same(numbers(march.run(seldom, path, while_marching(ask))), whole)
+    assert kept == [pytest.approx(asked[0], abs=1e-9)]
+
+
 def test_an_end_before_the_checkpoint_is_refused_and_the_file_stays(case, tmp_path):
     before = numbers(march.run(case, tmp_path / "a.h5"))
     with pytest.raises(CaseError, match=r"must be later than the checkpoint at 0\.02 s, got 0\.01 s"):
