@@ -276,6 +276,19 @@ def plot(
         typer.echo("\n".join(map(str, write_figures(result, what, to or file.parent))))
 
 
+@app.command()
+@_told
+def report(
+    files: Annotated[list[Path], typer.Argument(metavar="RESULT.h5 ...", help="Results.")],
+    to: Annotated[Path | None, typer.Option(help="The page; else beside the first result.")] = None,
+) -> None:
+    """Write one HTML page: case, steady values, where the power goes, figures, the moving charge, provenance."""
+    from nutamill.report import write_report
+
+    page = write_report(files, to or files[0].with_name(f"{files[0].stem}-report.html"))
+    typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB")
+
+
 def _load(name: str, overrides: list[str] | None) -> "Case":
     from nutamill.case import load_case
 

@@ -27,6 +27,7 @@ FLOOR = {
     "charge_figures": 10,
     "motion_figures": 10,
     "plots": 11,
+    "report": 12,
     "cli": 13,
 }
 """A room imports from lower floors and from itself only."""
@@ -51,6 +52,7 @@ NEVER = {
     "vibration": ENGINES,
     "motion_figures": ENGINES,
     "plots": ENGINES,
+    "report": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
 
@@ -58,7 +60,7 @@ AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "h5py": {"result.py", "export"},
-    "matplotlib": {"figures.py", "charge_figures.py", "motion_figures.py", "plots.py"},
+    "matplotlib": {"figures.py", "charge_figures.py", "motion_figures.py", "plots.py", "report.py"},
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py"},
     "pydantic_core": {"tables.py"},
