@@ -20,7 +20,7 @@ from nutamill.papers.table import csv_text, json_text, markdown
 from nutamill.preflight import preflight, wall_time
 from nutamill.result import open_result
 from nutamill.screen import duration
-from nutamill.wholefile import io_errors, write_text
+from nutamill.wholefile import io_errors, write_whole
 
 FOLDER = Path("results") / "validation"
 """Where results go unless told otherwise, each paper's in a folder of its name."""
@@ -141,7 +141,7 @@ def store(
     files = []
     for suffix, text in ((".csv", csv_text), (".json", json_text), (".md", markdown)):
         files.append(place / f"comparison{suffix}")
-        write_text(files[-1], text(findings, paper))
+        write_whole(files[-1], text(findings, paper))
     undrawn = []
     for plan in paper.figures:
         try:
@@ -182,4 +182,4 @@ def write_short(file: Path, done: Comparison, name: str) -> None:
         if end not in rest:
             raise CaseError(Fault(str(file), f'must hold the line "{end}" after "{begin.strip()}", it does not', "Add it"))
         text = f"{before}{begin}{text}{end}{rest.partition(end)[2]}"
-    write_text(file, text)
+    write_whole(file, text)
