@@ -60,7 +60,7 @@ AT_HOME = {
     "pydantic_core": {"tables.py"},
     "typer": {"cli.py"},
     "rich": {"screen.py", "campaign/board.py", "papers"},
-    "distributed": {"campaign/workers.py", "campaign/sweep.py"},
+    "distributed": {"campaign"},
     "trimesh": {"build/wall_mesh.py"},
 }
 """Outside libraries that belong in some rooms only."""

@@ -12,19 +12,11 @@ from nutamill.campaign.fit import fit
 from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import run_all
 from nutamill.campaign.table import dataset
-from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
+from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, cluster_client
 from nutamill.campaign_figures import draw_sweep
 from nutamill.case import Case, load_case
 from nutamill.case.sweep_file import is_sweep_file, load_sweep
 from nutamill.quantities import DEFAULT, reading_of
-
-
-def workers_of(jobs: int | None, cluster: str | None) -> Callable[[], Workers]:
-    """Makes processes of this machine, or takes the workers of a cluster, for one batch of runs at a time."""
-    if cluster is None:
-        return lambda: LocalProcesses(jobs)
-    client = cluster_client(cluster, jobs)
-    return lambda: ClusterWorkers(client)
 
 
 def run_sweep(
@@ -68,9 +60,10 @@ def run_sweep(
     folder = to or Path("sweeps") / stem
     if quick:
         say(banner(found[0].case))
+    workers = LocalProcesses(jobs) if cluster is None else ClusterWorkers(cluster_client(cluster, jobs))
     with Board(readings) as board:
         board.message(f"{len(found)} runs into {folder}")
-        outcomes = run_all(found, folder, workers_of(jobs, cluster)(), readings, board, board.message)
+        outcomes = run_all(found, folder, workers, readings, board, board.message)
         board(outcomes)
     picture = draw_sweep(dataset(outcomes, axes, readings), readings)
     if picture is not None:
@@ -84,7 +77,7 @@ def run_sweep(
 def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) -> list[str]:
     """Fit, and say what was found; parameters as typed, errors as of `nutamill.campaign.fit.fit`."""
     folder = to or Path("fits") / file.stem
+    client = None if cluster is None else cluster_client(cluster, jobs)
     with Board(DEFAULT) as board:
         board.message(f"runs into {folder}")
-        found = fit(file, folder, workers_of(jobs, cluster), board, board.message)
-    return found.lines()
+        return fit(file, folder, jobs, client, board, board.message).lines()
