@@ -14,6 +14,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Case": "nutamill.case",
+    "MechanismCase": "nutamill.case",
     "load_case": "nutamill.case",
     "library_names": "nutamill.case",
     "check": "nutamill.preflight",

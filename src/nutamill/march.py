@@ -25,18 +25,19 @@ from nutamill.build.bed import bed_is_kept, settle_apart, settled_bed
 from nutamill.build.chamber_charge import contact_law_of
 from nutamill.build.chamber_statistics import statistics_axes
 from nutamill.build.clock import run_clock
+from nutamill.build.described_mechanism import build_mechanism
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.build.model import Model, State, build
 from nutamill.build.team import team_size
 from nutamill.build.wall_mesh import digests
-from nutamill.case import Case
+from nutamill.case import Case, MechanismCase, case_of_text
 from nutamill.errors import CaseError, Fault, NotSteadyError, ResultError, StepError
 from nutamill.kernel import kernel_digest
 from nutamill.provenance import run_provenance
 from nutamill.record_plan import COLUMNS, Ending, RecordPlan
 from nutamill.result import Recorder, Result, open_result
 from nutamill.screen import Progress
-from nutamill.warm import warm_up
+from nutamill.warm import warm_up, warm_up_mechanism
 from nutamill.watch import Watch, interrupts
 
 ROWS_PER_ENTRY = 48
@@ -44,7 +45,7 @@ ROWS_PER_ENTRY = 48
 
 
 def run(
-    case: Case,
+    case: Case | MechanismCase,
     to: str | Path | None = None,
     progress: Callable[[Progress], None] | None = None,
     tell: Callable[[str], None] | None = None,
@@ -53,7 +54,7 @@ def run(
 
     Parameters
     ----------
-    case : what is asked
+    case : what is asked, of a mill or of any mechanism
     to : result file, must be new; `Case.result_file` if None
     progress : called about twice a second with where the run stands
     tell : called with a line of text when something takes time before the first step
@@ -69,6 +70,8 @@ def run(
     path = Path(case.result_file if to is None else to)
     if path.exists():
         raise ResultError(f"{path}: must be a new file, it exists. Choose another name with --to, or continue it with `nutamill resume`.")
+    if isinstance(case, MechanismCase):
+        return run_mechanism(case, path, progress, tell)
     run_clock(case)  # refuses a substep that is too long before anything is compiled
     warm_up(tell, None if bed_is_kept(case) else lambda: settle_apart(case), contact_law_of(case))
     watch = Watch(case, progress)
@@ -86,6 +89,23 @@ def run(
     record_statistics(model, state, recorder)
     recorder.checkpoint(0.0, checkpoint_groups(model, state))
     march(model, state, recorder, ending, watch)
+    return open_result(path)
+
+
+def run_mechanism(
+    case: MechanismCase,
+    path: Path,
+    progress: Callable[[Progress], None] | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Result:
+    """Run a mechanism to a new file at `path`; the other arguments and the errors are those of `run`."""
+    warm_up_mechanism(tell)
+    model, state = build_mechanism(case)
+    record_first_row(model, state)
+    recorder = Recorder.create(path, case.to_toml(), run_provenance(kernel_digest(), 0, 1), model.readout.names, case.run.series_rate)
+    recorder.append(model.readout.series(state.first_row[None, :], state.first_row))
+    recorder.checkpoint(0.0, checkpoint_groups(model, state))
+    march(model, state, recorder, Ending(case, case.run.end), Watch(case, progress))
     return open_result(path)
 
 
@@ -111,7 +131,7 @@ def resume(
     StepError, NotSteadyError, KeyboardInterrupt : as for `run`
     """
     with open_result(path) as result:
-        case = Case.from_toml(result.case_text, Path(path).stem)
+        case = case_of_text(result.case_text, Path(path).stem)
         kept, digest = result.checkpoint(), result.provenance["kernel_digest"]
         end = case.run.end if until is None else until
         ending = Ending(case, end)
@@ -129,9 +149,12 @@ def resume(
             f"{path}: must go on with the kernels it was begun with, this version has others. Install the version named under"
             " /provenance, or run the case again."
         )
-    warm_up(tell, law=contact_law_of(case))
-    bed = bed_from_checkpoint(case, [body.name for body in mill_mechanism(case).bodies], kept.groups)
-    model, state = build(case, bed)
+    if isinstance(case, MechanismCase):
+        model, state = build_mechanism(case)
+    else:
+        warm_up(tell, law=contact_law_of(case))
+        bed = bed_from_checkpoint(case, [body.name for body in mill_mechanism(case).bodies], kept.groups)
+        model, state = build(case, bed)
     model = restore(model, state, kept.groups)
     recorder = Recorder.reopen(path, kept.time)
     march(model, state, recorder, ending, Watch(case, progress))

@@ -18,13 +18,15 @@ FLOOR = {
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
     **dict.fromkeys(("result", "build", "warm"), 6),
-    **dict.fromkeys(("analysis", "dialects", "preflight", "watch", "record_plan"), 7),
+    **dict.fromkeys(("analysis", "mechanism_analysis", "dialects", "preflight", "mechanism_preflight", "watch", "record_plan"), 7),
     "advance": 8,
-    **dict.fromkeys(("charge_flow", "quantities"), 8),
+    **dict.fromkeys(("charge_flow", "quantities", "readings"), 8),
     **dict.fromkeys(("march", "figures", "bench"), 9),
     "papers": 9,
-    **dict.fromkeys(("charge_figures", "mount_figures", "campaign_figures", "paper_figures"), 10),
-    "campaign": 11,
+    **dict.fromkeys(
+        ("charge_figures", "mechanism_figures", "mount_figures", "reading_figures", "campaign_figures", "paper_figures", "design"), 10
+    ),
+    **dict.fromkeys(("campaign", "design_figures"), 11),
     "validation": 12,
     "cli": 13,
 }
@@ -40,12 +42,16 @@ NEVER = {
     "analysis": ENGINES,
     "steady": ENGINES,
     "mount_test": ENGINES,
+    "mechanism_analysis": ENGINES,
     "charge_flow": ENGINES,
     **dict.fromkeys(("charge_figures", "mount_figures", "campaign_figures"), ENGINES),
     "figures": ENGINES,
     "papers": ENGINES,
     "paper_figures": ENGINES,
     "quantities": ENGINES,
+    "mechanism_figures": ENGINES,
+    "readings": ENGINES,
+    "reading_figures": ENGINES,
     "screen": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
@@ -54,14 +60,24 @@ AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "h5py": {"result.py"},
-    "matplotlib": {"figures.py", "charge_figures.py", "mount_figures.py", "campaign_figures.py", "paper_figures.py"},
+    "matplotlib": {
+        "figures.py",
+        "charge_figures.py",
+        "mechanism_figures.py",
+        "mount_figures.py",
+        "reading_figures.py",
+        "campaign_figures.py",
+        "paper_figures.py",
+        "design_figures.py",
+    },
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py", "papers"},
     "pydantic_core": {"tables.py"},
     "typer": {"cli.py"},
     "rich": {"screen.py", "campaign/board.py", "papers"},
-    "distributed": {"campaign"},
+    "distributed": {"campaign", "validation.py"},
     "trimesh": {"build/wall_mesh.py"},
+    "rainflow": {"readings/fatigue.py"},
 }
 """Outside libraries that belong in some rooms only."""
 

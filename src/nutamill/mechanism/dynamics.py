@@ -18,7 +18,7 @@ import math
 
 from nutamill.frames import turn_quaternion, turn_vector_back
 from nutamill.kernel import kernel
-from nutamill.mechanism.drive import evaluate_drives
+from nutamill.mechanism.drive import driven_angle, driven_rate, evaluate_drives, next_integral
 from nutamill.mechanism.equations import (
     copy_rows,
     copy_vector,
@@ -97,12 +97,23 @@ def project_velocities(mechanism, state, scratch):
 
 
 @kernel
-def keep_solution(state, scratch):
-    """Take over what the solve found: reactions, drive motions, dissipated powers, and the wrench contained in the load."""
+def keep_solution(mechanism, state, scratch):
+    """Take over what the solve found: reactions, drive motions and torques, dissipated powers, and the wrench contained in the load."""
     copy_vector(scratch.multiplier, state.multiplier)
     copy_vector(scratch.power, state.power)
-    copy_rows(scratch.drive_motion, state.drive_motion)
     copy_rows(state.wrench, state.previous_wrench)
+    gather_twists(state, scratch.twist)
+    for d in range(mechanism.drives.shape[0]):
+        drive, motion = mechanism.drives[d], state.drive_motion[d]
+        if drive.row >= 0:
+            state.drive_torque[d] = scratch.multiplier[drive.row]
+            for k in range(3):
+                motion[k] = scratch.drive_motion[d, k]
+        else:
+            state.drive_torque[d] = scratch.motor_torque[d]
+            motion[0] = driven_angle(drive, state.quaternion, motion[0])
+            motion[1] = driven_rate(drive, state.quaternion, scratch.twist)
+            motion[2] = driven_rate(drive, state.quaternion, state.acceleration)
 
 
 @kernel
@@ -130,7 +141,7 @@ def start(mechanism, state, scratch):
     project_velocities(mechanism, state, scratch)
     for _ in range(FRICTION_ROUNDS):
         solve_reactions(mechanism, state, scratch)
-        keep_solution(state, scratch)
+        keep_solution(mechanism, state, scratch)
     return check_finite(state.velocity, state.acceleration)
 
 
@@ -180,19 +191,25 @@ def finish(mechanism, state, scratch, dt):
     project_velocities(mechanism, state, scratch)
     add_works(mechanism, state, scratch, dt)
     add_losses(mechanism, state, scratch.power, dt)
-    keep_solution(state, scratch)
+    keep_solution(mechanism, state, scratch)
     return check_finite(state.velocity, state.acceleration)
 
 
 @kernel
 def add_works(mechanism, state, scratch, dt):
-    """Works of drives, wrenches and constant moments over the step just made: impulse times mean velocity.
+    """Works of drives, wrenches and constant moments over the step just made: impulse times mean velocity; motors' integral parts.
 
     A drive's impulse is the mean of its two reactions times `dt`, plus the impulse of the velocity projection.
     """
     drives, torques, before, after = mechanism.drives, mechanism.torques, scratch.start_twist, scratch.twist
     for d in range(drives.shape[0]):
         i = drives[d].row
+        if i < 0:
+            rate = driven_rate(drives[d], state.quaternion, after)
+            state.drive_work[d] += 0.5 * dt * (state.drive_torque[d] + scratch.motor_torque[d]) * 0.5 * (state.drive_motion[d, 1] + rate)
+            asked = scratch.drive_motion[d, 1]
+            state.motor_integral[d] = next_integral(drives[d], state.time[0], asked, rate, state.motor_integral[d], dt)
+            continue
         impulse = 0.5 * dt * (state.multiplier[i] + scratch.multiplier[i]) + scratch.solution[i]
         state.drive_work[d] += impulse * 0.5 * (state.drive_motion[d, 1] + scratch.drive_motion[d, 1])
     for b in range(before.shape[0]):
@@ -255,7 +272,7 @@ def solve_again(mechanism, state, scratch):
     evaluate_drives(mechanism.drives, mechanism.knots, state.time[0], scratch.drive_motion)
     gather_twists(state, scratch.twist)
     solve_reactions(mechanism, state, scratch)
-    keep_solution(state, scratch)
+    keep_solution(mechanism, state, scratch)
 
 
 @kernel
@@ -274,6 +291,8 @@ def copy_mechanism_state(source, target):
         (source.time, target.time),
         (source.multiplier, target.multiplier),
         (source.power, target.power),
+        (source.drive_torque, target.drive_torque),
+        (source.motor_integral, target.motor_integral),
         (source.drive_work, target.drive_work),
         (source.wrench_work, target.wrench_work),
         (source.torque_work, target.torque_work),
