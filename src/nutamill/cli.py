@@ -223,10 +223,11 @@ def validate(
 ) -> None:
     """Compare a published paper with runs of all its configurations, row by row."""
     from nutamill import validation as room
-    from nutamill.campaign.command import workers_of
+    from nutamill.campaign.workers import cluster_client
     from nutamill.papers.table import print_table
 
-    done = room.validate(paper, quick, only or [], results, not stored, workers_of(jobs, cluster), typer.echo)
+    client = None if cluster is None or stored else cluster_client(cluster, jobs)
+    done = room.validate(paper, quick, only or [], results, not stored, jobs, client, typer.echo)
     print_table(done.findings, done.paper)
     for line in (*done.failures, *done.undrawn):
         typer.echo(line, err=True)

@@ -89,7 +89,7 @@ AT_HOME = {
     "pydantic_core": {"tables.py"},
     "typer": {"cli.py"},
     "rich": {"screen.py", "campaign/board.py", "papers"},
-    "distributed": {"campaign"},
+    "distributed": {"campaign", "validation.py"},
     "trimesh": {"build/wall_mesh.py"},
     "rainflow": {"readings/fatigue.py"},
     "pyvista": {"scene.py"},
