@@ -41,6 +41,9 @@ from nutamill.watch import Watch, interrupts
 ROWS_PER_ENTRY = 48
 """Rows recorded in one entry of the compiled march [1]: 10 ms of simulated time at the default rate."""
 
+ROWS_PER_ENTRY_ALONE = 480
+"""The same without charge, where steps are so cheap that entering would cost as much as marching."""
+
 
 def run(
     case: Case | MechanismCase,
@@ -161,7 +164,7 @@ def march(model: Model, state: State, recorder: Recorder, until: float, watch: W
     kept: State | None = None
     with interrupts() as interrupted, saved_whatever_happens(recorder):
         while row < plan.rows and not interrupted.is_set() and fault is None:
-            count = min(ROWS_PER_ENTRY, plan.next_stop(row) - row)
+            count = min(ROWS_PER_ENTRY_ALONE if model.charge is None else ROWS_PER_ENTRY, plan.next_stop(row) - row)
             kept = keep(state, kept)
             kept_sums = {} if kept is None else statistics_group(model, state)
             model, rows, fault = enter(model, state, count)
