@@ -20,10 +20,13 @@ _HOME = {
     "check": "nutamill.preflight",
     "run": "nutamill.march",
     "resume": "nutamill.march",
+    "sweep": "nutamill.campaign.sweep",
     "open_result": "nutamill.result",
+    "validate": "nutamill.validation",
     "MillError": "nutamill.errors",
     "CaseError": "nutamill.errors",
     "StepError": "nutamill.errors",
+    "NotSteadyError": "nutamill.errors",
     "ResultError": "nutamill.errors",
 }
 _NAME_THERE = {"check": "preflight"}

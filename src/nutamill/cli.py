@@ -1,7 +1,7 @@
 """The command line: reads what was typed, calls the package, prints; computes nothing.
 
-Exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted.  Heavy imports stand inside the commands, so that
-``--help`` answers at once.
+Exit codes: 0 done, 1 the run failed, 2 bad input, 3 not steady within the longest time, 130 interrupted.  Heavy
+imports stand inside the commands, so that ``--help`` answers at once.
 """
 
 import functools
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nutamill import __version__
-from nutamill.errors import CaseError, Fault, MillError
+from nutamill.errors import CaseError, Fault, MillError, NotSteadyError
 
 if TYPE_CHECKING:
     from nutamill.case import Case
@@ -132,7 +132,7 @@ def run(
 @_told
 def resume(
     file: Annotated[Path, typer.Argument(metavar="RESULT.h5", help="The result of a run that was interrupted or is to go on.")],
-    until: Annotated[str | None, typer.Option(help='New end, e.g. "20 s"; else the end the case asks for.')] = None,
+    until: Annotated[str | None, typer.Option(help='New end, e.g. "20 s"; with run.until = "steady" the new longest time.')] = None,
 ) -> None:
     """Continue a run from its last checkpoint."""
     end = None
@@ -206,6 +206,87 @@ def bench() -> None:
         typer.echo(line)
 
 
+@app.command()
+@_told
+def validate(
+    paper: Annotated[str, typer.Argument(metavar="PAPER", help="saimm2025, mca2026, or a file of the same form.")],
+    quick: Annotated[bool, typer.Option("--quick", help="Start the few decisive runs only.")] = False,
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="NAME", help="A row, a configuration or a run; repeatable.")] = None,
+    results: Annotated[Path | None, typer.Option(help="Folder of the results; else results/validation/<paper>.")] = None,
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    stored: Annotated[bool, typer.Option("--stored", help="Start no run: evaluate what is there.")] = False,
+    short: Annotated[
+        Path | None, typer.Option("--markdown", metavar="FILE", help="Write the short table there, between its marks if it has them.")
+    ] = None,
+) -> None:
+    """Compare a published paper with runs of all its configurations, row by row."""
+    from nutamill import validation as room
+    from nutamill.campaign.command import workers_of
+    from nutamill.papers.table import print_table
+
+    done = room.validate(paper, quick, only or [], results, not stored, workers_of(jobs, cluster), typer.echo)
+    print_table(done.findings, done.paper)
+    for line in (*done.failures, *done.undrawn):
+        typer.echo(line, err=True)
+    if short is not None:
+        room.write_short(short, done, paper)
+    typer.echo(f"{', '.join(str(file) for file in done.files)}")
+
+
+@app.command()
+@_told
+def sweep(
+    case: Annotated[str, typer.Argument(metavar="CASE|SWEEP.toml", help="A case, or a sweep file.")],
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", "-s", metavar="KEY=VALUES", help='Swept, or one value: -s drive.speed="100..700 rpm step 60 rpm" -s chamber.ribs=0,12.'
+        ),
+    ] = None,
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    to: Annotated[Path | None, typer.Option(help="Folder for results and table; else sweeps/<case>.")] = None,
+    quick: Quick = False,
+) -> None:
+    """Run a case with all combinations of some values; the same call again does what is left."""
+    from nutamill.campaign.command import run_sweep
+
+    if not run_sweep(case, changes or [], jobs, cluster, to, quick, typer.echo):
+        raise typer.Exit(MillError.exit_code)
+
+
+@app.command()
+@_told
+def fit(
+    file: Annotated[Path, typer.Argument(metavar="FIT.toml", help="The fit file: case, free keys, measured values.")],
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    to: Annotated[Path | None, typer.Option(help="Folder for results; else fits/<file>.")] = None,
+) -> None:
+    """Identify keys of a case from measured values, with their uncertainty and correlation."""
+    from nutamill.campaign.command import run_fit
+
+    typer.echo("\n".join(run_fit(file, jobs, cluster, to)))
+
+
+@app.command("mount-test")
+@_told
+def mount_test(
+    file: Annotated[Path, typer.Argument(metavar="TEST.csv", help="Columns time [s], displacement [mm], force [N], in any units.")],
+    to: Annotated[Path | None, typer.Option(help="Picture; else beside the file.")] = None,
+) -> None:
+    """Stiffness and damping of a mount from a force-displacement test at one frequency."""
+    from nutamill.mount_figures import draw_loop
+    from nutamill.mount_test import mount_properties, read_mount_test
+
+    test = read_mount_test(file)
+    found = mount_properties(test)
+    picture = to or file.with_suffix(".png")
+    draw_loop(test, found).savefig(picture)
+    typer.echo("\n".join([*found.lines(), f"picture {picture}"]))
+
+
 def _load(name: str, overrides: list[str] | None) -> "Case":
     from nutamill.case import load_case
 
@@ -214,11 +295,15 @@ def _load(name: str, overrides: list[str] | None) -> "Case":
 
 def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> None:
     """Run with the live screen, then print the summary and draw the pictures beside the result."""
+    from nutamill.result import open_result
     from nutamill.screen import Screen
 
+    missed = None
     try:
         with Screen(title) as screen:
             result = act(screen)
+    except NotSteadyError as error:
+        missed, result = error, open_result(path)
     except KeyboardInterrupt:
         said = f"interrupted, saved. Go on with: nutamill resume {path}" if path.exists() else "interrupted before the first step"
         typer.echo(said, err=True)
@@ -230,6 +315,8 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
             typer.echo(warning, err=True)
         pictures = _draw(result, path)
     typer.echo(f"{path}   picture{'s' * (len(pictures) > 1)} {', '.join(map(str, pictures))}")
+    if missed is not None:
+        raise missed
 
 
 def _summary(result: "Result") -> tuple[list[str], list[str]]:

@@ -49,7 +49,8 @@ class Quantity(NamedTuple):
             try:
                 si = units.parse(value, self.kind)
             except units.UnitError as error:
-                raise refusal(error.what, error.hint) from None
+                word = f' or "{self.word}"' if self.word and error.hint.startswith("Write") else ""
+                raise refusal(error.what, error.hint + word) from None
         elif isinstance(value, bool) or not isinstance(value, (int, float)):
             raise refusal(f"must be text with a unit, got {spelled(value)}", instead)
         elif (info.context or {}).get(FROM_FILE) and math.isfinite(value):
@@ -100,6 +101,7 @@ Mass = Annotated[float, Quantity(Kind.MASS)]
 AddedMass = Annotated[float, Quantity(Kind.MASS, "zero or more")]
 Time = Annotated[float, Quantity(Kind.TIME)]
 StartTime = Annotated[float, Quantity(Kind.TIME, "zero or more")]
+EndTime = Annotated[float | str, Quantity(Kind.TIME, word="steady")]
 AutoTime = Annotated[float | str, Quantity(Kind.TIME, word="auto")]
 Angle = Annotated[float, Quantity(Kind.ANGLE)]
 AnyAngle = Annotated[float, Quantity(Kind.ANGLE, "any")]

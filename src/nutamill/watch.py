@@ -31,7 +31,7 @@ class Watch:
         """Report that this share of the settling is done [1]."""
         if self._report is not None and (self._due() or fraction >= 1.0):
             unknown = [math.nan] * 8
-            self._report(Progress("settle", 0.0, self._case.run.until, fraction, *unknown, 0, math.nan, 0))
+            self._report(Progress("settle", 0.0, self._case.run.end, fraction, *unknown, 0, math.nan, 0))
 
     def marched(self, model: Model, names: list[str], series: np.ndarray, until: float, recorder: Recorder) -> None:
         """Report where the run stands after `series` (n, n_names) has been recorded."""

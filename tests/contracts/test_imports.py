@@ -13,18 +13,20 @@ PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 FLOOR = {
     **dict.fromkeys(("errors", "units", "kernel"), 1),
-    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen"), 2),
+    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "steady", "mount_test"), 2),
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
     **dict.fromkeys(("result", "build", "warm"), 6),
-    **dict.fromkeys(("analysis", "mechanism_analysis", "dialects", "preflight", "mechanism_preflight", "watch"), 7),
+    **dict.fromkeys(("analysis", "mechanism_analysis", "dialects", "preflight", "mechanism_preflight", "watch", "record_plan"), 7),
     "advance": 8,
-    "charge_flow": 8,
+    **dict.fromkeys(("charge_flow", "quantities"), 8),
     **dict.fromkeys(("march", "figures", "bench"), 9),
-    "charge_figures": 10,
-    "mechanism_figures": 10,
-    "cli": 11,
+    "papers": 9,
+    **dict.fromkeys(("charge_figures", "mount_figures", "campaign_figures", "paper_figures", "mechanism_figures"), 10),
+    "campaign": 11,
+    "validation": 12,
+    "cli": 13,
 }
 """A room imports from lower floors and from itself only."""
 
@@ -37,10 +39,15 @@ NEVER = {
     "result": ENGINES,
     "analysis": ENGINES,
     "mechanism_analysis": ENGINES,
+    "steady": ENGINES,
+    "mount_test": ENGINES,
     "charge_flow": ENGINES,
-    "charge_figures": ENGINES,
+    **dict.fromkeys(("charge_figures", "mount_figures", "campaign_figures"), ENGINES),
     "figures": ENGINES,
     "mechanism_figures": ENGINES,
+    "papers": ENGINES,
+    "paper_figures": ENGINES,
+    "quantities": ENGINES,
     "screen": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
@@ -49,12 +56,20 @@ AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "h5py": {"result.py"},
-    "matplotlib": {"figures.py", "charge_figures.py", "mechanism_figures.py"},
+    "matplotlib": {
+        "figures.py",
+        "charge_figures.py",
+        "mount_figures.py",
+        "campaign_figures.py",
+        "paper_figures.py",
+        "mechanism_figures.py",
+    },
     "tomllib": {"case"},
-    "pydantic": {"case", "machine.py", "materials.py", "tables.py"},
+    "pydantic": {"case", "machine.py", "materials.py", "tables.py", "papers"},
     "pydantic_core": {"tables.py"},
     "typer": {"cli.py"},
-    "rich": {"screen.py"},
+    "rich": {"screen.py", "campaign/board.py", "papers"},
+    "distributed": {"campaign/workers.py", "campaign/sweep.py"},
     "trimesh": {"build/wall_mesh.py"},
 }
 """Outside libraries that belong in some rooms only."""

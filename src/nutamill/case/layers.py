@@ -54,6 +54,17 @@ class Layer(NamedTuple):
         return cls(content, {(): shown, **lines}, folder or Path.cwd())
 
 
+def read_layer(name: str | Path) -> Layer:
+    """The one layer of a file, whatever it describes.
+
+    Raises
+    ------
+    CaseError : no such file, no text, or no TOML
+    """
+    path, shown = _find(name)
+    return Layer.of_text(_text(path, shown), shown, path.parent)
+
+
 def read_layers(name: str | Path, _above: tuple[Path, ...] = ()) -> list[Layer]:
     """Layers of a case file or library name, the base first.
 

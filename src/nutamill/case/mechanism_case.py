@@ -217,6 +217,11 @@ class MechanismRun(Table):
     checkpoint: Time = 1.0
     """Simulated time between checkpoints [s]."""
 
+    @property
+    def end(self) -> float:
+        """Simulated time at the end [s], under the name that runs of mills have for it."""
+        return self.until
+
 
 class Extent(NamedTuple):
     """What a march asks of any drive."""

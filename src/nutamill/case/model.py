@@ -12,7 +12,7 @@ from nutamill.case.drive import DriveProgramme
 from nutamill.case.layers import Layer, override_layer, read_layers
 from nutamill.case.mechanism_case import PARTS, MechanismCase
 from nutamill.case.recipe import ChargeRecipe
-from nutamill.errors import Fault
+from nutamill.errors import CaseError, Fault
 from nutamill.machine import (
     Balance,
     BearingCross,
@@ -27,7 +27,7 @@ from nutamill.machine import (
     TopFrame,
 )
 from nutamill.materials import ContactLaws, Material
-from nutamill.tables import AutoTime, Coordinate, Count, Frequency, Table, Time, refusal
+from nutamill.tables import AutoTime, Coordinate, Count, EndTime, Frequency, Share, Table, Time, refusal
 
 
 def _threads(given: Any) -> Any:
@@ -45,11 +45,19 @@ class Sensor(Table):
     """Its place in the axes of that part, from the nutation point as assembled [m]."""
 
 
+STEADY_DEFAULTS = {"max": "30 s", "precision": 0.01}
+"""Keys of a run that ends when steady, unless given."""
+
+
 class RunPlan(Table):
     """How long, how finely, and what is kept."""
 
-    until: Time
-    """Simulated time at the end [s]."""
+    until: EndTime
+    """Simulated time at the end [s]; ``"steady"``: when crank-pin force and torque are steady, looked at at each checkpoint."""
+    max: Time | None = None
+    """With until = "steady": simulated time at the end at the latest [s]."""
+    precision: Share | None = None
+    """With until = "steady": 95 % half width, and drift, of both means at which they count as known and steady, share of their size [1]."""
     dt: AutoTime = "auto"
     """Charge substep [s]; ``"auto"``: contact time of the stiffest, lightest pair over 20."""
     window: Annotated[Count, Field(ge=1)] = 10
@@ -68,6 +76,17 @@ class RunPlan(Table):
     """Simulated time between checkpoints [s]."""
     statistics: bool = True
     """Whether spectra, wall work and fields of the charge are summed, and recorded at every checkpoint."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _bounded(cls, given: Any) -> Any:
+        """A run that ends when steady has a longest time and a precision, whether given or not."""
+        return STEADY_DEFAULTS | given if isinstance(given, dict) and given.get("until") == "steady" else given
+
+    @property
+    def end(self) -> float:
+        """Simulated time at the end at the latest [s]."""
+        return self.max if self.until == "steady" else self.until
 
 
 class Case(CaseFile):
@@ -131,6 +150,14 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
     layer, faults = override_layer(list(overrides))
     layers = [*read_layers(name_or_path), layer]
     return validated(_kind_of(layers), layers, Path(name_or_path).name.removesuffix(".toml"), faults)
+
+
+def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case:
+    """`load_case` for what only a mill can do; raises CaseError for a file that describes a mechanism part by part."""
+    case = load_case(name_or_path, overrides)
+    if isinstance(case, MechanismCase):
+        raise CaseError(Fault(str(name_or_path), "must describe a mill, it lists [[bodies]]", "Use nutamill check, run, show and resume"))
+    return case
 
 
 def case_of_text(text: str, name: str = "case") -> Case | MechanismCase:

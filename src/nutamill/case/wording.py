@@ -103,7 +103,7 @@ def _missing(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -
     field = fields_at(top, key[:-1]).get(key[-1])
     dotted = ".".join(str(part) for part in key[:-1] if isinstance(part, str))
     listed = any(isinstance(part, int) for part in key)
-    base = "" if "bodies" in top.model_fields else ', or begin the file with base = "numill"'
+    base = ', or begin the file with base = "numill"' if "mechanism" in top.model_fields else ""  # other files have no base
     if field is not None and _holds_keys(field):
         return "is missing", f"Add a table [{'.'.join(str(part) for part in key)}]{base}"
     quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None) if field else None
