@@ -43,6 +43,9 @@ from nutamill.watch import Watch, requests
 ROWS_PER_ENTRY = 48
 """Rows recorded in one entry of the compiled march [1]: 10 ms of simulated time at the default rate."""
 
+ROWS_PER_ENTRY_ALONE = 480
+"""The same without charge, where steps are so cheap that entering would cost as much as marching."""
+
 
 def run(
     case: Case | MechanismCase,
@@ -173,7 +176,7 @@ def march(model: Model, state: State, recorder: Recorder, ending: Ending, watch:
     kept: State | None = None
     with requests() as asked, saved_whatever_happens(recorder):
         while row < plan.rows and not asked.stop.is_set() and fault is None:
-            count = min(ROWS_PER_ENTRY, plan.next_stop(row) - row)
+            count = min(ROWS_PER_ENTRY_ALONE if model.charge is None else ROWS_PER_ENTRY, plan.next_stop(row) - row)
             kept = keep(state, kept)
             kept_sums = {} if kept is None else statistics_group(model, state)
             model, rows, fault = enter(model, state, count)
