@@ -142,7 +142,7 @@ def mechanism_row(mechanism, state, scratch, sensors, row_out):
     read_sensors(mechanism, state, scratch, sensors, row_out[1:column])
     energies(mechanism, state, scratch, row_out[column : column + 3])
     column += 3
-    for ledger in (state.drive_work, state.bushing_loss, state.joint_loss):
+    for ledger in (state.drive_work, state.bushing_loss, state.spring_loss, state.joint_loss, state.torque_work):
         for value in ledger:
             row_out[column] = value
             column += 1

@@ -12,7 +12,7 @@ from nutamill.tables import (
     Acceleration,
     AddedMass,
     Angle,
-    Azimuth,
+    AnyAngle,
     BushingStiffness,
     Coefficient,
     Coordinate,
@@ -188,7 +188,7 @@ class Counterweight(Table):
     """Distance from the driveshaft axis [m]."""
     depth: Length
     """Below the nutation point [m]."""
-    azimuth: Azimuth = math.pi
+    azimuth: AnyAngle = math.pi
     """From the crank pin in the direction of rotation [rad]; half a turn is opposite the pin."""
 
 

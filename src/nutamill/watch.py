@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from nutamill.build.model import Model
-from nutamill.case import Case
+from nutamill.case import Case, MechanismCase
 from nutamill.result import Recorder
 from nutamill.screen import Progress
 
@@ -21,7 +21,7 @@ PAUSE = 0.5
 class Watch:
     """Turns what a march records into `Progress` reports, about twice a second of wall time."""
 
-    def __init__(self, case: Case, report: Callable[[Progress], None] | None):
+    def __init__(self, case: Case | MechanismCase, report: Callable[[Progress], None] | None):
         self._case = case
         self._report = report
         self._next = 0.0
@@ -31,7 +31,7 @@ class Watch:
         """Report that this share of the settling is done [1]."""
         if self._report is not None and (self._due() or fraction >= 1.0):
             unknown = [math.nan] * 8
-            self._report(Progress("settle", 0.0, self._case.run.until, fraction, *unknown, 0, math.nan, 0))
+            self._report(Progress("settle", 0.0, self._case.run.end, fraction, *unknown, 0, math.nan, 0))
 
     def marched(self, model: Model, names: list[str], series: np.ndarray, until: float, recorder: Recorder) -> None:
         """Report where the run stands after `series` (n, n_names) has been recorded."""
@@ -59,11 +59,11 @@ class Watch:
                 rate=marched / spent,
                 nanoseconds=1e9 * spent / steps,
                 time_left=(until - time) * spent / marched,
-                crank_pin_force=at["crank_pin_force_resultant"],
-                shaft_torque=at["driveshaft_torque"],
+                crank_pin_force=at.get("crank_pin_force_resultant", math.nan),
+                shaft_torque=at.get("driveshaft_torque", math.nan),
                 largest_pair_overlap=largest["largest_pair_overlap"],
                 largest_wall_overlap=largest["largest_wall_overlap"],
-                ledger_residual=at["ledger_residual"] / at["motor_work"] if at["motor_work"] > 0 else math.nan,
+                ledger_residual=at["ledger_residual"] / at["motor_work"] if at.get("motor_work", 0.0) > 0 else math.nan,
                 contacts=int(at.get("pair_contacts", 0) + at.get("wall_contacts", 0)),
                 dt=model.clock.substep,
                 file_size=recorder.size,

@@ -56,6 +56,14 @@ def replace_file(path: Path, edit: Callable[[Path], None], room: int, start: byt
         part.unlink(missing_ok=True)
 
 
+def write_text(path: Path, text: str) -> None:
+    """Put `text` in place of `path`, whole or not at all; its folder is made if needed.  Raises ResultError as `replace_file` does."""
+    with io_errors(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    content = text.encode()
+    replace_file(path, lambda part: part.write_bytes(content) and None, room=len(content), start=b"")
+
+
 def tidy(path: Path) -> None:
     """Remove what killed writers of `path` have left beside it."""
     for left in path.parent.glob(_part(path, "*")):

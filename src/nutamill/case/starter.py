@@ -20,7 +20,7 @@ KEYS = (
     ("charge", "diameter", 'or instead: sizes = [["4 mm", 0.3], ["5 mm", 0.7]], shares of the mass; or a distribution'),
     ("charge", "mass", "all particles together; or instead: count, or fill, the share of the chamber as a settled bed"),
     ("charge", "count", "number of particles; or instead: mass, or fill"),
-    ("run", "until", "simulated time at the end"),
+    ("run", "until", 'simulated time at the end, or "steady"'),
     ("run", "dt", '"auto" or e.g. "3 us"'),
     ("run", "coupling", '"prescribed", "staggered" or "iterated"'),
     ("run", "threads", '"auto" or a number'),

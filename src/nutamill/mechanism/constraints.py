@@ -69,13 +69,26 @@ def check_constraints(mechanism, state, scratch, labels, redundant) -> list[Faul
     return []
 
 
-def redundancy_fault(labels, null, i) -> Fault:
-    """The dependent row `i`, and the parts that already hold what it holds."""
+def holders(labels, null, i) -> str:
+    """The parts that already hold what the dependent row `i` holds, as text."""
     weights = null @ null[i]
     others = dict.fromkeys(labels[k].part for k in np.flatnonzero(np.abs(weights) > INVOLVED) if labels[k].part != labels[i].part)
+    return ", ".join(others) or "its other rows"
+
+
+def redundancies(mechanism, state, scratch, labels) -> list[str]:
+    """What is held more than once, one line each: the part, the direction, and the parts that hold it already."""
+    if not labels:
+        return []
+    null, dependent = dependencies(mechanism, state, scratch)
+    return [f"{labels[i].part}: {labels[i].direction}, already held by {holders(labels, null, i)}" for i in dependent]
+
+
+def redundancy_fault(labels, null, i) -> Fault:
+    """The dependent row `i`, and the parts that already hold what it holds."""
     return Fault(
         labels[i].part,
-        f"{labels[i].direction} must be held once, but it is already held by {', '.join(others) or 'its other rows'}",
+        f"{labels[i].direction} must be held once, but it is already held by {holders(labels, null, i)}",
         'Free that direction in one of these joints, or set redundant = "allow" (their reactions are then not unique)',
     )
 

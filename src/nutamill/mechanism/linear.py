@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.errors import StepError
+from nutamill.errors import CaseError, Fault, StepError
 from nutamill.frames import turn_quaternion
 from nutamill.mechanism.constraints import dense_jacobian
 from nutamill.mechanism.drive import driven_axis
@@ -21,6 +21,13 @@ PROBE = 1e-6
 
 NEWTON_ROUNDS, NEWTON_TOLERANCE, LONGEST_STEP = 60, 1e-11, 0.05
 """Limit of rounds [1], last step [m or rad] that counts as none, and largest step [m or rad] of the search for rest."""
+
+
+BALANCE = 1e-6
+"""Load that may be left over at rest [1], over the largest load."""
+
+SLOWEST = 0.01
+"""Frequency below which a motion counts as held by nothing [Hz]: what the central differences leave of zero lies below."""
 
 
 class Modes(NamedTuple):
@@ -83,15 +90,38 @@ def static_equilibrium(
             f"static equilibrium: must be found in {NEWTON_ROUNDS} rounds, the last one still moved {longest:.3g} m or rad. "
             "Check that every body is held by a joint, a bushing or a spring"
         )
+    check_balance(mechanism, state, scratch, held)
     if start(mechanism, state, scratch) != OK:
         raise StepError("static equilibrium: must give finite accelerations. Check that every body is held")
 
 
-def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch) -> Modes:
+def check_balance(mechanism, state, scratch, held) -> None:
+    """Raise StepError if loads are left that neither constraints nor stiffness balance: the search has stuck where it has no slope."""
+    free = free_directions(dense_jacobian(mechanism, state, scratch)[held])
+    load = residual(mechanism, state, scratch, np.zeros(len(mechanism.rows)))
+    if np.abs(free.T @ load).max(initial=0.0) > BALANCE * max(np.abs(load).max(), 1.0):
+        raise StepError(
+            "static equilibrium: must balance all loads, it stuck where nothing pulls towards rest. "
+            "Assemble the mechanism nearer to where it rests, or hold it with a bushing or a spring"
+        )
+
+
+def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch, loose: str = "refuse") -> Modes:
     """Frequencies, damping ratios and shapes of small vibrations about the present pose, at rest, drives held.
 
     `state` is left as it is, and should be at rest (`static_equilibrium`): velocities count as zero.
+
+    Parameters
+    ----------
+    loose : "refuse" bodies that nothing brings back (`loose_motions`), or "keep" them as modes of frequency zero
+
+    Raises
+    ------
+    CaseError : what is loose, by the bodies that move
     """
+    if loose == "refuse" and (found := loose_motions(mechanism, state, scratch)):
+        hint = "Hold it with a joint, a bushing or a spring"
+        raise CaseError(*(Fault("modes", f"every motion must be held by something, {motion} is not", hint) for motion in found))
     jacobian = locked_jacobian(mechanism, state, scratch)
     mass = mass_matrix(mechanism, scratch)
     stiffness = tangent_stiffness(mechanism, state, scratch, state.multiplier)
@@ -113,7 +143,24 @@ def modes_of(stiffness: np.ndarray, damping: np.ndarray, directions: np.ndarray)
     shape = directions @ vectors[:m, chosen]
     shape = shape / shape[np.abs(shape).argmax(axis=0), np.arange(len(chosen))]
     ratio = np.where(size > 0.0, -values[chosen].real / np.where(size > 0.0, size, 1.0), 1.0)
-    return Modes(size / (2.0 * np.pi), ratio, shape.reshape(-1, 6, len(chosen)))
+    return Modes(size / (2.0 * np.pi), ratio, shape.reshape(len(directions) // 6, 6, len(chosen)))
+
+
+def loose_motions(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch) -> list[str]:
+    """Motions that constraints allow and that no stiffness brings back, each by the bodies that move most in it.
+
+    At the present pose, drives held; undamped motions slower than `SLOWEST` count.
+    """
+    free = free_directions(locked_jacobian(mechanism, state, scratch))
+    stiffness = free.T @ tangent_stiffness(mechanism, state, scratch, state.multiplier) @ free
+    values, vectors = np.linalg.eig(np.linalg.solve(free.T @ mass_matrix(mechanism, scratch) @ free, stiffness))
+    found = []
+    for k in np.flatnonzero(np.abs(values) < (2.0 * np.pi * SLOWEST) ** 2):
+        moves = np.abs(free @ vectors[:, k]).reshape(-1, 6)
+        b, way = np.unravel_index(moves.argmax(), moves.shape)
+        sort = "the shift" if way < 3 else "the turn"
+        found.append(f"{sort} of body '{mechanism.names[b]}' along or about {'xyz'[way % 3]}")
+    return list(dict.fromkeys(found))
 
 
 def held_rows(mechanism, hold_drives) -> np.ndarray:
