@@ -452,6 +452,16 @@ def _answer(lines: list[str], figure: Any, picture: Path | None, stem: str) -> N
     typer.echo(f"picture {path}")
 
 
+def _load_mill(name: str, overrides: list[str] | None) -> "Case":
+    """A case that is a mill, not a mechanism of listed parts."""
+    from nutamill.case import MechanismCase
+
+    loaded = _load(name, overrides)
+    if isinstance(loaded, MechanismCase):
+        raise CaseError(Fault(name, "must be a mill, it lists the parts of a mechanism", "Ask nutamill check, or run it"))
+    return loaded
+
+
 def _quantity(text: str, kind: str, option: str) -> float:
     """SI value of an option with a unit."""
     from nutamill import units
@@ -475,7 +485,7 @@ def modes(
     from nutamill.design.modes import machine_modes, modes_lines
     from nutamill.design_figures import draw_modes
 
-    loaded = _load(case, overrides)
+    loaded = _load_mill(case, overrides)
     found = machine_modes(loaded, _quantity(speed, "speed of rotation", "--speed"), charge)
     _answer(modes_lines(found), draw_modes(loaded, found), to, f"{loaded.name}-modes")
 
@@ -488,7 +498,7 @@ def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = F
     from nutamill.design.modes import campbell as diagram
     from nutamill.design_figures import draw_campbell
 
-    loaded = _load(case, overrides)
+    loaded = _load_mill(case, overrides)
     found = diagram(loaded, charge=charge)
     _answer(avoid_lines(found), draw_campbell(found), to, f"{loaded.name}-campbell")
 
@@ -507,9 +517,9 @@ def orders(
     """Amplitude and phase of a series once and twice per turn over a run, and its waterfall."""
     from nutamill.reading_figures import draw_orders
     from nutamill.readings.orders import orders_lines, sensor_orders, waterfall
-    from nutamill.result import open_result
+    from nutamill.readings.source import open_mill_result
 
-    with open_result(file) as result:
+    with open_mill_result(file) as result:
         found = sensor_orders(result, sensor)
         _answer(orders_lines(found, sensor), draw_orders(found, waterfall(result, sensor), sensor), to, f"{file.stem}-orders")
 
@@ -527,9 +537,9 @@ def loads(
     from nutamill.reading_figures import draw_loads
     from nutamill.readings.load_paths import load_paths, loads_lines
     from nutamill.readings.rods import rods_lines, yoke_rods
-    from nutamill.result import open_result
+    from nutamill.readings.source import open_mill_result
 
-    with open_result(file) as result:
+    with open_mill_result(file) as result:
         figure = draw_loads(result, axes, last)
         rods = rods_lines(yoke_rods(result, last)) if Case.from_toml(result.case_text).rods else []
         _answer(loads_lines(load_paths(result, last), axes) + rods, figure, to, f"{file.stem}-loads-{axes}")
@@ -548,10 +558,10 @@ def mounts(
     """Travel and force of the mounts, the force on the floor, and the clearance of the chamber."""
     from nutamill.reading_figures import draw_floor
     from nutamill.readings.mounts import chamber_clearance, clearance_line, mounts_lines
-    from nutamill.result import open_result
+    from nutamill.readings.source import open_mill_result
 
     lengths = [_quantity(text, "length", "--ring") for text in ring or ()]
-    with open_result(file) as result:
+    with open_mill_result(file) as result:
         lines = mounts_lines(result, last)
         if lengths:
             lines.append(clearance_line(chamber_clearance(result, tuple(lengths), _quantity(opening, "length", "--opening"), fixed_to)))
@@ -572,10 +582,10 @@ def life(
     from nutamill.reading_figures import draw_lives
     from nutamill.readings.bearings import bearing_life, bearings_lines
     from nutamill.readings.fatigue import section_life, sections_lines
-    from nutamill.result import open_result
+    from nutamill.readings.source import open_mill_result
 
     rated = load_ratings(ratings)
-    with open_result(file) as result:
+    with open_mill_result(file) as result:
         bearings = [bearing_life(result, joint, rated, last) for joint in bearing or rated.bearings]
         sections = [] if bearing else [section_life(result, name, rated, last) for name in rated.sections]
     lines = (bearings_lines(bearings) if bearings else []) + (sections_lines(sections) if sections else [])
@@ -596,7 +606,7 @@ def runup(
     from nutamill.design.runup import default_sensor, run_up, run_up_lines
     from nutamill.design_figures import draw_run_up
 
-    loaded = _load(case, overrides)
+    loaded = _load_mill(case, overrides)
     rates = [_quantity(text, "ramp of speed", "--ramp") for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")]
     name = sensor or default_sensor(loaded)
     runs = run_up(loaded, rates, name, charge=charge)
@@ -611,7 +621,7 @@ def isolation(case: CaseName, overrides: Overrides = None, charge: ChargeMass = 
     from nutamill.design.isolation import isolation_lines
     from nutamill.design_figures import draw_isolation
 
-    loaded = _load(case, overrides)
+    loaded = _load_mill(case, overrides)
     found = passed_on(loaded, charge)
     _answer(isolation_lines(found), draw_isolation(found), to, f"{loaded.name}-isolation")
 
@@ -631,7 +641,7 @@ def balance(
     from nutamill.design.balancing import balance_lines, balance_mill
     from nutamill.design_figures import draw_balancing
 
-    loaded = _load(case, overrides)
+    loaded = _load_mill(case, overrides)
     given = [[_quantity(length.strip(), "length", "--plane") for length in text.split(",")] for text in plane or ()]
     if any(len(lengths) != 2 for lengths in given):
         raise CaseError(Fault("--plane", "must be a radius and a depth", 'Write e.g. --plane "80 mm, 420 mm"'))
