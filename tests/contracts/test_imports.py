@@ -27,6 +27,8 @@ FLOOR = {
     "charge_figures": 10,
     "motion_figures": 10,
     "plots": 11,
+    "measured": 8,
+    "measured_figures": 11,
     "report": 12,
     "cli": 13,
 }
@@ -52,6 +54,8 @@ NEVER = {
     "vibration": ENGINES,
     "motion_figures": ENGINES,
     "plots": ENGINES,
+    "measured": ENGINES,
+    "measured_figures": ENGINES,
     "report": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
@@ -60,7 +64,7 @@ AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "h5py": {"result.py", "export"},
-    "matplotlib": {"figures.py", "charge_figures.py", "motion_figures.py", "plots.py", "report.py"},
+    "matplotlib": {"figures.py", "charge_figures.py", "motion_figures.py", "plots.py", "report.py", "measured_figures.py"},
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py"},
     "pydantic_core": {"tables.py"},
