@@ -138,12 +138,9 @@ def resume(
     """Continue a run from its last checkpoint."""
     end = None
     if until is not None:
-        from nutamill import units
+        from nutamill.units import Kind
 
-        try:
-            end = units.parse(until, units.Kind.TIME)
-        except units.UnitError as error:
-            raise CaseError(Fault("--until", error.what, error.hint)) from None
+        end = _quantity("--until", until, Kind.TIME)
     from nutamill import march
 
     _watched(file.stem, file, lambda screen: march.resume(file, until=end, progress=screen, tell=screen.message))
@@ -378,6 +375,53 @@ def report(
 
     page = write_report(files, to or files[0].with_name(f"{files[0].stem}-report.html"))
     typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB")
+
+
+@app.command("import")
+@_told
+def import_measured(
+    file: Annotated[Path, typer.Argument(help="A test file: CSV, TDMS, MAT or UFF.")],
+    mapping: Annotated[Path, typer.Option("--map", help="What its columns are: a mapping file.")],
+    to: Annotated[Path | None, typer.Option(help="The file to write; else beside the test file.")] = None,
+) -> None:
+    """Read measured data, so that plot and compare can use them."""
+    from nutamill.measured.importing import import_test
+
+    typer.echo(import_test(file, mapping, to or file.with_suffix(".h5")))
+
+
+@app.command()
+@_told
+def compare(
+    run: ResultFile,
+    measured: Annotated[Path, typer.Argument(metavar="MEASURED.h5", help="What `nutamill import` has written.")],
+    last: Annotated[str, typer.Option(help="Length of the window at the end.")] = "3 s",
+    cut: Annotated[str | None, typer.Option("--filter", help='Low-pass filter for both, e.g. "200 Hz".')] = None,
+    picture: Annotated[Path | None, typer.Option(help="The overlay; else beside the run.")] = None,
+) -> None:
+    """Lay measured data over a run: steady values with errors, and a figure."""
+    from nutamill.measured.comparison import compare, comparison_lines
+    from nutamill.measured_figures import draw_comparison
+    from nutamill.result import open_result
+    from nutamill.units import Kind
+
+    window, edge = _quantity("--last", last, Kind.TIME), None if cut is None else _quantity("--filter", cut, Kind.FREQUENCY)
+    with open_result(run) as result, open_result(measured) as test:
+        rows = compare(result, test, window, edge)
+        typer.echo("\n".join(comparison_lines(rows)))
+        drawn = picture or run.with_name(f"{run.stem}-{measured.stem}.png")
+        draw_comparison(result, test, [row.name for row in rows], window, edge).savefig(drawn)
+    typer.echo(drawn)
+
+
+def _quantity(where: str, text: str, kind: Any) -> float:
+    """SI value of an option with a unit."""
+    from nutamill import units
+
+    try:
+        return units.parse(text, kind)
+    except units.UnitError as error:
+        raise CaseError(Fault(where, error.what, error.hint)) from None
 
 
 def _load(name: str, overrides: list[str] | None) -> "Case":

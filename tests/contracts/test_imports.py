@@ -21,14 +21,14 @@ FLOOR = {
     **dict.fromkeys(("analysis", "mechanism_analysis", "dialects", "preflight", "mechanism_preflight", "watch", "record_plan"), 7),
     **dict.fromkeys(("replay", "vibration"), 7),
     "advance": 8,
-    **dict.fromkeys(("charge_flow", "quantities", "readings", "webview", "scene", "export"), 8),
+    **dict.fromkeys(("charge_flow", "quantities", "readings", "webview", "scene", "export", "measured"), 8),
     **dict.fromkeys(("march", "figures", "bench", "papers"), 9),
     **dict.fromkeys(
         ("charge_figures", "mechanism_figures", "mount_figures", "reading_figures", "campaign_figures", "paper_figures", "motion_figures"),
         10,
     ),
     "design": 10,
-    **dict.fromkeys(("campaign", "design_figures", "plots"), 11),
+    **dict.fromkeys(("campaign", "design_figures", "plots", "measured_figures"), 11),
     **dict.fromkeys(("validation", "report"), 12),
     "cli": 13,
 }
@@ -63,6 +63,8 @@ NEVER = {
     "vibration": ENGINES,
     "motion_figures": ENGINES,
     "plots": ENGINES,
+    "measured": ENGINES,
+    "measured_figures": ENGINES,
     "report": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
@@ -81,6 +83,7 @@ AT_HOME = {
         "paper_figures.py",
         "design_figures.py",
         "motion_figures.py",
+        "measured_figures.py",
         "plots.py",
         "report.py",
     },
