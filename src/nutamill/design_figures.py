@@ -40,7 +40,7 @@ def draw_modes(case: Case, found: MachineModes) -> Figure:
         for k in range(count):
             axes, shape = panels[k], found.shape[:, :, k]
             moves = [line.moved(shape[found.bodies.index(line.body)]) for line in lines]
-            scale = min(LARGEST / max(np.abs(move).max() for move in moves), 1.5)
+            scale = LARGEST / max(LARGEST / 1.5, *(np.abs(move).max() for move in moves))
             for line, move in zip(lines, moves, strict=True):
                 axes.plot(*(line.points @ look).T, color=GREY, linewidth=0.6)
                 axes.plot(*((line.points + scale * move.real) @ look).T, color=MOVED, linewidth=0.9)

@@ -1,5 +1,7 @@
 """Commands that answer a designer: a table with its units, a picture, and clear words for what cannot be answered."""
 
+from pathlib import Path
+
 import pytest
 from typer.testing import CliRunner
 
@@ -66,3 +68,12 @@ def test_answer_prints_its_table_and_saves_a_picture(invoke, folder, words, said
 def test_question_without_an_answer_is_refused(invoke, words, said):
     told = invoke(*words)
     assert told.exit_code == 2 and said.replace(", Known", ". Known") in told.stderr.replace(", Known", ". Known")
+
+
+def test_mechanism_of_listed_parts_is_no_mill(invoke, folder):
+    crank = Path(__file__).parents[2] / "examples" / "mechanisms" / "slider-crank.toml"
+    told = invoke("balance", str(crank))
+    assert told.exit_code == 2 and "must be a mill, it lists the parts of a mechanism" in told.stderr
+    march.run(load_case(crank, ["run.until=5 ms"]), folder / "crank.h5").close()
+    told = invoke("loads", "crank.h5")
+    assert told.exit_code == 1 and "crank.h5: must be the run of a mill with its joint reactions" in told.stderr

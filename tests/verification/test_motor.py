@@ -7,8 +7,11 @@ import pytest
 from mill_bench import march_mill, mill
 
 from nutamill.errors import CaseError
+from nutamill.march import resume
+from nutamill.march import run as march_run
 from nutamill.mechanism.assembly import assemble
-from nutamill.mechanism.dynamics import energies, march, start
+from nutamill.mechanism.dynamics import march, start
+from nutamill.mechanism.energy import energies
 from nutamill.mechanism.linear import modes, static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind, Motor
 
@@ -139,3 +142,13 @@ def test_case_with_a_motor_is_read_back_as_it_was_written():
     case = mill("drive.motor.power=370 W", "drive.motor.cut=8 s")
     again = type(case).from_toml(case.to_toml())
     assert again == case and again.drive.motor.power == 370.0
+
+
+def test_run_with_a_motor_that_is_resumed_is_the_run_that_never_stopped(tmp_path):
+    keys = ["charge.kind=none", "mechanism.mounting=rigid", "drive.ramp=20000 rpm/s", "drive.motor.power=200 W", "run.checkpoint=10 ms"]
+    case = mill(*keys, "run.until=40 ms")
+    with march_run(case, tmp_path / "whole.h5") as whole:
+        march_run(case.with_(run__until=0.02), tmp_path / "parts.h5").close()
+        with resume(tmp_path / "parts.h5", until=0.04) as parts:
+            assert parts.series.equals(whole.series)
+            assert 0.0 < whole.series["driveshaft_speed"][-1] < case.drive.speed

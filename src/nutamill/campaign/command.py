@@ -14,7 +14,7 @@ from nutamill.campaign.sweep import run_all
 from nutamill.campaign.table import dataset
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
 from nutamill.campaign_figures import draw_sweep
-from nutamill.case import Case, load_case
+from nutamill.case import Case, load_mill
 from nutamill.case.sweep_file import is_sweep_file, load_sweep
 from nutamill.quantities import DEFAULT, reading_of
 
@@ -60,7 +60,7 @@ def run_sweep(
             fixed.append(change)
 
     def made(values: dict[str, Any]) -> Case:
-        case = load_case(name, [*fixed, *(f"{key}={value}" for key, value in values.items())])
+        case = load_mill(name, [*fixed, *(f"{key}={value}" for key, value in values.items())])
         return quickened(case) if quick else case
 
     readings = tuple(reading_of(text, "readings") for text in named) or DEFAULT

@@ -12,7 +12,7 @@ from nutamill.campaign.least_squares import Fitted, Free, fitted
 from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import Report, run_all
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
-from nutamill.case import Case, load_case
+from nutamill.case import Case, load_mill
 from nutamill.case.fit_file import FreeKey, Measured, case_of, load_fit, overrides, place_of
 from nutamill.case.keys import held, si_at, si_of, unit_at
 from nutamill.errors import CaseError, Fault, StepError
@@ -124,7 +124,7 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
     faults: list[Fault] = []
     free: list[Free] = []
     targets: list[Target] = []
-    base = load_case(case, fixed)
+    base = load_mill(case, fixed)
     for key, given in file.free.items():
         where = place_of(layer, "free", key)
         try:
@@ -134,7 +134,7 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
     for number, given in enumerate(file.target):
         where = place_of(layer, "target", number)
         try:
-            under = changed(load_case(case, [*fixed, *overrides(given.set)]), {one.key: one.start for one in free})
+            under = changed(load_mill(case, [*fixed, *overrides(given.set)]), {one.key: one.start for one in free})
             targets.append(_target(given, under, where))
         except CaseError as error:
             faults += error.faults

@@ -122,3 +122,35 @@ def apply_motors(drives, quaternion, twist, t, asked, integral, load_out, torque
         load_out[a, 3] -= torque * e0
         load_out[a, 4] -= torque * e1
         load_out[a, 5] -= torque * e2
+
+
+@kernel
+def advance_motors(drives, quaternion, twist, t, asked, dt, integral):
+    """Advance the integral parts (n_drives,) [N m] of all motors over the step of `dt` [s] that has brought them to `twist` at `t`."""
+    for d in range(drives.shape[0]):
+        if drives[d].row < 0:
+            integral[d] = next_integral(drives[d], t, asked[d, 1], driven_rate(drives[d], quaternion, twist), integral[d], dt)
+
+
+@kernel
+def take_over_drives(drives, quaternion, twist, acceleration, multiplier, motor_torques, asked, torque_out, motion_out):
+    """Torque [N m] of every drive, and its angle, speed and acceleration: as prescribed, or as a motor's joint has come to move.
+
+    Parameters
+    ----------
+    twist, acceleration : of the bodies, (n_bodies + 1, 6)
+    multiplier, motor_torques : reactions of the constraint rows, and torques of the motors [N m]
+    asked : what `evaluate_drives` gave, (n_drives, 3)
+    motion_out : (n_drives, 3); a motor's angle before, from which its turns are counted on
+    """
+    for d in range(drives.shape[0]):
+        drive, motion = drives[d], motion_out[d]
+        if drive.row >= 0:
+            torque_out[d] = multiplier[drive.row]
+            for k in range(3):
+                motion[k] = asked[d, k]
+        else:
+            torque_out[d] = motor_torques[d]
+            motion[0] = driven_angle(drive, quaternion, motion[0])
+            motion[1] = driven_rate(drive, quaternion, twist)
+            motion[2] = driven_rate(drive, quaternion, acceleration)
