@@ -14,15 +14,21 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Case": "nutamill.case",
+    "MechanismCase": "nutamill.case",
     "load_case": "nutamill.case",
     "library_names": "nutamill.case",
     "check": "nutamill.preflight",
     "run": "nutamill.march",
     "resume": "nutamill.march",
+    "sweep": "nutamill.campaign.sweep",
+    "fit": "nutamill.campaign.fit",
+    "mount_properties": "nutamill.mount_test",
     "open_result": "nutamill.result",
+    "validate": "nutamill.validation",
     "MillError": "nutamill.errors",
     "CaseError": "nutamill.errors",
     "StepError": "nutamill.errors",
+    "NotSteadyError": "nutamill.errors",
     "ResultError": "nutamill.errors",
 }
 _NAME_THERE = {"check": "preflight"}

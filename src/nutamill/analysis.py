@@ -3,14 +3,16 @@
 import fnmatch
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.special import stdtrit
 
 from nutamill.case import Case
 from nutamill.errors import ResultError
+from nutamill.fields import series_field
 from nutamill.result import Result
+from nutamill.steady import FEWEST_TURNS, PRECISION, TWO_SIDED_95, SteadyMean, steady_mean, turn_means, whole_turns
 from nutamill.units import Kind, parse
 
 PAPER_WINDOW = 3.0
@@ -30,6 +32,18 @@ SINKS: dict[str, tuple[str, ...]] = {
     "stored": ("kinetic_energy_mechanism", "kinetic_energy_charge", "potential_energy", "elastic_energy"),
 }
 """Where the motor's work can go: series of the power ledger, in groups; ``*`` stands for every mount."""
+
+
+class Uncertain(Protocol):
+    """A mean and the half width of its 95 % interval."""
+
+    @property
+    def mean(self) -> float:
+        """The mean."""
+
+    @property
+    def half_width(self) -> float:
+        """Half width of its interval; NaN if it is not known."""
 
 
 class Estimate(NamedTuple):
@@ -56,6 +70,25 @@ class Steady(NamedTuple):
     """Steady mean of each series."""
 
 
+class SteadyPart(NamedTuple):
+    """What a stationarity test finds of a run at its last speed."""
+
+    turns: np.ndarray
+    """Times at which all whole turns at that speed begin and end [s], (n_turns + 1,)."""
+    means: dict[str, SteadyMean]
+    """Steady mean of each series, from the turns that were kept of it."""
+
+    @property
+    def start(self) -> float:
+        """Time from which all of the series are kept [s]."""
+        return float(self.turns[max(found.first for found in self.means.values())])
+
+    @property
+    def drifting(self) -> list[str]:
+        """Series that are not steady."""
+        return [name for name, found in self.means.items() if not found.steady]
+
+
 class PowerSplit(NamedTuple):
     """Mean power over the whole turns of the steady window."""
 
@@ -68,7 +101,13 @@ class PowerSplit(NamedTuple):
 
 
 def ramp_end(result: Result) -> float:
-    """Time from which the driveshaft keeps its last speed [s]; the start if it had it from the beginning."""
+    """Time from which the driveshaft keeps its last speed [s]; the start if it had it from the beginning.
+
+    With a motor, whose speed is never quite steady: the time from which it is asked for its last speed, or has its supply back.
+    """
+    if "[drive.motor]" in result.case_text:
+        drive = Case.from_toml(result.case_text).drive
+        return max(drive.ramp_end, drive.motor.restored or drive.motor.cut or 0.0)
     time, speed = (result.series[name].values for name in ("time", "driveshaft_speed"))
     if not len(time):
         return math.nan
@@ -101,26 +140,46 @@ def steady_window(result: Result, last: float | str = PAPER_WINDOW, names: Seque
     time, angle = series["time"].values, series["crank_angle"].values
     start = max(float(time[-1]) - length, ramp_end(result)) if len(time) else math.nan
     inside = time >= start
-    count = math.floor((angle[inside][-1] - angle[inside][0]) / math.tau + 1e-9) if inside.any() else 0
-    if count < 1:
+    turns = whole_turns(time[inside], angle[inside])
+    if len(turns) < 2:
         reached = f"ends at t = {time[-1]:g} s" if len(time) else "is empty"
         raise ResultError(f"{result.path}: must hold a whole turn at constant speed, it {reached}. Continue it with `nutamill resume`.")
-    time, angle = time[inside], angle[inside]
-    turns = np.interp(angle[-1] - math.tau * np.arange(count, -1, -1), angle, time)
-    values = {name: _estimate(time, series[name].values[inside], turns) for name in names or map(str, series.data_vars)}
+    values = {name: _estimate(time[inside], series[name].values[inside], turns) for name in names or map(str, series.data_vars)}
     return Steady(start, float(time[-1]), turns, values)
 
 
 def _estimate(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> Estimate:
     """Steady mean of samples `value` at `time`, over the turns that begin and end at `turns`."""
-    integral = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (value[1:] + value[:-1]))))
-    at_turns = np.interp(turns, time, integral)
-    means = np.diff(at_turns) / np.diff(turns)
+    means = turn_means(time, value, turns)
     batches = np.array([batch.mean() for batch in np.array_split(means, min(len(means), BATCHES))])
     half_width = math.nan
     if len(batches) > 1:
-        half_width = float(stdtrit(len(batches) - 1, 0.975) * batches.std(ddof=1) / math.sqrt(len(batches)))
-    return Estimate(float((at_turns[-1] - at_turns[0]) / (turns[-1] - turns[0])), half_width, float(value.mean()))
+        half_width = float(stdtrit(len(batches) - 1, TWO_SIDED_95) * batches.std(ddof=1) / math.sqrt(len(batches)))
+    return Estimate(float(np.average(means, weights=np.diff(turns))), half_width, float(value.mean()))
+
+
+def steady_part(result: Result, names: Sequence[str], precision: float = PRECISION) -> SteadyPart:
+    """Find by a test where a run became steady, and its means from there, with 95 % intervals that account for correlation.
+
+    All whole turns at the last speed are looked at; `nutamill.steady.steady_mean` says how.
+
+    Parameters
+    ----------
+    names : series to average
+    precision : drift over the turns kept that does not matter, share of the root mean square [1]
+
+    Raises
+    ------
+    ResultError : fewer whole turns at the last speed than a test needs
+    """
+    time, angle = result.series["time"].values, result.series["crank_angle"].values
+    inside = time >= ramp_end(result)
+    turns = whole_turns(time[inside], angle[inside])
+    if len(turns) <= FEWEST_TURNS:
+        what = f"must hold {FEWEST_TURNS} whole turns at its last speed for a test of steadiness, it holds {max(0, len(turns) - 1)}"
+        raise ResultError(f"{result.path}: {what}. Continue it with `nutamill resume`.")
+    values = {name: turn_means(time[inside], result.series[name].values[inside], turns) for name in names}
+    return SteadyPart(turns, {name: steady_mean(means, precision=precision) for name, means in values.items()})
 
 
 def power_split(result: Result, last: float | str = PAPER_WINDOW) -> PowerSplit:
@@ -152,24 +211,44 @@ def ledger_groups(result: Result) -> dict[str, list[str]]:
 
 
 def summary_lines(result: Result) -> list[str]:
-    """What is said at the end of a run: steady force, torque and power, and where the power goes."""
+    """What is said at the end of a run: whether it is steady, steady force, torque and power, and where the power goes."""
+    names = ["crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power"]
     try:
-        steady = steady_window(result, names=["crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power"])
+        window = steady_window(result, names=names)
         power = power_split(result)
     except ResultError:
         return [f"no steady means: the run has not made a whole turn at its last speed (state: {result.state})"]
-    force, torque, drawn = steady.values.values()
-    count = len(steady.turns) - 1
-    lines = [
-        f"steady from t = {steady.start:.2f} s to {steady.end:.2f} s, {count} whole turn{'s' if count > 1 else ''}",
-        f"crank-pin force {_with_interval(force)} N   shaft torque {_with_interval(torque)} N m   power {drawn.mean:.0f} W",
-        f"plain mean of that window: {force.window_mean:.4g} N, {torque.window_mean:.4g} N m",
-    ]
+    force, torque, drawn = window.values.values()
+    count = len(window.turns) - 1
+    plain = (
+        f"last {window.end - window.start:.3g} s ({count} whole turn{'s' if count > 1 else ''}), plain mean:"
+        f" {force.window_mean:.4g} N, {torque.window_mean:.4g} N m"
+    )
+    try:
+        part = steady_part(result, names)
+    except ResultError:
+        said = f"too few turns at the last speed for a test of steadiness: {count}, needs {FEWEST_TURNS}"
+    else:
+        said = steady_line(part)
+        force, torque, drawn = part.means.values()
+    means = f"crank-pin force {with_interval(force)} N   shaft torque {with_interval(torque)} N m   power {drawn.mean:.0f} W"
+    lines = [said, means, plain]
     if power.motor:
         lines.append(
             f"where the power goes: {_shares(power.sinks, power.motor)}  | closes to {100.0 * abs(power.residual / power.motor):.2f} %"
         )
     return lines
+
+
+def steady_line(part: SteadyPart) -> str:
+    """Whether a run is steady, since when, or what drifts by how much."""
+    turns = len(part.turns) - 1
+    if not part.drifting:
+        kept = min(found.turns for found in part.means.values())
+        return f"steady since t = {part.start:.2f} s (stationarity test), {kept} of {turns} turns at this speed kept"
+    shares = {name: part.means[name].drift / part.means[name].mean / part.means[name].turns for name in part.drifting}
+    drifts = ", ".join(f"{series_field(name).label} {100.0 * share:+.2g} %" for name, share in shares.items())
+    return f"not steady after {turns} turns at this speed; drift per turn: {drifts}"
 
 
 LEDGER_LIMIT = 0.005
@@ -203,12 +282,17 @@ def warning_lines(result: Result) -> list[str]:
     return lines
 
 
-def _with_interval(estimate: Estimate) -> str:
+CERTAIN = 1e-4
+"""Share of a mean below which its half width is not shown [1]."""
+
+
+def with_interval(estimate: Uncertain) -> str:
     """``981 ± 6``, with as many digits as the interval has a meaning for."""
-    if not estimate.half_width > 1e-6 * abs(estimate.mean):  # not known, or round-off
+    if not estimate.half_width > CERTAIN * abs(estimate.mean):  # not known, or finer than anyone reads
         return f"{estimate.mean:.4g}"
     digits = max(0, 1 - math.floor(math.log10(estimate.half_width)) - (estimate.half_width >= 1.0))
-    return f"{estimate.mean:.{digits}f} ± {estimate.half_width:.{digits}f}"
+    form = f".{digits}f" if digits < 7 else ".1e"
+    return f"{estimate.mean:{form}} ± {estimate.half_width:{form}}"
 
 
 def _shares(sinks: Mapping[str, float], motor: float) -> str:

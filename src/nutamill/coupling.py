@@ -29,7 +29,8 @@ from nutamill.charge.statistics import sample
 from nutamill.charge.team import barrier
 from nutamill.frames import MOTION_SIZE, rotate, shift_moment
 from nutamill.kernel import kernel
-from nutamill.mechanism.dynamics import OK, body_motion, copy_mechanism_state, drift, energies, finish, solve_again
+from nutamill.mechanism.dynamics import OK, body_motion, copy_mechanism_state, drift, finish, solve_again
+from nutamill.mechanism.energy import energies
 from nutamill.mechanism.sensors import read_sensors
 
 CHARGE_OK, CHARGE_LISTS_FULL = int(Status.OK), int(Status.LISTS_FULL)
@@ -141,7 +142,7 @@ def mechanism_row(mechanism, state, scratch, sensors, row_out):
     read_sensors(mechanism, state, scratch, sensors, row_out[1:column])
     energies(mechanism, state, scratch, row_out[column : column + 3])
     column += 3
-    for ledger in (state.drive_work, state.bushing_loss, state.joint_loss):
+    for ledger in (state.drive_work, state.bushing_loss, state.spring_loss, state.joint_loss, state.torque_work):
         for value in ledger:
             row_out[column] = value
             column += 1

@@ -41,5 +41,11 @@ class StepError(MillError, RuntimeError):
     """A run that cannot go on: blow-up, overlap beyond its limit, constraint that cannot be met."""
 
 
+class NotSteadyError(MillError, RuntimeError):
+    """A run that should have ended when it was steady, and never was; its file is whole and can be continued."""
+
+    exit_code = 3
+
+
 class ResultError(MillError, OSError):
     """A result file that cannot be written, read or continued."""

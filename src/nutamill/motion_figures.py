@@ -1,4 +1,4 @@
-"""Figures of how the mill moves: histories of any series, spectra, waterfalls, the orbit of the charge's mass centre.
+"""Figures of how the mill moves: histories of any series, spectra, the orbit of the charge's mass centre.
 
 One function, one figure; saving is left to the caller.
 """
@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 import matplotlib
 import numpy as np
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from nutamill.analysis import PAPER_WINDOW, steady_window
@@ -17,14 +16,12 @@ from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
 from nutamill.figures import MARK, MEAN, RMS, STYLE
 from nutamill.result import Result
-from nutamill.vibration import spectrum, waterfall
+from nutamill.vibration import spectrum
 
 WIDTH = 3.386
 """One journal column [inch]."""
 HIGHEST = 500.0
 """Highest frequency drawn [Hz]."""
-FLOOR = 1e-4
-"""Amplitudes below this share of the largest are not told apart."""
 
 
 def draw_histories(result: Result, names: Sequence[str]) -> Figure:
@@ -71,41 +68,6 @@ def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPE
         axes.set_xlabel("frequency (Hz)")
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center")
         figure.align_ylabels()
-    return figure
-
-
-def draw_waterfall(result: Result, name: str) -> Figure:
-    """Amplitude of a series over time and frequency, for the whole run; dashed lines where the speed and twice the speed are.
-
-    Raises CaseError for a series that the result does not hold.
-    """
-    held_series(result, [name])
-    time, speed = result.series["time"].values, np.abs(result.series["driveshaft_speed"].values) / math.tau
-    found = waterfall(time, result.series[name].values, result.rate)
-    top = min(HIGHEST, 8.0 * max(float(speed.max()), found.frequency[-1] / 80.0), found.frequency[-1])
-    shown = found.frequency <= top
-    most = max(float(found.amplitude[shown].max()), 1e-300)
-    with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
-        axes = figure.subplots()
-        drawn = axes.pcolormesh(
-            found.time,
-            found.frequency[shown],
-            np.maximum(found.amplitude[shown], most * FLOOR),
-            norm=LogNorm(most * FLOOR, most),
-            cmap="viridis",
-            shading="nearest",
-            rasterized=True,
-        )
-        for order in (1, 2):
-            axes.plot(time, order * speed, color="white", linewidth=0.6, linestyle=(0, (4, 3)))
-        axes.set_xlim(found.time[0], found.time[-1])
-        axes.set_ylim(0.0, top)
-        axes.grid(False)
-        axes.set_xlabel("time (s)")
-        axes.set_ylabel("frequency (Hz)")
-        figure.colorbar(drawn, ax=axes, label=f"amplitude ({_power(series_field(name).unit)})")
-        axes.set_title(series_field(name).label, loc="left")
     return figure
 
 

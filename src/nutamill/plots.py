@@ -8,7 +8,9 @@ from matplotlib.figure import Figure
 from nutamill.charge_figures import draw_flow, draw_spectra, draw_wall
 from nutamill.errors import CaseError, Fault
 from nutamill.figures import draw_ledger, draw_run
-from nutamill.motion_figures import draw_histories, draw_orbit, draw_spectrum, draw_waterfall
+from nutamill.motion_figures import draw_histories, draw_orbit, draw_spectrum
+from nutamill.reading_figures import draw_orders
+from nutamill.readings.orders import sensor_orders, waterfall
 from nutamill.result import Result
 from nutamill.wholefile import io_errors
 
@@ -24,7 +26,10 @@ FIGURES: dict[str, tuple[Callable[[Result], Figure], str]] = {
 SERIES_FIGURES: dict[str, tuple[Callable[[Result, list[str]], Figure], str]] = {
     "history": (draw_histories, "series over time"),
     "spectrum": (draw_spectrum, "power spectral density of series in the steady window"),
-    "waterfall": (lambda result, names: draw_waterfall(result, names[0]), "amplitude of a series over time and frequency"),
+    "orders": (
+        lambda result, names: draw_orders(sensor_orders(result, names[0]), waterfall(result, names[0]), names[0]),
+        "amplitude of a series once and twice per turn, and over time and frequency",
+    ),
 }
 """Figures of series: written ``history:driveshaft_torque,crank_pin_force_radial``."""
 

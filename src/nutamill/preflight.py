@@ -133,7 +133,7 @@ class Preflight:
         return sum(part.filling for part in self.charge)
 
     def _steps(self) -> float:
-        return self.case.run.until / self.clock.substep
+        return self.case.run.end / self.clock.substep
 
     def _machine_lines(self) -> list[str]:
         mounting = f"{self.case.mounts.count} mounts" if self.case.mechanism.mounting == "flexible" else "rigid mounts"
@@ -229,12 +229,17 @@ def preflight(case: Case) -> Preflight:
         meshes=mesh_facts(case),
         contacts=contact_facts(case) if charge else [],
         clock=clock,
-        empty_modes=_oscillations(case.with_("chamber.bars.mass", 0.0)),
+        empty_modes=oscillations(case.with_("chamber.bars.mass", 0.0)),
         crossings=_crossings(case, sum(part.mass for part in charge)),
         wall_time=_wall_time(case, clock, pebbles),
         memory=250e6 + 6e3 * pebbles,
         file_size=_file_size(case, sum(part.particles for part in charge)),
     )
+
+
+def wall_time(case: Case) -> float:
+    """Expected wall time of a run [s], settling and compilation left out; of `preflight` this alone, which takes no assembling."""
+    return _wall_time(case, run_clock(case), sum(particles.pebbles for particles in charge_parts(case)))
 
 
 def _part_facts(case: Case, room: float) -> list[PartFacts]:
@@ -257,14 +262,14 @@ def _part_facts(case: Case, room: float) -> list[PartFacts]:
     return found
 
 
-def _oscillations(case: Case) -> list[tuple[float, float]]:
+def oscillations(case: Case) -> list[tuple[float, float]]:
     """Frequencies [Hz] and damping ratios of the modes on the mounts below twice the full speed; none on rigid mounts."""
     if case.mechanism.mounting == "rigid":
         return []
     mill = mill_mechanism(case)
     mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity)
     static_equilibrium(mechanism, state, scratch)
-    found = modes(mechanism, state, scratch)
+    found = modes(mechanism, state, scratch, loose="keep")
     return [(float(f), float(z)) for f, z in zip(found.frequency, found.damping_ratio, strict=True) if z < 1.0]
 
 
@@ -273,7 +278,7 @@ def _crossings(case: Case, charge_mass: float) -> list[Crossing]:
     loaded = case.with_("chamber.bars.mass", case.chamber.bars_mass + charge_mass)
     times, speeds = case.drive.breakpoints()
     found = []
-    for frequency, damping in _oscillations(loaded):
+    for frequency, damping in oscillations(loaded):
         speed = 2 * np.pi * frequency
         above = np.flatnonzero(speeds >= speed)
         if above.size and above[0] > 0:
@@ -285,15 +290,15 @@ def _crossings(case: Case, charge_mass: float) -> list[Crossing]:
 
 def _wall_time(case: Case, clock: Clock, particles: int) -> float:
     threads = 1 + THREAD_GAIN * (team_size(case) - 1)
-    charge = case.run.until / clock.substep * particles * NANOSECONDS * 1e-9 / threads
-    return charge + case.run.until / clock.window * MECHANISM_MICROSECONDS * 1e-6
+    charge = case.run.end / clock.substep * particles * NANOSECONDS * 1e-9 / threads
+    return charge + case.run.end / clock.window * MECHANISM_MICROSECONDS * 1e-6
 
 
 def _file_size(case: Case, particles: int) -> float:
     names = len(expand(case.mounts.count if case.mechanism.mounting == "flexible" else 0, list(case.sensors)))
-    series = case.run.until * case.run.series_rate * names * 8 * PACKED
-    snapshots = min(case.run.snapshots.last, case.run.until) * case.run.snapshots.rate * particles * 36 * PACKED
-    times = case.run.until / case.run.checkpoint if case.run.statistics and particles else 0.0
+    series = case.run.end * case.run.series_rate * names * 8 * PACKED
+    snapshots = min(case.run.snapshots.last, case.run.end) * case.run.snapshots.rate * particles * 36 * PACKED
+    times = case.run.end / case.run.checkpoint if case.run.statistics and particles else 0.0
     return series + snapshots + times * STATISTICS_SIZE + 2 * 1.5e3 * particles + 2e6
 
 

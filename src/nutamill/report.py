@@ -37,7 +37,7 @@ SOURCES = (
 )
 
 
-class Value(NamedTuple):
+class SteadyLine(NamedTuple):
     """One steady mean as it is printed."""
 
     label: str
@@ -81,7 +81,7 @@ class RunPage(NamedTuple):
     """State of the run."""
     speed: str
     """Last speed [rpm]."""
-    steady: list[Value]
+    steady: list[SteadyLine]
     """Steady means; none if there is no steady window."""
     ledger: list[Sink]
     """Where the power goes."""
@@ -165,7 +165,7 @@ def _run_page(result: Result) -> RunPage:
     )
 
 
-def _steady(result: Result) -> list[Value]:
+def _steady(result: Result) -> list[SteadyLine]:
     """Steady means of `READINGS`."""
     names = [name for name in READINGS if name in result.series]
     try:
@@ -176,7 +176,7 @@ def _steady(result: Result) -> list[Value]:
     for name, estimate in found.items():
         field = series_field(name)
         text = f"{estimate.mean:.4g}" + (f" ± {estimate.half_width:.2g}" if math.isfinite(estimate.half_width) else "")
-        values.append(Value(f"{field.label} ({field.unit})", text, estimate.mean, estimate.half_width))
+        values.append(SteadyLine(f"{field.label} ({field.unit})", text, estimate.mean, estimate.half_width))
     return values
 
 

@@ -337,6 +337,12 @@ class Result:
         return float(self.file.attrs["rate"])
 
     @property
+    def reached(self) -> float:
+        """Simulated time of the last sample [s]; 0 before the first."""
+        time = self.file["series/time"]
+        return float(time[-1]) if len(time) else 0.0
+
+    @property
     def provenance(self) -> dict[str, Any]:
         """What made these numbers: versions, digest of the kernels, seed, threads, processor, wall time [s]."""
         return _read_attributes(self.file["provenance"])

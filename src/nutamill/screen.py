@@ -125,6 +125,9 @@ class Screen:
 
 def line(progress: Progress) -> str:
     """`progress` in one line for a log."""
+    if not _of_mill(progress):
+        left = duration(progress.time_left)
+        return f"{progress.phase:6} t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}  left {left}"
     return (
         f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}"
         f"  left {duration(progress.time_left)}  crank-pin force {_number(progress.crank_pin_force, '.0f')} N"
@@ -157,6 +160,9 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
 
     readings = Table.grid(padding=(0, 2))
     readings.add_column(min_width=16)
+    if not _of_mill(progress):
+        times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {1e6 * progress.dt:.2f} µs"
+        return Panel(Group(bars, "", times), title=title, box=box.ROUNDED, expand=False, padding=(0, 1))
     for _ in range(3):
         readings.add_column(justify="right", min_width=8)
     readings.add_row("", "now", "mean", "±95 %", "", style="dim")
@@ -183,6 +189,11 @@ def duration(seconds: float) -> str:
         return "-"
     whole = round(max(0.0, seconds))
     return f"{whole // 3600}:{whole // 60 % 60:02}:{whole % 60:02}"
+
+
+def _of_mill(progress: Progress) -> bool:
+    """Whether what marches is a mill, which has a crank pin, or still settles a charge; any other mechanism has not."""
+    return progress.phase == PHASES[0] or math.isfinite(progress.crank_pin_force) or math.isfinite(progress.shaft_torque)
 
 
 def _number(value: float, form: str) -> str:

@@ -49,7 +49,8 @@ class Quantity(NamedTuple):
             try:
                 si = units.parse(value, self.kind)
             except units.UnitError as error:
-                raise refusal(error.what, error.hint) from None
+                word = f' or "{self.word}"' if self.word and error.hint.startswith("Write") else ""
+                raise refusal(error.what, error.hint + word) from None
         elif isinstance(value, bool) or not isinstance(value, (int, float)):
             raise refusal(f"must be text with a unit, got {spelled(value)}", instead)
         elif (info.context or {}).get(FROM_FILE) and math.isfinite(value):
@@ -100,13 +101,21 @@ Mass = Annotated[float, Quantity(Kind.MASS)]
 AddedMass = Annotated[float, Quantity(Kind.MASS, "zero or more")]
 Time = Annotated[float, Quantity(Kind.TIME)]
 StartTime = Annotated[float, Quantity(Kind.TIME, "zero or more")]
+EndTime = Annotated[float | str, Quantity(Kind.TIME, word="steady")]
 AutoTime = Annotated[float | str, Quantity(Kind.TIME, word="auto")]
 Angle = Annotated[float, Quantity(Kind.ANGLE)]
+AnyAngle = Annotated[float, Quantity(Kind.ANGLE, "any")]
 Speed = Annotated[float, Quantity(Kind.SPEED)]
+AnySpeed = Annotated[float, Quantity(Kind.SPEED, "any")]
 ProfileSpeed = Annotated[float, Quantity(Kind.SPEED, "zero or more")]
 Ramp = Annotated[float, Quantity(Kind.RAMP)]
 Frequency = Annotated[float, Quantity(Kind.FREQUENCY)]
+Force = Annotated[float, Quantity(Kind.FORCE)]
+Power = Annotated[float, Quantity(Kind.POWER)]
+MotorTorque = Annotated[float, Quantity(Kind.TORQUE)]
+RotationalGain = Annotated[float, Quantity(Kind.ROTATIONAL_DAMPING)]
 Torque = Annotated[float, Quantity(Kind.TORQUE, "zero or more")]
+Moment = Annotated[float, Quantity(Kind.TORQUE, "any")]
 Stiffness = Annotated[float, Quantity(Kind.STIFFNESS)]
 BushingStiffness = Annotated[float, Quantity(Kind.STIFFNESS, "zero or more")]
 RotationalStiffness = Annotated[float, Quantity(Kind.ROTATIONAL_STIFFNESS, "zero or more")]
@@ -116,7 +125,10 @@ Density = Annotated[float, Quantity(Kind.DENSITY)]
 Pressure = Annotated[float, Quantity(Kind.PRESSURE)]
 AddedPressure = Annotated[float, Quantity(Kind.PRESSURE, "zero or more")]
 Acceleration = Annotated[float, Quantity(Kind.ACCELERATION, "zero or more")]
+AnyAcceleration = Annotated[float, Quantity(Kind.ACCELERATION, "any")]
+Velocity = Annotated[float, Quantity(Kind.VELOCITY, "any")]
 Inertia = Annotated[float, Quantity(Kind.INERTIA)]
+AnyInertia = Annotated[float, Quantity(Kind.INERTIA, "any")]
 Number = Annotated[float, BeforeValidator(_no_text_or_bool), Strict()]
 Share = Annotated[Number, Field(gt=0.0, le=1.0)]
 Coefficient = Annotated[Number, Field(ge=0.0)]

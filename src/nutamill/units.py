@@ -39,6 +39,7 @@ class Kind(StrEnum):
     ACCELERATION = "acceleration"
     INERTIA = "moment of inertia"
     RAMP = "ramp of speed"
+    UNBALANCE = "unbalance"
 
 
 class UnitError(ValueError):
@@ -74,6 +75,7 @@ UNITS: dict[Kind, dict[str, float]] = {
     Kind.ACCELERATION: {"m/s^2": 1.0, "mm/s^2": 1e-3},
     Kind.INERTIA: {"kg m^2": 1.0, "g m^2": 1e-3, "kg mm^2": 1e-6},
     Kind.RAMP: {"rad/s^2": 1.0, "rpm/s": TURN / 60.0, "rev/s^2": TURN, "deg/s^2": TURN / 360.0},
+    Kind.UNBALANCE: {"kg m": 1.0, "g m": 1e-3, "kg mm": 1e-3, "g mm": 1e-6},
 }
 """SI value of one of each unit, by kind."""
 
@@ -109,6 +111,7 @@ EXAMPLES: dict[Kind, str] = {
     Kind.ACCELERATION: "9.81 m/s^2",
     Kind.INERTIA: "0.02 kg m^2",
     Kind.RAMP: "70 rpm/s",
+    Kind.UNBALANCE: "0.16 kg m",
 }
 
 _KIND_OF = {unit: kind for kind, table in UNITS.items() for unit in table}

@@ -62,6 +62,18 @@ def warm_up(
     mark.touch()
 
 
+def warm_up_mechanism(tell: Callable[[str], None] | None = None) -> None:
+    """Compile the kernels of a run without charge, if this version has not been compiled here before; `tell` as in `warm_up`."""
+    mark = cache_folder() / "-".join(["compiled", kernel_digest()[:16], COMPILER_VERSION, "mechanism"])
+    if not JIT or mark.is_file():
+        return
+    if tell is not None:
+        tell(COMPILING)
+    march_turntable()
+    mark.parent.mkdir(parents=True, exist_ok=True)
+    mark.touch()
+
+
 def turntable():
     """A driven shaft on a bushing to the ground, with sensors: mechanism, state, scratch, sensor table."""
     shaft = Body("shaft", 1.0, np.eye(3), (0.0, 0.0, 0.0))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.build.model import Model
-from nutamill.case import Case
+from nutamill.case import Case, MechanismCase
 from nutamill.keys import CHECKPOINT
 from nutamill.result import Recorder
 from nutamill.running import RunningMean
@@ -26,7 +26,7 @@ READINGS = ("crank_pin_force_resultant", "driveshaft_torque")
 class Watch:
     """Turns what a march records into `Progress` reports, about twice a second of wall time."""
 
-    def __init__(self, case: Case, report: Callable[[Progress], None] | None):
+    def __init__(self, case: Case | MechanismCase, report: Callable[[Progress], None] | None):
         self._case = case
         self._report = report
         self._next = 0.0
@@ -37,13 +37,13 @@ class Watch:
         """Report that this share of the settling is done [1]."""
         if self._report is not None and (self._due() or fraction >= 1.0):
             unknown = [math.nan] * 12
-            self._report(Progress("settle", 0.0, self._case.run.until, fraction, *unknown, 0, math.nan, 0))
+            self._report(Progress("settle", 0.0, self._case.run.end, fraction, *unknown, 0, math.nan, 0))
 
     def marched(self, model: Model, names: list[str], series: np.ndarray, until: float, recorder: Recorder) -> None:
         """Report where the run stands after `series` (n, n_names) has been recorded."""
         time = series[-1, 0]
         steady = series[series[:, 0] >= self._case.drive.ramp_end]
-        if self._report is not None and len(steady):
+        if self._report is not None and len(steady) and set(READINGS) <= set(names):  # a mechanism of any kind has no crank pin
             self._means.add(steady[:, 0], steady[:, names.index("crank_angle")], steady[:, [names.index(name) for name in READINGS]])
         if self._begun is None:
             self._begun = (wall.monotonic(), series[0, 0])
@@ -69,15 +69,15 @@ class Watch:
                 rate=marched / spent,
                 nanoseconds=1e9 * spent / steps,
                 time_left=(until - time) * spent / marched,
-                crank_pin_force=at["crank_pin_force_resultant"],
-                shaft_torque=at["driveshaft_torque"],
+                crank_pin_force=at.get("crank_pin_force_resultant", math.nan),
+                shaft_torque=at.get("driveshaft_torque", math.nan),
                 mean_force=force,
                 mean_force_half_width=force_width,
                 mean_torque=torque,
                 mean_torque_half_width=torque_width,
                 largest_pair_overlap=largest["largest_pair_overlap"],
                 largest_wall_overlap=largest["largest_wall_overlap"],
-                ledger_residual=at["ledger_residual"] / at["motor_work"] if at["motor_work"] > 0 else math.nan,
+                ledger_residual=at["ledger_residual"] / at["motor_work"] if at.get("motor_work", 0.0) > 0 else math.nan,
                 contacts=int(at.get("pair_contacts", 0) + at.get("wall_contacts", 0)),
                 dt=model.clock.substep,
                 file_size=recorder.size,

@@ -112,6 +112,7 @@ def test_last_lines_of_a_run_give_force_torque_power_and_shares(tmp_path):
         "ledger_residual": lambda t, a: 0.0002 * 663.0 * t,
     }
     lines = summary_lines(record(tmp_path / "a.h5", 5.0, **series))
-    assert "30 whole turns" in lines[0]
+    assert lines[0] == "steady since t = 1.00 s (stationarity test), 40 of 40 turns at this speed kept"
     assert lines[1] == "crank-pin force 981 N   shaft torque 9.05 N m   power 663 W"
+    assert lines[2] == "last 3 s (30 whole turns), plain mean: 981 N, 9.05 N m"
     assert lines[-1] == "where the power goes: pellet-pellet 75 %  pellet-wall 25 %  | closes to 0.02 %"

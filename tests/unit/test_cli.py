@@ -23,7 +23,7 @@ def invoke(tmp_path, monkeypatch):
 class OneResult:
     """Stands for a result file."""
 
-    state, summary, provenance = "complete", {"substep": 3e-06}, {"seed": 1}
+    state, summary, provenance, case_text = "complete", {"substep": 3e-06}, {"seed": 1}, ""
 
     def __enter__(self):
         return self

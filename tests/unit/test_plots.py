@@ -8,7 +8,7 @@ import pytest
 from nutamill.errors import CaseError, ResultError
 from nutamill.plots import figure_of, write_figures
 from nutamill.result import Recorder, open_result
-from nutamill.vibration import spectrum, waterfall
+from nutamill.vibration import spectrum
 
 RATE = 1000.0
 TIME = np.arange(4000) / RATE
@@ -22,17 +22,6 @@ def test_area_under_a_spectrum_is_the_variance():
     assert found.frequency[found.density.argmax()] == pytest.approx(50.0, abs=1.0)
 
 
-def test_waterfall_shows_the_amplitude_of_a_sine_where_and_when_it_is():
-    # 48 Hz falls on a line of slices of 0.5 s; from 2 s on it is twice as large
-    found = waterfall(TIME, np.where(TIME < 2.0, 1.5, 3.0) * np.sin(math.tau * 48.0 * TIME), RATE)
-    line = np.abs(found.frequency - 48.0).argmin()
-    assert found.amplitude[line, found.time < 1.7] == pytest.approx(1.5, rel=1e-3)
-    assert found.amplitude[line, found.time > 2.3] == pytest.approx(3.0, rel=1e-3)
-    away = np.abs(found.frequency - 48.0) > 4.5
-    aside = np.abs(found.time - 2.0) > 0.3
-    assert found.amplitude[np.ix_(away, aside)].max() < 1e-6
-
-
 def test_orbit_points_to_the_mean_of_the_mass_centre_behind_the_crank(filmed):
     """The film's mass centre goes round at 50 mm, 0.7 rad behind the crank."""
     axes = figure_of(filmed, "orbit").axes[0]
@@ -41,7 +30,7 @@ def test_orbit_points_to_the_mean_of_the_mass_centre_behind_the_crank(filmed):
 
 
 def test_figures_are_written_beside_each_other_with_their_names(filmed, tmp_path):
-    wanted = ["run", "power", "orbit", "history:driveshaft_torque,crank_angle", "spectrum:driveshaft_torque", "waterfall:driveshaft_torque"]
+    wanted = ["run", "power", "orbit", "history:driveshaft_torque,crank_angle", "spectrum:driveshaft_torque", "orders:driveshaft_torque"]
     files = write_figures(filmed, wanted, tmp_path / "here")
     assert [file.name for file in files][3] == "filmed-history-driveshaft_torque-crank_angle.png"
     assert all(5_000 < file.stat().st_size < 1_000_000 for file in files)

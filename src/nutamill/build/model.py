@@ -9,9 +9,10 @@ from nutamill.build.chamber_statistics import chamber_patches, chamber_survey
 from nutamill.build.charge_mix import particle_masses
 from nutamill.build.clock import Clock, run_clock
 from nutamill.build.mill_mechanism import CHAMBER, CROSS, DRIVE, chamber_rotation, mill_mechanism, mill_sensors
+from nutamill.build.part_readout import PartReadout
 from nutamill.build.readout import Readout
 from nutamill.build.rigid_parts import whole_chamber
-from nutamill.case import Case
+from nutamill.case import Case, MechanismCase
 from nutamill.charge.assembly import with_patches
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.charge.observe import ChargeReading, charge_reading
@@ -27,7 +28,7 @@ from nutamill.mechanism.sensors import SensorTable, column_names, sensor_table
 class Model:
     """Everything constant about a run, and the work space of its engines."""
 
-    case: Case
+    case: Case | MechanismCase
     """What was asked."""
     clock: Clock
     """How the run steps."""
@@ -47,7 +48,7 @@ class Model:
     """Where the charge's statistics are summed; None for an empty chamber."""
     plan: CouplingPlan
     """How the two are coupled."""
-    readout: Readout
+    readout: Readout | PartReadout
     """From rows to series."""
 
 

@@ -40,8 +40,8 @@ def warnings(case: "Case") -> list[Fault]:
         what = f"the crank's lengths give {math.degrees(ruling):.3f} deg and rule; the file says {math.degrees(printed):g} deg"
         found.append(Fault("chamber.nutation_angle", what))
     found += stand_ins(case.charge)
-    if case.run.until < case.drive.ramp_end:
-        what = f"the run ends at {case.run.until:g} s, before the speed is reached at {case.drive.ramp_end:g} s"
+    if case.run.end < case.drive.ramp_end:
+        what = f"the run ends at {case.run.end:g} s, before the speed is reached at {case.drive.ramp_end:g} s"
         found.append(Fault("run.until", what, "There will be no steady mean"))
     return found
 

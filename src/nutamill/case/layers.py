@@ -54,6 +54,17 @@ class Layer(NamedTuple):
         return cls(content, {(): shown, **lines}, folder or Path.cwd())
 
 
+def read_layer(name: str | Path) -> Layer:
+    """The one layer of a file, whatever it describes.
+
+    Raises
+    ------
+    CaseError : no such file, no text, or no TOML
+    """
+    path, shown = _find(name)
+    return Layer.of_text(_text(path, shown), shown, path.parent)
+
+
 def read_layers(name: str | Path, _above: tuple[Path, ...] = ()) -> list[Layer]:
     """Layers of a case file or library name, the base first.
 
@@ -226,9 +237,9 @@ def _overlay(below: dict[str, Any], above: dict[str, Any]) -> None:
         under = below.get(key)
         if isinstance(value, dict) and isinstance(under, dict) and "law" not in value and "clumps" not in value:
             _overlay(under, value)
-        elif isinstance(value, dict) and _is_tables(under) and all(number.isdigit() and int(number) < len(under) for number in value):
-            for number, inner in value.items():
-                _overlay(under[int(number)], inner)
+        elif isinstance(value, dict) and _is_tables(under) and all(_numbers(under, part) for part in value):
+            for part, inner in value.items():
+                _overlay(under[_numbers(under, part)[0]], inner)
         else:
             below[key] = _copied(value)
 
@@ -236,6 +247,13 @@ def _overlay(below: dict[str, Any], above: dict[str, Any]) -> None:
 def _is_tables(value: Any) -> bool:
     """Whether a value is a list of tables."""
     return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, dict) for inner in value)
+
+
+def _numbers(tables: list[dict[str, Any]], part: str) -> list[int]:
+    """Where in a list of tables the one is that a key means, by its number or by its name; empty if there is none."""
+    if part.isdigit():
+        return [int(part)] if int(part) < len(tables) else []
+    return [number for number, table in enumerate(tables) if table.get("name") == part][:1]
 
 
 def _numbered(path: Key) -> Key:
@@ -315,11 +333,14 @@ def _expand_shapes(layer: Layer, key: Key, portion: dict[str, Any]) -> None:
 
 
 def _expand_profile(layer: Layer) -> None:
-    """Read the file that ``drive.profile`` names."""
-    drive = layer.content.get("drive")
-    if isinstance(drive, dict) and isinstance(name := drive.get("profile"), str):
-        del drive["profile"]  # should the file be wrong, the rest of the case can still be checked
-        drive["profile"] = read_profile(name, placed(layer.places, ("drive", "profile")), [layer.folder, Path.cwd()])
+    """Read the files that ``drive.profile`` and the profiles of ``drives`` name."""
+    drives = layer.content.get("drives")
+    tables: list[tuple[Key, Any]] = [(("drive",), layer.content.get("drive"))]
+    tables += [(("drives", k), drive) for k, drive in enumerate(drives if isinstance(drives, list) else ())]
+    for key, drive in tables:
+        if isinstance(drive, dict) and isinstance(name := drive.get("profile"), str):
+            del drive["profile"]  # should the file be wrong, the rest of the case can still be checked
+            drive["profile"] = read_profile(name, placed(layer.places, (*key, "profile")), [layer.folder, Path.cwd()])
 
 
 def _pin_meshes(layer: Layer) -> None:

@@ -1,19 +1,17 @@
 """`Case`: the whole case file as frozen data, SI floats inside."""
 
-import functools
-import hashlib
 import json
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from nutamill.case import checks
+from nutamill.case.casefile import CaseFile, SnapshotPlan, validated
 from nutamill.case.drive import DriveProgramme
-from nutamill.case.layers import Layer, merge, override_layer, python_layer, read_layers
+from nutamill.case.layers import Layer, override_layer, read_layers
+from nutamill.case.mechanism_case import PARTS, MechanismCase
 from nutamill.case.recipe import ChargeRecipe
-from nutamill.case.wording import worded
-from nutamill.case.write import written
 from nutamill.errors import CaseError, Fault
 from nutamill.machine import (
     Balance,
@@ -25,11 +23,12 @@ from nutamill.machine import (
     IntermediateShaft,
     MeshedWall,
     Mounts,
+    Rod,
     ShaftCoupling,
     TopFrame,
 )
 from nutamill.materials import ContactLaws, Material
-from nutamill.tables import FROM_FILE, AutoTime, Coordinate, Count, Frequency, Table, Time, refusal
+from nutamill.tables import AutoTime, Coordinate, Count, EndTime, Frequency, Share, Table, Time, refusal
 
 
 def _threads(given: Any) -> Any:
@@ -47,20 +46,19 @@ class Sensor(Table):
     """Its place in the axes of that part, from the nutation point as assembled [m]."""
 
 
-class SnapshotPlan(Table):
-    """When the whole state is kept for looking."""
-
-    rate: Frequency
-    """How often [Hz]."""
-    last: Time
-    """How long before the end of the run [s]."""
+STEADY_DEFAULTS = {"max": "30 s", "precision": 0.01}
+"""Keys of a run that ends when steady, unless given."""
 
 
 class RunPlan(Table):
     """How long, how finely, and what is kept."""
 
-    until: Time
-    """Simulated time at the end [s]."""
+    until: EndTime
+    """Simulated time at the end [s]; ``"steady"``: when crank-pin force and torque are steady, looked at at each checkpoint."""
+    max: Time | None = None
+    """With until = "steady": simulated time at the end at the latest [s]."""
+    precision: Share | None = None
+    """With until = "steady": 95 % half width, and drift, of both means at which they count as known and steady, share of their size [1]."""
     dt: AutoTime = "auto"
     """Charge substep [s]; ``"auto"``: contact time of the stiffest, lightest pair over 20."""
     window: Annotated[Count, Field(ge=1)] = 10
@@ -80,8 +78,19 @@ class RunPlan(Table):
     statistics: bool = True
     """Whether spectra, wall work and fields of the charge are summed, and recorded at every checkpoint."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _bounded(cls, given: Any) -> Any:
+        """A run that ends when steady has a longest time and a precision, whether given or not."""
+        return STEADY_DEFAULTS | given if isinstance(given, dict) and given.get("until") == "steady" else given
 
-class Case(Table):
+    @property
+    def end(self) -> float:
+        """Simulated time at the end at the latest [s]."""
+        return self.max if self.until == "steady" else self.until
+
+
+class Case(CaseFile):
     """Everything that is needed to repeat a run; made by `load_case`, changed by `Case.with_`."""
 
     schema_version: Annotated[Literal[1], Field(alias="schema")] = 1
@@ -96,6 +105,8 @@ class Case(Table):
     driveshaft: Driveshaft
     balance: Balance
     bearing_cross: BearingCross
+    rods: dict[str, Rod] = Field(default_factory=dict)
+    """Six rods that hold the yoke, by name, where there are any; for their forces only."""
     intermediate_shaft: IntermediateShaft
     frame: TopFrame
     mounts: Mounts
@@ -107,23 +118,14 @@ class Case(Table):
     sensors: dict[str, Sensor] = Field(default_factory=dict)
     run: RunPlan
 
-    _name: str = PrivateAttr("case")
+    # a mesh is known by its content, wherever the file is
+    files: ClassVar[dict[str, Any]] = {"chamber": {"mesh": {"file"}}, "walls": {"__all__": {"file"}}}
 
     @model_validator(mode="after")
     def _sound(self) -> "Case":
         if found := checks.faults(self):
             raise refusal("parts of the case contradict each other", findings=found)
         return self
-
-    @property
-    def name(self) -> str:
-        """Short name for file names: the stem of the case file, or the library name."""
-        return self._name
-
-    @property
-    def result_file(self) -> Path:
-        """Where the result goes unless told otherwise: ``results/<case>-<hash>.h5``."""
-        return Path("results") / f"{self.name}-{self.digest[:6]}.h5"
 
     @property
     def frame_mass(self) -> float:
@@ -135,56 +137,9 @@ class Case(Table):
         """What is possible but odd about the case."""
         return checks.warnings(self)
 
-    @functools.cached_property
-    def digest(self) -> str:
-        """SHA-256 of the content, in hexadecimal: the identity of the case, whatever units or base it was written with."""
-        # a mesh is known by its content, wherever the file is
-        files = {"chamber": {"mesh": {"file"}}, "walls": {"__all__": {"file"}}}
-        content = json.dumps(_rounded(self.model_dump(by_alias=True, exclude_none=True, exclude=files)), sort_keys=True)
-        return hashlib.sha256(content.encode()).hexdigest()
 
-    def with_(self, key: str | None = None, value: Any = None, /, **changes: Any) -> "Case":
-        """The case with other values: ``case.with_("drive.speed", "500 rpm")`` or ``case.with_(drive__speed=52.36)``.
-
-        Parameters
-        ----------
-        key, value : dotted key as in the file, and its new value
-        changes : more of them, with ``__`` in place of the dot
-        Values are SI floats or text with a unit.
-
-        Raises
-        ------
-        CaseError : every fault of the changed case
-        """
-        given = {name.replace("__", "."): new for name, new in changes.items()}
-        if key is not None:
-            given[key] = value
-        now = Layer(self.model_dump(by_alias=True, exclude_none=True), {}, Path.cwd())
-        return _validated([now, python_layer(given)], self.name, [], from_file=False)
-
-    def to_toml(self) -> str:
-        """The complete case file, every default written out; `Case.from_toml` reads back an equal case."""
-        return written(self)
-
-    @classmethod
-    def from_toml(cls, text: str, name: str = "case") -> "Case":
-        """The case that complete TOML text describes, as `to_toml` writes it and a result file keeps it.
-
-        Raises
-        ------
-        CaseError : every fault found
-        """
-        return _validated([Layer.of_text(text, name)], name, [])
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Case) and self.digest == other.digest
-
-    def __hash__(self) -> int:
-        return hash(self.digest)
-
-
-def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case:
-    """The case of a file or of a published mill.
+def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case | MechanismCase:
+    """The case of a file or of a published mill: a `Case`, or a `MechanismCase` where the file lists bodies.
 
     Parameters
     ----------
@@ -196,29 +151,29 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
     CaseError : every fault found, each with its file, line and key
     """
     layer, faults = override_layer(list(overrides))
-    return _validated([*read_layers(name_or_path), layer], Path(name_or_path).name.removesuffix(".toml"), faults)
+    layers = [*read_layers(name_or_path), layer]
+    return validated(_kind_of(layers), layers, Path(name_or_path).name.removesuffix(".toml"), faults)
 
 
-def _validated(layers: list[Layer], name: str, faults: list[Fault], *, from_file: bool = True) -> Case:
-    """Merge the layers and make the case, or raise the faults found so far with all others."""
-    content, places, more = merge(layers)
-    faults = [*faults, *more]
-    try:
-        case = Case.model_validate(content, context={FROM_FILE: from_file})
-    except ValidationError as error:
-        faults += worded(error, Case, content, places)
-    if faults:
-        raise CaseError(*faults)
-    case._name = name
+def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case:
+    """`load_case` for what only a mill can do; raises CaseError for a file that describes a mechanism part by part."""
+    case = load_case(name_or_path, overrides)
+    if isinstance(case, MechanismCase):
+        raise CaseError(Fault(str(name_or_path), "must describe a mill, it lists [[bodies]]", "Use nutamill check, run, show and resume"))
     return case
 
 
-def _rounded(value: Any) -> Any:
-    """Floats to 12 digits, so that a value given in another unit has the same digest."""
-    if isinstance(value, float):
-        return f"{value:.12g}"
-    if isinstance(value, dict):
-        return {key: _rounded(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_rounded(inner) for inner in value]
-    return value
+def case_of_text(text: str, name: str = "case") -> Case | MechanismCase:
+    """The case that a result file keeps as TOML text, of either kind.
+
+    Raises
+    ------
+    CaseError : every fault found
+    """
+    layers = [Layer.of_text(text, name)]
+    return validated(_kind_of(layers), layers, name, [])
+
+
+def _kind_of(layers: list[Layer]) -> type[CaseFile]:
+    """What a file describes: parts one by one, or a mill."""
+    return MechanismCase if any(isinstance(layer.content.get(key), list) for layer in layers for key in PARTS) else Case

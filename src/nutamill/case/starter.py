@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from nutamill.case.library import library_file
-from nutamill.case.model import load_case
+from nutamill.case.model import load_mill
 from nutamill.case.write import toml_value
 from nutamill.errors import CaseError, Fault
 
@@ -20,7 +20,7 @@ KEYS = (
     ("charge", "diameter", 'or instead: sizes = [["4 mm", 0.3], ["5 mm", 0.7]], shares of the mass; or a distribution'),
     ("charge", "mass", "all particles together; or instead: count, or fill, the share of the chamber as a settled bed"),
     ("charge", "count", "number of particles; or instead: mass, or fill"),
-    ("run", "until", "simulated time at the end"),
+    ("run", "until", 'simulated time at the end, or "steady"'),
     ("run", "dt", '"auto" or e.g. "3 us"'),
     ("run", "coupling", '"prescribed", "staggered" or "iterated"'),
     ("run", "threads", '"auto" or a number'),
@@ -37,7 +37,7 @@ def starter(base: str, file: Path) -> str:
     ------
     CaseError : the base is none, or has faults
     """
-    case = load_case(base)
+    case = load_mill(base)
     named = base if library_file(base) else os.path.relpath(base, file.parent)
     content = case.model_dump(mode="json", by_alias=True, exclude_none=True)
     lines = [

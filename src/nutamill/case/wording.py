@@ -101,13 +101,15 @@ def _missing(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -
     if isinstance(key[-1], int):
         return "is missing", f"The list has {key[-1]} of its entries"
     field = fields_at(top, key[:-1]).get(key[-1])
-    dotted = ".".join(str(part) for part in key[:-1])
-    base = 'or begin the file with base = "numill"'
+    dotted = ".".join(str(part) for part in key[:-1] if isinstance(part, str))
+    listed = any(isinstance(part, int) for part in key)
+    base = ', or begin the file with base = "numill"' if "mechanism" in top.model_fields else ""  # other files have no base
     if field is not None and _holds_keys(field):
-        return "is missing", f"Add a table [{'.'.join(str(part) for part in key)}], {base}"
+        return "is missing", f"Add a table [{'.'.join(str(part) for part in key)}]{base}"
     quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None) if field else None
     example = f'{key[-1]} = "{units.example(quantity.kind)}"' if quantity else str(key[-1])
-    return "is missing", f"Add e.g. {example}" + (f" under [{dotted}], {base}" if dotted else "")
+    table = f"[[{dotted}]]" if listed else f"[{dotted}]"
+    return "is missing", f"Add e.g. {example}" + (f" under {table}{base}" if dotted else "")
 
 
 def _one_of(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:

@@ -32,7 +32,7 @@ from nutamill.charge.team import MOST_THREADS
 from nutamill.charge.wall_checks import NAMED, extent, mesh_faults, named, surface_faults, wall_faults
 from nutamill.errors import CaseError, Fault
 
-SMALLEST_CHUNK, LARGEST_CHUNK, CHUNKS = 64, 256, 10
+SMALLEST_CHUNK, LARGEST_CHUNK, CHUNKS = 64, 672, 4
 """Slots in a chunk, at least and at most, and the number of chunks that there should be between [1].
 
 Pairs across two chunks are computed twice, so large chunks do less work; few chunks share badly among threads.

@@ -15,7 +15,7 @@ from nutamill.charge.columns import HELD, LAW, PEAK
 from nutamill.charge.contacts import filter_pairs, find_walls, pair_contacts, wall_contacts
 from nutamill.charge.integration import integrate_spheres
 from nutamill.charge.model import BATCH, LAW_NUMBERS, ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
-from nutamill.charge.neighbours import rebuild, slots_of_chunk, thread_share, turning
+from nutamill.charge.neighbours import chunk_share, rebuild, slots_of_chunk, turning
 from nutamill.charge.publish import publish
 from nutamill.charge.simd import WIDTH, negated_radii
 from nutamill.charge.surfaces import place_surfaces
@@ -192,7 +192,6 @@ def window(
     tid, n_threads : number of this thread and size of the team
     """
     clock = state.clock
-    first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
     barrier(scratch.barrier, n_threads)
     done = clock[DONE]
     halted = state.status[0]
@@ -201,6 +200,7 @@ def window(
     barrier(scratch.barrier, n_threads)
     if halted != 0:
         return
+    first, end = chunk_share(state, tid, n_threads)
     for j in range(done, n_substeps):
         if clock[REBUILD] == 1:
             rebuild(model, state, scratch, reference, reference[6] + (j + 0.5) * dt * reference[7], tid, n_threads)
@@ -208,6 +208,7 @@ def window(
                 if tid == 0:
                     clock[DONE] = j
                 break
+            first, end = chunk_share(state, tid, n_threads)
         move_bodies(motions, (j + 0.5) * dt, scratch.motion[tid])
         place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
         turning(reference, reference[6] + (j + 1.5) * dt * reference[7] - state.turn[0], scratch.turned[tid])

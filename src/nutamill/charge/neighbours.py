@@ -42,6 +42,33 @@ def slots_of_chunk(state, c):
 
 
 @kernel
+def chunk_share(state, tid, n_threads):
+    """First and last-plus-one chunk of thread `tid`: neighbours in the list, and together about an equal share of the work.
+
+    Who does which chunk changes no bit of the result.
+    """
+    lst, chunks = state.clock[LIST], state.listed.shape[1] - 1
+    whole = 0
+    for c in range(chunks):
+        whole += work_of_chunk(state, lst, c)
+    first, end, before = chunks, 0, 0
+    for c in range(chunks):
+        work = work_of_chunk(state, lst, c)
+        # the thread into whose share the middle of this chunk's work falls
+        if (2 * before + work) * n_threads // max(2 * whole, 1) == tid:
+            first, end = min(first, c), c + 1
+        before += work
+    return first, max(first, end)
+
+
+@kernel
+def work_of_chunk(state, lst, c):
+    """What a substep of chunk `c` costs, in candidates: a particle, with its walls and its motion, takes the time of two of them."""
+    lo, hi = slots_of_chunk(state, c)
+    return state.listed[lst, c] + 2 * (hi - lo)
+
+
+@kernel
 def count_sort(cell, n, n_cells, counts, order):
     """Stable counting sort: `order` lists the slots by `cell`, `counts[c]` is the first place of cell c afterwards."""
     for c in range(n_cells + 2):

@@ -20,8 +20,8 @@ def dense_jacobian(mechanism, state, scratch) -> np.ndarray:
     place(mechanism, state, scratch)
     rows, n = mechanism.rows, len(mechanism.bodies)
     jacobian = np.zeros((len(rows), 6 * n))
-    for i, row in enumerate(rows):
-        for at, body in ((0, row.body_a), (6, row.body_b)):
+    for i, bodies in enumerate(zip(rows.body_a, rows.body_b, strict=True)):
+        for at, body in zip((0, 6), bodies, strict=True):
             jacobian[i, 6 * body : 6 * body + 6] += scratch.jacobian[i, at : at + 6]
     return jacobian[:, : 6 * (n - 1)]
 
@@ -69,13 +69,26 @@ def check_constraints(mechanism, state, scratch, labels, redundant) -> list[Faul
     return []
 
 
-def redundancy_fault(labels, null, i) -> Fault:
-    """The dependent row `i`, and the parts that already hold what it holds."""
+def holders(labels, null, i) -> str:
+    """The parts that already hold what the dependent row `i` holds, as text."""
     weights = null @ null[i]
     others = dict.fromkeys(labels[k].part for k in np.flatnonzero(np.abs(weights) > INVOLVED) if labels[k].part != labels[i].part)
+    return ", ".join(others) or "its other rows"
+
+
+def redundancies(mechanism, state, scratch, labels) -> list[str]:
+    """What is held more than once, one line each: the part, the direction, and the parts that hold it already."""
+    if not labels:
+        return []
+    null, dependent = dependencies(mechanism, state, scratch)
+    return [f"{labels[i].part}: {labels[i].direction}, already held by {holders(labels, null, i)}" for i in dependent]
+
+
+def redundancy_fault(labels, null, i) -> Fault:
+    """The dependent row `i`, and the parts that already hold what it holds."""
     return Fault(
         labels[i].part,
-        f"{labels[i].direction} must be held once, but it is already held by {', '.join(others) or 'its other rows'}",
+        f"{labels[i].direction} must be held once, but it is already held by {holders(labels, null, i)}",
         'Free that direction in one of these joints, or set redundant = "allow" (their reactions are then not unique)',
     )
 
@@ -112,7 +125,8 @@ def speed_mismatch(mechanism, weights, kept, i) -> float:
     for t in times:
         evaluate_drives(mechanism.drives, mechanism.knots, t, motion)
         rate = np.zeros(len(mechanism.rows))
-        rate[mechanism.drives.row] = motion[:, 1]
+        prescribed = mechanism.drives.row >= 0
+        rate[mechanism.drives.row[prescribed]] = motion[prescribed, 1]
         largest = max(largest, abs(rate[i] - weights @ rate[kept]))
         scale = max(scale, np.abs(motion[:, 1]).max())
     return largest if largest > LARGEST_MISMATCH * max(scale, 1.0) else 0.0

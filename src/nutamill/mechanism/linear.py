@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.errors import StepError
+from nutamill.errors import CaseError, Fault, StepError
 from nutamill.frames import turn_quaternion
 from nutamill.mechanism.constraints import dense_jacobian
+from nutamill.mechanism.drive import driven_axis
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.equations import apply_loads
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
@@ -20,6 +21,13 @@ PROBE = 1e-6
 
 NEWTON_ROUNDS, NEWTON_TOLERANCE, LONGEST_STEP = 60, 1e-11, 0.05
 """Limit of rounds [1], last step [m or rad] that counts as none, and largest step [m or rad] of the search for rest."""
+
+
+BALANCE = 1e-6
+"""Load that may be left over at rest [1], over the largest load."""
+
+SLOWEST = 0.01
+"""Frequency below which a motion counts as held by nothing [Hz]: what the central differences leave of zero lies below."""
 
 
 class Modes(NamedTuple):
@@ -60,16 +68,17 @@ def static_equilibrium(
     state.velocity[:], state.angular_velocity[:] = 0.0, 0.0
     held = held_rows(mechanism, hold_drives)
     n, n_held = 6 * (len(mechanism.bodies) - 1), int(held.sum())
-    reaction = np.zeros(len(mechanism.rows))
-    jacobian = dense_jacobian(mechanism, state, scratch)
+    reaction = np.zeros(len(held))
+    jacobian = locked_jacobian(mechanism, state, scratch)
     reaction[held] = np.linalg.lstsq(jacobian[held].T, -residual(mechanism, state, scratch, reaction), rcond=None)[0]
     for _ in range(NEWTON_ROUNDS):
         stiffness = tangent_stiffness(mechanism, state, scratch, reaction)
         force = residual(mechanism, state, scratch, reaction)
-        jacobian = dense_jacobian(mechanism, state, scratch)[held]
+        jacobian = locked_jacobian(mechanism, state, scratch)[held]
+        gap = np.append(scratch.gap, np.zeros(len(held) - len(scratch.gap)))
         scale = max(np.abs(stiffness).max(), 1.0)
         matrix = np.block([[stiffness / scale, -jacobian.T], [jacobian, np.zeros((n_held, n_held))]])
-        solution = np.linalg.lstsq(matrix, np.concatenate([force / scale, -scratch.gap[held]]), rcond=1e-13)[0]
+        solution = np.linalg.lstsq(matrix, np.concatenate([force / scale, -gap[held]]), rcond=1e-13)[0]
         longest = np.abs(solution[:n]).max(initial=0.0)
         share = min(1.0, LONGEST_STEP / max(longest, LONGEST_STEP))
         displace(state, share * solution[:n])
@@ -81,16 +90,39 @@ def static_equilibrium(
             f"static equilibrium: must be found in {NEWTON_ROUNDS} rounds, the last one still moved {longest:.3g} m or rad. "
             "Check that every body is held by a joint, a bushing or a spring"
         )
+    check_balance(mechanism, state, scratch, held)
     if start(mechanism, state, scratch) != OK:
         raise StepError("static equilibrium: must give finite accelerations. Check that every body is held")
 
 
-def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch) -> Modes:
+def check_balance(mechanism, state, scratch, held) -> None:
+    """Raise StepError if loads are left that neither constraints nor stiffness balance: the search has stuck where it has no slope."""
+    free = free_directions(dense_jacobian(mechanism, state, scratch)[held])
+    load = residual(mechanism, state, scratch, np.zeros(len(mechanism.rows)))
+    if np.abs(free.T @ load).max(initial=0.0) > BALANCE * max(np.abs(load).max(), 1.0):
+        raise StepError(
+            "static equilibrium: must balance all loads, it stuck where nothing pulls towards rest. "
+            "Assemble the mechanism nearer to where it rests, or hold it with a bushing or a spring"
+        )
+
+
+def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch, loose: str = "refuse") -> Modes:
     """Frequencies, damping ratios and shapes of small vibrations about the present pose, at rest, drives held.
 
     `state` is left as it is, and should be at rest (`static_equilibrium`): velocities count as zero.
+
+    Parameters
+    ----------
+    loose : "refuse" bodies that nothing brings back (`loose_motions`), or "keep" them as modes of frequency zero
+
+    Raises
+    ------
+    CaseError : what is loose, by the bodies that move
     """
-    jacobian = dense_jacobian(mechanism, state, scratch)
+    if loose == "refuse" and (found := loose_motions(mechanism, state, scratch)):
+        hint = "Hold it with a joint, a bushing or a spring"
+        raise CaseError(*(Fault("modes", f"every motion must be held by something, {motion} is not", hint) for motion in found))
+    jacobian = locked_jacobian(mechanism, state, scratch)
     mass = mass_matrix(mechanism, scratch)
     stiffness = tangent_stiffness(mechanism, state, scratch, state.multiplier)
     damping = tangent_damping(mechanism, state, scratch)
@@ -98,20 +130,54 @@ def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch
     small_mass = free.T @ mass @ free
     a = np.linalg.solve(small_mass, free.T @ stiffness @ free)
     b = np.linalg.solve(small_mass, free.T @ damping @ free)
-    m = len(small_mass)
-    values, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-a, -b]]))
+    return modes_of(a, b, free)
+
+
+def modes_of(stiffness: np.ndarray, damping: np.ndarray, directions: np.ndarray) -> Modes:
+    """Modes of ``q'' + damping q' + stiffness q = 0``, matrices (m, m) per unit mass; bodies move by ``directions q``, (6 n_bodies, m)."""
+    m = len(stiffness)
+    values, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-stiffness, -damping]]))
     chosen = np.flatnonzero(values.imag >= 0.0)
     chosen = chosen[np.argsort(np.abs(values[chosen]), kind="stable")]
     size = np.abs(values[chosen])
-    shape = free @ vectors[:m, chosen]
+    shape = directions @ vectors[:m, chosen]
     shape = shape / shape[np.abs(shape).argmax(axis=0), np.arange(len(chosen))]
     ratio = np.where(size > 0.0, -values[chosen].real / np.where(size > 0.0, size, 1.0), 1.0)
-    return Modes(size / (2.0 * np.pi), ratio, shape.reshape(-1, 6, len(chosen)))
+    return Modes(size / (2.0 * np.pi), ratio, shape.reshape(len(directions) // 6, 6, len(chosen)))
+
+
+def loose_motions(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch) -> list[str]:
+    """Motions that constraints allow and that no stiffness brings back, each by the bodies that move most in it.
+
+    At the present pose, drives held; undamped motions slower than `SLOWEST` count.
+    """
+    free = free_directions(locked_jacobian(mechanism, state, scratch))
+    stiffness = free.T @ tangent_stiffness(mechanism, state, scratch, state.multiplier) @ free
+    values, vectors = np.linalg.eig(np.linalg.solve(free.T @ mass_matrix(mechanism, scratch) @ free, stiffness))
+    found = []
+    for k in np.flatnonzero(np.abs(values) < (2.0 * np.pi * SLOWEST) ** 2):
+        moves = np.abs(free @ vectors[:, k]).reshape(-1, 6)
+        b, way = np.unravel_index(moves.argmax(), moves.shape)
+        sort = "the shift" if way < 3 else "the turn"
+        found.append(f"{sort} of body '{mechanism.names[b]}' along or about {'xyz'[way % 3]}")
+    return list(dict.fromkeys(found))
 
 
 def held_rows(mechanism, hold_drives) -> np.ndarray:
-    """Which constraint rows count, (n_rows,) of bool."""
-    return np.ones(len(mechanism.rows), bool) if hold_drives else mechanism.rows.drive < 0
+    """Which rows of `locked_jacobian` count, (n_rows + n_motors,) of bool."""
+    motors = np.full(int((mechanism.drives.row < 0).sum()), hold_drives)
+    return np.append((mechanism.rows.drive < 0) | hold_drives, motors)
+
+
+def locked_jacobian(mechanism, state, scratch) -> np.ndarray:
+    """Jacobian (n_rows + n_motors, 6 n_bodies) of the constraints, and of what would hold the motors' joints where they are."""
+    jacobian = dense_jacobian(mechanism, state, scratch)
+    motors = [drive for drive in mechanism.drives if drive.row < 0]
+    locks = np.zeros((len(motors), jacobian.shape[1] + 6))
+    for lock, drive in zip(locks, motors, strict=True):
+        for body, sign in ((drive.body_a, -1.0), (drive.body_b, 1.0)):
+            lock[6 * body + 3 : 6 * body + 6] += sign * np.array(driven_axis(drive, state.quaternion))
+    return np.vstack([jacobian, locks[:, :-6]])
 
 
 def free_directions(jacobian) -> np.ndarray:
@@ -133,9 +199,9 @@ def displace(state, move) -> None:
 def residual(mechanism, state, scratch, reaction) -> np.ndarray:
     """Loads plus row reactions on every body at rest [N, N m], (6 n_bodies,)."""
     scratch.twist[:] = 0.0
-    jacobian = dense_jacobian(mechanism, state, scratch)
+    jacobian = locked_jacobian(mechanism, state, scratch)
     apply_loads(mechanism, state, scratch)
-    return scratch.load[:-1].ravel() + jacobian.T @ reaction
+    return scratch.load[:-1].ravel() + jacobian[: len(reaction)].T @ reaction
 
 
 def tangent_stiffness(mechanism, state, scratch, reaction) -> np.ndarray:

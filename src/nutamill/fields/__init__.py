@@ -11,40 +11,27 @@ import difflib
 import functools
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from nutamill.errors import CaseError, Fault
+from nutamill.fields.field import WORLD, Field, energy, vector
+from nutamill.fields.parts import PART_SERIES
 
-WORLD = "world"
 CRANK = "driveshaft: radial towards its axis, tangential in the direction of rotation"
+__all__ = [
+    "PART_SERIES",
+    "SERIES",
+    "SNAPSHOT",
+    "STATISTICS",
+    "STATISTICS_AXES",
+    "Field",
+    "expand",
+    "series_field",
+    "snapshot_field",
+    "statistics_field",
+]
+
 O_FIXED = "nutation point as assembled"
-
-
-@dataclass(frozen=True, slots=True)
-class Field:
-    """One recorded quantity, a number over time (or an array in a snapshot)."""
-
-    name: str
-    """Name in the file; ``{mount}`` and ``{sensor}`` stand for a part of the machine."""
-    symbol: str
-    """Symbol in formulas and figures, in mathtext without the dollar signs."""
-    unit: str
-    """SI unit; ``1`` for a ratio or a count."""
-    label: str
-    """A few words, for an axis or a table."""
-    meaning: str
-    """What the number says, in one sentence."""
-    frame: str = ""
-    """Axes in which a component is written; empty for a scalar."""
-    point: str = ""
-    """Point at which, or about which, it is taken; empty where there is none."""
-    shape: str = ""
-    """Shape of one snapshot's array; empty for a series, which has one number per sample."""
-
-    def attributes(self) -> dict[str, str]:
-        """What is stored beside the numbers: the names xarray and netCDF readers know first."""
-        stored = {"units": self.unit, "long_name": self.label, "symbol": self.symbol, "meaning": self.meaning}
-        return stored | {key: text for key, text in (("frame", self.frame), ("point", self.point)) if text}
 
 
 def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
@@ -61,33 +48,10 @@ def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
     )
 
 
-def _vector(name: str, symbol: str, unit: str, label: str, meaning: str, frame: str, point: str) -> tuple[Field, ...]:
-    """The three components of a vector, named ``_x``, ``_y``, ``_z``; `symbol` is one letter and what its index starts with."""
-    return tuple(
-        Field(
-            f"{name}_{axis}",
-            f"{symbol[0]}_{{{symbol[2:]}{axis}}}",
-            unit,
-            f"{label}, {axis}",
-            f"{meaning}, component along {axis}",
-            frame,
-            point,
-        )
-        for axis in "xyz"
-    )
-
-
-def _energy(name: str, symbol: str, label: str, meaning: str) -> Field:
-    """One entry of the power ledger, in J."""
-    return Field(name, symbol, "J", label, meaning)
-
-
 def _contact_losses(name: str, label: str) -> tuple[Field, ...]:
     """Energy the contacts of one class have dissipated, by part of the law."""
     return tuple(
-        _energy(
-            f"{name}_{part}_loss", f"D_{{\\mathrm{{{name},{part[0]}}}}}", f"{label}, {part}", f"energy dissipated so far {how}, {label}"
-        )
+        energy(f"{name}_{part}_loss", f"D_{{\\mathrm{{{name},{part[0]}}}}}", f"{label}, {part}", f"energy dissipated so far {how}, {label}")
         for part, how in (
             ("normal", "by the normal dashpots"),
             ("tangential", "by sliding"),
@@ -99,6 +63,11 @@ def _contact_losses(name: str, label: str) -> tuple[Field, ...]:
 TIME = Field("time", "t", "s", "time", "simulated time since the start of the run")
 CHAMBER_POINT = "nutation point, moving with the chamber"
 
+JOINTS = ("frame_fix", "intermediate_shaft_bearing", "driveshaft_bearing", "load_cell", "crank_pin", "chamber_pivot", "yoke_pivot")
+"""Joints of a mill whose reactions are recorded; the frame is fixed on rigid mounts only."""
+TURNING = ("frame", "driveshaft", "chamber")
+"""Bodies whose attitudes are recorded, so that a reaction can be written in their axes."""
+
 SERIES: tuple[Field, ...] = (
     TIME,
     Field("crank_angle", "\\theta", "rad", "crank angle", "angle the driveshaft has turned in the frame since the start, not wrapped"),
@@ -108,7 +77,7 @@ SERIES: tuple[Field, ...] = (
     Field("coupling_torque", "T_c", "N m", "coupling torque", "torsion moment in the coupling, on the driveshaft, about its axis"),
     *_crank_force("crank_pin_force", "crank-pin", "load cell, between torque arm and carriage"),
     *_crank_force("pin_joint_force", "pin-joint", "crank pin's joint on the chamber"),
-    *_vector(
+    *vector(
         "nutation_point_force",
         "F_O,",
         "N",
@@ -118,7 +87,7 @@ SERIES: tuple[Field, ...] = (
         CHAMBER_POINT,
     ),
     Field("nutation_point_force_resultant", "F_O", "N", "nutation-point force", "magnitude of that force", "", CHAMBER_POINT),
-    *_vector(
+    *vector(
         "mount_{mount}_force",
         "F_m,",
         "N",
@@ -127,7 +96,7 @@ SERIES: tuple[Field, ...] = (
         WORLD,
         "mount {mount} on the frame",
     ),
-    *_vector(
+    *vector(
         "mount_{mount}_travel",
         "u_m,",
         "m",
@@ -136,7 +105,36 @@ SERIES: tuple[Field, ...] = (
         WORLD,
         "mount {mount} on the frame",
     ),
-    *_vector(
+    *vector(
+        "{joint}_reaction_force",
+        "F_j,",
+        "N",
+        "{joint} reaction",
+        "force the {joint} exerts on its second body",
+        WORLD,
+        "point of the {joint} on its second body",
+    ),
+    *vector(
+        "{joint}_reaction_moment",
+        "M_j,",
+        "N m",
+        "{joint} reaction moment",
+        "moment the {joint} exerts on its second body, friction included and the motor's left out",
+        WORLD,
+        "point of the {joint} on its second body",
+    ),
+    *(
+        Field(
+            f"{{body}}_attitude_{part}",
+            f"q_{part}",
+            "1",
+            f"{{body}} attitude, {part}",
+            f"component {part} of the quaternion that turns axes of the {{body}} into world axes",
+            WORLD,
+        )
+        for part in "wxyz"
+    ),
+    *vector(
         "{sensor}_acceleration",
         "a",
         "m/s^2",
@@ -145,12 +143,12 @@ SERIES: tuple[Field, ...] = (
         "axes of the body that carries the sensor",
         "{sensor}",
     ),
-    *_vector("charge_mass_centre", "r_c,", "m", "charge mass centre", "mass centre of all particles", WORLD, f"from the {O_FIXED}"),
+    *vector("charge_mass_centre", "r_c,", "m", "charge mass centre", "mass centre of all particles", WORLD, f"from the {O_FIXED}"),
     Field(
         "charge_phase_lag", "\\varphi", "rad", "charge phase lag", "crank angle less azimuth of the charge's mass centre, positive behind"
     ),
-    *_vector("charge_force", "F_c,", "N", "charge force", "force of the charge on the chamber, mean of a window", WORLD, CHAMBER_POINT),
-    *_vector(
+    *vector("charge_force", "F_c,", "N", "charge force", "force of the charge on the chamber, mean of a window", WORLD, CHAMBER_POINT),
+    *vector(
         "charge_moment",
         "M_c,",
         "N m",
@@ -168,22 +166,22 @@ SERIES: tuple[Field, ...] = (
     Field(
         "largest_wall_overlap", "\\delta_w/d", "1", "largest wall overlap", "largest since the last sample, share of the particle diameter"
     ),
-    _energy("motor_work", "W", "motor work", "work the motor has done so far"),
-    _energy("kinetic_energy_mechanism", "E_{k,m}", "kinetic energy, mechanism", "present kinetic energy of all bodies"),
-    _energy("kinetic_energy_charge", "E_{k,c}", "kinetic energy, charge", "present kinetic energy of all particles, spin included"),
-    _energy("potential_energy", "E_g", "potential energy", "present potential energy of bodies and charge in gravity"),
-    _energy("elastic_energy", "E_e", "elastic energy", "present energy in mounts, coupling, springs and contacts"),
-    _energy("mount_{mount}_loss", "D_m", "mount {mount}", "energy dissipated so far in mount {mount}"),
-    _energy("driveshaft_bearing_loss", "D_4", "driveshaft bearing", "energy dissipated so far by friction of driveshaft on frame"),
-    _energy("crank_pin_loss", "D_6", "crank pin", "energy dissipated so far by friction of crank pin in chamber"),
-    _energy("chamber_pivot_loss", "D_7", "chamber pivot", "energy dissipated so far by friction of chamber on bearing cross"),
-    _energy("yoke_pivot_loss", "D_8", "yoke pivot", "energy dissipated so far by friction of bearing cross on frame"),
-    _energy("coupling_loss", "D_c", "coupling", "energy dissipated so far in the shaft coupling"),
+    energy("motor_work", "W", "motor work", "work the motor has done so far"),
+    energy("kinetic_energy_mechanism", "E_{k,m}", "kinetic energy, mechanism", "present kinetic energy of all bodies"),
+    energy("kinetic_energy_charge", "E_{k,c}", "kinetic energy, charge", "present kinetic energy of all particles, spin included"),
+    energy("potential_energy", "E_g", "potential energy", "present potential energy of bodies and charge in gravity"),
+    energy("elastic_energy", "E_e", "elastic energy", "present energy in mounts, coupling, springs and contacts"),
+    energy("mount_{mount}_loss", "D_m", "mount {mount}", "energy dissipated so far in mount {mount}"),
+    energy("driveshaft_bearing_loss", "D_4", "driveshaft bearing", "energy dissipated so far by friction of driveshaft on frame"),
+    energy("crank_pin_loss", "D_6", "crank pin", "energy dissipated so far by friction of crank pin in chamber"),
+    energy("chamber_pivot_loss", "D_7", "chamber pivot", "energy dissipated so far by friction of chamber on bearing cross"),
+    energy("yoke_pivot_loss", "D_8", "yoke pivot", "energy dissipated so far by friction of bearing cross on frame"),
+    energy("coupling_loss", "D_c", "coupling", "energy dissipated so far in the shaft coupling"),
     *_contact_losses("pair", "pellet-pellet"),
     *_contact_losses("wall", "pellet-wall"),
-    _energy("substep_loss", "D_s", "substep", "work of contact forces so far on mean less predicted velocities, which no contact owns"),
-    _energy("interface_work", "W_c", "interface work", "work the chamber has done on the charge so far"),
-    _energy("ledger_residual", "R", "ledger residual", "kinetic + potential + elastic + dissipated - motor work - value at the start"),
+    energy("substep_loss", "D_s", "substep", "work of contact forces so far on mean less predicted velocities, which no contact owns"),
+    energy("interface_work", "W_c", "interface work", "work the chamber has done on the charge so far"),
+    energy("ledger_residual", "R", "ledger residual", "kinetic + potential + elastic + dissipated - motor work - value at the start"),
     Field(
         "interface_impulse_defect",
         "\\Delta J",
@@ -302,7 +300,12 @@ STATISTICS_AXES: tuple[Field, ...] = (
 )
 """What the statistics are laid out along."""
 
-_PARTS = {"mount": "[1-9][0-9]*", "sensor": "[a-z][a-z0-9_]*"}
+_NAME = "[a-z][a-z0-9_]*"
+_PARTS = {
+    "mount": "[1-9][0-9]*",
+    "body": "|".join(TURNING),
+    **dict.fromkeys(("sensor", "joint", "bushing", "spring", "torque", "drive"), _NAME),
+}
 _SERIES = {field.name: field for field in SERIES}
 _SNAPSHOT = {field.name: field for field in SNAPSHOT}
 _STATISTICS = {field.name: field for field in STATISTICS + STATISTICS_AXES}
@@ -312,7 +315,7 @@ def _pattern(template: str) -> str:
     return re.sub(r"\\{(\w+)\\}", lambda part: f"(?P<{part[1]}>{_PARTS[part[1]]})", re.escape(template))
 
 
-_TEMPLATES = tuple((re.compile(_pattern(name)), field) for name, field in _SERIES.items() if "{" in name)
+_TEMPLATES = tuple((re.compile(_pattern(field.name)), field) for field in (*PART_SERIES, *SERIES) if "{" in field.name)
 
 
 def _filled(field: Field, **part: object) -> Field:
@@ -371,7 +374,8 @@ def expand(mounts: int = 0, sensors: Sequence[str] = ()) -> list[str]:
     mounts : number of mounts [1]; they are counted from 1
     sensors : names of the sensors as in the case file
     """
-    parts = {"mount": [str(k) for k in range(1, mounts + 1)], "sensor": list(sensors)}
+    joints = [joint for joint in JOINTS if joint != "frame_fix" or not mounts]
+    parts = {"mount": [str(k) for k in range(1, mounts + 1)], "sensor": list(sensors), "joint": joints, "body": list(TURNING)}
     names = []
     for name in _SERIES:
         part = next((part for part in parts if f"{{{part}}}" in name), None)

@@ -1,0 +1,132 @@
+"""From keys and lists of values to cases: the members of a campaign."""
+
+import itertools
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from decimal import Decimal
+from typing import Any, NamedTuple
+
+from nutamill.case import Case
+from nutamill.errors import CaseError, Fault
+
+MOST_MEMBERS = 10_000
+"""Members above which a campaign is refused as a slip of the pen [1]."""
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_QUANTITY = rf"\s*({_NUMBER})\s*((?!step\b)[^\d\s./][^.]*?)?\s*"
+_RANGE = re.compile(rf"{_QUANTITY}\.\.{_QUANTITY}(?:step{_QUANTITY}|/\s*(\d+)\s*)?")
+
+
+class Member(NamedTuple):
+    """One case of a campaign."""
+
+    values: dict[str, Any]
+    """What it differs in: value by dotted key, as it was asked for."""
+    case: Case
+    """The case, on one thread."""
+
+    @property
+    def label(self) -> str:
+        """``drive.speed=160 rpm chamber.ribs=12``."""
+        return " ".join(f"{key}={value}" for key, value in self.values.items())
+
+
+def members(axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], Case]) -> list[Member]:
+    """All combinations of the values of each key, the last key changing fastest, each made into a case.
+
+    Parameters
+    ----------
+    axes : values by dotted key
+    make : the case with these values by key
+
+    Raises
+    ------
+    CaseError : every fault of every member, each once; too many members, or the same one twice
+    """
+    count = 1
+    for values in axes.values():
+        count *= len(values)
+    if not 0 < count <= MOST_MEMBERS:
+        what = f"must be 1 to {MOST_MEMBERS} cases, got {count}"
+        raise CaseError(Fault("sweep", what, "Give fewer values"))
+    found: list[Member] = []
+    faults: list[Fault] = []
+    for chosen in itertools.product(*axes.values()):
+        values = dict(zip(axes, chosen, strict=True))
+        try:
+            found.append(Member(values, make(values).with_("run.threads", 1)))
+        except CaseError as error:
+            faults += error.faults
+    if faults:
+        raise CaseError(*dict.fromkeys(faults))
+    for one, other in _twins(found):
+        faults.append(Fault("sweep", f"{one.label} and {other.label} are the same case", "Give each value once"))
+    if faults:
+        raise CaseError(*faults)
+    return found
+
+
+def _twins(found: list[Member]) -> Iterator[tuple[Member, Member]]:
+    """Members that are the same case as one before them."""
+    seen: dict[str, Member] = {}
+    for member in found:
+        if (before := seen.setdefault(member.case.digest, member)) is not member:
+            yield before, member
+
+
+def changed(case: Case, values: Mapping[str, Any]) -> Case:
+    """The case with other values by dotted key: SI floats or text with a unit."""
+    return case.with_(**{key.replace(".", "__"): value for key, value in values.items()}) if values else case
+
+
+def axis_values(key: str, text: str) -> list[str]:
+    """The values a text stands for, each as it would stand after ``--set``.
+
+    ``"100..700 rpm step 60 rpm"`` counts up from the first in steps as far as the last; ``"250..750 rpm / 11"`` are eleven evenly
+    spaced; ``"1..5"`` are whole numbers; ``"0, 12"`` is a list; all else is one value.  A unit that stands last holds for all.
+
+    Raises
+    ------
+    CaseError : a range without a step, with two units, or that runs backwards
+    """
+    if text.lstrip().startswith(("[", "{")):
+        return [text]
+    if match := _RANGE.fullmatch(text):
+        return _range(key, text, match)
+    values = [part.strip() for part in re.findall(r"""(?:"[^"]*"|'[^']*'|[^,])+""", text)]
+    last = re.fullmatch(_QUANTITY, values[-1]) if values else None
+    if len(values) > 1 and last and last[2]:
+        values = [f"{value} {last[2]}" if re.fullmatch(_NUMBER, value) else value for value in values]
+    return values or [text]
+
+
+def _range(key: str, text: str, match: re.Match[str]) -> list[str]:
+    """Values of a range; decimals are counted as decimals, so that 0.1..0.3 step 0.1 ends with 0.3."""
+    first, first_unit, last, unit, step, step_unit, count = match.groups()
+    unit = unit or ""
+    begin, end = Decimal(first), Decimal(last)
+    where = f"sweep {key}"
+    if any(other not in (None, unit) for other in (first_unit, step_unit)):
+        raise CaseError(Fault(where, f'must have one unit, got "{text}"', "Write all three in the same unit"))
+    if end <= begin:
+        raise CaseError(Fault(where, f'must rise, got "{text}"', f'Write "{last}..{first} {unit}"'.replace(' "', '"')))
+    if count is not None:
+        if int(count) < 2:
+            raise CaseError(Fault(where, f'must have two values at least, got "{text}"'))
+        numbers = [begin + (end - begin) * k / (int(count) - 1) for k in range(int(count))]
+    else:
+        if step is None and (unit or begin != int(begin)):
+            hint = f'Write e.g. "{first}..{last} {unit} / 11" or "{first}..{last} {unit} step {_shown((end - begin) / 10)} {unit}"'
+            raise CaseError(Fault(where, f'needs a step or a number of values, got "{text}"', hint))
+        stride = Decimal(step or "1")
+        if stride <= 0:
+            raise CaseError(Fault(where, f'must have a step above zero, got "{text}"'))
+        if (end - begin) / stride > MOST_MEMBERS:
+            raise CaseError(Fault(where, f'makes more than {MOST_MEMBERS} values: "{text}"', "Take a larger step"))
+        numbers = [begin + stride * k for k in range(int((end - begin) / stride) + 1)]
+    return [f"{_shown(number)} {unit}".strip() for number in numbers]
+
+
+def _shown(number: Decimal) -> str:
+    """A decimal number as one would type it, to twelve digits."""
+    return f"{float(number):.12g}"

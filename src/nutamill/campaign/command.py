@@ -1,0 +1,91 @@
+"""What the commands of a campaign do between the typed words and the calls of the package."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from nutamill.build.quick import banner
+from nutamill.build.quick import quick as quickened
+from nutamill.campaign.axes import axis_values, members
+from nutamill.campaign.board import Board, ended, total
+from nutamill.campaign.fit import fit
+from nutamill.campaign.member import finished
+from nutamill.campaign.sweep import run_all
+from nutamill.campaign.table import dataset
+from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
+from nutamill.campaign_figures import draw_sweep
+from nutamill.case import Case, load_mill
+from nutamill.case.sweep_file import is_sweep_file, load_sweep
+from nutamill.quantities import DEFAULT, reading_of
+
+
+def workers_of(jobs: int | None, cluster: str | None) -> Callable[[], Workers]:
+    """Makes processes of this machine, or takes the workers of a cluster, for one batch of runs at a time."""
+    if cluster is None:
+        return lambda: LocalProcesses(jobs)
+    client = cluster_client(cluster, jobs)
+    return lambda: ClusterWorkers(client)
+
+
+def run_sweep(
+    name: str, changes: list[str], jobs: int | None, cluster: str | None, to: Path | None, quick: bool, say: Callable[[str], None]
+) -> bool:
+    """Run a sweep and print its table; whether all of its runs are finished.
+
+    Parameters
+    ----------
+    name : a case or a sweep file
+    changes : ``key=values``; a key with one value is changed in all runs
+    jobs, cluster, to, quick : as typed
+    say : prints a line
+
+    Raises
+    ------
+    CaseError, KeyboardInterrupt : as `nutamill.campaign.sweep.sweep`
+    """
+    fixed, axes, named = [], {}, ()
+    if is_sweep_file(name):
+        stem = Path(name).stem
+        name, fixed, swept, named = load_sweep(name)
+        axes = {key: value if isinstance(value, list) else axis_values(key, value) for key, value in swept.items()}
+    else:
+        stem = Path(name).name.removesuffix(".toml")
+    for change in changes:
+        key, equals, text = change.partition("=")
+        values = axis_values(key.strip(), text) if equals else []
+        if len(values) > 1:
+            axes[key.strip()] = values
+        else:
+            axes.pop(key.strip(), None)
+            fixed.append(change)
+
+    def made(values: dict[str, Any]) -> Case:
+        case = load_mill(name, [*fixed, *(f"{key}={value}" for key, value in values.items())])
+        return quickened(case) if quick else case
+
+    readings = tuple(reading_of(text, "readings") for text in named) or DEFAULT
+    found = members(axes, made)
+    folder = to or Path("sweeps") / stem
+    if quick:
+        say(banner(found[0].case))
+    workers = workers_of(jobs, cluster)()
+    with Board(readings) as board:
+        board.message(f"{len(found)} runs into {folder}")
+        outcomes = run_all(found, folder, workers, readings, board, board.message)
+        board(outcomes)
+    picture = draw_sweep(dataset(outcomes, axes, readings), readings)
+    if picture is not None:
+        picture.savefig(folder / "table.png")
+    bad = [outcome for outcome in outcomes if ended(outcome) and not finished(outcome.state)]
+    drawn = f"   picture {folder / 'table.png'}" if picture is not None else ""
+    say(f"{total(outcomes)}   {folder / 'table.csv'}{drawn}" + ("   the same command again does what is left" if bad else ""))
+    return not bad
+
+
+def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) -> list[str]:
+    """Fit, and say what was found; parameters as typed, errors as of `nutamill.campaign.fit.fit`."""
+    folder = to or Path("fits") / file.stem
+    client = None if cluster is None else cluster_client(cluster, jobs)
+    with Board(DEFAULT) as board:
+        board.message(f"runs into {folder}")
+        return fit(file, folder, jobs, client, board, board.message).lines()

@@ -1,0 +1,216 @@
+"""`fit`: identify keys of a case from measured values, through the same runs and modes a user would make by hand."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from nutamill import units
+from nutamill.campaign.axes import Member, changed
+from nutamill.campaign.least_squares import Fitted, Free, fitted
+from nutamill.campaign.member import finished
+from nutamill.campaign.sweep import Report, run_all
+from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
+from nutamill.case import Case, load_mill
+from nutamill.case.fit_file import FreeKey, Measured, case_of, load_fit, overrides, place_of
+from nutamill.case.keys import held, si_at, si_of, unit_at
+from nutamill.errors import CaseError, Fault, StepError
+from nutamill.preflight import oscillations
+from nutamill.quantities import Reading, reading_of
+
+if TYPE_CHECKING:
+    import distributed
+
+MODE = "natural_frequency"
+"""Word by which a target names a natural frequency."""
+
+
+class Target(NamedTuple):
+    """A measured value."""
+
+    what: Reading | int
+    """What is read from a result, or the number of a mode, counted from 1."""
+    case: Case
+    """The case under which it was measured, with the free keys at their first guess."""
+    value: float
+    """What was measured, SI."""
+    sigma: float
+    """Its standard uncertainty, SI."""
+    label: str
+    """What to call it in a table."""
+    unit: str
+    """Its SI unit."""
+
+
+class Fit(NamedTuple):
+    """Free keys, targets, and what was found."""
+
+    free: list[Free]
+    """What was to be found."""
+    targets: list[Target]
+    """What was to be met."""
+    found: Fitted
+    """Values, uncertainties, residuals."""
+
+    def lines(self) -> list[str]:
+        """The fit as text: values, correlation, residuals."""
+        found = self.found
+        width = max(len(one.key) for one in self.free)
+        shown = []
+        for one, value, doubt, bound in zip(self.free, found.values, found.uncertainty, found.at_bound, strict=True):
+            unit = unit_at(one.key)
+            said = "   on its bound" if bound else ""
+            shown.append(f"{one.key:{width}}  {value:10.5g} ± {doubt:.2g}{'' if unit == '1' else f' {unit}'}{said}")
+        if len(self.free) > 1:
+            shown.append("correlation")
+            shown += [
+                f"{one.key:{width}}  " + " ".join(f"{value:+.3f}" for value in row)
+                for one, row in zip(self.free, found.correlation, strict=True)
+            ]
+        wide = max(len(target.label) for target in self.targets)
+        shown.append(f"{'target':{wide}}  {'measured':>20}  {'computed':>10}  residual")
+        for target, computed, residual in zip(self.targets, found.computed, found.residual, strict=True):
+            measured = f"{target.value:.4g} ± {target.sigma:.2g} {target.unit}"
+            shown.append(f"{target.label:{wide}}  {measured:>20}  {computed:10.4g}  {residual:+.2f} u")
+        shown.append(
+            f"chi squared {found.chi_squared:.3g} with {found.freedom} degrees of freedom, {found.evaluations} evaluations"
+            + ("" if found.converged else ": not converged")
+        )
+        return shown
+
+
+def fit(
+    file: str | Path,
+    folder: str | Path | None = None,
+    jobs: int | None = None,
+    client: "distributed.Client | None" = None,
+    report: Report | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Fit:
+    """Find the free keys of a fit file.
+
+    Every run is kept in `folder`, named by its case: a fit that is begun again reads what it has already run.
+
+    Parameters
+    ----------
+    file : the fit file (TOML)
+    folder : for result files; ``fits/<file>`` if None
+    jobs, client, report, tell : as for `nutamill.campaign.sweep.sweep`
+
+    Raises
+    ------
+    CaseError : every fault of the file, before anything is run; keys that the targets do not tell apart
+    StepError : a run that did not end well, or gives no steady mean
+    """
+    free, targets = read_fit(file)
+    place = Path("fits") / Path(file).stem if folder is None else Path(folder)
+
+    def workers() -> Workers:
+        return ClusterWorkers(client) if client else LocalProcesses(jobs)
+
+    def compute(points: np.ndarray) -> np.ndarray:
+        asked = [{one.key: float(value) for one, value in zip(free, point, strict=True)} for point in points]
+        return computed(asked, targets, place, workers, report, tell)
+
+    measured, sigma = (np.array([getattr(target, name) for target in targets]) for name in ("value", "sigma"))
+    return Fit(free, targets, fitted(free, measured, sigma, compute))
+
+
+def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
+    """Free keys and targets of a fit file; CaseError with every fault found."""
+    file, layer = load_fit(name)
+    case, fixed = case_of(file, layer)
+    faults: list[Fault] = []
+    free: list[Free] = []
+    targets: list[Target] = []
+    base = load_mill(case, fixed)
+    for key, given in file.free.items():
+        where = place_of(layer, "free", key)
+        try:
+            free.append(_free(key, given, base, where))
+        except CaseError as error:
+            faults += error.faults
+    for number, given in enumerate(file.target):
+        where = place_of(layer, "target", number)
+        try:
+            under = changed(load_mill(case, [*fixed, *overrides(given.set)]), {one.key: one.start for one in free})
+            targets.append(_target(given, under, where))
+        except CaseError as error:
+            faults += error.faults
+    if faults:
+        raise CaseError(*dict.fromkeys(faults))
+    return free, targets
+
+
+def _free(key: str, given: FreeKey, base: Case, where: str) -> Free:
+    """A free key, its guess and bounds in SI."""
+    try:
+        tried = changed(base, {key: given.start})
+    except CaseError as error:
+        raise CaseError(*(Fault(where, fault.what, fault.hint) for fault in error.faults)) from None
+    start, low, high = (si_at(key, getattr(given, name), f"{where}.{name}") for name in ("start", "low", "high"))
+    if not isinstance(held(tried, key), (int, float)):
+        raise CaseError(Fault(where, "must be a key with one number"))
+    return Free(key, start, low, high, given.step)
+
+
+def _target(given: Measured, case: Case, where: str) -> Target:
+    """A target, its quantity understood and its numbers in SI."""
+    word, _, number = given.quantity.partition(" ")
+    if word == MODE:
+        if not number.isdigit() or int(number) < 1:
+            raise CaseError(Fault(f"{where}.quantity", f'must number the mode from 1, got "{given.quantity}"', f'Write "{MODE} 1"'))
+        what, unit, named = int(number), "Hz", f"natural frequency {number}"
+    else:
+        what = reading_of(given.quantity, f"{where}.quantity")
+        unit, named = what.field.unit, f"{what.field.label}{'' if what.by == 'mean' else f' ({what.by})'}"
+    kind = next(kind for kind, table in units.UNITS.items() if unit in table)
+    value, sigma = (si_of(getattr(given, name), kind, f"{where}.{name}") for name in ("value", "uncertainty"))
+    under = ", ".join(f"{key} = {changes}" for key, changes in given.set.items())
+    return Target(what, case, value, sigma, f"{named}{f', {under}' if under else ''}", unit)
+
+
+def computed(
+    points: Sequence[Mapping[str, float]],
+    targets: Sequence[Target],
+    folder: Path,
+    workers: Callable[[], Workers],
+    report: Report | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> np.ndarray:
+    """What the model gives for each target at each point, (n_points, n_targets), SI; all runs of all points at the same time."""
+    cases = [[changed(target.case, point).with_("run.threads", 1) for target in targets] for point in points]
+    wanted: dict[str, Member] = {}
+    for row, point in zip(cases, points, strict=True):
+        for case, target in zip(row, targets, strict=True):
+            if isinstance(target.what, Reading):
+                wanted.setdefault(case.digest, Member(_rounded(point) | {"target": target.label}, case))
+    readings = tuple(dict.fromkeys(target.what for target in targets if isinstance(target.what, Reading)))
+    outcomes = run_all(list(wanted.values()), folder, workers(), readings, report, tell) if wanted else []
+    by_case = {outcome.member.case.digest: outcome for outcome in outcomes}
+    if bad := [outcome for outcome in outcomes if not finished(outcome.state)]:
+        told = "; ".join(f"{outcome.member.label}: {outcome.state}" for outcome in bad)
+        raise StepError(f"fit: every run must end, {told}. The others are kept; the same command again does what is left.")
+    values = np.empty((len(points), len(targets)))
+    for k, row in enumerate(cases):
+        for j, (case, target) in enumerate(zip(row, targets, strict=True)):
+            if isinstance(target.what, Reading):
+                values[k, j] = by_case[case.digest].values[target.what].mean
+            else:
+                values[k, j] = _frequency(case, target.what)
+            if not np.isfinite(values[k, j]):
+                raise StepError(
+                    f"fit: {target.label} must have a steady mean, it has none. Run longer (run.until), or take another quantity."
+                )
+    return values
+
+
+def _frequency(case: Case, number: int) -> float:
+    """A natural frequency of the mill on its mounts with rigid bars as they are, at rest [Hz]; NaN if there are fewer."""
+    found = oscillations(case)
+    return found[number - 1][0] if number <= len(found) else float("nan")
+
+
+def _rounded(point: Mapping[str, float]) -> dict[str, Any]:
+    return {key: f"{value:.6g}" for key, value in point.items()}

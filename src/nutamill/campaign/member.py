@@ -1,0 +1,100 @@
+"""What a worker does: settle one bed, or run, resume or leave one member of a campaign.
+
+As a program it takes its task from one line of its standard input, and stops, saved, when that is closed: a campaign
+that dies takes its workers with it.
+"""
+
+import json
+import os
+import signal
+import sys
+import threading
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from nutamill.build.bed import settled_bed
+from nutamill.case import Case
+from nutamill.errors import MillError, NotSteadyError, ResultError
+from nutamill.march import resume, run
+from nutamill.result import open_result
+
+
+class Task(NamedTuple):
+    """One piece of work, in words that travel."""
+
+    act: Literal["settle", "run"]
+    """Settle the bed of the case into the cache, or run it."""
+    case_text: str
+    """The case (TOML)."""
+    name: str
+    """Its short name."""
+    path: str
+    """Its result file."""
+
+
+def perform(task: Task) -> None:
+    """Do a task in this process.
+
+    A run that was finished is left as it is, one that was begun goes on from its last checkpoint, one that was killed before its
+    first checkpoint begins anew.
+
+    Raises
+    ------
+    MillError, KeyboardInterrupt : as `run` and `resume` do; a run that is not steady at its longest time is finished all the same
+    """
+    case, file = Case.from_toml(task.case_text, task.name), Path(task.path)
+    if task.act == "settle":
+        settled_bed(case)
+        return
+    if file.exists() and not _holds_checkpoint(file):
+        file.unlink()
+    try:
+        if not file.exists():
+            run(case, file).close()
+        elif not finished(state_of(file)):
+            resume(file).close()
+    except NotSteadyError:
+        return
+
+
+def finished(state: str) -> bool:
+    """Whether nothing is left to be done for a run in this state."""
+    return state == "complete" or state.startswith("not steady")
+
+
+def state_of(file: Path) -> str:
+    """State of a result file; ``missing`` if there is none."""
+    if not file.exists():
+        return "missing"
+    with open_result(file) as result:
+        return result.state
+
+
+def _holds_checkpoint(file: Path) -> bool:
+    with open_result(file) as result:
+        try:
+            result.checkpoint()
+        except ResultError:
+            return False
+    return True
+
+
+def main() -> None:
+    """Take a task from standard input, perform it, and exit with the code of its fault."""
+    task = Task(*json.loads(sys.stdin.readline()))
+
+    def stop_when_left_alone() -> None:
+        sys.stdin.read()
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    threading.Thread(target=stop_when_left_alone, daemon=True).start()
+    try:
+        perform(task)
+        code = 0
+    except MillError as error:
+        print(error, file=sys.stderr)
+        code = error.exit_code
+    except KeyboardInterrupt:
+        code = 130
+    sys.stderr.flush()
+    os._exit(code)  # the thread that waits for the end of the input must not keep the process

@@ -1,0 +1,206 @@
+"""`sweep`: a case with other values of some keys, all combinations, each run once; and `run_all` for any cases."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from pathlib import Path
+from threading import Event
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from nutamill.build.bed import bed_is_kept, bed_key
+from nutamill.build.chamber_charge import contact_law_of
+from nutamill.build.clock import run_clock
+from nutamill.campaign.axes import Member, changed, members
+from nutamill.campaign.member import Task, finished, state_of
+from nutamill.campaign.table import Outcome, dataset, write_csv
+from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
+from nutamill.case import Case
+from nutamill.errors import CaseError, Fault, MillError
+from nutamill.kernel import kernel_digest
+from nutamill.quantities import DEFAULT, Reading, read
+from nutamill.result import open_result
+from nutamill.warm import warm_up
+from nutamill.watch import requests
+
+if TYPE_CHECKING:
+    import distributed
+    import xarray
+
+POLL = 1.0
+"""Wall time between two looks at how the runs stand [s]."""
+
+Report = Callable[[Sequence[Outcome]], None]
+
+
+class Campaign(NamedTuple):
+    """What a sweep has found."""
+
+    table: "xarray.Dataset"
+    """Readings over the swept keys."""
+    outcomes: list[Outcome]
+    """What became of each run."""
+    folder: Path
+    """Where the result files and ``table.csv`` are."""
+
+
+def sweep(
+    case: Case,
+    axes: Mapping[str, Sequence[Any]],
+    folder: str | Path | None = None,
+    jobs: int | None = None,
+    client: "distributed.Client | None" = None,
+    readings: Sequence[Reading] = DEFAULT,
+    report: Report | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Campaign:
+    """Run a case with all combinations of other values, one process a run, and collect the steady means in a table.
+
+    A run whose result is in the folder is read, one that was begun goes on from its last checkpoint, the rest are run: after an
+    interrupt or a kill, the same call does what is left.
+
+    Parameters
+    ----------
+    case : what is varied
+    axes : values by dotted key; SI floats or text with a unit
+    folder : for result files and the table; ``sweeps/<case>`` if None
+    jobs : runs at once on this machine, the physical cores if None
+    client : a Dask client, whose workers run instead
+    readings : what is put into the table
+    report : called about once a second with how all runs stand
+    tell : called with a line of text when something takes time before the first run
+
+    Raises
+    ------
+    CaseError : every fault of every case, before anything is run
+    KeyboardInterrupt : after an interrupt, with everything saved
+    """
+    found = members(axes, lambda values: changed(case, values))
+    place = Path("sweeps") / case.name if folder is None else Path(folder)
+    outcomes = run_all(found, place, ClusterWorkers(client) if client else LocalProcesses(jobs), readings, report, tell)
+    return Campaign(dataset(outcomes, axes, readings), outcomes, place)
+
+
+def run_all(
+    found: Sequence[Member],
+    folder: Path,
+    workers: Workers,
+    readings: Sequence[Reading] = DEFAULT,
+    report: Report | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> list[Outcome]:
+    """Run members that are not run yet, into `folder`, and read all; beds that several share are settled once, before.
+
+    A run that fails, or whose worker is killed, is named in its outcome, and the others go on.  ``table.csv`` in the folder is kept
+    up to date.  Parameters and errors as of `sweep`.
+    """
+    _refuse(found)
+    folder.mkdir(parents=True, exist_ok=True)
+    board = {member.case.digest: _outcome(member, folder, "waiting", readings) for member in found}
+    left = [outcome for outcome in board.values() if not finished(outcome.state)]
+    _tell_of_other_kernels(board.values(), tell)
+
+    def keep(outcome: Outcome) -> None:
+        board[outcome.member.case.digest] = outcome
+        write_csv(folder / "table.csv", list(board.values()), readings)
+
+    try:
+        if left:
+            for law in {contact_law_of(outcome.member.case) for outcome in left}:
+                warm_up(tell, law=law)
+            with requests() as asked:
+                _settle([outcome.member.case for outcome in left], workers, tell, asked.stop)
+                tasks = {workers.submit(_task("run", outcome.member.case, outcome.file)): outcome.member for outcome in left}
+                for done in _as_they_end(tasks, asked.stop):
+                    for future in done:
+                        keep(_outcome(tasks[future], folder, _trouble(future), readings))
+                    if report is not None:
+                        report([outcome if outcome.values else _glance(outcome) for outcome in board.values()])
+    finally:
+        workers.stop()
+        write_csv(folder / "table.csv", list(board.values()), readings)
+    return list(board.values())
+
+
+def _as_they_end(futures: Iterable[Future], interrupted: Event) -> Iterator[set[Future]]:
+    """Those that have ended since the last look, about once a second, until all have; KeyboardInterrupt when it is interrupted."""
+    left = set(futures)
+    while left:
+        done, left = wait(left, POLL, FIRST_COMPLETED)
+        if interrupted.is_set():
+            raise KeyboardInterrupt
+        yield done
+
+
+def _refuse(found: Sequence[Member]) -> None:
+    """Raise every fault that shows before the first step, each once."""
+    faults: list[Fault] = []
+    for member in found:
+        try:
+            run_clock(member.case)
+        except CaseError as error:
+            faults += [Fault(f"{member.label}: {fault.where}", fault.what, fault.hint) for fault in error.faults]
+    if faults:
+        raise CaseError(*dict.fromkeys(faults))
+
+
+def _tell_of_other_kernels(outcomes: Iterable[Outcome], tell: Callable[[str], None] | None) -> None:
+    """Say which finished results another version has made: they are read all the same."""
+    others = []
+    for outcome in outcomes:
+        if finished(outcome.state):
+            with open_result(outcome.file) as result:
+                others += [outcome.file.name] if result.provenance.get("kernel_digest") != kernel_digest() else []
+    if others and tell is not None:
+        tell(f"{len(others)} results were made by other kernels than this version has and are read as they are: {', '.join(others)}")
+
+
+def result_path(case: Case, folder: Path) -> Path:
+    """Result file of a case in a campaign's folder: named by the content of the case."""
+    return folder / f"{case.name}-{case.digest[:12]}.h5"
+
+
+def _task(act: str, case: Case, file: Path) -> Task:
+    return Task(act, case.to_toml(), case.name, str(file.absolute()))
+
+
+def _settle(cases: Sequence[Case], workers: Workers, tell: Callable[[str], None] | None, interrupted: Event) -> None:
+    """Settle each distinct bed that is not kept yet; a fault shows again in the runs that need it."""
+    beds = {bed_key(case): case for case in cases if not bed_is_kept(case)}
+    if beds and tell is not None:
+        tell(f"settling {len(beds)} bed{'s' if len(beds) > 1 else ''} that {len(cases)} runs begin with")
+    for _ in _as_they_end([workers.submit(_task("settle", case, Path())) for case in beds.values()], interrupted):
+        pass
+
+
+def _trouble(future: Future) -> str:
+    """What went wrong with a task; empty if nothing did."""
+    try:
+        future.result()
+    except MillError as error:
+        return str(error)
+    except (Exception, CancelledError) as error:  # a cluster hands on whatever its worker met
+        return f"{type(error).__name__}: {error}"
+    return ""
+
+
+def _outcome(member: Member, folder: Path, state: str, readings: Sequence[Reading]) -> Outcome:
+    """How a member stands by its file: finished, with what was read from it, or else as `state` says."""
+    file = result_path(member.case, folder)
+    try:
+        held = state_of(file)
+        if finished(held):
+            with open_result(file) as result:
+                return Outcome(member, file, held, read(result, readings))
+    except MillError as error:
+        state = str(error)
+    return Outcome(member, file, state, {})
+
+
+def _glance(outcome: Outcome) -> Outcome:
+    """How far a run has come, by its file."""
+    if outcome.state != "waiting" or not outcome.file.exists():
+        return outcome
+    try:
+        with open_result(outcome.file) as result:
+            return outcome._replace(state=f"running, t = {result.reached:.2f} of {outcome.member.case.run.end:g} s")
+    except MillError:
+        return outcome

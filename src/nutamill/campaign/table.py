@@ -1,0 +1,83 @@
+"""The result table of a campaign: one row a run, as a dataset over the swept keys and as CSV."""
+
+import csv
+import io
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray
+
+from nutamill.campaign.axes import Member
+from nutamill.case.keys import held as held_at
+from nutamill.case.keys import unit_at
+from nutamill.quantities import NOTHING, Reading, Value
+
+PARTS = {"": "mean", "_half_width": "half_width", "_window": "window"}
+"""Variables of a reading in the dataset, by what is added to its name."""
+
+
+class Outcome(NamedTuple):
+    """What became of a member."""
+
+    member: Member
+    """What was asked."""
+    file: Path
+    """Its result file."""
+    state: str
+    """``waiting``, ``running``, ``complete``, ``not steady: ...``, or what went wrong."""
+    values: Mapping[Reading, Value]
+    """What was read from it; empty before it has ended."""
+
+
+def dataset(outcomes: Sequence[Outcome], axes: Mapping[str, Sequence[Any]], readings: Sequence[Reading]) -> xarray.Dataset:
+    """All readings over the swept keys, in SI; with each its ``_half_width`` (95 %) and its ``_window`` (last seconds, as in the papers).
+
+    Coordinates are SI numbers with their unit where the key holds a quantity, else text.  ``state`` and ``file`` are told for each run.
+    """
+    shape = tuple(len(values) for values in axes.values())
+    dims = tuple(axes)
+
+    def laid(column: list[Any]) -> tuple[tuple[str, ...], np.ndarray]:
+        return dims, np.array(column).reshape(shape)
+
+    variables: dict[str, Any] = {}
+    for reading in readings:
+        for suffix, part in PARTS.items():
+            column = [getattr(outcome.values.get(reading, NOTHING), part) for outcome in outcomes]
+            label = {"": reading.field.label, "_half_width": f"{reading.field.label}, 95 % half width"}.get(
+                suffix, f"{reading.field.label}, last seconds"
+            )
+            attributes = {"units": reading.field.unit, "long_name": f"{label}{'' if reading.by == 'mean' else f' ({reading.by})'}"}
+            variables[f"{reading.name}{suffix}"] = (*laid(column), attributes)
+    variables["state"] = laid([outcome.state for outcome in outcomes])
+    variables["file"] = laid([outcome.file.name for outcome in outcomes])
+    return xarray.Dataset(variables, {key: _coordinate(key, outcomes) for key in dims})
+
+
+def _coordinate(key: str, outcomes: Sequence[Outcome]) -> tuple[Any, ...]:
+    """Values of a swept key along its axis, and their unit."""
+    asked = dict.fromkeys(map(str, (outcome.member.values[key] for outcome in outcomes)))
+    held = {str(outcome.member.values[key]): held_at(outcome.member.case, key) for outcome in outcomes}
+    values = [held[text] for text in asked]
+    if not all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in values):
+        return key, list(asked)
+    return key, values, {"units": unit_at(key)}
+
+
+def write_csv(path: Path, outcomes: Sequence[Outcome], readings: Sequence[Reading]) -> None:
+    """The table as CSV: swept keys as they were asked for, state, file, and each reading with its 95 % half width; replaced whole."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    keys = list(outcomes[0].member.values)
+    heads = [f"{reading.name}{said} [{reading.field.unit}]" for reading in readings for said in ("", " half width 95 %", " last seconds")]
+    writer.writerow([*keys, "state", "file", *heads])
+    for outcome in outcomes:
+        values = [outcome.values.get(reading, NOTHING) for reading in readings]
+        numbers = [f"{number:.6g}" for value in values for number in (value.mean, value.half_width, value.window)]
+        writer.writerow([*outcome.member.values.values(), outcome.state, outcome.file.name, *numbers])
+    part = path.with_suffix(".part")
+    part.write_text(out.getvalue(), encoding="utf-8")
+    os.replace(part, path)

@@ -1,0 +1,138 @@
+"""Who does the work: a process for each run on this machine, or the workers of a Dask cluster.  No scheduler of our own."""
+
+import contextlib
+import json
+import signal
+import subprocess
+import sys
+import threading
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TYPE_CHECKING, Protocol
+
+from nutamill.build.team import usable_cores
+from nutamill.campaign.member import Task, perform
+from nutamill.errors import CaseError, Fault, MillError
+
+if TYPE_CHECKING:
+    import distributed
+
+INTERRUPTED = 130
+PROGRAM = "from nutamill.campaign.member import main; main()"
+
+
+class WorkerError(MillError, RuntimeError):
+    """A worker that did not do what it was asked: killed, interrupted, or its run failed."""
+
+
+class Workers(Protocol):
+    """Takes tasks, and can be stopped."""
+
+    def submit(self, task: Task) -> Future:
+        """Begin a task when a worker is free; the future raises what went wrong."""
+
+    def stop(self) -> None:
+        """Begin no more tasks, and let those that run save what they have."""
+
+
+class LocalProcesses:
+    """A process of its own for each task, so many at once: a task that dies takes no other with it.
+
+    Parameters
+    ----------
+    jobs : processes at once; the physical cores if None
+    """
+
+    def __init__(self, jobs: int | None = None):
+        self._waiting = ThreadPoolExecutor(jobs or usable_cores())
+        self._running: set[subprocess.Popen] = set()
+        self._lock = threading.Lock()
+        self._stopped = False
+
+    def submit(self, task: Task) -> Future:
+        """Begin a task when a core is free."""
+        return self._waiting.submit(self._supervise, task)
+
+    def _supervise(self, task: Task) -> None:
+        """Start the process of a task and wait for its end; WorkerError says how it ended if not well."""
+        pipe = subprocess.PIPE
+        with self._lock:
+            if self._stopped:
+                raise WorkerError("not begun")
+            # a session of its own: an interrupt at the terminal reaches the campaign alone, which asks its processes to save, once
+            process = subprocess.Popen(
+                [sys.executable, "-c", PROGRAM],
+                stdin=pipe,
+                stderr=pipe,
+                stdout=subprocess.DEVNULL,
+                text=True,
+                start_new_session=True,
+            )
+            self._running.add(process)
+        try:
+            process.stdin.write(json.dumps(task) + "\n")
+            process.stdin.flush()
+            said = process.stderr.read()  # until the process ends; its input stays open meanwhile
+        except BrokenPipeError:
+            said = process.stderr.read()
+        finally:
+            code = process.wait()
+            with contextlib.suppress(BrokenPipeError):
+                process.stdin.close()
+            process.stderr.close()
+            with self._lock:
+                self._running.discard(process)
+        if code == INTERRUPTED or (self._stopped and code == -signal.SIGTERM):
+            raise WorkerError("interrupted, saved")
+        if code < 0:
+            raise WorkerError(f"its process was killed ({signal.Signals(-code).name})")
+        if code:
+            raise WorkerError(said.strip().splitlines()[-1] if said.strip() else f"its process ended with code {code}")
+
+    def stop(self) -> None:
+        """Begin no more tasks, ask the running processes to save and end, and wait for them."""
+        with self._lock:
+            self._stopped = True
+            for process in self._running:
+                process.terminate()
+        self._waiting.shutdown(wait=True, cancel_futures=True)
+
+
+class ClusterWorkers:
+    """The workers of a Dask cluster; results and settled beds must lie where they and this process can reach them.
+
+    Parameters
+    ----------
+    client : connected to the scheduler
+    """
+
+    def __init__(self, client: "distributed.Client"):
+        self._executor = client.get_executor(pure=False)
+
+    def submit(self, task: Task) -> Future:
+        """Begin a task when a worker is free; a worker that dies hands it to another, which goes on from the last checkpoint."""
+        return self._executor.submit(perform, task)
+
+    def stop(self) -> None:
+        """Take back the tasks; a run that is under way is finished by its worker, as Dask interrupts nothing."""
+        self._executor.shutdown(wait=False)
+
+
+def cluster_client(address: str, jobs: int | None) -> "distributed.Client":
+    """A Dask client: of a cluster of processes on this machine for ``"local"``, else of the scheduler at an address or in a file.
+
+    Raises
+    ------
+    CaseError : the extra is not installed, or no scheduler answers
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise CaseError(Fault("--cluster", "needs Dask, it is not installed", 'Install it with: pip install "nutamill[cluster]"')) from None
+    if address == "local":
+        local = distributed.LocalCluster(n_workers=jobs or usable_cores(), threads_per_worker=1, dashboard_address=None)
+        return distributed.Client(local)
+    try:
+        return distributed.Client(scheduler_file=address) if address.endswith(".json") else distributed.Client(address, timeout="30s")
+    except (OSError, ValueError, TimeoutError) as error:
+        hint = "Give local, an address like tcp://host:8786, or a scheduler file (.json)"
+        raise CaseError(Fault("--cluster", f'no scheduler answers at "{address}": {error}', hint)) from None

@@ -1,0 +1,118 @@
+"""What every case file is, whatever it describes: frozen data with a name, a digest, and a way to TOML and back."""
+
+import functools
+import hashlib
+import json
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from pydantic import PrivateAttr, ValidationError
+
+from nutamill.case.layers import Layer, merge, python_layer
+from nutamill.case.wording import worded
+from nutamill.case.write import written
+from nutamill.errors import CaseError, Fault
+from nutamill.tables import FROM_FILE, Frequency, Table, Time
+
+
+class SnapshotPlan(Table):
+    """When the whole state is kept for looking."""
+
+    rate: Frequency
+    """How often [Hz]."""
+    last: Time
+    """How long before the end of the run [s]."""
+
+
+class CaseFile(Table):
+    """Everything that is needed to repeat a run."""
+
+    files: ClassVar[dict[str, Any]] = {}
+    """Keys that name files known by their content elsewhere in the case, as pydantic excludes them: no part of the identity."""
+
+    _name: str = PrivateAttr("case")
+
+    @property
+    def name(self) -> str:
+        """Short name for file names: the stem of the case file, or the library name."""
+        return self._name
+
+    @property
+    def result_file(self) -> Path:
+        """Where the result goes unless told otherwise: ``results/<case>-<hash>.h5``."""
+        return Path("results") / f"{self.name}-{self.digest[:6]}.h5"
+
+    @property
+    def warnings(self) -> list[Fault]:
+        """What is possible but odd about the case."""
+        return []
+
+    @functools.cached_property
+    def digest(self) -> str:
+        """SHA-256 of the content, in hexadecimal: the identity of the case, whatever units or base it was written with."""
+        content = json.dumps(_rounded(self.model_dump(by_alias=True, exclude_none=True, exclude=self.files)), sort_keys=True)
+        return hashlib.sha256(content.encode()).hexdigest()
+
+    def with_(self, key: str | None = None, value: Any = None, /, **changes: Any) -> Self:
+        """The case with other values: ``case.with_("drive.speed", "500 rpm")`` or ``case.with_(drive__speed=52.36)``.
+
+        Parameters
+        ----------
+        key, value : dotted key as in the file, and its new value
+        changes : more of them, with ``__`` in place of the dot
+        Values are SI floats or text with a unit.
+
+        Raises
+        ------
+        CaseError : every fault of the changed case
+        """
+        given = {name.replace("__", "."): new for name, new in changes.items()}
+        if key is not None:
+            given[key] = value
+        now = Layer(self.model_dump(by_alias=True, exclude_none=True), {}, Path.cwd())
+        return validated(type(self), [now, python_layer(given)], self.name, [], from_file=False)
+
+    def to_toml(self) -> str:
+        """The complete case file, every default written out; `Case.from_toml` reads back an equal case."""
+        return written(self)
+
+    @classmethod
+    def from_toml(cls, text: str, name: str = "case") -> Self:
+        """The case that complete TOML text describes, as `to_toml` writes it and a result file keeps it.
+
+        Raises
+        ------
+        CaseError : every fault found
+        """
+        return validated(cls, [Layer.of_text(text, name)], name, [])
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, CaseFile) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+
+def validated(kind: type[CaseFile], layers: list[Layer], name: str, faults: list[Fault], *, from_file: bool = True) -> Any:
+    """Merge the layers and make the case of that `kind`, or raise the faults found so far with all others."""
+    content, places, more = merge(layers)
+    faults = [*faults, *more]
+    try:
+        case = kind.model_validate(content, context={FROM_FILE: from_file})
+    except ValidationError as error:
+        faults += worded(error, kind, content, places)
+    if faults:
+        raise CaseError(*faults)
+    case._name = name
+    return case
+
+
+def _rounded(value: Any) -> Any:
+    """Floats to 12 digits, so that a value given in another unit has the same digest."""
+    if isinstance(value, float):
+        return f"{value:.12g}"
+    if isinstance(value, dict):
+        return {key: _rounded(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_rounded(inner) for inner in value]
+    return value

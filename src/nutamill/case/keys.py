@@ -1,0 +1,70 @@
+"""One key of a case: what kind of quantity it takes, and what a case holds there."""
+
+import math
+import typing
+from typing import Any
+
+from nutamill import units
+from nutamill.case.model import Case
+from nutamill.case.wording import fields_at
+from nutamill.errors import CaseError, Fault
+from nutamill.tables import Quantity, spelled
+
+
+def quantity_at(key: str) -> Quantity | None:
+    """Kind of quantity that a dotted key takes; None for counts, ratios, texts and keys that are none."""
+    *table, last = key.split(".")
+    field = fields_at(Case, tuple(table)).get(last)
+    return None if field is None else _quantity([*field.metadata, field.annotation])
+
+
+def _quantity(marks: typing.Iterable[Any]) -> Quantity | None:
+    """The mark of a quantity among metadata, or within an optional type."""
+    for mark in marks:
+        if isinstance(mark, Quantity):
+            return mark
+        if inner := _quantity(typing.get_args(mark)):
+            return inner
+    return None
+
+
+def unit_at(key: str) -> str:
+    """SI unit of what a dotted key takes; ``1`` for a plain number."""
+    quantity = quantity_at(key)
+    return next(iter(units.UNITS[quantity.kind])) if quantity else "1"
+
+
+def si_at(key: str, given: Any, where: str) -> float:
+    """SI value of what was given for a dotted key: text with a unit, or a plain number where the key takes one.
+
+    Raises
+    ------
+    CaseError : another kind of quantity, no unit, or no number
+    """
+    quantity = quantity_at(key)
+    if quantity is not None:
+        return si_of(given, quantity.kind, where)
+    if isinstance(given, bool) or not isinstance(given, (int, float)) or not math.isfinite(given):
+        raise CaseError(Fault(where, f"must be a plain number, got {spelled(given)}"))
+    return float(given)
+
+
+def si_of(given: Any, kind: units.Kind, where: str) -> float:
+    """SI value of text with a unit; CaseError if it is none."""
+    if not isinstance(given, str):
+        raise CaseError(Fault(where, f"needs a unit, got {spelled(given)}", f'Write e.g. "{units.example(kind)}"'))
+    try:
+        return units.parse(given, kind)
+    except units.UnitError as error:
+        raise CaseError(Fault(where, error.what, error.hint)) from None
+
+
+def held(case: Case, key: str) -> Any:
+    """What a case holds at a dotted key, in SI; None where there is nothing."""
+    found: Any = case.model_dump(by_alias=True)
+    for part in key.split("."):
+        try:
+            found = found[int(part)] if isinstance(found, (list, tuple)) else found[part]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return found

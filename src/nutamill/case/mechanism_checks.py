@@ -1,0 +1,121 @@
+"""Checks of a mechanism's parts against each other: names, what they refer to, what has no size.
+
+A finding is (key, what, hint), as in `nutamill.case.checks`.  What needs the engine (closure, redundancy) is checked by
+`nutamill.mechanism.assembly.assemble` before a step is run.
+"""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from nutamill.case.library import similar
+
+if TYPE_CHECKING:
+    from nutamill.case.mechanism_case import MechanismCase
+
+GROUND = "ground"
+"""Name of the body that never moves, as the engine knows it."""
+LISTS = ("bodies", "joints", "bushings", "springs", "torques", "drives", "sensors")
+RATES = tuple(f"{way}_{what}" for what in ("stiffness", "damping") for way in ("shear", "axial", "bending", "torsion"))
+TURNING = ("revolute", "cylindrical")
+"""Kinds of joints that a drive can turn."""
+WITHOUT_AXIS = ("fixed", "spherical")
+TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_")
+"""Beginnings of series that a sensor's name may not have."""
+
+Finding = tuple[tuple[str | int, ...], str, str]
+
+
+def findings(case: "MechanismCase") -> list[Finding]:
+    """Everything that contradicts."""
+    checks = (_names, _references, _bodies, _joints, _bushings, _springs, _drives, _sensors)
+    return [finding for check in checks for finding in check(case)]
+
+
+def _names(case: "MechanismCase") -> Iterator[Finding]:
+    for where in LISTS:
+        seen = {GROUND} if where == "bodies" else set()
+        for number, part in enumerate(getattr(case, where)):
+            if part.name in seen:
+                yield (where, number, "name"), f'must be unique, "{part.name}" is taken', "Rename one of the two"
+            seen.add(part.name)
+    if not case.bodies:
+        yield ("bodies",), "must hold at least one body", "Add a [[bodies]] table"
+
+
+def _references(case: "MechanismCase") -> Iterator[Finding]:
+    """Bodies and joints that are named and must be there."""
+    bodies, joints = [GROUND, *(body.name for body in case.bodies)], [joint.name for joint in case.joints]
+    for where in ("joints", "bushings", "springs"):
+        for number, part in enumerate(getattr(case, where)):
+            for side, name in enumerate(part.between):
+                if name not in bodies:
+                    yield (where, number, "between", side), f'no body is called "{name}"', similar(name, bodies)
+            if part.between[0] == part.between[1]:
+                yield (where, number, "between"), f'must name two different bodies, got "{part.between[0]}" twice', ""
+    named = [("torques", number, "body", torque.body, bodies[1:]) for number, torque in enumerate(case.torques)]
+    named += [("drives", number, "joint", drive.joint, joints) for number, drive in enumerate(case.drives)]
+    for number, sensor in enumerate(case.sensors):
+        named.append(("sensors", number, "of", sensor.of, joints if sensor.kind == "reaction" else bodies))
+        if sensor.axes is not None:
+            named.append(("sensors", number, "axes", sensor.axes, bodies))
+    for where, number, key, name, known in named:
+        if name not in known:
+            what = "joint" if known is joints else "body that moves" if known == bodies[1:] else "body"
+            yield (where, number, key), f'no {what} is called "{name}"', similar(name, known)
+
+
+def _bodies(case: "MechanismCase") -> Iterator[Finding]:
+    for number, body in enumerate(case.bodies):
+        if not body.mass > 0.0:
+            yield ("bodies", number, "mass"), f"must be positive, got {body.mass:g} kg", "A part without mass is no body: leave it out"
+        if body.turn is not None and not any(body.turn.axis):
+            yield ("bodies", number, "turn", "axis"), "must have a length, got zero", ""
+
+
+def _joints(case: "MechanismCase") -> Iterator[Finding]:
+    for number, joint in enumerate(case.joints):
+        needed = {"axis": joint.kind not in WITHOUT_AXIS, "second_axis": joint.kind == "universal"}
+        for key, needs in needed.items():
+            axis = getattr(joint, key)
+            if needs and axis is None:
+                yield ("joints", number, key), f"is missing, a {joint.kind} joint needs it", f"Add e.g. {key} = [0, 0, 1]"
+            elif not needs and axis is not None:
+                yield ("joints", number, key), f"has no meaning for a {joint.kind} joint", "Leave it out"
+            elif needs and not any(axis):
+                yield ("joints", number, key), "must have a length, got zero", ""
+
+
+def _bushings(case: "MechanismCase") -> Iterator[Finding]:
+    for number, bushing in enumerate(case.bushings):
+        if not any(bushing.axis):
+            yield ("bushings", number, "axis"), "must have a length, got zero", "It points along the bushing"
+        if not any(getattr(bushing, rate) for rate in RATES):
+            yield ("bushings", number), "must have some stiffness or damping, got none", "Give e.g. shear_stiffness"
+
+
+def _springs(case: "MechanismCase") -> Iterator[Finding]:
+    for number, spring in enumerate(case.springs):
+        if spring.point_a == spring.point_b:
+            what, hint = "must be apart from point_a: the force needs a direction", "Use a bushing for a spring of no length"
+            yield ("springs", number, "point_b"), what, hint
+        if spring.free_length < 0.0:
+            yield ("springs", number, "free_length"), f"must be zero or more, got {spring.free_length:g} m", ""
+
+
+def _drives(case: "MechanismCase") -> Iterator[Finding]:
+    kinds = {joint.name: joint.kind for joint in case.joints}
+    for number, drive in enumerate(case.drives):
+        kind = kinds.get(drive.joint, "revolute")
+        if kind not in TURNING:
+            yield ("drives", number, "joint"), f'must be a revolute or cylindrical joint, "{drive.joint}" is {kind}', ""
+
+
+def _sensors(case: "MechanismCase") -> Iterator[Finding]:
+    for number, sensor in enumerate(case.sensors):
+        key = ("sensors", number)
+        if sensor.name.startswith(TAKEN):
+            yield (*key, "name"), f"must not begin with {', '.join(TAKEN)}: series of the parts do", "Rename the sensor"
+        if sensor.axes is not None and sensor.kind in ("position", "attitude"):
+            yield (*key, "axes"), f"has no meaning for kind = {sensor.kind!r}".replace("'", '"'), "Leave it out: world axes"
+        if sensor.at is not None and sensor.kind in ("attitude", "reaction"):
+            yield (*key, "at"), f"has no meaning for kind = {sensor.kind!r}".replace("'", '"'), "Leave it out"

@@ -1,0 +1,49 @@
+"""The sweep file: a case, what is changed in all runs, and what is swept."""
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, ValidationError
+
+from nutamill.case.layers import read_layer
+from nutamill.case.library import library_file
+from nutamill.case.wording import worded
+from nutamill.case.write import toml_value
+from nutamill.errors import CaseError
+from nutamill.tables import FROM_FILE, Table
+
+
+class SweepFile(Table):
+    """What a sweep file says."""
+
+    case: str
+    """A published mill, or a case file beside this one."""
+    set: dict[str, Any] = Field(default_factory=dict)
+    """Changes in all runs, by dotted key."""
+    sweep: dict[str, str | int | float | list[Any]] = Field(default_factory=dict)
+    """Values by dotted key: a list, or text as after ``-s``."""
+    readings: tuple[str, ...] = ()
+    """What is put into the table; force, torque, power and mount travel unless given."""
+
+
+def is_sweep_file(name: str) -> bool:
+    """Whether a name is that of a file with a table of swept keys."""
+    return Path(name).is_file() and library_file(name) is None and "sweep" in read_layer(name).content
+
+
+def load_sweep(name: str | Path) -> tuple[str, list[str], dict[str, str | list[str]], tuple[str, ...]]:
+    """Case, changes in all runs (``key=value``), values or text by swept key, and readings.
+
+    Raises
+    ------
+    CaseError : every fault found, with file, line and key
+    """
+    layer = read_layer(name)
+    try:
+        found = SweepFile.model_validate(layer.content, context={FROM_FILE: True})
+    except ValidationError as error:
+        raise CaseError(*worded(error, SweepFile, layer.content, layer.places)) from None
+    case = found.case if library_file(found.case) else str(layer.folder / found.case)
+    fixed = [f"{key}={toml_value(value)}" for key, value in found.set.items()]
+    swept = {key: [toml_value(one) for one in value] if isinstance(value, list) else str(value) for key, value in found.sweep.items()}
+    return case, fixed, swept, found.readings

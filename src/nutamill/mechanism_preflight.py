@@ -1,0 +1,132 @@
+"""What can be known about a mechanism before one step is run."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nutamill.build.described_mechanism import assemble_case, mechanism_clock, mechanism_parts
+from nutamill.case import MechanismCase
+from nutamill.errors import CaseError, StepError
+from nutamill.mechanism.constraints import redundancies
+from nutamill.mechanism.dynamics import OK, start
+from nutamill.mechanism.linear import modes, static_equilibrium
+from nutamill.mechanism.rows import Placement, constraint_tables
+
+ROW_MICROSECONDS = 0.5
+"""Wall time per constraint row and step that forecasts count with [us]."""
+
+
+UNSTABLE = -1.0 + 1e-9
+"""Damping ratio [1] up to which a motion about rest does not swing but falls away."""
+
+
+@dataclass(frozen=True, slots=True)
+class MechanismSheet:
+    """What is known of a mechanism before it is run."""
+
+    case: MechanismCase
+    """The case."""
+    masses: dict[str, float]
+    """Masses of the bodies [kg]."""
+    mass_centre: np.ndarray
+    """Mass centre of all bodies as assembled [m], (3,), world."""
+    rows: int
+    """Scalar constraints, those of the drives included [1]."""
+    driven: int
+    """Scalar constraints of the drives [1]."""
+    freedoms: int
+    """Degrees of freedom that joints leave, the driven ones included [1]."""
+    redundant: list[str]
+    """What is held more than once, and by what."""
+    not_unique: list[str]
+    """Joints whose reactions that leaves undetermined."""
+    gap: float
+    """Largest gap of a constraint once the mechanism is put together [m or rad]."""
+    modes: list[tuple[float, float]]
+    """Natural frequencies [Hz] and damping ratios [1] about rest, slowest first."""
+    modes_missing: str
+    """Why there are none; empty if there are."""
+    step: float
+    """Step [s]."""
+
+    def lines(self) -> list[str]:
+        """The sheet as text."""
+        case = self.case
+        masses = ", ".join(f"{name} {mass:.4g}" for name, mass in self.masses.items())
+        centre = ", ".join(f"{1e3 * value:.4g}" for value in self.mass_centre)
+        shown = [
+            f"{case.title or case.name}: ok",
+            f"bodies    {len(self.masses)}, {sum(self.masses.values()):.5g} kg in all, mass centre at ({centre}) mm",
+            f"          masses in kg: {masses}",
+            f"joints    {len(case.joints)} joints, {len(case.drives)} drives, {self.rows} constraints; loops close within {self.gap:.1e}",
+            f"freedom   {self.freedoms} degree{'s' * (self.freedoms != 1)} of freedom, {self.driven} of them driven",
+        ]
+        shown += [f"redundant {text}" for text in self.redundant]
+        if self.not_unique:
+            shown.append(f"          reactions not unique: {', '.join(self.not_unique)}")
+        if self.modes:
+            stable = [f"{f:.4g} Hz ({100 * z:.2g} %)" for f, z in self.modes if z > UNSTABLE]
+            shown.append("modes     " + (", ".join(stable) or "none that swing") + " about rest, drives held")
+            if len(stable) < len(self.modes):
+                shown.append("          the rest found is unstable: the mechanism falls away from it")
+        else:
+            shown.append(f"modes     none: {self.modes_missing}")
+        steps = case.run.until / self.step
+        seconds = steps * (2.0 + ROW_MICROSECONDS * self.rows) * 1e-6
+        shown.append(f"time step {1e6 * self.step:.3g} us, {steps:.3g} steps, series every {1e6 / case.run.series_rate:.4g} us")
+        shown.append(f"forecast  about {max(seconds, 1.0):.0f} s, {self._file_size() / 1e6:.1f} MB file")
+        return shown
+
+    def _file_size(self) -> float:
+        """Expected size of the result file [bytes]."""
+        case = self.case
+        columns = 6 * len(case.joints) + 12 * len(case.bushings) + 3 * len(case.drives + case.sensors) + 10
+        return 8 * columns * case.run.until * case.run.series_rate + 1e6
+
+
+def mechanism_preflight(case: MechanismCase) -> MechanismSheet:
+    """Find out what can be known about a mechanism without running it; compiles the mechanism's kernels the first time.
+
+    Raises
+    ------
+    CaseError : every fault of the mechanism
+    StepError : its first accelerations are not finite
+    """
+    parts = mechanism_parts(case)
+    mechanism, state, scratch = assemble_case(case)
+    labels = constraint_tables(Placement(parts.bodies), parts.joints, parts.drives)[3]
+    redundant = redundancies(mechanism, state, scratch, labels)
+    masses = np.array([body.mass for body in parts.bodies])
+    centre = masses @ np.array([body.position for body in parts.bodies]) / masses.sum()
+    if start(mechanism, state, scratch) != OK:
+        raise StepError(f"{case.name}: the first accelerations must be finite, they are not. Look at masses and inertias.")
+    gap = float(np.abs(scratch.gap).max(initial=0.0))
+    found, missing = _modes(mechanism, state, scratch)
+    rank = len(mechanism.rows) - len(redundant)
+    return MechanismSheet(
+        case=case,
+        masses={body.name: body.mass for body in parts.bodies},
+        mass_centre=centre,
+        rows=len(mechanism.rows),
+        driven=len(mechanism.drives),
+        freedoms=6 * len(parts.bodies) - rank + len(mechanism.drives),
+        redundant=redundant,
+        not_unique=[joint.name for joint, record in zip(parts.joints, mechanism.joints, strict=True) if not record.reaction_unique],
+        gap=gap,
+        modes=found,
+        modes_missing=missing,
+        step=mechanism_clock(case).window,
+    )
+
+
+def _modes(mechanism, state, scratch) -> tuple[list[tuple[float, float]], str]:
+    """Modes about rest, or why there are none."""
+    try:
+        static_equilibrium(mechanism, state, scratch)
+        found = modes(mechanism, state, scratch)
+    except CaseError as error:
+        return [], f"{error.faults[0].what}"
+    except StepError:
+        return [], "no rest is found near the assembled pose"
+    listed = [(float(f), float(z)) for f, z in zip(found.frequency, found.damping_ratio, strict=True) if z < 1.0]
+    return listed, "" if listed else "nothing is free to vibrate with the drives held"

@@ -1,0 +1,27 @@
+"""A mount's hysteresis loop, measured and as its dynamic stiffness has it."""
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from nutamill.figures import MEAN, STYLE
+from nutamill.mount_test import MountProperties, MountTest
+
+
+def draw_loop(test: MountTest, found: MountProperties) -> Figure:
+    """Force over displacement: the record, and the ellipse of K' and K''; both without their means."""
+    phase = np.linspace(0.0, 2.0 * np.pi, 400)
+    moved = found.amplitude * np.cos(phase)
+    pushed = found.amplitude * (found.storage * np.cos(phase) - found.loss * np.sin(phase))
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 2.6), layout="constrained")
+        axes = figure.subplots()
+        axes.plot(
+            1e3 * (test.displacement - test.displacement.mean()), test.force - test.force.mean(), ".", color="#888888", ms=2, label="test"
+        )
+        axes.plot(1e3 * moved, pushed, color=MEAN, label=f"K' {found.storage / 1e3:.3g}, K'' {found.loss / 1e3:.3g} N/mm")
+        axes.margins(x=0.04)
+        axes.set_xlabel("displacement (mm)")
+        axes.set_ylabel("force (N)")
+        figure.legend(loc="outside lower center", ncols=2)
+    return figure

@@ -1,0 +1,261 @@
+"""Figures in the papers' form, drawn from their plans: forces and torques over speed or centrifugal number, particles, run-ups."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from scipy.spatial.transform import Rotation
+
+from nutamill.case import Case
+from nutamill.errors import ResultError
+from nutamill.figures import STYLE, draw_run
+from nutamill.papers.compare import Key, Measured
+from nutamill.papers.model import Curve, FigurePlan, Paper, same_speed
+from nutamill.papers.quantities import QUANTITIES
+from nutamill.papers.runs import COMPLETE, PlannedRun, run_name, run_state
+from nutamill.papers.table import UNIT
+from nutamill.result import Result, open_result
+
+GRAVITY = 9.81
+"""Acceleration in the centrifugal number of the papers [m/s^2]."""
+ARM_POSITIONS = (0.0, 90.0, 180.0, 270.0)
+"""Crank angles at which particles are shown [deg]."""
+MARKS = ("o", "s", "^", "D", "v")
+PUBLISHED = "#444444"
+
+
+def draw_figure(plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], measured: Mapping[Key, Measured]) -> Figure:
+    """The figure of a plan.
+
+    Raises
+    ------
+    ResultError : nothing it shows has a result yet
+    """
+    if plan.form in ("speed", "lambda"):
+        return draw_over_speed(plan, paper, runs, measured)
+    run = next(run for run in runs if run.configuration == plan.configuration and same_speed(run.speed, plan.speed))
+    if (state := run_state(run)) != COMPLETE:
+        raise ResultError(f"{run_name(run.configuration, run.speed)} is {state}")
+    with open_result(run.path) as result:
+        return draw_particles(result) if plan.form == "particles" else draw_run(result)
+
+
+def draw_over_speed(plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], measured: Mapping[Key, Measured]) -> Figure:
+    """Each panel's quantity over the speed, or over lambda = L12 w^2/g with the speed along the top; published numbers as hollow marks.
+
+    A line joins our runs of a curve's configurations; where two have the same speed, the one named last counts.  Bars are 95 %
+    intervals of the steady means, mostly smaller than the marks.
+
+    Source
+    ------
+    van Tonder, Bredell, Coetzee and Branehog, J. S. Afr. Inst. Min. Metall. 125 (2025), figures 11 to 16, equation 1; Janse van Vuuren,
+    Bredell and Coetzee, Math. Comput. Appl. 31(5), 171 (2026), figures 7, 8, 10, 12 to 14 (forms of the pictures)
+    """
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 0.75 + 1.9 * len(plan.panels)), layout="constrained")
+        drawn = 0
+        all_axes = figure.subplots(len(plan.panels), 1, sharex=True, squeeze=False)[:, 0]
+        for k, (axes, panel) in enumerate(zip(all_axes, plan.panels, strict=True)):
+            quantity = QUANTITIES[panel.quantity]
+            for number, curve in enumerate(panel.curves):
+                drawn += _draw_curve(axes, curve, panel.quantity, number, plan, paper, runs, measured)
+                _draw_published(axes, curve, panel.quantity, number, plan, paper, runs)
+            unit, _ = UNIT[quantity.kind]
+            axes.set_ylabel(f"{quantity.label} ({unit})" if len(plan.panels) == 1 else f"{'torque' if unit == 'N m' else 'force'} ({unit})")
+            if np.isfinite(axes.dataLim.y1):  # else the panel is empty
+                axes.set_ylim(min(0.0, 1.1 * axes.dataLim.y0), 1.1 * axes.dataLim.y1)
+                axes.set_xlim(0.0, 1.04 * axes.dataLim.x1)
+            if len(plan.panels) > 1:
+                axes.set_title(f"({'abcd'[k]}) {quantity.label}", loc="left")
+        if not drawn:
+            raise ResultError("none of its runs is complete")
+        if plan.form == "lambda":
+            _speed_on_top(all_axes[0], runs)
+            all_axes[-1].set_xlabel("centrifugal number $\\lambda = L_{12}\\,\\omega^2/g$")
+        else:
+            all_axes[-1].set_xlabel("speed (rpm)")
+        _legend(figure, all_axes)
+        figure.align_ylabels()
+    return figure
+
+
+def _draw_curve(
+    axes: Axes,
+    curve: Curve,
+    quantity: str,
+    number: int,
+    plan: FigurePlan,
+    paper: Paper,
+    runs: Sequence[PlannedRun],
+    measured: Mapping[Key, Measured],
+) -> int:
+    """Draw our numbers of a curve; returns how many there are."""
+    points = {}
+    for name in curve.configurations:
+        for speed in paper.configurations[name].speeds:
+            value = measured.get(Key.of(name, speed, curve.quantity or quantity))
+            if value is not None and not math.isnan(value.mean):
+                points[round(speed, 6)] = value
+    if not points:
+        return 0
+    speeds = sorted(points)
+    _, many = UNIT[QUANTITIES[quantity].kind]
+    means = [points[speed].mean * many for speed in speeds]
+    bars = np.nan_to_num([points[speed].half_width * many for speed in speeds])
+    style = {"color": _colour(number), "marker": MARKS[number], "markersize": 3.0, "capsize": 1.5, "elinewidth": 0.7}
+    if curve.quantity is not None:
+        style |= {"linestyle": (0, (3, 1.5))}
+    axes.errorbar(_abscissa(speeds, plan, runs), means, bars, label=curve.label, **style)
+    return len(points)
+
+
+def _draw_published(
+    axes: Axes, curve: Curve, quantity: str, number: int, plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun]
+) -> None:
+    """Printed numbers of a curve: experiment as a hollow mark, the authors' simulation as a cross, each at its own speed."""
+    _, many = UNIT[QUANTITIES[quantity].kind]
+    for row in paper.rows:
+        if (
+            row.against is not None
+            or row.configuration not in curve.configurations
+            or row.quantity != quantity
+            or curve.quantity is not None
+        ):
+            continue
+        if row.experiment is not None:
+            at = _abscissa([row.speed], plan, runs)
+            axes.plot(
+                at,
+                [row.experiment * many],
+                marker=MARKS[number],
+                markersize=6.0,
+                mfc="none",
+                mec=_colour(number),
+                mew=1.0,
+                linestyle="none",
+            )
+        if row.simulation is not None:
+            at = _abscissa([row.simulation_speed or row.speed], plan, runs)
+            axes.plot(at, [row.simulation * many], marker="x", markersize=5.0, mec=_colour(number), mew=1.0, linestyle="none")
+
+
+def _colour(number: int) -> str:
+    """Colour of a curve of the style; not as ``C0``, which a picture saved later would look up in another style."""
+    colours = matplotlib.rcParams["axes.prop_cycle"].by_key()["color"]
+    return colours[number % len(colours)]
+
+
+def _abscissa(speeds: Sequence[float], plan: FigurePlan, runs: Sequence[PlannedRun]) -> np.ndarray:
+    """Where speeds [rad/s] stand: in rpm, or as centrifugal numbers."""
+    speeds = np.asarray(speeds)
+    return centrifugal_number(speeds, _crank_radius(runs)) if plan.form == "lambda" else speeds * 30.0 / math.pi
+
+
+def centrifugal_number(speed: np.ndarray | float, crank_radius: float) -> np.ndarray | float:
+    """Centripetal acceleration of the crank pin over gravity [1], of speeds [rad/s] on a crank circle of that radius [m].
+
+    Source
+    ------
+    van Tonder, Bredell, Coetzee and Branehog, J. S. Afr. Inst. Min. Metall. 125 (2025), equation 1
+    """
+    return crank_radius * speed**2 / GRAVITY
+
+
+def _crank_radius(runs: Sequence[PlannedRun]) -> float:
+    return runs[0].case.mechanism.crank_radius
+
+
+def _speed_on_top(axes: Axes, runs: Sequence[PlannedRun]) -> None:
+    """A second axis along the top, in rpm."""
+    scale = centrifugal_number(math.pi / 30.0, _crank_radius(runs))
+    top = axes.secondary_xaxis("top", functions=(lambda x: np.sqrt(np.maximum(x, 0.0) / scale), lambda n: scale * n**2))
+    top.set_xticks([200, 300, 400, 500, 600, 700])
+    top.set_xlabel("speed (rpm)")
+
+
+def _legend(figure: Figure, all_axes: Sequence[Axes]) -> None:
+    """One legend below: our curves, and what hollow marks and crosses are."""
+    handles = {label: handle for axes in all_axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    marks = {
+        line.get_marker() for axes in all_axes for line in axes.lines if line.get_linestyle() == "None" and line.get_marker() != "None"
+    }
+    hollow = {"color": PUBLISHED, "linestyle": "none", "markerfacecolor": "none"}
+    if marks & {*MARKS}:
+        handles["paper, measured"] = Line2D([], [], marker="o", markersize=6.0, **hollow)
+    if "x" in marks:
+        handles["paper, simulated"] = Line2D([], [], marker="x", markersize=5.0, **hollow)
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=min(3, len(handles)))
+
+
+def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -> Figure:
+    """Side views of the charge at several crank angles [deg] of the last turns, as a camera on the chamber sees it, coloured by height.
+
+    Height is the world z over the nutation point as assembled; the chamber stands upright because the camera tilts with it.  The camera
+    looks along +y of the chamber, so that at 0 deg the crank is on the right; what is nearer hides what is behind.
+
+    Source
+    ------
+    van Tonder, Bredell, Coetzee and Branehog, J. S. Afr. Inst. Min. Metall. 125 (2025), figure 10 (form of the picture)
+
+    Raises
+    ------
+    ResultError : no snapshots of particles
+    """
+    snapshots = result.snapshots
+    if not len(snapshots) or "chamber_floor" not in snapshots[0]:
+        raise ResultError(f"{result.path}: must hold snapshots of particles, it holds none. Run it with run.snapshots.")
+    angles = np.degrees(np.interp(snapshots.time, result.series["time"].values, result.series["crank_angle"].values))
+    chamber = Case.from_toml(result.case_text).chamber
+    views = [_view(snapshots, angles, position) for position in positions]
+    low, high = 1e3 * min(view[:, 3].min() for view in views), 1e3 * max(view[:, 3].max() for view in views)
+    top = min(chamber.height, 1.15 * max(view[:, 2].max() for view in views))
+    with matplotlib.rc_context(fname=STYLE):
+        columns = 2
+        lines = -(-len(positions) // columns)
+        figure = Figure(figsize=(3.386, 0.7 + lines * (0.35 + 1.25 * top / chamber.inner_diameter)), layout="constrained")
+        all_axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
+        radius = 1e3 * chamber.inner_diameter / 2
+        for axes, view, position in zip(all_axes.flat, views, positions, strict=False):
+            axes.set_aspect("equal")
+            axes.set_xlim(-1.08 * radius, 1.08 * radius)
+            axes.set_ylim(-3.0, 1e3 * top)
+            axes.plot([-radius, -radius, radius, radius], [1e3 * top, 0.0, 0.0, 1e3 * top], color=PUBLISHED, linewidth=0.8)
+            axes.grid(False)
+            axes.set_title(f"arm at {position:.0f}°", loc="left")
+            shown = _balls(axes, view, low, high)
+        for axes in all_axes[:, 0]:
+            axes.set_ylabel("over the floor (mm)")
+        for axes in all_axes[-1]:
+            axes.set_xlabel("across (mm)")
+        figure.colorbar(shown, ax=all_axes, location="bottom", shrink=0.8, aspect=30, label="height from the nutation point (mm)")
+    return figure
+
+
+def _balls(axes: Axes, view: np.ndarray, low: float, high: float) -> EllipseCollection:
+    """Draw the particles of a `_view` in their true size, coloured by height between `low` and `high` [mm]."""
+    across = 2e3 * view[:, 4]
+    balls = EllipseCollection(
+        across, across, np.zeros(len(view)), units="x", offsets=1e3 * view[:, [0, 2]], offset_transform=axes.transData
+    )
+    balls.set(array=1e3 * view[:, 3], cmap="viridis", clim=(low, high), linewidth=0.15, edgecolor="white", rasterized=True)
+    return axes.add_collection(balls)
+
+
+def _view(snapshots, angles: np.ndarray, position: float) -> np.ndarray:
+    """Particles (n, 5) of the last snapshot nearest to a crank angle [deg]; those far from the camera first.
+
+    Columns are x, y, z in chamber axes from the middle of the floor, world z from the nutation point, and radius [m].
+    """
+    off = np.abs((angles - position + 180.0) % 360.0 - 180.0)
+    nearest = len(off) - 1 - int(np.argmin(off[::-1]))
+    snapshot = snapshots[nearest]
+    rotation = Rotation.from_quat(np.roll(snapshot["chamber_attitude"], -1)).as_matrix()  # scipy puts the scalar last
+    places = np.asarray(snapshot["positions"], float)
+    inside = (places - snapshot["chamber_floor"]) @ rotation
+    view = np.column_stack([inside, places[:, 2], snapshot["radii"]])
+    return view[np.argsort(-view[:, 1])]

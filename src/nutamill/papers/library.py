@@ -1,0 +1,45 @@
+"""Read a paper's file: one of the two in the package, or one of the same form."""
+
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from nutamill.case.layers import Layer
+from nutamill.case.library import similar
+from nutamill.case.wording import worded
+from nutamill.errors import CaseError, Fault
+from nutamill.papers.model import Paper
+from nutamill.tables import FROM_FILE
+
+FOLDER = Path(__file__).parent
+
+
+def paper_names() -> list[str]:
+    """Names of the papers in the package."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+
+
+def read_paper(name: str | Path) -> Paper:
+    """A paper of the package, or one described by a TOML file of the same form.
+
+    Raises
+    ------
+    CaseError : no such paper, or every fault of its file with line and key
+    """
+    path = FOLDER / f"{name}.toml" if name in paper_names() else Path(name)
+    if path.suffix != ".toml" or not path.is_file():
+        raise CaseError(Fault(str(name), "no paper and no file has this name", similar(str(name), paper_names())))
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise CaseError(Fault(str(name), f"cannot be read as text: {error}")) from None
+    return parse_paper(text, path.name)
+
+
+def parse_paper(text: str, shown: str) -> Paper:
+    """The paper that TOML text describes; `shown` is what messages call it.  Raises CaseError as `read_paper` does."""
+    layer = Layer.of_text(text, shown)
+    try:
+        return Paper.model_validate(layer.content, context={FROM_FILE: True})
+    except ValidationError as error:
+        raise CaseError(*worded(error, Paper, layer.content, layer.places)) from None

@@ -1,0 +1,268 @@
+"""What is compared: each quantity of the papers by name, and the function that takes it from a result."""
+
+import itertools
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.analysis import power_split, ramp_end, steady_window
+from nutamill.case import Case
+from nutamill.charge_flow import crest, surface_heights, window
+from nutamill.errors import ResultError
+from nutamill.quantities import Value
+from nutamill.result import Result
+from nutamill.steady import FEWEST_TURNS, steady_mean, turn_means, turn_swings, whole_turns
+from nutamill.units import Kind
+
+MODES = "natural_frequency"
+"""The one quantity that comes from the modes of the machine and not from a run."""
+
+
+class Observable(NamedTuple):
+    """One thing that can be compared."""
+
+    label: str
+    """A few words, for tables and axes."""
+    kind: Kind | None
+    """Kind of its unit; None for a plain number."""
+    measure: Callable[[Result, float], Value] | None
+    """Takes it from a result, averaged over the last seconds given; None if it comes from the modes."""
+
+
+class PinForce(NamedTuple):
+    """Force of the crank in the turning axes of the driveshaft, over time [N] (n,)."""
+
+    radial: np.ndarray
+    """Towards the driveshaft's axis."""
+    tangential: np.ndarray
+    """In the direction of rotation."""
+
+
+def charge_at_pin(result: Result) -> PinForce:
+    """Force with which the crank balances the charge's wrench on a chamber without mass.
+
+    The universal joint carries a force at the nutation point and the torsion about the chamber's axis, the crank pin a force across that
+    axis.  With the chamber's axis `a` from the nutation point to the pin, at distances L01 down and L12 out, and the charge's moment M
+    about the nutation point, moments across the axis give ``F_r = -M_t/L01`` and ``F_t = -(L01 M_r + L12 M_z)/(L01^2 + L12^2)``.  The
+    second makes ``L12 F_t`` the torque that the charge asks of the driveshaft.
+
+    Axes are those of a frame at rest: on soft mounts its rocking of some milliradians is left out.
+
+    Raises
+    ------
+    ResultError : the run had no charge
+
+    Source
+    ------
+    van Tonder, Bredell, Coetzee and Branehog, J. S. Afr. Inst. Min. Metall. 125, 2025, figure 8 (free body of the chamber)
+    """
+    series = result.series
+    if "charge_moment_x" not in series:
+        raise ResultError(f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge.")
+    drawn = Case.from_toml(result.case_text).mechanism
+    down, out = drawn.nutation_point_to_crank, drawn.crank_radius
+    x, y, z = (series[f"charge_moment_{axis}"].values for axis in "xyz")
+    angle = series["crank_angle"].values
+    outward, along = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
+    return PinForce(-along / down, -(down * outward + out * z) / (down**2 + out**2))
+
+
+def superposed(result: Result) -> PinForce:
+    """Load-cell force of the mill without the charge's answer, gravity's share off, plus the charge's force at the pin.
+
+    Of a run with a prescribed motion: the mechanism then moves as if it were empty, and the charge is moved by it.
+
+    Raises
+    ------
+    ResultError : the charge acted on the mechanism
+    """
+    _of_prescribed(result)
+    series, charge = result.series, charge_at_pin(result)
+    radial, tangential = (series[f"crank_pin_force_{part}_tared"].values for part in ("radial", "tangential"))
+    return PinForce(radial + charge.radial, tangential + charge.tangential)
+
+
+def _of_prescribed(result: Result) -> None:
+    if Case.from_toml(result.case_text).run.coupling != "prescribed":
+        raise ResultError(f'{result.path}: must be a run with run.coupling = "prescribed" to be superposed, its charge acted on the mill.')
+
+
+def steady_value(result: Result, value: np.ndarray, last: float, swing: bool = False) -> Value:
+    """Steady mean, with its 95 % interval, of something made from the series, (n,) at their times; and its plain mean in a window.
+
+    The mean is that of `nutamill.steady.steady_mean` over the whole turns at the last speed, the window the last `last` seconds of them.
+
+    Parameters
+    ----------
+    swing : take half of largest less smallest of each turn, in place of its mean
+
+    Raises
+    ------
+    ResultError : the run has not made one turn at its last speed
+    """
+    time, angle = result.series["time"].values, result.series["crank_angle"].values
+    inside = time >= ramp_end(result)
+    time, value, turns = time[inside], value[inside], whole_turns(time[inside], angle[inside])
+    if len(turns) < 2:
+        raise ResultError(f"{result.path}: must hold a whole turn at its last speed, it holds none. Continue it with `nutamill resume`.")
+    each = (turn_swings if swing else turn_means)(time, value, turns)
+    window = float(value[time >= time[-1] - last].mean()) if not swing else float(each[turns[:-1] >= turns[-1] - last - 1e-9].mean())
+    if len(each) < FEWEST_TURNS:
+        return Value(float(each.mean()), math.nan, window, len(each), False)
+    found = steady_mean(each)
+    return Value(found.mean, found.half_width, window, found.turns, found.steady)
+
+
+def _single(value: float) -> Value:
+    """A number that has no mean and no interval."""
+    return Value(value, math.nan, value, 1, True)
+
+
+def _series(name: str) -> Callable[[Result, float], Value]:
+    """Steady mean of a recorded series."""
+
+    def measure(result: Result, last: float) -> Value:
+        if name not in result.series:
+            raise ResultError(f"{result.path}: must hold the series {name}, it does not.")
+        return steady_value(result, result.series[name].values, last)
+
+    return measure
+
+
+def _part(force: Callable[[Result], PinForce], part: str) -> Callable[[Result, float], Value]:
+    """Steady mean of the radial or tangential part of a force, or of its magnitude."""
+
+    def measure(result: Result, last: float) -> Value:
+        radial, tangential = force(result)
+        value = {"radial": radial, "tangential": tangential, "resultant": np.hypot(radial, tangential)}[part]
+        return steady_value(result, value, last)
+
+    return measure
+
+
+def _charge_lag(result: Result, last: float) -> Value:
+    """Angle by which the charge's force on the pin is behind the radial direction [rad], from the means of its two parts."""
+    radial, tangential = (steady_value(result, part, last) for part in charge_at_pin(result))
+    square = radial.mean**2 + tangential.mean**2
+    half_width = math.hypot(radial.mean * tangential.half_width, tangential.mean * radial.half_width) / square
+    window = math.atan2(tangential.window, radial.window)
+    steady = radial.steady and tangential.steady
+    return Value(math.atan2(tangential.mean, radial.mean), half_width, window, min(radial.turns, tangential.turns), steady)
+
+
+def _crank_radius(result: Result) -> float:
+    return Case.from_toml(result.case_text).mechanism.crank_radius
+
+
+def _charge_torque(result: Result, last: float) -> Value:
+    """Torque that the charge's wrench asks of the driveshaft [N m]."""
+    return steady_value(result, _crank_radius(result) * charge_at_pin(result).tangential, last)
+
+
+def _superposed_torque(result: Result, last: float) -> Value:
+    """Torque of the mill without the charge's answer plus that of the charge [N m]."""
+    _of_prescribed(result)
+    torque = result.series["driveshaft_torque"].values + _crank_radius(result) * charge_at_pin(result).tangential
+    return steady_value(result, torque, last)
+
+
+def _unbalance(result: Result, last: float) -> Value:
+    """Radial force over the square of the speed [kg m]."""
+    force = _series("crank_pin_force_radial_tared")(result, last)
+    square = float(result.series["driveshaft_speed"].values[-1]) ** 2
+    return force._replace(mean=force.mean / square, half_width=force.half_width / square, window=force.window / square)
+
+
+def _sensor(result: Result, axis: str) -> np.ndarray:
+    """Acceleration of the first sensor along an axis of its body [m/s^2]."""
+    name = next((name for name in map(str, result.series.data_vars) if name.endswith(f"_acceleration_{axis}")), None)
+    if name is None:
+        raise ResultError(f"{result.path}: must hold the acceleration of a sensor, it holds none. Give the case a [sensors] table.")
+    return result.series[name].values
+
+
+def _amplitude(axis: str) -> Callable[[Result, float], Value]:
+    """Half the range of the first sensor's acceleration within a turn, mean over the steady turns [m/s^2]."""
+
+    def measure(result: Result, last: float) -> Value:
+        return steady_value(result, _sensor(result, axis), last, swing=True)
+
+    return measure
+
+
+def _resonance_time(result: Result, last: float) -> Value:
+    """Time on the ramp at which the frame sways most over a turn [s]: largest standard deviation of a mount's horizontal travel.
+
+    `last` has no part in it: what is sought lies before the steady running.
+    """
+    series, end = result.series, ramp_end(result)
+    if "mount_1_travel_x" not in series:
+        raise ResultError(f"{result.path}: must be on soft mounts to pass a resonance, its mounts are rigid.")
+    time, angle = series["time"].values, series["crank_angle"].values
+    cuts = np.flatnonzero(np.diff(np.floor(angle[time <= end] / math.tau)))
+    if len(cuts) < 2:
+        raise ResultError(f"{result.path}: must hold two turns of a ramp, it begins at speed. Run it with drive.ramp.")
+    travel = series["mount_1_travel_x"].values
+    sway = np.array([travel[first:stop].std() for first, stop in itertools.pairwise(cuts)])
+    most = int(np.argmax(sway))
+    middle, half = 0.5 * (time[cuts[most]] + time[cuts[most + 1]]), 0.5 * (time[cuts[most + 1]] - time[cuts[most]])
+    return Value(float(middle), float(half), float(middle), 1, True)
+
+
+def _crest_of(part: str) -> Callable[[Result, float], Value]:
+    """Height [m] or phase lag [rad] of the crest of the charge's mean surface, from the statistics of the last seconds."""
+
+    def measure(result: Result, last: float) -> Value:
+        done = window(result, last)
+        value = getattr(crest(surface_heights(done), done["azimuth"].values), part)
+        return _single(value)
+
+    return measure
+
+
+def _ledger_gap(result: Result, last: float) -> Value:
+    """Share of the motor's power that the power ledger leaves open over the steady turns [1]."""
+    power = power_split(result, last)
+    return _single(power.residual / power.motor)
+
+
+def _momentum_gap(result: Result, last: float) -> Value:
+    """Momentum that the balance of the charge leaves open, over what its weight and the chamber gave it in the steady turns [1]."""
+    series = result.series
+    if "interface_impulse_defect" not in series:
+        raise ResultError(f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge.")
+    turns = steady_window(result, last, names=["time"]).turns
+    time = series["time"].values
+    force = np.sqrt(sum(series[f"charge_force_{axis}"].values ** 2 for axis in "xyz"))
+    given = steady_value(result, force, last).mean * (turns[-1] - turns[0])
+    first, end = np.interp(turns[[0, -1]], time, series["interface_impulse_defect"].values)
+    return _single(float((end - first) / given))
+
+
+QUANTITIES: dict[str, Observable] = {
+    "force": Observable("crank-pin force", Kind.FORCE, _series("crank_pin_force_resultant_tared")),
+    "force_raw": Observable("crank-pin force with gravity", Kind.FORCE, _series("crank_pin_force_resultant")),
+    "radial": Observable("radial crank-pin force", Kind.FORCE, _series("crank_pin_force_radial_tared")),
+    "radial_raw": Observable("radial crank-pin force with gravity", Kind.FORCE, _series("crank_pin_force_radial")),
+    "tangential": Observable("tangential crank-pin force", Kind.FORCE, _series("crank_pin_force_tangential_tared")),
+    "torque": Observable("driveshaft torque", Kind.TORQUE, _series("driveshaft_torque")),
+    "unbalance": Observable("radial force over speed squared", Kind.UNBALANCE, _unbalance),
+    "charge_radial": Observable("radial crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "radial")),
+    "charge_tangential": Observable("tangential crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "tangential")),
+    "charge_resultant": Observable("crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "resultant")),
+    "charge_torque": Observable("driveshaft torque of the charge", Kind.TORQUE, _charge_torque),
+    "charge_lag": Observable("lag of the charge's force", Kind.ANGLE, _charge_lag),
+    "superposed_force": Observable("crank-pin force, empty plus charge", Kind.FORCE, _part(superposed, "resultant")),
+    "superposed_torque": Observable("driveshaft torque, empty plus charge", Kind.TORQUE, _superposed_torque),
+    "crest_height": Observable("crest height of the charge", Kind.LENGTH, _crest_of("height")),
+    "crest_lag": Observable("phase lag of the crest", Kind.ANGLE, _crest_of("phase_lag")),
+    MODES: Observable("lowest natural frequency", Kind.FREQUENCY, None),
+    "resonance_time": Observable("time of the largest sway on the ramp", Kind.TIME, _resonance_time),
+    "acceleration_horizontal": Observable("horizontal frame acceleration", Kind.ACCELERATION, _amplitude("x")),
+    "acceleration_vertical": Observable("vertical frame acceleration", Kind.ACCELERATION, _amplitude("z")),
+    "ledger_gap": Observable("power the ledger leaves open", None, _ledger_gap),
+    "momentum_gap": Observable("momentum the charge's balance leaves open", None, _momentum_gap),
+}
+"""Every quantity a row may name."""

@@ -1,0 +1,167 @@
+"""Which cases a paper needs, in which file each has its result, and how far that is."""
+
+import json
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from nutamill.case import Case, load_case
+from nutamill.case.library import similar
+from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.papers.model import Paper, Row, same_speed
+from nutamill.papers.quantities import MODES
+from nutamill.result import open_result
+from nutamill.wholefile import write_whole
+
+MISSING, COMPLETE = "missing", "complete"
+"""States of a result file beside those that the file itself tells (`nutamill.result.Result.state`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedRun:
+    """One case of a paper."""
+
+    configuration: str
+    """Its set-up."""
+    speed: float
+    """Steady speed [rad/s]."""
+    seed: int
+    """Seed of the charge's placement."""
+    quick: bool
+    """Whether it is one of the few that decide."""
+    case: Case
+    """What is run."""
+    folder: Path
+    """Where its files are."""
+    average: float
+    """Length of the averaging window at its end [s]."""
+
+    @property
+    def name(self) -> str:
+        """Short name, for ``--only`` and file names (`run_name`)."""
+        return self.case.name
+
+    @property
+    def path(self) -> Path:
+        """Its result file, named as a campaign names it: by the content of the case, so that no result of another is taken for it."""
+        return self.folder / f"{self.case.name}-{self.case.digest[:12]}.h5"
+
+    @property
+    def modes_path(self) -> Path:
+        """File of the natural frequencies of its machine."""
+        return self.path.with_suffix(".modes.json")
+
+
+def run_name(configuration: str, speed: float, seed: int = 1) -> str:
+    """Name of a configuration at a speed [rad/s]: ``pellets-723rpm``, and ``pellets-723rpm-seed2`` where the seed is not 1."""
+    return f"{configuration}-{speed * 30.0 / math.pi:.6g}rpm" + (f"-seed{seed}" if seed != 1 else "")
+
+
+def planned_runs(paper: Paper, folder: str | Path) -> list[PlannedRun]:
+    """Every run a paper needs, each distinct case once, in the order of its file.
+
+    Parameters
+    ----------
+    folder : where the result files are, or will be
+
+    Raises
+    ------
+    CaseError : a configuration whose changes make no sound case
+    """
+    runs, faults = [], []
+    for name, configuration in paper.configurations.items():
+        for speed in dict.fromkeys(configuration.speeds):
+            for seed in configuration.seeds_at(speed):
+                try:
+                    case = _case(paper, name, speed, seed)
+                except CaseError as error:
+                    faults += [Fault(f"configurations.{name}: {fault.where}", fault.what, fault.hint) for fault in error.faults]
+                    continue
+                quick = any(same_speed(speed, own) for own in configuration.quick) and seed == configuration.seeds[0]
+                runs.append(PlannedRun(name, speed, seed, quick, case, Path(folder), configuration.average))
+    if faults:
+        raise CaseError(*dict.fromkeys(faults))
+    return runs
+
+
+def _case(paper: Paper, name: str, speed: float, seed: int) -> Case:
+    """The case of a configuration at a speed [rad/s]: its ramp, then `hold` at that speed."""
+    configuration = paper.configurations[name]
+    case = load_case(configuration.base, configuration.set)
+    title = f"{paper.short}: {configuration.title}, {speed * 30.0 / math.pi:.6g} rpm"
+    case = case.with_(drive__speed=speed, run__seed=seed, run__threads=1, title=title)  # one core each, many at once
+    case = case.with_("run.until", case.drive.ramp_end + configuration.hold)
+    return Case.from_toml(case.to_toml(), run_name(name, speed, seed))
+
+
+def chosen(paper: Paper, runs: Sequence[PlannedRun], only: Iterable[str], quick: bool) -> tuple[list[Row], list[PlannedRun]]:
+    """Rows and runs that are asked for.
+
+    Parameters
+    ----------
+    only : names of rows, configurations or runs; all if empty
+    quick : the few decisive runs only; the rows stay
+
+    Raises
+    ------
+    CaseError : a name that is none of them
+    """
+    asked = list(only)
+    known = [*(row.id for row in paper.rows), *paper.configurations, *dict.fromkeys(run.name for run in runs)]
+    if unknown := [name for name in asked if name not in known]:
+        raise CaseError(
+            *(Fault(f"--only {name}", "must name a row, a configuration or a run", similar(name, known, cutoff=0.6)) for name in unknown)
+        )
+    rows = [row for row in paper.rows if not asked or row.id in asked or _names_of(row) & set(asked)]
+    wanted = {(name, round(speed, 6)) for row in rows if row.id in asked for name, speed, _ in row.needs}
+    taken = [
+        run for run in runs if not asked or {run.name, run.configuration} & set(asked) or (run.configuration, round(run.speed, 6)) in wanted
+    ]
+    return rows, [run for run in taken if run.quick] if quick else taken
+
+
+def _names_of(row: Row) -> set[str]:
+    """Configurations and runs that a row is made of."""
+    return {name for configuration, speed, _ in row.needs for name in (configuration, run_name(configuration, speed))}
+
+
+def wants_modes(rows: Iterable[Row], run: PlannedRun) -> bool:
+    """Whether one of the rows asks for the natural frequencies of a run's machine."""
+    needs = [(name, round(speed, 6)) for row in rows if row.quantity == MODES for name, speed, _ in row.needs]
+    return (run.configuration, round(run.speed, 6)) in needs
+
+
+def run_state(run: PlannedRun) -> str:
+    """``missing``, or what the result file says: ``complete``, ``running`` (perhaps killed), ``interrupted``, ``failed: ...``.
+
+    A file that cannot be read is ``failed`` with the reason.
+    """
+    if not run.path.exists():
+        return MISSING
+    try:
+        with open_result(run.path) as result:
+            return result.state
+    except ResultError as error:
+        return f"failed: {error}"
+
+
+def write_modes(run: PlannedRun, frequencies: Sequence[float], damping: Sequence[float]) -> None:
+    """Keep natural frequencies [Hz] and damping ratios of a run's machine, slowest first."""
+    text = json.dumps({"frequency_Hz": list(frequencies), "damping_ratio": list(damping)}, indent=1)
+    write_whole(run.modes_path, text + "\n")
+
+
+def read_modes(run: PlannedRun) -> list[float] | None:
+    """Natural frequencies [Hz] of a run's machine, slowest first; None if they have not been found yet.
+
+    Raises
+    ------
+    ResultError : a file that is none of them
+    """
+    if not run.modes_path.exists():
+        return None
+    try:
+        return [float(value) for value in json.loads(run.modes_path.read_text(encoding="utf-8"))["frequency_Hz"]]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ResultError(f"{run.modes_path}: must hold natural frequencies, it does not ({error}). Delete it and repeat.") from None

@@ -1,0 +1,238 @@
+"""The comparison as a table: on a terminal, as Markdown, CSV and JSON."""
+
+import csv
+import io
+import json
+import math
+import sys
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from nutamill import __version__
+from nutamill.papers.compare import Finding
+from nutamill.papers.model import Paper, Row, same_speed
+from nutamill.papers.quantities import QUANTITIES
+from nutamill.units import Kind
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+WIDTH = 160
+"""Columns of the printed table where no terminal says how many there are [1]."""
+
+TINY = 1e-3
+"""Size below which a plain number is shown by its order [1]."""
+
+HEADINGS = ("quantity", "experiment", "paper's simulation", "its error", "nutamill", "error", "target", "")
+"""Columns of the printed and the Markdown table."""
+
+UNIT: dict[Kind | None, tuple[str, float]] = {
+    Kind.FORCE: ("N", 1.0),
+    Kind.TORQUE: ("N m", 1.0),
+    Kind.FREQUENCY: ("Hz", 1.0),
+    Kind.TIME: ("s", 1.0),
+    Kind.ANGLE: ("deg", 180.0 / math.pi),
+    Kind.LENGTH: ("mm", 1e3),
+    Kind.ACCELERATION: ("m/s^2", 1.0),
+    Kind.UNBALANCE: ("kg m", 1.0),
+    None: ("", 1.0),
+}
+"""How numbers are shown, by kind: unit, and how many of it are one of the SI unit."""
+
+
+def title_of(row: Row, paper: Paper) -> str:
+    """What a row compares, in words."""
+    at = f"{_rpm(row.speed)} rpm"
+    own = paper.configurations[row.configuration].title
+    text = f"{QUANTITIES[row.quantity].label}, {own}, {at}"
+    if row.against is not None:
+        other, speed, _ = row.needs[1]
+        words = {"difference": "less", "change": "change from", "ratio": "over"}[row.against.how]
+        text += f", {words} {paper.configurations[other].title}" + ("" if same_speed(speed, row.speed) else f" at {_rpm(speed)} rpm")
+    return text
+
+
+def shown(value: float | None, row: Row, digits: int = 4) -> str:
+    """A value of a row with its unit; a dash if there is none."""
+    if value is None or math.isnan(value):
+        return "–"
+    if row.kind is None and row.against is not None and row.against.how == "change":
+        return f"{100.0 * value:+.1f} %"
+    unit, many = UNIT[row.kind]
+    return f"{value * many:.{digits}g} {unit}".rstrip()
+
+
+def with_uncertainty(finding: Finding) -> str:
+    """Ours with its interval, and the scatter over seeds where there are several: ``935 ± 4 N (3 seeds, s = 6)``."""
+    row = finding.row
+    if math.isnan(finding.value):
+        return "not run" if finding.trouble.startswith("not run") else "no result"
+    change = row.kind is None and row.against is not None and row.against.how == "change"
+    if row.kind is None and not change and abs(finding.value) < TINY:
+        return f"{finding.value:.1g}"
+    unit, many = ("%", 100.0) if change else UNIT[row.kind]
+    known = finding.half_width > 1e-6 * abs(finding.value)
+    size = finding.half_width * many if known else 0.0
+    four = 1 if change else max(0, 3 - math.floor(math.log10(abs(finding.value * many) or 1.0)))
+    digits = min(four, max(0, 1 - math.floor(math.log10(size)))) if size else four
+    sign = "+" if change else ""
+    text = f"{finding.value * many:{sign}.{digits}f}" + (f" ± {size:.{digits}f}" if size >= 0.5 * 10.0**-digits else "")
+    seeds = f" ({finding.runs} seeds, s = {finding.scatter * many:.2g})" if not math.isnan(finding.scatter) else ""
+    return f"{text} {unit}".rstrip() + seeds
+
+
+def error_text(error: float, finding: Finding) -> str:
+    """How far a value is off, as a share or in the row's unit."""
+    if math.isnan(error):
+        return ""
+    if not finding.points:
+        return f"{100.0 * error:+.0f} %" if abs(error) >= 0.095 else f"{100.0 * error:+.1f} %"
+    if finding.row.kind is None:
+        return f"{100.0 * error:+.1f} points"
+    unit, many = UNIT[finding.row.kind]
+    return f"{error * many:+.2g} {unit}"
+
+
+def target_text(row: Row) -> str:
+    """The target of a row; empty if it has none."""
+    texts = ["sign"] if row.same_sign else []
+    if row.relative is not None:
+        texts.append(f"{100.0 * row.relative:g} %")
+    if row.absolute is not None:
+        unit, many = ("points", 100.0) if row.kind is None else UNIT[row.kind]
+        texts.append(f"{row.absolute * many:.3g} {unit}")
+    return ", ".join(texts)
+
+
+def verdict(finding: Finding) -> str:
+    """``within`` or ``missed`` the target, whether the row was calibrated on or predicted, and if a run behind it is not steady."""
+    words = [] if finding.within is None else ["within" if finding.within else "missed"]
+    if finding.row.reference not in (None, 0.0):
+        words.append("calibrated" if finding.row.calibrated else "predicted")
+    if not finding.steady and not math.isnan(finding.value):
+        words.append("not steady")
+    return ", ".join(words)
+
+
+def cells(finding: Finding, paper: Paper) -> list[str]:
+    """One row of the printed table, under `HEADINGS`."""
+    row = finding.row
+    simulated = shown(row.simulation, row)
+    if row.simulation_speed is not None:
+        simulated += f" at {_rpm(row.simulation_speed)} rpm"
+    return [
+        title_of(row, paper),
+        shown(row.experiment, row),
+        simulated,
+        error_text(finding.simulation_error, finding),
+        with_uncertainty(finding),
+        error_text(finding.error, finding),
+        target_text(row),
+        verdict(finding),
+    ]
+
+
+def markdown(findings: Iterable[Finding], paper: Paper) -> str:
+    """The table in Markdown."""
+    lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "---|" * len(HEADINGS)]
+    lines += ["| " + " | ".join(cells(finding, paper)) + " |" for finding in findings]
+    return "\n".join(lines) + "\n"
+
+
+def csv_text(findings: Iterable[Finding], paper: Paper) -> str:
+    """The table as CSV: one row each, numbers in SI."""
+    records = [record(finding, paper) for finding in findings]
+    out = io.StringIO()
+    writer = csv.DictWriter(out, records[0] if records else ["row"], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({key: "" if value is None else value for key, value in one.items()} for one in records)
+    return out.getvalue()
+
+
+def json_text(findings: Iterable[Finding], paper: Paper) -> str:
+    """The table as JSON: source, version that made it, and one object per row, numbers in SI."""
+    content = {"paper": paper.citation, "nutamill": __version__, "rows": [record(finding, paper) for finding in findings]}
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+
+
+def record(finding: Finding, paper: Paper) -> dict[str, Any]:
+    """Everything about a row under plain names; numbers in SI, None where there is none."""
+    row = finding.row
+    numbers = {
+        "experiment": row.experiment,
+        "simulation": row.simulation,
+        "simulation_error": finding.simulation_error,
+        "nutamill": finding.value,
+        "half_width_95": finding.half_width,
+        "scatter_over_seeds": finding.scatter,
+        "nutamill_plain_window": finding.window_value,
+        "error": finding.error,
+    }
+    return {
+        "row": row.id,
+        "quantity": title_of(row, paper),
+        "unit": str(UNIT_SI[row.kind]),
+        "speed_rpm": float(_rpm(row.speed)),
+        "simulation_speed_rpm": None if row.simulation_speed is None else float(_rpm(row.simulation_speed)),
+        **{name: None if value is None or math.isnan(value) else value for name, value in numbers.items()},
+        "errors_are": "differences" if finding.points else "shares",
+        "seeds": finding.runs,
+        "target": target_text(row),
+        "within": finding.within,
+        "steady": finding.steady,
+        "calibrated": row.calibrated,
+        "source": row.source,
+        "derived": row.derived,
+        "note": row.note,
+        "trouble": finding.trouble,
+    }
+
+
+UNIT_SI = {kind: {"deg": "rad", "mm": "m", "": "1"}.get(unit, unit) for kind, (unit, _) in UNIT.items()}
+"""SI unit of each kind that rows have."""
+
+
+def rich_table(findings: Sequence[Finding], paper: Paper) -> "Table":
+    """The table for a terminal."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, title=paper.short, title_justify="left", pad_edge=False)
+    for heading in HEADINGS:
+        table.add_column(heading, justify="left" if heading in ("quantity", "") else "right", overflow="fold")
+    styles = {True: "green", False: "red", None: ""}
+    for finding in findings:
+        table.add_row(*cells(finding, paper), style=styles[finding.within])
+    return table
+
+
+def print_table(findings: Sequence[Finding], paper: Paper) -> None:
+    """Print the table, what is missing with the command that makes it, and the tally."""
+    from rich.console import Console
+
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console.print(rich_table(findings, paper))
+    for line in (*trouble_lines(findings), tally(findings)):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+def trouble_lines(findings: Iterable[Finding]) -> list[str]:
+    """What has no number yet and what makes it, each said once."""
+    return list(dict.fromkeys(part for finding in findings if finding.trouble for part in finding.trouble.split("; ")))
+
+
+def tally(findings: Sequence[Finding]) -> str:
+    """One line: how many rows have a number, meet their target, and how we compare with the authors' simulation."""
+    judged = [finding for finding in findings if finding.within is not None]
+    ours = [finding for finding in findings if not math.isnan(finding.error + finding.simulation_error)]
+    better = sum(abs(finding.error) < abs(finding.simulation_error) for finding in ours)
+    present = sum(not math.isnan(finding.value) for finding in findings)
+    met = sum(bool(finding.within) for finding in judged)
+    return (
+        f"{present} of {len(findings)} rows have a result; {met} of {len(judged)} with a target meet it;"
+        f" {better} of {len(ours)} are nearer to the experiment than the paper's simulation"
+    )
+
+
+def _rpm(speed: float) -> str:
+    return f"{speed * 30.0 / math.pi:.6g}"

@@ -1,0 +1,131 @@
+"""When a run keeps what, and when it ends: counted in rows of the record, never in floating-point time."""
+
+import math
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from nutamill.case import Case, MechanismCase
+from nutamill.fields import series_field
+from nutamill.steady import FEWEST_TURNS, SteadyMean, steady_mean, turn_means, whole_turns
+
+WATCHED = ("crank_pin_force_resultant", "driveshaft_torque")
+"""Series that must be steady for a run that ends when it is."""
+COLUMNS = ("time", "crank_angle", *WATCHED)
+"""Series from which that is decided."""
+LEVER_SHARE = 1e-3
+"""Share of crank-pin force times crank radius below which a torque is as good as none [1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordPlan:
+    """When what is kept, counted in rows of the record."""
+
+    rows: int
+    """Rows to the end of the run [1]."""
+    rows_per_checkpoint: int
+    """Rows between two checkpoints [1]."""
+    snapshots: range
+    """Rows with a snapshot."""
+
+    @classmethod
+    def of(cls, case: Case | MechanismCase, rows: int) -> Self:
+        """Plan of a case that ends with row `rows`."""
+        rate, kept = case.run.series_rate, case.run.snapshots
+        stride = max(1, round(rate / kept.rate))
+        first = -(-max(0, rows - round(kept.last * rate)) // stride) * stride
+        return cls(rows, max(1, round(case.run.checkpoint * rate)), range(first, rows + 1, stride))
+
+    def next_stop(self, row: int) -> int:
+        """The next row after `row` at which something beside the series is kept."""
+        stops = [self.rows, (row // self.rows_per_checkpoint + 1) * self.rows_per_checkpoint]
+        stops += [stop for stop in self.snapshots if stop > row][:1]
+        return min(stops)
+
+
+class Ending:
+    """Decides with which row a run ends: a fixed one, or some time after it has become steady.
+
+    Steadiness is looked for at checkpoints, in the whole-turn means of `WATCHED` since the end of the ramp.  When it is found, the
+    run goes on for as long as snapshots are kept, and ends.  The decision depends on the record alone, so that a run that
+    stops and goes on ends where the run that never stopped does.
+
+    Parameters
+    ----------
+    case : what is asked
+    until : simulated time at which the run ends at the latest [s]
+    """
+
+    def __init__(self, case: Case | MechanismCase, until: float):
+        self._case = case
+        self._columns: list[np.ndarray] = []
+        self._wanted = case.run.until == "steady"
+        self._means: dict[str, SteadyMean] = {}
+        self._known: dict[str, float] = {}
+        self.found = False
+        self.plan = RecordPlan.of(case, round(until * case.run.series_rate))
+
+    def fixed(self) -> Self:
+        """This ending without a look at steadiness."""
+        self._wanted = False
+        return self
+
+    def replay(self, columns: np.ndarray) -> None:
+        """Take the record of a run that is to go on, (n_rows, n_columns) with columns as in `COLUMNS`, as if it had just been made."""
+        last = len(columns) - 1
+        tested = [
+            *range(self.plan.rows_per_checkpoint, last + 1, self.plan.rows_per_checkpoint),
+            *([last] if last == self.plan.rows else []),
+        ]
+        begin = 0
+        for row in tested:
+            self._columns.append(columns[begin : row + 1])
+            begin = row + 1
+            self.look(row)
+        self._columns.append(columns[begin:])
+
+    def recorded(self, names: tuple[str, ...], series: np.ndarray) -> None:
+        """Take `series` (n, n_names), which has just been recorded."""
+        if self._wanted:
+            self._columns.append(series[:, [names.index(name) for name in COLUMNS]])
+
+    def look(self, row: int) -> None:
+        """At a checkpoint at `row`, or at the last row: find out whether the run is steady, and if so let it end."""
+        if not self._wanted or self.found or (row % self.plan.rows_per_checkpoint and row != self.plan.rows):
+            return
+        columns = np.concatenate(self._columns)
+        self._columns = [columns]
+        at_speed = columns[columns[:, 0] >= self._case.drive.ramp_end]
+        time, angle, *watched = at_speed.T
+        turns = whole_turns(time, angle)
+        if len(turns) <= FEWEST_TURNS:
+            return
+        sizes = [math.sqrt(np.mean(value**2)) for value in watched]
+        sizes[1] = max(sizes[1], LEVER_SHARE * self._case.mechanism.crank_radius * sizes[0])
+        precision = self._case.run.precision
+        self._means = {
+            name: steady_mean(turn_means(time, value, turns), size, precision)
+            for name, value, size in zip(WATCHED, watched, sizes, strict=True)
+        }
+        self._known = {name: found.half_width / size for (name, found), size in zip(self._means.items(), sizes, strict=True)}
+        self.found = all(found.steady and self._known[name] <= precision for name, found in self._means.items())
+        if self.found:
+            tail = round(self._case.run.snapshots.last * self._case.run.series_rate)
+            self.plan = RecordPlan.of(self._case, min(row + tail, self.plan.rows))
+
+    @property
+    def missed(self) -> str:
+        """Why a run that should become steady is not; empty where there is nothing to say."""
+        if not self._wanted or self.found:
+            return ""
+        if not self._means:
+            return f"fewer than {FEWEST_TURNS} whole turns at full speed"
+        said = []
+        for name, found in self._means.items():
+            label, share = series_field(name).label, found.drift / (found.turns * found.mean or 1.0)
+            if not found.steady:
+                said.append(f"{label} still drifts {100 * share:+.2g} % per turn")
+            elif self._known[name] > self._case.run.precision:
+                said.append(f"{label} is known to ± {100 * self._known[name]:.2g} %, run.precision asks for {self._case.run.precision:.2g}")
+        return ", ".join(said)

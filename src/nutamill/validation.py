@@ -1,0 +1,191 @@
+"""`nutamill validate`: run, resume or read what a paper needs, compare row by row, store and draw it."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nutamill.campaign.axes import Member
+from nutamill.campaign.board import Board
+from nutamill.campaign.member import finished
+from nutamill.campaign.sweep import run_all
+from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
+from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.paper_figures import draw_figure
+from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
+from nutamill.papers.library import read_paper
+from nutamill.papers.model import Paper
+from nutamill.papers.runs import COMPLETE, MISSING, PlannedRun, chosen, planned_runs, read_modes, run_state, wants_modes, write_modes
+from nutamill.papers.table import csv_text, json_text, markdown
+from nutamill.preflight import preflight, wall_time
+from nutamill.result import open_result
+from nutamill.screen import duration
+from nutamill.wholefile import io_errors, write_whole
+
+if TYPE_CHECKING:
+    import distributed
+
+FOLDER = Path("results") / "validation"
+"""Where results go unless told otherwise, each paper's in a folder of its name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A paper compared, and where it is stored."""
+
+    paper: Paper
+    """What was published."""
+    findings: list[Finding]
+    """The rows asked for, compared; the files hold all rows."""
+    files: list[Path]
+    """Tables and pictures written."""
+    failures: list[str]
+    """Runs that could not go on, with the reason."""
+    undrawn: list[str]
+    """Figures that lack results, with the reason."""
+
+
+def validate(
+    name: str | Path,
+    quick: bool = False,
+    only: Sequence[str] = (),
+    folder: str | Path | None = None,
+    start: bool = True,
+    jobs: int | None = None,
+    client: "distributed.Client | None" = None,
+    tell: Callable[[str], None] = print,
+) -> Comparison:
+    """Compare a paper with our own runs of all its configurations, row by row.
+
+    Results that are complete are read, begun ones resumed, missing ones run; each is a result file of its own, so that an interrupt or a
+    failure costs nothing that was done.
+
+    Parameters
+    ----------
+    name : ``"saimm2025"``, ``"mca2026"``, or a file of the same form
+    quick : start the few decisive runs only
+    only : names of rows, configurations or runs to restrict it to
+    folder : where results are and go; ``results/validation/<paper>`` if None
+    start : False: start no run, evaluate what is there
+    jobs : runs at once on this machine, the physical cores if None
+    client : a Dask client, whose workers run instead
+    tell : called with each line of what goes on
+
+    Raises
+    ------
+    CaseError : no such paper, a fault in its file, or a name in `only` that is none
+    ResultError : a table or picture cannot be written
+    KeyboardInterrupt : after an interrupt, with everything saved
+    """
+    paper, stem = read_paper(name), Path(name).stem
+    place = Path(folder) if folder is not None else FOLDER / stem
+    runs = planned_runs(paper, place)
+    rows, taken = chosen(paper, runs, only, quick)
+    failures: list[str] = []
+    if start:
+        find_modes([run for run in runs if wants_modes(rows, run)])
+        if waiting := in_order(taken, tell):
+            failures = run_campaign(waiting, place, ClusterWorkers(client) if client else LocalProcesses(jobs))
+    measured = measure(paper, runs, keys_of(paper), f"nutamill validate {name} --only")
+    files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, place)
+    return Comparison(paper, compare(rows, measured), files, failures, undrawn)
+
+
+def find_modes(runs: Sequence[PlannedRun]) -> None:
+    """Find and keep the natural frequencies of machines, the charge counted as a rigid mass, where they are not kept yet."""
+    for run in runs:
+        if read_modes(run) is None:
+            found = preflight(run.case).crossings
+            write_modes(run, [mode.frequency for mode in found], [mode.damping_ratio for mode in found])
+
+
+def in_order(runs: Sequence[PlannedRun], tell: Callable[[str], None]) -> list[PlannedRun]:
+    """The runs that are not complete, the quickest first; tells the forecast of each."""
+    waiting = []
+    for run in runs:
+        state = run_state(run)
+        if state == COMPLETE:
+            continue
+        if state.startswith("failed"):
+            tell(f"{run.name}: {state} Left as it is; delete {run.path} to run it anew")
+            continue
+        waiting.append((wall_time(run.case) * _share_left(run, state), run, state))
+    waiting.sort(key=lambda entry: entry[0])
+    forecast = duration(sum(seconds for seconds, _, _ in waiting))
+    tell(f"{len(waiting)} of {len(runs)} runs to do, forecast {forecast}")
+    for seconds, run, state in waiting:
+        left = "" if state == MISSING else "   to resume"
+        tell(f"  {run.name:32} {run.case.run.end:6.2f} s simulated   forecast {duration(seconds)}{left}")
+    return [run for _, run, _ in waiting]
+
+
+def _share_left(run: PlannedRun, state: str) -> float:
+    """Share of a run that is still to do [1]."""
+    if state == MISSING:
+        return 1.0
+    try:
+        with open_result(run.path) as result:
+            return max(0.0, 1.0 - result.checkpoint().time / run.case.run.end)
+    except ResultError:
+        return 1.0
+
+
+def run_campaign(runs: Sequence[PlannedRun], place: Path, workers: Workers) -> list[str]:
+    """Run or resume each in a process of its own; returns what failed, in words."""
+    members = [Member({"run": run.name}, run.case) for run in runs]
+    with Board(()) as board:
+        outcomes = run_all(members, place, workers, (), board, board.message)
+        board(outcomes)
+    return [f"{outcome.member.case.name}: {outcome.state}" for outcome in outcomes if not finished(outcome.state)]
+
+
+def store(
+    paper: Paper, runs: Sequence[PlannedRun], findings: Sequence[Finding], measured: dict[Key, Measured], place: Path
+) -> tuple[list[Path], list[str]]:
+    """Write the table as CSV, JSON and Markdown, and the figures; returns the files, and the figures that lack results, in words."""
+    files = []
+    for suffix, text in ((".csv", csv_text), (".json", json_text), (".md", markdown)):
+        files.append(place / f"comparison{suffix}")
+        write_whole(files[-1], text(findings, paper))
+    undrawn = []
+    for plan in paper.figures:
+        try:
+            figure = draw_figure(plan, paper, runs, measured)
+        except ResultError as error:
+            undrawn.append(f"figure {plan.number} not drawn: {error}")
+            continue
+        files.append(place / f"figure-{plan.number}.png")
+        figure.savefig(files[-1])
+    return files, undrawn
+
+
+def write_short(file: Path, done: Comparison, name: str) -> None:
+    """Write the short table, rows marked so in the paper's file, as Markdown; rows without a result are counted below it.
+
+    In a file that has the lines ``<!-- validate NAME -->`` and ``<!-- end NAME -->``, what stands between them is replaced; any other
+    file is replaced whole.
+
+    Parameters
+    ----------
+    name : what the paper is called on the command line
+
+    Raises
+    ------
+    CaseError : a first line without its last
+    ResultError : the file cannot be written
+    """
+    rows = [finding for finding in done.findings if finding.row.headline]
+    held = [finding for finding in rows if not math.isnan(finding.value)]
+    text = markdown(held, done.paper)
+    if lacking := len(rows) - len(held):
+        text += f"\n{lacking} more rows have no result yet; `nutamill validate {name}` makes them.\n"
+    begin, end = f"<!-- validate {name} -->\n", f"<!-- end {name} -->"
+    with io_errors(file):
+        old = file.read_text(encoding="utf-8") if file.exists() else ""
+    if begin in old:
+        before, _, rest = old.partition(begin)
+        if end not in rest:
+            raise CaseError(Fault(str(file), f'must hold the line "{end}" after "{begin.strip()}", it does not', "Add it"))
+        text = f"{before}{begin}{text}{end}{rest.partition(end)[2]}"
+    write_whole(file, text)

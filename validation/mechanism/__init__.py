@@ -1,0 +1,1 @@
+"""The mechanism engine beside published benchmark problems and closed forms."""
