@@ -537,7 +537,6 @@ def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = F
     _answer(avoid_lines(found), draw_campbell(found), to, f"{loaded.name}-campbell")
 
 
-ResultFile = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="The result of a run.")]
 Last = Annotated[str, typer.Option(help="Length of the steady window.")]
 
 
