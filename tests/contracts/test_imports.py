@@ -90,7 +90,7 @@ AT_HOME = {
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py", "papers"},
     "pydantic_core": {"tables.py"},
-    "typer": {"cli.py"},
+    "typer": {"cli"},
     "rich": {"screen.py", "campaign/board.py", "papers"},
     "distributed": {"campaign", "validation.py"},
     "trimesh": {"build/wall_mesh.py"},
