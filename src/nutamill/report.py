@@ -18,8 +18,8 @@ from nutamill.analysis import power_split, steady_window, warning_lines
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
-from nutamill.motion_figures import draw_steady_values
-from nutamill.plots import FIGURES, figure_of
+from nutamill.figures.motion import draw_steady_values
+from nutamill.figures.named import FIGURES, figure_of
 from nutamill.result import Result, open_result
 from nutamill.webview import view_page
 from nutamill.wholefile import write_whole

@@ -12,7 +12,7 @@ from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import run_all
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.errors import CaseError, Fault, ResultError
-from nutamill.paper_figures import draw_figure
+from nutamill.figures.paper import draw_figure
 from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
 from nutamill.papers.library import read_paper
 from nutamill.papers.model import Paper

@@ -63,7 +63,7 @@ def engine(monkeypatch):
     names = ("mechanism_summary_lines", "mechanism_warning_lines", "draw_reactions")
     mechanism = types.SimpleNamespace(is_mechanism=lambda result: False, **dict.fromkeys(names))
     monkeypatch.setitem(sys.modules, "nutamill.mechanism_analysis", mechanism)
-    monkeypatch.setitem(sys.modules, "nutamill.mechanism_figures", mechanism)
+    monkeypatch.setitem(sys.modules, "nutamill.figures.mechanism", mechanism)
     return asked
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from nutamill.case.mapping import load_mapping
 from nutamill.errors import CaseError, MillError
+from nutamill.figures.measured import draw_comparison
 from nutamill.measured.comparison import compare, comparison_lines, low_pass
 from nutamill.measured.importing import import_test
-from nutamill.measured_figures import draw_comparison
 from nutamill.result import open_result
 
 RATE = 2000.0

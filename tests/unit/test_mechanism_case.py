@@ -9,9 +9,9 @@ import nutamill as nm
 from nutamill.build.described_mechanism import assemble_case, build_mechanism, mechanism_parts
 from nutamill.case import MechanismCase, case_of_text, load_case, load_mill
 from nutamill.errors import CaseError
+from nutamill.figures.mechanism import draw_reactions
 from nutamill.mechanism.linear import modes, static_equilibrium
 from nutamill.mechanism_analysis import is_mechanism, ledger_share, mechanism_summary_lines, part_loads
-from nutamill.mechanism_figures import draw_reactions
 from nutamill.mechanism_preflight import mechanism_preflight
 
 HEAD = 'schema = 1\ntitle = "pendulum on a spring"\n'

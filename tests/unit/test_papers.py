@@ -15,7 +15,7 @@ from nutamill.campaign.sweep import result_path
 from nutamill.case import Case
 from nutamill.cli import app
 from nutamill.errors import CaseError, ResultError, StepError
-from nutamill.paper_figures import draw_over_speed, draw_particles
+from nutamill.figures.paper import draw_over_speed, draw_particles
 from nutamill.papers.compare import Key, Measured, _together, compare
 from nutamill.papers.library import paper_names, parse_paper, read_paper
 from nutamill.papers.quantities import QUANTITIES, charge_at_pin

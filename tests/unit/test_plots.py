@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nutamill.errors import CaseError, ResultError
-from nutamill.plots import figure_of, write_figures
+from nutamill.figures.named import figure_of, write_figures
 from nutamill.result import Recorder, open_result
 from nutamill.vibration import spectrum
 

@@ -20,9 +20,9 @@ from nutamill.campaign.axes import axis_values, changed, members
 from nutamill.campaign.member import Task, perform, state_of
 from nutamill.campaign.table import Outcome
 from nutamill.campaign.workers import LocalProcesses, WorkerError
-from nutamill.campaign_figures import draw_sweep
 from nutamill.case import load_case
 from nutamill.errors import CaseError, StepError
+from nutamill.figures.campaign import draw_sweep
 from nutamill.quantities import Reading, Value, read, reading_of
 from nutamill.result import Recorder, open_result
 

@@ -13,9 +13,9 @@ from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import run_all
 from nutamill.campaign.table import dataset
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
-from nutamill.campaign_figures import draw_sweep
 from nutamill.case import Case, load_mill
 from nutamill.case.sweep_file import is_sweep_file, load_sweep
+from nutamill.figures.campaign import draw_sweep
 from nutamill.quantities import DEFAULT, reading_of
 
 

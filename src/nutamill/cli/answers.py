@@ -33,7 +33,7 @@ def modes(
 ) -> None:
     """Natural frequencies, damping and shapes of the mill on its mounts, at rest or at speed."""
     from nutamill.design.modes import machine_modes, modes_lines
-    from nutamill.design_figures import draw_modes
+    from nutamill.figures.design import draw_modes
 
     loaded = load_mill(case, overrides)
     found = machine_modes(loaded, quantity("--speed", speed, "speed of rotation"), charge)
@@ -46,7 +46,7 @@ def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = F
     """Campbell diagram of the mill, and the speeds to avoid."""
     from nutamill.design.modes import avoid_lines
     from nutamill.design.modes import campbell as diagram
-    from nutamill.design_figures import draw_campbell
+    from nutamill.figures.design import draw_campbell
 
     loaded = load_mill(case, overrides)
     found = diagram(loaded, charge=charge)
@@ -65,7 +65,7 @@ def runup(
 ) -> None:
     """How far the empty mill shakes on its way through the resonances, for several ramps."""
     from nutamill.design.runup import default_sensor, run_up, run_up_lines
-    from nutamill.design_figures import draw_run_up
+    from nutamill.figures.design import draw_run_up
 
     loaded = load_mill(case, overrides)
     rates = [quantity("--ramp", text, "ramp of speed") for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")]
@@ -80,7 +80,7 @@ def isolation(case: CaseName, overrides: Overrides = None, charge: ChargeMass = 
     """Which share of the shaking force the mounts pass on to the floor, over speed."""
     from nutamill.design.isolation import isolation as passed_on
     from nutamill.design.isolation import isolation_lines
-    from nutamill.design_figures import draw_isolation
+    from nutamill.figures.design import draw_isolation
 
     loaded = load_mill(case, overrides)
     found = passed_on(loaded, charge)
@@ -100,7 +100,7 @@ def balance(
 ) -> None:
     """Balance masses on the driveshaft that make the machine shake least."""
     from nutamill.design.balancing import balance_lines, balance_mill
-    from nutamill.design_figures import draw_balancing
+    from nutamill.figures.design import draw_balancing
 
     loaded = load_mill(case, overrides)
     given = [[quantity("--plane", length.strip(), "length") for length in text.split(",")] for text in plane or ()]
@@ -119,7 +119,7 @@ def orders(
     to: Picture = None,
 ) -> None:
     """Amplitude and phase of a series once and twice per turn over a run, and its waterfall."""
-    from nutamill.reading_figures import draw_orders
+    from nutamill.figures.reading import draw_orders
     from nutamill.readings.orders import orders_lines, sensor_orders, waterfall
     from nutamill.readings.source import open_mill_result
 
@@ -138,7 +138,7 @@ def loads(
 ) -> None:
     """Reaction of every joint: mean, r.m.s., peak, orders, polar plots; and the forces in the rods of a yoke."""
     from nutamill.case import Case
-    from nutamill.reading_figures import draw_loads
+    from nutamill.figures.reading import draw_loads
     from nutamill.readings.load_paths import load_paths, loads_lines
     from nutamill.readings.rods import rods_lines, yoke_rods
     from nutamill.readings.source import open_mill_result
@@ -160,7 +160,7 @@ def mounts(
     to: Picture = None,
 ) -> None:
     """Travel and force of the mounts, the force on the floor, and the clearance of the chamber."""
-    from nutamill.reading_figures import draw_floor
+    from nutamill.figures.reading import draw_floor
     from nutamill.readings.mounts import chamber_clearance, clearance_line, mounts_lines
     from nutamill.readings.source import open_mill_result
 
@@ -183,7 +183,7 @@ def life(
 ) -> None:
     """Life of bearings (L10), shafts and pins (rainflow, Goodman, Miner) under the loads of a run."""
     from nutamill.case.ratings import load_ratings
-    from nutamill.reading_figures import draw_lives
+    from nutamill.figures.reading import draw_lives
     from nutamill.readings.bearings import bearing_life, bearings_lines
     from nutamill.readings.fatigue import section_life, sections_lines
     from nutamill.readings.source import open_mill_result

@@ -31,8 +31,8 @@ def compare(
     picture: Annotated[Path | None, typer.Option(help="The overlay; else beside the run.")] = None,
 ) -> None:
     """Lay measured data over a run: steady values with errors, and a figure."""
+    from nutamill.figures.measured import draw_comparison
     from nutamill.measured.comparison import compare, comparison_lines
-    from nutamill.measured_figures import draw_comparison
     from nutamill.result import open_result
     from nutamill.units import Kind
 

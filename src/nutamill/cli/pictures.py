@@ -21,7 +21,7 @@ def plot(
     to: Annotated[Path | None, typer.Option(help="Folder of the pictures; else that of the result.")] = None,
 ) -> None:
     """Draw figures of a result."""
-    from nutamill.plots import write_figures
+    from nutamill.figures.named import write_figures
     from nutamill.result import open_result
 
     with open_result(file) as result:

@@ -4,9 +4,9 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from nutamill.figures import STYLE
+from nutamill.figures.motion import HIGHEST, label_of
+from nutamill.figures.style import STYLE
 from nutamill.measured.comparison import series_in_window
-from nutamill.motion_figures import HIGHEST, label_of
 from nutamill.result import Result
 from nutamill.vibration import spectrum
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from nutamill.charge_figures import draw_flow, draw_spectra, draw_wall
 from nutamill.errors import CaseError, Fault
-from nutamill.figures import draw_ledger, draw_run
-from nutamill.motion_figures import draw_histories, draw_orbit, draw_spectrum
-from nutamill.reading_figures import draw_orders
+from nutamill.figures.charge import draw_flow, draw_spectra, draw_wall
+from nutamill.figures.motion import draw_histories, draw_orbit, draw_spectrum
+from nutamill.figures.reading import draw_orders
+from nutamill.figures.run import draw_ledger, draw_run
 from nutamill.readings.orders import sensor_orders, waterfall
 from nutamill.result import Result
 from nutamill.wholefile import io_errors
