@@ -101,7 +101,13 @@ class PowerSplit(NamedTuple):
 
 
 def ramp_end(result: Result) -> float:
-    """Time from which the driveshaft keeps its last speed [s]; the start if it had it from the beginning."""
+    """Time from which the driveshaft keeps its last speed [s]; the start if it had it from the beginning.
+
+    With a motor, whose speed is never quite steady: the time from which it is asked for its last speed, or has its supply back.
+    """
+    if "[drive.motor]" in result.case_text:
+        drive = Case.from_toml(result.case_text).drive
+        return max(drive.ramp_end, drive.motor.restored or drive.motor.cut or 0.0)
     time, speed = (result.series[name].values for name in ("time", "driveshaft_speed"))
     if not len(time):
         return math.nan

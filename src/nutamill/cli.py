@@ -29,6 +29,7 @@ INTERRUPTED = 130
 
 CaseName = Annotated[str, typer.Argument(metavar="CASE", help="A case file, or a published mill such as numill.")]
 Overrides = Annotated[list[str] | None, typer.Option("--set", "-s", metavar="KEY=VALUE", help='Change one key: -s drive.speed="500 rpm".')]
+ResultFile = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="A result file.")]
 Quick = Annotated[bool, typer.Option("--quick", help="Demonstration: rigid mounts, short ramp, a few turns, softer contacts.")]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads of the charge.")]
 
@@ -137,12 +138,9 @@ def resume(
     """Continue a run from its last checkpoint."""
     end = None
     if until is not None:
-        from nutamill import units
+        from nutamill.units import Kind
 
-        try:
-            end = units.parse(until, units.Kind.TIME)
-        except units.UnitError as error:
-            raise CaseError(Fault("--until", error.what, error.hint)) from None
+        end = _quantity("--until", until, Kind.TIME)
     from nutamill import march
 
     _watched(file.stem, file, lambda screen: march.resume(file, until=end, progress=screen, tell=screen.message))
@@ -222,16 +220,37 @@ def validate(
 ) -> None:
     """Compare a published paper with runs of all its configurations, row by row."""
     from nutamill import validation as room
-    from nutamill.campaign.command import workers_of
+    from nutamill.campaign.workers import cluster_client
     from nutamill.papers.table import print_table
 
-    done = room.validate(paper, quick, only or [], results, not stored, workers_of(jobs, cluster), typer.echo)
+    client = None if cluster is None or stored else cluster_client(cluster, jobs)
+    done = room.validate(paper, quick, only or [], results, not stored, jobs, client, typer.echo)
     print_table(done.findings, done.paper)
     for line in (*done.failures, *done.undrawn):
         typer.echo(line, err=True)
     if short is not None:
         room.write_short(short, done, paper)
     typer.echo(f"{', '.join(str(file) for file in done.files)}")
+
+
+@app.command()
+@_told
+def view(
+    file: ResultFile,
+    html: Annotated[Path | None, typer.Option(help="The page to write; else beside the result.")] = None,
+    frames: Annotated[int, typer.Option(min=1, help="Most moments to show.")] = 200,
+) -> None:
+    """Write one HTML file in which the mill turns and the charge moves; it opens in any browser, without a network."""
+    from nutamill.result import open_result
+    from nutamill.webview import write_view
+
+    with open_result(file) as result:
+        page = write_view(result, html or file.with_suffix(".html"), frames)
+    typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB, open it in a browser")
+
+
+Camera = Annotated[str, typer.Option(help="front, inside (riding on the chamber) or axis (down the shaft).")]
+ColourBy = Annotated[str, typer.Option("--colour", help="What colours the charge: speed, height, force or material.")]
 
 
 @app.command()
@@ -254,6 +273,19 @@ def sweep(
 
     if not run_sweep(case, changes or [], jobs, cluster, to, quick, typer.echo):
         raise typer.Exit(MillError.exit_code)
+
+
+@app.command()
+@_told
+def picture(
+    file: ResultFile, png: Annotated[Path, typer.Argument(help="The picture.")], camera: Camera = "front", colour: ColourBy = "speed"
+) -> None:
+    """Draw the last snapshot in three dimensions; needs the extra "view"."""
+    from nutamill.result import open_result
+    from nutamill.scene import draw_scene
+
+    with open_result(file) as result:
+        typer.echo(draw_scene(result, png, camera, colour))
 
 
 @app.command()
@@ -285,6 +317,111 @@ def mount_test(
     picture = to or file.with_suffix(".png")
     draw_loop(test, found).savefig(picture)
     typer.echo("\n".join([*found.lines(), f"picture {picture}"]))
+
+
+@app.command()
+@_told
+def movie(
+    file: ResultFile,
+    mp4: Annotated[Path, typer.Argument(help="The film.")],
+    camera: Camera = "front",
+    colour: ColourBy = "speed",
+    slow: Annotated[float, typer.Option(min=1.0, help="How many times slower than real.")] = 40.0,
+) -> None:
+    """Film all snapshots in three dimensions; needs the extra "view"."""
+    from nutamill.result import open_result
+    from nutamill.scene import film_scene
+
+    with open_result(file) as result:
+        typer.echo(film_scene(result, mp4, camera, colour, slow))
+
+
+@app.command()
+@_told
+def export(file: ResultFile, vtkhdf: Annotated[Path, typer.Option(help="File for ParaView: charge and machine over time.")]) -> None:
+    """Write the snapshots of a result for another program."""
+    from nutamill.export.vtkhdf import write_vtkhdf
+    from nutamill.result import open_result
+
+    with open_result(file) as result:
+        typer.echo(write_vtkhdf(result, vtkhdf))
+
+
+@app.command()
+@_told
+def plot(
+    file: ResultFile,
+    what: Annotated[
+        list[str], typer.Argument(help="run, power, impacts, wall, flow, orbit; history:SERIES,..., spectrum:SERIES, orders:SERIES.")
+    ],
+    to: Annotated[Path | None, typer.Option(help="Folder of the pictures; else that of the result.")] = None,
+) -> None:
+    """Draw figures of a result."""
+    from nutamill.plots import write_figures
+    from nutamill.result import open_result
+
+    with open_result(file) as result:
+        typer.echo("\n".join(map(str, write_figures(result, what, to or file.parent))))
+
+
+@app.command()
+@_told
+def report(
+    files: Annotated[list[Path], typer.Argument(metavar="RESULT.h5 ...", help="Results.")],
+    to: Annotated[Path | None, typer.Option(help="The page; else beside the first result.")] = None,
+) -> None:
+    """Write one HTML page: case, steady values, where the power goes, figures, the moving charge, provenance."""
+    from nutamill.report import write_report
+
+    page = write_report(files, to or files[0].with_name(f"{files[0].stem}-report.html"))
+    typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB")
+
+
+@app.command("import")
+@_told
+def import_measured(
+    file: Annotated[Path, typer.Argument(help="A test file: CSV, TDMS, MAT or UFF.")],
+    mapping: Annotated[Path, typer.Option("--map", help="What its columns are: a mapping file.")],
+    to: Annotated[Path | None, typer.Option(help="The file to write; else beside the test file.")] = None,
+) -> None:
+    """Read measured data, so that plot and compare can use them."""
+    from nutamill.measured.importing import import_test
+
+    typer.echo(import_test(file, mapping, to or file.with_suffix(".h5")))
+
+
+@app.command()
+@_told
+def compare(
+    run: ResultFile,
+    measured: Annotated[Path, typer.Argument(metavar="MEASURED.h5", help="What `nutamill import` has written.")],
+    last: Annotated[str, typer.Option(help="Length of the window at the end.")] = "3 s",
+    cut: Annotated[str | None, typer.Option("--filter", help='Low-pass filter for both, e.g. "200 Hz".')] = None,
+    picture: Annotated[Path | None, typer.Option(help="The overlay; else beside the run.")] = None,
+) -> None:
+    """Lay measured data over a run: steady values with errors, and a figure."""
+    from nutamill.measured.comparison import compare, comparison_lines
+    from nutamill.measured_figures import draw_comparison
+    from nutamill.result import open_result
+    from nutamill.units import Kind
+
+    window, edge = _quantity("--last", last, Kind.TIME), None if cut is None else _quantity("--filter", cut, Kind.FREQUENCY)
+    with open_result(run) as result, open_result(measured) as test:
+        rows = compare(result, test, window, edge)
+        typer.echo("\n".join(comparison_lines(rows)))
+        drawn = picture or run.with_name(f"{run.stem}-{measured.stem}.png")
+        draw_comparison(result, test, [row.name for row in rows], window, edge).savefig(drawn)
+    typer.echo(drawn)
+
+
+def _quantity(where: str, text: str, kind: Any) -> float:
+    """SI value of an option with a unit."""
+    from nutamill import units
+
+    try:
+        return units.parse(text, kind)
+    except units.UnitError as error:
+        raise CaseError(Fault(where, error.what, error.hint)) from None
 
 
 def _load(name: str, overrides: list[str] | None) -> "Case":
@@ -342,6 +479,219 @@ def _draw(result: "Result", path: Path) -> list[Path]:
     draw_run(result).savefig(picture)
     draw_ledger(result).savefig(ledger)
     return [picture, ledger]
+
+
+# ---- answers of a case or a result: each prints a table and saves a figure
+
+Picture = Annotated[Path | None, typer.Option("--to", help="Picture; else beside the results.")]
+ChargeMass = Annotated[bool, typer.Option("--charge", help="With the mass of the charge fixed to the chamber's base.")]
+
+
+def _answer(lines: list[str], figure: Any, picture: Path | None, stem: str) -> None:
+    """Print a table, save its figure and say where."""
+    typer.echo("\n".join(lines))
+    path = picture or Path("results") / f"{stem}.png"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path)
+    typer.echo(f"picture {path}")
+
+
+def _load_mill(name: str, overrides: list[str] | None) -> "Case":
+    """A case that is a mill, not a mechanism of listed parts."""
+    from nutamill.case import MechanismCase
+
+    loaded = _load(name, overrides)
+    if isinstance(loaded, MechanismCase):
+        raise CaseError(Fault(name, "must be a mill, it lists the parts of a mechanism", "Ask nutamill check, or run it"))
+    return loaded
+
+
+def _quantity(text: str, kind: str, option: str) -> float:
+    """SI value of an option with a unit."""
+    from nutamill import units
+
+    try:
+        return units.parse(text, kind)
+    except units.UnitError as error:
+        raise CaseError(Fault(option, error.what, error.hint)) from None
+
+
+@app.command()
+@_told
+def modes(
+    case: CaseName,
+    overrides: Overrides = None,
+    speed: Annotated[str, typer.Option(help='Driveshaft speed, e.g. "700 rpm".')] = "0 rpm",
+    charge: ChargeMass = False,
+    to: Picture = None,
+) -> None:
+    """Natural frequencies, damping and shapes of the mill on its mounts, at rest or at speed."""
+    from nutamill.design.modes import machine_modes, modes_lines
+    from nutamill.design_figures import draw_modes
+
+    loaded = _load_mill(case, overrides)
+    found = machine_modes(loaded, _quantity(speed, "speed of rotation", "--speed"), charge)
+    _answer(modes_lines(found), draw_modes(loaded, found), to, f"{loaded.name}-modes")
+
+
+@app.command()
+@_told
+def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None) -> None:
+    """Campbell diagram of the mill, and the speeds to avoid."""
+    from nutamill.design.modes import avoid_lines
+    from nutamill.design.modes import campbell as diagram
+    from nutamill.design_figures import draw_campbell
+
+    loaded = _load_mill(case, overrides)
+    found = diagram(loaded, charge=charge)
+    _answer(avoid_lines(found), draw_campbell(found), to, f"{loaded.name}-campbell")
+
+
+ResultFile = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="The result of a run.")]
+Last = Annotated[str, typer.Option(help="Length of the steady window.")]
+
+
+@app.command()
+@_told
+def orders(
+    file: ResultFile,
+    sensor: Annotated[str, typer.Option(help="A recorded series; `nutamill info fields` lists them.")] = "crank_pin_force_resultant",
+    to: Picture = None,
+) -> None:
+    """Amplitude and phase of a series once and twice per turn over a run, and its waterfall."""
+    from nutamill.reading_figures import draw_orders
+    from nutamill.readings.orders import orders_lines, sensor_orders, waterfall
+    from nutamill.readings.source import open_mill_result
+
+    with open_mill_result(file) as result:
+        found = sensor_orders(result, sensor)
+        _answer(orders_lines(found, sensor), draw_orders(found, waterfall(result, sensor), sensor), to, f"{file.stem}-orders")
+
+
+@app.command()
+@_told
+def loads(
+    file: ResultFile,
+    axes: Annotated[str, typer.Option(help='"ground", "frame", "crank" or "chamber".')] = "frame",
+    last: Last = "3 s",
+    to: Picture = None,
+) -> None:
+    """Reaction of every joint: mean, r.m.s., peak, orders, polar plots; and the forces in the rods of a yoke."""
+    from nutamill.case import Case
+    from nutamill.reading_figures import draw_loads
+    from nutamill.readings.load_paths import load_paths, loads_lines
+    from nutamill.readings.rods import rods_lines, yoke_rods
+    from nutamill.readings.source import open_mill_result
+
+    with open_mill_result(file) as result:
+        figure = draw_loads(result, axes, last)
+        rods = rods_lines(yoke_rods(result, last)) if Case.from_toml(result.case_text).rods else []
+        _answer(loads_lines(load_paths(result, last), axes) + rods, figure, to, f"{file.stem}-loads-{axes}")
+
+
+@app.command()
+@_told
+def mounts(
+    file: ResultFile,
+    last: Last = "3 s",
+    ring: Annotated[tuple[str, str] | None, typer.Option(help="Radius and depth of the chamber's widest edge, for its clearance.")] = None,
+    opening: Annotated[str, typer.Option(help="Radius of the opening around it.")] = "100 mm",
+    fixed_to: Annotated[str, typer.Option(help='Where the opening is: "frame" or "ground".')] = "frame",
+    to: Picture = None,
+) -> None:
+    """Travel and force of the mounts, the force on the floor, and the clearance of the chamber."""
+    from nutamill.reading_figures import draw_floor
+    from nutamill.readings.mounts import chamber_clearance, clearance_line, mounts_lines
+    from nutamill.readings.source import open_mill_result
+
+    lengths = [_quantity(text, "length", "--ring") for text in ring or ()]
+    with open_mill_result(file) as result:
+        lines = mounts_lines(result, last)
+        if lengths:
+            lines.append(clearance_line(chamber_clearance(result, tuple(lengths), _quantity(opening, "length", "--opening"), fixed_to)))
+        _answer(lines, draw_floor(result, last), to, f"{file.stem}-mounts")
+
+
+@app.command()
+@_told
+def life(
+    file: ResultFile,
+    ratings: Annotated[Path, typer.Argument(metavar="RATINGS.toml", help="Bearings and sections with their catalogue data.")],
+    bearing: Annotated[list[str] | None, typer.Option(help="Joints whose bearings are asked for; all that are rated if left out.")] = None,
+    last: Last = "3 s",
+    to: Picture = None,
+) -> None:
+    """Life of bearings (L10), shafts and pins (rainflow, Goodman, Miner) under the loads of a run."""
+    from nutamill.case.ratings import load_ratings
+    from nutamill.reading_figures import draw_lives
+    from nutamill.readings.bearings import bearing_life, bearings_lines
+    from nutamill.readings.fatigue import section_life, sections_lines
+    from nutamill.readings.source import open_mill_result
+
+    rated = load_ratings(ratings)
+    with open_mill_result(file) as result:
+        bearings = [bearing_life(result, joint, rated, last) for joint in bearing or rated.bearings]
+        sections = [] if bearing else [section_life(result, name, rated, last) for name in rated.sections]
+    lines = (bearings_lines(bearings) if bearings else []) + (sections_lines(sections) if sections else [])
+    _answer(lines, draw_lives(bearings, sections), to, f"{file.stem}-life")
+
+
+@app.command()
+@_told
+def runup(
+    case: CaseName,
+    overrides: Overrides = None,
+    ramp: Annotated[list[str] | None, typer.Option(help='Rates of the ramp, e.g. --ramp "35 rpm/s" --ramp "140 rpm/s".')] = None,
+    sensor: Annotated[str | None, typer.Option(help="A recorded series; the case's first accelerometer if left out.")] = None,
+    charge: ChargeMass = False,
+    to: Picture = None,
+) -> None:
+    """How far the empty mill shakes on its way through the resonances, for several ramps."""
+    from nutamill.design.runup import default_sensor, run_up, run_up_lines
+    from nutamill.design_figures import draw_run_up
+
+    loaded = _load_mill(case, overrides)
+    rates = [_quantity(text, "ramp of speed", "--ramp") for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")]
+    name = sensor or default_sensor(loaded)
+    runs = run_up(loaded, rates, name, charge=charge)
+    _answer(run_up_lines(runs, name), draw_run_up(runs, name), to, f"{loaded.name}-runup")
+
+
+@app.command()
+@_told
+def isolation(case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None) -> None:
+    """Which share of the shaking force the mounts pass on to the floor, over speed."""
+    from nutamill.design.isolation import isolation as passed_on
+    from nutamill.design.isolation import isolation_lines
+    from nutamill.design_figures import draw_isolation
+
+    loaded = _load_mill(case, overrides)
+    found = passed_on(loaded, charge)
+    _answer(isolation_lines(found), draw_isolation(found), to, f"{loaded.name}-isolation")
+
+
+@app.command()
+@_told
+def balance(
+    case: CaseName,
+    overrides: Overrides = None,
+    plane: Annotated[list[str] | None, typer.Option(metavar='"RADIUS, DEPTH"', help='A plane, e.g. "80 mm, 420 mm"; one or two.')] = None,
+    speed: Annotated[str | None, typer.Option(help="Driveshaft speed; the case's if left out.")] = None,
+    grade: Annotated[float, typer.Option(min=0.1, help="Balance quality grade G to compare with, ISO 21940-11 [mm/s].")] = 16.0,
+    charge: ChargeMass = False,
+    to: Picture = None,
+) -> None:
+    """Balance masses on the driveshaft that make the machine shake least."""
+    from nutamill.design.balancing import balance_lines, balance_mill
+    from nutamill.design_figures import draw_balancing
+
+    loaded = _load_mill(case, overrides)
+    given = [[_quantity(length.strip(), "length", "--plane") for length in text.split(",")] for text in plane or ()]
+    if any(len(lengths) != 2 for lengths in given):
+        raise CaseError(Fault("--plane", "must be a radius and a depth", 'Write e.g. --plane "80 mm, 420 mm"'))
+    planes = [tuple(lengths) for lengths in given] or [(loaded.balance.radius, loaded.balance.depth)]
+    found = balance_mill(loaded, planes, None if speed is None else _quantity(speed, "speed of rotation", "--speed"), charge)
+    _answer(balance_lines(found, loaded, grade), draw_balancing(found, loaded), to, f"{loaded.name}-balance")
 
 
 if __name__ == "__main__":

@@ -29,7 +29,8 @@ from nutamill.charge.statistics import sample
 from nutamill.charge.team import barrier
 from nutamill.frames import MOTION_SIZE, rotate, shift_moment
 from nutamill.kernel import kernel
-from nutamill.mechanism.dynamics import OK, body_motion, copy_mechanism_state, drift, energies, finish, solve_again
+from nutamill.mechanism.dynamics import OK, body_motion, copy_mechanism_state, drift, finish, solve_again
+from nutamill.mechanism.energy import energies
 from nutamill.mechanism.sensors import read_sensors
 
 CHARGE_OK, CHARGE_LISTS_FULL = int(Status.OK), int(Status.LISTS_FULL)

@@ -12,6 +12,7 @@ from nutamill.tables import (
     Acceleration,
     AddedMass,
     Angle,
+    AnyAngle,
     BushingStiffness,
     Coefficient,
     Coordinate,
@@ -178,8 +179,8 @@ class Driveshaft(Table):
     """Mass centre below the nutation point [m]."""
 
 
-class Balance(Table):
-    """A point mass on the driveshaft, opposite the crank pin."""
+class Counterweight(Table):
+    """A point mass on the driveshaft."""
 
     mass: AddedMass = 0.0
     """Mass [kg]."""
@@ -187,6 +188,20 @@ class Balance(Table):
     """Distance from the driveshaft axis [m]."""
     depth: Length
     """Below the nutation point [m]."""
+    azimuth: AnyAngle = math.pi
+    """From the crank pin in the direction of rotation [rad]; half a turn is opposite the pin."""
+
+
+class Balance(Counterweight):
+    """The balance mass, and a second one in another plane."""
+
+    second: Counterweight | None = None
+    """The second one, where there is one."""
+
+    @property
+    def weights(self) -> list[Counterweight]:
+        """Those that weigh something."""
+        return [weight for weight in (self, self.second) if weight is not None and weight.mass > 0.0]
 
 
 class BearingCross(Table):
@@ -196,6 +211,15 @@ class BearingCross(Table):
     """Mass, at the nutation point [kg]."""
     inertia: Inertia
     """About each axis [kg m^2]."""
+
+
+class Rod(Table):
+    """One of six rods with spherical ends that hold the yoke of the universal joint."""
+
+    at: tuple[Coordinate, Coordinate, Coordinate]
+    """Where it takes hold of the yoke, in frame axes from the nutation point [m]."""
+    along: Literal["x", "y", "z"]
+    """Frame axis it is parallel to, from the yoke in its positive sense."""
 
 
 class IntermediateShaft(Table):

@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from nutamill.case import Case
+from nutamill.case import Case, MechanismCase
 from nutamill.fields import series_field
 from nutamill.steady import FEWEST_TURNS, SteadyMean, steady_mean, turn_means, whole_turns
 
@@ -30,7 +30,7 @@ class RecordPlan:
     """Rows with a snapshot."""
 
     @classmethod
-    def of(cls, case: Case, rows: int) -> Self:
+    def of(cls, case: Case | MechanismCase, rows: int) -> Self:
         """Plan of a case that ends with row `rows`."""
         rate, kept = case.run.series_rate, case.run.snapshots
         stride = max(1, round(rate / kept.rate))
@@ -57,7 +57,7 @@ class Ending:
     until : simulated time at which the run ends at the latest [s]
     """
 
-    def __init__(self, case: Case, until: float):
+    def __init__(self, case: Case | MechanismCase, until: float):
         self._case = case
         self._columns: list[np.ndarray] = []
         self._wanted = case.run.until == "steady"

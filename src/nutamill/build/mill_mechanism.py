@@ -8,8 +8,9 @@ import numpy as np
 from nutamill.build.rigid_parts import RigidPart, chamber_shell, compose, remove, turned, whole_chamber
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault
+from nutamill.fields import JOINTS, TURNING
 from nutamill.machine import Mounts, ShaftCoupling
-from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind
+from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind, Motor
 from nutamill.mechanism.sensors import Sensor, SensorKind
 
 X_AXIS, Y_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -66,9 +67,9 @@ def moving_parts(case: Case) -> dict[str, RigidPart]:
     mechanism, rotation = case.mechanism, chamber_rotation(case)
     crank_pin = np.array([mechanism.crank_radius, 0.0, -mechanism.nutation_point_to_crank])
     driveshaft = bare_driveshaft(case)
-    if case.balance.mass > 0:
-        place = np.array([-case.balance.radius, 0.0, -case.balance.depth])
-        driveshaft = compose(driveshaft, RigidPart(case.balance.mass, place, np.zeros((3, 3))))
+    for weight in case.balance.weights:
+        place = np.array([weight.radius * math.cos(weight.azimuth), weight.radius * math.sin(weight.azimuth), -weight.depth])
+        driveshaft = compose(driveshaft, RigidPart(weight.mass, place, np.zeros((3, 3))))
     intermediate = case.intermediate_shaft
     return {
         CHAMBER: turned(whole_chamber(case.chamber), rotation),
@@ -154,10 +155,16 @@ def mill_mechanism(case: Case) -> MillMechanism:
         for number, (x, y) in enumerate(case.mounts.points, start=1):  # 1
             place = (x, y, -case.mounts.depth)
             bushings.append(Bushing(f"mount_{number}", GROUND, FRAME, place, Z_AXIS, *_rates(case.mounts)))
-    times, speeds = case.drive.breakpoints()
-    return MillMechanism(
-        bodies, tuple(joints), tuple(bushings), (Drive(DRIVE, DRIVESHAFT_BEARING, times, speeds),), (0.0, 0.0, -mechanism.gravity)
-    )
+    drive = Drive(DRIVE, DRIVESHAFT_BEARING, *case.drive.breakpoints(), _motor(case))
+    return MillMechanism(bodies, tuple(joints), tuple(bushings), (drive,), (0.0, 0.0, -mechanism.gravity))
+
+
+def _motor(case: Case) -> Motor | None:
+    """The motor, if the rotation is not prescribed."""
+    if (motor := case.drive.motor) is None:
+        return None
+    absent = [math.inf if value is None else value for value in (motor.torque, motor.power, motor.cut, motor.restored)]
+    return Motor(motor.gain, motor.gain / motor.integral_time, *absent)
 
 
 def _rates(part: Mounts | ShaftCoupling) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -189,6 +196,9 @@ def mill_sensors(case: Case) -> list[Sensor]:
         Sensor(COUPLING, SensorKind.BUSHING_WRENCH, COUPLING),
         Sensor(NUTATION_POINT, SensorKind.POINT_POSITION, CROSS, point=(0.0, 0.0, 0.0)),
     ]
+    joints = [joint for joint in JOINTS if joint != FRAME_FIX or case.mechanism.mounting == "rigid"]
+    sensors += [Sensor(f"{joint} reaction", SensorKind.JOINT_REACTION, joint) for joint in joints]
+    sensors += [Sensor(f"{body} attitude", SensorKind.BODY_ATTITUDE, body) for body in TURNING]
     if case.mechanism.mounting == "flexible":
         for number in range(1, case.mounts.count + 1):
             sensors.append(Sensor(f"mount_{number}", SensorKind.BUSHING_WRENCH, f"mount_{number}"))

@@ -13,6 +13,7 @@ from nutamill.build.charge_mix import charge_mass
 from nutamill.build.mill_mechanism import CHAMBER_PIVOT, COUPLING, CRANK_PIN, DRIVE, FRAME_FIX, LOAD_CELL, NUTATION_POINT, SHAFT_BEARING
 from nutamill.case import Case
 from nutamill.charge.model import Ledger
+from nutamill.fields import JOINTS, TURNING
 
 FRICTIONLESS = (FRAME_FIX, SHAFT_BEARING, LOAD_CELL)
 """Joints that no case gives friction: their losses are zero and not recorded."""
@@ -80,6 +81,7 @@ class Readout:
         series |= _vector("nutation_point_force", f"{CHAMBER_PIVOT}_force", at)
         series["nutation_point_force_resultant"] = np.linalg.norm([at(f"{CHAMBER_PIVOT}_force_{axis}") for axis in "xyz"], axis=0)
         series |= self._mounts(at)
+        series |= self._reactions(at)
         for sensor in self._case.sensors:
             series |= {f"{sensor}_acceleration_{axis}": at(f"{sensor}_a{axis}") for axis in "xyz"}
         if self._with_charge:
@@ -107,6 +109,12 @@ class Readout:
             series |= _vector(f"mount_{number}_force", f"mount_{number}_force", at)
             series |= _vector(f"mount_{number}_travel", f"mount_{number} travel", at)
         return series
+
+    def _reactions(self, at: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
+        rigid = self._case.mechanism.mounting == "rigid"
+        joints = [joint for joint in JOINTS if joint != FRAME_FIX or rigid]
+        series = {f"{joint}_reaction_{part}": at(f"{joint} reaction_{part}") for joint in joints for part in WRENCH}
+        return series | {f"{body}_attitude_{part}": at(f"{body} attitude_q{part}") for body in TURNING for part in "wxyz"}
 
     def _charge(self, at: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
         place = [at(f"charge mass_centre_{axis}") for axis in "xyz"]

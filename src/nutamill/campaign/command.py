@@ -68,9 +68,10 @@ def run_sweep(
     folder = to or Path("sweeps") / stem
     if quick:
         say(banner(found[0].case))
+    workers = workers_of(jobs, cluster)()
     with Board(readings) as board:
         board.message(f"{len(found)} runs into {folder}")
-        outcomes = run_all(found, folder, workers_of(jobs, cluster)(), readings, board, board.message)
+        outcomes = run_all(found, folder, workers, readings, board, board.message)
         board(outcomes)
     picture = draw_sweep(dataset(outcomes, axes, readings), readings)
     if picture is not None:
@@ -84,7 +85,7 @@ def run_sweep(
 def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) -> list[str]:
     """Fit, and say what was found; parameters as typed, errors as of `nutamill.campaign.fit.fit`."""
     folder = to or Path("fits") / file.stem
+    client = None if cluster is None else cluster_client(cluster, jobs)
     with Board(DEFAULT) as board:
         board.message(f"runs into {folder}")
-        found = fit(file, folder, workers_of(jobs, cluster), board, board.message)
-    return found.lines()
+        return fit(file, folder, jobs, client, board, board.message).lines()

@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
 from nutamill import units
 from nutamill.errors import CaseError, Fault
-from nutamill.tables import ProfileSpeed, Ramp, Speed, StartTime, Table, refusal
+from nutamill.tables import MotorTorque, Power, ProfileSpeed, Ramp, RotationalGain, Speed, StartTime, Table, Time, refusal
 from nutamill.units import Kind
 
 
@@ -36,6 +36,29 @@ class Profile(Table):
         return self
 
 
+class Motor(Table):
+    """A motor on a frequency converter that is asked for the speed, in place of a prescribed rotation."""
+
+    power: Power | None = None
+    """Largest power at the driveshaft [W]; no limit if left out."""
+    torque: MotorTorque | None = None
+    """Largest torque at the driveshaft [N m]; no limit if left out."""
+    gain: RotationalGain = 2.0
+    """Torque of the speed controller per error of the speed [N m s/rad]."""
+    integral_time: Time = 0.2
+    """Time in which its integral part adds as much again [s]."""
+    cut: StartTime | None = None
+    """When the supply fails or is switched off [s]; from then on the mill coasts."""
+    restored: Time | None = None
+    """When the supply is back [s]; never if left out."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> "Motor":
+        if self.restored is not None and (self.cut is None or self.restored <= self.cut):
+            raise refusal("restored must come after cut", 'Write e.g. cut = "8 s" and restored = "8.5 s"')
+        return self
+
+
 class DriveProgramme(Table):
     """What the driveshaft is made to do."""
 
@@ -45,6 +68,9 @@ class DriveProgramme(Table):
     """Rise of the speed from rest [rad/s^2]."""
     profile: Annotated[Profile | None, BeforeValidator(_as_table), WithJsonSchema({"type": "string"})] = None
     """Speed over time, instead of the ramp: a CSV file with the columns ``time [s]`` and ``speed [rpm]``."""
+
+    motor: Motor | None = None
+    """The motor that is to reach the speed; without it the rotation is prescribed, whatever torque it takes."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> "DriveProgramme":

@@ -23,6 +23,7 @@ from nutamill.machine import (
     IntermediateShaft,
     MeshedWall,
     Mounts,
+    Rod,
     ShaftCoupling,
     TopFrame,
 )
@@ -104,6 +105,8 @@ class Case(CaseFile):
     driveshaft: Driveshaft
     balance: Balance
     bearing_cross: BearingCross
+    rods: dict[str, Rod] = Field(default_factory=dict)
+    """Six rods that hold the yoke, by name, where there are any; for their forces only."""
     intermediate_shaft: IntermediateShaft
     frame: TopFrame
     mounts: Mounts

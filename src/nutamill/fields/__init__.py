@@ -63,6 +63,11 @@ def _contact_losses(name: str, label: str) -> tuple[Field, ...]:
 TIME = Field("time", "t", "s", "time", "simulated time since the start of the run")
 CHAMBER_POINT = "nutation point, moving with the chamber"
 
+JOINTS = ("frame_fix", "intermediate_shaft_bearing", "driveshaft_bearing", "load_cell", "crank_pin", "chamber_pivot", "yoke_pivot")
+"""Joints of a mill whose reactions are recorded; the frame is fixed on rigid mounts only."""
+TURNING = ("frame", "driveshaft", "chamber")
+"""Bodies whose attitudes are recorded, so that a reaction can be written in their axes."""
+
 SERIES: tuple[Field, ...] = (
     TIME,
     Field("crank_angle", "\\theta", "rad", "crank angle", "angle the driveshaft has turned in the frame since the start, not wrapped"),
@@ -99,6 +104,35 @@ SERIES: tuple[Field, ...] = (
         "displacement of the frame at mount {mount}, zero as assembled",
         WORLD,
         "mount {mount} on the frame",
+    ),
+    *vector(
+        "{joint}_reaction_force",
+        "F_j,",
+        "N",
+        "{joint} reaction",
+        "force the {joint} exerts on its second body",
+        WORLD,
+        "point of the {joint} on its second body",
+    ),
+    *vector(
+        "{joint}_reaction_moment",
+        "M_j,",
+        "N m",
+        "{joint} reaction moment",
+        "moment the {joint} exerts on its second body, friction included and the motor's left out",
+        WORLD,
+        "point of the {joint} on its second body",
+    ),
+    *(
+        Field(
+            f"{{body}}_attitude_{part}",
+            f"q_{part}",
+            "1",
+            f"{{body}} attitude, {part}",
+            f"component {part} of the quaternion that turns axes of the {{body}} into world axes",
+            WORLD,
+        )
+        for part in "wxyz"
     ),
     *vector(
         "{sensor}_acceleration",
@@ -171,6 +205,15 @@ SNAPSHOT: tuple[Field, ...] = (
         "radii by id, of a clump that of the sphere of its volume",
         shape="(n_particles,)",
     ),
+    Field(
+        "contact_forces",
+        "F",
+        "N",
+        "contact forces",
+        "magnitude of the resultant of all contact forces on a particle in the last substep, by id; not of clumps",
+        shape="(n_particles,)",
+    ),
+    Field("materials", "", "1", "particle materials", "place in the list of the charge's materials, by id", shape="(n_particles,)"),
     Field("chamber_floor", "f", "m", "chamber floor", "middle of the chamber's floor", WORLD, f"from the {O_FIXED}", "(3,)"),
     Field("chamber_attitude", "q", "1", "chamber attitude", "unit quaternion (w, x, y, z), chamber to world", WORLD, "", "(4,)"),
     Field("body_positions", "p", "m", "body positions", "mass centres of the bodies", WORLD, f"from the {O_FIXED}", "(n_bodies, 3)"),
@@ -258,7 +301,11 @@ STATISTICS_AXES: tuple[Field, ...] = (
 """What the statistics are laid out along."""
 
 _NAME = "[a-z][a-z0-9_]*"
-_PARTS = {"mount": "[1-9][0-9]*", **dict.fromkeys(("sensor", "joint", "bushing", "spring", "torque", "drive"), _NAME)}
+_PARTS = {
+    "mount": "[1-9][0-9]*",
+    "body": "|".join(TURNING),
+    **dict.fromkeys(("sensor", "joint", "bushing", "spring", "torque", "drive"), _NAME),
+}
 _SERIES = {field.name: field for field in SERIES}
 _SNAPSHOT = {field.name: field for field in SNAPSHOT}
 _STATISTICS = {field.name: field for field in STATISTICS + STATISTICS_AXES}
@@ -327,7 +374,8 @@ def expand(mounts: int = 0, sensors: Sequence[str] = ()) -> list[str]:
     mounts : number of mounts [1]; they are counted from 1
     sensors : names of the sensors as in the case file
     """
-    parts = {"mount": [str(k) for k in range(1, mounts + 1)], "sensor": list(sensors)}
+    joints = [joint for joint in JOINTS if joint != "frame_fix" or not mounts]
+    parts = {"mount": [str(k) for k in range(1, mounts + 1)], "sensor": list(sensors), "joint": joints, "body": list(TURNING)}
     names = []
     for name in _SERIES:
         part = next((part for part in parts if f"{{{part}}}" in name), None)

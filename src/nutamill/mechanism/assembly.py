@@ -20,7 +20,7 @@ from nutamill.mechanism.model import (
     MechanismScratch,
     MechanismState,
 )
-from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind, Spring, Torque
+from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind, Motor, Spring, Torque
 from nutamill.mechanism.rows import Placement, constraint_tables, frame_along, records, unit
 
 TURNING = (JointKind.REVOLUTE, JointKind.CYLINDRICAL)
@@ -74,7 +74,7 @@ def assemble(
     joint_table, row_table, pair_table, labels, faults = constraint_tables(place, joints, drives)
     if faults:
         raise CaseError(*faults)
-    drive_table, knot_table = drive_tables(drives, len(row_table))
+    drive_table, knot_table = drive_tables(place, joints, drives, len(row_table))
     mechanism = Mechanism(
         gravity=np.array(gravity, float),
         bodies=body_table(bodies),
@@ -218,6 +218,11 @@ def drive_faults(joints, drives):
             yield Fault(where, f"times and speeds must be two lists of one length, got shapes {times.shape} and {speeds.shape}")
         elif times[0] != 0.0 or np.any(np.diff(times) <= 0.0):
             yield Fault(where, "times must begin at 0 and increase")
+        if (
+            drive.motor is not None
+            and min(drive.motor.gain, drive.motor.integral_gain, drive.motor.torque_limit, drive.motor.power_limit) < 0
+        ):
+            yield Fault(where, f"gains and limits of a motor must not be negative, got {drive.motor}")
 
 
 # ---- tables
@@ -261,14 +266,24 @@ def spring_record(place, spring) -> tuple:
     return place.index[a], place.index[b], *ends, spring.stiffness, spring.damping, spring.free_length
 
 
-def drive_tables(drives, n_rows) -> tuple[np.recarray, np.recarray]:
-    """Drives, whose rows are the last ones, and the knots of all drives in a line."""
+def drive_tables(place, joints, drives, n_rows) -> tuple[np.recarray, np.recarray]:
+    """Drives, those without a motor holding the last rows in turn, and the knots of all drives in a line."""
+    by_name = {joint.name: joint for joint in joints}
     table, knots = [], []
-    for d, drive in enumerate(drives):
+    row = n_rows - sum(drive.motor is None for drive in drives)
+    for drive in drives:
         t, w = np.asarray(drive.times, float), np.asarray(drive.speeds, float)
         angle = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(t) * (w[1:] + w[:-1]))])
-        table.append((n_rows - len(drives) + d, len(knots), len(knots) + len(t)))
+        joint = by_name[drive.joint]
+        a, b = joint.body_a, joint.body_b
+        x, _, z = frame_along(joint.axis).T
+        axes = place.local_axis(a, z), place.local_axis(a, x), place.local_axis(b, x)
+        motor = drive.motor or Motor(0.0, 0.0)
+        numbers = motor.gain, motor.integral_gain, motor.torque_limit, motor.power_limit, motor.cut, motor.restored
+        held = row if drive.motor is None else -1
+        table.append((held, len(knots), len(knots) + len(t), place.index[a], place.index[b], *axes, *numbers))
         knots.extend(zip(t, w, angle, strict=True))
+        row += drive.motor is None
     return records(DRIVE, table), records(KNOT, knots)
 
 
@@ -290,6 +305,8 @@ def new_state(mechanism, place, bodies) -> MechanismState:
         multiplier=np.zeros(n_rows),
         friction_moment=np.zeros((n_joints, 3)),
         drive_motion=np.zeros((n_drives, 3)),
+        drive_torque=np.zeros(n_drives),
+        motor_integral=np.zeros(n_drives),
         wrench=np.zeros((n, 6)),
         previous_wrench=np.zeros((n, 6)),
         power=np.zeros(n_bushings + n_springs + n_joints),
@@ -317,5 +334,6 @@ def new_scratch(mechanism: Mechanism) -> MechanismScratch:
         **matrix,
         **row,
         drive_motion=np.zeros((len(mechanism.drives), 3)),
+        motor_torque=np.zeros(len(mechanism.drives)),
         power=np.zeros(len(mechanism.bushings) + len(mechanism.springs) + len(mechanism.joints)),
     )

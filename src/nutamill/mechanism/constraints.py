@@ -20,8 +20,8 @@ def dense_jacobian(mechanism, state, scratch) -> np.ndarray:
     place(mechanism, state, scratch)
     rows, n = mechanism.rows, len(mechanism.bodies)
     jacobian = np.zeros((len(rows), 6 * n))
-    for i, row in enumerate(rows):
-        for at, body in ((0, row.body_a), (6, row.body_b)):
+    for i, bodies in enumerate(zip(rows.body_a, rows.body_b, strict=True)):
+        for at, body in zip((0, 6), bodies, strict=True):
             jacobian[i, 6 * body : 6 * body + 6] += scratch.jacobian[i, at : at + 6]
     return jacobian[:, : 6 * (n - 1)]
 
@@ -125,7 +125,8 @@ def speed_mismatch(mechanism, weights, kept, i) -> float:
     for t in times:
         evaluate_drives(mechanism.drives, mechanism.knots, t, motion)
         rate = np.zeros(len(mechanism.rows))
-        rate[mechanism.drives.row] = motion[:, 1]
+        prescribed = mechanism.drives.row >= 0
+        rate[mechanism.drives.row[prescribed]] = motion[prescribed, 1]
         largest = max(largest, abs(rate[i] - weights @ rate[kept]))
         scale = max(scale, np.abs(motion[:, 1]).max())
     return largest if largest > LARGEST_MISMATCH * max(scale, 1.0) else 0.0

@@ -1,5 +1,8 @@
-"""Prescribed rotations: angle, speed and acceleration of a drive at a time."""
+"""Drives: angle, speed and acceleration of a prescribed rotation at a time; torque and motion of a controlled motor."""
 
+import math
+
+from nutamill.frames import cross, turn_vector
 from nutamill.kernel import kernel
 
 
@@ -38,3 +41,116 @@ def evaluate_drives(drives, knots, t, motion_out):
     """Write angle, speed and acceleration of every drive at `t` [s] into `motion_out` (n_drives, 3)."""
     for d in range(drives.shape[0]):
         motion_out[d, 0], motion_out[d, 1], motion_out[d, 2] = drive_motion(drives[d], knots, t)
+
+
+@kernel
+def driven_axis(drive, quaternion):
+    """Axis of a `DRIVE` record in world axes [1], as a 3-tuple."""
+    return turn_vector(quaternion[drive.body_a], drive.axis_a[0], drive.axis_a[1], drive.axis_a[2])
+
+
+@kernel
+def driven_rate(drive, quaternion, rates):
+    """Rate of b relative to a about the axis of a `DRIVE` record, from rates (n_bodies + 1, 6): twists [rad/s] or accelerations."""
+    e0, e1, e2 = driven_axis(drive, quaternion)
+    a, b = rates[drive.body_a], rates[drive.body_b]
+    return e0 * (b[3] - a[3]) + e1 * (b[4] - a[4]) + e2 * (b[5] - a[5])
+
+
+@kernel
+def driven_angle(drive, quaternion, near):
+    """Angle of b relative to a about the axis of a `DRIVE` record [rad], of all turns the one within half a turn of `near`."""
+    e0, e1, e2 = driven_axis(drive, quaternion)
+    x0, x1, x2 = turn_vector(quaternion[drive.body_a], drive.zero_a[0], drive.zero_a[1], drive.zero_a[2])
+    y0, y1, y2 = turn_vector(quaternion[drive.body_b], drive.zero_b[0], drive.zero_b[1], drive.zero_b[2])
+    c0, c1, c2 = cross(x0, x1, x2, y0, y1, y2)
+    angle = math.atan2(e0 * c0 + e1 * c1 + e2 * c2, x0 * y0 + x1 * y1 + x2 * y2)
+    return angle + 2.0 * math.pi * math.floor((near - angle) / (2.0 * math.pi) + 0.5)
+
+
+@kernel
+def motor_limit(drive, t, speed):
+    """Largest torque [N m] of a motor at time `t` [s] and `speed` [rad/s]; zero while its power is cut."""
+    if drive.cut <= t < drive.restored:
+        return 0.0
+    return min(drive.torque_limit, drive.power_limit / max(abs(speed), 1e-9))
+
+
+@kernel
+def motor_torque(drive, t, asked, speed, integral):
+    """Torque [N m] of a motor that turns with `speed` and is asked for the speed `asked` [rad/s].
+
+    Proportional to the error, plus the `integral` part [N m], within the limits: a drive with a speed controller and a limit of
+    current and power.  Source: Leonhard, Control of Electrical Drives, 3rd ed., 2001, section 7.2 (speed control by a PI
+    controller with a limited output).
+    """
+    limit = motor_limit(drive, t, speed)
+    return max(-limit, min(limit, drive.gain * (asked - speed) + integral))
+
+
+@kernel
+def next_integral(drive, t, asked, speed, integral, dt):
+    """Integral part [N m] a step of `dt` [s] later: it rests while the torque is at a limit that it would push further, and starts
+    anew after a cut."""
+    limit = motor_limit(drive, t, speed)
+    if limit == 0.0:
+        return 0.0
+    error = asked - speed
+    demand = drive.gain * error + integral
+    if abs(demand) >= limit and demand * error > 0.0:
+        return integral
+    return max(-limit, min(limit, integral + dt * drive.integral_gain * error))
+
+
+@kernel
+def apply_motors(drives, quaternion, twist, t, asked, integral, load_out, torque_out):
+    """Add every motor's torque to `load_out` (n_bodies + 1, 6) and write it, (n_drives,) [N m]; zero for prescribed rotations.
+
+    `asked` (n_drives, 3) is what `evaluate_drives` gave, `twist` what the loads see.
+    """
+    for d in range(drives.shape[0]):
+        torque_out[d] = 0.0
+        if drives[d].row >= 0:
+            continue
+        torque = motor_torque(drives[d], t, asked[d, 1], driven_rate(drives[d], quaternion, twist), integral[d])
+        torque_out[d] = torque
+        e0, e1, e2 = driven_axis(drives[d], quaternion)
+        a, b = drives[d].body_a, drives[d].body_b
+        load_out[b, 3] += torque * e0
+        load_out[b, 4] += torque * e1
+        load_out[b, 5] += torque * e2
+        load_out[a, 3] -= torque * e0
+        load_out[a, 4] -= torque * e1
+        load_out[a, 5] -= torque * e2
+
+
+@kernel
+def advance_motors(drives, quaternion, twist, t, asked, dt, integral):
+    """Advance the integral parts (n_drives,) [N m] of all motors over the step of `dt` [s] that has brought them to `twist` at `t`."""
+    for d in range(drives.shape[0]):
+        if drives[d].row < 0:
+            integral[d] = next_integral(drives[d], t, asked[d, 1], driven_rate(drives[d], quaternion, twist), integral[d], dt)
+
+
+@kernel
+def take_over_drives(drives, quaternion, twist, acceleration, multiplier, motor_torques, asked, torque_out, motion_out):
+    """Torque [N m] of every drive, and its angle, speed and acceleration: as prescribed, or as a motor's joint has come to move.
+
+    Parameters
+    ----------
+    twist, acceleration : of the bodies, (n_bodies + 1, 6)
+    multiplier, motor_torques : reactions of the constraint rows, and torques of the motors [N m]
+    asked : what `evaluate_drives` gave, (n_drives, 3)
+    motion_out : (n_drives, 3); a motor's angle before, from which its turns are counted on
+    """
+    for d in range(drives.shape[0]):
+        drive, motion = drives[d], motion_out[d]
+        if drive.row >= 0:
+            torque_out[d] = multiplier[drive.row]
+            for k in range(3):
+                motion[k] = asked[d, k]
+        else:
+            torque_out[d] = motor_torques[d]
+            motion[0] = driven_angle(drive, quaternion, motion[0])
+            motion[1] = driven_rate(drive, quaternion, twist)
+            motion[2] = driven_rate(drive, quaternion, acceleration)

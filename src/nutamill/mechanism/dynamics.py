@@ -16,9 +16,9 @@ section VII.1.4 (projection); Andersen, J. Comput. Phys. 52, 24-34, 1983 (Verlet
 
 import math
 
-from nutamill.frames import turn_quaternion, turn_vector_back
+from nutamill.frames import turn_quaternion
 from nutamill.kernel import kernel
-from nutamill.mechanism.drive import evaluate_drives
+from nutamill.mechanism.drive import advance_motors, driven_rate, evaluate_drives, take_over_drives
 from nutamill.mechanism.equations import (
     copy_rows,
     copy_vector,
@@ -29,7 +29,6 @@ from nutamill.mechanism.equations import (
     row_residuals,
     solve_reactions,
 )
-from nutamill.mechanism.loads import bushing_travel_of, spring_pull
 from nutamill.mechanism.solve import add_row_reactions, divide_by_mass, solve_factored
 
 OK, NOT_FINITE = 0, 1
@@ -97,12 +96,16 @@ def project_velocities(mechanism, state, scratch):
 
 
 @kernel
-def keep_solution(state, scratch):
-    """Take over what the solve found: reactions, drive motions, dissipated powers, and the wrench contained in the load."""
+def keep_solution(mechanism, state, scratch):
+    """Take over what the solve found: reactions, drive motions and torques, dissipated powers, and the wrench contained in the load."""
     copy_vector(scratch.multiplier, state.multiplier)
     copy_vector(scratch.power, state.power)
-    copy_rows(scratch.drive_motion, state.drive_motion)
     copy_rows(state.wrench, state.previous_wrench)
+    gather_twists(state, scratch.twist)
+    take_over_drives(
+        mechanism.drives, state.quaternion, scratch.twist, state.acceleration, scratch.multiplier, scratch.motor_torque,
+        scratch.drive_motion, state.drive_torque, state.drive_motion,
+    )  # fmt: skip
 
 
 @kernel
@@ -130,7 +133,7 @@ def start(mechanism, state, scratch):
     project_velocities(mechanism, state, scratch)
     for _ in range(FRICTION_ROUNDS):
         solve_reactions(mechanism, state, scratch)
-        keep_solution(state, scratch)
+        keep_solution(mechanism, state, scratch)
     return check_finite(state.velocity, state.acceleration)
 
 
@@ -180,7 +183,8 @@ def finish(mechanism, state, scratch, dt):
     project_velocities(mechanism, state, scratch)
     add_works(mechanism, state, scratch, dt)
     add_losses(mechanism, state, scratch.power, dt)
-    keep_solution(state, scratch)
+    advance_motors(mechanism.drives, state.quaternion, scratch.twist, state.time[0], scratch.drive_motion, dt, state.motor_integral)
+    keep_solution(mechanism, state, scratch)
     return check_finite(state.velocity, state.acceleration)
 
 
@@ -193,6 +197,10 @@ def add_works(mechanism, state, scratch, dt):
     drives, torques, before, after = mechanism.drives, mechanism.torques, scratch.start_twist, scratch.twist
     for d in range(drives.shape[0]):
         i = drives[d].row
+        if i < 0:
+            rate = driven_rate(drives[d], state.quaternion, after)
+            state.drive_work[d] += 0.5 * dt * (state.drive_torque[d] + scratch.motor_torque[d]) * 0.5 * (state.drive_motion[d, 1] + rate)
+            continue
         impulse = 0.5 * dt * (state.multiplier[i] + scratch.multiplier[i]) + scratch.solution[i]
         state.drive_work[d] += impulse * 0.5 * (state.drive_motion[d, 1] + scratch.drive_motion[d, 1])
     for b in range(before.shape[0]):
@@ -255,7 +263,7 @@ def solve_again(mechanism, state, scratch):
     evaluate_drives(mechanism.drives, mechanism.knots, state.time[0], scratch.drive_motion)
     gather_twists(state, scratch.twist)
     solve_reactions(mechanism, state, scratch)
-    keep_solution(state, scratch)
+    keep_solution(mechanism, state, scratch)
 
 
 @kernel
@@ -274,6 +282,8 @@ def copy_mechanism_state(source, target):
         (source.time, target.time),
         (source.multiplier, target.multiplier),
         (source.power, target.power),
+        (source.drive_torque, target.drive_torque),
+        (source.motor_integral, target.motor_integral),
         (source.drive_work, target.drive_work),
         (source.wrench_work, target.wrench_work),
         (source.torque_work, target.torque_work),
@@ -311,47 +321,3 @@ def body_motion(state, body, motion_out):
         motion_out[16 + k] = state.acceleration[body, 3 + k]
     for k in range(4):
         motion_out[3 + k] = state.quaternion[body, k]
-
-
-@kernel
-def kinetic_energy(mechanism, state):
-    """Kinetic energy of all bodies [J]."""
-    total = 0.0
-    for b in range(mechanism.bodies.shape[0] - 1):
-        v, w, I = state.velocity[b], state.angular_velocity[b], mechanism.bodies[b].inertia
-        w0, w1, w2 = turn_vector_back(state.quaternion[b], w[0], w[1], w[2])
-        total += 0.5 * mechanism.bodies[b].mass * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-        total += 0.5 * (w0 * w0 * I[0, 0] + w1 * w1 * I[1, 1] + w2 * w2 * I[2, 2])
-        total += w0 * w1 * I[0, 1] + w0 * w2 * I[0, 2] + w1 * w2 * I[1, 2]
-    return total
-
-
-@kernel
-def potential_energy(mechanism, state):
-    """Potential energy of gravity of all bodies [J], zero with the mass centres at the world's origin."""
-    total = 0.0
-    for b in range(mechanism.bodies.shape[0] - 1):
-        for k in range(3):
-            total -= mechanism.bodies[b].mass * mechanism.gravity[k] * state.position[b, k]
-    return total
-
-
-@kernel
-def bushing_energy(mechanism, state, bushing):
-    """Elastic energy [J] of bushing number `bushing`: half of stiffness times travel squared."""
-    k = mechanism.bushings[bushing].stiffness
-    d0, d1, d2, t0, t1, t2 = bushing_travel_of(mechanism.bushings[bushing], state.position, state.quaternion)
-    return 0.5 * (k[0] * d0 * d0 + k[1] * d1 * d1 + k[2] * d2 * d2 + k[3] * t0 * t0 + k[4] * t1 * t1 + k[5] * t2 * t2)
-
-
-@kernel
-def energies(mechanism, state, scratch, out):
-    """Kinetic, potential and elastic energy [J] (bushings and springs) into `out` (3,).  `scratch.twist` is overwritten."""
-    out[0], out[1], out[2] = kinetic_energy(mechanism, state), potential_energy(mechanism, state), 0.0
-    for i in range(mechanism.bushings.shape[0]):
-        out[2] += bushing_energy(mechanism, state, i)
-    gather_twists(state, scratch.twist)
-    for i in range(mechanism.springs.shape[0]):
-        spring = mechanism.springs[i]
-        length, _pull, _power, _n0, _n1, _n2 = spring_pull(spring, state.position, state.quaternion, scratch.twist)
-        out[2] += 0.5 * spring.stiffness * (length - spring.free_length) ** 2

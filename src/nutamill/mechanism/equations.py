@@ -8,6 +8,7 @@ Dynamics Algorithms, 2008, section 3.2.
 
 from nutamill.frames import cross, rotation_matrix
 from nutamill.kernel import kernel
+from nutamill.mechanism.drive import apply_motors
 from nutamill.mechanism.joints import bend_rows, place_rows, row_rate
 from nutamill.mechanism.loads import apply_bushings, apply_given, apply_joint_friction, apply_springs
 from nutamill.mechanism.solve import add_row_reactions, divide_by_mass, divide_rows_by_mass, factor, form_schur, solve_factored
@@ -93,6 +94,9 @@ def apply_loads(mechanism, state, scratch):
     apply_given(mechanism.bodies, mechanism.gravity, mechanism.torques, state.wrench, load)
     apply_bushings(mechanism.bushings, state.position, state.quaternion, twist, load, power)
     apply_springs(mechanism.springs, state.position, state.quaternion, twist, mechanism.bushings.shape[0], load, power)
+    apply_motors(
+        mechanism.drives, state.quaternion, twist, state.time[0], scratch.drive_motion, state.motor_integral, load, scratch.motor_torque
+    )
 
 
 @kernel

@@ -11,6 +11,7 @@ import numpy as np
 from nutamill.errors import CaseError, Fault, StepError
 from nutamill.frames import turn_quaternion
 from nutamill.mechanism.constraints import dense_jacobian
+from nutamill.mechanism.drive import driven_axis
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.equations import apply_loads
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
@@ -67,16 +68,17 @@ def static_equilibrium(
     state.velocity[:], state.angular_velocity[:] = 0.0, 0.0
     held = held_rows(mechanism, hold_drives)
     n, n_held = 6 * (len(mechanism.bodies) - 1), int(held.sum())
-    reaction = np.zeros(len(mechanism.rows))
-    jacobian = dense_jacobian(mechanism, state, scratch)
+    reaction = np.zeros(len(held))
+    jacobian = locked_jacobian(mechanism, state, scratch)
     reaction[held] = np.linalg.lstsq(jacobian[held].T, -residual(mechanism, state, scratch, reaction), rcond=None)[0]
     for _ in range(NEWTON_ROUNDS):
         stiffness = tangent_stiffness(mechanism, state, scratch, reaction)
         force = residual(mechanism, state, scratch, reaction)
-        jacobian = dense_jacobian(mechanism, state, scratch)[held]
+        jacobian = locked_jacobian(mechanism, state, scratch)[held]
+        gap = np.append(scratch.gap, np.zeros(len(held) - len(scratch.gap)))
         scale = max(np.abs(stiffness).max(), 1.0)
         matrix = np.block([[stiffness / scale, -jacobian.T], [jacobian, np.zeros((n_held, n_held))]])
-        solution = np.linalg.lstsq(matrix, np.concatenate([force / scale, -scratch.gap[held]]), rcond=1e-13)[0]
+        solution = np.linalg.lstsq(matrix, np.concatenate([force / scale, -gap[held]]), rcond=1e-13)[0]
         longest = np.abs(solution[:n]).max(initial=0.0)
         share = min(1.0, LONGEST_STEP / max(longest, LONGEST_STEP))
         displace(state, share * solution[:n])
@@ -120,7 +122,7 @@ def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch
     if loose == "refuse" and (found := loose_motions(mechanism, state, scratch)):
         hint = "Hold it with a joint, a bushing or a spring"
         raise CaseError(*(Fault("modes", f"every motion must be held by something, {motion} is not", hint) for motion in found))
-    jacobian = dense_jacobian(mechanism, state, scratch)
+    jacobian = locked_jacobian(mechanism, state, scratch)
     mass = mass_matrix(mechanism, scratch)
     stiffness = tangent_stiffness(mechanism, state, scratch, state.multiplier)
     damping = tangent_damping(mechanism, state, scratch)
@@ -128,15 +130,20 @@ def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch
     small_mass = free.T @ mass @ free
     a = np.linalg.solve(small_mass, free.T @ stiffness @ free)
     b = np.linalg.solve(small_mass, free.T @ damping @ free)
-    m = len(small_mass)
-    values, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-a, -b]]))
+    return modes_of(a, b, free)
+
+
+def modes_of(stiffness: np.ndarray, damping: np.ndarray, directions: np.ndarray) -> Modes:
+    """Modes of ``q'' + damping q' + stiffness q = 0``, matrices (m, m) per unit mass; bodies move by ``directions q``, (6 n_bodies, m)."""
+    m = len(stiffness)
+    values, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-stiffness, -damping]]))
     chosen = np.flatnonzero(values.imag >= 0.0)
     chosen = chosen[np.argsort(np.abs(values[chosen]), kind="stable")]
     size = np.abs(values[chosen])
-    shape = free @ vectors[:m, chosen]
+    shape = directions @ vectors[:m, chosen]
     shape = shape / shape[np.abs(shape).argmax(axis=0), np.arange(len(chosen))]
     ratio = np.where(size > 0.0, -values[chosen].real / np.where(size > 0.0, size, 1.0), 1.0)
-    return Modes(size / (2.0 * np.pi), ratio, shape.reshape(len(mechanism.bodies) - 1, 6, len(chosen)))
+    return Modes(size / (2.0 * np.pi), ratio, shape.reshape(len(directions) // 6, 6, len(chosen)))
 
 
 def loose_motions(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch) -> list[str]:
@@ -144,7 +151,7 @@ def loose_motions(mechanism: Mechanism, state: MechanismState, scratch: Mechanis
 
     At the present pose, drives held; undamped motions slower than `SLOWEST` count.
     """
-    free = free_directions(dense_jacobian(mechanism, state, scratch))
+    free = free_directions(locked_jacobian(mechanism, state, scratch))
     stiffness = free.T @ tangent_stiffness(mechanism, state, scratch, state.multiplier) @ free
     values, vectors = np.linalg.eig(np.linalg.solve(free.T @ mass_matrix(mechanism, scratch) @ free, stiffness))
     found = []
@@ -157,8 +164,20 @@ def loose_motions(mechanism: Mechanism, state: MechanismState, scratch: Mechanis
 
 
 def held_rows(mechanism, hold_drives) -> np.ndarray:
-    """Which constraint rows count, (n_rows,) of bool."""
-    return np.ones(len(mechanism.rows), bool) if hold_drives else mechanism.rows.drive < 0
+    """Which rows of `locked_jacobian` count, (n_rows + n_motors,) of bool."""
+    motors = np.full(int((mechanism.drives.row < 0).sum()), hold_drives)
+    return np.append((mechanism.rows.drive < 0) | hold_drives, motors)
+
+
+def locked_jacobian(mechanism, state, scratch) -> np.ndarray:
+    """Jacobian (n_rows + n_motors, 6 n_bodies) of the constraints, and of what would hold the motors' joints where they are."""
+    jacobian = dense_jacobian(mechanism, state, scratch)
+    motors = [drive for drive in mechanism.drives if drive.row < 0]
+    locks = np.zeros((len(motors), jacobian.shape[1] + 6))
+    for lock, drive in zip(locks, motors, strict=True):
+        for body, sign in ((drive.body_a, -1.0), (drive.body_b, 1.0)):
+            lock[6 * body + 3 : 6 * body + 6] += sign * np.array(driven_axis(drive, state.quaternion))
+    return np.vstack([jacobian, locks[:, :-6]])
 
 
 def free_directions(jacobian) -> np.ndarray:
@@ -180,9 +199,9 @@ def displace(state, move) -> None:
 def residual(mechanism, state, scratch, reaction) -> np.ndarray:
     """Loads plus row reactions on every body at rest [N, N m], (6 n_bodies,)."""
     scratch.twist[:] = 0.0
-    jacobian = dense_jacobian(mechanism, state, scratch)
+    jacobian = locked_jacobian(mechanism, state, scratch)
     apply_loads(mechanism, state, scratch)
-    return scratch.load[:-1].ravel() + jacobian.T @ reaction
+    return scratch.load[:-1].ravel() + jacobian[: len(reaction)].T @ reaction
 
 
 def tangent_stiffness(mechanism, state, scratch, reaction) -> np.ndarray:

@@ -91,8 +91,25 @@ SPRING = np.dtype(
 TORQUE = np.dtype([("body", "i8"), ("moment", "f8", (3,))])
 """A constant moment [N m] on a body, world axes."""
 
-DRIVE = np.dtype([("row", "i8"), ("first_knot", "i8"), ("end_knot", "i8")])
-"""A prescribed rotation: its constraint row, and its run of knots."""
+DRIVE = np.dtype(
+    [
+        ("row", "i8"),  # its constraint row; -1 for a motor
+        ("first_knot", "i8"),
+        ("end_knot", "i8"),
+        ("body_a", "i8"),
+        ("body_b", "i8"),
+        ("axis_a", "f8", (3,)),  # the joint's axis [1], axes of a
+        ("zero_a", "f8", (3,)),  # where zero_b points at angle zero [1], axes of a
+        ("zero_b", "f8", (3,)),  # a direction of b square to the axis [1], axes of b
+        ("gain", "f8"),  # motor: torque per error of the speed [N m s/rad]
+        ("integral_gain", "f8"),  # motor: rate of the torque per error of the speed [N m/rad]
+        ("torque_limit", "f8"),  # motor: largest torque [N m]
+        ("power_limit", "f8"),  # motor: largest torque times speed [W]
+        ("cut", "f8"),  # motor: time from which it gives no torque [s]
+        ("restored", "f8"),  # motor: time from which it works again [s]
+    ]
+)
+"""A drive: the constraint row of a prescribed rotation or the numbers of a motor, and its run of knots."""
 
 KNOT = np.dtype([("time", "f8"), ("speed", "f8"), ("angle", "f8")])
 """A knot of a drive: time [s], speed of b relative to a about the joint's axis [rad/s], and angle [rad], zero at the first."""
@@ -148,6 +165,10 @@ class MechanismState(NamedTuple):
     """Friction moment each joint exerts on its body b [N m], (n_joints, 3), world axes."""
     drive_motion: np.ndarray
     """Angle [rad], speed [rad/s], acceleration [rad/s^2] of each drive, (n_drives, 3)."""
+    drive_torque: np.ndarray
+    """Torque of each drive on its joint's body b about the axis [N m], (n_drives,)."""
+    motor_integral: np.ndarray
+    """Integral part of each motor's torque [N m], (n_drives,)."""
     wrench: np.ndarray
     """External force [N] and moment about the moving mass centre [N m], mean over the step, (n_bodies + 1, 6), world axes."""
     previous_wrench: np.ndarray
@@ -212,7 +233,9 @@ class MechanismScratch(NamedTuple):
     multiplier: np.ndarray
     """Row reactions of the new solve [N or N m], (n_rows,)."""
     drive_motion: np.ndarray
-    """Angle [rad], speed [rad/s], acceleration [rad/s^2] of each drive at the end of the step, (n_drives, 3)."""
+    """Angle [rad], speed [rad/s], acceleration [rad/s^2] prescribed to, or asked of, each drive at the end of the step, (n_drives, 3)."""
+    motor_torque: np.ndarray
+    """Torque of each motor at the end of the step [N m], (n_drives,)."""
     power: np.ndarray
     """Power dissipated at the end of the step by each bushing, spring, joint [W], (n_bushings + n_springs + n_joints,)."""
 

@@ -3,6 +3,7 @@
 `nutamill.mechanism.assembly.assemble` checks these and turns them into arrays.
 """
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -146,8 +147,26 @@ class Torque:
 
 
 @dataclass(frozen=True, slots=True)
+class Motor:
+    """A motor whose speed is not prescribed but controlled: proportional and integral action on the speed, within its limits."""
+
+    gain: float
+    """Torque per error of the speed [N m s/rad]."""
+    integral_gain: float
+    """Rate of the torque per error of the speed [N m/rad]."""
+    torque_limit: float = math.inf
+    """Largest torque either way [N m]."""
+    power_limit: float = math.inf
+    """Largest product of torque and speed either way [W]."""
+    cut: float = math.inf
+    """Time from which it gives no torque [s]."""
+    restored: float = math.inf
+    """Time from which it works again [s]."""
+
+
+@dataclass(frozen=True, slots=True)
 class Drive:
-    """A prescribed rotation of a joint's body b relative to its body a about the joint's axis."""
+    """What turns a joint's body b relative to its body a about the joint's axis: a prescribed rotation, or a motor asked for it."""
 
     name: str
     """Unique name."""
@@ -157,3 +176,5 @@ class Drive:
     """Knots [s], (n,), from 0, increasing."""
     speeds: tuple[float, ...] | np.ndarray
     """Speeds at the knots [rad/s], (n,); linear between, constant after the last. The angle is zero at the first knot."""
+    motor: Motor | None = None
+    """The motor that is to reach these speeds; a prescribed rotation if None."""

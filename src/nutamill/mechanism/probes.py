@@ -61,7 +61,7 @@ def bushing_travel(mechanism, state, scratch, bushing, out):
 @kernel
 def drive_torque(mechanism, state, drive):
     """Torque [N m] of drive number `drive` on its joint's body b about the joint's axis."""
-    return state.multiplier[mechanism.drives[drive].row]
+    return state.drive_torque[drive]
 
 
 @kernel

@@ -152,6 +152,8 @@ def constraint_tables(place: Placement, joints, drives):
         joint = by_name[drive.joint]
         x, y, z = frame_along(joint.axis).T
         # y turned by the angle stays square to b's x: a quarter turn brings y to -x
+        if drive.motor is not None:
+            continue
         axes = place.local_axis(joint.body_a, y), place.local_axis(joint.body_b, x), place.local_axis(joint.body_a, -x)
         rows.append((AXIS, place.index[joint.body_a], place.index[joint.body_b], d, zero, zero, *axes))
         labels.append(RowLabel(f"drive {drive.name!r}", f"the turn about {text(z)}", "rad"))

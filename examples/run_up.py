@@ -1,0 +1,23 @@
+"""How far the frame of the NuMill shakes on its way through the resonance, for four ramps.
+
+Checked: a quicker ramp passes the resonance later and with a lower peak (Lewis, Trans. ASME 54, 253-261, 1932).
+"""
+
+import itertools
+import math
+
+import nutamill as nm
+from nutamill.design.runup import default_sensor, run_up, run_up_lines
+from nutamill.design_figures import draw_run_up
+from nutamill.readings.orders import peaks
+
+RPM = math.pi / 30.0
+
+case = nm.load_case("numill")
+name = default_sensor(case)
+runs = run_up(case, [35.0 * RPM, 70.0 * RPM, 140.0 * RPM, 350.0 * RPM], name)
+print("\n".join(run_up_lines(runs, name)))
+draw_run_up(runs, name).savefig("run_up.png")
+
+once = [peaks(run.orders)[0] for run in runs]
+assert all(later.amplitude < sooner.amplitude and later.speed > sooner.speed for sooner, later in itertools.pairwise(once))

@@ -1,0 +1,105 @@
+"""Catalogue data of bearings and sections for estimates of life: a TOML file beside the case, checked as a case is."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationError, model_validator
+
+from nutamill.case.layers import merge, read_layers
+from nutamill.case.wording import worded
+from nutamill.errors import CaseError, Fault
+from nutamill.fields import JOINTS
+from nutamill.tables import FROM_FILE, Angle, Coefficient, Coordinate, Force, Length, Number, Pressure, Quantity, Table, refusal
+from nutamill.units import Kind
+
+Positive = Annotated[Number, Field(gt=0.0)]
+Bore = Annotated[float, Quantity(Kind.LENGTH, "zero or more")]
+
+
+class Bearing(Table):
+    """A rolling bearing at a joint, as its catalogue describes it."""
+
+    kind: Literal["ball", "roller"]
+    """What rolls: exponent 3 or 10/3."""
+    dynamic_rating: Force
+    """Basic dynamic load rating C [N]."""
+    static_rating: Force | None = None
+    """Basic static load rating C0 [N]."""
+    radial_factor: Coefficient = 1.0
+    """Share X of the radial load in the equivalent one where the axial load counts."""
+    axial_factor: Coefficient = 0.0
+    """Share Y of the axial load in the equivalent one where it counts."""
+    axial_limit: Coefficient = 0.0
+    """Ratio e of axial to radial load above which it counts."""
+    swing: Angle | None = None
+    """Half of the angle it swings through, once to and fro per turn of the driveshaft [rad]; a bearing that turns if left out."""
+    life_factor: Positive = 1.0
+    """Factor on the basic life for reliability, lubricant and dirt, a1 times aISO [1]."""
+
+
+class Section(Table):
+    """A round section of a shaft or pin, and the strength of its material."""
+
+    joint: Literal[JOINTS]
+    """The joint whose reaction it carries."""
+    axes: Literal["ground", "frame", "crank", "chamber"] = "crank"
+    """Axes that are fixed to it."""
+    axis: Literal["x", "y", "z"] = "z"
+    """Its axis in those."""
+    arm: tuple[Coordinate, Coordinate, Coordinate]
+    """From the joint's point to the middle of the section, in those axes [m]."""
+    diameter: Length
+    """Outer diameter [m]."""
+    bore: Bore = 0.0
+    """Inner diameter [m]."""
+    ultimate_strength: Pressure
+    """Ultimate tensile strength [Pa]."""
+    fatigue_strength: Pressure
+    """Amplitude of stress it bears `fatigue_cycles` times, fully reversed; surface and size included [Pa]."""
+    fatigue_cycles: Positive = 1e6
+    """Cycles that belong to it [1]."""
+    exponent: Positive
+    """Slope of the S-N line: life goes with stress to the power minus this [1]."""
+    stress_concentration: Annotated[Number, Field(ge=1.0)] = 1.0
+    """Fatigue notch factor [1]."""
+
+    @model_validator(mode="after")
+    def _possible(self) -> "Section":
+        if self.bore >= self.diameter:
+            raise refusal(f"bore must be less than the diameter, got {1e3 * self.bore:g} mm in {1e3 * self.diameter:g} mm")
+        if self.fatigue_strength >= self.ultimate_strength:
+            raise refusal("fatigue_strength must be less than ultimate_strength")
+        return self
+
+
+class Ratings(Table):
+    """Bearings and sections of a mill."""
+
+    schema_version: Annotated[Literal[1], Field(alias="schema")] = 1
+    """Version of the form of this file."""
+    bearings: dict[str, Bearing] = Field(default_factory=dict)
+    """Bearings by the name of their joint."""
+    sections: dict[str, Section] = Field(default_factory=dict)
+    """Sections by any name."""
+
+
+def load_ratings(path: str | Path) -> Ratings:
+    """The ratings of a TOML file.
+
+    Raises
+    ------
+    CaseError : every fault found, each with its file, line and key
+    """
+    content, places, faults = merge(read_layers(path))
+    try:
+        ratings = Ratings.model_validate(content, context={FROM_FILE: True})
+    except ValidationError as error:
+        raise CaseError(*faults, *worded(error, Ratings, content, places)) from None
+    for joint in ratings.bearings:
+        if joint not in JOINTS:
+            faults.append(Fault(f"{path}: bearings.{joint}", "must be named as a joint of the mill", f"Known are {', '.join(JOINTS)}"))
+    if not ratings.bearings and not ratings.sections:
+        faults.append(Fault(str(path), "must have a bearing or a section", "Write e.g. [bearings.crank_pin]"))
+    if faults:
+        raise CaseError(*faults)
+    return ratings

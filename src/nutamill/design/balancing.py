@@ -1,0 +1,173 @@
+"""Balancing: the masses on the driveshaft that make the machine shake least, by influence coefficients of the engine itself."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.build.mill_mechanism import FRAME, SHAFT, mill_mechanism
+from nutamill.case import Case
+from nutamill.design.empty import machine_vector, once_per_turn, steady_series
+from nutamill.design.isolation import shaking_unbalance
+from nutamill.errors import CaseError, Fault
+
+TRIAL = 0.2
+"""Share of the shaking unbalance that a trial mass has [1]; the mill answers linearly within a per cent or so."""
+
+TRIMS = 1
+"""Corrections with the same influence coefficients after the first one [1]: the weights themselves change what they act on."""
+
+GRADE = 16.0
+"""Balance quality grade of crushing machines, G 16 [mm/s], ISO 21940-11:2016."""
+
+
+class Weight(NamedTuple):
+    """A balance mass on the driveshaft."""
+
+    mass: float
+    """Mass [kg]."""
+    radius: float
+    """Distance from the driveshaft axis [m]."""
+    depth: float
+    """Below the nutation point [m]."""
+    azimuth: float
+    """From the crank pin in the direction of rotation [rad], in [0, 2 pi)."""
+
+
+class Balancing(NamedTuple):
+    """What balancing does at one speed."""
+
+    speed: float
+    """Driveshaft speed [rad/s]."""
+    weights: tuple[Weight, ...]
+    """Masses that shake least, one for each plane."""
+    before: float
+    """Root mean square of the amplitudes once per turn over all readings without balance mass: travel of the mounts [m], or force of
+    each corner on the floor [N] on rigid mounts."""
+    after: float
+    """The same with the weights, run again."""
+    unbalance: complex
+    """Unbalance of the mill without weights [kg m]; towards the pin is real."""
+    residual: complex
+    """Unbalance with them [kg m]."""
+    turning_mass: float
+    """Mass of all parts that the drive moves, weights included [kg]."""
+
+    @property
+    def grade(self) -> float:
+        """Quality grade that the residual unbalance comes to, ``|U| speed / m`` [mm/s], ISO 21940-11."""
+        return 1e3 * abs(self.residual) * self.speed / self.turning_mass
+
+
+def permissible_unbalance(grade: float, speed: float, mass: float) -> float:
+    """Permissible residual unbalance [kg m] of a rotor of `mass` [kg] at `speed` [rad/s] for a `grade` [mm/s]: ``G m / speed``.
+
+    Source: ISO 21940-11:2016, equation for ``U_per`` from the balance quality grade.
+    """
+    return 1e-3 * grade * mass / speed
+
+
+def balance_mill(case: Case, planes: Sequence[tuple[float, float]], speed: float | None = None, charge: bool = False) -> Balancing:
+    """Balance masses that minimise the vibration of the frame at a speed, in one plane or two.
+
+    The mill runs without weights, then with a trial mass in each plane; as the vibration is linear in the unbalances, the best
+    ones follow by least squares over the travel of all mounts (on rigid mounts: over the force of each corner on the floor).
+    The mill is then run with them.
+
+    Parameters
+    ----------
+    planes : radius and depth below the nutation point of each plane [m], one or two
+    speed : driveshaft speed [rad/s]; the case's if None
+    charge : with the mass of the charge fixed to the chamber's base
+
+    Raises
+    ------
+    CaseError : no plane, more than two, lengths that are none, or two planes of one depth
+
+    Source
+    ------
+    Goodman, J. Eng. Ind. 86(3), 273-279, 1964 (least-squares balancing by influence coefficients)
+    """
+    _check(planes)
+    at = case.drive.speed if speed is None else speed
+    bare = weighted(case, ())
+    unbalance = shaking_unbalance(bare, at, charge)
+    start = readings(bare, at, charge)
+    trial = -TRIAL * abs(unbalance)
+    influence = np.empty((len(start), len(planes)), complex)
+    for k, plane in enumerate(planes):
+        influence[:, k] = (readings(weighted(case, [_weight(trial, plane)]), at, charge) - start) / trial
+    best, end = np.zeros(len(planes), complex), start
+    for _ in range(1 + TRIMS):
+        best = best + np.linalg.lstsq(influence, -end, rcond=None)[0]
+        weights = tuple(_weight(complex(u), plane) for u, plane in zip(best, planes, strict=True))
+        balanced = weighted(case, weights)
+        end = readings(balanced, at, charge)
+    mass = sum(body.mass for body in mill_mechanism(balanced).bodies if body.name not in (FRAME, SHAFT))
+    sizes = [float(np.sqrt((np.abs(part) ** 2).mean())) for part in (start, end)]
+    return Balancing(at, weights, *sizes, unbalance, shaking_unbalance(balanced, at, charge), mass)
+
+
+def weighted(case: Case, weights: Sequence[Weight]) -> Case:
+    """The case with these balance masses in place of its own, two at most."""
+    none = Weight(0.0, case.balance.radius, case.balance.depth, np.pi)
+    first, second = [*weights, none, none][:2]
+    changes = {f"balance__{name}": value for name, value in first._asdict().items()}
+    return case.with_(**changes, balance__second=second._asdict())
+
+
+def readings(case: Case, speed: float, charge: bool) -> np.ndarray:
+    """Complex amplitudes once per turn of what balancing is to make small: travel of the mounts [m], or force of each corner [N]."""
+    series = steady_series(case, speed, charge)
+    if case.mechanism.mounting == "flexible":
+        travel = np.hstack([machine_vector(series, f"mount_{number}_travel") for number in range(1, case.mounts.count + 1)])
+        return once_per_turn(series["crank_angle"], travel)
+    # the fixing's force and moment as vertical forces of four corners and shares of the horizontal ones
+    force = once_per_turn(series["crank_angle"], machine_vector(series, "frame_fix_reaction_force"))
+    moment = once_per_turn(series["crank_angle"], machine_vector(series, "frame_fix_reaction_moment"))
+    upright = [moment[axis] / (4.0 * case.mounts.half_spacing) for axis in (0, 1)]
+    return np.array([*force[:2] / 4.0, *upright])
+
+
+def balance_lines(found: Balancing, case: Case, grade: float = GRADE) -> list[str]:
+    """Weights, vibration and residual unbalance as a table, and the keys that put the weights into a case."""
+    rpm = found.speed * 30.0 / np.pi
+    unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
+    what = "travel of the mounts" if unit == "mm" else "force of each corner on the floor"
+    rows = [f"balancing at {rpm:.4g} rpm: unbalance {1e3 * abs(found.unbalance):.4g} kg mm"]
+    rows.append(f"{'mass (kg)':>10} {'radius (mm)':>12} {'depth (mm)':>11} {'azimuth':>9}")
+    for weight in found.weights:
+        rows.append(f"{weight.mass:10.4f} {1e3 * weight.radius:12.4g} {1e3 * weight.depth:11.4g} {np.degrees(weight.azimuth):7.2f} °")
+    ratio = 100.0 * found.after / found.before
+    rows.append(
+        f"{what} once per turn, r.m.s.: {factor * found.before:.4g} {unit} before, {factor * found.after:.4g} {unit} after ({ratio:.3g} %)"
+    )
+    allowed = permissible_unbalance(grade, found.speed, found.turning_mass)
+    left = f"residual unbalance {1e3 * abs(found.residual):.4g} kg mm of {found.turning_mass:.4g} kg: G {found.grade:.3g}"
+    rows.append(f"{left}; G {grade:g} allows {1e3 * allowed:.4g} kg mm")
+    keys = [f'balance.{"second." if k else ""}{name}="{value}"' for k, weight in enumerate(found.weights) for name, value in _texts(weight)]
+    rows.append("in a case: " + " ".join(f"-s {key}" for key in keys))
+    return rows
+
+
+def _texts(weight: Weight) -> list[tuple[str, str]]:
+    return [
+        ("mass", f"{weight.mass:.5g} kg"),
+        ("radius", f"{1e3 * weight.radius:.6g} mm"),
+        ("depth", f"{1e3 * weight.depth:.6g} mm"),
+        ("azimuth", f"{np.degrees(weight.azimuth):.5g} deg"),
+    ]
+
+
+def _weight(unbalance: complex, plane: tuple[float, float]) -> Weight:
+    return Weight(abs(unbalance) / plane[0], *plane, float(np.angle(unbalance) % (2.0 * np.pi)))
+
+
+def _check(planes: Sequence[tuple[float, float]]) -> None:
+    """Refuse planes that make no sense."""
+    if not 1 <= len(planes) <= 2:
+        raise CaseError(Fault("--plane", f"must be one or two, got {len(planes)}", 'Write e.g. --plane "80 mm" "420 mm"'))
+    if min(min(plane) for plane in planes) <= 0.0:
+        raise CaseError(Fault("--plane", f"radius and depth must be positive, got {planes} m"))
+    if len(planes) == 2 and abs(planes[0][1] - planes[1][1]) < 1e-3:
+        raise CaseError(Fault("--plane", "two planes must lie at different depths, got one depth twice", "Give one plane, or move one"))

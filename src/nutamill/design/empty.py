@@ -1,0 +1,66 @@
+"""Runs of the empty mill in memory: its series, without a file."""
+
+import numpy as np
+
+from nutamill.advance import enter, record_first_row
+from nutamill.build.model import build
+from nutamill.case import Case
+from nutamill.design.modes import with_charge_mass
+
+RAMP_TIME, TAKEN = 0.5, 1.0
+"""Time to reach a speed, and the end of a steady run from which readings are taken [s]."""
+SETTLE_TIME = {"flexible": 5.0, "rigid": 1.2}
+"""Time to let vibrations die out at speed, by the mounting [s]: on rigid mounts only the drive train vibrates."""
+
+
+def empty_series(case: Case, charge: bool = False) -> dict[str, np.ndarray]:
+    """Series of the mill from rest to the end of the case, (n,) each by name, its charge left out.
+
+    Parameters
+    ----------
+    charge : with the mass of the charge fixed to the chamber's base
+
+    Raises
+    ------
+    StepError : the run cannot go on
+    """
+    loaded = (with_charge_mass(case) if charge else case).with_("charge.kind", "none")
+    model, state = build(loaded, None)
+    record_first_row(model, state)
+    _, rows, fault = enter(model, state, round(loaded.run.until * loaded.run.series_rate))
+    if fault is not None:
+        raise fault
+    rows = np.vstack([state.first_row, rows])
+    return dict(zip(model.readout.names, model.readout.series(rows, state.first_row).T, strict=True))
+
+
+def steady_series(case: Case, speed: float, charge: bool = False) -> dict[str, np.ndarray]:
+    """The last whole turns, about `TAKEN` seconds, of the empty mill at a steady `speed` [rad/s], series by name."""
+    settled = case.with_(drive__speed=speed, drive__ramp=speed / RAMP_TIME, run__until=RAMP_TIME + SETTLE_TIME[case.mechanism.mounting])
+    series = empty_series(settled, charge)
+    angle = series["crank_angle"]
+    turns = max(1, int(TAKEN * speed / (2.0 * np.pi)))
+    inside = angle > angle[-1] - 2.0 * np.pi * turns * (1.0 + 1e-9)
+    return {name: values[inside] for name, values in series.items()}
+
+
+def once_per_turn(angle: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Complex amplitudes c of signals (n, m) over whole turns of `angle` (n,): ``Re(c exp(i angle))``.
+
+    By least squares with the mean and the second order, so that the ends of the turns need not be samples.
+    """
+    basis = np.column_stack([np.exp(1j * order * angle) for order in (0, 1, -1, 2, -2)])
+    return 2.0 * np.linalg.lstsq(basis, values.astype(complex), rcond=None)[0][1]
+
+
+def floor_force(series: dict[str, np.ndarray]) -> np.ndarray:
+    """Force of the machine on the floor [N], (n, 3), world axes: through mounts or fixing, and the bearing of the intermediate shaft."""
+    feet = [name.removesuffix("_x") for name in series if name.startswith("mount_") and name.endswith("_force_x")]
+    return -sum(
+        machine_vector(series, name) for name in (*(feet or ["frame_fix_reaction_force"]), "intermediate_shaft_bearing_reaction_force")
+    )
+
+
+def machine_vector(series: dict[str, np.ndarray], name: str) -> np.ndarray:
+    """Three components of a series, (n, 3)."""
+    return np.column_stack([series[f"{name}_{axis}"] for axis in "xyz"])

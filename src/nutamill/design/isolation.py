@@ -1,0 +1,88 @@
+"""Isolation: which share of the shaking force of the mill its mounts and shaft coupling pass on to the floor, over speed."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.case import Case
+from nutamill.design.empty import empty_series, floor_force, once_per_turn, steady_series
+from nutamill.design.modes import machine_modes
+from nutamill.errors import CaseError, Fault
+from nutamill.readings.orders import track
+
+SLOW = 20.0
+"""Time of the ramp to full speed [s]: slow beside the decay of the vibrations of soft mounts."""
+
+
+class Isolation(NamedTuple):
+    """Transmissibility of the mounts and the shaft coupling over speed."""
+
+    speed: np.ndarray
+    """Driveshaft speeds [rad/s], (n,)."""
+    transmitted: np.ndarray
+    """Amplitude of the horizontal force on the floor once per turn [N], (n,)."""
+    shaking: np.ndarray
+    """The same with the frame bolted to the floor [N], (n,)."""
+    single: np.ndarray
+    """Transmissibility of one mass on a spring with frequency and damping of the lowest mode [1], (n,)."""
+
+    @property
+    def transmissibility(self) -> np.ndarray:
+        """Force on the floor over the shaking force [1], (n,)."""
+        return self.transmitted / self.shaking
+
+
+def transmissibility(ratio: np.ndarray, damping_ratio: float) -> np.ndarray:
+    """Force transmitted by one mass on spring and damper over the exciting force [1], at `ratio` of frequencies [1].
+
+    Source: Inman, Engineering Vibration, 4th ed., 2014, section 2.4.
+    """
+    spread = (2.0 * damping_ratio * ratio) ** 2
+    return np.sqrt((1.0 + spread) / ((1.0 - ratio**2) ** 2 + spread))
+
+
+def isolation(case: Case, charge: bool = False) -> Isolation:
+    """Force on the floor of the empty mill on a slow run-up, beside the shaking force of the same mill bolted down.
+
+    Parameters
+    ----------
+    charge : with the mass of the charge fixed to the chamber's base
+
+    Raises
+    ------
+    CaseError : a mill on rigid mounts
+    """
+    if case.mechanism.mounting == "rigid":
+        raise CaseError(Fault("mechanism.mounting", "must be flexible: rigid mounts pass everything on", "Set mechanism.mounting=flexible"))
+    full = case.drive.speed
+    shaking = shaking_unbalance(case, full, charge)
+    series = empty_series(case.with_(drive__ramp=full / SLOW, run__until=SLOW), charge)
+    force = floor_force(series)
+    sides = [track(series["time"], series["crank_angle"], force[:, k], (1.0,)) for k in (0, 1)]
+    transmitted = np.sqrt(0.5 * (sides[0].amplitude[0] ** 2 + sides[1].amplitude[0] ** 2))
+    speed = sides[0].speed
+    lowest = machine_modes(case, charge=charge)
+    single = transmissibility(speed / (2.0 * np.pi * lowest.frequency[0]), float(lowest.damping_ratio[0]))
+    return Isolation(speed, transmitted, abs(shaking) * speed**2, single)
+
+
+def shaking_unbalance(case: Case, speed: float, charge: bool = False) -> complex:
+    """Unbalance of the whole mill [kg m]: force on the floor once per turn, bolted down, over speed squared; towards the pin is real.
+
+    ``F_x = Re(U speed^2 exp(i angle))`` for a mass on the side of the crank pin.
+    """
+    series = steady_series(case.with_("mechanism.mounting", "rigid"), speed, charge)
+    c = once_per_turn(series["crank_angle"], floor_force(series))
+    return complex(0.5 * (c[0] + 1j * c[1]) / speed**2)  # the part that turns forward
+
+
+def isolation_lines(found: Isolation, count: int = 8) -> list[str]:
+    """Transmissibility at some speeds as a table."""
+    rpm = 30.0 / np.pi
+    rows = ["force on the floor once per turn, over the shaking force of the mill bolted down"]
+    rows.append(f"{'rpm':>8} {'floor (N)':>10} {'shaking (N)':>12} {'passed on':>10} {'one mass':>9}")
+    for speed in np.linspace(found.speed[0], found.speed[-1], count + 1)[1:]:
+        k = int(np.abs(found.speed - speed).argmin())
+        numbers = f"{found.transmitted[k]:10.4g} {found.shaking[k]:12.4g} {found.transmissibility[k]:10.3f} {found.single[k]:9.3f}"
+        rows.append(f"{found.speed[k] * rpm:8.1f} {numbers}")
+    return rows

@@ -1,0 +1,236 @@
+"""Natural frequencies of a mill on its mounts: at rest, at speed, with the charge's mass, and the speeds to avoid."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from nutamill.build.charge_mix import charge_mass
+from nutamill.build.mill_mechanism import FRAME, SHAFT, mill_mechanism
+from nutamill.case import Case
+from nutamill.errors import CaseError, Fault
+from nutamill.mechanism.assembly import assemble
+from nutamill.mechanism.linear import Modes, mass_matrix, modes, static_equilibrium
+from nutamill.mechanism.parts import Drive
+from nutamill.mechanism.running import running_modes
+
+ANGLES = 6
+"""Crank angles over which the coefficients of the turning mill are averaged [1]: exact up to the fifth order."""
+
+SMALL = 0.05
+"""Share of the kinetic energy [1] below which a motion of a body is not named."""
+
+ORDERS = (1.0, 2.0)
+"""Excitations per turn: unbalance, and the ripple of the universal joint."""
+
+MOTIONS = ("sway x", "sway y", "bounce", "rocking about x", "rocking about y", "yaw")
+"""Names of the six motions of a frame."""
+
+
+class MachineModes(NamedTuple):
+    """Vibrations of a mill, slowest first; oscillations only."""
+
+    speed: float
+    """Driveshaft speed [rad/s]; 0 at rest."""
+    frequency: np.ndarray
+    """Undamped natural frequencies [Hz], (n,)."""
+    damping_ratio: np.ndarray
+    """Shares of critical damping [1], (n,)."""
+    shape: np.ndarray
+    """Complex displacements of the mass centres and turns of the bodies [m, rad], (n_bodies, 6, n), world axes; the largest is 1."""
+    share: np.ndarray
+    """Shares of each body's translation and rotation in the kinetic energy [1], (n_bodies, 2, n)."""
+    bodies: tuple[str, ...]
+    """Names of the bodies."""
+
+    def label(self, k: int) -> str:
+        """What mode `k` is like: the motion of the frame, or the torsion of the drive train."""
+        if self.bodies[int(self.share[:, :, k].sum(axis=1).argmax())] == SHAFT:
+            return "torsion of the drive train"
+        frame = self.bodies.index(FRAME)
+        # at 0.2 m from the mass centre, about where the mounts and the crank are, a turn moves as much as a displacement
+        size = np.abs(self.shape[frame, :, k]) * [1.0, 1.0, 1.0, 0.2, 0.2, 0.2]
+        motion = MOTIONS[int(size.argmax())]
+        x, y = (
+            (self.shape[frame, 0:2, k] if motion.startswith("sway") else self.shape[frame, 3:5, k]) if size[[0, 1, 3, 4]].any() else (0, 0)
+        )
+        if motion in ("bounce", "yaw") or min(abs(x), abs(y)) < 0.5 * max(abs(x), abs(y)):
+            return motion
+        way = (np.conj(x) * y).imag
+        whirl = "" if abs(way) < 0.5 * abs(x) * abs(y) else (", forward whirl" if way < 0.0 else ", backward whirl")
+        return motion.split()[0] + whirl
+
+    def movers(self, k: int) -> str:
+        """Which bodies move in mode `k`, by their share of the kinetic energy."""
+        found = [
+            (float(self.share[b, way, k]), f"{name.replace('_', ' ')} {'turns' if way else 'moves'}")
+            for b, name in enumerate(self.bodies)
+            for way in (0, 1)
+        ]
+        return ", ".join(f"{said} {100 * part:.0f} %" for part, said in sorted(found, reverse=True) if part >= SMALL)
+
+
+class Avoid(NamedTuple):
+    """A driveshaft speed that meets a natural frequency."""
+
+    speed: float
+    """Driveshaft speed [rad/s]."""
+    order: float
+    """Excitations per turn [1]."""
+    frequency: float
+    """Natural frequency there [Hz]."""
+    damping_ratio: float
+    """Share of critical damping there [1]."""
+    label: str
+    """Which mode it is."""
+
+
+class Campbell(NamedTuple):
+    """Natural frequencies over speed, each column one mode followed by its shape."""
+
+    speeds: np.ndarray
+    """Driveshaft speeds [rad/s], (n_speeds,)."""
+    frequency: np.ndarray
+    """Natural frequencies [Hz], (n_speeds, n_modes)."""
+    damping_ratio: np.ndarray
+    """Shares of critical damping [1], (n_speeds, n_modes)."""
+    labels: tuple[str, ...]
+    """What each mode is like at the first speed."""
+    avoid: tuple[Avoid, ...]
+    """Where the orders 1 and 2 meet them, slowest first."""
+
+
+def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> MachineModes:
+    """Modes of a mill with its drive held at rest, or about running at a steady speed.
+
+    At speed the coefficients of the motion are averaged over `ANGLES` crank angles, with the frame at its place of rest
+    (`nutamill.mechanism.running`).  Joint friction is left out.
+
+    Parameters
+    ----------
+    speed : driveshaft speed [rad/s]
+    charge : add the mass of the charge as a ring fixed to the chamber's base
+
+    Raises
+    ------
+    CaseError : a mill without anything that can vibrate, or with a body that nothing holds
+    """
+    if speed < 0.0:
+        raise CaseError(Fault("speed", f"must be zero or more, got {speed:g} rad/s"))
+    loaded = _frictionless(with_charge_mass(case) if charge else case)
+    mill = mill_mechanism(loaded)
+    drives = mill.drives if speed == 0.0 else (Drive(mill.drives[0].name, mill.drives[0].joint, (0.0, 1.0), (speed, speed)),)
+    mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=drives, gravity=mill.gravity)
+    static_equilibrium(mechanism, state, scratch)
+    names = tuple(body.name for body in mill.bodies)
+    if speed == 0.0:
+        found = modes(mechanism, state, scratch)
+    else:
+        times = np.arange(ANGLES) / ANGLES * 2.0 * np.pi / speed
+        free = _free(loaded, names)
+        rate = np.where(free == free[-1], speed, 0.0)  # the intermediate shaft turns with the driveshaft
+        found, _ = running_modes(mechanism, state, scratch, free, rate, times)
+    return _named(found, mass_matrix(mechanism, scratch), names, speed)
+
+
+def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: bool = False) -> Campbell:
+    """Natural frequencies of a mill from rest to a speed, and the speeds at which it is excited once or twice per turn.
+
+    Parameters
+    ----------
+    fastest : highest driveshaft speed [rad/s]; 1.2 times the case's if None
+    count : number of speeds
+    charge : as in `machine_modes`
+    """
+    speeds = np.linspace(0.0, 1.2 * case.drive.speed if fastest is None else fastest, count)
+    first = machine_modes(case, 0.0, charge)
+    n = len(first.frequency)
+    frequency, damping = np.empty((count, n)), np.empty((count, n))
+    frequency[0], damping[0], before = first.frequency, first.damping_ratio, first
+    for k, speed in enumerate(speeds[1:], start=1):
+        found = machine_modes(case, speed, charge)
+        if len(found.frequency) != n:
+            raise CaseError(Fault("campbell", f"must find {n} modes at every speed, found {len(found.frequency)} at {speed:g} rad/s"))
+        order = linear_sum_assignment(-_likeness(before, found))[1]
+        before = MachineModes(speed, *(part[..., order] for part in found[1:5]), found.bodies)
+        frequency[k], damping[k] = before.frequency, before.damping_ratio
+    # the last shapes tell forward from backward whirls, which are one at rest
+    labels = tuple(before.label(k) for k in range(n))
+    return Campbell(speeds, frequency, damping, labels, tuple(sorted(_crossings(speeds, frequency, damping, labels))))
+
+
+def with_charge_mass(case: Case) -> Case:
+    """The case with the mass of its charge fixed to the chamber's base, where the rigid bars are."""
+    if case.chamber.bars is None:
+        raise CaseError(Fault("chamber.bars", "is missing, and says where the charge's mass would be", "Give radius and depth of a ring"))
+    return case.with_("chamber.bars.mass", case.chamber.bars_mass + charge_mass(case))
+
+
+def _frictionless(case: Case) -> Case:
+    keys = ("joint_friction", "joint_friction_constant", "joint_friction_viscous")
+    return case.with_(**{f"mechanism__{key}": 0.0 for key in keys})
+
+
+def _free(case: Case, names: tuple[str, ...]) -> np.ndarray:
+    """Free coordinates: six of a frame on mounts, and the turn of the intermediate shaft."""
+    frame = 6 * names.index(FRAME) + np.arange(6) if case.mechanism.mounting == "flexible" else np.array([], int)
+    return np.append(frame, 6 * names.index(SHAFT) + 5)
+
+
+def _named(found: Modes, mass: np.ndarray, names: tuple[str, ...], speed: float) -> MachineModes:
+    """Oscillations among the modes, with each body's share of the kinetic energy."""
+    chosen = np.flatnonzero(found.damping_ratio < 1.0)
+    if np.any(found.frequency < 1e-3):
+        raise CaseError(
+            Fault(
+                "modes",
+                "every motion of the machine must be held by something elastic, one is free",
+                "Give mounts and shaft_coupling stiffness in that direction",
+            )
+        )
+    shape = found.shape[:, :, chosen]
+    flat = shape.reshape(-1, len(chosen))
+    energy = (flat.conj() * (mass @ flat)).real.reshape(len(names), 2, 3, -1).sum(axis=2)
+    return MachineModes(speed, found.frequency[chosen], found.damping_ratio[chosen], shape, energy / energy.sum(axis=(0, 1)), names)
+
+
+def _likeness(before: MachineModes, after: MachineModes) -> np.ndarray:
+    """Modal assurance criterion of two sets of shapes, less the relative distance of the frequencies, (n, n).
+
+    Source: Allemang, Sound and Vibration 37(8), 14-21, 2003.
+    """
+    a, b = (part.shape.reshape(-1, part.shape.shape[-1]) for part in (before, after))
+    mac = np.abs(a.conj().T @ b) ** 2 / np.outer((np.abs(a) ** 2).sum(axis=0), (np.abs(b) ** 2).sum(axis=0))
+    return mac - np.abs(np.log(after.frequency[None, :] / before.frequency[:, None]))
+
+
+def _crossings(speeds: np.ndarray, frequency: np.ndarray, damping: np.ndarray, labels: tuple[str, ...]):
+    """Where order times speed equals a natural frequency; linear between speeds."""
+    for order in ORDERS:
+        for k, label in enumerate(labels):
+            over = frequency[:, k] - order * speeds / (2.0 * np.pi)
+            for i in np.flatnonzero((over[:-1] > 0.0) & (over[1:] <= 0.0)):
+                s = over[i] / (over[i] - over[i + 1])
+                at = [float(row[i] + s * (row[i + 1] - row[i])) for row in (speeds, frequency[:, k], damping[:, k])]
+                yield Avoid(at[0], order, at[1], at[2], label)
+
+
+def modes_lines(found: MachineModes) -> list[str]:
+    """The modes as a table."""
+    state = "at rest" if found.speed == 0.0 else f"at {_rpm(found.speed):.4g} rpm"
+    rows = [f"modes {state}", f"{'Hz':>8}  {'damping':>8}  motion"]
+    for k, (frequency, ratio) in enumerate(zip(found.frequency, found.damping_ratio, strict=True)):
+        rows.append(f"{frequency:8.3f}  {100 * ratio:6.2f} %  {found.label(k)}: {found.movers(k)}")
+    return rows
+
+
+def avoid_lines(found: Campbell) -> list[str]:
+    """The speeds to avoid as a table."""
+    rows = [f"speeds to avoid up to {_rpm(found.speeds[-1]):.4g} rpm", f"{'rpm':>8}  order  {'Hz':>8}  {'damping':>8}  motion"]
+    for at in found.avoid:
+        rows.append(f"{_rpm(at.speed):8.1f}  {at.order:4.0f}x  {at.frequency:8.3f}  {100 * at.damping_ratio:6.2f} %  {at.label}")
+    return rows
+
+
+def _rpm(speed: float) -> float:
+    return speed * 30.0 / np.pi

@@ -1,0 +1,43 @@
+"""A mill as a stick drawing: lines fixed to its bodies, to show how it moves."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.build.mill_mechanism import CHAMBER, DRIVESHAFT, FRAME, SHAFT, chamber_rotation, mill_mechanism
+from nutamill.case import Case
+
+
+class Stick(NamedTuple):
+    """A line fixed to a body."""
+
+    body: str
+    """Name of the body."""
+    points: np.ndarray
+    """Corners of the line as assembled [m], (n, 3), world axes."""
+    centre: np.ndarray
+    """Mass centre of the body as assembled [m], (3,), world axes."""
+
+    def moved(self, displacement: np.ndarray) -> np.ndarray:
+        """Complex or real displacement (n, 3) [m] of the corners when the body moves by `displacement` (6,) [m, rad]."""
+        return displacement[:3] + np.cross(displacement[3:], self.points - self.centre)
+
+
+def sticks(case: Case) -> list[Stick]:
+    """Lines of frame, driveshaft with crank, and chamber of a mill at crank angle 0."""
+    centre = {body.name: np.array(body.position) for body in mill_mechanism(case).bodies}
+    depth, coupling = case.mounts.depth, case.shaft_coupling.depth
+    pin = np.array([case.mechanism.crank_radius, 0.0, -case.mechanism.nutation_point_to_crank])
+    feet = np.array([(x, y, -depth) for x, y in case.mounts.points])
+    top = feet * [1.0, 1.0, 0.0]
+    lines = [(FRAME, np.vstack([feet, feet[:1]])), (FRAME, np.vstack([top, top[:1]]))]
+    lines += [(FRAME, np.array([foot, head, (0.0, 0.0, 0.0)])) for foot, head in zip(feet, top, strict=True)]
+    lines.append((DRIVESHAFT, np.array([(0.0, 0.0, -coupling), (0.0, 0.0, pin[2]), pin])))
+    lines.append((SHAFT, np.array([(0.0, 0.0, -coupling), (0.0, 0.0, -coupling - 0.1)])))
+    chamber, turn = case.chamber, chamber_rotation(case)
+    around = np.linspace(0.0, 2.0 * np.pi, 25)
+    ring = 0.5 * chamber.inner_diameter * np.column_stack([np.cos(around), np.sin(around), np.zeros_like(around)])
+    rings = [ring + np.array([0.0, 0.0, -at]) for at in (chamber.floor_depth, chamber.ceiling_depth)]
+    walls = [np.array([low, high]) for low, high in zip(rings[0][::6], rings[1][::6], strict=True)]
+    lines += [(CHAMBER, line @ turn.T) for line in (*rings, *walls, np.array([(0.0, 0.0, 0.0), turn.T @ pin]))]
+    return [Stick(body, points, centre[body]) for body, points in lines]

@@ -1,0 +1,154 @@
+"""Figures of what a designer asks of a case.  One function, one figure; saving is left to the caller."""
+
+import math
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from nutamill.case import Case
+from nutamill.design.balancing import Balancing
+from nutamill.design.isolation import Isolation
+from nutamill.design.modes import ORDERS, Campbell, MachineModes
+from nutamill.design.runup import RunUp
+from nutamill.design.sticks import sticks
+from nutamill.fields import series_field
+from nutamill.figures import STYLE
+
+GREY, MOVED, ORBIT = "#B8B8B8", "#0072B2", "#D55E00"
+LARGEST = 0.09
+"""Size of the largest drawn displacement of a mode [m]."""
+PALETTE = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000")
+"""Colours of Okabe and Ito, 2008, as in the style file; given by name, they would follow the style in force when a figure is saved."""
+LINES = {1.0: "-", 2.0: (0, (5, 2))}
+RPM = 30.0 / math.pi
+
+
+def draw_modes(case: Case, found: MachineModes) -> Figure:
+    """Shapes of the modes: the mill at rest in grey, displaced in blue, paths of its corners in orange; seen from above and aside."""
+    count = len(found.frequency)
+    columns = min(count, 4)
+    rows = math.ceil(count / columns)
+    look = _looking(math.radians(-62.0), math.radians(18.0))
+    lines = sticks(case)
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(7.0, 2.6 * rows), layout="constrained")
+        panels = figure.subplots(rows, columns, squeeze=False).ravel()
+        for panel in panels:
+            panel.set_axis_off()
+            panel.set_aspect("equal")
+        for k in range(count):
+            axes, shape = panels[k], found.shape[:, :, k]
+            moves = [line.moved(shape[found.bodies.index(line.body)]) for line in lines]
+            scale = LARGEST / max(LARGEST / 1.5, *(np.abs(move).max() for move in moves))
+            for line, move in zip(lines, moves, strict=True):
+                axes.plot(*(line.points @ look).T, color=GREY, linewidth=0.6)
+                axes.plot(*((line.points + scale * move.real) @ look).T, color=MOVED, linewidth=0.9)
+            for line, move in zip(lines, moves, strict=True):
+                turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 41))[:, None]
+                ends = {0, len(move) - 1} if len(move) <= 3 else set()
+                for corner in ends:
+                    path = line.points[corner] + scale * (move[corner] * turn).real
+                    axes.plot(*(path @ look).T, color=ORBIT, linewidth=0.7)
+            title = f"{found.frequency[k]:.2f} Hz, {100 * found.damping_ratio[k]:.1f} %\n{found.label(k)}"
+            axes.set_title(title, loc="center")
+    return figure
+
+
+def draw_campbell(found: Campbell) -> Figure:
+    """Campbell diagram: natural frequencies over driveshaft speed, lines of one and two excitations per turn, speeds to avoid."""
+    rpm = found.speeds * RPM
+    highest = 1.08 * max(found.frequency[found.frequency < 2.2 * found.speeds[-1] / (2 * np.pi)].max(initial=1.0), rpm[-1] / 60.0)
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 3.4), layout="constrained")
+        axes = figure.subplots()
+        shown = [k for k in range(len(found.labels)) if found.frequency[:, k].min() < highest]
+        for n, k in enumerate(shown):
+            axes.plot(
+                rpm, found.frequency[:, k], color=PALETTE[n % 7], linestyle=("-", (0, (2, 2)))[n % 2], linewidth=1.4, label=found.labels[k]
+            )
+        for order in ORDERS:
+            axes.plot(rpm, order * rpm / 60.0, color="black", linewidth=0.8, linestyle=LINES[order], label=f"{order:.0f}x speed")
+        axes.plot([a.speed * RPM for a in found.avoid], [a.frequency for a in found.avoid], "ko", markersize=3, label="speeds to avoid")
+        axes.set_ylim(0.0, highest)
+        axes.set_xlabel("driveshaft speed (rpm)")
+        axes.set_ylabel("natural frequency (Hz)")
+        figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+def draw_run_up(runs: list[RunUp], name: str) -> Figure:
+    """Amplitude of each order over speed, one line for each ramp, and the phase lag of the first order."""
+    unit = series_field(name).unit.replace("m/s^2", "m/s$^2$")
+    orders = runs[0].orders.orders
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 1.5 * (len(orders) + 1)), layout="constrained")
+        panels = figure.subplots(len(orders) + 1, 1, sharex=True)
+        for n, run in enumerate(runs):
+            style = {"color": PALETTE[n % 7], "label": f"{run.ramp * RPM:.4g} rpm/s"}
+            for k in range(len(orders)):
+                panels[k].plot(run.orders.speed * RPM, run.orders.amplitude[k], **style)
+            told = run.orders.amplitude[0] > 0.02 * run.orders.amplitude[0].max()
+            lag = np.degrees(np.unwrap(run.orders.lag[0][told]))
+            panels[-1].plot(run.orders.speed[told] * RPM, lag - 360.0 * round(lag.mean() / 360.0), **style)
+        for k, order in enumerate(orders):
+            panels[k].set_title(f"({'abcdefg'[k]}) {series_field(name).label}, {order:g}x", loc="left")
+            panels[k].set_ylabel(f"amplitude ({unit})")
+            panels[k].set_ylim(bottom=0.0)
+        panels[-1].set_title(f"({'abcdefg'[len(orders)]}) phase lag, {orders[0]:g}x", loc="left")
+        panels[-1].set_ylabel("lag (°)")
+        panels[-1].set_xlabel("driveshaft speed (rpm)")
+        panels[-1].set_xlim(0.0, max(run.orders.speed.max() for run in runs) * RPM)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        figure.align_ylabels()
+    return figure
+
+
+def draw_isolation(found: Isolation) -> Figure:
+    """Force on the floor over the shaking force, over speed, beside that of one mass on a spring."""
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 2.6), layout="constrained")
+        axes = figure.subplots()
+        axes.plot(found.speed * RPM, found.transmissibility, color=PALETTE[0], label="mill on its mounts")
+        axes.plot(found.speed * RPM, found.single, color=PALETTE[5], linestyle=(0, (5, 2)), label="one mass on a spring")
+        axes.axhline(1.0, color="black", linewidth=0.6)
+        axes.set_yscale("log")
+        axes.set_xlim(0.0, found.speed[-1] * RPM)
+        axes.set_xlabel("driveshaft speed (rpm)")
+        axes.set_ylabel("force passed on")
+        figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+def draw_balancing(found: Balancing, case: Case) -> Figure:
+    """Vibration before and after, and the driveshaft seen from above with the pin and the weights."""
+    unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 2.0), layout="constrained")
+        bars, view = figure.subplots(1, 2)
+        bars.bar(["before", "after"], [factor * found.before, factor * found.after], color=[PALETTE[5], PALETTE[0]], width=0.6)
+        bars.set_ylabel(f"{'travel' if unit == 'mm' else 'force'}, r.m.s. ({unit})")
+        bars.set_title("(a) once per turn", loc="left")
+        bars.grid(axis="x", visible=False)
+        view.plot([0.0], [0.0], "+", color="black", markersize=6)
+        view.plot([1e3 * case.mechanism.crank_radius], [0.0], "o", color="black", markersize=4, label="crank pin")
+        for k, weight in enumerate(found.weights):
+            place = 1e3 * weight.radius * np.array([math.cos(weight.azimuth), math.sin(weight.azimuth)])
+            label = f"{weight.mass:.3g} kg at {1e3 * weight.depth:.0f} mm"
+            view.plot(*place[:, None], "s", color=PALETTE[k], markersize=8 - 4 * k, label=label)
+        most = 1.3e3 * max(case.mechanism.crank_radius, *(weight.radius for weight in found.weights))
+        view.set_xlim(-most, most)
+        view.set_ylim(-most, most)
+        view.set_aspect("equal")
+        view.set_xlabel("x (mm)")
+        view.set_ylabel("y (mm)")
+        view.set_title("(b) from above", loc="left")
+        figure.legend(*view.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _looking(azimuth: float, height: float) -> np.ndarray:
+    """Matrix (3, 2) that projects world places on the plane of the picture, for a view from `azimuth` [rad], `height` [rad] above."""
+    right = [-math.sin(azimuth), math.cos(azimuth), 0.0]
+    up = [-math.sin(height) * math.cos(azimuth), -math.sin(height) * math.sin(azimuth), math.cos(height)]
+    return np.array([right, up]).T

@@ -1,0 +1,139 @@
+"""Figures of what a designer reads from a result.  One function, one figure; saving is left to the caller."""
+
+import math
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from nutamill.analysis import PAPER_WINDOW
+from nutamill.fields import series_field
+from nutamill.figures import STYLE
+from nutamill.readings.bearings import BearingLife
+from nutamill.readings.fatigue import SectionLife
+from nutamill.readings.load_paths import hodograph, joints_of
+from nutamill.readings.mounts import floor_series
+from nutamill.readings.orders import Orders, Waterfall
+from nutamill.result import Result
+
+PALETTE = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
+RPM = 30.0 / math.pi
+FLOOR = 1e-3
+"""Share of the largest amplitude of a waterfall below which it is white [1]."""
+YEAR = 8760.0
+"""Hours in a year, for a mark of lives [h]."""
+
+
+def draw_orders(found: Orders, falls: Waterfall, name: str) -> Figure:
+    """Amplitude and phase lag of the orders of a series over speed, and its spectra below (logarithmic grey)."""
+    unit = series_field(name).unit.replace("m/s^2", "m/s$^2$")
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 4.8), layout="constrained")
+        size, lag, fall = figure.subplots(3, 1, height_ratios=[1.2, 0.8, 1.4])
+        for k, order in enumerate(found.orders):
+            size.plot(found.speed * RPM, found.amplitude[k], color=PALETTE[k % 6], label=f"{order:g}x")
+            told = found.amplitude[k] > 0.02 * found.amplitude[k].max()  # of a small amplitude the phase is noise
+            lag.plot(found.speed[told] * RPM, np.degrees(found.lag[k])[told], ".", markersize=1.5, color=PALETTE[k % 6])
+        size.set_ylim(bottom=0.0)
+        size.set_ylabel(f"amplitude ({unit})")
+        size.set_title(f"(a) {series_field(name).label}", loc="left")
+        lag.set_ylim(-180, 180)
+        lag.set_yticks([-180, -90, 0, 90, 180])
+        lag.set_ylabel("lag (°)")
+        lag.set_title("(b) phase lag behind the crank", loc="left")
+        _draw_waterfall(figure, fall, falls, unit)
+        fall.set_title("(c) spectra", loc="left")
+        for axes in (size, lag):
+            axes.set_xlim(0.0, found.speed.max() * RPM)
+            axes.set_xlabel("driveshaft speed (rpm)")
+        figure.legend(*size.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        figure.align_ylabels()
+    return figure
+
+
+def _draw_waterfall(figure: Figure, axes: Axes, falls: Waterfall, unit: str) -> None:
+    """Spectra over time as a map, with lines of one and two per turn."""
+    fastest = falls.speed.max() / (2.0 * math.pi)
+    shown = falls.frequency <= 4.5 * fastest
+    level = np.log10(np.maximum(falls.amplitude[shown] / falls.amplitude[shown].max(), FLOOR))
+    drawn = axes.pcolormesh(falls.time, falls.frequency[shown], level, cmap="Greys", shading="nearest", rasterized=True)
+    for k, order in enumerate((1, 2)):
+        axes.plot(falls.time, order * falls.speed / (2.0 * math.pi), color=PALETTE[k], linewidth=0.6, linestyle=(0, (4, 3)))
+    axes.grid(False)
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel("frequency (Hz)")
+    bar = figure.colorbar(drawn, ax=axes, label="share of largest", ticks=[-3, -2, -1, 0])
+    bar.ax.set_yticklabels(["0.001", "0.01", "0.1", "1"])
+
+
+def draw_loads(result: Result, axes: str = "frame", last: float | str = PAPER_WINDOW) -> Figure:
+    """Polar plots: path of the tip of each joint's force in the plane of x and y of the chosen axes, over the steady turns."""
+    joints = joints_of(result)
+    columns = 2
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 1.75 * math.ceil(len(joints) / columns)), layout="constrained")
+        panels = figure.subplots(math.ceil(len(joints) / columns), columns, squeeze=False).ravel()
+        for panel, joint in zip(panels, joints, strict=False):
+            force = hodograph(result, joint, axes, last).reaction
+            panel.plot(force[:, 0], force[:, 1], color=PALETTE[0], linewidth=0.8)
+            panel.plot([0.0], [0.0], "+", color="black", markersize=5)
+            most = 1.15 * max(np.abs(force[:, :2]).max(), 1e-9)
+            panel.set_xlim(-most, most)
+            panel.set_ylim(-most, most)
+            panel.set_aspect("equal")
+            panel.locator_params(nbins=4)
+            panel.set_title(joint.replace("_", " "), loc="left")
+            panel.set_xlabel("$F_x$ (N)")
+            panel.set_ylabel("$F_y$ (N)")
+        for panel in panels[len(joints) :]:
+            panel.set_axis_off()
+        figure.suptitle(f"force of each joint, {axes} axes", fontsize=8)
+    return figure
+
+
+def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
+    """Path of the first mount's foot and of the force on the floor, in the plane of the floor, over the steady end of the run."""
+    length = last if isinstance(last, float) else PAPER_WINDOW
+    time = result.series["time"].values
+    inside = time >= time[-1] - min(length, 0.5 * time[-1])
+    force = floor_series(result)[inside]
+    paths = [("force on the floor", force[:, 0], force[:, 1], "N")]
+    if "mount_1_travel_x" in result.series:
+        travel = [1e3 * result.series[f"mount_1_travel_{axis}"].values[inside] for axis in "xy"]
+        paths.append(("travel of mount 1", *travel, "mm"))
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 2.0 if len(paths) == 2 else 3.2), layout="constrained")
+        for panel, (title, x, y, unit) in zip(figure.subplots(1, len(paths), squeeze=False).ravel(), paths, strict=True):
+            panel.plot(x, y, color=PALETTE[0], linewidth=0.6)
+            panel.set_aspect("equal", adjustable="datalim")
+            panel.locator_params(nbins=4)
+            panel.margins(0.1)
+            panel.set_title(title, loc="left")
+            panel.set_xlabel(f"x ({unit})")
+            panel.set_ylabel(f"y ({unit})")
+    return figure
+
+
+def draw_lives(bearings: list[BearingLife], sections: list[SectionLife]) -> Figure:
+    """Lives of bearings and sections as bars on a logarithmic axis; what outlives the axis has an arrow."""
+    lives = [(one.joint, one.time / 3600.0, PALETTE[0]) for one in bearings] + [
+        (one.name, one.time / 3600.0, PALETTE[1]) for one in sections
+    ]
+    most = 1e8
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(3.386, 0.8 + 0.28 * len(lives)), layout="constrained")
+        axes = figure.subplots()
+        for k, (_name, hours, color) in enumerate(lives):
+            axes.barh(k, min(max(hours, 1.0), most), color=color, height=0.6)
+            said = "no end" if hours > 1e12 else f"{hours:.3g} h"
+            axes.annotate(said, (min(max(hours, 1.0), most), k), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5)
+        axes.set_yticks(range(len(lives)), [name.replace("_", " ") for name, _, _ in lives])
+        axes.invert_yaxis()
+        axes.set_xscale("log")
+        axes.set_xlim(1.0, 100.0 * most)
+        axes.axvline(YEAR, color="black", linewidth=0.7, linestyle=(0, (4, 3)))
+        axes.annotate("one year", (YEAR, 1.0), xycoords=("data", "axes fraction"), xytext=(2, 2), textcoords="offset points", fontsize=6)
+        axes.grid(axis="y", visible=False)
+        axes.set_xlabel("life (h)")
+    return figure

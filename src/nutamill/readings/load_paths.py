@@ -1,0 +1,131 @@
+"""Load paths: the reaction of every joint in ground, frame, crank and chamber axes, its mean, r.m.s., peak and orders."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray
+
+from nutamill.analysis import PAPER_WINDOW, steady_window
+from nutamill.errors import CaseError, Fault
+from nutamill.fields import JOINTS
+from nutamill.result import Result
+
+AXES = {"ground": None, "frame": "frame", "crank": "driveshaft", "chamber": "chamber"}
+"""Axes by name, and the body whose they are."""
+PARTS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
+"""Components of a reaction."""
+ORDERS = (1, 2, 3, 4)
+"""Lines of the spectrum that are told: repetitions per turn [1]."""
+STATISTICS = ("mean", "rms", "peak", *(f"{order}x" for order in ORDERS))
+"""Mean, root mean square, largest magnitude, and amplitudes of the orders."""
+PER_TURN = 256
+"""Samples per turn on which orders are taken [1]."""
+
+
+class Hodograph(NamedTuple):
+    """A reaction over whole turns of steady running."""
+
+    angle: np.ndarray
+    """Crank angle [rad], (n,)."""
+    reaction: np.ndarray
+    """Force [N] and moment [N m], (n, 6)."""
+
+
+def joints_of(result: Result) -> list[str]:
+    """Joints whose reactions a result holds."""
+    return [joint for joint in JOINTS if f"{joint}_reaction_force_x" in result.series]
+
+
+def joint_reaction(result: Result, joint: str, axes: str = "ground") -> np.ndarray:
+    """Force [N] and moment [N m] a joint exerts on its second body about its point there, (n, 6), at every sample.
+
+    Parameters
+    ----------
+    joint : one of `joints_of`
+    axes : "ground", "frame", "crank" (x from the driveshaft axis to the pin) or "chamber"
+
+    Raises
+    ------
+    CaseError : no such joint or axes
+    """
+    if joint not in (known := joints_of(result)):
+        raise CaseError(Fault(f"joint {joint}", "must be one whose reaction is recorded", f"Recorded are {', '.join(known)}"))
+    if axes not in AXES:
+        raise CaseError(Fault(f"axes {axes}", "must be axes of the mill", f"Known are {', '.join(AXES)}"))
+    world = np.column_stack([result.series[f"{joint}_reaction_{part}"].values for part in PARTS])
+    if AXES[axes] is None:
+        return world
+    turn = attitude(result, AXES[axes])
+    return np.hstack([np.einsum("nij,ni->nj", turn, part) for part in (world[:, :3], world[:, 3:])])
+
+
+def attitude(result: Result, body: str) -> np.ndarray:
+    """Rotation matrices (n, 3, 3) from the axes of a body to world axes at every sample."""
+    w, x, y, z = (result.series[f"{body}_attitude_{part}"].values for part in "wxyz")
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    ).transpose(2, 0, 1)
+
+
+def load_paths(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.DataArray":
+    """Statistics of every joint's reaction over the whole turns of the steady end of a run.
+
+    Parameters
+    ----------
+    last : length of the steady window [s], or a text with a unit
+
+    Returns
+    -------
+    over ``joint``, ``axes``, ``part`` (of `PARTS`, N and N m) and ``statistic`` (of `STATISTICS`); resultants of force and moment
+    are parts ``force`` and ``moment``
+
+    Raises
+    ------
+    ResultError : the run has not made one turn at its last speed
+    """
+    joints = joints_of(result)
+    values = np.empty((len(joints), len(AXES), len(PARTS) + 2, len(STATISTICS)))
+    for j, joint in enumerate(joints):
+        for a, axes in enumerate(AXES):
+            turns = hodograph(result, joint, axes, last)
+            size = [np.linalg.norm(turns.reaction[:, part], axis=1) for part in (slice(0, 3), slice(3, 6))]
+            values[j, a] = statistics(turns.angle, np.column_stack([turns.reaction, *size]))
+    coords = {"joint": joints, "axes": list(AXES), "part": [*PARTS, "force", "moment"], "statistic": list(STATISTICS)}
+    return xarray.DataArray(values, coords, tuple(coords), name="reaction")
+
+
+def hodograph(result: Result, joint: str, axes: str = "frame", last: float | str = PAPER_WINDOW) -> Hodograph:
+    """Reaction of a joint over the whole turns of the steady window, evenly spaced over the crank angle."""
+    steady = steady_window(result, last, names=["driveshaft_torque"])
+    time, angle = result.series["time"].values, result.series["crank_angle"].values
+    first, end = np.interp(steady.turns[[0, -1]], time, angle)
+    count = round((end - first) / (2.0 * np.pi))
+    even = first + 2.0 * np.pi * np.arange(count * PER_TURN) / PER_TURN
+    reaction = joint_reaction(result, joint, axes)
+    return Hodograph(even, np.column_stack([np.interp(even, angle, part) for part in reaction.T]))
+
+
+def statistics(angle: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """`STATISTICS` (m, n_statistics) of signals (n, m) that are evenly spaced over whole turns of `angle` (n,)."""
+    lines = [2.0 * np.abs((values * np.exp(-1j * order * angle)[:, None]).mean(axis=0)) for order in ORDERS]
+    return np.column_stack([values.mean(axis=0), np.sqrt((values**2).mean(axis=0)), np.abs(values).max(axis=0), *lines])
+
+
+def loads_lines(found: "xarray.DataArray", axes: str = "frame") -> list[str]:
+    """Forces and moments of all joints in one set of axes as a table."""
+    rows = [f"joint reactions on the second body, {axes} axes (N, N m)"]
+    rows.append(f"{'joint':27} {'part':9} " + " ".join(f"{name:>9}" for name in STATISTICS))
+    for joint in found["joint"].values:
+        for part in found["part"].values:
+            numbers = found.sel(joint=joint, axes=axes, part=part).values
+            rows.append(f"{joint:27} {part:9} " + " ".join(f"{_round_off(number, numbers):9.4g}" for number in numbers))
+    return rows
+
+
+def _round_off(number: float, beside: np.ndarray) -> float:
+    """The number, or zero where it is round-off beside the others."""
+    return 0.0 if abs(number) < max(1e-9, 1e-10 * np.abs(beside).max()) else float(number)

@@ -1,0 +1,171 @@
+"""What the mounts do: travel and force of each, the force on the floor, and how near the chamber comes to what is around it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.analysis import PAPER_WINDOW, steady_window
+from nutamill.case import Case
+from nutamill.errors import CaseError, Fault
+from nutamill.readings.load_paths import attitude
+from nutamill.result import Result
+
+AXES = "xyz"
+
+
+class MountReading(NamedTuple):
+    """One mount in steady running."""
+
+    number: int
+    """Number of the mount, from 1."""
+    mean_travel: np.ndarray
+    """Mean travel [m], (3,), world axes."""
+    swing: np.ndarray
+    """Half of the range of the travel [m], (3,)."""
+    largest_travel: float
+    """Largest distance from its place as assembled, over the whole run [m]."""
+    mean_force: np.ndarray
+    """Mean force on the frame [N], (3,)."""
+    swing_force: np.ndarray
+    """Half of the range of the force [N], (3,)."""
+
+
+class FloorForce(NamedTuple):
+    """Force of the machine on the floor in steady running: through mounts or rigid fixing, and the intermediate shaft's bearing."""
+
+    mean: np.ndarray
+    """Mean force [N], (3,), world axes."""
+    once: np.ndarray
+    """Amplitude once per turn [N], (3,)."""
+    twice: np.ndarray
+    """Amplitude twice per turn [N], (3,)."""
+
+
+class Clearance(NamedTuple):
+    """The smallest room between a ring on the chamber and a round opening over a run."""
+
+    room: float
+    """Opening's radius less the farthest point of the ring [m]; negative where they meet."""
+    time: float
+    """When [s]."""
+    angle: float
+    """Crank angle then, within a turn [rad]."""
+    azimuth: float
+    """Azimuth of the point about the opening's axis [rad]."""
+
+
+def mount_readings(result: Result, last: float | str = PAPER_WINDOW) -> list[MountReading]:
+    """Travel and force of every mount over the whole turns of the steady window.
+
+    Raises
+    ------
+    CaseError : a machine on rigid mounts
+    ResultError : the run has not made one turn at its last speed
+    """
+    inside = _steady(result, last)
+    readings = []
+    for number in range(1, _count(result) + 1):
+        travel, force = (_vector(result, f"mount_{number}_{what}") for what in ("travel", "force"))
+        steady = [(part[inside].mean(axis=0), 0.5 * np.ptp(part[inside], axis=0)) for part in (travel, force)]
+        readings.append(MountReading(number, *steady[0], float(np.linalg.norm(travel, axis=1).max()), *steady[1]))
+    return readings
+
+
+def floor_force(result: Result, last: float | str = PAPER_WINDOW) -> FloorForce:
+    """Force on the floor over the whole turns of the steady window."""
+    inside = _steady(result, last)
+    angle, force = result.series["crank_angle"].values[inside], floor_series(result)[inside]
+    once, twice = (2.0 * np.abs((force * np.exp(-1j * order * angle)[:, None]).mean(axis=0)) for order in (1, 2))
+    return FloorForce(force.mean(axis=0), once, twice)
+
+
+def floor_series(result: Result) -> np.ndarray:
+    """Force of the machine on the floor [N] at every sample, (n, 3), world axes."""
+    rigid = "frame_fix_reaction_force_x" in result.series
+    feet = ["frame_fix_reaction_force"] if rigid else [f"mount_{number}_force" for number in range(1, _count(result) + 1)]
+    return -sum(_vector(result, name) for name in (*feet, "intermediate_shaft_bearing_reaction_force"))
+
+
+def nutation_point_path(result: Result) -> np.ndarray:
+    """Displacement of the nutation point from its place as assembled [m], (n, 3), world axes, from the travel of the mounts."""
+    if "frame_fix_reaction_force_x" in result.series:
+        return np.zeros((len(result.series["time"]), 3))
+    case = Case.from_toml(result.case_text)
+    feet = np.array([(x, y, -case.mounts.depth) for x, y in case.mounts.points])
+    turn = attitude(result, "frame")
+    paths = [foot + _vector(result, f"mount_{number}_travel") - turn @ foot for number, foot in enumerate(feet, start=1)]
+    return np.mean(paths, axis=0)
+
+
+def chamber_clearance(result: Result, ring: tuple[float, float], opening: float, fixed_to: str = "frame") -> Clearance:
+    """The smallest room between a ring on the chamber and a round opening about the driveshaft axis.
+
+    Parameters
+    ----------
+    ring : radius, and depth below the nutation point along the chamber axis, of the widest edge of the chamber [m]
+    opening : radius of the opening [m]; it is as deep as the ring moves
+    fixed_to : "frame", or "ground" for something that stands beside the machine
+
+    Raises
+    ------
+    CaseError : lengths that are none, or another body
+    """
+    if min(*ring, opening) <= 0.0:
+        raise CaseError(Fault("clearance", f"radii and depth must be positive, got ring {ring} m and opening {opening:g} m"))
+    if fixed_to not in ("frame", "ground"):
+        raise CaseError(Fault("clearance", f'must be of the "frame" or the "ground", got {fixed_to!r}'))
+    around = 2.0 * np.pi * np.arange(180) / 180
+    edge = np.column_stack([ring[0] * np.cos(around), ring[0] * np.sin(around), np.full(180, -ring[1])])
+    chamber, frame = attitude(result, "chamber"), attitude(result, "frame")
+    if fixed_to == "frame":
+        places = np.einsum("nki,nkj,mj->nmi", frame, chamber, edge)
+    else:
+        places = np.einsum("nij,mj->nmi", chamber, edge) + nutation_point_path(result)[:, None, :]
+    out = np.hypot(places[:, :, 0], places[:, :, 1])
+    n, m = np.unravel_index(out.argmax(), out.shape)
+    time, angle = (float(result.series[name].values[n]) for name in ("time", "crank_angle"))
+    azimuth = float(np.arctan2(places[n, m, 1], places[n, m, 0]))
+    return Clearance(opening - float(out[n, m]), time, angle % (2.0 * np.pi), azimuth)
+
+
+def mounts_lines(result: Result, last: float | str = PAPER_WINDOW) -> list[str]:
+    """Mounts and floor in steady running as a table."""
+    rows = []
+    if "frame_fix_reaction_force_x" not in result.series:
+        rows.append("mounts: half of the range in steady running, and the largest travel of the run")
+        rows.append(f"{'':8}" + " ".join(f"{name:>9}" for name in ("x (mm)", "y (mm)", "z (mm)", "Fx (N)", "Fy (N)", "Fz (N)", "max (mm)")))
+        for mount in mount_readings(result, last):
+            numbers = [*(1e3 * mount.swing), *mount.swing_force, 1e3 * mount.largest_travel]
+            rows.append(f"mount {mount.number:<2}" + " ".join(f"{number:9.4g}" for number in numbers))
+    floor = floor_force(result, last)
+    rows.append(f"force on the floor (N): {'x':>9} {'y':>9} {'z':>9}")
+    for name, numbers in (("mean", floor.mean), ("once per turn", floor.once), ("twice per turn", floor.twice)):
+        rows.append(f"  {name:20} " + " ".join(f"{number:9.4g}" for number in numbers))
+    return rows
+
+
+def clearance_line(found: Clearance) -> str:
+    """The clearance in a sentence."""
+    angles = [round(np.degrees(angle)) % 360 for angle in (found.angle, found.azimuth)]
+    where = f"at crank angle {angles[0]}°, azimuth {angles[1]}° (t = {found.time:.4g} s)"
+    if found.room < 0.0:
+        return f"clearance: the chamber meets the opening {where}, {-1e3 * found.room:.3g} mm inside"
+    return f"clearance: {1e3 * found.room:.3g} mm left {where}"
+
+
+def _count(result: Result) -> int:
+    """Number of mounts."""
+    if "mount_1_travel_x" not in result.series:
+        raise CaseError(Fault(str(result.path), "must be a run on flexible mounts, its frame is fixed", "Set mechanism.mounting=flexible"))
+    return Case.from_toml(result.case_text).mounts.count
+
+
+def _vector(result: Result, name: str) -> np.ndarray:
+    return np.column_stack([result.series[f"{name}_{axis}"].values for axis in AXES])
+
+
+def _steady(result: Result, last: float | str) -> np.ndarray:
+    """Samples within the whole turns of the steady window, (n,) of bool; the last one belongs to the next turn."""
+    turns = steady_window(result, last, names=["driveshaft_torque"]).turns
+    time = result.series["time"].values
+    return (time >= turns[0]) & (time < turns[-1] * (1.0 - 1e-12))

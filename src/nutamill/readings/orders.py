@@ -1,0 +1,160 @@
+"""Order tracking: amplitude and phase of what repeats once, twice, ... per turn of the driveshaft, and spectra over a run-up."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import ShortTimeFFT, oaconvolve
+from scipy.signal.windows import hann
+
+from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.fields import series_field
+from nutamill.result import Result
+
+PER_TURN = 128
+"""Samples per turn after resampling over the crank angle [1]: orders up to 16 with 8 samples each."""
+TURNS = 4
+"""Turns in the window of an order [1]; half of them count, by its Hann shape."""
+
+
+class Orders(NamedTuple):
+    """Orders of a signal over the run."""
+
+    time: np.ndarray
+    """Middles of the windows [s], (n,)."""
+    speed: np.ndarray
+    """Driveshaft speed there [rad/s], (n,)."""
+    orders: tuple[float, ...]
+    """Repetitions per turn [1]."""
+    amplitude: np.ndarray
+    """Amplitudes, unit of the signal, (n_orders, n)."""
+    lag: np.ndarray
+    """Angle by which the maximum comes after that of ``cos(order x crank angle)`` [rad], (n_orders, n), in (-pi, pi]."""
+
+
+class Peak(NamedTuple):
+    """The largest amplitude of an order on the way through a run-up."""
+
+    order: float
+    """Repetitions per turn [1]."""
+    speed: float
+    """Driveshaft speed at the peak [rad/s]."""
+    time: float
+    """When [s]."""
+    amplitude: float
+    """Amplitude, unit of the signal."""
+    lag: float
+    """Lag there [rad]."""
+
+
+class Waterfall(NamedTuple):
+    """Spectra of a signal over the run."""
+
+    time: np.ndarray
+    """Middles of the windows [s], (n,)."""
+    speed: np.ndarray
+    """Driveshaft speed there [rad/s], (n,)."""
+    frequency: np.ndarray
+    """Frequencies [Hz], (m,)."""
+    amplitude: np.ndarray
+    """Amplitude of a sine of each frequency, unit of the signal, (m, n)."""
+
+
+def track(time: np.ndarray, angle: np.ndarray, value: np.ndarray, orders: Sequence[float] = (1.0, 2.0), turns: int = TURNS) -> Orders:
+    """Orders of a signal, by resampling over the angle and a Hann window of whole turns.
+
+    The signal ``A cos(order angle - lag)`` of any steady A gives A and lag exactly, whatever the speed does; other whole orders
+    at least ``2/turns`` away do not show.
+
+    Parameters
+    ----------
+    time, angle, value : samples [s], [rad], unit of the signal, (n,); the angle must rise
+    orders : repetitions per turn [1]
+    turns : length of the window [1]
+
+    Raises
+    ------
+    ResultError : fewer turns than the window has
+
+    Source
+    ------
+    Fyfe and Munck, Mechanical Systems and Signal Processing 11(2), 187-205, 1997 (computed order tracking)
+    """
+    moving = np.concatenate(([True], np.diff(angle) > 0.0))
+    time, angle, value = time[moving], angle[moving], value[moving]
+    step, length = 2.0 * np.pi / PER_TURN, turns * PER_TURN
+    even = np.arange(np.ceil(angle[0] / step), np.floor(angle[-1] / step) + 1.0) * step
+    if len(even) <= length:
+        made = (angle[-1] - angle[0]) / (2.0 * np.pi)
+        raise ResultError(f"orders: must have {turns} turns of the driveshaft, got {made:.3g}. Run longer")
+    at, signal = np.interp(even, angle, time), np.interp(even, angle, value)
+    window = hann(length, sym=False)
+    window /= window.sum()
+    parts = [2.0 * oaconvolve(signal * np.exp(-1j * order * even), window, mode="valid") for order in orders]
+    # a window of `length` samples is centred between two: `length / 2` samples after its first
+    middle = slice(length // 2, length // 2 + len(parts[0]))
+    found = np.array(parts)[:, :: PER_TURN // 8]
+    speed = np.gradient(even, at)[middle][:: PER_TURN // 8]
+    return Orders(at[middle][:: PER_TURN // 8], speed, tuple(orders), np.abs(found), -np.angle(found))
+
+
+def sensor_orders(result: Result, name: str, orders: Sequence[float] = (1.0, 2.0), turns: int = TURNS) -> Orders:
+    """Orders of a recorded series; as `track`.
+
+    Raises
+    ------
+    CaseError : no such series
+    ResultError : fewer turns than the window has
+    """
+    value, series = recorded(result, name), result.series
+    return track(series["time"].values, series["crank_angle"].values, value, orders, turns)
+
+
+def recorded(result: Result, name: str) -> np.ndarray:
+    """Samples of a series (n,); CaseError if the result has none of this name."""
+    field = series_field(name)
+    if name != "time" and name not in result.series:
+        raise CaseError(Fault(name, f"must be recorded, {result.path} has no {field.label}", "nutamill info fields lists all names"))
+    return result.series[name].values
+
+
+def peaks(found: Orders) -> list[Peak]:
+    """The largest amplitude of each order."""
+    at = found.amplitude.argmax(axis=1)
+    return [
+        Peak(order, float(found.speed[k]), float(found.time[k]), float(found.amplitude[n, k]), float(found.lag[n, k]))
+        for n, (order, k) in enumerate(zip(found.orders, at, strict=True))
+    ]
+
+
+def waterfall(result: Result, name: str, window: float = 1.0) -> Waterfall:
+    """Amplitude spectra of a recorded series, by a Hann window of `window` seconds moved by a quarter of it."""
+    return spectra(result.series["time"].values, result.series["crank_angle"].values, recorded(result, name), window)
+
+
+def spectra(time: np.ndarray, angle: np.ndarray, value: np.ndarray, window: float = 1.0) -> Waterfall:
+    """Amplitude spectra over time; as `waterfall`."""
+    rate = (len(time) - 1) / (time[-1] - time[0])
+    length = min(round(window * rate), len(time))
+    transform = ShortTimeFFT(hann(length, sym=False), max(length // 4, 1), rate, scale_to="magnitude", fft_mode="onesided2X")
+    first, end = transform.lower_border_end[1], transform.upper_border_begin(len(value))[1]
+    amplitude = np.abs(transform.stft(value, p0=first, p1=max(end, first + 1)))
+    at = time[0] + transform.delta_t * np.arange(first, first + amplitude.shape[1])
+    speed = np.interp(at, time, np.gradient(angle, time))
+    return Waterfall(at, speed, transform.f, amplitude)
+
+
+def orders_lines(found: Orders, name: str) -> list[str]:
+    """Peaks of the orders, and the orders at the end, as a table."""
+    unit, rpm = series_field(name).unit, 30.0 / np.pi
+    rows = [
+        f"{series_field(name).label} ({unit})",
+        f"{'order':>5} {'peak':>10} {'at rpm':>8} {'t (s)':>7} {'lag':>8} {'at the end':>11} {'lag':>8}",
+    ]
+    for n, peak in enumerate(peaks(found)):
+        end, lag = found.amplitude[n, -1], np.degrees(found.lag[n, -1])
+        rows.append(
+            f"{peak.order:4.3g}x {peak.amplitude:10.4g} {peak.speed * rpm:8.1f} {peak.time:7.2f}"
+            f" {np.degrees(peak.lag):6.1f} ° {end:11.4g} {lag:6.1f} °"
+        )
+    return rows

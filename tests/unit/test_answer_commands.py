@@ -1,0 +1,79 @@
+"""Commands that answer a designer: a table with its units, a picture, and clear words for what cannot be answered."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from nutamill import cli, march
+from nutamill.case import load_case
+
+RATINGS = """
+schema = 1
+[bearings.crank_pin]
+kind = "roller"
+dynamic_rating = "22 kN"
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The empty NuMill of 2025, 0.6 s from rest to 700 rpm and on."""
+    place = tmp_path_factory.mktemp("answers")
+    case = load_case("numill-2025", ["charge.kind=none", "drive.speed=700 rpm", "drive.ramp=7000 rpm/s", "run.until=0.6 s"])
+    march.run(case, place / "empty.h5").close()
+    (place / "ratings.toml").write_text(RATINGS)
+    return place
+
+
+@pytest.fixture
+def invoke(folder, monkeypatch):
+    """Run a command in the folder with the result."""
+    monkeypatch.chdir(folder)
+    return lambda *words: CliRunner().invoke(cli.app, words)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("orders", "empty.h5"), "crank-pin force (N)"),
+        (("loads", "empty.h5", "--axes", "crank"), "joint reactions on the second body, crank axes (N, N m)"),
+        (("loads", "empty.h5"), "rod forces (N), positive in tension"),
+        (("mounts", "empty.h5", "--ring", "80 mm", "330 mm", "--opening", "125 mm"), "clearance: 10.5 mm left"),
+        (("life", "empty.h5", "ratings.toml"), "L10 (h)"),
+        (("modes", "numill-2025"), "torsion of the drive train"),
+    ],
+    ids=lambda value: value[0] if isinstance(value, tuple) else "",
+)
+def test_answer_prints_its_table_and_saves_a_picture(invoke, folder, words, said):
+    told = invoke(*words, "--to", "picture.png")
+    assert told.exit_code == 0, told.output
+    assert said in told.stdout and "picture picture.png" in told.stdout
+    assert (folder / "picture.png").stat().st_size > 10_000
+    (folder / "picture.png").unlink()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("loads", "empty.h5", "--axes", "moon"), "axes moon: must be axes of the mill, Known are ground, frame, crank, chamber"),
+        (("life", "empty.h5", "ratings.toml", "--bearing", "yoke_pivot"), "bearing yoke_pivot: must have a rating, the file has none"),
+        (("orders", "empty.h5", "--sensor", "mount_1_travel_x"), "mount_1_travel_x: must be recorded"),
+        (("modes", "numill", "--speed", "700"), "--speed: needs a unit"),
+        (("balance", "numill", "--plane", "80 mm"), "--plane: must be a radius and a depth"),
+        (("isolation", "numill-2025"), "mechanism.mounting: must be flexible"),
+    ],
+    ids=lambda value: value[0] if isinstance(value, tuple) else "",
+)
+def test_question_without_an_answer_is_refused(invoke, words, said):
+    told = invoke(*words)
+    assert told.exit_code == 2 and said.replace(", Known", ". Known") in told.stderr.replace(", Known", ". Known")
+
+
+def test_mechanism_of_listed_parts_is_no_mill(invoke, folder):
+    crank = Path(__file__).parents[2] / "examples" / "mechanisms" / "slider-crank.toml"
+    told = invoke("balance", str(crank))
+    assert told.exit_code == 2 and "must be a mill, it lists the parts of a mechanism" in told.stderr
+    march.run(load_case(crank, ["run.until=5 ms"]), folder / "crank.h5").close()
+    told = invoke("loads", "crank.h5")
+    assert told.exit_code == 1 and "crank.h5: must be the run of a mill with its joint reactions" in told.stderr

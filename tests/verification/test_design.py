@@ -1,0 +1,98 @@
+"""Answers that run the empty mill: run-up, isolation, balancing, against closed forms and physical facts."""
+
+import math
+
+import numpy as np
+import pytest
+
+from nutamill.case import load_case
+from nutamill.design.balancing import Weight, balance_mill, permissible_unbalance, weighted
+from nutamill.design.empty import floor_force, once_per_turn, steady_series
+from nutamill.design.isolation import isolation, shaking_unbalance, transmissibility
+from nutamill.design.runup import run_up
+from nutamill.errors import CaseError
+from nutamill.readings.orders import peaks
+
+SPEED = 40.0
+
+
+@pytest.fixture(scope="module")
+def rigid():
+    """The empty mill bolted to the floor."""
+    return load_case("numill", ["charge.kind=none", "mechanism.mounting=rigid", "mechanism.joint_friction=0"])
+
+
+def test_amplitude_once_per_turn_is_that_of_the_signal():
+    angle = 0.3 + np.arange(1000) * 0.0314
+    signal = 2.0 * np.cos(angle + 0.4) + 0.7 * np.sin(2 * angle) + 5.0
+    assert once_per_turn(angle, signal[:, None])[0] == pytest.approx(2.0 * np.exp(0.4j), abs=1e-9)
+
+
+def test_shaking_unbalance_of_the_mill_is_the_sum_of_its_moments_of_mass(rigid):
+    # all that moves has its mass centre on the side of the pin: chamber at 0.24 m below the point, and carriage at the pin
+    angle = math.atan2(0.039, 0.366)
+    expected = 5.29 * 0.24 * math.sin(angle) + 0.68 * 0.039
+    # the ripple of the universal joint takes a part in 10^4
+    assert shaking_unbalance(rigid, SPEED) == pytest.approx(expected, rel=1e-3, abs=1e-5)
+
+
+def test_two_planes_take_all_of_a_bolted_mills_shaking(rigid):
+    found = balance_mill(rigid, [(0.08, 0.42), (0.08, 0.6)], SPEED)
+    moments = sum(weight.mass * weight.radius * np.exp(1j * weight.azimuth) for weight in found.weights)
+    # force and moment are two conditions for two planes: the weights' own unbalance is minus the mill's
+    assert moments == pytest.approx(-found.unbalance, rel=1e-3)
+    assert found.after < 2e-3 * found.before and abs(found.residual) < 2e-3 * abs(found.unbalance)
+
+
+def test_balance_mass_changes_the_unbalance_by_its_moment(rigid):
+    weight = Weight(0.6, 0.08, 0.42, 2.0)
+    change = shaking_unbalance(weighted(rigid, [weight]), SPEED) - shaking_unbalance(rigid, SPEED)
+    assert change == pytest.approx(weight.mass * weight.radius * np.exp(1j * weight.azimuth), rel=1e-3)
+
+
+def test_permissible_unbalance_is_that_of_the_standards_example():
+    # ISO 21940-11: e_per = 9549 G / n um; G 6.3 at 3000 rpm is 20 um, of 10 kg 200 g mm
+    assert permissible_unbalance(6.3, 3000 * math.pi / 30, 10.0) == pytest.approx(10.0 * 9549 * 6.3 / 3000 * 1e-6, rel=1e-4)
+
+
+@pytest.mark.parametrize(("planes", "said"), [([], "one or two"), ([(0.08, 0.4)] * 2, "different depths"), ([(0.0, 0.4)], "positive")])
+def test_planes_that_make_no_sense_are_refused(rigid, planes, said):
+    with pytest.raises(CaseError, match=said):
+        balance_mill(rigid, planes)
+
+
+def test_one_mass_passes_on_all_at_rest_and_at_root_two():
+    assert transmissibility(np.array([0.0, math.sqrt(2.0)]), 0.05) == pytest.approx([1.0, 1.0])
+    assert transmissibility(np.array([1.0]), 0.05)[0] == pytest.approx(math.sqrt(1 + 0.01) / 0.1)
+
+
+def test_mounts_pass_on_slow_shaking_as_it_is():
+    # 100 rpm is r = 0.21 of the sway and 0.07 of the rocking: between 1 and 1/(1 - r^2) = 1.046
+    case = load_case("numill", ["charge.kind=none"])
+    speed = 100 * math.pi / 30
+    sizes = []
+    for mounting in ("rigid", "flexible"):
+        series = steady_series(case.with_("mechanism.mounting", mounting), speed)
+        sizes.append(abs(once_per_turn(series["crank_angle"], floor_force(series))[0]))
+    assert 1.0 < sizes[1] / sizes[0] < 1.05
+
+
+def test_isolation_of_rigid_mounts_is_refused(rigid):
+    with pytest.raises(CaseError, match="must be flexible"):
+        isolation(rigid)
+
+
+def test_quicker_ramp_passes_the_resonance_lower_and_later():
+    # Lewis, Trans. ASME 54, 253-261, 1932: the peak falls and moves up with the rate of the ramp
+    case = load_case("numill", ["charge.kind=none"])
+    slow, quick = run_up(case, [40.0, 120.0])
+    one, other = peaks(slow.orders)[0], peaks(quick.orders)[0]
+    assert other.amplitude < 0.95 * one.amplitude
+    assert 2 * np.pi * 7.9 < one.speed < other.speed
+
+
+def test_run_up_of_a_series_that_is_not_there_is_refused(rigid):
+    with pytest.raises(CaseError, match="must be recorded"):
+        run_up(rigid, [500.0], "mount_1_force_x")
+    with pytest.raises(CaseError, match="positive rates"):
+        run_up(rigid, [])
