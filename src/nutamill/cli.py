@@ -506,16 +506,6 @@ def _load_mill(name: str, overrides: list[str] | None) -> "Case":
     return loaded
 
 
-def _quantity(text: str, kind: str, option: str) -> float:
-    """SI value of an option with a unit."""
-    from nutamill import units
-
-    try:
-        return units.parse(text, kind)
-    except units.UnitError as error:
-        raise CaseError(Fault(option, error.what, error.hint)) from None
-
-
 @app.command()
 @_told
 def modes(
@@ -530,7 +520,7 @@ def modes(
     from nutamill.design_figures import draw_modes
 
     loaded = _load_mill(case, overrides)
-    found = machine_modes(loaded, _quantity(speed, "speed of rotation", "--speed"), charge)
+    found = machine_modes(loaded, _quantity("--speed", speed, "speed of rotation"), charge)
     _answer(modes_lines(found), draw_modes(loaded, found), to, f"{loaded.name}-modes")
 
 
@@ -547,7 +537,6 @@ def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = F
     _answer(avoid_lines(found), draw_campbell(found), to, f"{loaded.name}-campbell")
 
 
-ResultFile = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="The result of a run.")]
 Last = Annotated[str, typer.Option(help="Length of the steady window.")]
 
 
@@ -604,11 +593,11 @@ def mounts(
     from nutamill.readings.mounts import chamber_clearance, clearance_line, mounts_lines
     from nutamill.readings.source import open_mill_result
 
-    lengths = [_quantity(text, "length", "--ring") for text in ring or ()]
+    lengths = [_quantity("--ring", text, "length") for text in ring or ()]
     with open_mill_result(file) as result:
         lines = mounts_lines(result, last)
         if lengths:
-            lines.append(clearance_line(chamber_clearance(result, tuple(lengths), _quantity(opening, "length", "--opening"), fixed_to)))
+            lines.append(clearance_line(chamber_clearance(result, tuple(lengths), _quantity("--opening", opening, "length"), fixed_to)))
         _answer(lines, draw_floor(result, last), to, f"{file.stem}-mounts")
 
 
@@ -651,7 +640,7 @@ def runup(
     from nutamill.design_figures import draw_run_up
 
     loaded = _load_mill(case, overrides)
-    rates = [_quantity(text, "ramp of speed", "--ramp") for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")]
+    rates = [_quantity("--ramp", text, "ramp of speed") for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")]
     name = sensor or default_sensor(loaded)
     runs = run_up(loaded, rates, name, charge=charge)
     _answer(run_up_lines(runs, name), draw_run_up(runs, name), to, f"{loaded.name}-runup")
@@ -686,11 +675,11 @@ def balance(
     from nutamill.design_figures import draw_balancing
 
     loaded = _load_mill(case, overrides)
-    given = [[_quantity(length.strip(), "length", "--plane") for length in text.split(",")] for text in plane or ()]
+    given = [[_quantity("--plane", length.strip(), "length") for length in text.split(",")] for text in plane or ()]
     if any(len(lengths) != 2 for lengths in given):
         raise CaseError(Fault("--plane", "must be a radius and a depth", 'Write e.g. --plane "80 mm, 420 mm"'))
     planes = [tuple(lengths) for lengths in given] or [(loaded.balance.radius, loaded.balance.depth)]
-    found = balance_mill(loaded, planes, None if speed is None else _quantity(speed, "speed of rotation", "--speed"), charge)
+    found = balance_mill(loaded, planes, None if speed is None else _quantity("--speed", speed, "speed of rotation"), charge)
     _answer(balance_lines(found, loaded, grade), draw_balancing(found, loaded), to, f"{loaded.name}-balance")
 
 
