@@ -67,10 +67,8 @@ def main() -> None:
     for name, rpm, force, torque, cpu in done:
         print(f"{name:6} {rpm:5.0f} {force:10.1f} {torque:13.3f} {cpu:9.1f}")
     simulated = sum(2 * (rpm / 70.0 + HOLD) for rpm in SPEEDS)
-    print(
-        f"\n{len(done)} runs, {simulated:.0f} s simulated, {processes} at a time:"
-        f" {whole:.0f} s ({sum(run[4] for run in done):.0f} s of processor time)"
-    )
+    cpu = sum(run[4] for run in done)
+    print(f"\n{len(done)} runs, {simulated:.0f} s simulated, {processes} at a time: {whole:.0f} s ({cpu:.0f} s of processor time)")
 
 
 if __name__ == "__main__":

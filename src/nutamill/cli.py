@@ -470,10 +470,11 @@ def _draw(result: "Result", path: Path) -> list[Path]:
     """Draw the pictures of a run beside its result; their files."""
     from nutamill.figures import draw_ledger, draw_run
     from nutamill.mechanism_analysis import is_mechanism
-    from nutamill.mechanism_figures import draw_reactions
 
     picture, ledger = path.with_suffix(".png"), path.with_name(f"{path.stem}-power.png")
     if is_mechanism(result):
+        from nutamill.mechanism_figures import draw_reactions
+
         draw_reactions(result).savefig(picture)
         return [picture]
     draw_run(result).savefig(picture)

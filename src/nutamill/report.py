@@ -175,9 +175,14 @@ def _steady(result: Result) -> list[SteadyLine]:
     values = []
     for name, estimate in found.items():
         field = series_field(name)
-        text = f"{estimate.mean:.4g}" + (f" ± {estimate.half_width:.2g}" if math.isfinite(estimate.half_width) else "")
+        text = f"{estimate.mean:.4g}" + (f" ± {_short(estimate.half_width)}" if math.isfinite(estimate.half_width) else "")
         values.append(SteadyLine(f"{field.label} ({field.unit})", text, estimate.mean, estimate.half_width))
     return values
+
+
+def _short(width: float) -> str:
+    """Half width of an interval to two digits, never as a power of ten."""
+    return f"{width:.0f}" if width >= 10.0 else f"{width:.2g}"
 
 
 def _ledger(result: Result) -> list[Sink]:

@@ -86,9 +86,9 @@ def _packed(moments: list[Frame]) -> tuple[str, dict]:
     none = places.size == 0
     low = np.zeros(3) if none else places.min(axis=(0, 1))
     span = np.ones(3) if none else np.maximum(places.max(axis=(0, 1)) - low, 1e-9)
-    fastest = 1.0 if none else max(float(speeds.max()), 1e-9)
+    fastest = 1.0 if none else max(float(np.quantile(speeds, 0.999)), 1e-9)  # one that flies must not darken all others
     whole = np.round((places - low) / span * 65535.0).astype(np.uint16)
-    rates = np.round(speeds / fastest * 255.0).astype(np.uint8)
+    rates = np.round(np.minimum(speeds / fastest, 1.0) * 255.0).astype(np.uint8)
     change = np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])).reshape(len(moments), -1)
     change_of_rate = np.diff(rates, axis=0, prepend=np.zeros_like(rates[:1]))
     rows = np.concatenate([(change >> 8).astype(np.uint8), (change & 255).astype(np.uint8), change_of_rate], axis=1)
