@@ -199,12 +199,13 @@ def _summary(result: "Result") -> tuple[list[str], list[str]]:
 
 def _draw(result: "Result", path: Path) -> list[Path]:
     """Draw the pictures of a run beside its result; their files."""
-    from nutamill.figures.mechanism import draw_reactions
     from nutamill.figures.run import draw_ledger, draw_run
     from nutamill.mechanism_analysis import is_mechanism
 
     picture, ledger = path.with_suffix(".png"), path.with_name(f"{path.stem}-power.png")
     if is_mechanism(result):
+        from nutamill.figures.mechanism import draw_reactions
+
         draw_reactions(result).savefig(picture)
         return [picture]
     draw_run(result).savefig(picture)
