@@ -12,8 +12,8 @@ import nutamill
 PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 FLOOR = {
-    **dict.fromkeys(("errors", "units", "kernel", "keys", "running"), 1),
-    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "steady", "mount_test"), 2),
+    **dict.fromkeys(("errors", "units", "kernel", "keys", "steady"), 1),
+    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "running", "mount_test"), 2),
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
