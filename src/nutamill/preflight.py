@@ -15,6 +15,7 @@ from nutamill.errors import CaseError, Fault
 from nutamill.fields import expand
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import modes, static_equilibrium
+from nutamill.units import rpm
 
 NANOSECONDS = 60.0
 """Wall time per particle and substep on one thread that forecasts count with [ns]; docs/speed.md has measured ones."""
@@ -195,7 +196,7 @@ class Preflight:
         shown = [f"modes     empty: {listed} Hz"]
         for crossing in self.crossings:
             shown.append(
-                f"          {loaded}: {crossing.frequency:.2f} Hz = {crossing.speed * 30 / np.pi:.0f} rpm"
+                f"          {loaded}: {crossing.frequency:.2f} Hz = {rpm(crossing.speed):.0f} rpm"
                 f" (damping {100 * crossing.damping_ratio:.1f} %)"
                 f" is passed at t = {crossing.time:.1f} s; the largest motion comes later"
             )

@@ -13,6 +13,7 @@ from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running import running_modes
+from nutamill.units import rpm
 
 ANGLES = 6
 """Crank angles over which the coefficients of the turning mill are averaged [1]: exact up to the fifth order."""
@@ -217,7 +218,7 @@ def _crossings(speeds: np.ndarray, frequency: np.ndarray, damping: np.ndarray, l
 
 def modes_lines(found: MachineModes) -> list[str]:
     """The modes as a table."""
-    state = "at rest" if found.speed == 0.0 else f"at {_rpm(found.speed):.4g} rpm"
+    state = "at rest" if found.speed == 0.0 else f"at {rpm(found.speed):.4g} rpm"
     rows = [f"modes {state}", f"{'Hz':>8}  {'damping':>8}  motion"]
     for k, (frequency, ratio) in enumerate(zip(found.frequency, found.damping_ratio, strict=True)):
         rows.append(f"{frequency:8.3f}  {100 * ratio:6.2f} %  {found.label(k)}: {found.movers(k)}")
@@ -226,11 +227,7 @@ def modes_lines(found: MachineModes) -> list[str]:
 
 def avoid_lines(found: Campbell) -> list[str]:
     """The speeds to avoid as a table."""
-    rows = [f"speeds to avoid up to {_rpm(found.speeds[-1]):.4g} rpm", f"{'rpm':>8}  order  {'Hz':>8}  {'damping':>8}  motion"]
+    rows = [f"speeds to avoid up to {rpm(found.speeds[-1]):.4g} rpm", f"{'rpm':>8}  order  {'Hz':>8}  {'damping':>8}  motion"]
     for at in found.avoid:
-        rows.append(f"{_rpm(at.speed):8.1f}  {at.order:4.0f}x  {at.frequency:8.3f}  {100 * at.damping_ratio:6.2f} %  {at.label}")
+        rows.append(f"{rpm(at.speed):8.1f}  {at.order:4.0f}x  {at.frequency:8.3f}  {100 * at.damping_ratio:6.2f} %  {at.label}")
     return rows
-
-
-def _rpm(speed: float) -> float:
-    return speed * 30.0 / np.pi

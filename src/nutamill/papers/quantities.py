@@ -12,6 +12,7 @@ from nutamill.case import Case
 from nutamill.charge_flow import crest, surface_heights, window
 from nutamill.errors import ResultError
 from nutamill.quantities import Value, steady_value
+from nutamill.readings.source import vector
 from nutamill.result import Result
 from nutamill.units import Kind
 
@@ -62,7 +63,7 @@ def charge_at_pin(result: Result) -> PinForce:
         raise ResultError(f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge.")
     drawn = Case.from_toml(result.case_text).mechanism
     down, out = drawn.nutation_point_to_crank, drawn.crank_radius
-    x, y, z = (series[f"charge_moment_{axis}"].values for axis in "xyz")
+    x, y, z = vector(series, "charge_moment").T
     angle = series["crank_angle"].values
     outward, along = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
     return PinForce(-along / down, -(down * outward + out * z) / (down**2 + out**2))
@@ -208,7 +209,7 @@ def _momentum_gap(result: Result, last: float) -> Value:
         raise ResultError(f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge.")
     turns = steady_window(result, last, names=["time"]).turns
     time = series["time"].values
-    force = np.sqrt(sum(series[f"charge_force_{axis}"].values ** 2 for axis in "xyz"))
+    force = np.linalg.norm(vector(series, "charge_force"), axis=1)
     given = steady_value(result, force, last=last).mean * (turns[-1] - turns[0])
     first, end = np.interp(turns[[0, -1]], time, series["interface_impulse_defect"].values)
     return _single(float((end - first) / given))
