@@ -62,7 +62,7 @@ NEVER = {
 AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
-    "h5py": {"result.py", "export"},
+    "h5py": {"result", "export"},
     "matplotlib": {"figures", "report.py"},
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py", "papers"},

@@ -10,12 +10,12 @@ from nutamill.case.library import similar
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.papers.model import Paper, Row, same_speed
 from nutamill.papers.quantities import MODES
-from nutamill.result import open_result
+from nutamill.result import state_of
 from nutamill.units import rpm
 from nutamill.wholefile import write_whole
 
-MISSING, COMPLETE = "missing", "complete"
-"""States of a result file beside those that the file itself tells (`nutamill.result.Result.state`)."""
+COMPLETE = "complete"
+"""State of a result file whose run is done (`nutamill.result.Result.state`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,11 +137,8 @@ def run_state(run: PlannedRun) -> str:
 
     A file that cannot be read is ``failed`` with the reason.
     """
-    if not run.path.exists():
-        return MISSING
     try:
-        with open_result(run.path) as result:
-            return result.state
+        return state_of(run.path)
     except ResultError as error:
         return f"failed: {error}"
 
