@@ -8,7 +8,7 @@ from pathlib import Path
 
 import nutamill as nm
 from nutamill.case.ratings import load_ratings
-from nutamill.reading_figures import draw_lives
+from nutamill.figures.reading import draw_lives
 from nutamill.readings.bearings import bearing_life, bearings_lines
 from nutamill.readings.fatigue import section_life, sections_lines
 

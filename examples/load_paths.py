@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import nutamill as nm
-from nutamill.reading_figures import draw_loads
+from nutamill.figures.reading import draw_loads
 from nutamill.readings.load_paths import hodograph, load_paths, loads_lines
 from nutamill.readings.rods import rods_lines, yoke_rods
 

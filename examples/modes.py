@@ -7,7 +7,7 @@ import math
 
 import nutamill as nm
 from nutamill.design.modes import avoid_lines, campbell, machine_modes, modes_lines
-from nutamill.design_figures import draw_campbell, draw_modes
+from nutamill.figures.design import draw_campbell, draw_modes
 
 case = nm.load_case("numill")
 rest = machine_modes(case)

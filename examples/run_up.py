@@ -8,7 +8,7 @@ import math
 
 import nutamill as nm
 from nutamill.design.runup import default_sensor, run_up, run_up_lines
-from nutamill.design_figures import draw_run_up
+from nutamill.figures.design import draw_run_up
 from nutamill.readings.orders import peaks
 
 RPM = math.pi / 30.0

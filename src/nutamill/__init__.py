@@ -21,6 +21,8 @@ _HOME = {
     "run": "nutamill.march",
     "resume": "nutamill.march",
     "sweep": "nutamill.campaign.sweep",
+    "fit": "nutamill.campaign.fit",
+    "mount_properties": "nutamill.mount_test",
     "open_result": "nutamill.result",
     "validate": "nutamill.validation",
     "MillError": "nutamill.errors",

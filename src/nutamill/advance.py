@@ -12,7 +12,7 @@ from nutamill.build.model import Model, State
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
 from nutamill.case import Case
-from nutamill.charge.assembly import attitudes, grow, positions, spins, velocities
+from nutamill.charge.assembly import attitudes, contact_forces, grow, positions, spins, velocities
 from nutamill.charge.clumps import POSE, ClumpColumn
 from nutamill.charge.model import Clock as ChargeClock
 from nutamill.charge.statistics import gathered, put_back
@@ -114,6 +114,10 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
             kept["attitudes"] = turned.astype(np.float32)
         kept["spins"] = spins(model.charge, state.charge).astype(np.float32)
         kept["radii"] = (0.5 * charge_particles(model.case).diameter).astype(np.float32)
+        pushed = contact_forces(model.charge, state.charge, model.clock.substep)
+        if pushed is not None:
+            kept["contact_forces"] = pushed.astype(np.float32)
+        kept["materials"] = charge_particles(model.case).material.astype(np.int16)
         chamber = model.plan.carriers[CHAMBER_CARRIER]
         rotation = np.empty((3, 3))
         rotation_matrix(state.mechanism.quaternion[chamber], rotation)

@@ -38,10 +38,13 @@ from nutamill.record_plan import COLUMNS, Ending, RecordPlan
 from nutamill.result import Recorder, Result, open_result
 from nutamill.screen import Progress
 from nutamill.warm import warm_up, warm_up_mechanism
-from nutamill.watch import Watch, interrupts
+from nutamill.watch import Watch, requests
 
 ROWS_PER_ENTRY = 48
 """Rows recorded in one entry of the compiled march [1]: 10 ms of simulated time at the default rate."""
+
+ROWS_PER_ENTRY_ALONE = 480
+"""The same without charge, where steps are so cheap that entering would cost as much as marching."""
 
 
 def run(
@@ -171,9 +174,9 @@ def march(model: Model, state: State, recorder: Recorder, ending: Ending, watch:
     row = int(state.coupling.windows[0]) // model.plan.windows_per_row
     fault: StepError | None = None
     kept: State | None = None
-    with interrupts() as interrupted, saved_whatever_happens(recorder):
-        while row < plan.rows and not interrupted.is_set() and fault is None:
-            count = min(ROWS_PER_ENTRY, plan.next_stop(row) - row)
+    with requests() as asked, saved_whatever_happens(recorder):
+        while row < plan.rows and not asked.stop.is_set() and fault is None:
+            count = min(ROWS_PER_ENTRY_ALONE if model.charge is None else ROWS_PER_ENTRY, plan.next_stop(row) - row)
             kept = keep(state, kept)
             kept_sums = {} if kept is None else statistics_group(model, state)
             model, rows, fault = enter(model, state, count)
@@ -190,10 +193,11 @@ def march(model: Model, state: State, recorder: Recorder, ending: Ending, watch:
                 plan = ending.plan
                 if row in plan.snapshots:
                     recorder.snapshot(state.mechanism.time[0], snapshot(model, state))
-                if row % plan.rows_per_checkpoint == 0 or row == plan.rows:
+                wanted = asked.take_checkpoint()
+                if wanted or row % plan.rows_per_checkpoint == 0 or row == plan.rows:
                     record_statistics(model, state, recorder)
                     recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
-                recorder.commit()
+                recorder.commit(force=wanted)
     if fault is None and row < plan.rows:
         recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
     recorder.summary(run_facts(model, state))

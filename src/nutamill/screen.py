@@ -3,8 +3,11 @@
 import math
 import sys
 import time as clock
+from contextlib import ExitStack
 from types import TracebackType
 from typing import TYPE_CHECKING, NamedTuple, Self
+
+from nutamill.keys import MEANS, obey_keys, single_keys
 
 if TYPE_CHECKING:
     from rich.live import Live
@@ -15,6 +18,7 @@ LINE_PAUSE = 10.0
 """Wall time between two plain lines [s]."""
 REFRESH = 4
 """Redraws of the live table per second [1/s]."""
+WORDS = {"q": "stop and save", "c": "checkpoint"}
 COMPILING = "compiling kernels, once for this version, about 40 s"
 
 
@@ -39,6 +43,14 @@ class Progress(NamedTuple):
     """Present resultant at the load cell [N]."""
     shaft_torque: float
     """Present motor torque on the driveshaft [N m]."""
+    mean_force: float
+    """Mean crank-pin force over the whole turns at constant speed so far [N]."""
+    mean_force_half_width: float
+    """Half width of its 95 % interval [N]."""
+    mean_torque: float
+    """Mean torque over the same turns [N m]."""
+    mean_torque_half_width: float
+    """Half width of its 95 % interval [N m]."""
     largest_pair_overlap: float
     """Largest overlap of two particles lately, share of the particle diameter [1]."""
     largest_wall_overlap: float
@@ -70,6 +82,8 @@ class Screen:
         self._phase_began = 0.0
         self._spent: dict[str, float] = {}
         self._next_line = -math.inf
+        self._keys = False
+        self._open = ExitStack()
 
     def __enter__(self) -> Self:
         if not self._quiet and sys.stdout.isatty():
@@ -77,13 +91,14 @@ class Screen:
 
             self._live = Live(refresh_per_second=REFRESH)
             self._live.start()
+            self._open.callback(self._live.stop)
+            self._keys = self._open.enter_context(single_keys())
         elif not self._quiet:
             print(self._title, flush=True)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
-        if self._live is not None:
-            self._live.stop()
+        self._open.close()
 
     def message(self, text: str) -> None:
         """Show one line, for instance `COMPILING`; on a terminal it stays above the table."""
@@ -100,7 +115,9 @@ class Screen:
             self._phase, self._phase_began = progress.phase, now
         self._spent[progress.phase] = now - self._phase_began
         if self._live is not None:
-            self._live.update(panel(self._title, progress, self._spent))
+            self._live.update(panel(self._title, progress, self._spent, self._keys))
+            if self._keys:
+                obey_keys()
         elif not self._quiet and (begins or now >= self._next_line):
             print(line(progress), flush=True)
             self._next_line = now + LINE_PAUSE
@@ -114,15 +131,15 @@ def line(progress: Progress) -> str:
     return (
         f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}"
         f"  left {duration(progress.time_left)}  crank-pin force {_number(progress.crank_pin_force, '.0f')} N"
-        f"  shaft torque {_number(progress.shaft_torque, '.2f')} N m  {_overlaps(progress)}"
+        f"  shaft torque {_number(progress.shaft_torque, '.2f')} N m{_means(progress)}  {_overlaps(progress)}"
         f"  ledger {_number(100.0 * progress.ledger_residual, '.3f')} %"
     )
 
 
-def panel(title: str, progress: Progress, spent: dict[str, float]) -> "Panel":
-    """The live table: a bar for each phase, the present readings, and a line of technicalities.
+def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = False) -> "Panel":
+    """The live table: a bar for each phase, the readings now and their means, and a line of technicalities.
 
-    `spent` is the wall time [s] each phase that has begun has taken.
+    `spent` is the wall time [s] each phase that has begun has taken; `keys` tells that single keys are heard.
     """
     from rich import box
     from rich.console import Group
@@ -143,22 +160,27 @@ def panel(title: str, progress: Progress, spent: dict[str, float]) -> "Panel":
 
     readings = Table.grid(padding=(0, 2))
     readings.add_column(min_width=16)
-    readings.add_column(justify="right", min_width=8)
     if not _of_mill(progress):
         times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {1e6 * progress.dt:.2f} µs"
         return Panel(Group(bars, "", times), title=title, box=box.ROUNDED, expand=False, padding=(0, 1))
-    readings.add_row("crank-pin force", _number(progress.crank_pin_force, ".0f"), "N")
-    readings.add_row("shaft torque", _number(progress.shaft_torque, ".2f"), "N m")
-    readings.add_row("largest overlap", _percent(progress.largest_wall_overlap, ".1f"), "% of d, wall")
-    readings.add_row("", _percent(progress.largest_pair_overlap, ".1f"), "% of d, pellets")
-    readings.add_row("energy ledger", _percent(progress.ledger_residual, ".3f"), "% not accounted for")
+    for _ in range(3):
+        readings.add_column(justify="right", min_width=8)
+    readings.add_row("", "now", "mean", "±95 %", "", style="dim")
+    means = ((progress.crank_pin_force, progress.mean_force, progress.mean_force_half_width, ".0f", ".1f"),)
+    means += ((progress.shaft_torque, progress.mean_torque, progress.mean_torque_half_width, ".2f", ".2f"),)
+    for name, unit, (now, mean, width, form, fine) in zip(("crank-pin force", "shaft torque"), ("N", "N m"), means, strict=True):
+        readings.add_row(name, _number(now, form), _number(mean, fine), _number(width, fine), unit)
+    readings.add_row("largest overlap", _percent(progress.largest_wall_overlap, ".1f"), "", "", "% of d, wall")
+    readings.add_row("", _percent(progress.largest_pair_overlap, ".1f"), "", "", "% of d, pellets")
+    readings.add_row("energy ledger", _percent(progress.ledger_residual, ".3f"), "", "", "% not accounted for")
 
     times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {1e6 * progress.dt:.2f} µs"
     work = (
         f"{progress.contacts} contacts   {_number(progress.nanoseconds, '.0f')} ns per particle and step   "
         f"file {progress.file_size / 1e6:.1f} MB"
     )
-    return Panel(Group(bars, "", readings, "", times, work), title=title, box=box.ROUNDED, expand=False, padding=(0, 1))
+    heard = "   ".join(f"{key} {WORDS[key]}" for key in MEANS) if keys else None
+    return Panel(Group(bars, "", readings, "", times, work), title=title, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1))
 
 
 def duration(seconds: float) -> str:
@@ -184,6 +206,16 @@ def _percent(value: float, form: str) -> str:
 
 def _rate(progress: Progress) -> str:
     return f"{_number(progress.rate, '.3g')} s per s"
+
+
+def _means(progress: Progress) -> str:
+    """Means so far with their intervals, once they are known."""
+    if not math.isfinite(progress.mean_force_half_width):
+        return ""
+    return (
+        f"  means {progress.mean_force:.1f} ± {progress.mean_force_half_width:.1f} N,"
+        f" {progress.mean_torque:.2f} ± {progress.mean_torque_half_width:.2f} N m"
+    )
 
 
 def _overlaps(progress: Progress) -> str:

@@ -4,14 +4,15 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from nutamill.campaign.axes import Member
 from nutamill.campaign.board import Board
 from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import run_all
-from nutamill.campaign.workers import LocalProcesses, Workers
+from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.errors import CaseError, Fault, ResultError
-from nutamill.paper_figures import draw_figure
+from nutamill.figures.paper import draw_figure
 from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
 from nutamill.papers.library import read_paper
 from nutamill.papers.model import Paper
@@ -20,7 +21,10 @@ from nutamill.papers.table import csv_text, json_text, markdown
 from nutamill.preflight import preflight, wall_time
 from nutamill.result import open_result
 from nutamill.screen import duration
-from nutamill.wholefile import io_errors, write_text
+from nutamill.wholefile import io_errors, write_whole
+
+if TYPE_CHECKING:
+    import distributed
 
 FOLDER = Path("results") / "validation"
 """Where results go unless told otherwise, each paper's in a folder of its name."""
@@ -48,7 +52,8 @@ def validate(
     only: Sequence[str] = (),
     folder: str | Path | None = None,
     start: bool = True,
-    workers: Callable[[], Workers] = LocalProcesses,
+    jobs: int | None = None,
+    client: "distributed.Client | None" = None,
     tell: Callable[[str], None] = print,
 ) -> Comparison:
     """Compare a paper with our own runs of all its configurations, row by row.
@@ -63,7 +68,8 @@ def validate(
     only : names of rows, configurations or runs to restrict it to
     folder : where results are and go; ``results/validation/<paper>`` if None
     start : False: start no run, evaluate what is there
-    workers : makes what runs, when there is something to run; a process for each physical core
+    jobs : runs at once on this machine, the physical cores if None
+    client : a Dask client, whose workers run instead
     tell : called with each line of what goes on
 
     Raises
@@ -80,7 +86,7 @@ def validate(
     if start:
         find_modes([run for run in runs if wants_modes(rows, run)])
         if waiting := in_order(taken, tell):
-            failures = run_campaign(waiting, place, workers())
+            failures = run_campaign(waiting, place, ClusterWorkers(client) if client else LocalProcesses(jobs))
     measured = measure(paper, runs, keys_of(paper), f"nutamill validate {name} --only")
     files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, place)
     return Comparison(paper, compare(rows, measured), files, failures, undrawn)
@@ -141,7 +147,7 @@ def store(
     files = []
     for suffix, text in ((".csv", csv_text), (".json", json_text), (".md", markdown)):
         files.append(place / f"comparison{suffix}")
-        write_text(files[-1], text(findings, paper))
+        write_whole(files[-1], text(findings, paper))
     undrawn = []
     for plan in paper.figures:
         try:
@@ -182,4 +188,4 @@ def write_short(file: Path, done: Comparison, name: str) -> None:
         if end not in rest:
             raise CaseError(Fault(str(file), f'must hold the line "{end}" after "{begin.strip()}", it does not', "Add it"))
         text = f"{before}{begin}{text}{end}{rest.partition(end)[2]}"
-    write_text(file, text)
+    write_whole(file, text)

@@ -6,16 +6,21 @@ import threading
 import time as wall
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import NamedTuple
 
 import numpy as np
 
 from nutamill.build.model import Model
 from nutamill.case import Case, MechanismCase
+from nutamill.keys import CHECKPOINT
 from nutamill.result import Recorder
+from nutamill.running import RunningMean
 from nutamill.screen import Progress
 
 PAUSE = 0.5
 """Wall time between two reports [s]."""
+READINGS = ("crank_pin_force_resultant", "driveshaft_torque")
+"""Series whose mean at constant speed is shown while a run goes on."""
 
 
 class Watch:
@@ -26,16 +31,20 @@ class Watch:
         self._report = report
         self._next = 0.0
         self._begun: tuple[float, float] | None = None
+        self._means = RunningMean(len(READINGS))
 
     def settling(self, fraction: float) -> None:
         """Report that this share of the settling is done [1]."""
         if self._report is not None and (self._due() or fraction >= 1.0):
-            unknown = [math.nan] * 8
+            unknown = [math.nan] * 12
             self._report(Progress("settle", 0.0, self._case.run.end, fraction, *unknown, 0, math.nan, 0))
 
     def marched(self, model: Model, names: list[str], series: np.ndarray, until: float, recorder: Recorder) -> None:
         """Report where the run stands after `series` (n, n_names) has been recorded."""
         time = series[-1, 0]
+        steady = series[series[:, 0] >= self._case.drive.ramp_end]
+        if self._report is not None and len(steady) and set(READINGS) <= set(names):  # a mechanism of any kind has no crank pin
+            self._means.add(steady[:, 0], steady[:, names.index("crank_angle")], steady[:, [names.index(name) for name in READINGS]])
         if self._begun is None:
             self._begun = (wall.monotonic(), series[0, 0])
             return
@@ -46,6 +55,7 @@ class Watch:
         ramp = self._case.drive.ramp_end
         phase, first, last = ("ramp", 0.0, min(ramp, until)) if time < ramp else ("steady", ramp, until)
         steps = marched / model.clock.substep * (model.charge.n_particles if model.charge is not None else 1)
+        (force, torque), (force_width, torque_width) = self._means.mean(), self._means.half_width()
         largest = {
             name: series[:, names.index(name)].max() if name in names else math.nan
             for name in ("largest_pair_overlap", "largest_wall_overlap")
@@ -61,6 +71,10 @@ class Watch:
                 time_left=(until - time) * spent / marched,
                 crank_pin_force=at.get("crank_pin_force_resultant", math.nan),
                 shaft_torque=at.get("driveshaft_torque", math.nan),
+                mean_force=force,
+                mean_force_half_width=force_width,
+                mean_torque=torque,
+                mean_torque_half_width=torque_width,
                 largest_pair_overlap=largest["largest_pair_overlap"],
                 largest_wall_overlap=largest["largest_wall_overlap"],
                 ledger_residual=at["ledger_residual"] / at["motor_work"] if at.get("motor_work", 0.0) > 0 else math.nan,
@@ -78,16 +92,34 @@ class Watch:
         return True
 
 
+class Requests(NamedTuple):
+    """What is asked of a march from outside; it looks between two entries of the compiled march."""
+
+    stop: threading.Event
+    """Stop, and save: an interrupt, or a request to end."""
+    checkpoint: threading.Event
+    """Keep a checkpoint now, and go on: SIGUSR1."""
+
+    def take_checkpoint(self) -> bool:
+        """Whether a checkpoint was asked for since the last call."""
+        asked = self.checkpoint.is_set()
+        self.checkpoint.clear()
+        return asked
+
+
 @contextmanager
-def interrupts() -> Iterator[threading.Event]:
-    """An event that an interrupt or a request to end sets, so that a march stops between two entries and saves."""
-    event = threading.Event()
+def requests() -> Iterator[Requests]:
+    """Listen to signals; in a thread that is not the main one, where Python cannot, nothing is ever asked."""
+    asked = Requests(threading.Event(), threading.Event())
     if threading.current_thread() is not threading.main_thread():
-        yield event
+        yield asked
         return
-    before = {number: signal.signal(number, lambda *_: event.set()) for number in (signal.SIGINT, signal.SIGTERM)}
+    answers = dict.fromkeys((signal.SIGINT, signal.SIGTERM), asked.stop)
+    if CHECKPOINT is not None:
+        answers[CHECKPOINT] = asked.checkpoint
+    before = {number: signal.signal(number, lambda *_, event=event: event.set()) for number, event in answers.items()}
     try:
-        yield event
+        yield asked
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -56,12 +56,13 @@ def replace_file(path: Path, edit: Callable[[Path], None], room: int, start: byt
         part.unlink(missing_ok=True)
 
 
-def write_text(path: Path, text: str) -> None:
-    """Put `text` in place of `path`, whole or not at all; its folder is made if needed.  Raises ResultError as `replace_file` does."""
+def write_whole(path: str | Path, content: str | bytes) -> Path:
+    """Write a file of this content, or put it in place of the one there; its folder is made if needed. Raises as `replace_file`."""
+    path = Path(path)
     with io_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-    content = text.encode()
-    replace_file(path, lambda part: part.write_bytes(content) and None, room=len(content), start=b"")
+    replace_file(path, lambda _: None, 0, content.encode("utf-8") if isinstance(content, str) else content)
+    return path
 
 
 def tidy(path: Path) -> None:

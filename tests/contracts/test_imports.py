@@ -12,23 +12,22 @@ import nutamill
 PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 FLOOR = {
-    **dict.fromkeys(("errors", "units", "kernel"), 1),
+    **dict.fromkeys(("errors", "units", "kernel", "keys", "running"), 1),
     **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "steady", "mount_test"), 2),
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
-    **dict.fromkeys(("result", "build", "warm"), 6),
+    **dict.fromkeys(("result", "build", "warm", "drawing"), 6),
     **dict.fromkeys(("analysis", "mechanism_analysis", "dialects", "preflight", "mechanism_preflight", "watch", "record_plan"), 7),
+    **dict.fromkeys(("replay", "vibration"), 7),
     "advance": 8,
-    **dict.fromkeys(("charge_flow", "quantities", "readings"), 8),
-    **dict.fromkeys(("march", "figures", "bench"), 9),
-    "papers": 9,
-    **dict.fromkeys(
-        ("charge_figures", "mechanism_figures", "mount_figures", "reading_figures", "campaign_figures", "paper_figures", "design"), 10
-    ),
-    **dict.fromkeys(("campaign", "design_figures"), 11),
-    "validation": 12,
-    "cli": 13,
+    **dict.fromkeys(("charge_flow", "quantities", "readings", "webview", "scene", "export", "measured"), 8),
+    **dict.fromkeys(("march", "bench", "papers"), 9),
+    "design": 10,
+    "figures": 11,
+    **dict.fromkeys(("campaign", "report"), 12),
+    "validation": 13,
+    "cli": 14,
 }
 """A room imports from lower floors and from itself only."""
 
@@ -44,40 +43,37 @@ NEVER = {
     "mount_test": ENGINES,
     "mechanism_analysis": ENGINES,
     "charge_flow": ENGINES,
-    **dict.fromkeys(("charge_figures", "mount_figures", "campaign_figures"), ENGINES),
     "figures": ENGINES,
     "papers": ENGINES,
-    "paper_figures": ENGINES,
     "quantities": ENGINES,
-    "mechanism_figures": ENGINES,
     "readings": ENGINES,
-    "reading_figures": ENGINES,
     "screen": ENGINES,
+    "drawing": ENGINES,
+    "replay": ENGINES,
+    "webview": ENGINES,
+    "scene": ENGINES,
+    "export": ENGINES,
+    "vibration": ENGINES,
+    "measured": ENGINES,
+    "report": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
 
 AT_HOME = {
     "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
     "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
-    "h5py": {"result.py"},
-    "matplotlib": {
-        "figures.py",
-        "charge_figures.py",
-        "mechanism_figures.py",
-        "mount_figures.py",
-        "reading_figures.py",
-        "campaign_figures.py",
-        "paper_figures.py",
-        "design_figures.py",
-    },
+    "h5py": {"result.py", "export"},
+    "matplotlib": {"figures", "report.py"},
     "tomllib": {"case"},
     "pydantic": {"case", "machine.py", "materials.py", "tables.py", "papers"},
     "pydantic_core": {"tables.py"},
-    "typer": {"cli.py"},
+    "typer": {"cli"},
     "rich": {"screen.py", "campaign/board.py", "papers"},
-    "distributed": {"campaign/workers.py", "campaign/sweep.py"},
+    "distributed": {"campaign", "validation.py"},
     "trimesh": {"build/wall_mesh.py"},
     "rainflow": {"readings/fatigue.py"},
+    "pyvista": {"scene.py"},
+    "imageio_ffmpeg": {"scene.py"},
 }
 """Outside libraries that belong in some rooms only."""
 

@@ -31,7 +31,8 @@ PROFILES = {
 
 def our_mill(mounting, profile):
     """The mill as described, its state at the start, its drive, and its readings by name (ROWS + 1, n)."""
-    case = load_case("numill", ["charge.kind=none", f"mechanism.mounting={mounting}", "mechanism.joint_friction=0"])
+    smooth = ["mechanism.joint_friction=0", "mechanism.joint_friction_viscous=0 N m s/rad"]
+    case = load_case("numill", ["charge.kind=none", f"mechanism.mounting={mounting}", *smooth])
     mill = mill_mechanism(case.with_("drive.profile", PROFILES[profile]))
     mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity)
     bodies = {body.name for body in mill.bodies}

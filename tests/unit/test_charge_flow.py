@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import xarray
 
-from nutamill.charge_figures import draw_flow, draw_spectra, draw_wall
 from nutamill.charge_flow import (
     crest,
     crest_history,
@@ -20,6 +19,7 @@ from nutamill.charge_flow import (
 )
 from nutamill.errors import ResultError
 from nutamill.fields import STATISTICS
+from nutamill.figures.charge import draw_flow, draw_spectra, draw_wall
 from nutamill.result import Recorder, open_result
 
 RADII = np.array([0.01, 0.03, 0.05])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nutamill.fields import expand
-from nutamill.figures import draw_ledger, draw_run
+from nutamill.figures.run import draw_ledger, draw_run
 from nutamill.result import Recorder, open_result
 
 RATE = 1000.0

@@ -11,6 +11,7 @@ from nutamill import advance, march
 from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
 from nutamill.errors import CaseError, ResultError, StepError
+from nutamill.replay import chosen_snapshots, replay
 
 OVERRIDES = [
     "mechanism.mounting=rigid",
@@ -159,6 +160,23 @@ def test_run_whose_callback_raises_keeps_what_it_has_recorded(case, tmp_path):
         assert kept.series.sizes["time"] > 1
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="needs a system with SIGUSR1")
+def test_signal_keeps_a_checkpoint_at_once_and_the_run_goes_on(case, tmp_path):
+    seldom, path, asked, kept = case.with_(run__checkpoint=1.0, run__until=0.03), tmp_path / "a.h5", [], []
+
+    def ask(progress):
+        if asked and not kept:
+            with march.open_result(path) as so_far:
+                kept.append(so_far.checkpoint().time)
+        elif not asked:
+            asked.append(progress.time)
+            signal.raise_signal(signal.SIGUSR1)
+
+    whole = numbers(march.run(seldom, tmp_path / "whole.h5"))
+    assert same(numbers(march.run(seldom, path, while_marching(ask))), whole)
+    assert kept == [pytest.approx(asked[0], abs=1e-9)]
+
+
 def test_an_end_before_the_checkpoint_is_refused_and_the_file_stays(case, tmp_path):
     before = numbers(march.run(case, tmp_path / "a.h5"))
     with pytest.raises(CaseError, match=r"must be later than the checkpoint at 0\.02 s, got 0\.01 s"):
@@ -283,3 +301,17 @@ def test_lists_that_grow_during_a_run_do_not_change_it(case, tmp_path, monkeypat
     tight = numbers(march.run(case, tmp_path / "tight.h5"))
     assert grown
     assert np.array_equal(tight[0], whole[0])
+
+
+def test_snapshot_says_that_the_floor_pushes_a_resting_pellet_by_its_weight(case, tmp_path):
+    """On a floor tilted by 6 deg friction (0.2) holds it.  The bounces of the start have died after 20 ms (thirty contact times); the
+    force is read from velocities in single precision, with the tilt's 1 mm/s or so: 2^-24 x 2/dt x v x m, and a hundredth left over."""
+    still = case.with_(drive__speed="1 rpm", drive__ramp="1 rpm/s")
+    with march.run(still, tmp_path / "rest.h5") as result:
+        snapshot = result.snapshots[-1]
+        weight = 7863.7 * 4 / 3 * np.pi * 0.0025**3 * 9.81
+        assert np.abs(snapshot["contact_forces"] / weight - 1.0).max() < 0.02
+        assert not snapshot["materials"].any()
+        # the replay finds the nutation point by the bearing cross: the floor is its depth away, along the chamber's axis
+        pose = next(replay(result, chosen_snapshots(result, 1))).bodies["chamber"]
+        assert np.allclose(pose.origin - 0.326 * pose.rotation[:, 2], snapshot["chamber_floor"], atol=1e-9)

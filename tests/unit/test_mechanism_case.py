@@ -7,11 +7,11 @@ import pytest
 
 import nutamill as nm
 from nutamill.build.described_mechanism import assemble_case, build_mechanism, mechanism_parts
-from nutamill.case import MechanismCase, case_of_text, load_case
+from nutamill.case import MechanismCase, case_of_text, load_case, load_mill
 from nutamill.errors import CaseError
+from nutamill.figures.mechanism import draw_reactions
 from nutamill.mechanism.linear import modes, static_equilibrium
 from nutamill.mechanism_analysis import is_mechanism, ledger_share, mechanism_summary_lines, part_loads
-from nutamill.mechanism_figures import draw_reactions
 from nutamill.mechanism_preflight import mechanism_preflight
 
 HEAD = 'schema = 1\ntitle = "pendulum on a spring"\n'
@@ -192,3 +192,8 @@ def test_a_loop_that_does_not_close_is_refused_before_a_step(file):
     case = load_case(file).with_("joints.pin.point_b", ("0 mm", "0 mm", "2 mm"))
     with pytest.raises(CaseError, match=r"joint 'pin'.*gap of 2 mm"):
         build_mechanism(case)
+
+
+def test_what_only_a_mill_can_do_refuses_a_mechanism(file):
+    with pytest.raises(CaseError, match=r"must describe a mill, it lists \[\[bodies\]\]"):
+        load_mill(file)

@@ -8,12 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from nutamill import validation as room
 from nutamill.campaign.sweep import result_path
 from nutamill.case import Case
+from nutamill.cli import app
 from nutamill.errors import CaseError, ResultError, StepError
-from nutamill.paper_figures import draw_over_speed, draw_particles
+from nutamill.figures.paper import draw_over_speed, draw_particles
 from nutamill.papers.compare import Key, Measured, _together, compare
 from nutamill.papers.library import paper_names, parse_paper, read_paper
 from nutamill.papers.quantities import QUANTITIES, charge_at_pin
@@ -260,33 +262,34 @@ STARTED = []
 def marched(monkeypatch):
     """Names of the runs that `AtOnce` was given."""
     STARTED.clear()
+    monkeypatch.setattr(room, "LocalProcesses", lambda jobs: AtOnce())
     monkeypatch.setattr("nutamill.campaign.sweep.warm_up", lambda tell, law: None)
     monkeypatch.setattr(room, "read_paper", lambda name: parse_paper(PAPER, "paper.toml"))
     return STARTED
 
 
 def test_finished_runs_are_read_begun_ones_resumed_and_a_failure_does_not_stop_the_rest(marched, tmp_path):
-    done = room.validate("paper", folder=tmp_path, workers=AtOnce, tell=lambda line: None)
+    done = room.validate("paper", folder=tmp_path, tell=lambda line: None)
     assert sorted(marched) == ["bars-700rpm", "empty-600rpm", "empty-700rpm"]
     assert any("it blew up" in failure for failure in done.failures)
     assert done.findings[0].value == pytest.approx(620.0)
     assert done.findings[1].trouble == "not run. Do: nutamill validate paper --only bars-700rpm"
     marched.clear()
-    room.validate("paper", only=["empty"], folder=tmp_path, workers=AtOnce, tell=lambda line: None)
+    room.validate("paper", only=["empty"], folder=tmp_path, tell=lambda line: None)
     assert marched == ["empty-600rpm"]  # the others are complete: their files are read
-    room.validate("paper", only=["empty"], folder=tmp_path, workers=AtOnce, tell=lambda line: None)
+    room.validate("paper", only=["empty"], folder=tmp_path, tell=lambda line: None)
     assert marched == ["empty-600rpm"]
 
 
 def test_quick_starts_the_decisive_runs_only_and_every_file_holds_all_rows(marched, tmp_path):
-    done = room.validate("paper", quick=True, folder=tmp_path, workers=AtOnce, tell=lambda line: None)
+    done = room.validate("paper", quick=True, folder=tmp_path, tell=lambda line: None)
     assert marched == ["empty-700rpm"]
     assert [file.name for file in done.files] == ["comparison.csv", "comparison.json", "comparison.md", "figure-1.png"]
     assert len(json.loads((tmp_path / "comparison.json").read_text())["rows"]) == 2
 
 
 def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_not_run(marched, tmp_path):
-    done = room.validate("paper", quick=True, folder=tmp_path, workers=AtOnce, tell=lambda line: None)
+    done = room.validate("paper", quick=True, folder=tmp_path, tell=lambda line: None)
     readme = tmp_path / "README.md"
     readme.write_text("above\n<!-- validate paper -->\nold\n<!-- end paper -->\nbelow\n")
     room.write_short(readme, done, "paper")
@@ -302,9 +305,16 @@ def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_no
 
 
 def test_stored_results_are_evaluated_without_a_run(marched, tmp_path):
-    done = room.validate("paper", folder=tmp_path, start=False, workers=AtOnce, tell=lambda line: None)
+    done = room.validate("paper", folder=tmp_path, start=False, tell=lambda line: None)
     assert not marched and all(finding.trouble.startswith("not run") for finding in done.findings)
     assert done.undrawn == [f"figure {number} not drawn: none of its runs is complete" for number in (1, 2)]
+
+
+def test_the_command_prints_the_table_and_says_what_makes_a_missing_row(tmp_path):
+    said = CliRunner().invoke(app, ["validate", "saimm2025", "--stored", "--only", "motor-limit-560", "--results", str(tmp_path)])
+    assert said.exit_code == 0
+    assert "6.45 N m" in said.output and "not run. Do: nutamill validate saimm2025 --only pellets-560rpm" in said.output
+    assert (tmp_path / "comparison.md").read_text().count("\n") == 2 + len(read_paper("saimm2025").rows)
 
 
 # ------------------------------------------------------------------------------------------------------------ figures

@@ -2,11 +2,15 @@
 
 import io
 import math
+import os
+import signal
 
+import numpy as np
 import pytest
 from rich.console import Console
 
-from nutamill import screen
+from nutamill import keys, screen
+from nutamill.running import RunningMean
 from nutamill.screen import COMPILING, Progress, Screen, duration, line, panel
 
 PROGRESS = Progress(
@@ -19,6 +23,10 @@ PROGRESS = Progress(
     time_left=492.0,
     crank_pin_force=512.0,
     shaft_torque=4.13,
+    mean_force=math.nan,
+    mean_force_half_width=math.nan,
+    mean_torque=math.nan,
+    mean_torque_half_width=math.nan,
     largest_pair_overlap=0.018,
     largest_wall_overlap=0.11,
     ledger_residual=2e-4,
@@ -94,3 +102,52 @@ def test_table_shows_phases_and_readings_within_80_columns():
 def test_durations_are_hours_minutes_seconds():
     assert duration(3725.4) == "1:02:05"
     assert duration(math.nan) == "-"
+
+
+KNOWN = PROGRESS._replace(phase="steady", mean_force=981.4, mean_force_half_width=6.2, mean_torque=9.05, mean_torque_half_width=0.21)
+
+
+def test_means_and_their_intervals_are_shown_once_they_are_known():
+    assert "means" not in line(PROGRESS)
+    assert "means 981.4 ± 6.2 N, 9.05 ± 0.21 N m" in line(KNOWN)
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(panel("numill", KNOWN, {"ramp": 112.0, "steady": 3.0}, keys=True))
+    text = console.export_text()
+    for part in ("981.4", "6.2", "9.05", "0.21", "q stop and save"):
+        assert part in text
+    assert max(map(len, text.splitlines())) <= 80
+
+
+def test_key_on_a_terminal_raises_the_signal_that_asks_the_same(monkeypatch):
+    """A real pseudo-terminal: what is typed on one end arrives as a signal, and the terminal is as it was afterwards."""
+    pty = pytest.importorskip("pty", reason="needs a system with pseudo-terminals")
+    import termios
+
+    master, slave = pty.openpty()
+    heard = []
+    with os.fdopen(slave, "r") as terminal:
+        monkeypatch.setattr(keys.sys, "stdin", terminal)
+        monkeypatch.setattr(keys.signal, "raise_signal", heard.append)
+        before = termios.tcgetattr(terminal)
+        with keys.single_keys() as listening:
+            assert listening
+            os.write(master, b"xcq")
+            keys.obey_keys()
+        assert termios.tcgetattr(terminal) == before
+    os.close(master)
+    assert heard == [signal.SIGUSR1, signal.SIGINT]
+
+
+def test_mean_while_running_is_that_of_the_whole_turns():
+    """Sampled 400 times a turn, 5 + sin(2 angle) + turn number: turns 1 to 6 of a record that begins within turn 0 have the means
+    6 to 11, the trapezoidal rule being exact for a sine over whole turns; Student's t of 5 degrees is 2.5706."""
+    angle = np.arange(150, 2801) * 2 * math.pi / 400
+    values = np.stack([5.0 + np.sin(2.0 * angle) + np.floor(angle / (2 * math.pi) + 1e-9), np.ones_like(angle)], axis=1)
+    means = RunningMean(2)
+    for part in np.array_split(np.arange(len(angle)), 17):
+        means.add(0.01 * angle[part], angle[part] + 1e-9, values[part])
+    assert means.turns == 6
+    # at the end of each turn the next number is taken half a sample early: 1/2 of a step of one, in 400
+    assert means.mean()[0] == pytest.approx(8.5, abs=1 / 800 + 1e-9)
+    spread = np.std(np.arange(6.0, 12.0), ddof=1)
+    assert means.half_width() == pytest.approx([2.5706 * spread / math.sqrt(6), 0.0], rel=1e-4, abs=1e-9)

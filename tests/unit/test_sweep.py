@@ -1,22 +1,29 @@
 """Sweeps: what values a text stands for, which cases are made, what is run and what is left, and what the table says."""
 
 import csv
+import io
+import json
 import os
 import signal
+import subprocess
 import sys
+from concurrent.futures import Future
+from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from nutamill import cli
-from nutamill.campaign import member, sweep
+from nutamill.campaign import board, member, sweep
 from nutamill.campaign.axes import axis_values, changed, members
 from nutamill.campaign.member import Task, perform, state_of
+from nutamill.campaign.table import Outcome
 from nutamill.campaign.workers import LocalProcesses, WorkerError
 from nutamill.case import load_case
 from nutamill.errors import CaseError, StepError
-from nutamill.quantities import Reading, read, reading_of
+from nutamill.figures.campaign import draw_sweep
+from nutamill.quantities import Reading, Value, read, reading_of
 from nutamill.result import Recorder, open_result
 
 EMPTY = ["charge.kind=none", "mechanism.mounting=rigid", "drive.ramp=10000 rpm/s", "run.until=50 ms", "run.checkpoint=10 ms"]
@@ -99,8 +106,6 @@ class Here:
         self.asked, self.stopped, self._spoil = [], False, spoil
 
     def submit(self, task):
-        from concurrent.futures import Future
-
         self.asked.append(task)
         future = Future()
         try:
@@ -219,6 +224,7 @@ def test_file_killed_before_its_first_checkpoint_is_begun_anew(tmp_path, engine)
     assert state_of(tmp_path / "a.h5") == "complete"
 
 
+@pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX systems")
 def test_killed_process_is_named_and_leaves_the_next_task_alone(tmp_path, monkeypatch):
     monkeypatch.setattr("nutamill.campaign.workers.PROGRAM", "import os, sys; sys.stdin.readline() and os.kill(os.getpid(), 9)")
     workers = LocalProcesses(1)
@@ -230,10 +236,11 @@ def test_killed_process_is_named_and_leaves_the_next_task_alone(tmp_path, monkey
     workers.stop()
 
 
+@pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX systems")
 def test_stopped_workers_ask_their_processes_to_save(tmp_path, monkeypatch):
     program = (
-        "import signal, sys, time\nsignal.signal(signal.SIGTERM, lambda *_: sys.exit(130))\n"
-        f"open({str(tmp_path / 'begun')!r}, 'w').close()\nsys.stdin.read()"
+        "import signal, sys\nsignal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})\n"
+        f"open({str(tmp_path / 'begun')!r}, 'w').close()\nsignal.sigwait({{signal.SIGTERM}})\nsys.exit(130)"
     )
     monkeypatch.setattr("nutamill.campaign.workers.PROGRAM", program)
     workers = LocalProcesses(1)
@@ -248,9 +255,6 @@ def test_stopped_workers_ask_their_processes_to_save(tmp_path, monkeypatch):
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX systems")
 def test_worker_whose_campaign_has_died_saves_and_ends(tmp_path):
-    import json
-    import subprocess
-
     case = load_case("numill", [*EMPTY, "run.until=100 s"]).with_("run.threads", 1)
     task = Task("run", case.to_toml(), "numill", str(tmp_path / "a.h5"))
     program = "import nutamill.march as m; m.warm_up = lambda *a, **k: None\nfrom nutamill.campaign.member import main; main()"
@@ -316,3 +320,51 @@ def test_command_refuses_a_wrong_sweep_file_with_its_line(tmp_path, monkeypatch)
     (tmp_path / "speeds.toml").write_text('case = "numill"\nsets = { a = 1 }\n[sweep]\n"drive.speed" = ["300 rpm"]\n')
     said = CliRunner().invoke(cli.app, ["sweep", "speeds.toml"])
     assert (said.exit_code, said.stderr) == (2, 'speeds.toml:2: sets: unknown key. Did you mean "set"?\n')
+
+
+def outcomes_of(*states):
+    """Outcomes of speeds 100, 200, ... in these states; a finished one has a torque of a hundredth of its speed in rpm."""
+    found = made({"drive.speed": [f"{100 * (k + 1)} rpm" for k in range(len(states))]})
+    values = [{TORQUE: Value(k + 1.0, 0.021, k + 1.0, 9, True)} if state == "complete" else {} for k, state in enumerate(states)]
+    return [Outcome(one, Path(f"{k}.h5"), state, read) for k, (one, state, read) in enumerate(zip(found, states, values, strict=True))]
+
+
+def test_live_table_shows_every_run_and_the_total():
+    from rich.console import Console
+
+    console = Console(width=140, record=True, file=io.StringIO())
+    console.print(
+        board.table(outcomes_of("complete", "running, t = 0.50 of 2 s", "its process was killed (SIGKILL)", "waiting"), (TORQUE,))
+    )
+    said = console.export_text()
+    assert "1 of 4 done, 1 not finished" in said
+    assert next(line for line in said.splitlines() if "100 rpm" in line).split()[1:7] == ["100", "rpm", "│", "1.000", "±", "0.021"]
+    assert "running, t = 0.50 of 2 s" in said and "killed (SIGKILL)" in said
+
+
+def test_log_has_one_line_for_each_run_that_has_ended(capsys):
+    with board.Board((TORQUE,)) as shown:
+        shown(outcomes_of("complete", "waiting", "waiting"))
+        shown(outcomes_of("complete", "running, t = 1 of 2 s", "waiting"))
+        shown(outcomes_of("complete", "complete", "waiting"))
+    assert capsys.readouterr().out.splitlines() == [
+        "1 of 3  drive.speed=100 rpm  driveshaft torque 1.000 ± 0.021 N m  complete",
+        "2 of 3  drive.speed=200 rpm  driveshaft torque 2.000 ± 0.021 N m  complete",
+    ]
+
+
+def test_results_of_other_kernels_are_told(tmp_path, engine):
+    found = made({"drive.speed": ["300 rpm"]})
+    sweep.run_all(found, tmp_path, Here(), (TORQUE,))
+    told = []
+    sweep.run_all(found, tmp_path, Here(), (TORQUE,), tell=told.append)
+    assert len(told) == 1 and told[0].startswith("1 results were made by other kernels")  # the record here names no kernels
+
+
+def test_picture_has_a_panel_for_each_reading_and_a_line_for_each_other_value(tmp_path):
+    outcomes, axes = outcomes_of("complete", "complete"), {"drive.speed": ["100 rpm", "200 rpm"]}
+    figure = draw_sweep(sweep.dataset(outcomes, axes, (TORQUE, FORCE)), (TORQUE, FORCE))
+    assert [axes.get_ylabel() for axes in figure.axes] == ["driveshaft torque\n(N m)"]  # nothing was read of the force
+    assert figure.axes[0].get_xlabel() == "drive.speed (rpm)"
+    assert figure.axes[0].lines[0].get_xdata() == pytest.approx([100.0, 200.0])
+    assert draw_sweep(sweep.dataset(outcomes[:1], {"drive.speed": ["100 rpm"]}, (TORQUE,)), (TORQUE,)) is None

@@ -113,6 +113,13 @@ def test_record_is_looked_at_in_the_columns_it_was_written_in(case):
     assert np.concatenate(ending._columns).tolist() == [[4.0, 1.0, 2.0, 3.0]]
 
 
+def test_record_that_is_replayed_is_the_record_row_by_row(case):
+    columns = np.random.default_rng(2).standard_normal((1100, len(COLUMNS)))  # two checkpoints of 480 rows, and more
+    ending = Ending(case, case.run.end)
+    ending.replay(columns)
+    assert np.array_equal(np.concatenate(ending._columns), columns)
+
+
 def test_longest_time_and_precision_stand_in_the_case_of_a_steady_run_only():
     steady = load_case("numill", ["run.until=steady"])
     assert (steady.run.max, steady.run.precision, steady.run.end) == (30.0, 0.01, 30.0)

@@ -33,10 +33,10 @@ class Run(NamedTuple):
     """Largest residual of the energy ledger [J]."""
 
 
-def simulate(name: str, halvings: int = 0) -> Run:
-    """March ``examples/mechanisms/<name>.toml`` with its step halved so many times."""
+def simulate(name: str, halvings: int = 0, until: float | None = None) -> Run:
+    """March ``examples/mechanisms/<name>.toml`` with its step halved so many times, to the end of the file or `until` [s]."""
     case = load_case(EXAMPLES / f"{name}.toml")
-    case = case.with_("run.dt", case.run.dt / 2**halvings)
+    case = case.with_(**{"run.dt": case.run.dt / 2**halvings, "run.until": case.run.until if until is None else until})
     model, state = build_mechanism(case)
     record_first_row(model, state)
     rows = round(case.run.until * case.run.series_rate)

@@ -13,9 +13,9 @@ from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import run_all
 from nutamill.campaign.table import dataset
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
-from nutamill.campaign_figures import draw_sweep
-from nutamill.case import Case, load_case
+from nutamill.case import Case, load_mill
 from nutamill.case.sweep_file import is_sweep_file, load_sweep
+from nutamill.figures.campaign import draw_sweep
 from nutamill.quantities import DEFAULT, reading_of
 
 
@@ -60,7 +60,7 @@ def run_sweep(
             fixed.append(change)
 
     def made(values: dict[str, Any]) -> Case:
-        case = load_case(name, [*fixed, *(f"{key}={value}" for key, value in values.items())])
+        case = load_mill(name, [*fixed, *(f"{key}={value}" for key, value in values.items())])
         return quickened(case) if quick else case
 
     readings = tuple(reading_of(text, "readings") for text in named) or DEFAULT
@@ -68,9 +68,10 @@ def run_sweep(
     folder = to or Path("sweeps") / stem
     if quick:
         say(banner(found[0].case))
+    workers = workers_of(jobs, cluster)()
     with Board(readings) as board:
         board.message(f"{len(found)} runs into {folder}")
-        outcomes = run_all(found, folder, workers_of(jobs, cluster)(), readings, board, board.message)
+        outcomes = run_all(found, folder, workers, readings, board, board.message)
         board(outcomes)
     picture = draw_sweep(dataset(outcomes, axes, readings), readings)
     if picture is not None:
@@ -84,7 +85,7 @@ def run_sweep(
 def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) -> list[str]:
     """Fit, and say what was found; parameters as typed, errors as of `nutamill.campaign.fit.fit`."""
     folder = to or Path("fits") / file.stem
+    client = None if cluster is None else cluster_client(cluster, jobs)
     with Board(DEFAULT) as board:
         board.message(f"runs into {folder}")
-        found = fit(file, folder, workers_of(jobs, cluster), board, board.message)
-    return found.lines()
+        return fit(file, folder, jobs, client, board, board.message).lines()

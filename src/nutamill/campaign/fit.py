@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -11,13 +11,16 @@ from nutamill.campaign.axes import Member, changed
 from nutamill.campaign.least_squares import Fitted, Free, fitted
 from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import Report, run_all
-from nutamill.campaign.workers import Workers
-from nutamill.case import Case, load_case
-from nutamill.case.fit_file import FreeKey, Measured, case_of, load_fit, overrides, place
+from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
+from nutamill.case import Case, load_mill
+from nutamill.case.fit_file import FreeKey, Measured, case_of, load_fit, overrides, place_of
 from nutamill.case.keys import held, si_at, si_of, unit_at
 from nutamill.errors import CaseError, Fault, StepError
 from nutamill.preflight import oscillations
 from nutamill.quantities import Reading, reading_of
+
+if TYPE_CHECKING:
+    import distributed
 
 MODE = "natural_frequency"
 """Word by which a target names a natural frequency."""
@@ -79,8 +82,9 @@ class Fit(NamedTuple):
 
 def fit(
     file: str | Path,
-    folder: Path,
-    workers: Callable[[], Workers],
+    folder: str | Path | None = None,
+    jobs: int | None = None,
+    client: "distributed.Client | None" = None,
     report: Report | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> Fit:
@@ -91,9 +95,8 @@ def fit(
     Parameters
     ----------
     file : the fit file (TOML)
-    folder : for result files
-    workers : makes who runs one batch of cases; called for each
-    report, tell : as for `nutamill.campaign.sweep.sweep`
+    folder : for result files; ``fits/<file>`` if None
+    jobs, client, report, tell : as for `nutamill.campaign.sweep.sweep`
 
     Raises
     ------
@@ -101,10 +104,14 @@ def fit(
     StepError : a run that did not end well, or gives no steady mean
     """
     free, targets = read_fit(file)
+    place = Path("fits") / Path(file).stem if folder is None else Path(folder)
+
+    def workers() -> Workers:
+        return ClusterWorkers(client) if client else LocalProcesses(jobs)
 
     def compute(points: np.ndarray) -> np.ndarray:
         asked = [{one.key: float(value) for one, value in zip(free, point, strict=True)} for point in points]
-        return computed(asked, targets, folder, workers, report, tell)
+        return computed(asked, targets, place, workers, report, tell)
 
     measured, sigma = (np.array([getattr(target, name) for target in targets]) for name in ("value", "sigma"))
     return Fit(free, targets, fitted(free, measured, sigma, compute))
@@ -117,17 +124,17 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
     faults: list[Fault] = []
     free: list[Free] = []
     targets: list[Target] = []
-    base = load_case(case, fixed)
+    base = load_mill(case, fixed)
     for key, given in file.free.items():
-        where = place(layer, "free", key)
+        where = place_of(layer, "free", key)
         try:
             free.append(_free(key, given, base, where))
         except CaseError as error:
             faults += error.faults
     for number, given in enumerate(file.target):
-        where = place(layer, "target", number)
+        where = place_of(layer, "target", number)
         try:
-            under = changed(load_case(case, [*fixed, *overrides(given.set)]), {one.key: one.start for one in free})
+            under = changed(load_mill(case, [*fixed, *overrides(given.set)]), {one.key: one.start for one in free})
             targets.append(_target(given, under, where))
         except CaseError as error:
             faults += error.faults

@@ -19,7 +19,7 @@ from nutamill.kernel import kernel_digest
 from nutamill.quantities import DEFAULT, Reading, read
 from nutamill.result import open_result
 from nutamill.warm import warm_up
-from nutamill.watch import interrupts
+from nutamill.watch import requests
 
 if TYPE_CHECKING:
     import distributed
@@ -106,10 +106,10 @@ def run_all(
         if left:
             for law in {contact_law_of(outcome.member.case) for outcome in left}:
                 warm_up(tell, law=law)
-            with interrupts() as interrupted:
-                _settle([outcome.member.case for outcome in left], workers, tell, interrupted)
+            with requests() as asked:
+                _settle([outcome.member.case for outcome in left], workers, tell, asked.stop)
                 tasks = {workers.submit(_task("run", outcome.member.case, outcome.file)): outcome.member for outcome in left}
-                for done in _as_they_end(tasks, interrupted):
+                for done in _as_they_end(tasks, asked.stop):
                     for future in done:
                         keep(_outcome(tasks[future], folder, _trouble(future), readings))
                     if report is not None:

@@ -80,6 +80,6 @@ def overrides(changes: dict[str, Any]) -> list[str]:
     return [f"{key}={toml_value(value)}" for key, value in changes.items()]
 
 
-def place(layer: Layer, *key: str | int) -> str:
+def place_of(layer: Layer, *key: str | int) -> str:
     """Where a key stands, for messages."""
     return placed(layer.places, key)

@@ -219,7 +219,7 @@ class MechanismRun(Table):
 
     @property
     def end(self) -> float:
-        """Simulated time at the end [s]."""
+        """Simulated time at the end [s], under the name that runs of mills have for it."""
         return self.until
 
 

@@ -12,7 +12,7 @@ from nutamill.case.drive import DriveProgramme
 from nutamill.case.layers import Layer, override_layer, read_layers
 from nutamill.case.mechanism_case import PARTS, MechanismCase
 from nutamill.case.recipe import ChargeRecipe
-from nutamill.errors import Fault
+from nutamill.errors import CaseError, Fault
 from nutamill.machine import (
     Balance,
     BearingCross,
@@ -153,6 +153,14 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
     layer, faults = override_layer(list(overrides))
     layers = [*read_layers(name_or_path), layer]
     return validated(_kind_of(layers), layers, Path(name_or_path).name.removesuffix(".toml"), faults)
+
+
+def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case:
+    """`load_case` for what only a mill can do; raises CaseError for a file that describes a mechanism part by part."""
+    case = load_case(name_or_path, overrides)
+    if isinstance(case, MechanismCase):
+        raise CaseError(Fault(str(name_or_path), "must describe a mill, it lists [[bodies]]", "Use nutamill check, run, show and resume"))
+    return case
 
 
 def case_of_text(text: str, name: str = "case") -> Case | MechanismCase:

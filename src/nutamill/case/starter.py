@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from nutamill.case.library import library_file
-from nutamill.case.model import load_case
+from nutamill.case.model import load_mill
 from nutamill.case.write import toml_value
 from nutamill.errors import CaseError, Fault
 
@@ -37,7 +37,7 @@ def starter(base: str, file: Path) -> str:
     ------
     CaseError : the base is none, or has faults
     """
-    case = load_case(base)
+    case = load_mill(base)
     named = base if library_file(base) else os.path.relpath(base, file.parent)
     content = case.model_dump(mode="json", by_alias=True, exclude_none=True)
     lines = [

@@ -12,7 +12,7 @@ from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.papers.model import Paper, Row, same_speed
 from nutamill.papers.quantities import MODES
 from nutamill.result import open_result
-from nutamill.wholefile import write_text
+from nutamill.wholefile import write_whole
 
 MISSING, COMPLETE = "missing", "complete"
 """States of a result file beside those that the file itself tells (`nutamill.result.Result.state`)."""
@@ -149,7 +149,7 @@ def run_state(run: PlannedRun) -> str:
 def write_modes(run: PlannedRun, frequencies: Sequence[float], damping: Sequence[float]) -> None:
     """Keep natural frequencies [Hz] and damping ratios of a run's machine, slowest first."""
     text = json.dumps({"frequency_Hz": list(frequencies), "damping_ratio": list(damping)}, indent=1)
-    write_text(run.modes_path, text + "\n")
+    write_whole(run.modes_path, text + "\n")
 
 
 def read_modes(run: PlannedRun) -> list[float] | None:

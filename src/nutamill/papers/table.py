@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 WIDTH = 160
 """Columns of the printed table where no terminal says how many there are [1]."""
 
+TINY = 1e-3
+"""Size below which a plain number is shown by its order [1]."""
+
 HEADINGS = ("quantity", "experiment", "paper's simulation", "its error", "nutamill", "error", "target", "")
 """Columns of the printed and the Markdown table."""
 
@@ -65,6 +68,8 @@ def with_uncertainty(finding: Finding) -> str:
     if math.isnan(finding.value):
         return "not run" if finding.trouble.startswith("not run") else "no result"
     change = row.kind is None and row.against is not None and row.against.how == "change"
+    if row.kind is None and not change and abs(finding.value) < TINY:
+        return f"{finding.value:.1g}"
     unit, many = ("%", 100.0) if change else UNIT[row.kind]
     known = finding.half_width > 1e-6 * abs(finding.value)
     size = finding.half_width * many if known else 0.0

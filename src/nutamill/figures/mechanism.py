@@ -4,7 +4,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from nutamill.figures import STYLE
+from nutamill.figures.style import STYLE
 from nutamill.mechanism_analysis import magnitude, part_loads
 from nutamill.result import Result
 

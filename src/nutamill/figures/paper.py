@@ -13,7 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from nutamill.case import Case
 from nutamill.errors import ResultError
-from nutamill.figures import STYLE, draw_run
+from nutamill.figures.run import draw_run
+from nutamill.figures.style import STYLE
 from nutamill.papers.compare import Key, Measured
 from nutamill.papers.model import Curve, FigurePlan, Paper, same_speed
 from nutamill.papers.quantities import QUANTITIES

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from nutamill.analysis import PAPER_WINDOW
 from nutamill.fields import series_field
-from nutamill.figures import STYLE
+from nutamill.figures.style import STYLE
 from nutamill.readings.bearings import BearingLife
 from nutamill.readings.fatigue import SectionLife
 from nutamill.readings.load_paths import hodograph, joints_of

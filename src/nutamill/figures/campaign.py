@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from nutamill import units
-from nutamill.figures import STYLE
+from nutamill.figures.style import STYLE
 from nutamill.quantities import Reading
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from nutamill.figures import MEAN, STYLE
+from nutamill.figures.style import MEAN, STYLE
 from nutamill.mount_test import MountProperties, MountTest
 
 

@@ -1,7 +1,6 @@
-"""One function, one figure: a result in, a Matplotlib figure out.  Saving is left to the caller."""
+"""Figures of a whole run: what is felt over time, and where the power goes."""
 
 import math
-from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -12,12 +11,8 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from nutamill.analysis import ledger_groups, ramp_end
 from nutamill.fields import series_field
+from nutamill.figures.style import BINS, ENVELOPE, MARK, MEAN, RMS, STYLE
 from nutamill.result import Result
-
-STYLE = Path(__file__).with_name("nutamill.mplstyle")
-BINS = 500
-"""Columns of a drawn series: about two per printed dot of one journal column."""
-ENVELOPE, MEAN, RMS, MARK = "#A6CEE8", "#0072B2", "#D55E00", "#444444"
 
 STILL = 1e-6
 """Acceleration below which a frame on rigid mounts stands still, round-off apart [m/s^2]."""

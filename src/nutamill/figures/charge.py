@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from nutamill.analysis import PAPER_WINDOW
 from nutamill.charge_flow import crest, flow_fields, impact_spectra, surface_heights, wear_table, window
-from nutamill.figures import STYLE
+from nutamill.figures.style import STYLE
 from nutamill.result import Result
 
 RARE = 1e-2

@@ -13,7 +13,7 @@ from nutamill.design.modes import ORDERS, Campbell, MachineModes
 from nutamill.design.runup import RunUp
 from nutamill.design.sticks import sticks
 from nutamill.fields import series_field
-from nutamill.figures import STYLE
+from nutamill.figures.style import STYLE
 
 GREY, MOVED, ORBIT = "#B8B8B8", "#0072B2", "#D55E00"
 LARGEST = 0.09

@@ -1,0 +1,103 @@
+"""The mapping of a test file: which of its columns is which series, in which unit, from which sensor."""
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, ValidationError
+
+from nutamill import units
+from nutamill.case.layers import Layer, merge
+from nutamill.case.wording import worded
+from nutamill.errors import CaseError, Fault
+from nutamill.fields import series_field
+from nutamill.tables import FROM_FILE, Count, Frequency, Number, Quantity, Speed, Table
+from nutamill.units import UNITS, Kind
+
+
+class Channel(Table):
+    """One column of a test file."""
+
+    column: str
+    """Its name in the file."""
+    unit: str = ""
+    """Unit of its numbers, after `factor`; none for a ratio."""
+    factor: Number = 1.0
+    """What its numbers are multiplied by: a sensitivity, or -1 where the sensor counts the other way."""
+    sensor: str = ""
+    """What measured it, for the record."""
+
+
+class Mapping(Table):
+    """How to read a test file; channels are called by the series they measure."""
+
+    time: str | None = None
+    """Column of the time [s]; none where the file knows its rate."""
+    rate: Frequency | None = None
+    """Samples per second, where the file holds neither time nor rate [Hz]."""
+    offset: Annotated[float, Quantity(Kind.TIME, "any")] = 0.0
+    """Added to the file's time, to put the clocks of test and run together [s]."""
+    speed: Speed | None = None
+    """Speed of the driveshaft, where no channel measures it [rad/s]."""
+    skip: Annotated[Count, Field(ge=0)] = 0
+    """Lines of a CSV file before the one with the names of its columns."""
+    separator: str = ","
+    """What parts the columns of a CSV file."""
+    channel: dict[str, Channel]
+    """By the name of the series."""
+
+    def scale(self, name: str) -> float:
+        """SI value of one in the column of a channel."""
+        channel = self.channel[name]
+        kind = kind_of(name)
+        return channel.factor * (1.0 if kind is None else units.parse(f"1 {channel.unit}", kind))
+
+
+def load_mapping(path: str | Path) -> Mapping:
+    """Read a mapping file.
+
+    Raises
+    ------
+    CaseError : every fault found: no such file, unknown keys, series or units, a unit of another kind, no channel
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise CaseError(
+            Fault(str(path), f"must be a mapping file, it cannot be read: {error}", "Write one, see docs/measured.md")
+        ) from None
+    content, places, faults = merge([Layer.of_text(text, str(path))])
+    try:
+        mapping = Mapping.model_validate(content, context={FROM_FILE: True})
+    except ValidationError as error:
+        raise CaseError(*faults, *worded(error, Mapping, content, places)) from None
+    faults = [*faults, *_wrong_channels(mapping, str(path))]
+    if faults:
+        raise CaseError(*faults)
+    return mapping
+
+
+def kind_of(name: str) -> Kind | None:
+    """What a series measures; None for a ratio."""
+    unit = series_field(name).unit
+    return next((kind for kind, table in UNITS.items() if table.get(unit) == 1.0), None)
+
+
+def _wrong_channels(mapping: Mapping, where: str) -> list[Fault]:
+    """Channels that are no series, or whose unit does not measure what the series does."""
+    faults = [] if mapping.channel else [Fault(f"{where}: channel", "at least one must be mapped, got none", "Write [channel.NAME]")]
+    for name, channel in mapping.channel.items():
+        try:
+            kind = kind_of(name)
+        except CaseError as error:
+            faults += [Fault(f"{where}: channel.{name}", fault.what, fault.hint) for fault in error.faults]
+            continue
+        if kind is None:
+            if channel.unit not in ("", "1"):
+                faults.append(Fault(f"{where}: channel.{name}.unit", f'must be "1", got "{channel.unit}"', "The series is a ratio"))
+            continue
+        try:
+            units.parse(f"1 {channel.unit}", kind)
+        except units.UnitError as error:
+            faults.append(Fault(f"{where}: channel.{name}.unit", error.what, error.hint))
+    return faults

@@ -1,0 +1,196 @@
+"""Answers for a designer, of a case or a result: each prints a table and saves a figure."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from nutamill.cli.common import CaseName, Overrides, ResultFile, app, load_mill, quantity, told
+from nutamill.errors import CaseError, Fault
+
+Picture = Annotated[Path | None, typer.Option("--to", help="Picture; else beside the results.")]
+ChargeMass = Annotated[bool, typer.Option("--charge", help="With the mass of the charge fixed to the chamber's base.")]
+Last = Annotated[str, typer.Option(help="Length of the steady window.")]
+
+
+def _answer(lines: list[str], figure: Any, picture: Path | None, stem: str) -> None:
+    """Print a table, save its figure and say where."""
+    typer.echo("\n".join(lines))
+    path = picture or Path("results") / f"{stem}.png"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path)
+    typer.echo(f"picture {path}")
+
+
+@app.command()
+@told
+def modes(
+    case: CaseName,
+    overrides: Overrides = None,
+    speed: Annotated[str, typer.Option(help='Driveshaft speed, e.g. "700 rpm".')] = "0 rpm",
+    charge: ChargeMass = False,
+    to: Picture = None,
+) -> None:
+    """Natural frequencies, damping and shapes of the mill on its mounts, at rest or at speed."""
+    from nutamill.design.modes import machine_modes, modes_lines
+    from nutamill.figures.design import draw_modes
+
+    loaded = load_mill(case, overrides)
+    found = machine_modes(loaded, quantity("--speed", speed, "speed of rotation"), charge)
+    _answer(modes_lines(found), draw_modes(loaded, found), to, f"{loaded.name}-modes")
+
+
+@app.command()
+@told
+def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None) -> None:
+    """Campbell diagram of the mill, and the speeds to avoid."""
+    from nutamill.design.modes import avoid_lines
+    from nutamill.design.modes import campbell as diagram
+    from nutamill.figures.design import draw_campbell
+
+    loaded = load_mill(case, overrides)
+    found = diagram(loaded, charge=charge)
+    _answer(avoid_lines(found), draw_campbell(found), to, f"{loaded.name}-campbell")
+
+
+@app.command()
+@told
+def runup(
+    case: CaseName,
+    overrides: Overrides = None,
+    ramp: Annotated[list[str] | None, typer.Option(help='Rates of the ramp, e.g. --ramp "35 rpm/s" --ramp "140 rpm/s".')] = None,
+    sensor: Annotated[str | None, typer.Option(help="A recorded series; the case's first accelerometer if left out.")] = None,
+    charge: ChargeMass = False,
+    to: Picture = None,
+) -> None:
+    """How far the empty mill shakes on its way through the resonances, for several ramps."""
+    from nutamill.design.runup import default_sensor, run_up, run_up_lines
+    from nutamill.figures.design import draw_run_up
+
+    loaded = load_mill(case, overrides)
+    rates = [quantity("--ramp", text, "ramp of speed") for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")]
+    name = sensor or default_sensor(loaded)
+    runs = run_up(loaded, rates, name, charge=charge)
+    _answer(run_up_lines(runs, name), draw_run_up(runs, name), to, f"{loaded.name}-runup")
+
+
+@app.command()
+@told
+def isolation(case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None) -> None:
+    """Which share of the shaking force the mounts pass on to the floor, over speed."""
+    from nutamill.design.isolation import isolation as passed_on
+    from nutamill.design.isolation import isolation_lines
+    from nutamill.figures.design import draw_isolation
+
+    loaded = load_mill(case, overrides)
+    found = passed_on(loaded, charge)
+    _answer(isolation_lines(found), draw_isolation(found), to, f"{loaded.name}-isolation")
+
+
+@app.command()
+@told
+def balance(
+    case: CaseName,
+    overrides: Overrides = None,
+    plane: Annotated[list[str] | None, typer.Option(metavar='"RADIUS, DEPTH"', help='A plane, e.g. "80 mm, 420 mm"; one or two.')] = None,
+    speed: Annotated[str | None, typer.Option(help="Driveshaft speed; the case's if left out.")] = None,
+    grade: Annotated[float, typer.Option(min=0.1, help="Balance quality grade G to compare with, ISO 21940-11 [mm/s].")] = 16.0,
+    charge: ChargeMass = False,
+    to: Picture = None,
+) -> None:
+    """Balance masses on the driveshaft that make the machine shake least."""
+    from nutamill.design.balancing import balance_lines, balance_mill
+    from nutamill.figures.design import draw_balancing
+
+    loaded = load_mill(case, overrides)
+    given = [[quantity("--plane", length.strip(), "length") for length in text.split(",")] for text in plane or ()]
+    if any(len(lengths) != 2 for lengths in given):
+        raise CaseError(Fault("--plane", "must be a radius and a depth", 'Write e.g. --plane "80 mm, 420 mm"'))
+    planes = [tuple(lengths) for lengths in given] or [(loaded.balance.radius, loaded.balance.depth)]
+    found = balance_mill(loaded, planes, None if speed is None else quantity("--speed", speed, "speed of rotation"), charge)
+    _answer(balance_lines(found, loaded, grade), draw_balancing(found, loaded), to, f"{loaded.name}-balance")
+
+
+@app.command()
+@told
+def orders(
+    file: ResultFile,
+    sensor: Annotated[str, typer.Option(help="A recorded series; `nutamill info fields` lists them.")] = "crank_pin_force_resultant",
+    to: Picture = None,
+) -> None:
+    """Amplitude and phase of a series once and twice per turn over a run, and its waterfall."""
+    from nutamill.figures.reading import draw_orders
+    from nutamill.readings.orders import orders_lines, sensor_orders, waterfall
+    from nutamill.readings.source import open_mill_result
+
+    with open_mill_result(file) as result:
+        found = sensor_orders(result, sensor)
+        _answer(orders_lines(found, sensor), draw_orders(found, waterfall(result, sensor), sensor), to, f"{file.stem}-orders")
+
+
+@app.command()
+@told
+def loads(
+    file: ResultFile,
+    axes: Annotated[str, typer.Option(help='"ground", "frame", "crank" or "chamber".')] = "frame",
+    last: Last = "3 s",
+    to: Picture = None,
+) -> None:
+    """Reaction of every joint: mean, r.m.s., peak, orders, polar plots; and the forces in the rods of a yoke."""
+    from nutamill.case import Case
+    from nutamill.figures.reading import draw_loads
+    from nutamill.readings.load_paths import load_paths, loads_lines
+    from nutamill.readings.rods import rods_lines, yoke_rods
+    from nutamill.readings.source import open_mill_result
+
+    with open_mill_result(file) as result:
+        figure = draw_loads(result, axes, last)
+        rods = rods_lines(yoke_rods(result, last)) if Case.from_toml(result.case_text).rods else []
+        _answer(loads_lines(load_paths(result, last), axes) + rods, figure, to, f"{file.stem}-loads-{axes}")
+
+
+@app.command()
+@told
+def mounts(
+    file: ResultFile,
+    last: Last = "3 s",
+    ring: Annotated[tuple[str, str] | None, typer.Option(help="Radius and depth of the chamber's widest edge, for its clearance.")] = None,
+    opening: Annotated[str, typer.Option(help="Radius of the opening around it.")] = "100 mm",
+    fixed_to: Annotated[str, typer.Option(help='Where the opening is: "frame" or "ground".')] = "frame",
+    to: Picture = None,
+) -> None:
+    """Travel and force of the mounts, the force on the floor, and the clearance of the chamber."""
+    from nutamill.figures.reading import draw_floor
+    from nutamill.readings.mounts import chamber_clearance, clearance_line, mounts_lines
+    from nutamill.readings.source import open_mill_result
+
+    lengths = [quantity("--ring", text, "length") for text in ring or ()]
+    with open_mill_result(file) as result:
+        lines = mounts_lines(result, last)
+        if lengths:
+            lines.append(clearance_line(chamber_clearance(result, tuple(lengths), quantity("--opening", opening, "length"), fixed_to)))
+        _answer(lines, draw_floor(result, last), to, f"{file.stem}-mounts")
+
+
+@app.command()
+@told
+def life(
+    file: ResultFile,
+    ratings: Annotated[Path, typer.Argument(metavar="RATINGS.toml", help="Bearings and sections with their catalogue data.")],
+    bearing: Annotated[list[str] | None, typer.Option(help="Joints whose bearings are asked for; all that are rated if left out.")] = None,
+    last: Last = "3 s",
+    to: Picture = None,
+) -> None:
+    """Life of bearings (L10), shafts and pins (rainflow, Goodman, Miner) under the loads of a run."""
+    from nutamill.case.ratings import load_ratings
+    from nutamill.figures.reading import draw_lives
+    from nutamill.readings.bearings import bearing_life, bearings_lines
+    from nutamill.readings.fatigue import section_life, sections_lines
+    from nutamill.readings.source import open_mill_result
+
+    rated = load_ratings(ratings)
+    with open_mill_result(file) as result:
+        bearings = [bearing_life(result, joint, rated, last) for joint in bearing or rated.bearings]
+        sections = [] if bearing else [section_life(result, name, rated, last) for name in rated.sections]
+    lines = (bearings_lines(bearings) if bearings else []) + (sections_lines(sections) if sections else [])
+    _answer(lines, draw_lives(bearings, sections), to, f"{file.stem}-life")

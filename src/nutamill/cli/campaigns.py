@@ -1,0 +1,91 @@
+"""Commands about many runs: sweeps, fits, validation against published papers."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nutamill.cli.common import Quick, app, told
+from nutamill.errors import MillError
+
+
+@app.command()
+@told
+def sweep(
+    case: Annotated[str, typer.Argument(metavar="CASE|SWEEP.toml", help="A case, or a sweep file.")],
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", "-s", metavar="KEY=VALUES", help='Swept, or one value: -s drive.speed="100..700 rpm step 60 rpm" -s chamber.ribs=0,12.'
+        ),
+    ] = None,
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    to: Annotated[Path | None, typer.Option(help="Folder for results and table; else sweeps/<case>.")] = None,
+    quick: Quick = False,
+) -> None:
+    """Run a case with all combinations of some values; the same call again does what is left."""
+    from nutamill.campaign.command import run_sweep
+
+    if not run_sweep(case, changes or [], jobs, cluster, to, quick, typer.echo):
+        raise typer.Exit(MillError.exit_code)
+
+
+@app.command()
+@told
+def fit(
+    file: Annotated[Path, typer.Argument(metavar="FIT.toml", help="The fit file: case, free keys, measured values.")],
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    to: Annotated[Path | None, typer.Option(help="Folder for results; else fits/<file>.")] = None,
+) -> None:
+    """Identify keys of a case from measured values, with their uncertainty and correlation."""
+    from nutamill.campaign.command import run_fit
+
+    typer.echo("\n".join(run_fit(file, jobs, cluster, to)))
+
+
+@app.command("mount-test")
+@told
+def mount_test(
+    file: Annotated[Path, typer.Argument(metavar="TEST.csv", help="Columns time [s], displacement [mm], force [N], in any units.")],
+    to: Annotated[Path | None, typer.Option(help="Picture; else beside the file.")] = None,
+) -> None:
+    """Stiffness and damping of a mount from a force-displacement test at one frequency."""
+    from nutamill.figures.mount import draw_loop
+    from nutamill.mount_test import mount_properties, read_mount_test
+
+    test = read_mount_test(file)
+    found = mount_properties(test)
+    picture = to or file.with_suffix(".png")
+    draw_loop(test, found).savefig(picture)
+    typer.echo("\n".join([*found.lines(), f"picture {picture}"]))
+
+
+@app.command()
+@told
+def validate(
+    paper: Annotated[str, typer.Argument(metavar="PAPER", help="saimm2025, mca2026, or a file of the same form.")],
+    quick: Annotated[bool, typer.Option("--quick", help="Start the few decisive runs only.")] = False,
+    only: Annotated[list[str] | None, typer.Option("--only", metavar="NAME", help="A row, a configuration or a run; repeatable.")] = None,
+    results: Annotated[Path | None, typer.Option(help="Folder of the results; else results/validation/<paper>.")] = None,
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    stored: Annotated[bool, typer.Option("--stored", help="Start no run: evaluate what is there.")] = False,
+    short: Annotated[
+        Path | None, typer.Option("--markdown", metavar="FILE", help="Write the short table there, between its marks if it has them.")
+    ] = None,
+) -> None:
+    """Compare a published paper with runs of all its configurations, row by row."""
+    from nutamill import validation as room
+    from nutamill.campaign.workers import cluster_client
+    from nutamill.papers.table import print_table
+
+    client = None if cluster is None or stored else cluster_client(cluster, jobs)
+    done = room.validate(paper, quick, only or [], results, not stored, jobs, client, typer.echo)
+    print_table(done.findings, done.paper)
+    for line in (*done.failures, *done.undrawn):
+        typer.echo(line, err=True)
+    if short is not None:
+        room.write_short(short, done, paper)
+    typer.echo(f"{', '.join(str(file) for file in done.files)}")

@@ -1,0 +1,76 @@
+"""What all commands share: the application, options that many take, and how faults are told."""
+
+import functools
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from nutamill import __version__
+from nutamill.errors import CaseError, Fault, MillError
+
+if TYPE_CHECKING:
+    from nutamill.case import Case
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+INTERRUPTED = 130
+CaseName = Annotated[str, typer.Argument(metavar="CASE", help="A case file, or a published mill such as numill.")]
+Overrides = Annotated[list[str] | None, typer.Option("--set", "-s", metavar="KEY=VALUE", help='Change one key: -s drive.speed="500 rpm".')]
+ResultFile = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="A result file.")]
+Quick = Annotated[bool, typer.Option("--quick", help="Demonstration: rigid mounts, short ramp, a few turns, softer contacts.")]
+
+
+def told(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose faults are printed, one line each, instead of raised."""
+
+    @functools.wraps(command)
+    def telling(*args: Any, **kwargs: Any) -> None:
+        try:
+            command(*args, **kwargs)
+        except MillError as error:
+            typer.echo(str(error), err=True)
+            raise typer.Exit(error.exit_code) from None
+        except KeyboardInterrupt:
+            typer.echo("interrupted", err=True)
+            raise typer.Exit(INTERRUPTED) from None
+
+    return telling
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"nutamill {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def main(version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False) -> None:
+    """Simulate nutating mills: the machine and the charge inside it, coupled."""
+
+
+def quantity(where: str, text: str, kind: Any) -> float:
+    """SI value of an option with a unit."""
+    from nutamill import units
+
+    try:
+        return units.parse(text, kind)
+    except units.UnitError as error:
+        raise CaseError(Fault(where, error.what, error.hint)) from None
+
+
+def load(name: str, overrides: list[str] | None) -> "Case":
+    """The case of a name or file with the overrides of the command line."""
+    from nutamill.case import load_case
+
+    return load_case(name, overrides or [])
+
+
+def load_mill(name: str, overrides: list[str] | None) -> "Case":
+    """A case that is a mill, not a mechanism of listed parts."""
+    from nutamill.case import MechanismCase
+
+    loaded = load(name, overrides)
+    if isinstance(loaded, MechanismCase):
+        raise CaseError(Fault(name, "must be a mill, it lists the parts of a mechanism", "Ask nutamill check, or run it"))
+    return loaded

@@ -1,0 +1,45 @@
+"""Commands about measured data."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nutamill.cli.common import ResultFile, app, quantity, told
+
+
+@app.command("import")
+@told
+def import_measured(
+    file: Annotated[Path, typer.Argument(help="A test file: CSV, TDMS, MAT or UFF.")],
+    mapping: Annotated[Path, typer.Option("--map", help="What its columns are: a mapping file.")],
+    to: Annotated[Path | None, typer.Option(help="The file to write; else beside the test file.")] = None,
+) -> None:
+    """Read measured data, so that plot and compare can use them."""
+    from nutamill.measured.importing import import_test
+
+    typer.echo(import_test(file, mapping, to or file.with_suffix(".h5")))
+
+
+@app.command()
+@told
+def compare(
+    run: ResultFile,
+    measured: Annotated[Path, typer.Argument(metavar="MEASURED.h5", help="What `nutamill import` has written.")],
+    last: Annotated[str, typer.Option(help="Length of the window at the end.")] = "3 s",
+    cut: Annotated[str | None, typer.Option("--filter", help='Low-pass filter for both, e.g. "200 Hz".')] = None,
+    picture: Annotated[Path | None, typer.Option(help="The overlay; else beside the run.")] = None,
+) -> None:
+    """Lay measured data over a run: steady values with errors, and a figure."""
+    from nutamill.figures.measured import draw_comparison
+    from nutamill.measured.comparison import compare, comparison_lines
+    from nutamill.result import open_result
+    from nutamill.units import Kind
+
+    window, edge = quantity("--last", last, Kind.TIME), None if cut is None else quantity("--filter", cut, Kind.FREQUENCY)
+    with open_result(run) as result, open_result(measured) as test:
+        rows = compare(result, test, window, edge)
+        typer.echo("\n".join(comparison_lines(rows)))
+        drawn = picture or run.with_name(f"{run.stem}-{measured.stem}.png")
+        draw_comparison(result, test, [row.name for row in rows], window, edge).savefig(drawn)
+    typer.echo(drawn)

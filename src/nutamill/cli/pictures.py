@@ -1,0 +1,98 @@
+"""Commands that show a result: figures, scenes, films, pages, files for other programs."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nutamill.cli.common import ResultFile, app, told
+
+Camera = Annotated[str, typer.Option(help="front, inside (riding on the chamber) or axis (down the shaft).")]
+ColourBy = Annotated[str, typer.Option("--colour", help="What colours the charge: speed, height, force or material.")]
+
+
+@app.command()
+@told
+def plot(
+    file: ResultFile,
+    what: Annotated[
+        list[str], typer.Argument(help="run, power, impacts, wall, flow, orbit; history:SERIES,..., spectrum:SERIES, orders:SERIES.")
+    ],
+    to: Annotated[Path | None, typer.Option(help="Folder of the pictures; else that of the result.")] = None,
+) -> None:
+    """Draw figures of a result."""
+    from nutamill.figures.named import write_figures
+    from nutamill.result import open_result
+
+    with open_result(file) as result:
+        typer.echo("\n".join(map(str, write_figures(result, what, to or file.parent))))
+
+
+@app.command()
+@told
+def picture(
+    file: ResultFile, png: Annotated[Path, typer.Argument(help="The picture.")], camera: Camera = "front", colour: ColourBy = "speed"
+) -> None:
+    """Draw the last snapshot in three dimensions; needs the extra "view"."""
+    from nutamill.result import open_result
+    from nutamill.scene import draw_scene
+
+    with open_result(file) as result:
+        typer.echo(draw_scene(result, png, camera, colour))
+
+
+@app.command()
+@told
+def movie(
+    file: ResultFile,
+    mp4: Annotated[Path, typer.Argument(help="The film.")],
+    camera: Camera = "front",
+    colour: ColourBy = "speed",
+    slow: Annotated[float, typer.Option(min=1.0, help="How many times slower than real.")] = 40.0,
+) -> None:
+    """Film all snapshots in three dimensions; needs the extra "view"."""
+    from nutamill.result import open_result
+    from nutamill.scene import film_scene
+
+    with open_result(file) as result:
+        typer.echo(film_scene(result, mp4, camera, colour, slow))
+
+
+@app.command()
+@told
+def view(
+    file: ResultFile,
+    html: Annotated[Path | None, typer.Option(help="The page to write; else beside the result.")] = None,
+    frames: Annotated[int, typer.Option(min=1, help="Most moments to show.")] = 200,
+) -> None:
+    """Write one HTML file in which the mill turns and the charge moves; it opens in any browser, without a network."""
+    from nutamill.result import open_result
+    from nutamill.webview import write_view
+
+    with open_result(file) as result:
+        page = write_view(result, html or file.with_suffix(".html"), frames)
+    typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB, open it in a browser")
+
+
+@app.command()
+@told
+def export(file: ResultFile, vtkhdf: Annotated[Path, typer.Option(help="File for ParaView: charge and machine over time.")]) -> None:
+    """Write the snapshots of a result for another program."""
+    from nutamill.export.vtkhdf import write_vtkhdf
+    from nutamill.result import open_result
+
+    with open_result(file) as result:
+        typer.echo(write_vtkhdf(result, vtkhdf))
+
+
+@app.command()
+@told
+def report(
+    files: Annotated[list[Path], typer.Argument(metavar="RESULT.h5 ...", help="Results.")],
+    to: Annotated[Path | None, typer.Option(help="The page; else beside the first result.")] = None,
+) -> None:
+    """Write one HTML page: case, steady values, where the power goes, figures, the moving charge, provenance."""
+    from nutamill.report import write_report
+
+    page = write_report(files, to or files[0].with_name(f"{files[0].stem}-report.html"))
+    typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB")

@@ -1,0 +1,213 @@
+"""Commands about one case: write, check, run, resume, show; and what the package knows."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nutamill.cli.common import INTERRUPTED, CaseName, Overrides, Quick, app, load, quantity, told
+from nutamill.errors import CaseError, Fault, NotSteadyError
+
+if TYPE_CHECKING:
+    from nutamill.result import Result
+    from nutamill.screen import Screen
+
+info_app = typer.Typer(no_args_is_help=True, help="Say what the package knows.")
+app.add_typer(info_app, name="info")
+Threads = Annotated[int | None, typer.Option(min=1, help="Threads of the charge.")]
+
+
+@app.command()
+@told
+def new(
+    file: Annotated[Path, typer.Argument(help="The file to write.")],
+    base: Annotated[str, typer.Option("--from", help="A published mill or another case file.")] = "numill",
+) -> None:
+    """Write a short case file to change: a base and the keys people change."""
+    from nutamill.case.starter import write_starter
+
+    write_starter(base, file)
+    typer.echo(f"{file} written. Next: nutamill check {file}")
+
+
+@app.command()
+@told
+def check(
+    case: CaseName,
+    overrides: Overrides = None,
+    dialects: Annotated[bool, typer.Option("--dialects", help="Also the contacts as Rocky, PFC, LAMMPS and LIGGGHTS take them.")] = False,
+) -> None:
+    """Say everything that can be known before a run."""
+    loaded = load(case, overrides)
+    from nutamill.case import MechanismCase
+
+    if isinstance(loaded, MechanismCase):
+        from nutamill.mechanism_preflight import mechanism_preflight
+
+        typer.echo("\n".join(mechanism_preflight(loaded).lines()))
+        return
+    from nutamill.build.chamber_charge import contact_law_of
+    from nutamill.dialects import dialect_lines
+    from nutamill.preflight import preflight
+    from nutamill.warm import warm_up
+
+    warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded))
+    typer.echo("\n".join(preflight(loaded).lines() + (dialect_lines(loaded) if dialects else [])))
+
+
+@app.command()
+@told
+def run(
+    case: CaseName,
+    overrides: Overrides = None,
+    to: Annotated[Path | None, typer.Option(help="Result file; else results/<case>-<hash>.h5.")] = None,
+    quick: Quick = False,
+    threads: Threads = None,
+) -> None:
+    """Run a case to a result file."""
+    loaded = load(case, overrides)
+    if (quick or threads is not None) and not hasattr(loaded, "charge"):
+        raise CaseError(Fault("--quick" if quick else "--threads", "is for mills with a charge, this is a mechanism", "Leave it out"))
+    if quick:
+        from nutamill.build.quick import banner
+        from nutamill.build.quick import quick as quickened
+
+        typer.echo(banner(loaded))
+        loaded = quickened(loaded)
+    if threads is not None:
+        loaded = loaded.with_("run.threads", threads)
+    for warning in loaded.warnings:
+        typer.echo(f"warning: {warning}", err=True)
+    path = to or loaded.result_file
+    from nutamill import march
+
+    _watched(loaded.title or loaded.name, path, lambda screen: march.run(loaded, to=path, progress=screen, tell=screen.message))
+
+
+@app.command()
+@told
+def resume(
+    file: Annotated[Path, typer.Argument(metavar="RESULT.h5", help="The result of a run that was interrupted or is to go on.")],
+    until: Annotated[str | None, typer.Option(help='New end, e.g. "20 s"; with run.until = "steady" the new longest time.')] = None,
+) -> None:
+    """Continue a run from its last checkpoint."""
+    end = None
+    if until is not None:
+        from nutamill.units import Kind
+
+        end = quantity("--until", until, Kind.TIME)
+    from nutamill import march
+
+    _watched(file.stem, file, lambda screen: march.resume(file, until=end, progress=screen, tell=screen.message))
+
+
+@app.command()
+@told
+def show(case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A case or a result.")], overrides: Overrides = None) -> None:
+    """Print a case with every default written out, or the summary of a result."""
+    if Path(case).suffix in (".h5", ".hdf5"):
+        from nutamill.result import open_result
+
+        with open_result(case) as result:
+            facts = {"state": result.state, **result.summary, **result.provenance}
+            lines = [f"{key:16}  {value}" for key, value in facts.items()]
+            summary, warnings = _summary(result)
+            typer.echo("\n".join([*summary, *warnings, *lines]))
+    else:
+        typer.echo(load(case, overrides).to_toml(), nl=False)
+
+
+@info_app.command()
+@told
+def fields() -> None:
+    """List every recorded quantity: name, unit, meaning."""
+    from nutamill.fields import PART_SERIES, SERIES, SNAPSHOT
+
+    width = max(len(field.name) for field in (*SERIES, *PART_SERIES, *SNAPSHOT))
+    for heading, known in (("series", SERIES), ("series of a mechanism's parts", PART_SERIES), ("snapshots", SNAPSHOT)):
+        typer.echo(heading)
+        for field in known:
+            typer.echo(f"  {field.name:{width}}  {field.unit:8}  {field.meaning}")
+
+
+@info_app.command()
+@told
+def mills() -> None:
+    """List the published mills."""
+    from nutamill.case import library_names, load_case
+
+    for name in library_names():
+        typer.echo(f"{name:14}  {load_case(name).title}")
+
+
+@app.command()
+@told
+def schema() -> None:
+    """Print the JSON schema of case files, for completion in editors."""
+    from nutamill.case.schema import case_schema
+
+    typer.echo(json.dumps(case_schema(), indent=2))
+
+
+@app.command()
+@told
+def bench() -> None:
+    """Measure the speed of this version on this machine; takes about two minutes."""
+    from nutamill.bench import measure
+
+    for line in measure():
+        typer.echo(line)
+
+
+def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> None:
+    """Run with the live screen, then print the summary and draw the pictures beside the result."""
+    from nutamill.result import open_result
+    from nutamill.screen import Screen
+
+    missed = None
+    try:
+        with Screen(title) as screen:
+            result = act(screen)
+    except NotSteadyError as error:
+        missed, result = error, open_result(path)
+    except KeyboardInterrupt:
+        said = f"interrupted, saved. Go on with: nutamill resume {path}" if path.exists() else "interrupted before the first step"
+        typer.echo(said, err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    with result:
+        summary, warnings = _summary(result)
+        typer.echo("\n".join(summary))
+        for warning in warnings:
+            typer.echo(warning, err=True)
+        pictures = _draw(result, path)
+    typer.echo(f"{path}   picture{'s' * (len(pictures) > 1)} {', '.join(map(str, pictures))}")
+    if missed is not None:
+        raise missed
+
+
+def _summary(result: "Result") -> tuple[list[str], list[str]]:
+    """What a result came to, and what is odd about it, as lines."""
+    from nutamill.analysis import summary_lines, warning_lines
+    from nutamill.mechanism_analysis import is_mechanism, mechanism_summary_lines, mechanism_warning_lines
+
+    if is_mechanism(result):
+        return mechanism_summary_lines(result), mechanism_warning_lines(result)
+    return summary_lines(result), warning_lines(result)
+
+
+def _draw(result: "Result", path: Path) -> list[Path]:
+    """Draw the pictures of a run beside its result; their files."""
+    from nutamill.figures.run import draw_ledger, draw_run
+    from nutamill.mechanism_analysis import is_mechanism
+
+    picture, ledger = path.with_suffix(".png"), path.with_name(f"{path.stem}-power.png")
+    if is_mechanism(result):
+        from nutamill.figures.mechanism import draw_reactions
+
+        draw_reactions(result).savefig(picture)
+        return [picture]
+    draw_run(result).savefig(picture)
+    draw_ledger(result).savefig(ledger)
+    return [picture, ledger]

@@ -1,0 +1,154 @@
+"""Figures of how the mill moves: histories of any series, spectra, the orbit of the charge's mass centre.
+
+One function, one figure; saving is left to the caller.
+"""
+
+import math
+from collections.abc import Sequence
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from nutamill.analysis import PAPER_WINDOW, steady_window
+from nutamill.charge_flow import mass_centre_orbit
+from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.fields import series_field
+from nutamill.figures.style import MARK, MEAN, RMS, STYLE
+from nutamill.result import Result
+from nutamill.vibration import spectrum
+
+WIDTH = 3.386
+"""One journal column [inch]."""
+HIGHEST = 500.0
+"""Highest frequency drawn [Hz]."""
+
+
+def draw_histories(result: Result, names: Sequence[str]) -> Figure:
+    """Every sample of some series over time, one panel each.
+
+    Raises CaseError for a series that the result does not hold.
+    """
+    held_series(result, names)
+    time = result.series["time"].values
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(WIDTH, 0.5 + 1.2 * len(names)), layout="constrained")
+        for axes, name in zip(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)), names, strict=True):
+            axes.plot(time, result.series[name].values, linewidth=0.6)
+            axes.set_ylabel(label_of(name))
+        axes.set_xlabel("time (s)")
+        axes.set_xlim(time[0], time[-1])
+        figure.align_ylabels()
+    return figure
+
+
+def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPER_WINDOW) -> Figure:
+    """Power spectral density of some series over the steady window, up to 500 Hz; a dotted line at the speed and at twice it.
+
+    Raises CaseError for a series that the result does not hold, ResultError as `steady_window`.
+    """
+    held_series(result, names)
+    steady = steady_window(result, last, names=["driveshaft_speed"])
+    inside = result.series["time"].values >= steady.start
+    turns = abs(steady.values["driveshaft_speed"].mean) / math.tau
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(WIDTH, 0.5 + 1.5 * len(names)), layout="constrained")
+        for axes, name in zip(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)), names, strict=True):
+            lines = spectrum(result.series[name].values[inside], result.rate)
+            shown = (lines.frequency > 0.0) & (lines.frequency <= HIGHEST)
+            axes.semilogy(lines.frequency[shown], np.where(lines.density[shown] > 0.0, lines.density[shown], math.nan), linewidth=0.7)
+            axes.set_xlim(left=0.0)
+            for order in (1, 2):
+                axes.axvline(
+                    order * turns, color=MARK, linewidth=0.6, linestyle=":", label="speed, twice the speed" if order == 1 else None
+                )
+            unit = series_field(name).unit
+            axes.set_ylabel(f"({unit.replace('^2', '²')})²/Hz" if len(unit) > 1 else f"{unit}²/Hz")
+            axes.set_title(series_field(name).label, loc="left")
+        axes.set_xlabel("frequency (Hz)")
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center")
+        figure.align_ylabels()
+    return figure
+
+
+def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
+    """Path of the charge's mass centre in the steady window, seen from above, in axes that turn with the crank; its mean and phase lag.
+
+    Raises ResultError for an empty chamber, and as `steady_window`.
+    """
+    if "charge_mass_centre_x" not in result.series:
+        raise ResultError(f"{result.path}: must hold a charge, its chamber is empty. Run a case with a charge.")
+    orbit = mass_centre_orbit(result, last)
+    start = steady_window(result, last, names=["time"]).turns[0]
+    inside = result.series["time"].values >= start
+    x, y, angle = (result.series[name].values[inside] for name in ("charge_mass_centre_x", "charge_mass_centre_y", "crank_angle"))
+    place = 1e3 * (x + 1j * y) * np.exp(-1j * angle)
+    mean = 1e3 * orbit.radius * np.exp(-1j * orbit.phase_lag)
+    reach = 1.15 * float(np.abs(place).max())
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
+        axes = figure.subplots()
+        axes.plot(place.real, place.imag, linewidth=0.4, color="#A6CEE8", label="path")
+        axes.plot([0.0, reach], [0.0, 0.0], color=MARK, linewidth=0.9, label="crank")
+        axes.plot([0.0, mean.real], [0.0, mean.imag], color=RMS, marker="o", markersize=3, label="mean")
+        arc = np.linspace(0.0, -orbit.phase_lag, 40)
+        axes.plot(0.4 * reach * np.cos(arc), 0.4 * reach * np.sin(arc), color=MEAN, linewidth=0.8)
+        middle = -0.5 * orbit.phase_lag
+        axes.annotate(
+            f"{math.degrees(orbit.phase_lag):.0f} deg", (0.45 * reach * math.cos(middle), 0.45 * reach * math.sin(middle)), va="center"
+        )
+        axes.set_aspect("equal")
+        axes.set_xlim(-reach, reach)
+        axes.set_ylim(-reach, reach)
+        axes.set_xlabel("towards the crank (mm)")
+        axes.set_ylabel("in the direction of rotation (mm)")
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def draw_steady_values(runs: Sequence[tuple[float, Sequence]]) -> Figure:
+    """Steady means of several runs over their speed, one panel for each reading, with their 95 % intervals.
+
+    `runs` holds for each its speed [rpm] and its readings, each with ``label``, ``mean`` and ``half_width``.
+    """
+    ordered = sorted(runs, key=lambda run: run[0])
+    speed = [run[0] for run in ordered]
+    labels = [value.label for value in ordered[0][1]]
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(WIDTH, 0.5 + 1.3 * len(labels)), layout="constrained")
+        for k, (axes, label) in enumerate(zip(np.atleast_1d(figure.subplots(len(labels), 1, sharex=True)), labels, strict=True)):
+            values = [run[1][k] for run in ordered]
+            width = [value.half_width if math.isfinite(value.half_width) else 0.0 for value in values]
+            axes.errorbar(speed, [value.mean for value in values], width, marker="o", markersize=3, capsize=2, linewidth=0.8)
+            axes.set_ylabel(label.replace("driveshaft ", "").replace("charge ", ""))
+            axes.margins(x=0.05)
+        axes.set_xlabel("speed (rpm)")
+        figure.align_ylabels()
+    return figure
+
+
+def held_series(result: Result, names: Sequence[str]) -> None:
+    """Refuse names of series that the result does not hold, all at once."""
+    faults = []
+    for name in names:
+        try:
+            series_field(name)
+        except CaseError as error:
+            faults += error.faults
+            continue
+        if name not in result.series:
+            faults.append(Fault(f"{result.path}: {name}", "must be recorded, this run did not", "`nutamill info fields` lists all series"))
+    if not names:
+        faults.append(Fault("series", "at least one must be named, got none", "`nutamill info fields` lists all series"))
+    if faults:
+        raise CaseError(*faults)
+
+
+def label_of(name: str) -> str:
+    """``crank-pin force (N)``."""
+    field = series_field(name)
+    return f"{field.label} ({_power(field.unit)})"
+
+
+def _power(unit: str) -> str:
+    return unit.replace("^2", "$^2$")

@@ -1,0 +1,64 @@
+"""Which figures there are, by the names under which `nutamill plot` draws them."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from nutamill.errors import CaseError, Fault
+from nutamill.figures.charge import draw_flow, draw_spectra, draw_wall
+from nutamill.figures.motion import draw_histories, draw_orbit, draw_spectrum
+from nutamill.figures.reading import draw_orders
+from nutamill.figures.run import draw_ledger, draw_run
+from nutamill.readings.orders import sensor_orders, waterfall
+from nutamill.result import Result
+from nutamill.wholefile import io_errors
+
+FIGURES: dict[str, tuple[Callable[[Result], Figure], str]] = {
+    "run": (draw_run, "crank-pin force, driveshaft torque and frame acceleration over the run"),
+    "power": (draw_ledger, "where the motor's power goes, turn by turn"),
+    "impacts": (draw_spectra, "how many impacts with how much energy"),
+    "wall": (draw_wall, "pressure, shear work and cutting energy on the unrolled bore"),
+    "flow": (draw_flow, "solids fraction and velocity of the charge in axes that turn with the crank"),
+    "orbit": (draw_orbit, "path of the charge's mass centre and its phase lag"),
+}
+"""Figures of a whole result: the function, and what it shows."""
+SERIES_FIGURES: dict[str, tuple[Callable[[Result, list[str]], Figure], str]] = {
+    "history": (draw_histories, "series over time"),
+    "spectrum": (draw_spectrum, "power spectral density of series in the steady window"),
+    "orders": (
+        lambda result, names: draw_orders(sensor_orders(result, names[0]), waterfall(result, names[0]), names[0]),
+        "amplitude of a series once and twice per turn, and over time and frequency",
+    ),
+}
+"""Figures of series: written ``history:driveshaft_torque,crank_pin_force_radial``."""
+
+
+def figure_of(result: Result, what: str) -> Figure:
+    """The figure called `what`: a name of `FIGURES`, or one of `SERIES_FIGURES` with its series, ``spectrum:driveshaft_torque``.
+
+    Raises
+    ------
+    CaseError : no figure or series of this name
+    ResultError : the result does not hold what the figure needs
+    """
+    kind, _, names = what.partition(":")
+    if not names and kind in FIGURES:
+        return FIGURES[kind][0](result)
+    if names and kind in SERIES_FIGURES:
+        return SERIES_FIGURES[kind][0](result, names.split(","))
+    known = ", ".join([*FIGURES, *(f"{name}:SERIES" for name in SERIES_FIGURES)])
+    raise CaseError(Fault(f'figure "{what}"', f"must be one of {known}", "`nutamill info fields` lists the series"))
+
+
+def write_figures(result: Result, wanted: list[str], folder: Path) -> list[Path]:
+    """Draw figures to ``<result>-<name>.png`` in `folder`; returns the files. All names are checked by drawing before one is written."""
+    drawn = {what: figure_of(result, what) for what in dict.fromkeys(wanted)}
+    files = []
+    for what, figure in drawn.items():
+        file = folder / f"{result.path.stem}-{what.replace(':', '-').replace(',', '-')}.png"
+        with io_errors(file):
+            folder.mkdir(parents=True, exist_ok=True)
+            figure.savefig(file)
+        files.append(file)
+    return files

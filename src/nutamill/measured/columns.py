@@ -1,0 +1,162 @@
+"""Columns of test files: CSV, TDMS, MAT and UFF, each as times and values."""
+
+import csv
+import difflib
+import math
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.case.mapping import Mapping
+from nutamill.errors import CaseError, Fault, MillError
+
+
+class Column(NamedTuple):
+    """One channel of a test file."""
+
+    values: np.ndarray
+    """As recorded (n,)."""
+    time: np.ndarray | None
+    """Its times [s] (n,), where the file says them."""
+
+
+def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
+    """The columns a mapping names, by their names in the file.
+
+    Raises
+    ------
+    CaseError : no such file, a kind of file that is not read, columns that are not there, places that hold no number
+    MillError : a library of the extra ``daq`` is missing
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise CaseError(Fault(str(path), "must be a test file, there is none of this name", "Check the path"))
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise CaseError(Fault(str(path), f'must be one of {", ".join(READERS)}, got "{path.suffix}"', "Export the test as CSV"))
+    wanted = [channel.column for channel in mapping.channel.values()] + ([mapping.time] if mapping.time else [])
+    held = reader(path, mapping, wanted)
+    missing = [name for name in dict.fromkeys(wanted) if name not in held]
+    if missing:
+        raise CaseError(*(Fault(f"{path}: column {name}", "must be in the file, it is not", _nearest(name, held)) for name in missing))
+    faults = []
+    for name in wanted:
+        bad = np.flatnonzero(~np.isfinite(held[name].values))
+        if len(bad):
+            what = f"must hold numbers, place {bad[0] + 1} of {len(held[name].values)} does not ({len(bad)} in all)"
+            faults.append(Fault(f"{path}: column {name}", what, "Repair or cut the file"))
+    if faults:
+        raise CaseError(*faults)
+    return {name: held[name] for name in wanted}
+
+
+def _nearest(name: str, held: Iterable[str]) -> str:
+    near = difflib.get_close_matches(name, held, 1)
+    return f'Did you mean "{near[0]}"?' if near else f"It holds {', '.join(list(held)[:12])}"
+
+
+def _csv(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
+    """A text file: a line of names, then numbers; what is no number becomes not a number."""
+    with path.open(encoding="utf-8-sig", newline="", errors="replace") as file:
+        rows = list(csv.reader(file, delimiter=mapping.separator))[mapping.skip :]
+    if not rows:
+        raise CaseError(Fault(str(path), "must hold a line of names and lines of numbers, it is empty", "Check `skip` of the mapping"))
+    names = [name.strip() for name in rows[0]]
+    body = [row for row in rows[1:] if any(cell.strip() for cell in row)]
+    return {
+        name: Column(np.array([_number(row[place]) if place < len(row) else math.nan for row in body] if name in wanted else []), None)
+        for place, name in enumerate(names)
+    }
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return math.nan
+
+
+def _tdms(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
+    """National Instruments TDMS: channels ``group/channel``, or ``channel`` where that is the only one of its name."""
+    nptdms = _library("nptdms", path)
+    held: dict[str, Column] = {}
+    with _whole(path):
+        for group in nptdms.TdmsFile.read(path).groups():
+            for channel in group.channels():
+                values = np.asarray(channel[:], float)
+                step = channel.properties.get("wf_increment")
+                start = channel.properties.get("wf_start_offset", 0.0)
+                column = Column(values, start + step * np.arange(len(values)) if step else None)
+                held[f"{group.name}/{channel.name}"] = column
+                held.setdefault(channel.name, column)
+    return held
+
+
+def _mat(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
+    """MATLAB up to version 7: variables by name; a column of a matrix as ``data(3)``, counted from 1."""
+    from scipy.io import loadmat
+
+    with path.open("rb") as file:
+        if file.read(10) == b"MATLAB 7.3":
+            raise CaseError(Fault(str(path), "must be a MAT file up to version 7, it is of version 7.3", "Save it with -v7"))
+    with _whole(path):
+        variables = loadmat(path)
+    held = {}
+    for name, array in variables.items():
+        if name.startswith("__") or not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":
+            continue
+        if min(array.shape) == 1:
+            held[name] = Column(array.ravel().astype(float), None)
+        else:
+            held |= {f"{name}({k + 1})": Column(array[:, k].astype(float), None) for k in range(array.shape[1])}
+    return held
+
+
+def _uff(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
+    """Universal file format, sets 58: by their first identification line."""
+    pyuff = _library("pyuff", path)
+    with _whole(path):
+        sets = pyuff.UFF(str(path)).read_sets()
+    sets = sets if isinstance(sets, list) else [sets]
+    return {
+        str(found["id1"]).strip(): Column(np.asarray(found["data"], float), np.asarray(found["x"], float))
+        for found in sets
+        if found["type"] == 58
+    }
+
+
+READERS: dict[str, Callable[[Path, Mapping, list[str]], dict[str, Column]]] = {
+    ".csv": _csv,
+    ".txt": _csv,
+    ".tdms": _tdms,
+    ".mat": _mat,
+    ".uff": _uff,
+    ".unv": _uff,
+}
+"""Kinds of files by their ending."""
+
+
+def _library(name: str, path: Path):
+    """A library of the extra ``daq``."""
+    import importlib
+
+    try:
+        return importlib.import_module(name)
+    except ImportError as fault:
+        raise MillError(f'{path}: reading {path.suffix} needs {name}. Install it with: pip install "nutamill[daq]"') from fault
+
+
+class _whole:
+    """Words whatever a reader of a foreign format raises on a file that is damaged."""
+
+    def __init__(self, path: Path):
+        self._path = path
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind, value, trace) -> None:
+        if value is not None and isinstance(value, Exception):
+            raise CaseError(Fault(str(self._path), f"must be a whole {self._path.suffix} file ({value})", "Export it again")) from value

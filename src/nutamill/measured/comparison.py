@@ -1,0 +1,112 @@
+"""A run beside a test: steady values and their errors, filtered and averaged in the same way."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.errors import CaseError, Fault
+from nutamill.fields import series_field
+from nutamill.result import Result
+
+ASIDE = ("time", "crank_angle", "driveshaft_speed")
+"""Series that say when, not what."""
+SPEED_SCATTER = 0.02
+"""Share by which a measured speed may scatter within the steady window: no real drive keeps it exactly."""
+ORDER = 4
+"""Order of the low-pass filter, each way."""
+
+
+class Compared(NamedTuple):
+    """One quantity of a run and of a test, over whole turns at the end of each."""
+
+    name: str
+    """The series."""
+    run: float
+    """Mean of the run, unit of the series."""
+    test: float
+    """Mean of the test."""
+    run_rms: float
+    """Root mean square about the mean, of the run."""
+    test_rms: float
+    """The same of the test."""
+
+    @property
+    def error(self) -> float:
+        """Error of the run's mean, share of the test's; not a number where that is zero."""
+        return self.run / self.test - 1.0 if self.test else math.nan
+
+
+def compare(run: Result, test: Result, last: float, cut: float | None = None) -> list[Compared]:
+    """Compare all quantities that both hold, over the whole turns of the last `last` seconds at the last speed.
+
+    Parameters
+    ----------
+    last : length of the window [s]
+    cut : cut-off of a low-pass filter for both [Hz]; none if None
+
+    Raises
+    ------
+    CaseError : nothing in common, or a cut-off beyond half a rate
+    """
+    names = shared(run, test)
+    rows = []
+    for name in names:
+        values = [series_in_window(result, name, last, cut) for result in (run, test)]
+        rows.append(Compared(name, *(float(np.mean(value)) for _, value in values), *(float(np.std(value)) for _, value in values)))
+    return rows
+
+
+def shared(run: Result, test: Result) -> list[str]:
+    """Quantities that both files hold; CaseError if there are none."""
+    names = [str(name) for name in run.series.data_vars if name in test.series and name not in ASIDE]
+    if not names:
+        held = ", ".join(str(name) for name in test.series.data_vars if name not in ASIDE)
+        raise CaseError(
+            Fault(f"{test.path}", f"must share a series with {run.path}, it holds {held}", "Map its columns to series of the run")
+        )
+    return names
+
+
+def series_in_window(result: Result, name: str, last: float, cut: float | None) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] and filtered values of a series in the whole turns at the end, at the last speed."""
+    series = result.series
+    time, angle, speed = (series[key].values for key in ("time", "crank_angle", "driveshaft_speed"))
+    final = float(np.median(speed[time >= time[-1] - min(last, 0.2 * (time[-1] - time[0]))]))
+    other = np.flatnonzero(np.abs(speed - final) > SPEED_SCATTER * abs(final))
+    begin = max(time[-1] - last, time[other[-1] + 1] if len(other) and other[-1] + 1 < len(time) else time[0])
+    first = int(np.searchsorted(time, begin - 1e-9))
+    turns = math.floor(abs(angle[-1] - angle[first]) / math.tau + 1e-9)
+    if turns < 1:
+        raise CaseError(Fault(str(result.path), "must hold a whole turn at constant speed, it does not", "Take a longer record"))
+    first = int(np.searchsorted(np.abs(angle - angle[-1]) * -1.0, -turns * math.tau - 1e-9))
+    values = series[name].values if cut is None else low_pass(series[name].values, result.rate, cut)
+    return time[first:], values[first:]
+
+
+def low_pass(values: np.ndarray, rate: float, cut: float) -> np.ndarray:
+    """`values` (n,) without what is faster than `cut` [Hz]: Butterworth of fourth order, forth and back, so that nothing is late.
+
+    Raises CaseError for a cut-off that is not between zero and half of `rate` [Hz].
+    """
+    from scipy.signal import butter, sosfiltfilt
+
+    if not 0.0 < cut < 0.5 * rate:
+        raise CaseError(Fault("--filter", f"must lie between 0 and {0.5 * rate:g} Hz, half the rate, got {cut:g} Hz", "Lower it"))
+    return sosfiltfilt(butter(ORDER, cut, fs=rate, output="sos"), values)
+
+
+def comparison_lines(rows: list[Compared]) -> list[str]:
+    """The comparison as a table."""
+    width = max(len(_label(row.name)) for row in rows)
+    lines = [f"{'quantity':{width}}  {'run':>11} {'measured':>11} {'error':>8}  {'run r.m.s.':>11} {'measured':>11}"]
+    for row in rows:
+        error = f"{100.0 * row.error:+.1f} %" if math.isfinite(row.error) else "-"
+        numbers = f"{row.run:11.4g} {row.test:11.4g} {error:>8}  {row.run_rms:11.4g} {row.test_rms:11.4g}"
+        lines.append(f"{_label(row.name):{width}}  {numbers}")
+    return lines
+
+
+def _label(name: str) -> str:
+    field = series_field(name)
+    return f"{field.label} ({field.unit})"

@@ -1,0 +1,81 @@
+"""From a test file to a file like that of a run, so that everything that reads runs reads tests."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from nutamill import __version__
+from nutamill.case.mapping import Mapping, load_mapping
+from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.measured.columns import Column, read_columns
+from nutamill.result import Recorder
+
+STATE = "measured"
+"""State of a file that holds a test."""
+
+
+def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> Path:
+    """Read a test file with its mapping and write it as a result file of state ``measured``; returns its path.
+
+    All channels are put on one clock, evenly spaced at the highest rate among them, linear in between.  Where the crank angle is not
+    measured it is the integral of the speed, zero at the start.
+
+    Raises
+    ------
+    CaseError : as `load_mapping` and `read_columns`; channels without time, or with times that do not rise
+    ResultError : the file exists, or cannot be written
+    """
+    if Path(to).exists():
+        raise ResultError(f"{to}: must be a new file, it exists. Choose another name with --to.")
+    mapping = load_mapping(mapping_file)
+    columns = read_columns(path, mapping)
+    clocks = {name: _clock(columns[channel.column], columns, mapping, f"{path}: {name}") for name, channel in mapping.channel.items()}
+    rate = max((len(clock) - 1) / (clock[-1] - clock[0]) for clock in clocks.values())
+    first, last = max(clock[0] for clock in clocks.values()), min(clock[-1] for clock in clocks.values())
+    if not last > first:
+        raise CaseError(Fault(str(path), "its channels must share some time, they do not", "Check the clocks of the test"))
+    time = first + np.arange(math.floor((last - first) * rate + 1e-6) + 1) / rate
+    series = {"time": time + mapping.offset}
+    for name, channel in mapping.channel.items():
+        series[name] = mapping.scale(name) * np.interp(time, clocks[name], columns[channel.column].values)
+    series |= _motion(series, mapping, rate, str(mapping_file))
+    sensors = {f"sensor {name}": f"{c.sensor} (column {c.column}, {c.unit or 1})" for name, c in mapping.channel.items()}
+    recorder = Recorder.create(to, "", {"source": Path(path).name, "version": __version__, **sensors}, list(series), rate)
+    recorder.append(np.stack(list(series.values()), axis=1))
+    recorder.state(STATE)
+    recorder.close()
+    return Path(to)
+
+
+def _clock(column: Column, columns: dict[str, Column], mapping: Mapping, where: str) -> np.ndarray:
+    """Times [s] (n,) of a column: a column of its own, the file's, or from the rate."""
+    count = len(column.values)
+    if mapping.time is not None:
+        time = columns[mapping.time].values
+    elif mapping.rate is not None:
+        time = np.arange(count) / mapping.rate
+    elif column.time is not None:
+        time = column.time
+    else:
+        raise CaseError(Fault(where, "needs times, the file holds none", 'Write time = "COLUMN" or rate = "4800 Hz" in the mapping'))
+    if len(time) != count or count < 2:
+        raise CaseError(Fault(where, f"must have a time for each of at least two samples, got {len(time)} for {count}", "Repair the file"))
+    back = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(back):
+        raise CaseError(Fault(where, f"its times must rise, they do not after sample {back[0] + 1}", "Repair the time column"))
+    return time
+
+
+def _motion(series: dict[str, np.ndarray], mapping: Mapping, rate: float, where: str) -> dict[str, np.ndarray]:
+    """Speed and crank angle where they are not measured."""
+    added = {}
+    if "driveshaft_speed" not in series:
+        if mapping.speed is None:
+            hint = 'Write speed = "700 rpm", or map a channel to driveshaft_speed'
+            raise CaseError(Fault(where, "must give the speed of the driveshaft, it does not", hint))
+        added["driveshaft_speed"] = np.full_like(series["time"], mapping.speed)
+    if "crank_angle" not in series:
+        speed = series.get("driveshaft_speed", added.get("driveshaft_speed"))
+        added["crank_angle"] = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1])))) / rate
+    return added

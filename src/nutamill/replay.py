@@ -1,0 +1,95 @@
+"""The motion kept in a result: snapshot by snapshot, where every body and every particle is.
+
+All bodies of a mill but the intermediate shaft are held at the nutation point or turn about an axis through it, so that this point and
+their attitudes place them (docs/conventions.md, frames).
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.drawing import BODIES, CHAMBER, CROSS, GROUND, SHAFT
+from nutamill.errors import ResultError
+from nutamill.result import Result
+
+
+class Pose(NamedTuple):
+    """Where a body is."""
+
+    origin: np.ndarray
+    """The point its parts are drawn from [m] (3,), world: the nutation point; of ground and intermediate shaft where it was assembled."""
+    rotation: np.ndarray
+    """``R_WB`` (3, 3)."""
+
+
+class Frame(NamedTuple):
+    """One moment of a run."""
+
+    time: float
+    """Simulated time [s]."""
+    bodies: dict[str, Pose]
+    """Pose of every body of `nutamill.drawing.BODIES` and of the ground."""
+    positions: np.ndarray
+    """Centres of the particles by id [m] (n, 3), world; none where the chamber is empty."""
+    velocities: np.ndarray
+    """Their velocities [m/s] (n, 3), world axes."""
+    radii: np.ndarray
+    """Their radii [m] (n,), of a clump that of the sphere of its volume."""
+
+    def in_chamber(self) -> np.ndarray:
+        """Positions in chamber axes from the nutation point [m] (n, 3)."""
+        pose = self.bodies[CHAMBER]
+        return (self.positions - pose.origin) @ pose.rotation
+
+
+def rotation_of(quaternion: np.ndarray) -> np.ndarray:
+    """Rotation matrix ``R_WB`` (3, 3) of a unit quaternion (w, x, y, z).
+
+    Source: Diebel, "Representing Attitude", 2006, equation 125.
+    """
+    w, x, y, z = (float(part) for part in quaternion)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:
+    """Numbers of the snapshots to show: all, or evenly spaced ones, at most `most`.
+
+    Raises
+    ------
+    ResultError : no snapshots, or snapshots of a version that did not keep the size of the particles
+    """
+    count = len(result.snapshots)
+    if not count:
+        raise ResultError(
+            f"{result.path}: must hold snapshots to be shown in motion, it holds none. "
+            'Run the case with run.snapshots = { rate = "200 Hz", last = "0.5 s" } and to its end.'
+        )
+    first = result.snapshots[0]
+    if "positions" in first and "radii" not in first:
+        raise ResultError(
+            f"{result.path}: its snapshots must keep the radii of the particles, an older version left them out. Run it again."
+        )
+    step = 1 if most is None else -(-count // most)
+    return list(range(count - 1, -1, -step))[::-1]
+
+
+def replay(result: Result, numbers: list[int]) -> Iterator[Frame]:
+    """The moments of these snapshots, read one by one; the bearing cross has its mass centre at the nutation point."""
+    still, empty = np.zeros(3), np.empty((0, 3))
+    for number in numbers:
+        kept = result.snapshots[number]
+        origin = np.asarray(kept["body_positions"][BODIES.index(CROSS)], float)
+        bodies = {
+            name: Pose(still if name == SHAFT else origin, rotation_of(attitude))
+            for name, attitude in zip(BODIES, kept["body_attitudes"], strict=True)
+        }
+        bodies[GROUND] = Pose(still, np.eye(3))
+        positions, velocities = (np.asarray(kept.get(name, empty), float) for name in ("positions", "velocities"))
+        yield Frame(float(kept["time"]), bodies, positions, velocities, np.asarray(kept.get("radii", np.empty(0)), float))

@@ -1,0 +1,54 @@
+"""The mean of a reading while a run goes on, turn by turn, and how uncertain it is."""
+
+import math
+
+import numpy as np
+from scipy.special import stdtrit
+
+BATCHES = 10
+"""Largest number of batches of whole turns from which the interval is estimated."""
+
+
+class RunningMean:
+    """Mean of readings over the whole turns so far; rows are added as they come."""
+
+    def __init__(self, readings: int):
+        self._means: list[np.ndarray] = []
+        self._integral = np.zeros(readings)
+        self._began: float | None = None
+        self._turn = 0
+        self._last: tuple[float, float, np.ndarray] | None = None
+
+    def add(self, time: np.ndarray, angle: np.ndarray, values: np.ndarray) -> None:
+        """Add rows: times [s] (n,), rising crank angles [rad] (n,), readings (n, readings).
+
+        Trapezoidal rule; a turn ends at the first row at or after its angle, so that its length is right to one row.
+        """
+        for at, turned, value in zip(time, np.abs(angle), values, strict=True):
+            if self._last is not None and self._began is not None:
+                self._integral += 0.5 * (at - self._last[0]) * (value + self._last[2])
+            turn = math.floor(turned / math.tau)
+            if self._last is not None and turn > self._turn:
+                if self._began is not None:
+                    self._means.append(self._integral / (at - self._began))
+                self._integral, self._began = np.zeros_like(self._integral), at
+            self._turn, self._last = turn, (at, turned, value)
+
+    @property
+    def turns(self) -> int:
+        """Whole turns so far."""
+        return len(self._means)
+
+    def mean(self) -> np.ndarray:
+        """Mean over the whole turns (readings,); not a number before the first."""
+        return np.mean(self._means, axis=0) if self._means else np.full_like(self._integral, math.nan)
+
+    def half_width(self) -> np.ndarray:
+        """Half width of its 95 % interval (readings,), by at most ten batches of turns; not a number before the second turn.
+
+        Source: A. M. Law, Simulation Modeling and Analysis, 5th ed., 2015, section 9.5.3.
+        """
+        if len(self._means) < 2:
+            return np.full_like(self._integral, math.nan)
+        batches = [batch.mean(axis=0) for batch in np.array_split(np.array(self._means), min(len(self._means), BATCHES))]
+        return stdtrit(len(batches) - 1, 0.975) * np.std(batches, axis=0, ddof=1) / math.sqrt(len(batches))

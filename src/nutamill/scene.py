@@ -1,0 +1,273 @@
+"""The mill in three dimensions, with PyVista: pictures and films, on a server without a screen as on a desk.
+
+PyVista is the extra ``view``; it is met in this room only.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+from nutamill.case import Case
+from nutamill.drawing import CHAMBER, Part, machine_parts
+from nutamill.errors import CaseError, Fault, MillError, ResultError
+from nutamill.replay import Frame, chosen_snapshots, replay
+from nutamill.result import Result
+from nutamill.wholefile import io_errors
+
+if TYPE_CHECKING:
+    import pyvista
+
+SIZE = (1280, 960)
+"""Pixels of a picture, across and down."""
+OPENING = 0.9 * math.pi
+"""Azimuth over which the chamber's wall is cut open [rad]."""
+FILM_RATE = 25
+"""Pictures per second of a film [1/s]."""
+SLOWED = 40.0
+"""How many times slower than real a film runs unless told otherwise [1]."""
+
+Colour = Literal["speed", "height", "force", "material"]
+View = Literal["front", "inside", "axis"]
+BARS = {
+    "speed": "speed (m/s)",
+    "height": "height over the floor (m)",
+    "force": "contact force (N)",
+    "material": "material",
+}
+
+MATERIALS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
+"""Colours of the charge's materials, in their order."""
+BAR = {
+    "vertical": False,
+    "position_x": 0.03,
+    "position_y": 0.02,
+    "width": 0.22,
+    "height": 0.07,
+    "n_labels": 3,
+    "fmt": "%.3g",
+    "title_font_size": 22,
+    "label_font_size": 20,
+    "color": "black",
+}
+"""Where the colour bar stands, in shares of the picture."""
+
+
+class Camera(NamedTuple):
+    """Where a picture is taken from."""
+
+    eye: np.ndarray
+    """[m] (3,), world."""
+    target: np.ndarray
+    """[m] (3,), world."""
+    up: np.ndarray
+    """What is up in the picture, world axes (3,)."""
+    angle: float
+    """Angle of view from top to bottom [deg]."""
+    hides: tuple[str, ...]
+    """Parts that stand in the way."""
+
+
+def draw_scene(result: Result, path: str | Path, view: View = "front", colour: Colour = "speed", number: int = -1) -> Path:
+    """Write a picture (PNG) of one snapshot; returns its path.
+
+    Parameters
+    ----------
+    result : an opened result with snapshots
+    view : ``front``; ``inside``, riding on the chamber under its ceiling as the camera of the NuMill papers; ``axis``, down the shaft
+    colour : what colours the particles
+    number : which snapshot; -1 is the last
+
+    Raises
+    ------
+    CaseError : a view or colour of another name
+    ResultError : no snapshots, or snapshots without what the colour needs
+    MillError : PyVista or OpenGL is missing
+    """
+    return _rendered(result, Path(path), view, colour, [range(len(chosen_snapshots(result)))[number]], lambda plotter: plotter.screenshot)
+
+
+def film_scene(result: Result, path: str | Path, view: View = "front", colour: Colour = "speed", slowed: float = SLOWED) -> Path:
+    """Write a film (MP4) of all snapshots, `slowed` times slower than real; returns its path.
+
+    Raises as `draw_scene`; MillError also where ffmpeg is missing.
+    """
+    path = Path(path)
+    times = result.snapshots.time[chosen_snapshots(result)]
+    pictures = max(2, round(float(times[-1] - times[0]) * slowed * FILM_RATE) + 1)
+    nearest = np.abs(np.linspace(times[0], times[-1], pictures)[:, None] - times).argmin(axis=1)
+
+    def opened(plotter: "pyvista.Plotter") -> Callable:
+        try:
+            import imageio_ffmpeg
+
+            imageio_ffmpeg.get_ffmpeg_exe()
+        except (ImportError, RuntimeError) as fault:
+            raise MillError(f'{path}: a film needs ffmpeg, there is none. Install it with: pip install "nutamill[view]"') from fault
+        plotter.open_movie(str(path), framerate=FILM_RATE, quality=7)
+        return lambda _: plotter.write_frame()
+
+    return _rendered(result, path, view, colour, [int(k) for k in nearest], opened)
+
+
+def _rendered(result: Result, path: Path, view: str, colour: str, numbers: list[int], opened: Callable) -> Path:
+    """Draw these snapshots one after the other, each handed to what `opened` makes of the plotter."""
+    _check(view, colour)
+    case = Case.from_toml(result.case_text)
+    limits = _limits(result, colour, numbers, case)
+    with io_errors(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    with _plotter() as plotter:
+        keep = opened(plotter)
+        stage = Stage(plotter, case, colour, limits)
+        last = None
+        for frame, number in _each(result, numbers):
+            if number != last:
+                stage.show(frame, _values(result, number, frame, colour, case), camera_of(view, frame, case))
+                last = number
+            with io_errors(path):
+                keep(str(path))
+    return path
+
+
+def _each(result: Result, numbers: list[int]) -> Iterator[tuple[Frame, int]]:
+    """The frames of these snapshots; one that is shown several times in turn is read once."""
+    last, frame = None, None
+    for number in numbers:
+        if number != last:
+            frame, last = next(replay(result, [number])), number
+        yield frame, number
+
+
+class Stage:
+    """What stands before the camera, moved from frame to frame; used within one picture or film."""
+
+    def __init__(self, plotter: "pyvista.Plotter", case: Case, colour: str, limits: tuple[float, float]):
+        import pyvista
+
+        self._plotter, self._colour, self._limits = plotter, colour, limits
+        self._parts = [(part, plotter.add_mesh(_mesh(part), **_look(part))) for part in machine_parts(case, OPENING)]
+        self._charge: pyvista.PolyData | None = None
+        self._actor = None
+        self._names = case.charge.materials if colour == "material" else ()
+        if self._names:
+            legend = [[name, own] for name, own in zip(self._names, MATERIALS, strict=False)]
+            plotter.add_legend(legend, bcolor="white", face="circle", loc="lower left", size=(0.2, 0.05 * len(legend)))
+
+    def show(self, frame: Frame, values: np.ndarray, camera: Camera) -> None:
+        """Move everything to where it is in `frame`, and colour the particles by `values` (n,)."""
+        import pyvista
+
+        for part, actor in self._parts:
+            pose = frame.bodies[part.body]
+            placed = np.eye(4)
+            placed[:3, :3], placed[:3, 3] = pose.rotation, pose.origin
+            actor.user_matrix = placed
+            actor.SetVisibility(part.name not in camera.hides)
+        if len(frame.positions):
+            charge = pyvista.PolyData(frame.positions)
+            charge["radius"], charge[BARS[self._colour]] = frame.radii, values
+            ball = pyvista.Sphere(radius=1.0, theta_resolution=14, phi_resolution=14)
+            balls = charge.glyph(scale="radius", geom=ball, orient=False)
+            if self._actor is not None:
+                self._plotter.remove_actor(self._actor, render=False)
+            self._actor = self._plotter.add_mesh(
+                balls,
+                scalars=BARS[self._colour],
+                cmap=list(MATERIALS[: len(self._names)]) if self._names else "viridis",
+                clim=self._limits,
+                smooth_shading=True,
+                show_scalar_bar=not self._names,
+                scalar_bar_args=BAR,
+                render=False,
+            )
+        eye = self._plotter.camera
+        eye.position, eye.focal_point, eye.up, eye.view_angle = camera.eye, camera.target, camera.up, camera.angle
+        self._plotter.reset_camera_clipping_range()
+
+
+def camera_of(view: str, frame: Frame, case: Case) -> Camera:
+    """The camera of a view at one moment."""
+    chamber, plane = case.chamber, case.mounts.depth
+    if view == "front":
+        size = plane + chamber.inner_diameter
+        target = np.array([0.0, 0.0, -0.52 * plane])
+        return Camera(target + size * np.array([0.0, -1.95, 0.4]), target, np.array([0.0, 0.0, 1.0]), 30.0, ())
+    if view == "axis":
+        target = np.array([0.0, 0.0, -chamber.floor_depth])
+        hidden = ("frame", "yoke", "bearing cross", "ceiling")
+        return Camera(target + np.array([0.0, 0.0, 4.5 * chamber.inner_diameter]), target, np.array([0.0, 1.0, 0.0]), 30.0, hidden)
+    pose = frame.bodies[CHAMBER]
+    eye = pose.origin + pose.rotation @ [0.0, -0.2 * chamber.inner_diameter, -chamber.ceiling_depth - 0.02 * chamber.height]
+    target = pose.origin + pose.rotation @ [0.0, 0.0, -chamber.floor_depth]
+    return Camera(eye, target, pose.rotation @ [0.0, 1.0, 0.0], 75.0, ("ceiling", "frame", "yoke"))
+
+
+def _check(view: str, colour: str) -> None:
+    faults = []
+    for where, given, known in (("--camera", view, View), ("--colour", colour, Colour)):
+        names = known.__args__
+        if given not in names:
+            faults.append(Fault(where, f'must be one of {", ".join(names)}, got "{given}"', f"Write e.g. {where} {names[0]}"))
+    if faults:
+        raise CaseError(*faults)
+
+
+def _values(result: Result, number: int, frame: Frame, colour: str, case: Case) -> np.ndarray:
+    """What colours the particles of a snapshot (n,)."""
+    if colour == "speed":
+        return np.linalg.norm(frame.velocities, axis=1)
+    if colour == "height":
+        return frame.in_chamber()[:, 2] + case.chamber.floor_depth
+    array = "contact_forces" if colour == "force" else "materials"
+    kept = result.snapshots[number]
+    if array not in kept and len(frame.positions):
+        raise ResultError(f"{result.path}: its snapshots must hold {array} to be coloured by {colour}, they do not. Run the case again.")
+    return np.asarray(kept.get(array, np.empty(0)), float)
+
+
+def _limits(result: Result, colour: str, numbers: list[int], case: Case) -> tuple[float, float]:
+    """Ends of the colour bar over all snapshots shown: zero, and what all but one particle in a thousand stay below."""
+    if colour == "material":
+        return -0.5, max(1, len(case.charge.materials)) - 0.5
+    shown = sorted(set(numbers))[:: max(1, len(set(numbers)) // 20)]
+    values = [_values(result, number, next(replay(result, [number])), colour, case) for number in shown]
+    together = np.concatenate(values)
+    return 0.0, float(np.quantile(together, 0.999)) if len(together) else 1.0
+
+
+def _mesh(part: Part) -> "pyvista.PolyData":
+    import pyvista
+
+    faces = np.column_stack([np.full(len(part.triangles), 3), part.triangles])
+    return pyvista.PolyData(part.vertices, faces.ravel())
+
+
+def _look(part: Part) -> dict:
+    return {"color": part.colour, "opacity": part.opacity, "smooth_shading": True, "split_sharp_edges": True, "render": False}
+
+
+@contextmanager
+def _plotter() -> "Iterator[pyvista.Plotter]":
+    """An off-screen plotter; says what is missing where it cannot be had."""
+    try:
+        import pyvista
+    except ImportError as fault:
+        raise MillError('pictures in three dimensions need PyVista. Install it with: pip install "nutamill[view]"') from fault
+    pyvista.vtk_verbosity("off")  # without a screen VTK would tell so on every start; its own way out of that is the one wanted
+    try:
+        plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="light kit")
+    except Exception as fault:
+        raise MillError(
+            f"pictures in three dimensions need OpenGL, which cannot be had here ({fault})."
+            " Install libegl1 or libosmesa6, or use `nutamill view`, which needs neither."
+        ) from fault
+    plotter.set_background("white")
+    plotter.enable_anti_aliasing("ssaa")
+    try:
+        yield plotter
+    finally:
+        plotter.close()

@@ -1,0 +1,176 @@
+"""One HTML file in which the mill turns: no server, no network, opens in any browser with WebGL 2.
+
+The page is `pages/viewer.html` with `pages/viewer.js`; here it is filled.  Positions are whole numbers of 16 bits in chamber axes, written
+as differences from frame to frame and deflated: 200 frames of 2618 pellets are about 4 MB.
+"""
+
+import base64
+import html
+import json
+import math
+import zlib
+from importlib import resources
+from pathlib import Path
+from string import Template
+
+import numpy as np
+
+from nutamill.case import Case
+from nutamill.drawing import Part, machine_parts
+from nutamill.fields import series_field
+from nutamill.replay import Frame, chosen_snapshots, replay
+from nutamill.result import Result
+from nutamill.wholefile import write_whole
+
+MOST_FRAMES = 200
+"""Frames in a page unless told otherwise [1]."""
+MOST_SAMPLES = 2000
+"""Samples of a trace; a screen is not wider."""
+LENS = math.radians(30.0)
+"""Angle of view of the outer cameras, from top to bottom [rad]."""
+TRACES = {"crank_pin_force_resultant": "#0072B2", "driveshaft_torque": "#D55E00"}
+
+
+def write_view(result: Result, path: str | Path, frames: int = MOST_FRAMES) -> Path:
+    """Write the page of a result; returns its path.
+
+    Parameters
+    ----------
+    result : an opened result with snapshots
+    path : the HTML file, replaced if it exists
+    frames : most snapshots to show [1]; of more, evenly spaced ones are taken
+
+    Raises
+    ------
+    ResultError : no snapshots, or the file cannot be written
+    """
+    return write_whole(path, view_page(result, frames))
+
+
+def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
+    """The page as text; parameters and errors as `write_view`."""
+    moments = list(replay(result, chosen_snapshots(result, frames)))
+    case = Case.from_toml(result.case_text)
+    packed, scales = _packed(moments)
+    facts = {
+        "frames": len(moments),
+        "particles": len(moments[0].radii),
+        "times": [round(moment.time, 7) for moment in moments],
+        "bodies": _moves(moments),
+        "parts": [_part(part) for part in machine_parts(case, opening=0.75 * math.pi)],
+        "radii": _coded(moments[0].radii.astype("<f4")),
+        "views": _views(case),
+        "reach": case.mounts.depth + case.chamber.inner_diameter,
+        "heights": [-case.chamber.floor_depth, _highest(moments, case)],
+        **scales,
+        **_traces(result, moments[0].time, moments[-1].time),
+    }
+    pages = resources.files("nutamill") / "pages"
+    return Template((pages / "viewer.html").read_text(encoding="utf-8")).substitute(
+        title=html.escape(case.title or result.path.stem),
+        packed=packed,
+        facts=json.dumps(facts, separators=(",", ":")).replace("</", "<\\/"),
+        script=(pages / "viewer.js").read_text(encoding="utf-8"),
+    )
+
+
+def _coded(array: np.ndarray | bytes) -> str:
+    """Bytes as base64 text."""
+    return base64.b64encode(array if isinstance(array, bytes) else array.tobytes()).decode("ascii")
+
+
+def _packed(moments: list[Frame]) -> tuple[str, dict]:
+    """Positions in chamber axes and speeds of all frames, deflated; and what turns them back into m and m/s."""
+    places = np.stack([moment.in_chamber() for moment in moments])
+    speeds = np.stack([np.linalg.norm(moment.velocities, axis=1) for moment in moments])
+    none = places.size == 0
+    low = np.zeros(3) if none else places.min(axis=(0, 1))
+    span = np.ones(3) if none else np.maximum(places.max(axis=(0, 1)) - low, 1e-9)
+    fastest = 1.0 if none else max(float(np.quantile(speeds, 0.999)), 1e-9)  # one that flies must not darken all others
+    whole = np.round((places - low) / span * 65535.0).astype(np.uint16)
+    rates = np.round(np.minimum(speeds / fastest, 1.0) * 255.0).astype(np.uint8)
+    change = np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])).reshape(len(moments), -1)
+    change_of_rate = np.diff(rates, axis=0, prepend=np.zeros_like(rates[:1]))
+    rows = np.concatenate([(change >> 8).astype(np.uint8), (change & 255).astype(np.uint8), change_of_rate], axis=1)
+    return _coded(zlib.compress(rows.tobytes(), 9)), {"low": low.tolist(), "span": span.tolist(), "speed": fastest}
+
+
+def _moves(moments: list[Frame]) -> dict[str, list[list[float]]]:
+    """Origin [m] and quaternion (w, x, y, z) of each body in each frame, without jumps of sign."""
+    from scipy.spatial.transform import Rotation  # a third of a second
+
+    moves = {}
+    for body in moments[0].bodies:
+        turns = Rotation.from_matrix(np.stack([moment.bodies[body].rotation for moment in moments])).as_quat()[:, [3, 0, 1, 2]]
+        flips = np.cumprod(np.where(np.sum(turns[1:] * turns[:-1], axis=1) < 0.0, -1.0, 1.0))
+        turns[1:] *= flips[:, None]
+        origins = np.stack([moment.bodies[body].origin for moment in moments])
+        moves[body] = np.round(np.concatenate([origins, turns], axis=1), 6).tolist()
+    return moves
+
+
+def _part(part: Part) -> dict:
+    """A part of the machine as the page reads it."""
+    return {
+        "name": part.name,
+        "body": part.body,
+        "colour": part.colour,
+        "opacity": part.opacity,
+        "vertices": _coded(part.vertices.astype("<f4")),
+        "triangles": _coded(part.triangles.astype("<u2")),
+    }
+
+
+def _views(case: Case) -> dict[str, dict]:
+    """The cameras: from the front, riding on the chamber under its ceiling, and down the shaft's axis."""
+    chamber = case.chamber
+    middle = [0.0, 0.0, -chamber.floor_depth + 0.5 * chamber.height]
+    size = case.mounts.depth + chamber.inner_diameter
+    out = {"rides": False, "hides": [], "angle": LENS}
+    hidden = ["frame", "yoke", "bearing cross", "ceiling"]
+    return {
+        "front": {
+            **out,
+            "azimuth": -0.5 * math.pi,
+            "height": 0.2,
+            "distance": 1.95 * size,
+            "target": [0.0, 0.0, -0.52 * case.mounts.depth],
+        },
+        "inside": {
+            "rides": True,
+            "hides": ["ceiling"],
+            "angle": math.radians(75.0),
+            "azimuth": -0.5 * math.pi,
+            "height": 1.45,
+            "distance": 0.9 * chamber.height,
+            "target": [0.0, 0.0, -chamber.floor_depth],
+        },
+        "axis": {
+            **out,
+            "hides": hidden,
+            "azimuth": -0.5 * math.pi,
+            "height": 1.57,
+            "distance": 5.0 * chamber.inner_diameter,
+            "target": middle,
+        },
+    }
+
+
+def _highest(moments: list[Frame], case: Case) -> float:
+    """Largest height of a particle over the floor [m]."""
+    places = [float(moment.in_chamber()[:, 2].max()) for moment in moments if len(moment.positions)]
+    return max(places, default=0.0) + case.chamber.floor_depth
+
+
+def _traces(result: Result, first: float, last: float) -> dict:
+    """Crank-pin force and driveshaft torque between two times, thinned to what a screen shows."""
+    series = result.series
+    time = series["time"].values
+    inside = np.flatnonzero((time >= first - 1e-9) & (time <= last + 1e-9))
+    inside = inside[:: max(1, len(inside) // MOST_SAMPLES)]
+    traces = []
+    for name, colour in TRACES.items():
+        field = series_field(name)
+        values = [float(f"{value:.5g}") for value in series[name].values[inside]]
+        traces.append({"label": f"{field.label} ({field.unit})", "colour": colour, "values": values})
+    return {"traceTimes": np.round(time[inside], 6).tolist(), "traces": traces}

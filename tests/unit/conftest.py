@@ -1,0 +1,102 @@
+"""A small filmed run for all tests of pictures: a ring of pellets that circles in a nutating chamber."""
+
+import math
+
+import numpy as np
+import pytest
+
+from nutamill.case import load_case
+from nutamill.drawing import BODIES
+from nutamill.fields import expand
+from nutamill.result import Recorder, open_result
+
+TILT = math.atan2(0.039, 0.366)
+SPEED = 60.0
+RATE = 1000.0
+
+
+def tilted(crank_angle):
+    """Attitude (w, x, y, z) of a chamber whose lower end is swung towards the crank and that does not spin."""
+    half = -0.5 * TILT
+    return np.array([math.cos(half), -math.sin(crank_angle) * math.sin(half), math.cos(crank_angle) * math.sin(half), 0.0])
+
+
+def turned(crank_angle):
+    return np.array([math.cos(crank_angle / 2), 0.0, 0.0, math.sin(crank_angle / 2)])
+
+
+def matrix(q):
+    w, v = q[0], q[1:]
+    skew = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    return np.eye(3) + 2 * w * skew + 2 * skew @ skew
+
+
+def write_film(path, snapshots=20, pellets=300, seed=1):
+    """Write a result of 0.5 s at 60 rad/s with the last moments filmed at 200 Hz."""
+    case = load_case("numill", ["mechanism.mounting=rigid"])
+    names = expand(sensors=("frame_corner",))
+    time = np.arange(501) / RATE
+    angle = SPEED * time
+    known = {
+        "time": time,
+        "crank_angle": angle,
+        "driveshaft_speed": np.full_like(time, SPEED),
+        "crank_pin_force_resultant": 700.0 + 20.0 * np.cos(2 * angle),
+        "driveshaft_torque": 9.0 + np.sin(2 * angle),
+        "driveshaft_power": 540.0 + 60.0 * np.sin(2 * angle),
+        "frame_corner_acceleration_x": 3.0 * np.cos(angle),
+        "frame_corner_acceleration_z": 1.0 * np.cos(2 * angle),
+        "charge_mass_centre_x": 0.05 * np.cos(angle - 0.7),
+        "charge_mass_centre_y": 0.05 * np.sin(angle - 0.7),
+        "charge_mass_centre_z": np.full_like(time, -0.28),
+        "motor_work": 540.0 * time,
+        "pair_normal_loss": 540.0 * time,
+    }
+    recorder = Recorder.create(path, case.to_toml(), {"seed": 1, "version": "0"}, names, RATE)
+    recorder.append(np.stack([known.get(name, np.zeros_like(time)) for name in names], axis=1))
+    draw = np.random.default_rng(seed)
+    around, up = draw.uniform(-0.8, 0.8, pellets), draw.uniform(0.005, 0.15, pellets)
+    inwards = draw.uniform(0.0, 0.02, pellets)
+    for k in range(snapshots):
+        at = 0.5 - 0.005 * (snapshots - 1 - k)
+        crank = SPEED * at
+        chamber = tilted(crank)
+        azimuth = crank - 0.7 + around
+        own = np.column_stack([(0.066 - inwards) * np.cos(azimuth), (0.066 - inwards) * np.sin(azimuth), up - 0.326])
+        places = own @ matrix(chamber).T
+        attitudes = {"chamber": chamber, "driveshaft": turned(crank), "carriage": turned(crank), "intermediate_shaft": turned(crank)}
+        recorder.snapshot(
+            at,
+            {
+                "positions": places.astype(np.float32),
+                "velocities": (SPEED * np.column_stack([-places[:, 1], places[:, 0], 0 * up])).astype(np.float32),
+                "radii": np.full(pellets, 0.0025, np.float32),
+                "chamber_floor": matrix(chamber) @ [0.0, 0.0, -0.326],
+                "chamber_attitude": chamber,
+                "body_positions": np.zeros((len(BODIES), 3)),
+                "body_attitudes": np.array([attitudes.get(name, [1.0, 0.0, 0.0, 0.0]) for name in BODIES]),
+            },
+        )
+    recorder.state("complete")
+    recorder.close()
+    return path
+
+
+@pytest.fixture
+def film():
+    """Writes such a run: ``film(path, snapshots, pellets)``."""
+    return write_film
+
+
+@pytest.fixture
+def filmed(tmp_path):
+    """Half a second, 20 snapshots of 300 pellets."""
+    with open_result(write_film(tmp_path / "filmed.h5")) as result:
+        yield result
+
+
+@pytest.fixture
+def unfilmed(tmp_path):
+    """The same without snapshots."""
+    with open_result(write_film(tmp_path / "unfilmed.h5", snapshots=0)) as result:
+        yield result

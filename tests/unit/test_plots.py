@@ -1,0 +1,56 @@
+"""Figures by name, and the spectra behind them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from nutamill.errors import CaseError, ResultError
+from nutamill.figures.named import figure_of, write_figures
+from nutamill.result import Recorder, open_result
+from nutamill.vibration import spectrum
+
+RATE = 1000.0
+TIME = np.arange(4000) / RATE
+
+
+def test_area_under_a_spectrum_is_the_variance():
+    """A sine of amplitude 3 has variance 4.5 wherever its mean is; noise of variance 4 adds to it, itself within 4 sqrt(2/4000)."""
+    noise = 2.0 * np.random.default_rng(2).standard_normal(4000)
+    found = spectrum(7.0 + 3.0 * np.sin(math.tau * 50.0 * TIME) + noise, RATE)
+    assert np.trapezoid(found.density, found.frequency) == pytest.approx(8.5, abs=4 * 4 * math.sqrt(2 / 4000))
+    assert found.frequency[found.density.argmax()] == pytest.approx(50.0, abs=1.0)
+
+
+def test_orbit_points_to_the_mean_of_the_mass_centre_behind_the_crank(filmed):
+    """The film's mass centre goes round at 50 mm, 0.7 rad behind the crank."""
+    axes = figure_of(filmed, "orbit").axes[0]
+    mean = next(line for line in axes.lines if line.get_label() == "mean")
+    assert (mean.get_xdata()[1], mean.get_ydata()[1]) == pytest.approx((50 * math.cos(0.7), -50 * math.sin(0.7)), rel=1e-3)
+
+
+def test_figures_are_written_beside_each_other_with_their_names(filmed, tmp_path):
+    wanted = ["run", "power", "orbit", "history:driveshaft_torque,crank_angle", "spectrum:driveshaft_torque", "orders:driveshaft_torque"]
+    files = write_figures(filmed, wanted, tmp_path / "here")
+    assert [file.name for file in files][3] == "filmed-history-driveshaft_torque-crank_angle.png"
+    assert all(5_000 < file.stat().st_size < 1_000_000 for file in files)
+
+
+def test_torque_of_the_film_repeats_twice_a_turn(filmed):
+    axes = figure_of(filmed, "spectrum:driveshaft_torque").axes[0]
+    frequency, density = axes.lines[0].get_data()
+    assert frequency[np.nanargmax(density)] == pytest.approx(2 * 60.0 / math.tau, abs=4.0)  # a quarter of 0.5 s: lines every 8 Hz
+
+
+@pytest.mark.parametrize("what", ["runn", "spectrum", "run:driveshaft_torque", "spectrum:torque", "history:mount_1_force_x"])
+def test_figure_or_series_that_is_not_there_is_named(filmed, what):
+    with pytest.raises(CaseError, match="must be"):
+        figure_of(filmed, what)
+
+
+def test_orbit_of_an_empty_chamber_is_refused(tmp_path):
+    recorder = Recorder.create(tmp_path / "a.h5", "", {}, ["time", "crank_angle", "driveshaft_speed"], RATE)
+    recorder.append(np.stack([TIME, 60.0 * TIME, np.full_like(TIME, 60.0)], axis=1))
+    recorder.close()
+    with open_result(tmp_path / "a.h5") as result, pytest.raises(ResultError, match="must hold a charge"):
+        figure_of(result, "orbit")

@@ -1,0 +1,81 @@
+"""Pictures in three dimensions show the charge in its colours, from each camera, and say what is missing."""
+
+import builtins
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from nutamill.case import Case
+from nutamill.errors import CaseError, MillError, ResultError
+from nutamill.replay import chosen_snapshots, replay
+from nutamill.scene import camera_of, draw_scene, film_scene
+
+pytest.importorskip("pyvista", reason='needs the extra "view"')
+
+
+def test_camera_inside_rides_on_the_chamber(filmed):
+    """In chamber axes it stands still, 2 % of the height under the ceiling, and looks at the middle of the floor."""
+    case = Case.from_toml(filmed.case_text)
+    for frame in replay(filmed, chosen_snapshots(filmed)):
+        pose, camera = frame.bodies["chamber"], camera_of("inside", frame, case)
+        assert (camera.eye - pose.origin) @ pose.rotation == pytest.approx([0.0, -0.028, -0.098 - 0.02 * 0.228])
+        assert (camera.target - pose.origin) @ pose.rotation == pytest.approx([0.0, 0.0, -0.326])
+
+
+@pytest.mark.parametrize("view", ["front", "inside", "axis"])
+def test_picture_from_each_camera_shows_the_coloured_charge(filmed, tmp_path, view):
+    try:
+        picture = imread(draw_scene(filmed, tmp_path / "a.png", view, "height"))[..., :3]
+    except MillError as error:
+        pytest.skip(str(error))
+    assert picture.shape == (960, 1280, 3)
+    coloured = np.ptp(picture[:800], axis=-1) > 0.35  # viridis; the machine is grey, the colour bar below
+    # the nearest pellets are 300 circles of 2.5 mm seen from about 1.6 m at 30 deg, 960 pixels high: 4 pixels across at least
+    assert coloured.sum() > 300
+    assert coloured.mean() < 0.6
+
+
+def test_film_of_a_run_is_as_long_as_asked(filmed, tmp_path):
+    iio = pytest.importorskip("imageio_ffmpeg", reason='needs the extra "view"')
+    try:
+        film = film_scene(filmed, tmp_path / "a.mp4", "axis", slowed=4.0)
+    except MillError as error:
+        pytest.skip(str(error))
+    # 95 ms, four times slower, 25 pictures a second: 9.5 steps, so 10 or 11 pictures
+    assert iio.count_frames_and_secs(str(film))[0] in (10, 11)
+
+
+def test_film_without_ffmpeg_says_what_to_install(filmed, tmp_path, monkeypatch):
+    real = builtins.__import__
+
+    def missing(name, *rest):
+        if name == "imageio_ffmpeg":
+            raise ImportError(name)
+        return real(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", missing)
+    with pytest.raises(MillError, match=r"needs ffmpeg.*nutamill\[view\]"):
+        film_scene(filmed, tmp_path / "a.mp4")
+
+
+def test_pyvista_or_opengl_that_is_missing_is_named(filmed, tmp_path, monkeypatch):
+    import pyvista
+
+    def no_opengl(*_, **__):
+        raise RuntimeError("no display")
+
+    monkeypatch.setattr(pyvista, "Plotter", no_opengl)
+    with pytest.raises(MillError, match=r"need OpenGL.*no display.*libegl1"):
+        draw_scene(filmed, tmp_path / "a.png")
+
+
+def test_view_and_colour_of_no_such_name_are_refused_together(filmed, tmp_path):
+    with pytest.raises(CaseError) as raised:
+        draw_scene(filmed, tmp_path / "a.png", "behind", "taste")
+    assert [fault.where for fault in raised.value.faults] == ["--camera", "--colour"]
+
+
+def test_snapshots_without_forces_cannot_be_coloured_by_them(filmed, tmp_path):
+    with pytest.raises(ResultError, match="must hold contact_forces"):
+        draw_scene(filmed, tmp_path / "a.png", colour="force")

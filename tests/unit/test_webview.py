@@ -1,0 +1,123 @@
+"""The page in which the mill turns holds the run, stays small, and shows pellets inside the chamber in a real browser."""
+
+import base64
+import json
+import math
+import re
+import shutil
+import subprocess
+import zlib
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from nutamill.build.mill_mechanism import mill_mechanism
+from nutamill.case import load_case
+from nutamill.drawing import BODIES, box, machine_parts, ring
+from nutamill.errors import ResultError
+from nutamill.result import open_result
+from nutamill.webview import view_page, write_view
+
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+def block(page, name):
+    return re.search(rf'<script id="{name}"[^>]*>(.*?)</script>', page, re.DOTALL)[1]
+
+
+def enclosed(part):
+    """Volume within triangles whose corners run counter-clockwise seen from outside."""
+    a, b, c = (part.vertices[part.triangles[:, k]] for k in range(3))
+    return np.sum(a * np.cross(b, c)) / 6.0
+
+
+def test_parts_of_the_drawing_are_closed_and_face_outwards():
+    assert enclosed(box(0.1, 0.2, 0.3)) == pytest.approx(0.006)
+    # a prism of 48 sides has (48 / 2 pi) sin(2 pi / 48) = 0.99715 of the circle's area
+    whole = math.pi * (0.05**2 - 0.03**2) * 0.4 * 0.99715
+    assert enclosed(ring(0.03, 0.05, -0.1, 0.3)) == pytest.approx(whole, rel=1e-4)
+    assert enclosed(ring(0.03, 0.05, -0.1, 0.3, opening=math.pi)) == pytest.approx(whole / 2, rel=1e-4)
+    assert enclosed(ring(0.0, 0.05, 0.0, 1.0).lying("x")) == pytest.approx(math.pi * 0.05**2 * 0.99715, rel=1e-4)
+    case = load_case("numill", ["chamber.ribs=12", "chamber.bars.mass=1 kg", "balance.mass=1 kg"])
+    for part in machine_parts(case, opening=2.0):
+        assert enclosed(part) > 0.0, part.name
+
+
+def test_drawing_knows_the_bodies_in_the_order_of_the_snapshots():
+    assert tuple(body.name for body in mill_mechanism(load_case("numill")).bodies) == BODIES
+
+
+def test_page_holds_every_place_to_sixteen_bits(filmed):
+    facts = json.loads(block(view_page(filmed), "facts"))
+    raw = np.frombuffer(zlib.decompress(base64.b64decode(block(view_page(filmed), "packed"))), np.uint8)
+    frames, n = facts["frames"], facts["particles"]
+    rows = raw.reshape(frames, 7 * n).astype(np.uint32)
+    whole = np.cumsum(256 * rows[:, : 3 * n] + rows[:, 3 * n : 6 * n], axis=0) % 65536
+    places = facts["low"] + whole.reshape(frames, n, 3) / 65535.0 * facts["span"]
+    # the pellets of the film stand in the chamber as (0.046..0.066 m, azimuth, height); a step of 16 bits is 0.15 m / 65535
+    radius = np.hypot(places[..., 0], places[..., 1])
+    assert radius.min() > 0.046 - 1e-5
+    assert radius.max() < 0.066 + 1e-5
+    assert places[..., 2].min() == pytest.approx(-0.321, abs=2e-3)
+    assert np.ptp(places[..., 2], axis=0).max() < 1e-5
+    speeds = np.cumsum(rows[:, 6 * n :], axis=0) % 256 / 255.0 * facts["speed"]
+    taken = np.minimum(np.linalg.norm(filmed.snapshots[-1]["velocities"], axis=1), facts["speed"])
+    assert np.abs(speeds[-1] - taken).max() <= 0.51 / 255.0 * facts["speed"]
+
+
+def test_two_hundred_frames_of_2618_pellets_stay_under_six_megabytes(tmp_path, film):
+    """Seven bytes for each pellet and frame, four thirds of them as text, if nothing could be compressed: 4.9 MB, and the page itself."""
+    with open_result(film(tmp_path / "a.h5", snapshots=2, pellets=2000)) as result:
+        bare = len(view_page(result).encode()) - 2 * 2000 * 7 * 4 // 3
+    assert bare + 200 * 2618 * 7 * 4 // 3 < 6e6
+
+
+def test_of_many_snapshots_evenly_spaced_ones_are_shown(filmed):
+    times = json.loads(block(view_page(filmed, frames=7), "facts"))["times"]
+    assert np.allclose(np.diff(times), 0.015)
+    assert times[-1] == pytest.approx(0.5)
+
+
+def test_result_without_snapshots_says_what_to_run(unfilmed):
+    with pytest.raises(ResultError, match=r"unfilmed\.h5: must hold snapshots .* run\.snapshots"):
+        view_page(unfilmed)
+
+
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium to open the page in")
+def test_browser_shows_pellets_inside_the_chamber_and_complains_of_nothing(tmp_path, film):
+    width, height = 800, 600
+    with open_result(film(tmp_path / "a.h5", snapshots=1, pellets=300)) as result:
+        page = write_view(result, tmp_path / "a.html")
+        facts = json.loads(block(page.read_text(), "facts"))
+    alone = page.read_text().replace("</head>", "<style>header, footer, #legend, #traces { display: none !important }</style></head>")
+    page.write_text(alone.replace('id="machine" type="checkbox" checked', 'id="machine" type="checkbox"'))
+    picture = tmp_path / "a.png"
+    flags = ["--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"]
+    flags += [f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={width},{height}", "--virtual-time-budget=3000"]
+    told = subprocess.run(
+        [BROWSER, *flags, "--enable-logging=stderr", f"--screenshot={picture}", page.as_uri()], capture_output=True, text=True, timeout=120
+    ).stderr
+    assert "CONSOLE" not in told
+    seen = imread(picture)[..., :3]
+    coloured = np.argwhere(np.ptp(seen, axis=-1) > 0.25)
+    # a pinhole camera at the place the page gives: the chamber's corners in pixels, from the camera's axes
+    view = facts["views"]["front"]
+    direction = np.array([math.cos(view["height"]) * math.cos(view["azimuth"]), math.cos(view["height"]) * math.sin(view["azimuth"]), 0.0])
+    direction[2] = math.sin(view["height"])
+    right = np.cross([0.0, 0.0, 1.0], direction) / math.cos(view["height"])
+    up = np.cross(direction, right)
+    chamber = np.array(facts["bodies"]["chamber"][0])
+    w, v = chamber[3], chamber[4:]
+    corners = np.array([[x, y, z] for x in (-0.07, 0.07) for y in (-0.07, 0.07) for z in (-0.326, -0.098)])
+    corners = corners + 2 * np.cross(v, np.cross(v, corners) + w * corners) - (np.array(view["target"]) + view["distance"] * direction)
+    pixels = 0.5 * height / math.tan(0.5 * view["angle"])
+    across = 0.5 * width + pixels * (corners @ right) / -(corners @ direction)
+    down = 0.5 * height - pixels * (corners @ up) / -(corners @ direction)
+    # 300 pellets of 2.5 mm hide each other at most ten times over; a pixel more on each side for the edges
+    area = 300 * math.pi * (0.0025 * pixels / view["distance"]) ** 2
+    assert area / 10 < len(coloured) < area * 1.3
+    assert down.min() - 1 <= coloured[:, 0].min()
+    assert coloured[:, 0].max() <= down.max() + 1
+    assert across.min() - 1 <= coloured[:, 1].min()
+    assert coloured[:, 1].max() <= across.max() + 1
