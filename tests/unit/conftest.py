@@ -62,7 +62,7 @@ def write_film(path, snapshots=20, pellets=300, seed=1):
         crank = SPEED * at
         chamber = tilted(crank)
         azimuth = crank - 0.7 + around
-        own = np.column_stack([(0.066 - inwards) * np.cos(azimuth), (0.066 - inwards) * np.sin(azimuth), up - 0.326])
+        own = np.column_stack([(0.066 - inwards) * np.cos(azimuth), (0.066 - inwards) * np.sin(azimuth), up - 0.350])
         places = own @ matrix(chamber).T
         attitudes = {"chamber": chamber, "driveshaft": turned(crank), "carriage": turned(crank), "intermediate_shaft": turned(crank)}
         recorder.snapshot(
@@ -71,7 +71,7 @@ def write_film(path, snapshots=20, pellets=300, seed=1):
                 "positions": places.astype(np.float32),
                 "velocities": (SPEED * np.column_stack([-places[:, 1], places[:, 0], 0 * up])).astype(np.float32),
                 "radii": np.full(pellets, 0.0025, np.float32),
-                "chamber_floor": matrix(chamber) @ [0.0, 0.0, -0.326],
+                "chamber_floor": matrix(chamber) @ [0.0, 0.0, -0.350],
                 "chamber_attitude": chamber,
                 "body_positions": np.zeros((len(BODIES), 3)),
                 "body_attitudes": np.array([attitudes.get(name, [1.0, 0.0, 0.0, 0.0]) for name in BODIES]),

@@ -27,7 +27,7 @@ def mill(*overrides):
 def layer(case):
     """Pellets 5.5 mm apart on the chamber's floor, rows of ten, layer on layer, in chamber axes from the nutation point."""
     rows = np.arange(10) * 0.0055 - 0.02475
-    heights = -0.3235 + 0.0055 * np.arange(20)
+    heights = -0.3475 + 0.0055 * np.arange(20)
     places = np.stack(np.meshgrid(heights, rows, rows, indexing="ij"), axis=-1).reshape(-1, 3)[:, [1, 2, 0]]
     return places[: particle_count(case)]
 
@@ -162,7 +162,7 @@ def test_ribs_weigh_and_turn_like_a_sum_of_boxes():
         turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
         m, a, l = 7450 * 0.01 * 0.01 * 0.23, 0.01, 0.23
         box = m / 12 * np.diag([a**2 + l**2, a**2 + l**2, 2 * a**2])
-        total.append(RigidPart(m, turn @ np.array([0.065, 0.0, -0.326 + 0.115]), turn @ box @ turn.T))
+        total.append(RigidPart(m, turn @ np.array([0.065, 0.0, -0.350 + 0.115]), turn @ box @ turn.T))
     whole, ring = compose(*total), rib_ring(case.chamber)
     assert ring.mass == pytest.approx(whole.mass, rel=1e-14)
     assert ring.mass_centre == pytest.approx(whole.mass_centre, abs=1e-15)
@@ -187,8 +187,8 @@ def test_surfaces_of_the_chamber_are_where_the_file_says():
     # distances from the nutation point along the chamber axis; surfaces count from the mass centre, 240 mm below it
     surfaces = {surface.name: surface for surface in chamber_surfaces(mill())}
     assert set(surfaces) == {"bore", "floor", "ceiling"}
-    assert surfaces["floor"].origin == pytest.approx((0, 0, -0.326 + 0.240), abs=1e-15)
-    assert surfaces["ceiling"].origin == pytest.approx((0, 0, -0.326 + 0.228 + 0.240), abs=1e-15)
+    assert surfaces["floor"].origin == pytest.approx((0, 0, -0.350 + 0.240), abs=1e-15)
+    assert surfaces["ceiling"].origin == pytest.approx((0, 0, -0.350 + 0.228 + 0.240), abs=1e-15)
     assert np.asarray(surfaces["ceiling"].rotation)[2, 2] == -1
     assert surfaces["bore"].kind == SurfaceKind.CYLINDER and surfaces["bore"].size[0] == 0.070
 
@@ -214,17 +214,17 @@ def test_chamber_is_assembled_with_its_foot_towards_the_crank():
 
 
 def test_a_sensor_on_the_chamber_sits_where_the_chamber_axes_say():
-    # 326 mm down the chamber's axis lies the middle of the floor: R_WC (0, 0, -0.326), the axis tilted by atan(39/366) towards +x
-    case = mill("sensors={ floor = { body = 'chamber', at = ['0 mm', '0 mm', '-326 mm'] } }")
+    # 350 mm down the chamber's axis lies the middle of the floor: R_WC (0, 0, -0.350), the axis tilted by atan(39/366) towards +x
+    case = mill("sensors={ floor = { body = 'chamber', at = ['0 mm', '0 mm', '-350 mm'] } }")
     tilt = math.atan2(0.039, 0.366)
     (sensor,) = [sensor for sensor in mill_sensors(case) if sensor.name == "floor"]
-    assert sensor.point == pytest.approx((0.326 * math.sin(tilt), 0.0, -0.326 * math.cos(tilt)), abs=1e-15)
+    assert sensor.point == pytest.approx((0.350 * math.sin(tilt), 0.0, -0.350 * math.cos(tilt)), abs=1e-15)
 
 
 def test_ribs_leave_the_fill_the_room_that_the_check_of_a_case_counts_with():
     case = mill("chamber.ribs=12")
     boxes = [rib_inside(case, number) for number in range(12)]
-    free = bulk_capacity(0.07, -0.326, -0.098, boxes) / LOOSE_PACKING
+    free = bulk_capacity(0.07, -0.350, -0.122, boxes) / LOOSE_PACKING
     assert free == pytest.approx(case.chamber.free_volume, rel=1e-12)
 
 

@@ -158,7 +158,7 @@ CONTRADICTIONS = {
     ),
     "ceiling above the nutation point": (
         '[chamber]\nheight = "400 mm"',
-        "mill.toml:3: chamber.height: must be less than floor_depth 326 mm, got 400 mm. The ceiling has to lie below the nutation point",
+        "mill.toml:3: chamber.height: must be less than floor_depth 350 mm, got 400 mm. The ceiling has to lie below the nutation point",
     ),
     "rib deeper than the bore": (
         '[chamber]\nribs = 12\n[chamber.rib]\ndepth = "80 mm"',

@@ -36,7 +36,7 @@ def lattice(monkeypatch):
     def bed(case, *_):
         n = particle_count(case)
         rows = np.arange(10) * 0.0055 - 0.02475
-        places = np.stack(np.meshgrid(rows, rows, [-0.3235]), axis=-1).reshape(-1, 3)
+        places = np.stack(np.meshgrid(rows, rows, [-0.3475]), axis=-1).reshape(-1, 3)
         return places[:n] if n else None
 
     monkeypatch.setattr(march, "settled_bed", bed)
@@ -314,4 +314,4 @@ def test_snapshot_says_that_the_floor_pushes_a_resting_pellet_by_its_weight(case
         assert not snapshot["materials"].any()
         # the replay finds the nutation point by the bearing cross: the floor is its depth away, along the chamber's axis
         pose = next(replay(result, chosen_snapshots(result, 1))).bodies["chamber"]
-        assert np.allclose(pose.origin - 0.326 * pose.rotation[:, 2], snapshot["chamber_floor"], atol=1e-9)
+        assert np.allclose(pose.origin - 0.350 * pose.rotation[:, 2], snapshot["chamber_floor"], atol=1e-9)

@@ -19,8 +19,8 @@ def test_camera_inside_rides_on_the_chamber(filmed):
     case = Case.from_toml(filmed.case_text)
     for frame in replay(filmed, chosen_snapshots(filmed)):
         pose, camera = frame.bodies["chamber"], camera_of("inside", frame, case)
-        assert (camera.eye - pose.origin) @ pose.rotation == pytest.approx([0.0, -0.028, -0.098 - 0.02 * 0.228])
-        assert (camera.target - pose.origin) @ pose.rotation == pytest.approx([0.0, 0.0, -0.326])
+        assert (camera.eye - pose.origin) @ pose.rotation == pytest.approx([0.0, -0.028, -0.122 - 0.02 * 0.228])
+        assert (camera.target - pose.origin) @ pose.rotation == pytest.approx([0.0, 0.0, -0.350])
 
 
 @pytest.mark.parametrize("view", ["front", "inside", "axis"])

@@ -66,7 +66,7 @@ LIFTER = """
 [[walls]]
 file = "lifter.stl"
 unit = "mm"
-at = ["0 mm", "0 mm", "-326 mm"]
+at = ["0 mm", "0 mm", "-350 mm"]
 material = "{material}"
 """
 
@@ -230,7 +230,7 @@ def test_a_bed_settles_among_meshed_walls(folder, text, monkeypatch):
     assert len(bed) == particle_count(case)
     # as deep in a wall as pellets press at most: overlap_stop
     assert np.hypot(bed[:, 0], bed[:, 1]).max() < 0.07 - 0.8 * radius
-    assert bed[:, 2].min() > -0.326 + 0.8 * radius
+    assert bed[:, 2].min() > -0.350 + 0.8 * radius
     assert on_charge_side(lifter, bed - case.walls[0].at).all()
     # and none within reach of the lifter's sides: |x|, |y| below 5 mm and a radius
     beside = np.abs(bed[:, :2]).max(axis=1) - 0.005
@@ -245,7 +245,7 @@ def test_surfaces_of_meshes_hang_on_the_chamber_where_the_case_says(folder):
     assert names[:3] == ["tube.stl patch 1", "tube.stl patch 2", "tube.stl patch 3"]
     assert names[3:] == [f"lifter.stl patch {k}" for k in range(1, 7)]
     first, lifter = chamber_surfaces(case)[0], chamber_surfaces(case)[3]
-    assert np.array(lifter.origin) - first.origin == pytest.approx([0, 0, -0.326])
+    assert np.array(lifter.origin) - first.origin == pytest.approx([0, 0, -0.350])
 
 
 def test_a_pellet_behind_the_meshed_wall_is_refused_by_name(folder):
@@ -257,7 +257,7 @@ def test_a_pellet_behind_the_meshed_wall_is_refused_by_name(folder):
 def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_path, monkeypatch):
     def bed(case, *_):
         rows = np.arange(10) * 0.0055 - 0.02475
-        places = np.stack(np.meshgrid(rows, rows, [-0.3235]), axis=-1).reshape(-1, 3)
+        places = np.stack(np.meshgrid(rows, rows, [-0.3475]), axis=-1).reshape(-1, 3)
         return places[: particle_count(case)]
 
     monkeypatch.setattr(march, "settled_bed", bed)

@@ -59,7 +59,7 @@ def test_page_holds_every_place_to_sixteen_bits(filmed):
     radius = np.hypot(places[..., 0], places[..., 1])
     assert radius.min() > 0.046 - 1e-5
     assert radius.max() < 0.066 + 1e-5
-    assert places[..., 2].min() == pytest.approx(-0.321, abs=2e-3)
+    assert places[..., 2].min() == pytest.approx(-0.345, abs=2e-3)
     assert np.ptp(places[..., 2], axis=0).max() < 1e-5
     speeds = np.cumsum(rows[:, 6 * n :], axis=0) % 256 / 255.0 * facts["speed"]
     taken = np.minimum(np.linalg.norm(filmed.snapshots[-1]["velocities"], axis=1), facts["speed"])
@@ -109,7 +109,7 @@ def test_browser_shows_pellets_inside_the_chamber_and_complains_of_nothing(tmp_p
     up = np.cross(direction, right)
     chamber = np.array(facts["bodies"]["chamber"][0])
     w, v = chamber[3], chamber[4:]
-    corners = np.array([[x, y, z] for x in (-0.07, 0.07) for y in (-0.07, 0.07) for z in (-0.326, -0.098)])
+    corners = np.array([[x, y, z] for x in (-0.07, 0.07) for y in (-0.07, 0.07) for z in (-0.350, -0.122)])
     corners = corners + 2 * np.cross(v, np.cross(v, corners) + w * corners) - (np.array(view["target"]) + view["distance"] * direction)
     pixels = 0.5 * height / math.tan(0.5 * view["angle"])
     across = 0.5 * width + pixels * (corners @ right) / -(corners @ direction)

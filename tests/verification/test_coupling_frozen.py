@@ -20,7 +20,7 @@ def wedged_ring():
     ring = (2 * at_sphere * D + at_wall * (BORE - D / 2)) / (2 * at_sphere + at_wall)
     turn = np.arange(6) * math.pi / 3
     x = np.concatenate([[[0.0, 0.0]], ring * np.column_stack([np.cos(turn), np.sin(turn)])])
-    return np.column_stack([x, np.full(7, D / 2 - 0.326)])
+    return np.column_stack([x, np.full(7, D / 2 - 0.350)])
 
 
 def test_wedged_spheres_load_the_crank_as_a_rigid_body_of_their_mass_centre_and_inertia():

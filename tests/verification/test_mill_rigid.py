@@ -99,7 +99,7 @@ def test_rigid_bars_add_their_moment_of_inertia_to_the_swing():
 def test_ribs_add_their_moment_of_inertia_to_the_swing():
     # twelve boxes 10 x 10 x 230 mm on the bore of 70 mm radius, standing on the floor
     turn, share = at_speed(700, "chamber.ribs=12")
-    side, length, r, depth, speed = 0.010, 0.230, 0.065, 0.326 - 0.115, 700 * RPM
+    side, length, r, depth, speed = 0.010, 0.230, 0.065, 0.350 - 0.115, 700 * RPM
     m = 12 * side**2 * length * 7450
     axial = m * (r**2 + side**2 / 6)
     transverse = m * (depth**2 + length**2 / 12) + axial / 2

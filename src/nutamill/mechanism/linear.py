@@ -97,7 +97,7 @@ def static_equilibrium(
 
 def check_balance(mechanism, state, scratch, held) -> None:
     """Raise StepError if loads are left that neither constraints nor stiffness balance: the search has stuck where it has no slope."""
-    free = free_directions(dense_jacobian(mechanism, state, scratch)[held])
+    free = free_directions(locked_jacobian(mechanism, state, scratch)[held])
     load = residual(mechanism, state, scratch, np.zeros(len(mechanism.rows)))
     if np.abs(free.T @ load).max(initial=0.0) > BALANCE * max(np.abs(load).max(), 1.0):
         raise StepError(
