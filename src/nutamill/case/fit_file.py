@@ -29,7 +29,7 @@ class Measured(Table):
     """A measured or published value."""
 
     quantity: str
-    """A series, ``rms`` or ``swing`` and a series, or ``natural_frequency 1`` for the first of the modes below twice the full speed."""
+    """A series, ``rms`` or ``swing`` and a series, or ``natural_frequency 1`` for the first of the modes about rest."""
     value: str
     """What was measured, with its unit."""
     uncertainty: str

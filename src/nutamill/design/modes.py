@@ -5,11 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from nutamill.build.charge_mix import charge_mass
-from nutamill.build.mill_mechanism import FRAME, SHAFT, mill_mechanism
+from nutamill.build.charge_mix import with_charge_mass
+from nutamill.build.mill_mechanism import FRAME, SHAFT, assemble_mill, mill_mechanism
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault
-from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running import running_modes
@@ -121,7 +120,7 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
     loaded = _frictionless(with_charge_mass(case) if charge else case)
     mill = mill_mechanism(loaded)
     drives = mill.drives if speed == 0.0 else (Drive(mill.drives[0].name, mill.drives[0].joint, (0.0, 1.0), (speed, speed)),)
-    mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=drives, gravity=mill.gravity)
+    mechanism, state, scratch = assemble_mill(mill, drives)
     static_equilibrium(mechanism, state, scratch)
     names = tuple(body.name for body in mill.bodies)
     if speed == 0.0:
@@ -158,13 +157,6 @@ def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: b
     # the last shapes tell forward from backward whirls, which are one at rest
     labels = tuple(before.label(k) for k in range(n))
     return Campbell(speeds, frequency, damping, labels, tuple(sorted(_crossings(speeds, frequency, damping, labels))))
-
-
-def with_charge_mass(case: Case) -> Case:
-    """The case with the mass of its charge fixed to the chamber's base, where the rigid bars are."""
-    if case.chamber.bars is None:
-        raise CaseError(Fault("chamber.bars", "is missing, and says where the charge's mass would be", "Give radius and depth of a ring"))
-    return case.with_("chamber.bars.mass", case.chamber.bars_mass + charge_mass(case))
 
 
 def _frictionless(case: Case) -> Case:
