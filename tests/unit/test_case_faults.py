@@ -171,7 +171,7 @@ CONTRADICTIONS = {
     ),
     "parts heavier than the whole": (
         '[mechanism]\ntotal_mass = "10 kg"',
-        "mill.toml:3: mechanism.total_mass: must exceed the 12.18 kg of chamber, carriage, driveshaft and bearing cross, got 10 kg. "
+        "mill.toml:3: mechanism.total_mass: must exceed the 12.13 kg of chamber, carriage, driveshaft and bearing cross, got 10 kg. "
         "The frame takes what the other parts leave",
     ),
     # 5.29 kg x (0.24 m)^2 = 0.3047 kg m^2

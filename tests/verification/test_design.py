@@ -19,7 +19,10 @@ SPEED = 40.0
 @pytest.fixture(scope="module")
 def rigid():
     """The empty mill bolted to the floor."""
-    return load_case("numill", ["charge.kind=none", "mechanism.mounting=rigid", "mechanism.joint_friction=0"])
+    return load_case(
+        "numill",
+        ["charge.kind=none", "mechanism.mounting=rigid", "mechanism.joint_friction=0", "mechanism.joint_friction_viscous=0 N m s/rad"],
+    )
 
 
 def test_amplitude_once_per_turn_is_that_of_the_signal():

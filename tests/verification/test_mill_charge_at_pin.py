@@ -11,6 +11,7 @@ from nutamill.papers.quantities import charge_at_pin, superposed
 SETUP = [
     "mechanism.mounting=rigid",
     "mechanism.joint_friction=0.0",
+    "mechanism.joint_friction_viscous=0 N m s/rad",
     "drive.ramp=60000 rpm/s",
     "run.until=40 ms",
     "run.window=1",
