@@ -49,7 +49,7 @@ def test_bed_with_pellets_in_each_other_is_refused_by_name():
 def test_bed_that_reaches_through_the_chamber_is_refused_by_surface_and_pellet():
     case = mill(SMALL)
     bed = layer(case)
-    bed[5] = (0.0, 0.0, -0.33)
+    bed[5] = (0.0, 0.0, -0.354)
     bed[6] = (0.0, 0.071, -0.30)
     with pytest.raises(CaseError) as refused:
         build(case, bed)

@@ -19,7 +19,7 @@ from nutamill.charge.mesh import on_charge_side
 from nutamill.errors import CaseError
 from nutamill.preflight import preflight
 
-FLOOR, CEILING, RADIUS = -326.0, -98.0, 70.0
+FLOOR, CEILING, RADIUS = -350.0, -122.0, 70.0
 """The chamber of the published mill, in chamber axes from the nutation point [mm]."""
 
 

@@ -12,14 +12,13 @@ from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.sensors import Sensor, SensorKind, march_recording, sensor_table
 
 RPM = 2 * math.pi / 60
-RIGID = [*EMPTY, "mechanism.mounting=rigid", "carriage.mass=0.68 kg"]
-"""As the papers simulated it; the machine file has the carriage that the measured force asks for."""
+RIGID = [*EMPTY, "mechanism.mounting=rigid"]
 L01, L12 = 0.366, 0.039
 """Nutation point to crank circle, and crank radius [m]."""
 TRANSVERSE, AXIAL, CROSS = 0.373, 0.025, 5e-4
 """Inertias of chamber (about the nutation point) and bearing cross [kg m^2]."""
 CHAMBER, DEPTH = 5.29, 0.240
-CARRIAGE = 0.68
+CARRIAGE = 0.63
 
 
 def nutation_force(crank, speed, transverse=TRANSVERSE, axial=AXIAL, cross=CROSS):
@@ -56,9 +55,10 @@ def at_speed(rpm, *more):
 def test_load_cell_of_the_empty_mill_reads_the_published_force(rpm, published):
     # MCA 2026 prints the simulated force at three speeds.  In mean it is A w^2, A = It sin cos/L01 + m_c L12: the chamber's swing
     # and the carriage on its circle; the rest is Ia (1 - cos) of the chamber's turning and the cross, each of order 1e-3.
-    turn, _ = at_speed(rpm)
+    carriage = 0.68  # our default is fitted to the measured force, 2 % lower
+    turn, _ = at_speed(rpm, f"carriage.mass={carriage} kg")
     sin_cos = L01 * L12 / (L01**2 + L12**2)
-    radial = (TRANSVERSE * sin_cos / L01 + CARRIAGE * L12) * (rpm * RPM) ** 2
+    radial = (TRANSVERSE * sin_cos / L01 + carriage * L12) * (rpm * RPM) ** 2
     assert turn["crank_pin_force_radial"].mean() == pytest.approx(radial, rel=5e-3)
     assert turn["crank_pin_force_resultant"].mean() == pytest.approx(published, rel=5e-3)
 
