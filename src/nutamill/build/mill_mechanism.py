@@ -10,7 +10,7 @@ from nutamill.build.rigid_parts import RigidPart, chamber_shell, compose, remove
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import JOINTS, TURNING
-from nutamill.machine import Mounts, ShaftCoupling
+from nutamill.machine import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, SHAFT, Mounts, ShaftCoupling
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind, Motor
@@ -18,8 +18,6 @@ from nutamill.mechanism.sensors import Sensor, SensorKind
 
 Y_AXIS, Z_AXIS = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
-FRAME, SHAFT, DRIVESHAFT = "frame", "intermediate_shaft", "driveshaft"
-CARRIAGE, CHAMBER, CROSS = "carriage", "chamber", "bearing_cross"
 FRAME_FIX, SHAFT_BEARING, DRIVESHAFT_BEARING = "frame_fix", "intermediate_shaft_bearing", "driveshaft_bearing"
 LOAD_CELL, CRANK_PIN, CHAMBER_PIVOT, YOKE_PIVOT = "load_cell", "crank_pin", "chamber_pivot", "yoke_pivot"
 COUPLING, DRIVE, NUTATION_POINT = "shaft_coupling", "motor", "nutation_point"

@@ -6,9 +6,10 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from nutamill.build.charge_mix import with_charge_mass
-from nutamill.build.mill_mechanism import FRAME, SHAFT, assemble_mill, mill_mechanism
+from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault
+from nutamill.machine import FRAME, SHAFT
 from nutamill.mechanism.linear import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running import running_modes
