@@ -13,7 +13,7 @@ from nutamill.design.modes import ORDERS, Campbell, MachineModes
 from nutamill.design.runup import RunUp
 from nutamill.design.sticks import sticks
 from nutamill.fields import series_field
-from nutamill.figures.style import PALETTE, STYLE, WIDTH
+from nutamill.figures.style import PALETTE, STYLE, WIDTH, unit_of
 from nutamill.units import rpm
 
 GREY, MOVED, ORBIT = "#B8B8B8", "#0072B2", "#D55E00"
@@ -82,7 +82,7 @@ def draw_campbell(found: Campbell) -> Figure:
 
 def draw_run_up(runs: list[RunUp], name: str) -> Figure:
     """Amplitude of each order over speed, one line for each ramp, and the phase lag of the first order."""
-    unit = series_field(name).unit.replace("m/s^2", "m/s$^2$")
+    unit = unit_of(name)
     orders = runs[0].orders.orders
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 1.5 * (len(orders) + 1)), layout="constrained")

@@ -4,8 +4,8 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from nutamill.figures.motion import HIGHEST, label_of
-from nutamill.figures.style import STYLE
+from nutamill.figures.motion import HIGHEST
+from nutamill.figures.style import STYLE, label_of
 from nutamill.measured.comparison import series_in_window
 from nutamill.result import Result
 from nutamill.vibration import spectrum

@@ -14,7 +14,7 @@ from nutamill.analysis import PAPER_WINDOW, steady_window
 from nutamill.charge_flow import mass_centre_orbit
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
-from nutamill.figures.style import MARK, MEAN, RMS, STYLE, WIDTH
+from nutamill.figures.style import MARK, MEAN, RMS, STYLE, WIDTH, label_of
 from nutamill.result import Result
 from nutamill.vibration import spectrum
 
@@ -140,13 +140,3 @@ def held_series(result: Result, names: Sequence[str]) -> None:
         faults.append(Fault("series", "at least one must be named, got none", "`nutamill info fields` lists all series"))
     if faults:
         raise CaseError(*faults)
-
-
-def label_of(name: str) -> str:
-    """``crank-pin force (N)``."""
-    field = series_field(name)
-    return f"{field.label} ({_power(field.unit)})"
-
-
-def _power(unit: str) -> str:
-    return unit.replace("^2", "$^2$")

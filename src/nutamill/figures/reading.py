@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from nutamill.analysis import PAPER_WINDOW
 from nutamill.fields import series_field
-from nutamill.figures.style import PALETTE, STYLE, WIDTH
+from nutamill.figures.style import PALETTE, STYLE, WIDTH, unit_of
 from nutamill.readings.bearings import BearingLife
 from nutamill.readings.fatigue import SectionLife
 from nutamill.readings.load_paths import hodograph, joints_of
@@ -26,7 +26,7 @@ YEAR = 8760.0
 
 def draw_orders(found: Orders, falls: Waterfall, name: str) -> Figure:
     """Amplitude and phase lag of the orders of a series over speed, and its spectra below (logarithmic grey)."""
-    unit = series_field(name).unit.replace("m/s^2", "m/s$^2$")
+    unit = unit_of(name)
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
         size, lag, fall = figure.subplots(3, 1, height_ratios=[1.2, 0.8, 1.4])

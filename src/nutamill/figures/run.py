@@ -10,8 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from nutamill.analysis import ledger_groups, ramp_end
-from nutamill.fields import series_field
-from nutamill.figures.style import BINS, ENVELOPE, MARK, MEAN, RMS, STYLE, WIDTH
+from nutamill.figures.style import BINS, ENVELOPE, MARK, MEAN, RMS, STYLE, WIDTH, unit_of
 from nutamill.result import Result
 
 STILL = 1e-6
@@ -77,7 +76,7 @@ def draw_ledger(result: Result) -> Figure:
 
 def _axis_label(name: str) -> str:
     """``force (N)``: what a series measures and its unit."""
-    unit = series_field(name).unit.replace("m/s^2", "m/s$^2$")
+    unit = unit_of(name)
     word = next(word for word in ("acceleration", "force", "torque") if word in name)
     return f"{word} ({unit})"
 

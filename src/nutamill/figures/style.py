@@ -1,6 +1,8 @@
-"""What all figures share: the style file, and the width and the colours of what is drawn."""
+"""What all figures share: the style file, and the width the colours of what is drawn, and labels of axes."""
 
 from pathlib import Path
+
+from nutamill.fields import series_field
 
 STYLE = Path(__file__).with_name("nutamill.mplstyle")
 BINS = 500
@@ -13,3 +15,13 @@ PALETTE = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#0
 Source: Okabe and Ito, Color Universal Design, 2008.
 """
 ENVELOPE, MEAN, RMS, MARK = "#A6CEE8", "#0072B2", "#D55E00", "#444444"
+
+
+def unit_of(name: str) -> str:
+    """Unit of a series as figures write it: ``m/s$^2$``."""
+    return series_field(name).unit.replace("^2", "$^2$")
+
+
+def label_of(name: str) -> str:
+    """``crank-pin force (N)``: label and unit of a series, for an axis."""
+    return f"{series_field(name).label} ({unit_of(name)})"
