@@ -7,7 +7,6 @@ import numpy as np
 from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces
 from nutamill.build.chamber_statistics import recorded_sums
 from nutamill.build.charge_mix import charge_particles, particle_count
-from nutamill.build.mill_mechanism import CHAMBER
 from nutamill.build.model import Model, State
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
@@ -32,6 +31,7 @@ from nutamill.coupling import (
 )
 from nutamill.errors import ResultError, StepError
 from nutamill.frames import quaternion_product, rotation_matrix
+from nutamill.machine import CHAMBER
 
 LARGEST_KEPT = 2**28
 """Largest state of which a run keeps a copy at every entry of the march [bytes]; a larger one falls back on its newest checkpoint."""

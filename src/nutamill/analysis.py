@@ -6,19 +6,16 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from scipy.special import stdtrit
 
 from nutamill.case import Case
 from nutamill.errors import ResultError
 from nutamill.fields import series_field
 from nutamill.result import Result
-from nutamill.steady import FEWEST_TURNS, PRECISION, TWO_SIDED_95, SteadyMean, steady_mean, turn_means, whole_turns
+from nutamill.steady import FEWEST_TURNS, PRECISION, SteadyMean, batch_half_width, steady_mean, turn_means, whole_turns
 from nutamill.units import Kind, parse
 
 PAPER_WINDOW = 3.0
 """Length of the averaging window at the end of a run in both NuMill papers [s]."""
-BATCHES = 10
-"""Largest number of batches of whole turns from which a confidence interval is estimated."""
 STEADY_SPEED = 1e-6
 """Share by which the speed may differ from the last one in steady running."""
 
@@ -115,12 +112,23 @@ def ramp_end(result: Result) -> float:
     return float(time[changing[-1] + 1]) if len(changing) else float(time[0])
 
 
+def turns_at_speed(result: Result, since: float = -math.inf) -> tuple[np.ndarray, np.ndarray]:
+    """Samples at the last speed from the time `since` [s] on, (n_samples,) of bool, and the times [s] (n + 1,) between their whole turns.
+
+    There are no turns, and fewer than two times, where the run has not made a whole one by then.
+    """
+    time, angle = result.series["time"].values, result.series["crank_angle"].values
+    inside = time >= max(ramp_end(result), since)
+    return inside, whole_turns(time[inside], angle[inside])
+
+
 def steady_window(result: Result, last: float | str = PAPER_WINDOW, names: Sequence[str] | None = None) -> Steady:
     """Means over the last seconds of a run, over whole turns, with their 95 % intervals.
 
     The window is the last `last` seconds, cut where the speed was still changing.  Readings of a mill repeat once or
     twice per turn, so that a mean over a broken number of turns depends on where it is cut; the estimate therefore
-    takes the whole turns that end with the run.  Turns are put in up to ten batches; their scatter gives the interval.
+    takes the whole turns that end with the run.  The scatter of batches of turns gives
+    the interval (`nutamill.steady.batch_half_width`).
 
     Parameters
     ----------
@@ -130,31 +138,22 @@ def steady_window(result: Result, last: float | str = PAPER_WINDOW, names: Seque
     Raises
     ------
     ResultError : the run has not made one turn at its last speed
-
-    Source
-    ------
-    A. M. Law, Simulation Modeling and Analysis, 5th ed., 2015, section 9.5.3 (batch means, Student's t)
     """
     length = parse(last, Kind.TIME) if isinstance(last, str) else last
     series = result.series
-    time, angle = series["time"].values, series["crank_angle"].values
-    start = max(float(time[-1]) - length, ramp_end(result)) if len(time) else math.nan
-    inside = time >= start
-    turns = whole_turns(time[inside], angle[inside])
+    time = series["time"].values
+    inside, turns = turns_at_speed(result, float(time[-1]) - length if len(time) else math.nan)
     if len(turns) < 2:
         reached = f"ends at t = {time[-1]:g} s" if len(time) else "is empty"
         raise ResultError(f"{result.path}: must hold a whole turn at constant speed, it {reached}. Continue it with `nutamill resume`.")
     values = {name: _estimate(time[inside], series[name].values[inside], turns) for name in names or map(str, series.data_vars)}
-    return Steady(start, float(time[-1]), turns, values)
+    return Steady(float(time[inside][0]), float(time[-1]), turns, values)
 
 
 def _estimate(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> Estimate:
     """Steady mean of samples `value` at `time`, over the turns that begin and end at `turns`."""
     means = turn_means(time, value, turns)
-    batches = np.array([batch.mean() for batch in np.array_split(means, min(len(means), BATCHES))])
-    half_width = math.nan
-    if len(batches) > 1:
-        half_width = float(stdtrit(len(batches) - 1, TWO_SIDED_95) * batches.std(ddof=1) / math.sqrt(len(batches)))
+    half_width = float(batch_half_width(means[:, None])[0])
     return Estimate(float(np.average(means, weights=np.diff(turns))), half_width, float(value.mean()))
 
 
@@ -172,9 +171,8 @@ def steady_part(result: Result, names: Sequence[str], precision: float = PRECISI
     ------
     ResultError : fewer whole turns at the last speed than a test needs
     """
-    time, angle = result.series["time"].values, result.series["crank_angle"].values
-    inside = time >= ramp_end(result)
-    turns = whole_turns(time[inside], angle[inside])
+    time = result.series["time"].values
+    inside, turns = turns_at_speed(result)
     if len(turns) <= FEWEST_TURNS:
         what = f"must hold {FEWEST_TURNS} whole turns at its last speed for a test of steadiness, it holds {max(0, len(turns) - 1)}"
         raise ResultError(f"{result.path}: {what}. Continue it with `nutamill resume`.")

@@ -10,6 +10,7 @@ import numpy as np
 
 from nutamill.analysis import PAPER_WINDOW, steady_window
 from nutamill.errors import ResultError
+from nutamill.replay import particle_snapshots, rotation_of
 from nutamill.result import Result
 from nutamill.units import Kind, parse
 
@@ -181,14 +182,7 @@ def snapshot_heights(snapshot: dict, crank_angle: float, share: float = CREST_SH
 
     Each particle's volume is put at the eight points that have its second moments.
     """
-    w, x, y, z = snapshot["chamber_attitude"]
-    rotation = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    rotation = rotation_of(snapshot["chamber_attitude"])
     radii = np.asarray(snapshot["radii"], float)
     corners = np.stack(np.meshgrid(*([[-1.0, 1.0]] * 3)), axis=-1).reshape(8, 3) / math.sqrt(5.0)
     places = (np.asarray(snapshot["positions"], float) - snapshot["chamber_floor"]) @ rotation
@@ -213,10 +207,7 @@ def crest_history(result: Result) -> CrestHistory:
     ------
     ResultError : no snapshots of particles
     """
-    snapshots = result.snapshots
-    if not len(snapshots) or "chamber_floor" not in snapshots[0]:
-        raise ResultError(f"{result.path}: must hold snapshots of particles, it holds none. Run it with run.snapshots.")
-    angles = np.interp(snapshots.time, result.series["time"].values, result.series["crank_angle"].values)
+    snapshots, angles = particle_snapshots(result)
     azimuth = (np.arange(SECTORS) + 0.5) * math.tau / SECTORS
     crests = [crest(snapshot_heights(snapshot, angle), azimuth) for snapshot, angle in zip(snapshots, angles, strict=True)]
     return CrestHistory(snapshots.time, np.array([c.height for c in crests]), np.array([c.phase_lag for c in crests]))

@@ -10,19 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.case import Case
+from nutamill.machine import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, SHAFT
 
-GROUND, FRAME, CHAMBER, CROSS, CARRIAGE, DRIVESHAFT, SHAFT = (
-    "ground",
-    "frame",
-    "chamber",
-    "bearing_cross",
-    "carriage",
-    "driveshaft",
-    "intermediate_shaft",
-)
-BODIES = (FRAME, CHAMBER, CROSS, CARRIAGE, DRIVESHAFT, SHAFT)
-"""Bodies of a mill in the order in which snapshots hold them."""
-
+GROUND = "ground"
+"""What stands still."""
 STEEL, DARK, RUBBER, GLASS, BRASS, RED = "#8f98a3", "#5b6570", "#2e2e2e", "#a8c8dc", "#c9a227", "#b5482a"
 FACETS = 48
 """Facets of a full circle."""

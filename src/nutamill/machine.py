@@ -29,6 +29,11 @@ from nutamill.tables import (
     Torque,
 )
 
+FRAME, CHAMBER, CROSS = "frame", "chamber", "bearing_cross"
+CARRIAGE, DRIVESHAFT, SHAFT = "carriage", "driveshaft", "intermediate_shaft"
+BODIES = (FRAME, CHAMBER, CROSS, CARRIAGE, DRIVESHAFT, SHAFT)
+"""Bodies of a mill, in the order in which the engine and snapshots hold them."""
+
 
 class DrawnMechanism(Table):
     """The crank that drives the chamber, what is weighed of the whole machine, and the friction of its joints."""

@@ -4,17 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nutamill.build.charge_mix import charge_parts
+from nutamill.build.charge_mix import charge_parts, with_charge_mass
 from nutamill.build.clock import Clock, ContactFacts, contact_facts, crank_circle_speed, run_clock
-from nutamill.build.mill_mechanism import mill_mechanism, nutation_angle
+from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism, nutation_angle
 from nutamill.build.team import team_size
 from nutamill.build.wall_mesh import MeshFacts, free_volume, mesh_facts
 from nutamill.case import Case
 from nutamill.charge.sizes import mass_percentiles
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import expand
-from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import modes, static_equilibrium
+from nutamill.units import rpm
 
 NANOSECONDS = 60.0
 """Wall time per particle and substep on one thread that forecasts count with [ns]; docs/speed.md has measured ones."""
@@ -191,11 +191,11 @@ class Preflight:
         if not self.empty_modes:
             return []
         listed = ", ".join(f"{frequency:.2f}" for frequency, _ in self.empty_modes)
-        loaded = "with charge" if self.particles else "as it is"
+        loaded = "with charge" if self.particles and self.case.chamber.bars else "as it is"
         shown = [f"modes     empty: {listed} Hz"]
         for crossing in self.crossings:
             shown.append(
-                f"          {loaded}: {crossing.frequency:.2f} Hz = {crossing.speed * 30 / np.pi:.0f} rpm"
+                f"          {loaded}: {crossing.frequency:.2f} Hz = {rpm(crossing.speed):.0f} rpm"
                 f" (damping {100 * crossing.damping_ratio:.1f} %)"
                 f" is passed at t = {crossing.time:.1f} s; the largest motion comes later"
             )
@@ -211,7 +211,7 @@ def preflight(case: Case) -> Preflight:
     """
     clock = run_clock(case)
     mill = mill_mechanism(case)
-    mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity)
+    mechanism, state, scratch = assemble_mill(mill)
     static_equilibrium(mechanism, state, scratch)
     room = free_volume(case)
     charge = _part_facts(case, room)
@@ -229,8 +229,8 @@ def preflight(case: Case) -> Preflight:
         meshes=mesh_facts(case),
         contacts=contact_facts(case) if charge else [],
         clock=clock,
-        empty_modes=oscillations(case.with_("chamber.bars.mass", 0.0)),
-        crossings=_crossings(case, sum(part.mass for part in charge)),
+        empty_modes=oscillations(case.with_("chamber.bars.mass", 0.0) if case.chamber.bars else case),
+        crossings=_crossings(case),
         wall_time=_wall_time(case, clock, pebbles),
         memory=250e6 + 6e3 * pebbles,
         file_size=_file_size(case, sum(part.particles for part in charge)),
@@ -263,19 +263,18 @@ def _part_facts(case: Case, room: float) -> list[PartFacts]:
 
 
 def oscillations(case: Case) -> list[tuple[float, float]]:
-    """Frequencies [Hz] and damping ratios of the modes on the mounts below twice the full speed; none on rigid mounts."""
+    """Frequencies [Hz] and damping ratios [1] of the modes that swing, about rest, slowest first; none on rigid mounts."""
     if case.mechanism.mounting == "rigid":
         return []
-    mill = mill_mechanism(case)
-    mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity)
+    mechanism, state, scratch = assemble_mill(mill_mechanism(case))
     static_equilibrium(mechanism, state, scratch)
     found = modes(mechanism, state, scratch, loose="keep")
     return [(float(f), float(z)) for f, z in zip(found.frequency, found.damping_ratio, strict=True) if z < 1.0]
 
 
-def _crossings(case: Case, charge_mass: float) -> list[Crossing]:
-    """Modes between rest and full speed, with the charge as a rigid mass at the chamber's base, and when they are passed."""
-    loaded = case.with_("chamber.bars.mass", case.chamber.bars_mass + charge_mass)
+def _crossings(case: Case) -> list[Crossing]:
+    """Modes between rest and full speed, with the charge as a rigid mass at the chamber's base if it has one, and when they are passed."""
+    loaded = with_charge_mass(case) if case.chamber.bars else case
     times, speeds = case.drive.breakpoints()
     found = []
     for frequency, damping in oscillations(loaded):

@@ -1,18 +1,20 @@
 """One number with its uncertainty from a result: a steady mean, a root mean square, or a swing of a series."""
 
+import contextlib
 import math
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
-from nutamill.analysis import PAPER_WINDOW, ramp_end
-from nutamill.errors import CaseError, Fault
+from nutamill.analysis import PAPER_WINDOW, turns_at_speed
+from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import Field, series_field
 from nutamill.result import Result
-from nutamill.steady import FEWEST_TURNS, steady_mean, turn_means, turn_swings, whole_turns
+from nutamill.steady import FEWEST_TURNS, steady_mean, turn_means, turn_swings
 
-HOW = ("mean", "rms", "swing")
+How = Literal["mean", "rms", "swing"]
+"""Mean, root mean square, or half of largest less smallest, of each turn."""
 
 
 class Reading(NamedTuple):
@@ -20,8 +22,8 @@ class Reading(NamedTuple):
 
     series: str
     """Name of the series."""
-    by: Literal["mean", "rms", "swing"] = "mean"
-    """Mean, root mean square, or half of largest less smallest, of each turn."""
+    by: How = "mean"
+    """What of it is taken of each turn."""
 
     @property
     def name(self) -> str:
@@ -42,7 +44,7 @@ class Value(NamedTuple):
     half_width: float
     """Half width of its 95 % interval; NaN with too few turns for a test of steadiness."""
     window: float
-    """The same over the last `PAPER_WINDOW` seconds or what there is of them: for means the plain mean of all samples."""
+    """The same over the last seconds or what there is of them: for means the plain mean of all samples; NaN without a turn in them."""
     turns: int
     """Turns in the steady mean [1]."""
     steady: bool
@@ -69,7 +71,7 @@ def reading_of(text: str, where: str = "reading") -> Reading:
     CaseError : no such series, or no such way to read it
     """
     *ways, series = text.split()
-    if len(ways) > 1 or any(way not in HOW for way in ways):
+    if len(ways) > 1 or any(way not in get_args(How) for way in ways):
         raise CaseError(
             Fault(where, f'must be a series, or "rms" or "swing" and a series, got "{text}"', 'Write e.g. "rms driveshaft_torque"')
         )
@@ -81,32 +83,40 @@ def reading_of(text: str, where: str = "reading") -> Reading:
 
 
 def read(result: Result, readings: Sequence[Reading]) -> dict[Reading, Value]:
-    """What a result says, reading by reading.
+    """What a result says, reading by reading: `steady_value` of each, `NOTHING` where it does not hold the series or a whole turn."""
+    series, found = result.series, dict.fromkeys(readings, NOTHING)
+    held = [reading for reading in readings if reading.series in series]
+    with contextlib.suppress(ResultError):
+        found |= {reading: steady_value(result, series[reading.series].values, reading.by) for reading in held}
+    return found
 
-    Means and their intervals are those of `nutamill.steady.steady_mean` over the whole turns at the last speed.
+
+def steady_value(result: Result, value: np.ndarray, by: How = "mean", last: float = PAPER_WINDOW) -> Value:
+    """Steady mean, with its 95 % interval, of a series or of something made from series, (n,) at their times.
+
+    The mean is that of `nutamill.steady.steady_mean` over the whole turns at the last speed.
+
+    Parameters
+    ----------
+    by : what is taken of each turn
+    last : length of the window of `Value.window` at the end [s]
+
+    Raises
+    ------
+    ResultError : the run has not made one turn at its last speed
     """
-    series = result.series
-    time, angle = series["time"].values, series["crank_angle"].values
-    inside = time >= ramp_end(result)
-    time, turns = time[inside], whole_turns(time[inside], angle[inside])
+    inside, turns = turns_at_speed(result)
     if len(turns) < 2:
-        return dict.fromkeys(readings, NOTHING)
-    return {
-        reading: _value(reading, time, series[reading.series].values[inside], turns) if reading.series in series else NOTHING
-        for reading in readings
-    }
-
-
-def _value(reading: Reading, time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> Value:
-    """Steady mean over turns of a series at constant speed, and the same over the window of the papers."""
-    if reading.by == "swing":
+        raise ResultError(f"{result.path}: must hold a whole turn at its last speed, it holds none. Continue it with `nutamill resume`.")
+    time, value = result.series["time"].values[inside], value[inside]
+    if by == "swing":
         each = turn_swings(time, value, turns)
-    elif reading.by == "rms":
+    elif by == "rms":
         each = np.sqrt(turn_means(time, value**2, turns))
     else:
         each = turn_means(time, value, turns)
-    last = turns[:-1] >= turns[-1] - PAPER_WINDOW - 1e-9
-    window = float(value[time >= time[-1] - PAPER_WINDOW].mean() if reading.by == "mean" else each[last].mean()) if last.any() else math.nan
+    recent = value[time >= time[-1] - last] if by == "mean" else each[turns[:-1] >= turns[-1] - last - 1e-9]
+    window = float(recent.mean()) if len(recent) else math.nan
     if len(each) < FEWEST_TURNS:
         return Value(float(each.mean()), math.nan, window, len(each), False)
     found = steady_mean(each)

@@ -8,10 +8,12 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from nutamill.drawing import BODIES, CHAMBER, CROSS, GROUND, SHAFT
+from nutamill.drawing import GROUND
 from nutamill.errors import ResultError
-from nutamill.result import Result
+from nutamill.machine import BODIES, CHAMBER, CROSS, SHAFT
+from nutamill.result import Result, Snapshots
 
 
 class Pose(NamedTuple):
@@ -29,7 +31,7 @@ class Frame(NamedTuple):
     time: float
     """Simulated time [s]."""
     bodies: dict[str, Pose]
-    """Pose of every body of `nutamill.drawing.BODIES` and of the ground."""
+    """Pose of every body of `nutamill.machine.BODIES` and of the ground."""
     positions: np.ndarray
     """Centres of the particles by id [m] (n, 3), world; none where the chamber is empty."""
     velocities: np.ndarray
@@ -44,18 +46,21 @@ class Frame(NamedTuple):
 
 
 def rotation_of(quaternion: np.ndarray) -> np.ndarray:
-    """Rotation matrix ``R_WB`` (3, 3) of a unit quaternion (w, x, y, z).
+    """Rotation matrices ``R_WB`` (..., 3, 3) of unit quaternions (w, x, y, z), (..., 4)."""
+    return Rotation.from_quat(np.roll(quaternion, -1, axis=-1)).as_matrix()  # SciPy has the scalar last
 
-    Source: Diebel, "Representing Attitude", 2006, equation 125.
+
+def particle_snapshots(result: Result) -> tuple[Snapshots, np.ndarray]:
+    """The snapshots of particles, and the crank angles at them [rad], (n_snapshots,).
+
+    Raises
+    ------
+    ResultError : no snapshots of particles
     """
-    w, x, y, z = (float(part) for part in quaternion)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    snapshots = result.snapshots
+    if not len(snapshots) or "chamber_floor" not in snapshots[0]:
+        raise ResultError(f"{result.path}: must hold snapshots of particles, it holds none. Run it with run.snapshots.")
+    return snapshots, np.interp(snapshots.time, result.series["time"].values, result.series["crank_angle"].values)
 
 
 def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:

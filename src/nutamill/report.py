@@ -21,6 +21,7 @@ from nutamill.fields import series_field
 from nutamill.figures.motion import draw_steady_values
 from nutamill.figures.named import FIGURES, figure_of
 from nutamill.result import Result, open_result
+from nutamill.units import rpm
 from nutamill.webview import view_page
 from nutamill.wholefile import write_whole
 
@@ -149,7 +150,7 @@ def _run_page(result: Result) -> RunPage:
         view = view_page(result, FRAMES)
     except ResultError:
         view = ""
-    last = float(result.series["driveshaft_speed"].values[-1]) * 30.0 / math.pi if result.series.sizes["time"] else math.nan
+    last = rpm(float(result.series["driveshaft_speed"].values[-1])) if result.series.sizes["time"] else math.nan
     return RunPage(
         result.path.stem,
         case.title,

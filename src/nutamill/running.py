@@ -3,10 +3,8 @@
 import math
 
 import numpy as np
-from scipy.special import stdtrit
 
-BATCHES = 10
-"""Largest number of batches of whole turns from which the interval is estimated."""
+from nutamill.steady import batch_half_width
 
 
 class RunningMean:
@@ -44,11 +42,5 @@ class RunningMean:
         return np.mean(self._means, axis=0) if self._means else np.full_like(self._integral, math.nan)
 
     def half_width(self) -> np.ndarray:
-        """Half width of its 95 % interval (readings,), by at most ten batches of turns; not a number before the second turn.
-
-        Source: A. M. Law, Simulation Modeling and Analysis, 5th ed., 2015, section 9.5.3.
-        """
-        if len(self._means) < 2:
-            return np.full_like(self._integral, math.nan)
-        batches = [batch.mean(axis=0) for batch in np.array_split(np.array(self._means), min(len(self._means), BATCHES))]
-        return stdtrit(len(batches) - 1, 0.975) * np.std(batches, axis=0, ddof=1) / math.sqrt(len(batches))
+        """Half width of its 95 % interval (readings,), as `nutamill.steady.batch_half_width`; not a number before the second turn."""
+        return batch_half_width(np.reshape(self._means, (self.turns, len(self._integral))))

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from nutamill.case import Case
-from nutamill.drawing import CHAMBER, Part, machine_parts
+from nutamill.drawing import Part, machine_parts
 from nutamill.errors import CaseError, Fault, MillError, ResultError
+from nutamill.machine import CHAMBER
 from nutamill.replay import Frame, chosen_snapshots, replay
 from nutamill.result import Result
 from nutamill.wholefile import io_errors

@@ -16,7 +16,7 @@ from scipy.special import stdtrit
 FEWEST_TURNS = 5
 """Whole turns below which nothing is said about steadiness [1]."""
 BATCHES = 10
-"""Largest number of batches of turns through which a drift is looked for [1]."""
+"""Largest number of batches of turns from which an interval is estimated, or in which a drift is looked for [1]."""
 PRECISION = 0.01
 """Share of a reading's size by which its mean may drift over what is kept, and still be called steady [1]."""
 ROUND_OFF = 1e-9
@@ -166,6 +166,23 @@ def interval(values: np.ndarray, correlation: float) -> float:
     independent = max(len(values) / correlation, 2.0)
     variance = values.var() / (1.0 - 1.0 / independent)
     return float(stdtrit(max(independent - 1.0, 1.0), TWO_SIDED_95) * math.sqrt(variance / independent))
+
+
+def batch_half_width(means: np.ndarray) -> np.ndarray:
+    """Half width of the 95 % interval of the mean of turns, (m,), from the scatter of up to `BATCHES` batches of them.
+
+    Parameters
+    ----------
+    means : one number per turn and reading, (n_turns, m); NaN is returned for fewer than two turns
+
+    Source
+    ------
+    A. M. Law, Simulation Modeling and Analysis, 5th ed., 2015, section 9.5.3 (batch means, Student's t)
+    """
+    if len(means) < 2:
+        return np.full(means.shape[1], math.nan)
+    batches = [batch.mean(axis=0) for batch in np.array_split(means, min(len(means), BATCHES))]
+    return stdtrit(len(batches) - 1, TWO_SIDED_95) * np.std(batches, axis=0, ddof=1) / math.sqrt(len(batches))
 
 
 def drift(values: np.ndarray) -> tuple[float, float]:

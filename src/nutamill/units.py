@@ -12,8 +12,12 @@ import math
 import re
 from decimal import Decimal
 from enum import StrEnum
+from typing import TypeVar
 
-__all__ = ["UNITS", "Kind", "UnitError", "example", "format", "parse"]
+__all__ = ["UNITS", "Kind", "UnitError", "example", "format", "parse", "rpm"]
+
+Speed = TypeVar("Speed")
+"""A number, or an array of numbers."""
 
 
 class Kind(StrEnum):
@@ -183,6 +187,11 @@ def format(value: float, kind: Kind | str) -> str:
 def example(kind: Kind | str) -> str:
     """A typical value of this kind, as a user would type it."""
     return EXAMPLES[Kind(kind)]
+
+
+def rpm(speed: Speed) -> Speed:
+    """Turns per minute of a speed [rad/s], turns per minute and second of a ramp [rad/s^2]: for tables and figures."""
+    return speed / UNITS[Kind.SPEED]["rpm"]
 
 
 def _si(number: str, factor: float) -> float:

@@ -16,10 +16,10 @@ from nutamill.figures.paper import draw_figure
 from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
 from nutamill.papers.library import read_paper
 from nutamill.papers.model import Paper
-from nutamill.papers.runs import COMPLETE, MISSING, PlannedRun, chosen, planned_runs, read_modes, run_state, wants_modes, write_modes
+from nutamill.papers.runs import COMPLETE, PlannedRun, chosen, planned_runs, read_modes, run_state, wants_modes, write_modes
 from nutamill.papers.table import csv_text, json_text, markdown
 from nutamill.preflight import preflight, wall_time
-from nutamill.result import open_result
+from nutamill.result import MISSING, open_result
 from nutamill.screen import duration
 from nutamill.wholefile import io_errors, write_whole
 

@@ -9,7 +9,7 @@ from nutamill.build.chamber_charge import chamber_surfaces, rib_inside
 from nutamill.build.chamber_statistics import chamber_cells, chamber_survey, statistics_axes
 from nutamill.build.charge_mix import particle_count
 from nutamill.build.clock import contact_facts, run_clock
-from nutamill.build.mill_mechanism import CHAMBER, CROSS, SHAFT, mill_mechanism, mill_sensors
+from nutamill.build.mill_mechanism import mill_mechanism, mill_sensors
 from nutamill.build.model import bed_weight, build
 from nutamill.build.rigid_parts import RigidPart, compose, remove, rib_ring
 from nutamill.build.team import team_size
@@ -18,6 +18,7 @@ from nutamill.charge.fill import LOOSE_PACKING, bulk_capacity
 from nutamill.charge.model import Status, SurfaceKind
 from nutamill.charge.team import MOST_THREADS
 from nutamill.errors import CaseError
+from nutamill.machine import CHAMBER, CROSS, SHAFT
 
 
 def mill(*overrides):

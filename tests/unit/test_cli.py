@@ -52,7 +52,7 @@ def engine(monkeypatch):
     monkeypatch.setitem(sys.modules, "nutamill.march", types.SimpleNamespace(run=run, resume=resume))
     monkeypatch.setattr("nutamill.march", sys.modules["nutamill.march"], raising=False)
     monkeypatch.setitem(
-        sys.modules, "nutamill.figures", types.SimpleNamespace(draw_run=lambda result: picture, draw_ledger=lambda result: power)
+        sys.modules, "nutamill.figures.run", types.SimpleNamespace(draw_run=lambda result: picture, draw_ledger=lambda result: power)
     )
     monkeypatch.setitem(
         sys.modules,

@@ -169,5 +169,5 @@ def test_wrong_fit_file_is_refused_before_anything_runs(bench, tmp_path, old, ne
 @pytest.mark.parametrize("name", ["joint-friction", "friction-law"])
 def test_examples_are_sound(name):
     free, targets = fitting.read_fit(Path(__file__).parents[2] / "examples" / f"{name}.toml")
-    assert "mechanism.joint_friction" in [one.key for one in free]
+    assert "mechanism.joint_friction_viscous" in [one.key for one in free]
     assert all(target.case.run.until == "steady" and not target.case.charge.parts for target in targets)

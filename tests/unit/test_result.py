@@ -6,7 +6,8 @@ import pytest
 import xarray
 
 from nutamill.errors import CaseError, ResultError
-from nutamill.result import CHUNK, Recorder, open_result
+from nutamill.result import Recorder, open_result
+from nutamill.result.recorder import CHUNK
 
 NAMES = ["time", "crank_angle", "crank_pin_force_radial"]
 CASE = 'title = "a mill with μ and °"\n'

@@ -14,8 +14,9 @@ from matplotlib.image import imread
 
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.case import load_case
-from nutamill.drawing import BODIES, box, machine_parts, ring
+from nutamill.drawing import box, machine_parts, ring
 from nutamill.errors import ResultError
+from nutamill.machine import BODIES
 from nutamill.result import open_result
 from nutamill.webview import view_page, write_view
 

@@ -6,13 +6,9 @@ from nutamill.advance import enter, record_first_row
 from nutamill.build.model import build
 from nutamill.case import load_case
 
-EMPTY = [
-    "charge.kind=none",
-    "mechanism.joint_friction=0",
-    "mechanism.joint_friction_viscous=0 N m s/rad",
-    "mechanism.gravity=1e-9 m/s^2",
-    "drive.ramp=20000 rpm/s",
-]
+SMOOTH = ["mechanism.joint_friction=0", "mechanism.joint_friction_viscous=0 N m s/rad"]
+"""Joints without friction."""
+EMPTY = ["charge.kind=none", *SMOOTH, "mechanism.gravity=1e-9 m/s^2", "drive.ramp=20000 rpm/s"]
 """An empty chamber without friction and (almost) without weight, soon at speed."""
 
 

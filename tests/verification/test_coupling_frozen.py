@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from mill_bench import march_mill, mill, whole_turns
+from mill_bench import SMOOTH, march_mill, mill, whole_turns
 
 from nutamill.build.clock import run_clock
 
@@ -32,8 +32,7 @@ def test_wedged_spheres_load_the_crank_as_a_rigid_body_of_their_mass_centre_and_
     mass = DENSITY * math.pi / 6 * D**3
     bed = wedged_ring()
     options = [
-        "mechanism.mounting=rigid", "mechanism.joint_friction=0", "mechanism.joint_friction_viscous=0 N m s/rad",
-        f"drive.speed={RPM} rpm", "drive.ramp=1000 rpm/s", "run.threads=1",
+        "mechanism.mounting=rigid", *SMOOTH, f"drive.speed={RPM} rpm", "drive.ramp=1000 rpm/s", "run.threads=1",
         f"contact.softening={SOFTENING}",
     ]  # fmt: skip
     stuck = [

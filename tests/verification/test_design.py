@@ -4,13 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from mill_bench import SMOOTH
 
 from nutamill.case import load_case
 from nutamill.design.balancing import Weight, balance_mill, permissible_unbalance, weighted
-from nutamill.design.empty import floor_force, once_per_turn, steady_series
+from nutamill.design.empty import once_per_turn, steady_series
 from nutamill.design.isolation import isolation, shaking_unbalance, transmissibility
 from nutamill.design.runup import run_up
 from nutamill.errors import CaseError
+from nutamill.readings.mounts import floor_series
 from nutamill.readings.orders import peaks
 
 SPEED = 40.0
@@ -19,10 +21,7 @@ SPEED = 40.0
 @pytest.fixture(scope="module")
 def rigid():
     """The empty mill bolted to the floor."""
-    return load_case(
-        "numill",
-        ["charge.kind=none", "mechanism.mounting=rigid", "mechanism.joint_friction=0", "mechanism.joint_friction_viscous=0 N m s/rad"],
-    )
+    return load_case("numill", ["charge.kind=none", "mechanism.mounting=rigid", *SMOOTH])
 
 
 def test_amplitude_once_per_turn_is_that_of_the_signal():
@@ -76,7 +75,7 @@ def test_mounts_pass_on_slow_shaking_as_it_is():
     sizes = []
     for mounting in ("rigid", "flexible"):
         series = steady_series(case.with_("mechanism.mounting", mounting), speed)
-        sizes.append(abs(once_per_turn(series["crank_angle"], floor_force(series))[0]))
+        sizes.append(abs(once_per_turn(series["crank_angle"], floor_series(series))[0]))
     assert 1.0 < sizes[1] / sizes[0] < 1.05
 
 

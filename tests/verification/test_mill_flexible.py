@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from mill_bench import march_mill, mill, whole_turns
+from mill_bench import SMOOTH, march_mill, mill, whole_turns
 
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.mechanism.assembly import assemble
@@ -65,8 +65,7 @@ def test_motor_pays_for_what_the_mounts_lose():
     # 1.4 % of critical damping, 0.85/s): 5 s after the ramp its share of the stored energy is e^-8.5 = 2e-4, and what it gives
     # back in 20 turns is of that order; the ledger itself closes to 1e-3 of the work.
     speed = 700 * RPM
-    smooth = ["mechanism.joint_friction=0", "mechanism.joint_friction_viscous=0 N m s/rad"]
-    case = mill("charge.kind=none", *smooth, "drive.speed=700 rpm", "drive.ramp=1400 rpm/s")
+    case = mill("charge.kind=none", *SMOOTH, "drive.speed=700 rpm", "drive.ramp=1400 rpm/s")
     series = march_mill(case, 6.5)
     steady = whole_turns(series, speed, 20)
     gained = {name: values[-1] - values[0] for name, values in steady.items()}

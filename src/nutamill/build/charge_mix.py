@@ -10,6 +10,7 @@ from nutamill.case import Case
 from nutamill.case.recipe import Portion
 from nutamill.charge.particles import Particles, clumps, joined, spheres
 from nutamill.charge.shapes import ClumpShape, clump_shape
+from nutamill.errors import CaseError, Fault
 
 
 class Pebble(NamedTuple):
@@ -46,6 +47,13 @@ def particle_masses(case: Case) -> np.ndarray:
 def charge_mass(case: Case) -> float:
     """Mass of all particles; 0 for an empty chamber [kg]."""
     return float(particle_masses(case).sum()) if case.charge.parts else 0.0
+
+
+def with_charge_mass(case: Case) -> Case:
+    """The case with the mass of its charge fixed to the chamber's base, where the rigid bars are."""
+    if case.chamber.bars is None:
+        raise CaseError(Fault("chamber.bars", "is missing, and says where the charge's mass would be", "Give radius and depth of a ring"))
+    return case.with_("chamber.bars.mass", case.chamber.bars_mass + charge_mass(case))
 
 
 def quickest_pebble(case: Case, material: str) -> Pebble:

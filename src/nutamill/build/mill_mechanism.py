@@ -1,6 +1,7 @@
 """A nutating mill as bodies, joints, bushings and a drive (MCA 2026, Table 4; rigid mounts: SAIMM 2025)."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,14 +10,14 @@ from nutamill.build.rigid_parts import RigidPart, chamber_shell, compose, remove
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import JOINTS, TURNING
-from nutamill.machine import Mounts, ShaftCoupling
+from nutamill.machine import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, SHAFT, Mounts, ShaftCoupling
+from nutamill.mechanism.assembly import assemble
+from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind, Motor
 from nutamill.mechanism.sensors import Sensor, SensorKind
 
-X_AXIS, Y_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+Y_AXIS, Z_AXIS = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
-FRAME, SHAFT, DRIVESHAFT = "frame", "intermediate_shaft", "driveshaft"
-CARRIAGE, CHAMBER, CROSS = "carriage", "chamber", "bearing_cross"
 FRAME_FIX, SHAFT_BEARING, DRIVESHAFT_BEARING = "frame_fix", "intermediate_shaft_bearing", "driveshaft_bearing"
 LOAD_CELL, CRANK_PIN, CHAMBER_PIVOT, YOKE_PIVOT = "load_cell", "crank_pin", "chamber_pivot", "yoke_pivot"
 COUPLING, DRIVE, NUTATION_POINT = "shaft_coupling", "motor", "nutation_point"
@@ -157,6 +158,13 @@ def mill_mechanism(case: Case) -> MillMechanism:
             bushings.append(Bushing(f"mount_{number}", GROUND, FRAME, place, Z_AXIS, *_rates(case.mounts)))
     drive = Drive(DRIVE, DRIVESHAFT_BEARING, *case.drive.breakpoints(), _motor(case))
     return MillMechanism(bodies, tuple(joints), tuple(bushings), (drive,), (0.0, 0.0, -mechanism.gravity))
+
+
+def assemble_mill(
+    mill: MillMechanism, drives: Sequence[Drive] | None = None
+) -> tuple[Mechanism, MechanismState, MechanismScratch]:
+    """The arrays of a mill's parts, as `nutamill.mechanism.assembly.assemble` makes them; with other `drives` if given."""
+    return assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives if drives is None else drives, gravity=mill.gravity)
 
 
 def _motor(case: Case) -> Motor | None:

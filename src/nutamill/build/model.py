@@ -8,7 +8,7 @@ from nutamill.build.chamber_charge import chamber_charge
 from nutamill.build.chamber_statistics import chamber_patches, chamber_survey
 from nutamill.build.charge_mix import particle_masses
 from nutamill.build.clock import Clock, run_clock
-from nutamill.build.mill_mechanism import CHAMBER, CROSS, DRIVE, chamber_rotation, mill_mechanism, mill_sensors
+from nutamill.build.mill_mechanism import DRIVE, assemble_mill, chamber_rotation, mill_mechanism, mill_sensors
 from nutamill.build.part_readout import PartReadout
 from nutamill.build.readout import Readout
 from nutamill.build.rigid_parts import whole_chamber
@@ -18,7 +18,7 @@ from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.charge.observe import ChargeReading, charge_reading
 from nutamill.charge.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
 from nutamill.coupling import CouplingPlan, CouplingState, Scheme, coupling_state
-from nutamill.mechanism.assembly import assemble
+from nutamill.machine import CHAMBER, CROSS
 from nutamill.mechanism.linear import static_equilibrium
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.sensors import SensorTable, column_names, sensor_table
@@ -89,7 +89,7 @@ def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
     """
     mill = mill_mechanism(case)
     bodies = [body.name for body in mill.bodies]
-    mechanism, mstate, mscratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity)
+    mechanism, mstate, mscratch = assemble_mill(mill)
     chamber, cross = bodies.index(CHAMBER), bodies.index(CROSS)
     sensors = sensor_table(mechanism, mstate, mill_sensors(case))
     weight = None

@@ -13,7 +13,8 @@ from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import Report, run_all
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case, load_mill
-from nutamill.case.fit_file import FreeKey, Measured, case_of, load_fit, overrides, place_of
+from nutamill.case.campaign_file import case_of, overrides
+from nutamill.case.fit_file import FreeKey, Measured, load_fit, place_of
 from nutamill.case.keys import held, si_at, si_of, unit_at
 from nutamill.errors import CaseError, Fault, StepError
 from nutamill.preflight import oscillations

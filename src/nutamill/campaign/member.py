@@ -16,7 +16,7 @@ from nutamill.build.bed import settled_bed
 from nutamill.case import Case
 from nutamill.errors import MillError, NotSteadyError, ResultError
 from nutamill.march import resume, run
-from nutamill.result import open_result
+from nutamill.result import open_result, state_of
 
 
 class Task(NamedTuple):
@@ -60,14 +60,6 @@ def perform(task: Task) -> None:
 def finished(state: str) -> bool:
     """Whether nothing is left to be done for a run in this state."""
     return state == "complete" or state.startswith("not steady")
-
-
-def state_of(file: Path) -> str:
-    """State of a result file; ``missing`` if there is none."""
-    if not file.exists():
-        return "missing"
-    with open_result(file) as result:
-        return result.state
 
 
 def _holds_checkpoint(file: Path) -> bool:

@@ -10,14 +10,14 @@ from nutamill.build.bed import bed_is_kept, bed_key
 from nutamill.build.chamber_charge import contact_law_of
 from nutamill.build.clock import run_clock
 from nutamill.campaign.axes import Member, changed, members
-from nutamill.campaign.member import Task, finished, state_of
+from nutamill.campaign.member import Task, finished
 from nutamill.campaign.table import Outcome, dataset, write_csv
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, MillError
 from nutamill.kernel import kernel_digest
 from nutamill.quantities import DEFAULT, Reading, read
-from nutamill.result import open_result
+from nutamill.result import open_result, state_of
 from nutamill.warm import warm_up
 from nutamill.watch import requests
 

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,6 +13,7 @@ from nutamill.campaign.axes import Member
 from nutamill.case.keys import held as held_at
 from nutamill.case.keys import unit_at
 from nutamill.quantities import NOTHING, Reading, Value
+from nutamill.wholefile import write_whole
 
 PARTS = {"": "mean", "_half_width": "half_width", "_window": "window"}
 """Variables of a reading in the dataset, by what is added to its name."""
@@ -78,6 +78,4 @@ def write_csv(path: Path, outcomes: Sequence[Outcome], readings: Sequence[Readin
         values = [outcome.values.get(reading, NOTHING) for reading in readings]
         numbers = [f"{number:.6g}" for value in values for number in (value.mean, value.half_width, value.window)]
         writer.writerow([*outcome.member.values.values(), outcome.state, outcome.file.name, *numbers])
-    part = path.with_suffix(".part")
-    part.write_text(out.getvalue(), encoding="utf-8")
-    os.replace(part, path)
+    write_whole(path, out.getvalue())

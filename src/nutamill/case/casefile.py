@@ -6,13 +6,13 @@ import json
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-from pydantic import PrivateAttr, ValidationError
+from pydantic import PrivateAttr
 
 from nutamill.case.layers import Layer, merge, python_layer
-from nutamill.case.wording import worded
+from nutamill.case.wording import checked
 from nutamill.case.write import written
-from nutamill.errors import CaseError, Fault
-from nutamill.tables import FROM_FILE, Frequency, Table, Time
+from nutamill.errors import Fault
+from nutamill.tables import Frequency, Table, Time
 
 
 class SnapshotPlan(Table):
@@ -96,13 +96,7 @@ class CaseFile(Table):
 def validated(kind: type[CaseFile], layers: list[Layer], name: str, faults: list[Fault], *, from_file: bool = True) -> Any:
     """Merge the layers and make the case of that `kind`, or raise the faults found so far with all others."""
     content, places, more = merge(layers)
-    faults = [*faults, *more]
-    try:
-        case = kind.model_validate(content, context={FROM_FILE: from_file})
-    except ValidationError as error:
-        faults += worded(error, kind, content, places)
-    if faults:
-        raise CaseError(*faults)
+    case = checked(kind, content, places, [*faults, *more], from_file)
     case._name = name
     return case
 

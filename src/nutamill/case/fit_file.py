@@ -3,14 +3,11 @@
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
-from nutamill.case.layers import Layer, placed, read_layer
-from nutamill.case.library import library_file
-from nutamill.case.wording import worded
-from nutamill.case.write import toml_value
-from nutamill.errors import CaseError
-from nutamill.tables import FROM_FILE, Share, Table
+from nutamill.case.campaign_file import CampaignFile, read_campaign_file
+from nutamill.case.layers import Layer, placed
+from nutamill.tables import Share, Table
 
 Given = str | int | float
 
@@ -32,7 +29,7 @@ class Measured(Table):
     """A measured or published value."""
 
     quantity: str
-    """A series, ``rms`` or ``swing`` and a series, or ``natural_frequency 1`` for the first of the modes below twice the full speed."""
+    """A series, ``rms`` or ``swing`` and a series, or ``natural_frequency 1`` for the first of the modes about rest."""
     value: str
     """What was measured, with its unit."""
     uncertainty: str
@@ -43,13 +40,9 @@ class Measured(Table):
     """Where it comes from."""
 
 
-class FitFile(Table):
+class FitFile(CampaignFile):
     """What a fit file says."""
 
-    case: str
-    """A published mill, or a case file beside this one."""
-    set: dict[str, Any] = Field(default_factory=dict)
-    """Changes in all runs, by dotted key."""
     free: Annotated[dict[str, FreeKey], Field(min_length=1)]
     """The keys to be found."""
     target: Annotated[tuple[Measured, ...], Field(min_length=1)]
@@ -63,21 +56,7 @@ def load_fit(name: str | Path) -> tuple[FitFile, Layer]:
     ------
     CaseError : every fault of form, with file, line and key
     """
-    layer = read_layer(name)
-    try:
-        return FitFile.model_validate(layer.content, context={FROM_FILE: True}), layer
-    except ValidationError as error:
-        raise CaseError(*worded(error, FitFile, layer.content, layer.places)) from None
-
-
-def case_of(file: FitFile, layer: Layer) -> tuple[str, list[str]]:
-    """Name of the case, and the changes of all runs as ``key=value``."""
-    return file.case if library_file(file.case) else str(layer.folder / file.case), overrides(file.set)
-
-
-def overrides(changes: dict[str, Any]) -> list[str]:
-    """Changes by dotted key as ``key=value``, as after ``--set``."""
-    return [f"{key}={toml_value(value)}" for key, value in changes.items()]
+    return read_campaign_file(name, FitFile)
 
 
 def place_of(layer: Layer, *key: str | int) -> str:

@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from nutamill import units
 from nutamill.case.layers import Layer, merge
-from nutamill.case.wording import worded
+from nutamill.case.wording import checked
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import series_field
-from nutamill.tables import FROM_FILE, Count, Frequency, Number, Quantity, Speed, Table
+from nutamill.tables import Count, Frequency, Number, Quantity, Speed, Table
 from nutamill.units import UNITS, Kind
 
 
@@ -64,15 +64,11 @@ def load_mapping(path: str | Path) -> Mapping:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise CaseError(
-            Fault(str(path), f"must be a mapping file, it cannot be read: {error}", "Write one, see docs/measured.md")
+            Fault(str(path), f"must be a mapping file, it cannot be read: {error}", "Write one, see docs/guides/measured.md")
         ) from None
     content, places, faults = merge([Layer.of_text(text, str(path))])
-    try:
-        mapping = Mapping.model_validate(content, context={FROM_FILE: True})
-    except ValidationError as error:
-        raise CaseError(*faults, *worded(error, Mapping, content, places)) from None
-    faults = [*faults, *_wrong_channels(mapping, str(path))]
-    if faults:
+    mapping = checked(Mapping, content, places, faults)
+    if faults := _wrong_channels(mapping, str(path)):
         raise CaseError(*faults)
     return mapping
 

@@ -3,13 +3,13 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from nutamill.case.layers import merge, read_layers
-from nutamill.case.wording import worded
+from nutamill.case.wording import checked
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import JOINTS
-from nutamill.tables import FROM_FILE, Angle, Coefficient, Coordinate, Force, Length, Number, Pressure, Quantity, Table, refusal
+from nutamill.tables import Angle, Coefficient, Coordinate, Force, Length, Number, Pressure, Quantity, Table, refusal
 from nutamill.units import Kind
 
 Positive = Annotated[Number, Field(gt=0.0)]
@@ -91,10 +91,7 @@ def load_ratings(path: str | Path) -> Ratings:
     CaseError : every fault found, each with its file, line and key
     """
     content, places, faults = merge(read_layers(path))
-    try:
-        ratings = Ratings.model_validate(content, context={FROM_FILE: True})
-    except ValidationError as error:
-        raise CaseError(*faults, *worded(error, Ratings, content, places)) from None
+    ratings = checked(Ratings, content, places, faults)
     for joint in ratings.bearings:
         if joint not in JOINTS:
             faults.append(Fault(f"{path}: bearings.{joint}", "must be named as a joint of the mill", f"Known are {', '.join(JOINTS)}"))

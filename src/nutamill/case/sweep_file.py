@@ -3,23 +3,17 @@
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
+from nutamill.case.campaign_file import CampaignFile, case_of, read_campaign_file
 from nutamill.case.layers import read_layer
 from nutamill.case.library import library_file
-from nutamill.case.wording import worded
 from nutamill.case.write import toml_value
-from nutamill.errors import CaseError
-from nutamill.tables import FROM_FILE, Table
 
 
-class SweepFile(Table):
+class SweepFile(CampaignFile):
     """What a sweep file says."""
 
-    case: str
-    """A published mill, or a case file beside this one."""
-    set: dict[str, Any] = Field(default_factory=dict)
-    """Changes in all runs, by dotted key."""
     sweep: dict[str, str | int | float | list[Any]] = Field(default_factory=dict)
     """Values by dotted key: a list, or text as after ``-s``."""
     readings: tuple[str, ...] = ()
@@ -38,12 +32,7 @@ def load_sweep(name: str | Path) -> tuple[str, list[str], dict[str, str | list[s
     ------
     CaseError : every fault found, with file, line and key
     """
-    layer = read_layer(name)
-    try:
-        found = SweepFile.model_validate(layer.content, context={FROM_FILE: True})
-    except ValidationError as error:
-        raise CaseError(*worded(error, SweepFile, layer.content, layer.places)) from None
-    case = found.case if library_file(found.case) else str(layer.folder / found.case)
-    fixed = [f"{key}={toml_value(value)}" for key, value in found.set.items()]
+    found, layer = read_campaign_file(name, SweepFile)
+    case, fixed = case_of(found, layer)
     swept = {key: [toml_value(one) for one in value] if isinstance(value, list) else str(value) for key, value in found.sweep.items()}
     return case, fixed, swept, found.readings

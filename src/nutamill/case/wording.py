@@ -2,16 +2,42 @@
 
 import types
 import typing
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from nutamill import units
 from nutamill.case.layers import Key, placed
 from nutamill.case.library import similar
-from nutamill.errors import Fault
-from nutamill.tables import Quantity, Table, spelled
+from nutamill.errors import CaseError, Fault
+from nutamill.tables import FROM_FILE, Quantity, Table, spelled
+
+Read = TypeVar("Read", bound=Table)
+
+
+def checked(
+    kind: type[Read], content: dict[str, Any], places: dict[Key, str], faults: Sequence[Fault] = (), from_file: bool = True
+) -> Read:
+    """The table of this kind that `content` describes.
+
+    Parameters
+    ----------
+    places : where each key stands, as `nutamill.case.layers.merge` tells it
+    faults : those found before, raised with all others
+    from_file : quantities are text with a unit; otherwise SI floats are taken too
+
+    Raises
+    ------
+    CaseError : every fault
+    """
+    try:
+        table = kind.model_validate(content, context={FROM_FILE: from_file})
+    except ValidationError as error:
+        raise CaseError(*faults, *worded(error, kind, content, places)) from None
+    if faults:
+        raise CaseError(*faults)
+    return table
 
 
 def worded(error: ValidationError, top: type[Table], content: dict[str, Any], places: dict[Key, str]) -> list[Fault]:

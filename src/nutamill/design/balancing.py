@@ -5,11 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.build.mill_mechanism import FRAME, SHAFT, mill_mechanism
+from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.case import Case
-from nutamill.design.empty import machine_vector, once_per_turn, steady_series
+from nutamill.design.empty import once_per_turn, steady_series
 from nutamill.design.isolation import shaking_unbalance
 from nutamill.errors import CaseError, Fault
+from nutamill.machine import FRAME, SHAFT
+from nutamill.readings.source import vector
+from nutamill.units import rpm
 
 TRIAL = 0.2
 """Share of the shaking unbalance that a trial mass has [1]; the mill answers linearly within a per cent or so."""
@@ -120,21 +123,20 @@ def readings(case: Case, speed: float, charge: bool) -> np.ndarray:
     """Complex amplitudes once per turn of what balancing is to make small: travel of the mounts [m], or force of each corner [N]."""
     series = steady_series(case, speed, charge)
     if case.mechanism.mounting == "flexible":
-        travel = np.hstack([machine_vector(series, f"mount_{number}_travel") for number in range(1, case.mounts.count + 1)])
+        travel = np.hstack([vector(series, f"mount_{number}_travel") for number in range(1, case.mounts.count + 1)])
         return once_per_turn(series["crank_angle"], travel)
     # the fixing's force and moment as vertical forces of four corners and shares of the horizontal ones
-    force = once_per_turn(series["crank_angle"], machine_vector(series, "frame_fix_reaction_force"))
-    moment = once_per_turn(series["crank_angle"], machine_vector(series, "frame_fix_reaction_moment"))
+    force = once_per_turn(series["crank_angle"], vector(series, "frame_fix_reaction_force"))
+    moment = once_per_turn(series["crank_angle"], vector(series, "frame_fix_reaction_moment"))
     upright = [moment[axis] / (4.0 * case.mounts.half_spacing) for axis in (0, 1)]
     return np.array([*force[:2] / 4.0, *upright])
 
 
 def balance_lines(found: Balancing, case: Case, grade: float = GRADE) -> list[str]:
     """Weights, vibration and residual unbalance as a table, and the keys that put the weights into a case."""
-    rpm = found.speed * 30.0 / np.pi
     unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
     what = "travel of the mounts" if unit == "mm" else "force of each corner on the floor"
-    rows = [f"balancing at {rpm:.4g} rpm: unbalance {1e3 * abs(found.unbalance):.4g} kg mm"]
+    rows = [f"balancing at {rpm(found.speed):.4g} rpm: unbalance {1e3 * abs(found.unbalance):.4g} kg mm"]
     rows.append(f"{'mass (kg)':>10} {'radius (mm)':>12} {'depth (mm)':>11} {'azimuth':>9}")
     for weight in found.weights:
         rows.append(f"{weight.mass:10.4f} {1e3 * weight.radius:12.4g} {1e3 * weight.depth:11.4g} {np.degrees(weight.azimuth):7.2f} °")

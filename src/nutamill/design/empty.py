@@ -3,9 +3,9 @@
 import numpy as np
 
 from nutamill.advance import enter, record_first_row
+from nutamill.build.charge_mix import with_charge_mass
 from nutamill.build.model import build
 from nutamill.case import Case
-from nutamill.design.modes import with_charge_mass
 
 RAMP_TIME, TAKEN = 0.5, 1.0
 """Time to reach a speed, and the end of a steady run from which readings are taken [s]."""
@@ -51,16 +51,3 @@ def once_per_turn(angle: np.ndarray, values: np.ndarray) -> np.ndarray:
     """
     basis = np.column_stack([np.exp(1j * order * angle) for order in (0, 1, -1, 2, -2)])
     return 2.0 * np.linalg.lstsq(basis, values.astype(complex), rcond=None)[0][1]
-
-
-def floor_force(series: dict[str, np.ndarray]) -> np.ndarray:
-    """Force of the machine on the floor [N], (n, 3), world axes: through mounts or fixing, and the bearing of the intermediate shaft."""
-    feet = [name.removesuffix("_x") for name in series if name.startswith("mount_") and name.endswith("_force_x")]
-    return -sum(
-        machine_vector(series, name) for name in (*(feet or ["frame_fix_reaction_force"]), "intermediate_shaft_bearing_reaction_force")
-    )
-
-
-def machine_vector(series: dict[str, np.ndarray], name: str) -> np.ndarray:
-    """Three components of a series, (n, 3)."""
-    return np.column_stack([series[f"{name}_{axis}"] for axis in "xyz"])

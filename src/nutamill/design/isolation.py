@@ -5,10 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.case import Case
-from nutamill.design.empty import empty_series, floor_force, once_per_turn, steady_series
+from nutamill.design.empty import empty_series, once_per_turn, steady_series
 from nutamill.design.modes import machine_modes
 from nutamill.errors import CaseError, Fault
+from nutamill.readings.mounts import floor_series
 from nutamill.readings.orders import track
+from nutamill.units import rpm
 
 SLOW = 20.0
 """Time of the ramp to full speed [s]: slow beside the decay of the vibrations of soft mounts."""
@@ -57,7 +59,7 @@ def isolation(case: Case, charge: bool = False) -> Isolation:
     full = case.drive.speed
     shaking = shaking_unbalance(case, full, charge)
     series = empty_series(case.with_(drive__ramp=full / SLOW, run__until=SLOW), charge)
-    force = floor_force(series)
+    force = floor_series(series)
     sides = [track(series["time"], series["crank_angle"], force[:, k], (1.0,)) for k in (0, 1)]
     transmitted = np.sqrt(0.5 * (sides[0].amplitude[0] ** 2 + sides[1].amplitude[0] ** 2))
     speed = sides[0].speed
@@ -72,17 +74,16 @@ def shaking_unbalance(case: Case, speed: float, charge: bool = False) -> complex
     ``F_x = Re(U speed^2 exp(i angle))`` for a mass on the side of the crank pin.
     """
     series = steady_series(case.with_("mechanism.mounting", "rigid"), speed, charge)
-    c = once_per_turn(series["crank_angle"], floor_force(series))
+    c = once_per_turn(series["crank_angle"], floor_series(series))
     return complex(0.5 * (c[0] + 1j * c[1]) / speed**2)  # the part that turns forward
 
 
 def isolation_lines(found: Isolation, count: int = 8) -> list[str]:
     """Transmissibility at some speeds as a table."""
-    rpm = 30.0 / np.pi
     rows = ["force on the floor once per turn, over the shaking force of the mill bolted down"]
     rows.append(f"{'rpm':>8} {'floor (N)':>10} {'shaking (N)':>12} {'passed on':>10} {'one mass':>9}")
     for speed in np.linspace(found.speed[0], found.speed[-1], count + 1)[1:]:
         k = int(np.abs(found.speed - speed).argmin())
         numbers = f"{found.transmitted[k]:10.4g} {found.shaking[k]:12.4g} {found.transmissibility[k]:10.3f} {found.single[k]:9.3f}"
-        rows.append(f"{found.speed[k] * rpm:8.1f} {numbers}")
+        rows.append(f"{rpm(found.speed[k]):8.1f} {numbers}")
     return rows

@@ -5,14 +5,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from nutamill.build.charge_mix import charge_mass
-from nutamill.build.mill_mechanism import FRAME, SHAFT, mill_mechanism
+from nutamill.build.charge_mix import with_charge_mass
+from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault
-from nutamill.mechanism.assembly import assemble
+from nutamill.machine import FRAME, SHAFT
 from nutamill.mechanism.linear import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running import running_modes
+from nutamill.units import rpm
 
 ANGLES = 6
 """Crank angles over which the coefficients of the turning mill are averaged [1]: exact up to the fifth order."""
@@ -120,7 +121,7 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
     loaded = _frictionless(with_charge_mass(case) if charge else case)
     mill = mill_mechanism(loaded)
     drives = mill.drives if speed == 0.0 else (Drive(mill.drives[0].name, mill.drives[0].joint, (0.0, 1.0), (speed, speed)),)
-    mechanism, state, scratch = assemble(mill.bodies, mill.joints, mill.bushings, drives=drives, gravity=mill.gravity)
+    mechanism, state, scratch = assemble_mill(mill, drives)
     static_equilibrium(mechanism, state, scratch)
     names = tuple(body.name for body in mill.bodies)
     if speed == 0.0:
@@ -157,13 +158,6 @@ def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: b
     # the last shapes tell forward from backward whirls, which are one at rest
     labels = tuple(before.label(k) for k in range(n))
     return Campbell(speeds, frequency, damping, labels, tuple(sorted(_crossings(speeds, frequency, damping, labels))))
-
-
-def with_charge_mass(case: Case) -> Case:
-    """The case with the mass of its charge fixed to the chamber's base, where the rigid bars are."""
-    if case.chamber.bars is None:
-        raise CaseError(Fault("chamber.bars", "is missing, and says where the charge's mass would be", "Give radius and depth of a ring"))
-    return case.with_("chamber.bars.mass", case.chamber.bars_mass + charge_mass(case))
 
 
 def _frictionless(case: Case) -> Case:
@@ -217,7 +211,7 @@ def _crossings(speeds: np.ndarray, frequency: np.ndarray, damping: np.ndarray, l
 
 def modes_lines(found: MachineModes) -> list[str]:
     """The modes as a table."""
-    state = "at rest" if found.speed == 0.0 else f"at {_rpm(found.speed):.4g} rpm"
+    state = "at rest" if found.speed == 0.0 else f"at {rpm(found.speed):.4g} rpm"
     rows = [f"modes {state}", f"{'Hz':>8}  {'damping':>8}  motion"]
     for k, (frequency, ratio) in enumerate(zip(found.frequency, found.damping_ratio, strict=True)):
         rows.append(f"{frequency:8.3f}  {100 * ratio:6.2f} %  {found.label(k)}: {found.movers(k)}")
@@ -226,11 +220,7 @@ def modes_lines(found: MachineModes) -> list[str]:
 
 def avoid_lines(found: Campbell) -> list[str]:
     """The speeds to avoid as a table."""
-    rows = [f"speeds to avoid up to {_rpm(found.speeds[-1]):.4g} rpm", f"{'rpm':>8}  order  {'Hz':>8}  {'damping':>8}  motion"]
+    rows = [f"speeds to avoid up to {rpm(found.speeds[-1]):.4g} rpm", f"{'rpm':>8}  order  {'Hz':>8}  {'damping':>8}  motion"]
     for at in found.avoid:
-        rows.append(f"{_rpm(at.speed):8.1f}  {at.order:4.0f}x  {at.frequency:8.3f}  {100 * at.damping_ratio:6.2f} %  {at.label}")
+        rows.append(f"{rpm(at.speed):8.1f}  {at.order:4.0f}x  {at.frequency:8.3f}  {100 * at.damping_ratio:6.2f} %  {at.label}")
     return rows
-
-
-def _rpm(speed: float) -> float:
-    return speed * 30.0 / np.pi

@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from nutamill.case import Case
 from nutamill.design.empty import empty_series
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import series_field
 from nutamill.readings.orders import Orders, Waterfall, peaks, spectra, track
+from nutamill.units import rpm
 
 AFTER = 1.0
 """Time at full speed after the ramp [s]."""
@@ -65,13 +64,13 @@ def default_sensor(case: Case) -> str:
 
 def run_up_lines(runs: list[RunUp], name: str) -> list[str]:
     """Peaks of the orders for each ramp as a table."""
-    unit, rpm = series_field(name).unit, 30.0 / np.pi
+    unit = series_field(name).unit
     rows = [
         f"{series_field(name).label} ({unit}) on the way to full speed",
         f"{'ramp':>12} {'order':>6} {'peak':>10} {'at rpm':>8} {'Hz':>7}",
     ]
     for run in runs:
         for peak in peaks(run.orders):
-            at = peak.speed * rpm
-            rows.append(f"{run.ramp * rpm:6.4g} rpm/s {peak.order:5.3g}x {peak.amplitude:10.4g} {at:8.1f} {peak.order * at / 60.0:7.3f}")
+            at = rpm(peak.speed)
+            rows.append(f"{rpm(run.ramp):6.4g} rpm/s {peak.order:5.3g}x {peak.amplitude:10.4g} {at:8.1f} {peak.order * at / 60.0:7.3f}")
     return rows

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.build.mill_mechanism import CHAMBER, DRIVESHAFT, FRAME, SHAFT, chamber_rotation, mill_mechanism
+from nutamill.build.mill_mechanism import chamber_rotation, mill_mechanism
 from nutamill.case import Case
+from nutamill.machine import CHAMBER, DRIVESHAFT, FRAME, SHAFT
 
 
 class Stick(NamedTuple):

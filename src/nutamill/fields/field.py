@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 WORLD = "world"
+O_FIXED = "nutation point as assembled"
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from nutamill import units
-from nutamill.figures.style import STYLE
+from nutamill.figures.style import STYLE, WIDTH
 from nutamill.quantities import Reading
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def draw_sweep(table: "xarray.Dataset", readings: Sequence[Reading]) -> Figure |
     unit = table[along].attrs["units"]
     shown, factor = ("rpm", units.UNITS[units.Kind.SPEED]["rpm"]) if unit == "rad/s" else (unit, 1.0)
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 0.75 + 1.25 * len(drawn)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.75 + 1.25 * len(drawn)), layout="constrained")
         panels = np.atleast_1d(figure.subplots(len(drawn), 1, sharex=True))
         for axes, reading in zip(panels, drawn, strict=True):
             for k in range(lines.sizes["line"]):

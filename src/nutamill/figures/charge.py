@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from nutamill.analysis import PAPER_WINDOW
 from nutamill.charge_flow import crest, flow_fields, impact_spectra, surface_heights, wear_table, window
-from nutamill.figures.style import STYLE
+from nutamill.figures.style import STYLE, WIDTH
 from nutamill.result import Result
 
 RARE = 1e-2
@@ -27,7 +27,7 @@ def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     rates = spectra["rate"].sum(("pair", "part")).values
     seen = np.flatnonzero(rates > RARE * rates.max())
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 3.6), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
         number, power = figure.subplots(2, 1, sharex=True)
         for k, pair in enumerate(map(str, spectra["pair"].values)):
             for part, line in PATTERN.items():
@@ -65,7 +65,7 @@ def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     azimuth, along = (table[name].values.reshape(columns, -1) for name in ("patch_azimuth", "patch_along"))
     panels = (("pressure", "pressure (Pa)"), ("shear_intensity", "shear work (W/m$^2$)"), ("cutting_intensity", "cutting energy (W/m$^2$)"))
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 5.0), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
         for k, (axes, (name, label)) in enumerate(zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True)):
             values = table[name].values.reshape(columns, -1)
             drawn = axes.pcolormesh(np.degrees(azimuth[:, 0]), along[0], values.T, cmap="viridis", vmin=0.0, rasterized=True)
@@ -89,7 +89,7 @@ def draw_flow(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     heights = surface_heights(done)
     top = crest(heights, done["azimuth"].values)
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 5.2), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
         places = figure.add_gridspec(2, 1, height_ratios=[3, 2])
         above = figure.add_subplot(places[0], projection="polar")
         along = figure.add_subplot(places[1])

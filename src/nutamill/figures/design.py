@@ -13,15 +13,13 @@ from nutamill.design.modes import ORDERS, Campbell, MachineModes
 from nutamill.design.runup import RunUp
 from nutamill.design.sticks import sticks
 from nutamill.fields import series_field
-from nutamill.figures.style import STYLE
+from nutamill.figures.style import PALETTE, STYLE, WIDTH
+from nutamill.units import rpm
 
 GREY, MOVED, ORBIT = "#B8B8B8", "#0072B2", "#D55E00"
 LARGEST = 0.09
 """Size of the largest drawn displacement of a mode [m]."""
-PALETTE = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000")
-"""Colours of Okabe and Ito, 2008, as in the style file; given by name, they would follow the style in force when a figure is saved."""
 LINES = {1.0: "-", 2.0: (0, (5, 2))}
-RPM = 30.0 / math.pi
 
 
 def draw_modes(case: Case, found: MachineModes) -> Figure:
@@ -57,19 +55,24 @@ def draw_modes(case: Case, found: MachineModes) -> Figure:
 
 def draw_campbell(found: Campbell) -> Figure:
     """Campbell diagram: natural frequencies over driveshaft speed, lines of one and two excitations per turn, speeds to avoid."""
-    rpm = found.speeds * RPM
-    highest = 1.08 * max(found.frequency[found.frequency < 2.2 * found.speeds[-1] / (2 * np.pi)].max(initial=1.0), rpm[-1] / 60.0)
+    speeds = rpm(found.speeds)
+    highest = 1.08 * max(found.frequency[found.frequency < 2.2 * found.speeds[-1] / (2 * np.pi)].max(initial=1.0), speeds[-1] / 60.0)
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 3.4), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
         axes = figure.subplots()
         shown = [k for k in range(len(found.labels)) if found.frequency[:, k].min() < highest]
         for n, k in enumerate(shown):
             axes.plot(
-                rpm, found.frequency[:, k], color=PALETTE[n % 7], linestyle=("-", (0, (2, 2)))[n % 2], linewidth=1.4, label=found.labels[k]
+                speeds,
+                found.frequency[:, k],
+                color=PALETTE[n % 7],
+                linestyle=("-", (0, (2, 2)))[n % 2],
+                linewidth=1.4,
+                label=found.labels[k],
             )
         for order in ORDERS:
-            axes.plot(rpm, order * rpm / 60.0, color="black", linewidth=0.8, linestyle=LINES[order], label=f"{order:.0f}x speed")
-        axes.plot([a.speed * RPM for a in found.avoid], [a.frequency for a in found.avoid], "ko", markersize=3, label="speeds to avoid")
+            axes.plot(speeds, order * speeds / 60.0, color="black", linewidth=0.8, linestyle=LINES[order], label=f"{order:.0f}x speed")
+        axes.plot([rpm(a.speed) for a in found.avoid], [a.frequency for a in found.avoid], "ko", markersize=3, label="speeds to avoid")
         axes.set_ylim(0.0, highest)
         axes.set_xlabel("driveshaft speed (rpm)")
         axes.set_ylabel("natural frequency (Hz)")
@@ -82,15 +85,15 @@ def draw_run_up(runs: list[RunUp], name: str) -> Figure:
     unit = series_field(name).unit.replace("m/s^2", "m/s$^2$")
     orders = runs[0].orders.orders
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 1.5 * (len(orders) + 1)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 1.5 * (len(orders) + 1)), layout="constrained")
         panels = figure.subplots(len(orders) + 1, 1, sharex=True)
         for n, run in enumerate(runs):
-            style = {"color": PALETTE[n % 7], "label": f"{run.ramp * RPM:.4g} rpm/s"}
+            style = {"color": PALETTE[n % 7], "label": f"{rpm(run.ramp):.4g} rpm/s"}
             for k in range(len(orders)):
-                panels[k].plot(run.orders.speed * RPM, run.orders.amplitude[k], **style)
+                panels[k].plot(rpm(run.orders.speed), run.orders.amplitude[k], **style)
             told = run.orders.amplitude[0] > 0.02 * run.orders.amplitude[0].max()
             lag = np.degrees(np.unwrap(run.orders.lag[0][told]))
-            panels[-1].plot(run.orders.speed[told] * RPM, lag - 360.0 * round(lag.mean() / 360.0), **style)
+            panels[-1].plot(rpm(run.orders.speed[told]), lag - 360.0 * round(lag.mean() / 360.0), **style)
         for k, order in enumerate(orders):
             panels[k].set_title(f"({'abcdefg'[k]}) {series_field(name).label}, {order:g}x", loc="left")
             panels[k].set_ylabel(f"amplitude ({unit})")
@@ -98,7 +101,7 @@ def draw_run_up(runs: list[RunUp], name: str) -> Figure:
         panels[-1].set_title(f"({'abcdefg'[len(orders)]}) phase lag, {orders[0]:g}x", loc="left")
         panels[-1].set_ylabel("lag (°)")
         panels[-1].set_xlabel("driveshaft speed (rpm)")
-        panels[-1].set_xlim(0.0, max(run.orders.speed.max() for run in runs) * RPM)
+        panels[-1].set_xlim(0.0, rpm(max(run.orders.speed.max() for run in runs)))
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
         figure.align_ylabels()
     return figure
@@ -107,13 +110,13 @@ def draw_run_up(runs: list[RunUp], name: str) -> Figure:
 def draw_isolation(found: Isolation) -> Figure:
     """Force on the floor over the shaking force, over speed, beside that of one mass on a spring."""
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 2.6), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
-        axes.plot(found.speed * RPM, found.transmissibility, color=PALETTE[0], label="mill on its mounts")
-        axes.plot(found.speed * RPM, found.single, color=PALETTE[5], linestyle=(0, (5, 2)), label="one mass on a spring")
+        axes.plot(rpm(found.speed), found.transmissibility, color=PALETTE[0], label="mill on its mounts")
+        axes.plot(rpm(found.speed), found.single, color=PALETTE[5], linestyle=(0, (5, 2)), label="one mass on a spring")
         axes.axhline(1.0, color="black", linewidth=0.6)
         axes.set_yscale("log")
-        axes.set_xlim(0.0, found.speed[-1] * RPM)
+        axes.set_xlim(0.0, rpm(found.speed[-1]))
         axes.set_xlabel("driveshaft speed (rpm)")
         axes.set_ylabel("force passed on")
         figure.legend(loc="outside lower center", ncols=2)
@@ -124,7 +127,7 @@ def draw_balancing(found: Balancing, case: Case) -> Figure:
     """Vibration before and after, and the driveshaft seen from above with the pin and the weights."""
     unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 2.0), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.0), layout="constrained")
         bars, view = figure.subplots(1, 2)
         bars.bar(["before", "after"], [factor * found.before, factor * found.after], color=[PALETTE[5], PALETTE[0]], width=0.6)
         bars.set_ylabel(f"{'travel' if unit == 'mm' else 'force'}, r.m.s. ({unit})")

@@ -4,14 +4,12 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from nutamill.figures.style import STYLE
+from nutamill.figures.style import PALETTE, STYLE, WIDTH
 from nutamill.mechanism_analysis import magnitude, part_loads
 from nutamill.result import Result
 
 MOST_LINES = 5
 """Joints drawn at most: those with the largest peaks."""
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
-"""Colours that stay apart for the colour-blind (Okabe and Ito, 2008)."""
 
 
 def draw_reactions(result: Result) -> Figure:
@@ -26,9 +24,9 @@ def draw_reactions(result: Result) -> Figure:
         names = ("kinetic_energy_mechanism", "potential_energy", "elastic_energy")
         panels = [("energy (J)", [(name, result.series[name].values) for name in names])]
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 0.5 + 1.9 * len(panels)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.5 + 1.9 * len(panels)), layout="constrained")
         for axes, (label, lines) in zip(figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0], panels, strict=True):
-            for number, (colour, (name, values)) in enumerate(zip(COLOURS, lines, strict=False)):
+            for number, (colour, (name, values)) in enumerate(zip(PALETTE, lines, strict=False)):
                 # thinner and thinner: of two joints with the same force both are seen
                 axes.plot(time, values, color=colour, label=name.replace("_", " "), linewidth=2.2 / (1 + number) ** 0.7)
             axes.set_ylabel(label)

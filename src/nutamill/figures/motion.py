@@ -14,12 +14,10 @@ from nutamill.analysis import PAPER_WINDOW, steady_window
 from nutamill.charge_flow import mass_centre_orbit
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
-from nutamill.figures.style import MARK, MEAN, RMS, STYLE
+from nutamill.figures.style import MARK, MEAN, RMS, STYLE, WIDTH
 from nutamill.result import Result
 from nutamill.vibration import spectrum
 
-WIDTH = 3.386
-"""One journal column [inch]."""
 HIGHEST = 500.0
 """Highest frequency drawn [Hz]."""
 

@@ -4,7 +4,7 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from nutamill.figures.style import MEAN, STYLE
+from nutamill.figures.style import MEAN, STYLE, WIDTH
 from nutamill.mount_test import MountProperties, MountTest
 
 
@@ -14,7 +14,7 @@ def draw_loop(test: MountTest, found: MountProperties) -> Figure:
     moved = found.amplitude * np.cos(phase)
     pushed = found.amplitude * (found.storage * np.cos(phase) - found.loss * np.sin(phase))
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 2.6), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
         axes.plot(
             1e3 * (test.displacement - test.displacement.mean()), test.force - test.force.mean(), ".", color="#888888", ms=2, label="test"

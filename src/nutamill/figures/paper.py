@@ -9,21 +9,21 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from scipy.spatial.transform import Rotation
 
 from nutamill.case import Case
 from nutamill.errors import ResultError
 from nutamill.figures.run import draw_run
-from nutamill.figures.style import STYLE
+from nutamill.figures.style import STYLE, WIDTH
+from nutamill.machine import DrawnMechanism
 from nutamill.papers.compare import Key, Measured
 from nutamill.papers.model import Curve, FigurePlan, Paper, same_speed
 from nutamill.papers.quantities import QUANTITIES
 from nutamill.papers.runs import COMPLETE, PlannedRun, run_name, run_state
 from nutamill.papers.table import UNIT
+from nutamill.replay import particle_snapshots, rotation_of
 from nutamill.result import Result, open_result
+from nutamill.units import Kind, parse, rpm
 
-GRAVITY = 9.81
-"""Acceleration in the centrifugal number of the papers [m/s^2]."""
 ARM_POSITIONS = (0.0, 90.0, 180.0, 270.0)
 """Crank angles at which particles are shown [deg]."""
 MARKS = ("o", "s", "^", "D", "v")
@@ -58,7 +58,7 @@ def draw_over_speed(plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], 
     Bredell and Coetzee, Math. Comput. Appl. 31(5), 171 (2026), figures 7, 8, 10, 12 to 14 (forms of the pictures)
     """
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 0.75 + 1.9 * len(plan.panels)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.75 + 1.9 * len(plan.panels)), layout="constrained")
         drawn = 0
         all_axes = figure.subplots(len(plan.panels), 1, sharex=True, squeeze=False)[:, 0]
         for k, (axes, panel) in enumerate(zip(all_axes, plan.panels, strict=True)):
@@ -154,26 +154,22 @@ def _colour(number: int) -> str:
 def _abscissa(speeds: Sequence[float], plan: FigurePlan, runs: Sequence[PlannedRun]) -> np.ndarray:
     """Where speeds [rad/s] stand: in rpm, or as centrifugal numbers."""
     speeds = np.asarray(speeds)
-    return centrifugal_number(speeds, _crank_radius(runs)) if plan.form == "lambda" else speeds * 30.0 / math.pi
+    return centrifugal_number(speeds, runs[0].case.mechanism) if plan.form == "lambda" else rpm(speeds)
 
 
-def centrifugal_number(speed: np.ndarray | float, crank_radius: float) -> np.ndarray | float:
-    """Centripetal acceleration of the crank pin over gravity [1], of speeds [rad/s] on a crank circle of that radius [m].
+def centrifugal_number(speed: np.ndarray | float, mechanism: DrawnMechanism) -> np.ndarray | float:
+    """Centripetal acceleration of the crank pin over gravity [1], of speeds [rad/s].
 
     Source
     ------
     van Tonder, Bredell, Coetzee and Branehog, J. S. Afr. Inst. Min. Metall. 125 (2025), equation 1
     """
-    return crank_radius * speed**2 / GRAVITY
-
-
-def _crank_radius(runs: Sequence[PlannedRun]) -> float:
-    return runs[0].case.mechanism.crank_radius
+    return mechanism.crank_radius * speed**2 / mechanism.gravity
 
 
 def _speed_on_top(axes: Axes, runs: Sequence[PlannedRun]) -> None:
     """A second axis along the top, in rpm."""
-    scale = centrifugal_number(math.pi / 30.0, _crank_radius(runs))
+    scale = centrifugal_number(parse("1 rpm", Kind.SPEED), runs[0].case.mechanism)
     top = axes.secondary_xaxis("top", functions=(lambda x: np.sqrt(np.maximum(x, 0.0) / scale), lambda n: scale * n**2))
     top.set_xticks([200, 300, 400, 500, 600, 700])
     top.set_xlabel("speed (rpm)")
@@ -207,10 +203,8 @@ def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -
     ------
     ResultError : no snapshots of particles
     """
-    snapshots = result.snapshots
-    if not len(snapshots) or "chamber_floor" not in snapshots[0]:
-        raise ResultError(f"{result.path}: must hold snapshots of particles, it holds none. Run it with run.snapshots.")
-    angles = np.degrees(np.interp(snapshots.time, result.series["time"].values, result.series["crank_angle"].values))
+    snapshots, turned = particle_snapshots(result)
+    angles = np.degrees(turned)
     chamber = Case.from_toml(result.case_text).chamber
     views = [_view(snapshots, angles, position) for position in positions]
     low, high = 1e3 * min(view[:, 3].min() for view in views), 1e3 * max(view[:, 3].max() for view in views)
@@ -218,7 +212,7 @@ def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -
     with matplotlib.rc_context(fname=STYLE):
         columns = 2
         lines = -(-len(positions) // columns)
-        figure = Figure(figsize=(3.386, 0.7 + lines * (0.35 + 1.25 * top / chamber.inner_diameter)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.7 + lines * (0.35 + 1.25 * top / chamber.inner_diameter)), layout="constrained")
         all_axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
         radius = 1e3 * chamber.inner_diameter / 2
         for axes, view, position in zip(all_axes.flat, views, positions, strict=False):
@@ -255,7 +249,7 @@ def _view(snapshots, angles: np.ndarray, position: float) -> np.ndarray:
     off = np.abs((angles - position + 180.0) % 360.0 - 180.0)
     nearest = len(off) - 1 - int(np.argmin(off[::-1]))
     snapshot = snapshots[nearest]
-    rotation = Rotation.from_quat(np.roll(snapshot["chamber_attitude"], -1)).as_matrix()  # scipy puts the scalar last
+    rotation = rotation_of(snapshot["chamber_attitude"])
     places = np.asarray(snapshot["positions"], float)
     inside = (places - snapshot["chamber_floor"]) @ rotation
     view = np.column_stack([inside, places[:, 2], snapshot["radii"]])

@@ -9,16 +9,15 @@ from matplotlib.figure import Figure
 
 from nutamill.analysis import PAPER_WINDOW
 from nutamill.fields import series_field
-from nutamill.figures.style import STYLE
+from nutamill.figures.style import PALETTE, STYLE, WIDTH
 from nutamill.readings.bearings import BearingLife
 from nutamill.readings.fatigue import SectionLife
 from nutamill.readings.load_paths import hodograph, joints_of
 from nutamill.readings.mounts import floor_series
 from nutamill.readings.orders import Orders, Waterfall
 from nutamill.result import Result
+from nutamill.units import rpm
 
-PALETTE = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
-RPM = 30.0 / math.pi
 FLOOR = 1e-3
 """Share of the largest amplitude of a waterfall below which it is white [1]."""
 YEAR = 8760.0
@@ -29,12 +28,12 @@ def draw_orders(found: Orders, falls: Waterfall, name: str) -> Figure:
     """Amplitude and phase lag of the orders of a series over speed, and its spectra below (logarithmic grey)."""
     unit = series_field(name).unit.replace("m/s^2", "m/s$^2$")
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 4.8), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
         size, lag, fall = figure.subplots(3, 1, height_ratios=[1.2, 0.8, 1.4])
         for k, order in enumerate(found.orders):
-            size.plot(found.speed * RPM, found.amplitude[k], color=PALETTE[k % 6], label=f"{order:g}x")
+            size.plot(rpm(found.speed), found.amplitude[k], color=PALETTE[k % 7], label=f"{order:g}x")
             told = found.amplitude[k] > 0.02 * found.amplitude[k].max()  # of a small amplitude the phase is noise
-            lag.plot(found.speed[told] * RPM, np.degrees(found.lag[k])[told], ".", markersize=1.5, color=PALETTE[k % 6])
+            lag.plot(rpm(found.speed[told]), np.degrees(found.lag[k])[told], ".", markersize=1.5, color=PALETTE[k % 7])
         size.set_ylim(bottom=0.0)
         size.set_ylabel(f"amplitude ({unit})")
         size.set_title(f"(a) {series_field(name).label}", loc="left")
@@ -45,7 +44,7 @@ def draw_orders(found: Orders, falls: Waterfall, name: str) -> Figure:
         _draw_waterfall(figure, fall, falls, unit)
         fall.set_title("(c) spectra", loc="left")
         for axes in (size, lag):
-            axes.set_xlim(0.0, found.speed.max() * RPM)
+            axes.set_xlim(0.0, rpm(found.speed.max()))
             axes.set_xlabel("driveshaft speed (rpm)")
         figure.legend(*size.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         figure.align_ylabels()
@@ -72,7 +71,7 @@ def draw_loads(result: Result, axes: str = "frame", last: float | str = PAPER_WI
     joints = joints_of(result)
     columns = 2
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 1.75 * math.ceil(len(joints) / columns)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 1.75 * math.ceil(len(joints) / columns)), layout="constrained")
         panels = figure.subplots(math.ceil(len(joints) / columns), columns, squeeze=False).ravel()
         for panel, joint in zip(panels, joints, strict=False):
             force = hodograph(result, joint, axes, last).reaction
@@ -97,13 +96,13 @@ def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     length = last if isinstance(last, float) else PAPER_WINDOW
     time = result.series["time"].values
     inside = time >= time[-1] - min(length, 0.5 * time[-1])
-    force = floor_series(result)[inside]
+    force = floor_series(result.series)[inside]
     paths = [("force on the floor", force[:, 0], force[:, 1], "N")]
     if "mount_1_travel_x" in result.series:
         travel = [1e3 * result.series[f"mount_1_travel_{axis}"].values[inside] for axis in "xy"]
         paths.append(("travel of mount 1", *travel, "mm"))
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 2.0 if len(paths) == 2 else 3.2), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.0 if len(paths) == 2 else 3.2), layout="constrained")
         for panel, (title, x, y, unit) in zip(figure.subplots(1, len(paths), squeeze=False).ravel(), paths, strict=True):
             panel.plot(x, y, color=PALETTE[0], linewidth=0.6)
             panel.set_aspect("equal", adjustable="datalim")
@@ -122,7 +121,7 @@ def draw_lives(bearings: list[BearingLife], sections: list[SectionLife]) -> Figu
     ]
     most = 1e8
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 0.8 + 0.28 * len(lives)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.8 + 0.28 * len(lives)), layout="constrained")
         axes = figure.subplots()
         for k, (_name, hours, color) in enumerate(lives):
             axes.barh(k, min(max(hours, 1.0), most), color=color, height=0.6)

@@ -11,7 +11,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from nutamill.analysis import ledger_groups, ramp_end
 from nutamill.fields import series_field
-from nutamill.figures.style import BINS, ENVELOPE, MARK, MEAN, RMS, STYLE
+from nutamill.figures.style import BINS, ENVELOPE, MARK, MEAN, RMS, STYLE, WIDTH
 from nutamill.result import Result
 
 STILL = 1e-6
@@ -34,7 +34,7 @@ def draw_run(result: Result) -> Figure:
     if sensor is not None and float(abs(result.series[f"{sensor}_x"]).max()) > STILL:
         panels += [(f"{sensor}_x", "horizontal acceleration"), (f"{sensor}_z", "vertical acceleration")]
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 0.65 + 1.15 * len(panels)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.65 + 1.15 * len(panels)), layout="constrained")
         for k, (axes, (name, quantity)) in enumerate(zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True)):
             _draw_series(axes, result, name, root_mean_square="acceleration" in name)
             axes.set_title(f"({'abcd'[k]}) {quantity}", loc="left")
@@ -62,7 +62,7 @@ def draw_ledger(result: Result) -> Figure:
 
     losses = {group: power(names) for group, names in ledger_groups(result).items() if group != "stored"}
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(3.386, 2.6), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
         axes.stackplot(middle, list(losses.values()), labels=list(losses), linewidth=0)
         axes.plot(middle, power(["motor_work"]), color="black", label="motor")

@@ -1,14 +1,14 @@
 """Columns of test files: CSV, TDMS, MAT and UFF, each as times and values."""
 
 import csv
-import difflib
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.case.library import similar
 from nutamill.case.mapping import Mapping
 from nutamill.errors import CaseError, Fault, MillError
 
@@ -40,7 +40,9 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
     held = reader(path, mapping, wanted)
     missing = [name for name in dict.fromkeys(wanted) if name not in held]
     if missing:
-        raise CaseError(*(Fault(f"{path}: column {name}", "must be in the file, it is not", _nearest(name, held)) for name in missing))
+        raise CaseError(
+            *(Fault(f"{path}: column {name}", "must be in the file, it is not", similar(name, list(held), cutoff=0.6)) for name in missing)
+        )
     faults = []
     for name in wanted:
         bad = np.flatnonzero(~np.isfinite(held[name].values))
@@ -50,11 +52,6 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
     if faults:
         raise CaseError(*faults)
     return {name: held[name] for name in wanted}
-
-
-def _nearest(name: str, held: Iterable[str]) -> str:
-    near = difflib.get_close_matches(name, held, 1)
-    return f'Did you mean "{near[0]}"?' if near else f"It holds {', '.join(list(held)[:12])}"
 
 
 def _csv(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:

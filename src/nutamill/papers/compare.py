@@ -9,9 +9,9 @@ import numpy as np
 from nutamill.errors import ResultError
 from nutamill.papers.model import Paper, Row
 from nutamill.papers.quantities import MODES, QUANTITIES
-from nutamill.papers.runs import COMPLETE, MISSING, PlannedRun, read_modes, run_state
+from nutamill.papers.runs import COMPLETE, PlannedRun, read_modes, run_state
 from nutamill.quantities import Value
-from nutamill.result import open_result
+from nutamill.result import MISSING, open_result
 
 
 class Key(NamedTuple):

@@ -2,14 +2,11 @@
 
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from nutamill.case.layers import Layer
 from nutamill.case.library import similar
-from nutamill.case.wording import worded
+from nutamill.case.wording import checked
 from nutamill.errors import CaseError, Fault
 from nutamill.papers.model import Paper
-from nutamill.tables import FROM_FILE
 
 FOLDER = Path(__file__).parent
 
@@ -39,7 +36,4 @@ def read_paper(name: str | Path) -> Paper:
 def parse_paper(text: str, shown: str) -> Paper:
     """The paper that TOML text describes; `shown` is what messages call it.  Raises CaseError as `read_paper` does."""
     layer = Layer.of_text(text, shown)
-    try:
-        return Paper.model_validate(layer.content, context={FROM_FILE: True})
-    except ValidationError as error:
-        raise CaseError(*worded(error, Paper, layer.content, layer.places)) from None
+    return checked(Paper, layer.content, layer.places)

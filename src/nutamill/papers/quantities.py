@@ -11,9 +11,9 @@ from nutamill.analysis import power_split, ramp_end, steady_window
 from nutamill.case import Case
 from nutamill.charge_flow import crest, surface_heights, window
 from nutamill.errors import ResultError
-from nutamill.quantities import Value
+from nutamill.quantities import Value, steady_value
+from nutamill.readings.source import vector
 from nutamill.result import Result
-from nutamill.steady import FEWEST_TURNS, steady_mean, turn_means, turn_swings, whole_turns
 from nutamill.units import Kind
 
 MODES = "natural_frequency"
@@ -63,7 +63,7 @@ def charge_at_pin(result: Result) -> PinForce:
         raise ResultError(f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge.")
     drawn = Case.from_toml(result.case_text).mechanism
     down, out = drawn.nutation_point_to_crank, drawn.crank_radius
-    x, y, z = (series[f"charge_moment_{axis}"].values for axis in "xyz")
+    x, y, z = vector(series, "charge_moment").T
     angle = series["crank_angle"].values
     outward, along = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
     return PinForce(-along / down, -(down * outward + out * z) / (down**2 + out**2))
@@ -89,32 +89,6 @@ def _of_prescribed(result: Result) -> None:
         raise ResultError(f'{result.path}: must be a run with run.coupling = "prescribed" to be superposed, its charge acted on the mill.')
 
 
-def steady_value(result: Result, value: np.ndarray, last: float, swing: bool = False) -> Value:
-    """Steady mean, with its 95 % interval, of something made from the series, (n,) at their times; and its plain mean in a window.
-
-    The mean is that of `nutamill.steady.steady_mean` over the whole turns at the last speed, the window the last `last` seconds of them.
-
-    Parameters
-    ----------
-    swing : take half of largest less smallest of each turn, in place of its mean
-
-    Raises
-    ------
-    ResultError : the run has not made one turn at its last speed
-    """
-    time, angle = result.series["time"].values, result.series["crank_angle"].values
-    inside = time >= ramp_end(result)
-    time, value, turns = time[inside], value[inside], whole_turns(time[inside], angle[inside])
-    if len(turns) < 2:
-        raise ResultError(f"{result.path}: must hold a whole turn at its last speed, it holds none. Continue it with `nutamill resume`.")
-    each = (turn_swings if swing else turn_means)(time, value, turns)
-    window = float(value[time >= time[-1] - last].mean()) if not swing else float(each[turns[:-1] >= turns[-1] - last - 1e-9].mean())
-    if len(each) < FEWEST_TURNS:
-        return Value(float(each.mean()), math.nan, window, len(each), False)
-    found = steady_mean(each)
-    return Value(found.mean, found.half_width, window, found.turns, found.steady)
-
-
 def _single(value: float) -> Value:
     """A number that has no mean and no interval."""
     return Value(value, math.nan, value, 1, True)
@@ -126,7 +100,7 @@ def _series(name: str) -> Callable[[Result, float], Value]:
     def measure(result: Result, last: float) -> Value:
         if name not in result.series:
             raise ResultError(f"{result.path}: must hold the series {name}, it does not.")
-        return steady_value(result, result.series[name].values, last)
+        return steady_value(result, result.series[name].values, last=last)
 
     return measure
 
@@ -137,14 +111,14 @@ def _part(force: Callable[[Result], PinForce], part: str) -> Callable[[Result, f
     def measure(result: Result, last: float) -> Value:
         radial, tangential = force(result)
         value = {"radial": radial, "tangential": tangential, "resultant": np.hypot(radial, tangential)}[part]
-        return steady_value(result, value, last)
+        return steady_value(result, value, last=last)
 
     return measure
 
 
 def _charge_lag(result: Result, last: float) -> Value:
     """Angle by which the charge's force on the pin is behind the radial direction [rad], from the means of its two parts."""
-    radial, tangential = (steady_value(result, part, last) for part in charge_at_pin(result))
+    radial, tangential = (steady_value(result, part, last=last) for part in charge_at_pin(result))
     square = radial.mean**2 + tangential.mean**2
     half_width = math.hypot(radial.mean * tangential.half_width, tangential.mean * radial.half_width) / square
     window = math.atan2(tangential.window, radial.window)
@@ -158,14 +132,14 @@ def _crank_radius(result: Result) -> float:
 
 def _charge_torque(result: Result, last: float) -> Value:
     """Torque that the charge's wrench asks of the driveshaft [N m]."""
-    return steady_value(result, _crank_radius(result) * charge_at_pin(result).tangential, last)
+    return steady_value(result, _crank_radius(result) * charge_at_pin(result).tangential, last=last)
 
 
 def _superposed_torque(result: Result, last: float) -> Value:
     """Torque of the mill without the charge's answer plus that of the charge [N m]."""
     _of_prescribed(result)
     torque = result.series["driveshaft_torque"].values + _crank_radius(result) * charge_at_pin(result).tangential
-    return steady_value(result, torque, last)
+    return steady_value(result, torque, last=last)
 
 
 def _unbalance(result: Result, last: float) -> Value:
@@ -187,7 +161,7 @@ def _amplitude(axis: str) -> Callable[[Result, float], Value]:
     """Half the range of the first sensor's acceleration within a turn, mean over the steady turns [m/s^2]."""
 
     def measure(result: Result, last: float) -> Value:
-        return steady_value(result, _sensor(result, axis), last, swing=True)
+        return steady_value(result, _sensor(result, axis), "swing", last)
 
     return measure
 
@@ -235,8 +209,8 @@ def _momentum_gap(result: Result, last: float) -> Value:
         raise ResultError(f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge.")
     turns = steady_window(result, last, names=["time"]).turns
     time = series["time"].values
-    force = np.sqrt(sum(series[f"charge_force_{axis}"].values ** 2 for axis in "xyz"))
-    given = steady_value(result, force, last).mean * (turns[-1] - turns[0])
+    force = np.linalg.norm(vector(series, "charge_force"), axis=1)
+    given = steady_value(result, force, last=last).mean * (turns[-1] - turns[0])
     first, end = np.interp(turns[[0, -1]], time, series["interface_impulse_defect"].values)
     return _single(float((end - first) / given))
 

@@ -1,7 +1,6 @@
 """Which cases a paper needs, in which file each has its result, and how far that is."""
 
 import json
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +10,12 @@ from nutamill.case.library import similar
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.papers.model import Paper, Row, same_speed
 from nutamill.papers.quantities import MODES
-from nutamill.result import open_result
+from nutamill.result import state_of
+from nutamill.units import rpm
 from nutamill.wholefile import write_whole
 
-MISSING, COMPLETE = "missing", "complete"
-"""States of a result file beside those that the file itself tells (`nutamill.result.Result.state`)."""
+COMPLETE = "complete"
+"""State of a result file whose run is done (`nutamill.result.Result.state`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class PlannedRun:
 
 def run_name(configuration: str, speed: float, seed: int = 1) -> str:
     """Name of a configuration at a speed [rad/s]: ``pellets-723rpm``, and ``pellets-723rpm-seed2`` where the seed is not 1."""
-    return f"{configuration}-{speed * 30.0 / math.pi:.6g}rpm" + (f"-seed{seed}" if seed != 1 else "")
+    return f"{configuration}-{rpm(speed):.6g}rpm" + (f"-seed{seed}" if seed != 1 else "")
 
 
 def planned_runs(paper: Paper, folder: str | Path) -> list[PlannedRun]:
@@ -89,7 +89,7 @@ def _case(paper: Paper, name: str, speed: float, seed: int) -> Case:
     """The case of a configuration at a speed [rad/s]: its ramp, then `hold` at that speed."""
     configuration = paper.configurations[name]
     case = load_case(configuration.base, configuration.set)
-    title = f"{paper.short}: {configuration.title}, {speed * 30.0 / math.pi:.6g} rpm"
+    title = f"{paper.short}: {configuration.title}, {rpm(speed):.6g} rpm"
     case = case.with_(drive__speed=speed, run__seed=seed, run__threads=1, title=title)  # one core each, many at once
     case = case.with_("run.until", case.drive.ramp_end + configuration.hold)
     return Case.from_toml(case.to_toml(), run_name(name, speed, seed))
@@ -137,11 +137,8 @@ def run_state(run: PlannedRun) -> str:
 
     A file that cannot be read is ``failed`` with the reason.
     """
-    if not run.path.exists():
-        return MISSING
     try:
-        with open_result(run.path) as result:
-            return result.state
+        return state_of(run.path)
     except ResultError as error:
         return f"failed: {error}"
 

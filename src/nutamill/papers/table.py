@@ -12,7 +12,7 @@ from nutamill import __version__
 from nutamill.papers.compare import Finding
 from nutamill.papers.model import Paper, Row, same_speed
 from nutamill.papers.quantities import QUANTITIES
-from nutamill.units import Kind
+from nutamill.units import Kind, rpm
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -235,4 +235,4 @@ def tally(findings: Sequence[Finding]) -> str:
 
 
 def _rpm(speed: float) -> str:
-    return f"{speed * 30.0 / math.pi:.6g}"
+    return f"{rpm(speed):.6g}"

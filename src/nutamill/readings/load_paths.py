@@ -1,5 +1,6 @@
 """Load paths: the reaction of every joint in ground, frame, crank and chamber axes, its mean, r.m.s., peak and orders."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ import xarray
 from nutamill.analysis import PAPER_WINDOW, steady_window
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import JOINTS
+from nutamill.replay import rotation_of
 from nutamill.result import Result
 
 AXES = {"ground": None, "frame": "frame", "crank": "driveshaft", "chamber": "chamber"}
@@ -61,14 +63,7 @@ def joint_reaction(result: Result, joint: str, axes: str = "ground") -> np.ndarr
 
 def attitude(result: Result, body: str) -> np.ndarray:
     """Rotation matrices (n, 3, 3) from the axes of a body to world axes at every sample."""
-    w, x, y, z = (result.series[f"{body}_attitude_{part}"].values for part in "wxyz")
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    ).transpose(2, 0, 1)
+    return rotation_of(np.column_stack([result.series[f"{body}_attitude_{part}"].values for part in "wxyz"]))
 
 
 def load_paths(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.DataArray":
@@ -111,8 +106,13 @@ def hodograph(result: Result, joint: str, axes: str = "frame", last: float | str
 
 def statistics(angle: np.ndarray, values: np.ndarray) -> np.ndarray:
     """`STATISTICS` (m, n_statistics) of signals (n, m) that are evenly spaced over whole turns of `angle` (n,)."""
-    lines = [2.0 * np.abs((values * np.exp(-1j * order * angle)[:, None]).mean(axis=0)) for order in ORDERS]
+    lines = order_amplitudes(angle, values, ORDERS)
     return np.column_stack([values.mean(axis=0), np.sqrt((values**2).mean(axis=0)), np.abs(values).max(axis=0), *lines])
+
+
+def order_amplitudes(angle: np.ndarray, values: np.ndarray, orders: Sequence[int]) -> list[np.ndarray]:
+    """For each order the amplitudes (m,) of signals (n, m) that are evenly spaced over whole turns of `angle` [rad] (n,)."""
+    return [2.0 * np.abs((values * np.exp(-1j * order * angle)[:, None]).mean(axis=0)) for order in orders]
 
 
 def loads_lines(found: "xarray.DataArray", axes: str = "frame") -> list[str]:

@@ -1,16 +1,17 @@
 """What the mounts do: travel and force of each, the force on the floor, and how near the chamber comes to what is around it."""
 
-from typing import NamedTuple
+import fnmatch
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from nutamill.analysis import PAPER_WINDOW, steady_window
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault
-from nutamill.readings.load_paths import attitude
+from nutamill.readings.load_paths import attitude, order_amplitudes
+from nutamill.readings.source import vector
 from nutamill.result import Result
-
-AXES = "xyz"
 
 
 class MountReading(NamedTuple):
@@ -65,7 +66,7 @@ def mount_readings(result: Result, last: float | str = PAPER_WINDOW) -> list[Mou
     inside = _steady(result, last)
     readings = []
     for number in range(1, _count(result) + 1):
-        travel, force = (_vector(result, f"mount_{number}_{what}") for what in ("travel", "force"))
+        travel, force = (vector(result.series, f"mount_{number}_{what}") for what in ("travel", "force"))
         steady = [(part[inside].mean(axis=0), 0.5 * np.ptp(part[inside], axis=0)) for part in (travel, force)]
         readings.append(MountReading(number, *steady[0], float(np.linalg.norm(travel, axis=1).max()), *steady[1]))
     return readings
@@ -74,16 +75,17 @@ def mount_readings(result: Result, last: float | str = PAPER_WINDOW) -> list[Mou
 def floor_force(result: Result, last: float | str = PAPER_WINDOW) -> FloorForce:
     """Force on the floor over the whole turns of the steady window."""
     inside = _steady(result, last)
-    angle, force = result.series["crank_angle"].values[inside], floor_series(result)[inside]
-    once, twice = (2.0 * np.abs((force * np.exp(-1j * order * angle)[:, None]).mean(axis=0)) for order in (1, 2))
-    return FloorForce(force.mean(axis=0), once, twice)
+    angle, force = result.series["crank_angle"].values[inside], floor_series(result.series)[inside]
+    return FloorForce(force.mean(axis=0), *order_amplitudes(angle, force, (1, 2)))
 
 
-def floor_series(result: Result) -> np.ndarray:
-    """Force of the machine on the floor [N] at every sample, (n, 3), world axes."""
-    rigid = "frame_fix_reaction_force_x" in result.series
-    feet = ["frame_fix_reaction_force"] if rigid else [f"mount_{number}_force" for number in range(1, _count(result) + 1)]
-    return -sum(_vector(result, name) for name in (*feet, "intermediate_shaft_bearing_reaction_force"))
+def floor_series(series: Mapping[str, Any]) -> np.ndarray:
+    """Force of the machine on the floor [N] at every sample, (n, 3), world axes, from its series by name.
+
+    Through the mounts or the rigid fixing, and the bearing of the intermediate shaft.
+    """
+    feet = [str(name).removesuffix("_x") for name in series if fnmatch.fnmatchcase(str(name), "mount_*_force_x")]
+    return -sum(vector(series, name) for name in (*(feet or ["frame_fix_reaction_force"]), "intermediate_shaft_bearing_reaction_force"))
 
 
 def nutation_point_path(result: Result) -> np.ndarray:
@@ -93,7 +95,7 @@ def nutation_point_path(result: Result) -> np.ndarray:
     case = Case.from_toml(result.case_text)
     feet = np.array([(x, y, -case.mounts.depth) for x, y in case.mounts.points])
     turn = attitude(result, "frame")
-    paths = [foot + _vector(result, f"mount_{number}_travel") - turn @ foot for number, foot in enumerate(feet, start=1)]
+    paths = [foot + vector(result.series, f"mount_{number}_travel") - turn @ foot for number, foot in enumerate(feet, start=1)]
     return np.mean(paths, axis=0)
 
 
@@ -158,10 +160,6 @@ def _count(result: Result) -> int:
     if "mount_1_travel_x" not in result.series:
         raise CaseError(Fault(str(result.path), "must be a run on flexible mounts, its frame is fixed", "Set mechanism.mounting=flexible"))
     return Case.from_toml(result.case_text).mounts.count
-
-
-def _vector(result: Result, name: str) -> np.ndarray:
-    return np.column_stack([result.series[f"{name}_{axis}"].values for axis in AXES])
 
 
 def _steady(result: Result, last: float | str) -> np.ndarray:

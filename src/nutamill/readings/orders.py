@@ -10,6 +10,7 @@ from scipy.signal.windows import hann
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
 from nutamill.result import Result
+from nutamill.units import rpm
 
 PER_TURN = 128
 """Samples per turn after resampling over the crank angle [1]: orders up to 16 with 8 samples each."""
@@ -146,7 +147,7 @@ def spectra(time: np.ndarray, angle: np.ndarray, value: np.ndarray, window: floa
 
 def orders_lines(found: Orders, name: str) -> list[str]:
     """Peaks of the orders, and the orders at the end, as a table."""
-    unit, rpm = series_field(name).unit, 30.0 / np.pi
+    unit = series_field(name).unit
     rows = [
         f"{series_field(name).label} ({unit})",
         f"{'order':>5} {'peak':>10} {'at rpm':>8} {'t (s)':>7} {'lag':>8} {'at the end':>11} {'lag':>8}",
@@ -154,7 +155,7 @@ def orders_lines(found: Orders, name: str) -> list[str]:
     for n, peak in enumerate(peaks(found)):
         end, lag = found.amplitude[n, -1], np.degrees(found.lag[n, -1])
         rows.append(
-            f"{peak.order:4.3g}x {peak.amplitude:10.4g} {peak.speed * rpm:8.1f} {peak.time:7.2f}"
+            f"{peak.order:4.3g}x {peak.amplitude:10.4g} {rpm(peak.speed):8.1f} {peak.time:7.2f}"
             f" {np.degrees(peak.lag):6.1f} ° {end:11.4g} {lag:6.1f} °"
         )
     return rows

@@ -1,6 +1,10 @@
-"""The door of the readings: a result, if it is that of a mill."""
+"""What readings begin with: a result, if it is that of a mill, and vectors among its series."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from nutamill.errors import ResultError
 from nutamill.result import Result, open_result
@@ -18,3 +22,8 @@ def open_mill_result(path: str | Path) -> Result:
         result.close()
         raise ResultError(f"{path}: must be the run of a mill with its joint reactions, it has none. Run the case again with this version.")
     return result
+
+
+def vector(series: Mapping[str, Any], name: str) -> np.ndarray:
+    """The three components of a vector among series by name, (n, 3)."""
+    return np.column_stack([np.asarray(series[f"{name}_{axis}"]) for axis in "xyz"])

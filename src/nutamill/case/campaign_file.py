@@ -1,0 +1,45 @@
+"""What the files of campaigns have in common: a case, and what is changed in all of its runs."""
+
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import Field
+
+from nutamill.case.layers import Layer, read_layer
+from nutamill.case.library import library_file
+from nutamill.case.wording import checked
+from nutamill.case.write import toml_value
+from nutamill.tables import Table
+
+
+class CampaignFile(Table):
+    """A case and changes of it."""
+
+    case: str
+    """A published mill, or a case file beside this one."""
+    set: dict[str, Any] = Field(default_factory=dict)
+    """Changes in all runs, by dotted key."""
+
+
+Kind = TypeVar("Kind", bound=CampaignFile)
+
+
+def read_campaign_file(name: str | Path, kind: type[Kind]) -> tuple[Kind, Layer]:
+    """What a file of this kind says, and the layer that knows the line of each key.
+
+    Raises
+    ------
+    CaseError : every fault of form, with file, line and key
+    """
+    layer = read_layer(name)
+    return checked(kind, layer.content, layer.places), layer
+
+
+def case_of(file: CampaignFile, layer: Layer) -> tuple[str, list[str]]:
+    """Name of the case, and the changes of all runs as ``key=value``."""
+    return file.case if library_file(file.case) else str(layer.folder / file.case), overrides(file.set)
+
+
+def overrides(changes: dict[str, Any]) -> list[str]:
+    """Changes by dotted key as ``key=value``, as after ``--set``."""
+    return [f"{key}={toml_value(value)}" for key, value in changes.items()]

@@ -1,0 +1,23 @@
+"""The result file: `Recorder` writes it, `Result` reads it, and its layout is stated here, once.
+
+One HDF5 file, no pickles, plain enough for any HDF5 reader::
+
+    /                 attributes: format, format_version, state, rate [Hz]
+    /case             the case file as text (TOML)
+    /provenance       attributes: versions, digest of the kernels, seed, threads, processor, wall_time [s] ...
+    /series/<name>    one number per sample; `time` is their common scale; attributes: units, long_name, symbol ...
+                      (attribute `names` of the group: their order as recorded)
+    /snapshots/<name> one array per snapshot, first axis `time`
+    /statistics/<name> cumulative sums over what the charge did, first axis `time`; /statistics/axes/<name>: what they lie along
+    /checkpoints/a, b the two newest; attributes: time, rows, snapshots, statistics; <group>/<array> restore a run bit for bit
+    /summary          attributes: what was printed at the end
+
+The file is whole at every instant (`nutamill.wholefile`): a commit replaces it by a copy with the new samples added.  Its
+cost therefore grows with the file, and so does the pause between two commits.
+"""
+
+from nutamill.result.layout import Checkpoint
+from nutamill.result.reader import MISSING, Result, Snapshots, open_result, state_of
+from nutamill.result.recorder import Recorder
+
+__all__ = ["MISSING", "Checkpoint", "Recorder", "Result", "Snapshots", "open_result", "state_of"]

@@ -1,0 +1,72 @@
+"""How arrays and checkpoints are laid into the open copy of a result file."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from nutamill.fields import Field
+from nutamill.result.layout import Checkpoint
+
+CHECKPOINTS = ("a", "b")
+PACKED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+
+
+def write_arrays(group: h5py.Group, snapshots: list[tuple[float, dict[str, np.ndarray]]], field: Callable[[str], Field]) -> None:
+    """Append arrays, one compressed block each, to datasets whose first axis is time."""
+    if "time" not in group:
+        group.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(256,)).attrs["units"] = "s"
+        for name, array in snapshots[0][1].items():
+            longest = (None, *(n or None for n in array.shape))  # a block must fit, and an empty charge has no length
+            blocks = (1, *(max(1, n) for n in array.shape))
+            data = group.create_dataset(name, (0, *array.shape), array.dtype, maxshape=longest, chunks=blocks, **PACKED)
+            data.attrs.update(field(name).attributes())
+    first = len(group["time"])
+    for data in group.values():
+        if isinstance(data, h5py.Dataset):
+            data.resize(first + len(snapshots), axis=0)
+    for k, (time, arrays) in enumerate(snapshots, start=first):
+        group["time"][k] = time
+        for name, array in arrays.items():
+            group[name][k] = array
+
+
+def write_checkpoint(group: h5py.Group, checkpoint: Checkpoint, before: Mapping[str, int]) -> None:
+    """Write a checkpoint over the older of the two; arrays of unchanged size keep their place, so that the file does not grow."""
+    free = [name for name in CHECKPOINTS if name not in group]
+    slot = group.require_group(free[0] if free else min(group, key=lambda name: group[name].attrs["time"]))
+    for name in set(slot) - set(checkpoint.groups):
+        del slot[name]
+    for name, arrays in checkpoint.groups.items():
+        place = slot.require_group(name)
+        for key in list(place):
+            array = arrays.get(key)
+            if array is None or place[key].shape != array.shape or place[key].dtype != array.dtype:
+                del place[key]
+        for key, array in arrays.items():
+            if key in place:
+                place[key][...] = array
+            else:
+                place[key] = array
+    for key in list(slot.attrs):
+        del slot.attrs[key]
+    slot.attrs.update({**checkpoint.attributes, "time": checkpoint.time, **before})
+
+
+def edited(edit: Callable[[h5py.File], None]) -> Callable[[Path], None]:
+    """`edit`, given the path of the copy; HDF5 gives reserved room back when it closes the file."""
+
+    def edit_path(part: Path) -> None:
+        with h5py.File(part, "r+") as file:
+            edit(file)
+
+    return edit_path
+
+
+def empty_file() -> bytes:
+    """An empty HDF5 file, made in memory: HDF5 must not be the one to find the disk full."""
+    with h5py.File("empty", "w", driver="core", backing_store=False) as file:
+        file.flush()
+        return file.id.get_file_image()

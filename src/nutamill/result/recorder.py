@@ -1,0 +1,256 @@
+"""`Recorder` writes a result file: what waits, and when it reaches the disk."""
+
+import time as clock
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import h5py
+import numpy as np
+
+from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.fields import Field, series_field, snapshot_field, statistics_field
+from nutamill.result.layout import BEFORE, FORMAT, FORMAT_VERSION, Checkpoint, opened, write_attributes
+from nutamill.result.parts import CHECKPOINTS, PACKED, edited, empty_file, write_arrays, write_checkpoint
+from nutamill.wholefile import io_errors, replace_file, tidy
+
+CHUNK = 1024
+"""Samples in one compressed block of a series; a commit between checkpoints writes whole blocks only."""
+FIRST_PAUSE = 5.0
+"""Shortest time between two commits [s]; with a run's first minutes in mind, when the file is small."""
+COMMIT_SHARE = 0.02
+"""Largest share of the run's wall time that commits may take."""
+
+
+class Recorder:
+    """Writes one result file; made by `create` or `reopen`.
+
+    Nothing reaches the file before a `commit`, and a commit that fails loses nothing: it may be repeated.
+    """
+
+    def __init__(self, path: Path, names: tuple[str, ...], rows: int, snapshots: int, statistics: int, wall_time: float):
+        self.path = path
+        self.names = names
+        self._rows_in_file, self._snapshots_in_file, self._statistics_in_file = rows, snapshots, statistics
+        self._rows: list[np.ndarray] = []
+        self._snapshots: list[tuple[float, dict[str, np.ndarray]]] = []
+        self._statistics: list[tuple[float, dict[str, np.ndarray]]] = []
+        self._checkpoints: list[tuple[Checkpoint, dict[str, int]]] = []
+        self._attributes: dict[str, Any] = {}
+        self._summary: dict[str, Any] | None = None
+        self._started = clock.monotonic() - wall_time
+        self._next_commit = clock.monotonic() + FIRST_PAUSE
+
+    @classmethod
+    def create(
+        cls,
+        path: str | Path,
+        case_toml: str,
+        provenance: Mapping[str, Any],
+        names: Sequence[str],
+        rate: float,
+        overwrite: bool = False,
+        axes: Mapping[str, np.ndarray] | None = None,
+    ) -> Self:
+        """Start a new result file; it is readable, and empty, as soon as this returns.
+
+        Parameters
+        ----------
+        path : the file; its folder is made if needed
+        case_toml : the whole case file
+        provenance : texts and numbers, as `nutamill.provenance.run_provenance` collects them
+        names : recorded quantities of `nutamill.fields`, the first is ``"time"``
+        rate : samples per simulated second [Hz]
+        overwrite : replace a file of this name
+        axes : what the statistics lie along, by the names of `nutamill.fields.STATISTICS_AXES`; None without statistics
+
+        Raises
+        ------
+        CaseError : names that are no recorded quantities, or the same name twice
+        ResultError : the file exists, or cannot be written
+        """
+        path = Path(path)
+        fields = _checked_fields(names)
+        if path.exists() and not overwrite:
+            raise ResultError(
+                f"{path}: must be a new file, it exists. Choose another name with --to, or continue it with `nutamill resume`."
+            )
+        with io_errors(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        tidy(path)
+
+        def fill(file: h5py.File) -> None:
+            file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, "state": "running", "rate": float(rate)})
+            file["case"] = case_toml
+            write_attributes(file.create_group("provenance"), {**provenance, "wall_time": 0.0})
+            series = file.create_group("series")
+            series.attrs["names"] = list(names)
+            for field in fields:
+                data = series.create_dataset(field.name, (0,), "f8", maxshape=(None,), chunks=(CHUNK,), **PACKED)
+                data.attrs.update(field.attributes())
+                if field.name == "time":
+                    data.make_scale("time")
+                else:
+                    data.dims[0].attach_scale(series["time"])
+            file.create_group("snapshots")
+            file.create_group("checkpoints")
+            lines = file.create_group("statistics").create_group("axes")
+            for name, array in (axes or {}).items():
+                lines[name] = array.astype(h5py.string_dtype()) if array.dtype.kind == "U" else array
+                lines[name].attrs.update(statistics_field(name).attributes())
+
+        replace_file(path, edited(fill), room=len(case_toml) + 2**16 * (len(names) + 2), start=empty_file())
+        return cls(path, tuple(names), 0, 0, 0, 0.0)
+
+    @classmethod
+    def reopen(cls, path: str | Path, truncate_after_time: float) -> Self:
+        """Continue a file from its checkpoint at `truncate_after_time` [s]; what was recorded after it is dropped.
+
+        The series and snapshots of a resumed run are then those of a run that was never interrupted.
+
+        Raises ResultError if the file cannot be read or holds no checkpoint of that time.
+        """
+        path = Path(path)
+        tidy(path)
+        with opened(path) as file:
+            slot = next((slot for slot in file["checkpoints"].values() if slot.attrs["time"] == truncate_after_time), None)
+            if slot is None:
+                raise ResultError(
+                    f"{path}: must hold a checkpoint at t = {truncate_after_time:g} s. Give the time of one of its checkpoints."
+                )
+            rows, snapshots, statistics = (int(slot.attrs[name]) for name in BEFORE)
+            names = tuple(str(name) for name in file["series"].attrs["names"])
+            wall_time = float(file["provenance"].attrs["wall_time"])
+
+        def cut(file: h5py.File) -> None:
+            for group, length in (("series", rows), ("snapshots", snapshots), ("statistics", statistics)):
+                for data in file[group].values():
+                    if isinstance(data, h5py.Dataset):
+                        data.resize(length, axis=0)
+            for name, slot in list(file["checkpoints"].items()):
+                if slot.attrs["time"] > truncate_after_time:
+                    del file["checkpoints"][name]
+            file.attrs["state"] = "running"
+
+        replace_file(path, edited(cut), room=2**16 * len(names))
+        return cls(path, names, rows, snapshots, statistics, wall_time)
+
+    def append(self, rows: np.ndarray) -> None:
+        """Add samples: (n, n_names) in SI, columns in the order of `names`."""
+        rows = np.array(rows, dtype=np.float64, ndmin=2)
+        if rows.shape[1] != len(self.names):
+            raise ValueError(f"rows: must have {len(self.names)} columns, one per name, got shape {rows.shape}")
+        if len(rows):
+            self._rows.append(rows)
+
+    def snapshot(self, time: float, arrays: Mapping[str, np.ndarray]) -> None:
+        """Add a snapshot: arrays named in `nutamill.fields`, of the same shapes in every snapshot of a file."""
+        for name in arrays:
+            snapshot_field(name)
+        self._snapshots.append((float(time), {name: np.array(array) for name, array in arrays.items()}))
+
+    def statistics(self, time: float, arrays: Mapping[str, np.ndarray]) -> None:
+        """Add what the charge has done by `time` [s]: cumulative arrays named in `nutamill.fields.STATISTICS`."""
+        for name in arrays:
+            statistics_field(name)
+        self._statistics.append((float(time), {name: np.array(array) for name, array in arrays.items()}))
+
+    def checkpoint(self, time: float, groups: Mapping[str, Mapping[str, np.ndarray]], attributes: Mapping[str, Any] | None = None) -> None:
+        """Keep the state at `time` [s] for resuming; all samples and snapshots up to it must have been added before.
+
+        The file keeps the two newest.  `attributes` are numbers and texts that belong to the state.
+        """
+        kept = {name: {key: np.array(array) for key, array in arrays.items()} for name, arrays in groups.items()}
+        before = {
+            "rows": self._rows_in_file + sum(map(len, self._rows)),
+            "snapshots": self._snapshots_in_file + len(self._snapshots),
+            "statistics": self._statistics_in_file + len(self._statistics),
+        }
+        self._checkpoints.append((Checkpoint(float(time), kept, dict(attributes or {})), before))
+        del self._checkpoints[: -len(CHECKPOINTS)]
+
+    def summary(self, values: Mapping[str, Any]) -> None:
+        """Numbers, texts and (nested) tables of them to be stored under ``/summary``."""
+        self._summary = dict(values)
+
+    def state(self, text: str) -> None:
+        """State of the run: ``running``, ``interrupted``, ``complete`` or ``failed: ...``."""
+        self._attributes["state"] = text
+
+    @property
+    def size(self) -> int:
+        """Size of the file on the disk [bytes]."""
+        return self.path.stat().st_size
+
+    def commit(self, force: bool = False) -> bool:
+        """Bring the file up to date if it is time for it, or at once with `force`; tells whether it did.
+
+        Raises
+        ------
+        ResultError : the disk is full or cannot be written; the file is as it was, and the commit may be repeated
+        """
+        begun = clock.monotonic()
+        if not force and begun < self._next_commit:
+            return False
+        rows = np.concatenate(self._rows) if self._rows else np.empty((0, len(self.names)))
+        taken = len(rows)
+        if not force and not self._checkpoints:
+            # a block that is rewritten leaves a hole in the file: between checkpoints only whole blocks go out
+            taken = max(0, (self._rows_in_file + taken) // CHUNK * CHUNK - self._rows_in_file)
+        replace_file(self.path, edited(lambda file: self._write(file, rows[:taken])), self._room(taken))
+        self._rows = [rows[taken:]] if taken < len(rows) else []
+        self._rows_in_file += taken
+        self._snapshots_in_file += len(self._snapshots)
+        self._statistics_in_file += len(self._statistics)
+        self._snapshots, self._statistics, self._checkpoints, self._attributes, self._summary = [], [], [], {}, None
+        ended = clock.monotonic()
+        self._next_commit = ended + max(FIRST_PAUSE, (ended - begun) / COMMIT_SHARE)
+        return True
+
+    def close(self) -> None:
+        """Commit what is left."""
+        self.commit(force=True)
+
+    def _room(self, rows: int) -> int:
+        """Upper bound of what a commit adds to the file [bytes]: the numbers unpacked, and the indices of their blocks."""
+        arrays = [array for _, arrays in self._snapshots + self._statistics for array in arrays.values()]
+        arrays += [array for checkpoint, _ in self._checkpoints for group in checkpoint.groups.values() for array in group.values()]
+        numbers = 8 * rows * len(self.names) + sum(array.nbytes for array in arrays)
+        return int(1.25 * numbers) + 2**15 * (len(self.names) + len(arrays)) + 2**20
+
+    def _write(self, file: h5py.File, rows: np.ndarray) -> None:
+        """Put all that waits into the open copy of the file."""
+        end = self._rows_in_file + len(rows)
+        for column, name in enumerate(self.names if len(rows) else ()):
+            data = file["series"][name]
+            data.resize(end, axis=0)
+            data[self._rows_in_file :] = rows[:, column]
+        if self._snapshots:
+            write_arrays(file["snapshots"], self._snapshots, snapshot_field)
+        if self._statistics:
+            write_arrays(file["statistics"], self._statistics, statistics_field)
+        for checkpoint in self._checkpoints:
+            write_checkpoint(file["checkpoints"], *checkpoint)
+        if self._summary is not None:
+            if "summary" in file:
+                del file["summary"]
+            write_attributes(file.create_group("summary"), self._summary)
+        file.attrs.update(self._attributes)
+        file["provenance"].attrs["wall_time"] = clock.monotonic() - self._started
+
+
+def _checked_fields(names: Sequence[str]) -> list[Field]:
+    """The registered fields of `names`; all faults at once."""
+    faults = [] if names and names[0] == "time" else [Fault("record", "must begin with time", 'Put "time" first.')]
+    faults += [
+        Fault(f"record {name}", "must be named once, is named twice") for name in sorted({name for name in names if names.count(name) > 1})
+    ]
+    fields: list[Field] = []
+    for name in names:
+        try:
+            fields.append(series_field(name))
+        except CaseError as error:
+            faults += error.faults
+    if faults:
+        raise CaseError(*faults)
+    return fields
