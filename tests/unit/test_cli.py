@@ -151,7 +151,19 @@ def test_resume_takes_a_new_end_with_its_unit(invoke, engine):
 
 def test_show_of_a_result_says_its_means_its_state_and_where_it_comes_from(invoke, engine, monkeypatch):
     monkeypatch.setitem(sys.modules, "nutamill.result", types.SimpleNamespace(open_result=lambda path: OneResult()))
-    assert invoke("show", "a.h5").stdout.split() == ["crank-pin", "force", "981", "N", "state", "complete", "substep", "3e-06", "seed", "1"]
+    assert invoke("show", "a.h5").stdout.split() == [
+        "crank-pin",
+        "force",
+        "981",
+        "N",
+        "state",
+        "complete",
+        "substep",
+        "3",
+        "us",
+        "seed",
+        "1",
+    ]
 
 
 def test_info_fields_names_each_recorded_quantity_with_its_unit(invoke):

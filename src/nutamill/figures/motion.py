@@ -60,8 +60,7 @@ def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPE
                 axes.axvline(
                     order * turns, color=MARK, linewidth=0.6, linestyle=":", label="speed, twice the speed" if order == 1 else None
                 )
-            unit = series_field(name).unit
-            axes.set_ylabel(f"({unit.replace('^2', '²')})²/Hz" if len(unit) > 1 else f"{unit}²/Hz")
+            axes.set_ylabel(density_unit(name))
             axes.set_title(series_field(name).label, loc="left")
         axes.set_xlabel("frequency (Hz)")
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center")
@@ -146,6 +145,12 @@ def label_of(name: str) -> str:
     """``crank-pin force (N)``."""
     field = series_field(name)
     return f"{field.label} ({_power(field.unit)})"
+
+
+def density_unit(name: str) -> str:
+    """Unit of the power spectral density of a series: ``(N m)²/Hz``."""
+    unit = series_field(name).unit
+    return f"({unit.replace('^2', '²')})²/Hz" if len(unit) > 1 else f"{unit}²/Hz"
 
 
 def _power(unit: str) -> str:
