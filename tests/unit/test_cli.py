@@ -101,6 +101,12 @@ def test_check_says_the_contacts_in_other_programs_when_asked(invoke, monkeypatc
     assert "pair_coeff i j hooke 500000 0.5" in said
 
 
+@pytest.mark.parametrize(("command", "held"), [("mount-test", ("time [s]", "displacement [mm]")), ("mounts", ("RADIUS DEPTH",))])
+def test_help_swallows_no_brackets(invoke, command, held):
+    said = " ".join(invoke(command, "--help").stdout.replace("│", " ").split())
+    assert all(text in said for text in held)
+
+
 def test_bad_input_is_told_on_stderr_line_by_line_and_exits_with_2(invoke):
     said = invoke("show", "numill", "--set", "drive.sped=3", "--set", "charge.mass=20 kg")
     assert (said.exit_code, said.stdout) == (2, "")
