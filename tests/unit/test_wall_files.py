@@ -122,7 +122,10 @@ def test_a_mesh_is_found_beside_the_case_and_known_by_its_content(folder):
     "text, line",
     [
         ('[chamber.mesh]\nfile = "tub.stl"\nunit = "mm"', "mill.toml:3: chamber.mesh.file: tub.stl not found (looked in "),
-        ('[chamber.mesh]\nfile = "tube.stl"', "mill.toml:2: chamber.mesh.unit: is missing. Add e.g. unit = "m" under [chamber.mesh], or"),
+        (
+            '[chamber.mesh]\nfile = "tube.stl"',
+            'mill.toml:2: chamber.mesh.unit: is missing. Add e.g. unit = "m" under [chamber.mesh], or begin',
+        ),
         (
             '[chamber.mesh]\nfile = "tube.stl"\nunit = "ft"',
             'mill.toml:4: chamber.mesh.unit: must be one of "m", "cm", "mm", "um", "in", got "ft"',
