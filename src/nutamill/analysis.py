@@ -225,12 +225,12 @@ def summary_lines(result: Result) -> list[str]:
     try:
         part = steady_part(result, names)
     except ResultError:
-        said = f"too few turns at the last speed for a test of steadiness: {count}, needs {FEWEST_TURNS}"
+        said = f"too few turns at the last speed for a test of steadiness: {count}, needs {FEWEST_TURNS}; their plain mean:"
+        lines = [said, f"crank-pin force {force.mean:.4g} N   shaft torque {torque.mean:.4g} N m   power {drawn.mean:.0f} W"]
     else:
-        said = steady_line(part)
         force, torque, drawn = part.means.values()
-    means = f"crank-pin force {with_interval(force)} N   shaft torque {with_interval(torque)} N m   power {drawn.mean:.0f} W"
-    lines = [said, means, plain]
+        means = f"crank-pin force {with_interval(force)} N   shaft torque {with_interval(torque)} N m   power {drawn.mean:.0f} W"
+        lines = [steady_line(part), means, plain]
     if power.motor:
         lines.append(
             f"where the power goes: {_shares(power.sinks, power.motor)}  | closes to {100.0 * abs(power.residual / power.motor):.2f} %"
@@ -295,4 +295,5 @@ def with_interval(estimate: Uncertain) -> str:
 
 def _shares(sinks: Mapping[str, float], motor: float) -> str:
     """``pellet-pellet 61 %  pellet-wall 27 % ...``, largest first."""
-    return "  ".join(f"{group} {100.0 * power / motor:.0f} %" for group, power in sorted(sinks.items(), key=lambda sink: -abs(sink[1])))
+    largest_first = sorted(sinks.items(), key=lambda sink: -abs(sink[1]))
+    return "  ".join(f"{group} {100.0 * power / motor:z.0f} %" for group, power in largest_first)

@@ -21,6 +21,11 @@ class Fault(NamedTuple):
         return f"{self.where}: {self.what}" + (f". {self.hint}" if self.hint else "")
 
 
+def reason(error: Exception) -> str:
+    """Why a file could not be read, in the system's words without its number and the name, which the message has already."""
+    return getattr(error, "strerror", None) or str(error)
+
+
 class MillError(Exception):
     """Base of everything this package raises on purpose."""
 

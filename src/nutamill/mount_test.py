@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import curve_fit
 
 from nutamill import units
-from nutamill.errors import CaseError, Fault
+from nutamill.errors import CaseError, Fault, reason
 from nutamill.units import Kind
 
 COLUMNS = {"time": Kind.TIME, "displacement": Kind.LENGTH, "force": Kind.FORCE}
@@ -204,7 +204,7 @@ def read_mount_test(path: str | Path) -> MountTest:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise CaseError(Fault(str(path), f"must be a CSV file, it cannot be read: {error}")) from None
+        raise CaseError(Fault(str(path), f"must be a CSV file, it cannot be read ({reason(error)})")) from None
     rows = [(number, row) for number, row in enumerate(csv.reader(text.splitlines()), start=1) if any(cell.strip() for cell in row)]
     heads = [cell.partition("[") for cell in rows[0][1]] if rows else []
     found = {name.strip().lower(): (place, unit.removesuffix("]").strip()) for place, (name, _, unit) in enumerate(heads)}

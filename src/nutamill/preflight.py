@@ -193,10 +193,14 @@ class Preflight:
         listed = ", ".join(f"{frequency:.2f}" for frequency, _ in self.empty_modes)
         loaded = "with charge" if self.particles and self.case.chamber.bars else "as it is"
         shown = [f"modes     empty: {listed} Hz"]
+        told = ""
         for crossing in self.crossings:
+            place = f"{crossing.frequency:.2f} Hz = {rpm(crossing.speed):.0f} rpm"
+            if place == told:  # the two sways of a machine that is alike in x and y
+                continue
+            told = place
             shown.append(
-                f"          {loaded}: {crossing.frequency:.2f} Hz = {rpm(crossing.speed):.0f} rpm"
-                f" (damping {100 * crossing.damping_ratio:.1f} %)"
+                f"          {loaded}: {place} (damping {100 * crossing.damping_ratio:.1f} %)"
                 f" is passed at t = {crossing.time:.1f} s; the largest motion comes later"
             )
         return shown
@@ -306,4 +310,6 @@ def _microseconds(seconds: float) -> str:
 
 
 def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+    if seconds < 5400.0:
+        return f"{seconds:.0f} s" if seconds < 90.0 else f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.1f} h"

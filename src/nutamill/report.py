@@ -139,6 +139,9 @@ def report_page(paths: Sequence[str | Path]) -> str:
 
 def _run_page(result: Result) -> RunPage:
     """What the page says of one result; figures and means that it cannot give are left out."""
+    if not result.case_text:
+        what = "must be the result of a run, it is measured data"
+        raise CaseError(Fault(str(result.path), what, "Lay it over a run with nutamill compare"))
     case = Case.from_toml(result.case_text)
     figures = []
     for name, (_, caption) in FIGURES.items():

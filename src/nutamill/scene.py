@@ -3,6 +3,8 @@
 PyVista is the extra ``view``; it is met in this room only.
 """
 
+import functools
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -28,6 +30,8 @@ OPENING = 0.9 * math.pi
 """Azimuth over which the chamber's wall is cut open [rad]."""
 FILM_RATE = 25
 """Pictures per second of a film [1/s]."""
+TOLD = 20
+"""Moments drawn between two words about how far a film is [1]."""
 SLOWED = 40.0
 """How many times slower than real a film runs unless told otherwise [1]."""
 
@@ -88,13 +92,20 @@ def draw_scene(result: Result, path: str | Path, view: View = "front", colour: C
     ResultError : no snapshots, or snapshots without what the colour needs
     MillError : PyVista or OpenGL is missing
     """
-    return _rendered(result, Path(path), view, colour, [range(len(chosen_snapshots(result)))[number]], lambda plotter: plotter.screenshot)
+    return _rendered(result, Path(path), view, colour, [range(len(chosen_snapshots(result)))[number]], _pictured)
 
 
-def film_scene(result: Result, path: str | Path, view: View = "front", colour: Colour = "speed", slowed: float = SLOWED) -> Path:
+def film_scene(
+    result: Result,
+    path: str | Path,
+    view: View = "front",
+    colour: Colour = "speed",
+    slowed: float = SLOWED,
+    tell: Callable[[str], None] | None = None,
+) -> Path:
     """Write a film (MP4) of all snapshots, `slowed` times slower than real; returns its path.
 
-    Raises as `draw_scene`; MillError also where ffmpeg is missing.
+    `tell` is told now and then how many moments have been drawn. Raises as `draw_scene`; MillError also where ffmpeg is missing.
     """
     path = Path(path)
     times = result.snapshots.time[chosen_snapshots(result)]
@@ -109,13 +120,27 @@ def film_scene(result: Result, path: str | Path, view: View = "front", colour: C
         except (ImportError, RuntimeError) as fault:
             raise MillError(f'{path}: a film needs ffmpeg, there is none. Install it with: pip install "nutamill[view]"') from fault
         plotter.open_movie(str(path), framerate=FILM_RATE, quality=7)
-        return lambda _: plotter.write_frame()
+        return functools.partial(_filmed, plotter)
 
-    return _rendered(result, path, view, colour, [int(k) for k in nearest], opened)
+    return _rendered(result, path, view, colour, [int(k) for k in nearest], opened, tell)
 
 
-def _rendered(result: Result, path: Path, view: str, colour: str, numbers: list[int], opened: Callable) -> Path:
-    """Draw these snapshots one after the other, each handed to what `opened` makes of the plotter."""
+def _pictured(plotter: "pyvista.Plotter") -> Callable:
+    return lambda path, times: plotter.screenshot(path)
+
+
+def _filmed(plotter: "pyvista.Plotter", path: str, times: int) -> None:
+    """Add what is before the camera to the film, `times` pictures long; it is drawn once, which takes the time."""
+    plotter.write_frame()
+    drawn = plotter.image
+    for _ in range(times - 1):
+        plotter.mwriter.append_data(drawn)
+
+
+def _rendered(
+    result: Result, path: Path, view: str, colour: str, numbers: list[int], opened: Callable, tell: Callable[[str], None] | None = None
+) -> Path:
+    """Draw these snapshots one after the other, each handed to what `opened` makes of the plotter, with how often it comes in turn."""
     _check(view, colour)
     case = Case.from_toml(result.case_text)
     limits = _limits(result, colour, numbers, case)
@@ -124,23 +149,15 @@ def _rendered(result: Result, path: Path, view: str, colour: str, numbers: list[
     with _plotter() as plotter:
         keep = opened(plotter)
         stage = Stage(plotter, case, colour, limits)
-        last = None
-        for frame, number in _each(result, numbers):
-            if number != last:
-                stage.show(frame, _values(result, number, frame, colour, case), camera_of(view, frame, case))
-                last = number
+        turns = [(number, len(list(same))) for number, same in itertools.groupby(numbers)]
+        for done, (number, times) in enumerate(turns):
+            if tell is not None and done % TOLD == 0:
+                tell(f"{done} of {len(turns)} moments drawn")
+            frame = next(replay(result, [number]))
+            stage.show(frame, _values(result, number, frame, colour, case), camera_of(view, frame, case))
             with io_errors(path):
-                keep(str(path))
+                keep(str(path), times)
     return path
-
-
-def _each(result: Result, numbers: list[int]) -> Iterator[tuple[Frame, int]]:
-    """The frames of these snapshots; one that is shown several times in turn is read once."""
-    last, frame = None, None
-    for number in numbers:
-        if number != last:
-            frame, last = next(replay(result, [number])), number
-        yield frame, number
 
 
 class Stage:

@@ -125,6 +125,8 @@ class Screen:
 
 def line(progress: Progress) -> str:
     """`progress` in one line for a log."""
+    if progress.phase == PHASES[0]:
+        return f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  the charge comes to rest"
     if not _of_mill(progress):
         left = duration(progress.time_left)
         return f"{progress.phase:6} t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}  left {left}"
@@ -132,7 +134,7 @@ def line(progress: Progress) -> str:
         f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}"
         f"  left {duration(progress.time_left)}  crank-pin force {_number(progress.crank_pin_force, '.0f')} N"
         f"  shaft torque {_number(progress.shaft_torque, '.2f')} N m{_means(progress)}  {_overlaps(progress)}"
-        f"  ledger {_number(100.0 * progress.ledger_residual, '.3f')} %"
+        f"  ledger {_percent(progress.ledger_residual, '.3f')} %"
     )
 
 
@@ -197,7 +199,7 @@ def _of_mill(progress: Progress) -> bool:
 
 
 def _number(value: float, form: str) -> str:
-    return format(value, form) if math.isfinite(value) else "-"
+    return format(value, f"z{form}") if math.isfinite(value) else "-"
 
 
 def _percent(value: float, form: str) -> str:

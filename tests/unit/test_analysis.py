@@ -101,6 +101,15 @@ def test_power_is_split_as_the_ledger_says(tmp_path):
     assert sum(split.sinks.values()) - split.motor == pytest.approx(split.residual, rel=1e-6)
 
 
+def test_few_turns_give_one_plain_mean_and_no_interval(tmp_path):
+    # three turns at speed whose force rises: an interval from three numbers would say nothing, two different means would puzzle
+    series = {"crank_pin_force_resultant": lambda t, a: 800.0 + 100.0 * t, "driveshaft_torque": lambda t, a: 9.0 + 0.0 * t}
+    first, second, *_ = summary_lines(record(tmp_path / "a.h5", 1.305, **series))
+    assert first == "too few turns at the last speed for a test of steadiness: 3, needs 5; their plain mean:"
+    middle = 1.305 - 1.5 * math.tau / SPEED
+    assert second.startswith(f"crank-pin force {800.0 + 100.0 * middle:.4g} N   shaft torque 9 N m")
+
+
 def test_last_lines_of_a_run_give_force_torque_power_and_shares(tmp_path):
     series = {
         "crank_pin_force_resultant": lambda t, a: np.full_like(t, 981.0),

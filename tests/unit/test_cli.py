@@ -101,6 +101,12 @@ def test_check_says_the_contacts_in_other_programs_when_asked(invoke, monkeypatc
     assert "pair_coeff i j hooke 500000 0.5" in said
 
 
+@pytest.mark.parametrize(("command", "held"), [("mount-test", ("time [s]", "displacement [mm]")), ("mounts", ("RADIUS DEPTH",))])
+def test_help_swallows_no_brackets(invoke, command, held):
+    said = " ".join(invoke(command, "--help").stdout.replace("│", " ").split())
+    assert all(text in said for text in held)
+
+
 def test_bad_input_is_told_on_stderr_line_by_line_and_exits_with_2(invoke):
     said = invoke("show", "numill", "--set", "drive.sped=3", "--set", "charge.mass=20 kg")
     assert (said.exit_code, said.stdout) == (2, "")
@@ -151,7 +157,19 @@ def test_resume_takes_a_new_end_with_its_unit(invoke, engine):
 
 def test_show_of_a_result_says_its_means_its_state_and_where_it_comes_from(invoke, engine, monkeypatch):
     monkeypatch.setitem(sys.modules, "nutamill.result", types.SimpleNamespace(open_result=lambda path: OneResult()))
-    assert invoke("show", "a.h5").stdout.split() == ["crank-pin", "force", "981", "N", "state", "complete", "substep", "3e-06", "seed", "1"]
+    assert invoke("show", "a.h5").stdout.split() == [
+        "crank-pin",
+        "force",
+        "981",
+        "N",
+        "state",
+        "complete",
+        "substep",
+        "3",
+        "us",
+        "seed",
+        "1",
+    ]
 
 
 def test_info_fields_names_each_recorded_quantity_with_its_unit(invoke):

@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from nutamill import cli
 from nutamill.case.mapping import load_mapping
 from nutamill.errors import CaseError, MillError
 from nutamill.figures.measured import draw_comparison
@@ -101,6 +103,21 @@ def test_run_and_test_are_averaged_alike_and_the_error_is_that_of_the_run(filmed
         assert "-9.1 %" in comparison_lines(list(rows.values()))[1] + comparison_lines(list(rows.values()))[2]
         draw_comparison(filmed, test, list(rows), 3.0, 100.0).savefig(tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 10_000
+
+
+def test_run_in_the_place_of_a_test_is_refused(filmed):
+    with pytest.raises(CaseError, match="must be measured data, it is a run"):
+        compare(filmed, filmed, 3.0)
+
+
+def test_show_of_a_test_gives_the_means_of_its_channels_and_report_says_what_it_is(tmp_path, monkeypatch):
+    path, text = write_csv(tmp_path)
+    import_test(path, mapping(tmp_path, text), tmp_path / "m.h5")
+    monkeypatch.chdir(tmp_path)
+    said = CliRunner().invoke(cli.app, ["show", "m.h5"]).stdout
+    assert f"driveshaft_torque          mean {TORQUE.mean():.4g}, r.m.s. about it {TORQUE.std():.4g} N m" in said
+    refused = CliRunner().invoke(cli.app, ["report", "m.h5"])
+    assert (refused.exit_code, refused.stderr.split(". ")[0]) == (2, "m.h5: must be the result of a run, it is measured data")
 
 
 def test_filter_keeps_what_is_slow_in_its_place_and_takes_what_is_fast():

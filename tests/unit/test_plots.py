@@ -42,6 +42,18 @@ def test_torque_of_the_film_repeats_twice_a_turn(filmed):
     assert frequency[np.nanargmax(density)] == pytest.approx(2 * 60.0 / math.tau, abs=4.0)  # a quarter of 0.5 s: lines every 8 Hz
 
 
+def test_orders_are_drawn_over_time_where_the_speed_stays_and_over_speed_where_it_changes(filmed, tmp_path):
+    assert figure_of(filmed, "orders:driveshaft_torque").axes[0].get_xlabel() == "time (s)"
+    names = ["time", "crank_angle", "driveshaft_speed", "driveshaft_torque"]
+    recorder = Recorder.create(tmp_path / "a.h5", "", {}, names, RATE)
+    recorder.append(np.stack([TIME, 10.0 * TIME**2, 20.0 * TIME, np.cos(10.0 * TIME**2)], axis=1))
+    recorder.close()
+    with open_result(tmp_path / "a.h5") as run_up:
+        axes = figure_of(run_up, "orders:driveshaft_torque").axes[0]
+    assert axes.get_xlabel() == "driveshaft speed (rpm)"
+    assert axes.get_xlim()[1] == pytest.approx(20.0 * 4.0 * 30.0 / math.pi, rel=0.2)  # the last window ends at 80 rad/s
+
+
 @pytest.mark.parametrize("what", ["runn", "spectrum", "run:driveshaft_torque", "spectrum:torque", "history:mount_1_force_x"])
 def test_figure_or_series_that_is_not_there_is_named(filmed, what):
     with pytest.raises(CaseError, match="must be"):

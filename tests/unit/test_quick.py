@@ -17,7 +17,9 @@ def mill():
 def test_a_demonstration_keeps_the_speed_and_makes_three_turns_at_it(mill):
     short = quick(mill)
     assert short.drive.speed == mill.drive.speed
-    assert (short.run.until - short.drive.ramp_end) * short.drive.speed == pytest.approx(3 * 2 * math.pi, rel=1e-12)
+    rows = (short.run.until - short.drive.ramp_end) * short.run.series_rate
+    turn = 2 * math.pi / short.drive.speed * short.run.series_rate
+    assert 3 * turn <= math.floor(rows) - 1 <= 3 * turn + 2  # whole turns are looked for between rows, one at each end may be lost
 
 
 def test_a_demonstration_softens_contacts_between_particles_ninefold_and_no_other(mill):

@@ -86,6 +86,22 @@ def test_key_that_does_not_exist_is_refused_once_with_a_suggestion():
     assert str(raised.value) == '--set drive.sped: unknown key. Did you mean "speed"?'
 
 
+def test_many_faults_alike_are_counted_not_listed():
+    with pytest.raises(CaseError) as refused:
+        members(
+            {"drive.speed": [str(speed) for speed in range(400, 500)]},
+            lambda values: load_case("numill", [f"drive.speed={values['drive.speed']}"]),
+        )
+    assert len(refused.value.faults) == 11
+    assert str(refused.value.faults[-1]) == "sweep: 90 more faults like these"
+
+
+def test_command_without_a_key_to_sweep_is_refused_before_any_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    said = CliRunner().invoke(cli.app, ["sweep", "numill", "-s", "chamber.ribs=0"])
+    assert (said.exit_code, said.stderr.split(". ")[0]) == (2, "sweep: needs a key with several values, got none")
+
+
 def test_same_case_twice_is_refused():
     with pytest.raises(CaseError, match=r"drive\.speed=300 rpm and drive\.speed=5 rev/s are the same case"):
         made({"drive.speed": ["300 rpm", "5 rev/s"]})

@@ -122,7 +122,10 @@ def test_a_mesh_is_found_beside_the_case_and_known_by_its_content(folder):
     "text, line",
     [
         ('[chamber.mesh]\nfile = "tub.stl"\nunit = "mm"', "mill.toml:3: chamber.mesh.file: tub.stl not found (looked in "),
-        ('[chamber.mesh]\nfile = "tube.stl"', "mill.toml:2: chamber.mesh.unit: is missing. Add e.g. unit under [chamber.mesh], or begin"),
+        (
+            '[chamber.mesh]\nfile = "tube.stl"',
+            'mill.toml:2: chamber.mesh.unit: is missing. Add e.g. unit = "m" under [chamber.mesh], or begin',
+        ),
         (
             '[chamber.mesh]\nfile = "tube.stl"\nunit = "ft"',
             'mill.toml:4: chamber.mesh.unit: must be one of "m", "cm", "mm", "um", "in", got "ft"',
@@ -155,6 +158,16 @@ def test_a_lifter_in_another_unit_is_refused_too(folder):
         preflight, case_of(folder, text.format("m"))
     )
     assert "walls[0].unit: lifter.stl in um is 0.000106 m large" in refusal(preflight, case_of(folder, text.format("um")))
+
+
+def test_a_lifter_outside_the_chamber_is_refused_with_where_it_is(folder):
+    case = case_of(folder, MESHED + LIFTER.format(material="steel"))
+    heights = np.ptp(wall_meshes(case)[0].vertices[:, 2])
+    moved = case.with_("walls", [case.walls[0].model_copy(update={"at": (0.0, 0.0, -2.0)})])
+    said = refusal(preflight, moved)
+    assert said.startswith("walls[0].at: lifter.stl spans z = ")
+    assert heights < 0.4  # so that 2 m below the nutation point no part of it is in the chamber
+    assert "the chamber -350 to -122 mm" in said
 
 
 def test_an_open_mesh_is_refused_with_its_file_and_triangle(folder):

@@ -19,7 +19,8 @@ SOFTER = 9.0
 
 def quick(case: Case) -> Case:
     """The case in demonstration quality: rigid mounts, short ramp, a few turns at speed, softer contacts between particles."""
-    until = RAMP_TIME + TURNS * 2.0 * math.pi / case.drive.speed
+    rows = 2.0 / case.run.series_rate  # the record begins up to a row after the ramp and ends up to a row before the end
+    until = RAMP_TIME + TURNS * 2.0 * math.pi / case.drive.speed + rows
     changes = {
         "title": f"demonstration of {case.name}",
         "mechanism.mounting": "rigid",

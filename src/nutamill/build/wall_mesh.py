@@ -76,9 +76,23 @@ def wall_meshes(case: Case) -> list[Mesh]:
 
     Raises
     ------
-    CaseError : as `chamber_mesh`
+    CaseError : as `chamber_mesh`, or one that stands outside the chamber
     """
-    return [_mesh(case, wall, "outside", f"walls[{number}]") for number, wall in enumerate(case.walls)]
+    meshes = [_mesh(case, wall, "outside", f"walls[{number}]") for number, wall in enumerate(case.walls)]
+    room = room_box(case) if meshes else None
+    for number, (wall, mesh) in enumerate(zip(case.walls, meshes, strict=True)):
+        placed = mesh.vertices + wall.at
+        low, high = placed.min(axis=0), placed.max(axis=0)
+        if (low > room[1]).any() or (high < room[0]).any():
+            axis = int(np.argmax(np.maximum(low - room[1], room[0] - high)))
+            what = f"{mesh.name} spans {'xyz'[axis]} = {_span(low[axis], high[axis])}, the chamber {_span(*room[:, axis])}"
+            hint = "It must stand in the chamber: `at` is the place of the file's origin in chamber axes from the nutation point"
+            raise CaseError(Fault(f"walls[{number}].at", what, hint))
+    return meshes
+
+
+def _span(low: float, high: float) -> str:
+    return f"{1e3 * low:.4g} to {1e3 * high:.4g} mm"
 
 
 def _mesh(case: Case, table: MeshFile, keep: Literal["inside", "outside"], where: str) -> Mesh:
@@ -133,6 +147,8 @@ def _triangles(path: Path, metres: float) -> tuple[np.ndarray, np.ndarray]:
         vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, int)
     except Exception as error:  # trimesh has no class for a bad file
         raise CaseError(Fault(path.name, f"cannot be read as a mesh: {error}")) from None
+    if not len(faces):
+        raise CaseError(Fault(path.name, "must hold triangles, it holds none", "Is it a mesh file, and whole?"))
     return metres * vertices, faces
 
 

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault
 
+MOST_FAULTS = 10
+"""Faults of the members of a sweep that are listed; of the others only the number is told."""
 MOST_MEMBERS = 10_000
 """Members above which a campaign is refused as a slip of the pen [1]."""
 
@@ -41,7 +43,7 @@ def members(axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], 
 
     Raises
     ------
-    CaseError : every fault of every member, each once; too many members, or the same one twice
+    CaseError : the faults of all members, each once, the first ten and the number of the rest; too many members, or the same one twice
     """
     count = 1
     for values in axes.values():
@@ -58,7 +60,9 @@ def members(axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], 
         except CaseError as error:
             faults += error.faults
     if faults:
-        raise CaseError(*dict.fromkeys(faults))
+        each = list(dict.fromkeys(faults))
+        left = [Fault("sweep", f"{len(each) - MOST_FAULTS} more faults like these")] if len(each) > MOST_FAULTS else []
+        raise CaseError(*each[:MOST_FAULTS], *left)
     for one, other in _twins(found):
         faults.append(Fault("sweep", f"{one.label} and {other.label} are the same case", "Give each value once"))
     if faults:

@@ -15,6 +15,7 @@ from nutamill.campaign.table import dataset
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
 from nutamill.case import Case, load_mill
 from nutamill.case.sweep_file import is_sweep_file, load_sweep
+from nutamill.errors import CaseError, Fault
 from nutamill.figures.campaign import draw_sweep
 from nutamill.quantities import DEFAULT, reading_of
 
@@ -41,7 +42,7 @@ def run_sweep(
 
     Raises
     ------
-    CaseError, KeyboardInterrupt : as `nutamill.campaign.sweep.sweep`
+    CaseError : no key has several values; it and KeyboardInterrupt also as `nutamill.campaign.sweep.sweep`
     """
     fixed, axes, named = [], {}, ()
     if is_sweep_file(name):
@@ -58,6 +59,10 @@ def run_sweep(
         else:
             axes.pop(key.strip(), None)
             fixed.append(change)
+
+    if not axes:
+        hint = 'Write e.g. -s drive.speed="500,600,700 rpm"; a single case is for nutamill run'
+        raise CaseError(Fault("sweep", "needs a key with several values, got none", hint))
 
     def made(values: dict[str, Any]) -> Case:
         case = load_mill(name, [*fixed, *(f"{key}={value}" for key, value in values.items())])

@@ -8,7 +8,7 @@ from pydantic import Field
 from nutamill import units
 from nutamill.case.layers import Layer, merge
 from nutamill.case.wording import checked
-from nutamill.errors import CaseError, Fault
+from nutamill.errors import CaseError, Fault, reason
 from nutamill.fields import series_field
 from nutamill.tables import Count, Frequency, Number, Quantity, Speed, Table
 from nutamill.units import UNITS, Kind
@@ -64,7 +64,7 @@ def load_mapping(path: str | Path) -> Mapping:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise CaseError(
-            Fault(str(path), f"must be a mapping file, it cannot be read: {error}", "Write one, see docs/guides/measured.md")
+            Fault(str(path), f"must be a mapping file, it cannot be read ({reason(error)})", "Write one, see docs/guides/measured.md")
         ) from None
     content, places, faults = merge([Layer.of_text(text, str(path))])
     mapping = checked(Mapping, content, places, faults)

@@ -133,7 +133,9 @@ def _missing(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -
     if field is not None and _holds_keys(field):
         return "is missing", f"Add a table [{'.'.join(str(part) for part in key)}]{base}"
     quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None) if field else None
-    example = f'{key[-1]} = "{units.example(quantity.kind)}"' if quantity else str(key[-1])
+    choices = typing.get_args(_bare(field.annotation)) if field and typing.get_origin(_bare(field.annotation)) is typing.Literal else ()
+    value = units.example(quantity.kind) if quantity else choices[0] if choices else None
+    example = f'{key[-1]} = "{value}"' if value else str(key[-1])
     table = f"[[{dotted}]]" if listed else f"[{dotted}]"
     return "is missing", f"Add e.g. {example}" + (f" under {table}{base}" if dotted else "")
 

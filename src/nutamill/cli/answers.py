@@ -7,18 +7,21 @@ import typer
 
 from nutamill.cli.common import CaseName, Overrides, ResultFile, app, load_mill, quantity, told
 from nutamill.errors import CaseError, Fault
+from nutamill.wholefile import io_errors
 
-Picture = Annotated[Path | None, typer.Option("--to", help="Picture; else beside the results.")]
+Picture = Annotated[Path | None, typer.Option("--to", help="The picture; else beside the result, or in results/.")]
 ChargeMass = Annotated[bool, typer.Option("--charge", help="With the mass of the charge fixed to the chamber's base.")]
+RESULTS = Path("results")
 Last = Annotated[str, typer.Option(help="Length of the steady window.")]
 
 
-def _answer(lines: list[str], figure: Any, picture: Path | None, stem: str) -> None:
-    """Print a table, save its figure and say where."""
+def _answer(lines: list[str], figure: Any, picture: Path | None, stem: str, folder: Path = RESULTS) -> None:
+    """Print a table, save its figure and say where: that of a case among the results, that of a result beside it."""
     typer.echo("\n".join(lines))
-    path = picture or Path("results") / f"{stem}.png"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path)
+    path = picture or folder / f"{stem}.png"
+    with io_errors(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path)
     typer.echo(f"picture {path}")
 
 
@@ -94,7 +97,7 @@ def balance(
     overrides: Overrides = None,
     plane: Annotated[list[str] | None, typer.Option(metavar='"RADIUS, DEPTH"', help='A plane, e.g. "80 mm, 420 mm"; one or two.')] = None,
     speed: Annotated[str | None, typer.Option(help="Driveshaft speed; the case's if left out.")] = None,
-    grade: Annotated[float, typer.Option(min=0.1, help="Balance quality grade G to compare with, ISO 21940-11 [mm/s].")] = 16.0,
+    grade: Annotated[float, typer.Option(min=0.1, help="Balance quality grade G to compare with, ISO 21940-11 (mm/s).")] = 16.0,
     charge: ChargeMass = False,
     to: Picture = None,
 ) -> None:
@@ -125,7 +128,7 @@ def orders(
 
     with open_mill_result(file) as result:
         found = sensor_orders(result, sensor)
-        _answer(orders_lines(found, sensor), draw_orders(found, waterfall(result, sensor), sensor), to, f"{file.stem}-orders")
+        _answer(orders_lines(found, sensor), draw_orders(found, waterfall(result, sensor), sensor), to, f"{file.stem}-orders", file.parent)
 
 
 @app.command()
@@ -146,7 +149,7 @@ def loads(
     with open_mill_result(file) as result:
         figure = draw_loads(result, axes, last)
         rods = rods_lines(yoke_rods(result, last)) if Case.from_toml(result.case_text).rods else []
-        _answer(loads_lines(load_paths(result, last), axes) + rods, figure, to, f"{file.stem}-loads-{axes}")
+        _answer(loads_lines(load_paths(result, last), axes) + rods, figure, to, f"{file.stem}-loads-{axes}", file.parent)
 
 
 @app.command()
@@ -154,7 +157,10 @@ def loads(
 def mounts(
     file: ResultFile,
     last: Last = "3 s",
-    ring: Annotated[tuple[str, str] | None, typer.Option(help="Radius and depth of the chamber's widest edge, for its clearance.")] = None,
+    ring: Annotated[
+        tuple[str, str] | None,
+        typer.Option(metavar="RADIUS DEPTH", help='The chamber\'s widest edge, for its clearance: --ring "90 mm" "480 mm".'),
+    ] = None,
     opening: Annotated[str, typer.Option(help="Radius of the opening around it.")] = "100 mm",
     fixed_to: Annotated[str, typer.Option(help='Where the opening is: "frame" or "ground".')] = "frame",
     to: Picture = None,
@@ -169,7 +175,7 @@ def mounts(
         lines = mounts_lines(result, last)
         if lengths:
             lines.append(clearance_line(chamber_clearance(result, tuple(lengths), quantity("--opening", opening, "length"), fixed_to)))
-        _answer(lines, draw_floor(result, last), to, f"{file.stem}-mounts")
+        _answer(lines, draw_floor(result, last), to, f"{file.stem}-mounts", file.parent)
 
 
 @app.command()
@@ -193,4 +199,4 @@ def life(
         bearings = [bearing_life(result, joint, rated, last) for joint in bearing or rated.bearings]
         sections = [] if bearing else [section_life(result, name, rated, last) for name in rated.sections]
     lines = (bearings_lines(bearings) if bearings else []) + (sections_lines(sections) if sections else [])
-    _answer(lines, draw_lives(bearings, sections), to, f"{file.stem}-life")
+    _answer(lines, draw_lives(bearings, sections), to, f"{file.stem}-life", file.parent)

@@ -48,7 +48,9 @@ def fit(
 @app.command("mount-test")
 @told
 def mount_test(
-    file: Annotated[Path, typer.Argument(metavar="TEST.csv", help="Columns time [s], displacement [mm], force [N], in any units.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="TEST.csv", help=r"Columns time \[s], displacement \[mm], force \[N], in any order and units.")
+    ],
     to: Annotated[Path | None, typer.Option(help="Picture; else beside the file.")] = None,
 ) -> None:
     """Stiffness and damping of a mount from a force-displacement test at one frequency."""

@@ -55,7 +55,7 @@ def movie(
     from nutamill.scene import film_scene
 
     with open_result(file) as result:
-        typer.echo(film_scene(result, mp4, camera, colour, slow))
+        typer.echo(film_scene(result, mp4, camera, colour, slow, tell=lambda text: typer.echo(text, err=True)))
 
 
 @app.command()

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 info_app = typer.Typer(no_args_is_help=True, help="Say what the package knows.")
 app.add_typer(info_app, name="info")
+MEASURED = "measured"
+"""State of a file that holds a test, as `nutamill.measured.importing` writes it."""
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads of the charge.")]
 
 
@@ -111,10 +113,8 @@ def show(case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A c
         from nutamill.result import open_result
 
         with open_result(case) as result:
-            facts = {"state": result.state, **result.summary, **result.provenance}
-            lines = [f"{key:16}  {value}" for key, value in facts.items()]
             summary, warnings = _summary(result)
-            typer.echo("\n".join([*summary, *warnings, *lines]))
+            typer.echo("\n".join([*summary, *warnings, *_facts(result)]))
     else:
         typer.echo(load(case, overrides).to_toml(), nl=False)
 
@@ -138,8 +138,9 @@ def mills() -> None:
     """List the published mills."""
     from nutamill.case import library_names, load_case
 
+    width = max(map(len, library_names()))
     for name in library_names():
-        typer.echo(f"{name:14}  {load_case(name).title}")
+        typer.echo(f"{name:{width}}  {load_case(name).title}")
 
 
 @app.command()
@@ -189,12 +190,29 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
 
 def _summary(result: "Result") -> tuple[list[str], list[str]]:
     """What a result came to, and what is odd about it, as lines."""
+    if result.state == MEASURED:
+        from nutamill.measured.importing import measured_lines
+
+        return measured_lines(result), []
     from nutamill.analysis import summary_lines, warning_lines
     from nutamill.mechanism_analysis import is_mechanism, mechanism_summary_lines, mechanism_warning_lines
 
     if is_mechanism(result):
         return mechanism_summary_lines(result), mechanism_warning_lines(result)
     return summary_lines(result), warning_lines(result)
+
+
+def _facts(result: "Result") -> list[str]:
+    """What was run, how it stepped and what made the numbers, one fact a line."""
+    from nutamill.case import case_of_text
+
+    facts = {"title": case_of_text(result.case_text).title} if result.case_text else {}
+    facts |= {"state": result.state, **result.summary, **result.provenance}
+    facts |= {key: f"{1e6 * facts[key]:.4g} us" for key in ("substep", "mechanism_step") if key in facts}
+    if "wall_time" in facts:
+        facts["wall_time"] = f"{facts['wall_time']:.1f} s"
+    width = max(map(len, facts))
+    return [f"{key:{width}}  {value}" for key, value in facts.items()]
 
 
 def _draw(result: "Result", path: Path) -> list[Path]:

@@ -4,7 +4,7 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from nutamill.figures.motion import HIGHEST
+from nutamill.figures.motion import HIGHEST, density_unit
 from nutamill.figures.style import STYLE, label_of
 from nutamill.measured.comparison import series_in_window
 from nutamill.result import Result
@@ -33,7 +33,7 @@ def draw_comparison(run: Result, test: Result, names: list[str], last: float, cu
                     right.semilogy(found.frequency[kept], found.density[kept], color=colour, linewidth=0.8)
             left.set_ylabel(label_of(name))
             left.margins(x=0.0)
-            right.set_ylabel("square of it per Hz")
+            right.set_ylabel(density_unit(name))
         panels[-1, 0].set_xlabel("time before the end (s)")
         panels[-1, 1].set_xlabel("frequency (Hz)")
         panels[-1, 1].set_xlim(left=0.0)

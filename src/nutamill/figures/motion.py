@@ -60,8 +60,7 @@ def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPE
                 axes.axvline(
                     order * turns, color=MARK, linewidth=0.6, linestyle=":", label="speed, twice the speed" if order == 1 else None
                 )
-            unit = series_field(name).unit
-            axes.set_ylabel(f"({unit.replace('^2', '²')})²/Hz" if len(unit) > 1 else f"{unit}²/Hz")
+            axes.set_ylabel(density_unit(name))
             axes.set_title(series_field(name).label, loc="left")
         axes.set_xlabel("frequency (Hz)")
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center")
@@ -140,3 +139,9 @@ def held_series(result: Result, names: Sequence[str]) -> None:
         faults.append(Fault("series", "at least one must be named, got none", "`nutamill info fields` lists all series"))
     if faults:
         raise CaseError(*faults)
+
+
+def density_unit(name: str) -> str:
+    """Unit of the power spectral density of a series: ``(N m)²/Hz``."""
+    unit = series_field(name).unit
+    return f"({unit.replace('^2', '²')})²/Hz" if len(unit) > 1 else f"{unit}²/Hz"

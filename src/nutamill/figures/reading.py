@@ -1,6 +1,7 @@
 """Figures of what a designer reads from a result.  One function, one figure; saving is left to the caller."""
 
 import math
+import textwrap
 
 import matplotlib
 import numpy as np
@@ -18,22 +19,31 @@ from nutamill.readings.orders import Orders, Waterfall
 from nutamill.result import Result
 from nutamill.units import rpm
 
+TITLE = 20
+"""Letters in a line of a title over half a column [1]."""
 FLOOR = 1e-3
 """Share of the largest amplitude of a waterfall below which it is white [1]."""
+SWEEP = 0.05
+"""Share by which the speed must change for orders to be drawn over it [1]."""
 YEAR = 8760.0
 """Hours in a year, for a mark of lives [h]."""
 
 
 def draw_orders(found: Orders, falls: Waterfall, name: str) -> Figure:
-    """Amplitude and phase lag of the orders of a series over speed, and its spectra below (logarithmic grey)."""
+    """Amplitude and phase lag of the orders of a series, and its spectra below (logarithmic grey).
+
+    The first two are drawn over speed; over time where the speed hardly changes.
+    """
+    sweeps = np.ptp(found.speed) > SWEEP * found.speed.max()
+    across = rpm(found.speed) if sweeps else found.time
     unit = unit_of(name)
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
         size, lag, fall = figure.subplots(3, 1, height_ratios=[1.2, 0.8, 1.4])
         for k, order in enumerate(found.orders):
-            size.plot(rpm(found.speed), found.amplitude[k], color=PALETTE[k % 7], label=f"{order:g}x")
+            size.plot(across, found.amplitude[k], color=PALETTE[k % 7], label=f"{order:g}x")
             told = found.amplitude[k] > 0.02 * found.amplitude[k].max()  # of a small amplitude the phase is noise
-            lag.plot(rpm(found.speed[told]), np.degrees(found.lag[k])[told], ".", markersize=1.5, color=PALETTE[k % 7])
+            lag.plot(across[told], np.degrees(found.lag[k])[told], ".", markersize=1.5, color=PALETTE[k % 7])
         size.set_ylim(bottom=0.0)
         size.set_ylabel(f"amplitude ({unit})")
         size.set_title(f"(a) {series_field(name).label}", loc="left")
@@ -44,8 +54,8 @@ def draw_orders(found: Orders, falls: Waterfall, name: str) -> Figure:
         _draw_waterfall(figure, fall, falls, unit)
         fall.set_title("(c) spectra", loc="left")
         for axes in (size, lag):
-            axes.set_xlim(0.0, rpm(found.speed.max()))
-            axes.set_xlabel("driveshaft speed (rpm)")
+            axes.set_xlim(0.0 if sweeps else across[0], across.max())
+            axes.set_xlabel("driveshaft speed (rpm)" if sweeps else "time (s)")
         figure.legend(*size.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         figure.align_ylabels()
     return figure
@@ -77,12 +87,16 @@ def draw_loads(result: Result, axes: str = "frame", last: float | str = PAPER_WI
             force = hodograph(result, joint, axes, last).reaction
             panel.plot(force[:, 0], force[:, 1], color=PALETTE[0], linewidth=0.8)
             panel.plot([0.0], [0.0], "+", color="black", markersize=5)
-            most = 1.15 * max(np.abs(force[:, :2]).max(), 1e-9)
+            most = 1.15 * np.abs(force[:, :2]).max()
+            panel.set_title(textwrap.fill(joint.replace("_", " "), TITLE), loc="left")
+            if not most > 0.0:
+                panel.annotate("no force in\nthis plane", (0.5, 0.5), xycoords="axes fraction", ha="center", va="center", fontsize=6.5)
+                panel.set_axis_off()
+                continue
             panel.set_xlim(-most, most)
             panel.set_ylim(-most, most)
             panel.set_aspect("equal")
             panel.locator_params(nbins=4)
-            panel.set_title(joint.replace("_", " "), loc="left")
             panel.set_xlabel("$F_x$ (N)")
             panel.set_ylabel("$F_y$ (N)")
         for panel in panels[len(joints) :]:

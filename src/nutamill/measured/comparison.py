@@ -58,7 +58,9 @@ def compare(run: Result, test: Result, last: float, cut: float | None = None) ->
 
 
 def shared(run: Result, test: Result) -> list[str]:
-    """Quantities that both files hold; CaseError if there are none."""
+    """Quantities that both files hold; CaseError if there are none, or if the test is no test but a run."""
+    if test.case_text:
+        raise CaseError(Fault(str(test.path), "must be measured data, it is a run", "Give what nutamill import has written"))
     names = [str(name) for name in run.series.data_vars if name in test.series and name not in ASIDE]
     if not names:
         held = ", ".join(str(name) for name in test.series.data_vars if name not in ASIDE)

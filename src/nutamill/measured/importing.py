@@ -8,8 +8,9 @@ import numpy as np
 from nutamill import __version__
 from nutamill.case.mapping import Mapping, load_mapping
 from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.fields import series_field
 from nutamill.measured.columns import Column, read_columns
-from nutamill.result import Recorder
+from nutamill.result import Recorder, Result
 
 STATE = "measured"
 """State of a file that holds a test."""
@@ -46,6 +47,18 @@ def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> P
     recorder.state(STATE)
     recorder.close()
     return Path(to)
+
+
+def measured_lines(test: Result) -> list[str]:
+    """What an imported test holds: how long, how often, and the mean and r.m.s. about it of each channel."""
+    series = test.series
+    count = series.sizes["time"]
+    lines = [f"measured: {count} samples over {(count - 1) / test.rate:.4g} s, {test.rate:.6g} Hz"]
+    width = max(map(len, map(str, series.data_vars)))
+    for name in map(str, series.data_vars):
+        values = series[name].values
+        lines.append(f"{name:{width}}  mean {values.mean():.4g}, r.m.s. about it {values.std():.4g} {series_field(name).unit}")
+    return lines
 
 
 def _clock(column: Column, columns: dict[str, Column], mapping: Mapping, where: str) -> np.ndarray:

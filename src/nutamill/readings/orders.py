@@ -129,7 +129,8 @@ def peaks(found: Orders) -> list[Peak]:
 
 
 def waterfall(result: Result, name: str, window: float = 1.0) -> Waterfall:
-    """Amplitude spectra of a recorded series, by a Hann window of `window` seconds moved by a quarter of it."""
+    """Amplitude spectra of a recorded series, by a Hann window of `window` seconds, a third of a short record, moved by a quarter of it."""
+    window = min(window, result.reached / 3.0)
     return spectra(result.series["time"].values, result.series["crank_angle"].values, recorded(result, name), window)
 
 

@@ -28,7 +28,7 @@ class Snapshots(Sequence):
     @property
     def time(self) -> np.ndarray:
         """Simulated times [s], (n_snapshots,)."""
-        group = self._result.file["snapshots"]
+        group = self._result.file.get("snapshots", {})
         return group["time"][:] if "time" in group else np.empty(0)
 
     def __len__(self) -> int:
