@@ -100,8 +100,8 @@ def test_run_that_is_interrupted_and_resumed_is_the_run_that_was_not(case, tmp_p
 
 def test_run_that_is_killed_goes_on_from_its_last_checkpoint(case, tmp_path, monkeypatch):
     whole = numbers(march.run(case, tmp_path / "whole.h5"))
-    monkeypatch.setattr("nutamill.result.FIRST_PAUSE", 0.0)
-    monkeypatch.setattr("nutamill.result.COMMIT_SHARE", np.inf)
+    monkeypatch.setattr("nutamill.result.recorder.FIRST_PAUSE", 0.0)
+    monkeypatch.setattr("nutamill.result.recorder.COMMIT_SHARE", np.inf)
 
     def die(progress):
         raise Stop
