@@ -103,7 +103,13 @@ def test_power_is_split_as_the_ledger_says(tmp_path):
 
 def test_few_turns_give_one_plain_mean_and_no_interval(tmp_path):
     # three turns at speed whose force rises: an interval from three numbers would say nothing, two different means would puzzle
-    series = {"crank_pin_force_resultant": lambda t, a: 800.0 + 100.0 * t, "driveshaft_torque": lambda t, a: 9.0 + 0.0 * t}
+    series = {
+        "crank_pin_force_resultant": lambda t, a: 800.0 + 100.0 * t,
+        "driveshaft_torque": lambda t, a: 9.0 + 0.0 * t,
+        "driveshaft_power": lambda t, a: 650.0 + 0.0 * t,
+        "motor_work": lambda t, a: 650.0 * t,
+        "ledger_residual": lambda t, a: 0.0 * t,
+    }
     first, second, *_ = summary_lines(record(tmp_path / "a.h5", 1.305, **series))
     assert first == "too few turns at the last speed for a test of steadiness: 3, needs 5; their plain mean:"
     middle = 1.305 - 1.5 * math.tau / SPEED
