@@ -68,7 +68,7 @@ def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:
 
     Raises
     ------
-    ResultError : no snapshots, or snapshots of a version that did not keep the size of the particles
+    ResultError : no snapshots, those of a mechanism of listed parts, or of a version that did not keep the size of the particles
     """
     count = len(result.snapshots)
     if not count:
@@ -76,6 +76,8 @@ def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:
             f"{result.path}: must hold snapshots to be shown in motion, it holds none. "
             'Run the case with run.snapshots = { rate = "200 Hz", last = "0.5 s" } and to its end.'
         )
+    if "crank_angle" not in result.series:
+        raise ResultError(f"{result.path}: must be the run of a mill to be drawn, it is that of a mechanism. Plot its series instead.")
     first = result.snapshots[0]
     if "positions" in first and "radii" not in first:
         raise ResultError(

@@ -20,6 +20,7 @@ from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
 from nutamill.figures.motion import draw_steady_values
 from nutamill.figures.named import FIGURES, figure_of
+from nutamill.mechanism_analysis import is_mechanism
 from nutamill.result import Result, open_result
 from nutamill.units import rpm
 from nutamill.webview import view_page
@@ -142,6 +143,8 @@ def _run_page(result: Result) -> RunPage:
     if not result.case_text:
         what = "must be the result of a run, it is measured data"
         raise CaseError(Fault(str(result.path), what, "Lay it over a run with nutamill compare"))
+    if is_mechanism(result):
+        raise CaseError(Fault(str(result.path), "must be the run of a mill, it is that of a mechanism", "nutamill show prints its loads"))
     case = Case.from_toml(result.case_text)
     figures = []
     for name, (_, caption) in FIGURES.items():

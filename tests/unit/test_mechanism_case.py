@@ -8,11 +8,15 @@ import pytest
 import nutamill as nm
 from nutamill.build.described_mechanism import assemble_case, build_mechanism, mechanism_parts
 from nutamill.case import MechanismCase, case_of_text, load_case, load_mill
-from nutamill.errors import CaseError
+from nutamill.errors import CaseError, MillError
 from nutamill.figures.mechanism import draw_reactions
+from nutamill.figures.named import figure_of
 from nutamill.mechanism.linear import modes, static_equilibrium
 from nutamill.mechanism_analysis import is_mechanism, ledger_share, mechanism_summary_lines, part_loads
 from nutamill.mechanism_preflight import mechanism_preflight
+from nutamill.report import write_report
+from nutamill.result import open_result
+from nutamill.webview import view_page
 
 HEAD = 'schema = 1\ntitle = "pendulum on a spring"\n'
 ARM = """
@@ -93,6 +97,15 @@ def test_the_file_is_what_is_built(file):
 def test_a_part_is_changed_by_its_name(file):
     assert load_case(file, ["bodies.arm.mass=5 kg"]).bodies[0].mass == 5.0
     assert load_case(file).with_("springs.coil.stiffness", 70.0).springs[0].stiffness == 70.0
+
+
+def test_what_shows_mills_says_that_a_mechanism_is_none(file, tmp_path):
+    nm.run(load_case(file), to=tmp_path / "a.h5").close()
+    with open_result(tmp_path / "a.h5") as result:
+        for ask in (lambda: figure_of(result, "run"), lambda: view_page(result), lambda: write_report([result.path], tmp_path / "a.html")):
+            with pytest.raises(MillError, match="must be the run of a mill"):
+                ask()
+        assert len(figure_of(result, "history:tip_velocity_x").axes) == 1
 
 
 def test_steps_divide_the_rows(file):

@@ -169,7 +169,9 @@ def _find(name: str | Path) -> tuple[Path, str]:
         raise CaseError(Fault(str(name), "must be a case file, got a folder"))
     if path.suffix:
         near = [file.name for file in path.parent.glob("*.toml")] if path.parent.is_dir() else []
-        raise CaseError(Fault(str(name), "file not found", similar(path.name, near) or f"Write one with: nutamill new {name}"))
+        raise CaseError(
+            Fault(str(name), "file not found", similar(path.name, near) or f"Check the name; nutamill new {name} writes a case")
+        )
     raise CaseError(Fault(str(name), "no mill and no file has this name", similar(str(name), library_names())))
 
 

@@ -5,6 +5,7 @@ import math
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatter
 
 from nutamill.case import Case
 from nutamill.design.balancing import Balancing
@@ -116,6 +117,8 @@ def draw_isolation(found: Isolation) -> Figure:
         axes.plot(rpm(found.speed), found.single, color=PALETTE[5], linestyle=(0, (5, 2)), label="one mass on a spring")
         axes.axhline(1.0, color="black", linewidth=0.6)
         axes.set_yscale("log")
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(2.0, 0.5)))
         axes.set_xlim(0.0, rpm(found.speed[-1]))
         axes.set_xlabel("driveshaft speed (rpm)")
         axes.set_ylabel("force passed on")

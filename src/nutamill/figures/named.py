@@ -5,11 +5,12 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from nutamill.errors import CaseError, Fault
+from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.figures.charge import draw_flow, draw_spectra, draw_wall
 from nutamill.figures.motion import draw_histories, draw_orbit, draw_spectrum
 from nutamill.figures.reading import draw_orders
 from nutamill.figures.run import draw_ledger, draw_run
+from nutamill.mechanism_analysis import is_mechanism
 from nutamill.readings.orders import sensor_orders, waterfall
 from nutamill.result import Result
 from nutamill.wholefile import io_errors
@@ -44,6 +45,9 @@ def figure_of(result: Result, what: str) -> Figure:
     """
     kind, _, names = what.partition(":")
     if not names and kind in FIGURES:
+        if is_mechanism(result):
+            drawn = f"nutamill plot {result.path} history:SERIES"
+            raise ResultError(f"{result.path}: must be the run of a mill for this figure, it is that of a mechanism. Use {drawn}.")
         return FIGURES[kind][0](result)
     if names and kind in SERIES_FIGURES:
         return SERIES_FIGURES[kind][0](result, names.split(","))

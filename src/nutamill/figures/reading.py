@@ -19,6 +19,8 @@ from nutamill.readings.orders import Orders, Waterfall
 from nutamill.result import Result
 from nutamill.units import rpm
 
+NO_FORCE = 1e-9
+"""Share of the largest force below which a joint carries none but round-off [1]."""
 TITLE = 20
 """Letters in a line of a title over half a column [1]."""
 FLOOR = 1e-3
@@ -83,16 +85,17 @@ def draw_loads(result: Result, axes: str = "frame", last: float | str = PAPER_WI
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 1.75 * math.ceil(len(joints) / columns)), layout="constrained")
         panels = figure.subplots(math.ceil(len(joints) / columns), columns, squeeze=False).ravel()
-        for panel, joint in zip(panels, joints, strict=False):
-            force = hodograph(result, joint, axes, last).reaction
-            panel.plot(force[:, 0], force[:, 1], color=PALETTE[0], linewidth=0.8)
-            panel.plot([0.0], [0.0], "+", color="black", markersize=5)
+        paths = {joint: hodograph(result, joint, axes, last).reaction for joint in joints}
+        largest = max(np.abs(force).max() for force in paths.values())
+        for panel, (joint, force) in zip(panels, paths.items(), strict=False):
             most = 1.15 * np.abs(force[:, :2]).max()
             panel.set_title(textwrap.fill(joint.replace("_", " "), TITLE), loc="left")
-            if not most > 0.0:
+            if not most > NO_FORCE * largest:
                 panel.annotate("no force in\nthis plane", (0.5, 0.5), xycoords="axes fraction", ha="center", va="center", fontsize=6.5)
                 panel.set_axis_off()
                 continue
+            panel.plot(force[:, 0], force[:, 1], color=PALETTE[0], linewidth=0.8)
+            panel.plot([0.0], [0.0], "+", color="black", markersize=5)
             panel.set_xlim(-most, most)
             panel.set_ylim(-most, most)
             panel.set_aspect("equal")
