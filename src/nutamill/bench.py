@@ -110,7 +110,7 @@ def measure() -> Iterator[str]:
             f" mechanism {100 * share:.1f} % of the time; scatter {100 * (max(times[count]) - min(times[count])) / whole:.0f} %"
         )
     yield f"  mechanism step {1e6 * mechanism:.1f} us"
-    yield f"nutamill --help {process_time('-m', 'nutamill.cli', '--help'):.2f} s"
+    yield f"nutamill --help {process_time('-m', 'nutamill', '--help'):.2f} s"
     yield f"second start to the first row {process_time('-c', 'from nutamill.bench import first_step; first_step()'):.2f} s"
     peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     yield f"peak memory {peak / 1024:.0f} MB"

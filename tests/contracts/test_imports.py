@@ -28,6 +28,7 @@ FLOOR = {
     **dict.fromkeys(("campaign", "report"), 12),
     "validation": 13,
     "cli": 14,
+    "__main__": 15,
 }
 """A room imports from lower floors and from itself only."""
 

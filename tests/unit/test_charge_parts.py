@@ -12,7 +12,7 @@ from nutamill.charge import simd
 from nutamill.charge.assembly import charge, velocities
 from nutamill.charge.dynamics import start, window
 from nutamill.charge.fill import bulk_capacity, random_fill
-from nutamill.charge.laws.normal import linear_force, pair_stiffness, substep_share
+from nutamill.charge.laws.normal import dashpot_speed, linear_force, pair_stiffness
 from nutamill.charge.laws.rolling import constant_rolling, spring_rolling
 from nutamill.charge.laws.tags import LinearSpring, RollingTypeA, RollingTypeC, StoredDisplacement
 from nutamill.charge.laws.tangential import displacement_friction
@@ -39,9 +39,9 @@ def test_normal_force_is_cut_at_its_floor():
 
 
 def test_first_substep_of_a_contact_carries_half_to_one_and_a_half_shares():
-    assert substep_share(0.25e-6, 1.0, 1e-6) == pytest.approx(0.75)
-    assert substep_share(0.75e-6, -1.0, 1e-6) == pytest.approx(1.25)
-    assert substep_share(2e-6, 1.0, 1e-6) == 1.0
+    assert dashpot_speed(0.25e-6, 1.0, 1e-6) == pytest.approx(0.75)
+    assert dashpot_speed(0.75e-6, -1.0, 1e-6) == pytest.approx(-1.25)
+    assert dashpot_speed(2e-6, 1.0, 1e-6) == 1.0
 
 
 def test_friction_never_exceeds_its_limit_and_goes_over_to_the_dynamic_coefficient():

@@ -74,6 +74,11 @@ def test_help_is_answered_without_any_heavy_import():
     assert said.stdout.strip() == "[]"
 
 
+def test_the_package_itself_is_the_command():
+    said = subprocess.run([sys.executable, "-m", "nutamill", "--version"], capture_output=True, text=True, check=True)
+    assert said.stdout.startswith("nutamill ")
+
+
 def test_new_writes_a_file_that_loads_and_never_over_another(invoke, tmp_path):
     assert invoke("new", "mymill.toml", "--from", "numill-2025").exit_code == 0
     text = (tmp_path / "mymill.toml").read_text()

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from nutamill.charge.assembly import charge
-from nutamill.charge.contacts import touch_surface
 from nutamill.charge.mesh import CREASE, closed_mesh, on_charge_side
 from nutamill.charge.mesh_patches import mesh_surfaces, mesh_walls
 from nutamill.charge.model import PairLaw, Surface, SurfaceKind
 from nutamill.charge.surfaces import cap_contact, cone_contact, place_surfaces
+from nutamill.charge.touching import touch_surface
 from nutamill.charge.triangles import winding_number
 from nutamill.charge.walls import wall_near, wall_overlap
 from nutamill.errors import CaseError

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from nutamill.charge.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, cut_chunks
+from nutamill.charge.columns import ROWS
 from nutamill.charge.impacts import impact_book
 from nutamill.charge.laws.numbers import law_faults, law_numbers
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw
@@ -350,16 +351,17 @@ def _scratch(model, state) -> ChargeScratch:
         work=np.zeros((chunks, len(Ledger))),
         alarms=np.zeros(chunks, np.int64),
         motion=np.zeros((threads, model.n_bodies, 18)),
+        twists=_aligned((threads, model.n_bodies + 1, 8), real),
         placed=np.zeros((threads, n_surfaces, 12)),
         turned=np.zeros((threads, 3, 3)),
         forces=_aligned((threads, chunk + 1, 8), real),
         local=_aligned((threads, chunk + 1, 4), point),
         lanes=_aligned((threads, 5, lanes), np.uint32),
-        columns=_aligned((threads, 3, 48 * BATCH), real),
+        columns=_aligned((threads, 3, ROWS * BATCH), real),
         moving=_aligned((threads, 15 * BATCH), float),
         fixed=_aligned((threads, 4 * BATCH), point),
         slots=np.arange(m, dtype=np.uint32),
-        normals=_aligned((threads, 4, n_surfaces * chunk), real),
+        measured=_aligned((threads, 7, n_surfaces * chunk + BATCH), real),
         peaks=np.zeros((threads, 2)),
         stopped_by=np.zeros(3),
         test=_aligned((threads, chunk), real),

@@ -6,9 +6,7 @@ independent.  Lanes of weight 0 hold left-overs; they are computed and not count
 
 import math
 
-import numpy as np
-
-from nutamill.charge.impacts import ENERGY_N, ENERGY_T, impact_energies
+from nutamill.charge.impacts import BEGUN, ENERGY_N, ENERGY_T, impact_energies
 from nutamill.charge.laws.composition import contact
 from nutamill.charge.model import BATCH
 from nutamill.kernel import kernel, like
@@ -22,7 +20,7 @@ LAW = 28
 WEIGHT = 39
 """1: counted here; 1/2: a pair across chunks, which the other chunk counts too; 0: empty lane [1]."""
 PEAK = 40
-"""Largest overlap so far in this lane [diameter]."""
+"""Largest overlap so far in this lane over the diameter of the smaller particle: half of it [m], and the radius [m] in `PEAK_RADIUS`."""
 HELD = 41
 """Which pair law the lane's numbers are of [1]."""
 ARM = 12
@@ -33,6 +31,11 @@ BODY_V = 42
 """Walls: velocity of the body's mass centre [m/s] (3)."""
 BODY_W = 45
 """Walls: spin of the body [rad/s] (3)."""
+BODY = 48
+"""Walls: number of the body, that of no body in an empty lane [1]."""
+PEAK_RADIUS = 50
+ROWS = 51
+"""Rows of `columns` [1]."""
 
 
 @kernel(fast=True)
@@ -42,19 +45,19 @@ def pair_batch(law, columns, unit, last, now, dt):
     Parameters
     ----------
     law : `ContactLaw`
-    columns : real (48 * BATCH,), rows as named in this file; forces replace velocities, memory is brought up to date
+    columns : real (ROWS * BATCH,), rows as named in this file; forces replace velocities, memory is brought up to date
     unit : metres in a fixed-point unit [m]
     last, now : stamps of the last and of this substep [1]
     dt : substep [s]
 
     Returns
     -------
-    powers of normal, tangential and rolling part [W] (3), number of lanes beyond the overlap limit, lanes whose contact begins (bits)
+    powers of normal, tangential and rolling part [W] (3), number of lanes beyond the overlap limit, of contacts that begin
     """
     one, zero, half = like(1.0, dt), like(0.0, dt), like(0.5, dt)
     sum_n, sum_t, sum_r = zero, zero, zero
-    beyond = 0
-    begun = np.uint32(0)
+    # no whole numbers: with one of 64 bits in the loop, the compiler would take half as many lanes at a time
+    beyond, begun = zero, zero
     for b in range(BATCH):
         n0 = columns[b] * unit
         n1 = columns[b + BATCH] * unit
@@ -130,15 +133,20 @@ def pair_batch(law, columns, unit, last, now, dt):
         sum_n += weight * power_n if counts else zero
         sum_t += weight * power_t if counts else zero
         sum_r += weight * power_r if counts else zero
+        # two quantities are compared by products, not by quotients
         smaller = ra if ra < rb else rb
-        share = half * overlap / smaller if counts else zero
-        peak = columns[b + PEAK * BATCH]
-        columns[b + PEAK * BATCH] = share if share > peak else peak
-        beyond |= 1 if share * numbers[9] > one else 0
+        deep = half * overlap if counts else zero
+        peak, at = columns[b + PEAK * BATCH], columns[b + PEAK_RADIUS * BATCH]
+        deeper = deep * at > peak * smaller
+        columns[b + PEAK * BATCH] = deep if deeper else peak
+        columns[b + PEAK_RADIUS * BATCH] = smaller if deeper else at
+        beyond += one if deep * numbers[9] > smaller else zero
         normal, tangential = impact_energies(m_eff, u0, u1, u2, n0, n1, n2)
         columns[b + ENERGY_N * BATCH] = normal
         columns[b + ENERGY_T * BATCH] = tangential
-        begun |= np.uint32(1) << np.uint32(b) if counts and alive == zero else np.uint32(0)
+        begins = one - alive if counts else zero
+        columns[b + BEGUN * BATCH] = begins
+        begun += begins
     return sum_n, sum_t, sum_r, beyond, begun
 
 
@@ -153,12 +161,12 @@ def wall_batch(law, columns, last, now, dt):
     Returns
     -------
     powers of normal, tangential and rolling part and of the surfaces' motion on the charge [W] (4), number of lanes beyond the limit,
-    lanes whose contact begins (bits)
+    of contacts that begin
     """
     one, zero, half = like(1.0, dt), like(0.0, dt), like(0.5, dt)
     sum_n, sum_t, sum_r, sum_i = zero, zero, zero, zero
-    beyond = 0
-    begun = np.uint32(0)
+    # no whole numbers: with one of 64 bits in the loop, the compiler would take half as many lanes at a time
+    beyond, begun = zero, zero
     for b in range(BATCH):
         n0, n1, n2, overlap = columns[b], columns[b + BATCH], columns[b + 2 * BATCH], columns[b + 3 * BATCH]
         m, r = columns[b + (A + 3) * BATCH], columns[b + (A + 7) * BATCH]
@@ -217,12 +225,16 @@ def wall_batch(law, columns, last, now, dt):
         sum_t += power_t if counts else zero
         sum_r += power_r if counts else zero
         sum_i += f0 * x0 + f1 * x1 + f2 * x2 + m0 * z0 + m1 * z1 + m2 * z2 if counts else zero
-        share = half * overlap / r if counts else zero
-        peak = columns[b + PEAK * BATCH]
-        columns[b + PEAK * BATCH] = share if share > peak else peak
-        beyond |= 1 if share * numbers[9] > one else 0
+        deep = half * overlap if counts else zero
+        peak, at = columns[b + PEAK * BATCH], columns[b + PEAK_RADIUS * BATCH]
+        deeper = deep * at > peak * r
+        columns[b + PEAK * BATCH] = deep if deeper else peak
+        columns[b + PEAK_RADIUS * BATCH] = r if deeper else at
+        beyond += one if deep * numbers[9] > r else zero
         normal, tangential = impact_energies(m, u0, u1, u2, n0, n1, n2)
         columns[b + ENERGY_N * BATCH] = normal
         columns[b + ENERGY_T * BATCH] = tangential
-        begun |= np.uint32(1) << np.uint32(b) if counts and alive == zero else np.uint32(0)
+        begins = one - alive if counts else zero
+        columns[b + BEGUN * BATCH] = begins
+        begun += begins
     return sum_n, sum_t, sum_r, sum_i, beyond, begun

@@ -11,8 +11,8 @@ Source: D. C. Rapaport, "The Art of Molecular Dynamics Simulation", 2nd ed. 2004
 
 from nutamill.charge.alarm import name_the_worst
 from nutamill.charge.clumps import integrate_clumps, start_clumps
-from nutamill.charge.columns import HELD, LAW, PEAK
-from nutamill.charge.contacts import filter_pairs, find_walls, pair_contacts, wall_contacts
+from nutamill.charge.columns import HELD, LAW, PEAK, PEAK_RADIUS
+from nutamill.charge.contacts import filter_pairs, pair_contacts
 from nutamill.charge.integration import integrate_spheres
 from nutamill.charge.model import BATCH, LAW_NUMBERS, ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.neighbours import chunk_share, rebuild, slots_of_chunk, turning
@@ -20,6 +20,7 @@ from nutamill.charge.publish import publish
 from nutamill.charge.simd import WIDTH, negated_radii
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.charge.team import barrier
+from nutamill.charge.wall_contacts import find_walls, wall_contacts
 from nutamill.frames import pose_in_window, rotation_matrix, twist_in_window
 from nutamill.kernel import kernel, like
 
@@ -63,11 +64,16 @@ def pose_of_body(motion, s, out):
 
 
 @kernel
-def move_bodies(motions, s, out):
-    """Poses and twists of all bodies `s` seconds into the window, to ``out`` (B, 18)."""
-    for b in range(motions.shape[0]):
+def move_bodies(motions, s, out, twists):
+    """Poses and twists of all bodies `s` seconds into the window, to ``out`` (B, 18), and what the law sees of them, to `twists`."""
+    n = motions.shape[0]
+    for b in range(n):
         pose_of_body(motions[b], s, out[b])
         twist_in_window(motions[b], s, out[b, 12:15], out[b, 15:18])
+        for k in range(6):
+            twists[b, k] = out[b, 12 + k]
+        twists[b, 6] = b
+    twists[n, 6] = n
 
 
 @kernel(fast=True)
@@ -98,11 +104,10 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     for b in range(model.n_bodies):
         for k in range(6):
             sums[b, k] = 0.0
-    normals = scratch.normals[tid]
-    placed = scratch.placed[tid]
-    found = find_walls(model, state.x, state.body[0], local, placed, lo, hi - lo, lanes, normals, scratch.test[tid])
+    measured, motion, placed = scratch.measured[tid], scratch.motion[tid], scratch.placed[tid]
+    found = find_walls(model, state.x, state.body[0], local, motion, placed, lo, hi - lo, lanes, measured, scratch.test[tid])
     work[3], work[4], work[5], work[6], wall_alarm = wall_contacts(
-        model, state.x, state.body[0], rows, state.wall_memory, state.material, scratch.motion[tid], placed, found, lanes, normals,
+        model, state.x, state.body[0], rows, state.wall_memory, state.material, scratch.twists[tid], placed, found, lanes, measured,
         scratch.columns[tid, 1], last, now, step, forces, sums, scratch.impacts, tid,
     )  # fmt: skip
     if state.clumps.shape[0] > 0:
@@ -157,7 +162,8 @@ def close_window(model, state, scratch, motions, n_substeps, dt, tid, n_threads)
     for p in range(2):
         peak = 0.0
         for b in range(BATCH):
-            peak = max(peak, float(scratch.columns[tid, p, PEAK * BATCH + b]))
+            columns = scratch.columns[tid, p]
+            peak = max(peak, float(columns[PEAK * BATCH + b]) / float(columns[PEAK_RADIUS * BATCH + b]))
         scratch.peaks[tid, p] = peak
     barrier(scratch.barrier, n_threads)
     if tid == 0:
@@ -209,7 +215,7 @@ def window(
                     clock[DONE] = j
                 break
             first, end = chunk_share(state, tid, n_threads)
-        move_bodies(motions, (j + 0.5) * dt, scratch.motion[tid])
+        move_bodies(motions, (j + 0.5) * dt, scratch.motion[tid], scratch.twists[tid])
         place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
         turning(reference, reference[6] + (j + 1.5) * dt * reference[7] - state.turn[0], scratch.turned[tid])
         for c in range(first, end):

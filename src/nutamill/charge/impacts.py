@@ -22,8 +22,9 @@ PARTS = 2
 """Normal and tangential part of an impact [1]."""
 FINE = 65536.0
 """Parts into which the lower edge of a bin is cut for its sum of energies [1]: an impact is rounded by less than 1.6e-5 of its energy."""
-ENERGY_N, ENERGY_T = 0, 1
-"""Rows of `columns` in which a batch leaves the two energies [J] of its lanes: free once the distance has been used."""
+ENERGY_N, ENERGY_T, BEGUN = 0, 1, 2
+"""Rows of `columns` in which a batch leaves the two energies [J] of its lanes, and 1 where a contact that counts has just begun, else 0:
+free once the distance has been used."""
 
 
 def bin_edges() -> np.ndarray:
@@ -100,49 +101,42 @@ def cutting_energy(normal, tangential):
 
 
 @kernel
-def note_pair_impacts(columns, begun, first, lanes, across, material, n_materials, book, tid):
+def note_pair_impacts(columns, first, lanes, across, material, n_materials, book, tid):
     """Book the pairs of a batch that have just met.
 
     Parameters
     ----------
-    columns : of the batch, with rows `ENERGY_N` and `ENERGY_T`
-    begun : bit b is set where the contact of lane b begins, uint32
+    columns : of the batch, with rows `ENERGY_N`, `ENERGY_T` and `BEGUN`
     first : first entry of the batch in `lanes`
     lanes : as `filter_pairs` leaves them
     across : what row 3 of `lanes` says of a pair across two chunks
     book : `ImpactBook`, page `tid`
     """
-    b = 0
-    while begun != 0:
-        if begun & 1:
+    for b in range(BATCH):
+        if columns[BEGUN * BATCH + b] > 0.0:
             i, j = lanes[4, first + b], lanes[1, first + b]
             # a pair across two chunks is met in both, and counted by its first particle
             if lanes[3, first + b] != across or i < j:
                 spectra = book.spectra[tid, material[i] * n_materials + material[j]]
                 count_energy(float(columns[ENERGY_N * BATCH + b]), spectra[0])
                 count_energy(float(columns[ENERGY_T * BATCH + b]), spectra[1])
-        begun >>= 1
-        b += 1
 
 
 @kernel
-def note_wall_impacts(columns, begun, first, lanes, normals, model, x, radius, material, placed, book, tid):
-    """As `note_pair_impacts`, for particles that have just met a surface; `lanes`, `normals` as `find_walls` leaves them."""
-    b = 0
+def note_wall_impacts(columns, first, lanes, measured, model, x, radius, material, placed, book, tid):
+    """As `note_pair_impacts`, for particles that have just met a surface; `lanes`, `measured` as `find_walls` leaves them."""
     n_materials = model.law_of.shape[0]
-    while begun != 0:
-        if begun & 1:
+    for b in range(BATCH):
+        if columns[BEGUN * BATCH + b] > 0.0:
             q = first + b
             slot, s = lanes[1, q], lanes[2, q]
             normal, tangential = float(columns[ENERGY_N * BATCH + b]), float(columns[ENERGY_T * BATCH + b])
             spectra = book.spectra[tid, (n_materials + material[slot]) * n_materials + model.surface_material[s]]
             count_energy(normal, spectra[0])
             count_energy(tangential, spectra[1])
-            arm = radius[slot] - 0.5 * float(normals[3, q])
+            arm = radius[slot] - 0.5 * float(measured[3, q])
             p = patch_of(
-                book.patches, placed[s], model.surface_size[s], s, x[0, slot] + arm * float(normals[0, q]),
-                x[1, slot] + arm * float(normals[1, q]), x[2, slot] + arm * float(normals[2, q]),
+                book.patches, placed[s], model.surface_size[s], s, x[0, slot] + arm * float(measured[0, q]),
+                x[1, slot] + arm * float(measured[1, q]), x[2, slot] + arm * float(measured[2, q]),
             )  # fmt: skip
             book.cut[tid, p] += whole(cutting_energy(normal, tangential), book.per_cut)
-        begun >>= 1
-        b += 1

@@ -341,6 +341,8 @@ class ChargeScratch(NamedTuple):
     """Of each chunk, sum of: 1 moved out of the skin or list full, 2 left the domain, 4 pair overlap, 8 wall overlap [1], int64 (C,)."""
     motion: np.ndarray
     """Of each thread and body: mass centre [m] (3), rotation [1] (9), velocity [m/s] (3), spin [rad/s] (3) (T, B, 18), world axes."""
+    twists: np.ndarray
+    """Of each thread and body, and of no body: velocity [m/s] (3), spin [rad/s] (3), number of the body, spare, real (T, B + 1, 8)."""
     placed: np.ndarray
     """Of each thread and surface: origin [m] (3), rotation [1] (9) (T, S, 12), world axes."""
     turned: np.ndarray
@@ -352,15 +354,16 @@ class ChargeScratch(NamedTuple):
     lanes: np.ndarray
     """Indices of touching pairs, or of touching walls [1], uint32 (T, 5, capacity)."""
     columns: np.ndarray
-    """Columns of the vector loops over pairs, walls and particles, real (T, 3, 48 * BATCH)."""
+    """Columns of the vector loops over pairs, walls and particles, real (T, 3, ROWS * BATCH)."""
     moving: np.ndarray
     """Columns of position, velocity, spin, position when listed, mass and its inverses (T, 15 * BATCH), units as in the state."""
     fixed: np.ndarray
     """Columns of published positions and radius [1/scale], point (T, 4 * BATCH)."""
     slots: np.ndarray
     """Every slot in order, 0, 1, 2 ..., uint32 (M,)."""
-    normals: np.ndarray
-    """Normal [1] (3) and overlap [m] of the touching walls, real (T, 4, S * chunk), world axes."""
+    measured: np.ndarray
+    """Normal [1] (3) and overlap [m] of the touching walls, and place from their body's mass centre [m] (3), real
+    (T, 7, S * chunk + BATCH), world axes."""
     peaks: np.ndarray
     """Largest overlap of pairs and of walls that each thread saw in the window [diameter] (T, 2)."""
     stopped_by: np.ndarray

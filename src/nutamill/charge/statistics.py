@@ -18,12 +18,13 @@ import numpy as np
 
 from nutamill.charge.clumps import PLACE
 from nutamill.charge.columns import ACT, HELD, A, wall_batch
-from nutamill.charge.contacts import filter_pairs, find_walls, lay_walls
+from nutamill.charge.contacts import filter_pairs
 from nutamill.charge.dynamics import move_bodies
 from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.neighbours import slots_of_chunk, thread_share
 from nutamill.charge.patches import part_of, patch_of, sector_of, whole
 from nutamill.charge.surfaces import place_surfaces
+from nutamill.charge.wall_contacts import OVERLAP, find_walls, lay_walls
 from nutamill.kernel import kernel, like
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
@@ -174,24 +175,22 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
     lo, hi = slots_of_chunk(state, c)
     buffer = state.clock[PUBLISHED]
     rows = state.rows[buffer]
-    lanes, normals, columns, placed = scratch.lanes[tid], scratch.normals[tid], scratch.columns[tid, 1], scratch.placed[tid]
+    lanes, measured, columns = scratch.lanes[tid], scratch.measured[tid], scratch.columns[tid, 1]
+    motion, placed = scratch.motion[tid], scratch.placed[tid]
     real = rows[0, 0]
     now, last = like(stamp_of(state.clock[STEP]), real), like(stamp_of(state.clock[STEP] - 1), real)
     walls, per, patches = sums.walls[tid], plan.per_wall, scratch.impacts.patches
-    found = find_walls(model, state.x, state.body[0], scratch.local[tid], placed, lo, hi - lo, lanes, normals, scratch.test[tid])
+    found = find_walls(model, state.x, state.body[0], scratch.local[tid], motion, placed, lo, hi - lo, lanes, measured, scratch.test[tid])
     for q in range(found, found + BATCH):
-        lanes[0, q], lanes[1, q], lanes[3, q] = model.chunk, 0, state.wall_memory.shape[0] - 1
+        lanes[0, q], lanes[1, q], lanes[3, q], lanes[4, q] = model.chunk, 0, state.wall_memory.shape[0] - 1, model.n_bodies
     for first in range(0, found, BATCH):
         m = min(BATCH, found - first)
-        lay_walls(
-            model, state.x, rows, state.wall_memory, state.material, scratch.motion[tid], first, m, lanes[1], lanes[2], lanes[3], normals,
-            columns,
-        )  # fmt: skip
+        lay_walls(model, rows, state.wall_memory, state.material, scratch.twists[tid], first, m, lanes, measured, columns)
         wall_batch(model.law, columns, last, now, like(dt, real))
         for b in range(m):
             slot, s = lanes[1, first + b], lanes[2, first + b]
-            n0, n1, n2 = float(normals[0, first + b]), float(normals[1, first + b]), float(normals[2, first + b])
-            arm = state.body[0, slot] - 0.5 * float(normals[3, first + b])
+            n0, n1, n2 = float(measured[0, first + b]), float(measured[1, first + b]), float(measured[2, first + b])
+            arm = state.body[0, slot] - 0.5 * float(measured[OVERLAP, first + b])
             p = patch_of(
                 patches, placed[s], model.surface_size[s], s, state.x[0, slot] + arm * n0, state.x[1, slot] + arm * n1,
                 state.x[2, slot] + arm * n2,
@@ -297,11 +296,11 @@ def sample(
     """
     dt = state.turn[1]
     first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
-    move_bodies(motions, 0.0, scratch.motion[tid])
+    move_bodies(motions, 0.0, scratch.motion[tid], scratch.twists[tid])
     for c in range(first, end):
         sample_neighbours(model, state, scratch, sums, c, tid)
         sample_fields(model, state, scratch, plan, sums, c, angle, tid)
-    move_bodies(motions, 0.5 * dt, scratch.motion[tid])
+    move_bodies(motions, 0.5 * dt, scratch.motion[tid], scratch.twists[tid])
     place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
     points = state.points[state.clock[PUBLISHED]]
     local, columns = scratch.local[tid], scratch.columns[tid, 1]

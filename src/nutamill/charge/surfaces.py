@@ -132,17 +132,17 @@ def surface_room(kind, x, y, z, r, a, b, c):
 
 
 @kernel(inline="always")
-def surface_overlap(kinds, sizes, placed, s, x0, x1, x2, r):
+def surface_overlap(kind, sizes, placed, s, x0, x1, x2, r):
     """Overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with surface `s`.
 
-    `kinds` (S,) and `sizes` [m] (S, 3) of the surfaces as in `ChargeModel`, `placed` (S, 12) as from `place_surfaces`.  Inlined, with
-    whole arrays: a slice or a struct handed over in the loop over contacts costs more than the arithmetic.
+    `kind` is its `SurfaceKind`, `sizes` [m] (S, 3) of all surfaces as in `ChargeModel`, `placed` (S, 12) as from `place_surfaces`.
+    Inlined, with whole arrays: a slice or a struct handed over in the loop over contacts costs more than the arithmetic.
     """
     d0, d1, d2 = x0 - placed[s, 0], x1 - placed[s, 1], x2 - placed[s, 2]
     a = placed[s, 3] * d0 + placed[s, 6] * d1 + placed[s, 9] * d2
     b = placed[s, 4] * d0 + placed[s, 7] * d1 + placed[s, 10] * d2
     c = placed[s, 5] * d0 + placed[s, 8] * d1 + placed[s, 11] * d2
-    overlap, na, nb, nc = surface_contact(kinds[s], a, b, c, r, sizes[s, 0], sizes[s, 1], sizes[s, 2])
+    overlap, na, nb, nc = surface_contact(kind, a, b, c, r, sizes[s, 0], sizes[s, 1], sizes[s, 2])
     return (
         overlap,
         placed[s, 3] * na + placed[s, 4] * nb + placed[s, 5] * nc,
@@ -159,37 +159,6 @@ def surface_near(kinds, sizes, placed, s, x0, x1, x2, r):
     b = placed[s, 4] * d0 + placed[s, 7] * d1 + placed[s, 10] * d2
     c = placed[s, 5] * d0 + placed[s, 8] * d1 + placed[s, 11] * d2
     return surface_room(kinds[s], a, b, c, r, sizes[s, 0], sizes[s, 1], sizes[s, 2])
-
-
-@kernel(fast=True)
-def touch_cone(x, radius, lo, n, place, size, out):
-    """Write a positive number to ``out[l]`` where particle ``lo + l`` touches the inside of a cone of `size` (3,) [m], at `place` (12,)."""
-    o0, o1, o2 = place[0], place[1], place[2]
-    a, b, c = place[5], place[8], place[11]
-    r0, r1, h = size[0], size[1], size[2]
-    x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
-    for i in range(n):
-        d0, d1, d2 = x0[i] - o0, x1[i] - o1, x2[i] - o2
-        z = a * d0 + b * d1 + c * d2
-        distance = math.sqrt(max(d0 * d0 + d1 * d1 + d2 * d2 - z * z, 0.0))
-        over, along, length = cone_frame(distance, z, r0, r1, h)
-        # rounding of the distance must not lose a contact at the ends: the exact test comes after
-        within = min(along, length - along) + 1e-6 * length
-        out[i] = min(r[i] - over, within)
-
-
-@kernel(fast=True)
-def touch_cap(x, radius, lo, n, place, size, out):
-    """As `touch_cone`, for the inside of a sphere cap of radius ``size[0]`` [m] and angle ``size[1]`` [rad]."""
-    o0, o1, o2 = place[0], place[1], place[2]
-    a, b, c = place[5], place[8], place[11]
-    bore, rim = size[0], math.cos(size[1]) - 1e-6
-    x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
-    for i in range(n):
-        d0, d1, d2 = x0[i] - o0, x1[i] - o1, x2[i] - o2
-        distance = math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
-        z = a * d0 + b * d1 + c * d2
-        out[i] = min(r[i] + distance - bore, -z - distance * rim)
 
 
 @kernel

@@ -16,7 +16,7 @@ def wall_overlap(model, placed, s, x0, x1, x2, r):
     """
     if model.surface_kind[s] == MESH_PATCH:
         return mesh_overlap(model.mesh, placed, s, x0, x1, x2, r)
-    return surface_overlap(model.surface_kind, model.surface_size, placed, s, x0, x1, x2, r)
+    return surface_overlap(model.surface_kind[s], model.surface_size, placed, s, x0, x1, x2, r)
 
 
 @kernel(inline="always")

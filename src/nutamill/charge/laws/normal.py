@@ -31,8 +31,8 @@ def pair_stiffness(compliance, compliance_a, compliance_b, diameter_a, diameter_
 
 
 @kernel(inline="always")
-def substep_share(overlap, v_n, dt):
-    """Share of the substep's dashpot impulse that belongs to the contact, in its first and last substep.
+def dashpot_speed(overlap, v_n, dt):
+    """Approach speed with the share of the substep's dashpot impulse that belongs to the contact, in its first and last substep.
 
     Forces are sampled at mid-substep, but the dashpot's force jumps when contact begins: seen first at overlap d < v_n dt, the
     contact has lasted d/v_n + dt/2 by the end of the substep, half a substep at least and one and a half at most.  The same
@@ -47,19 +47,18 @@ def substep_share(overlap, v_n, dt):
 
     Returns
     -------
-    share [1], 1/2 + overlap/(abs(v_n) dt) when overlap < abs(v_n) dt, else 1
+    speed [m/s]: v_n/2 + overlap/dt with the sign of v_n when overlap < abs(v_n) dt, else v_n
     """
-    # round-off can make a touching pair's overlap negative and its speed zero; neither may divide zero by zero
-    travel = abs(v_n) * dt + like(1e-30, dt)
-    depth = overlap if overlap > like(0.0, dt) else like(0.0, dt)
-    return like(0.5, dt) + depth / travel if depth < travel else like(1.0, dt)
+    # round-off can make a touching pair's overlap negative
+    covered = overlap / dt if overlap > like(0.0, dt) else like(0.0, dt)
+    return like(0.5, dt) * v_n + math.copysign(covered, v_n) if covered < abs(v_n) else v_n
 
 
 @kernel(inline="always")
 def linear_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_b, c0, c1, c2, damping, floor, dt):
     """Normal force of a linear spring and dashpot.
 
-    ``F_n = max(k overlap + c v_n share, floor)`` with ``c = 2 zeta sqrt(m_eff k)``
+    ``F_n = max(k overlap + c v, floor)`` with ``c = 2 zeta sqrt(m_eff k)`` and v of `dashpot_speed`
 
     Parameters
     ----------
@@ -71,7 +70,7 @@ def linear_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_
     diameter_a, diameter_b, c0, c1, c2 : diameters [m] and compliances as `pair_stiffness`
     damping : 2 zeta, twice the share of critical damping [1]
     floor : 0 where tension is cut, -inf where it is kept [N]
-    dt : substep [s], for `substep_share`
+    dt : substep [s], for `dashpot_speed`
 
     Returns
     -------
@@ -82,7 +81,7 @@ def linear_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_
     P. A. Cundall and O. D. L. Strack, "A discrete numerical model for granular assemblies", Geotechnique 29 (1979).
     """
     k = pair_stiffness(c0, c1, c2, diameter_a, diameter_b)
-    force = k * overlap + damping * math.sqrt(m_eff * k) * v_n * substep_share(overlap, v_n, dt)
+    force = k * overlap + damping * math.sqrt(m_eff * k) * dashpot_speed(overlap, v_n, dt)
     return force if force > floor else floor, k, like(0.0, dt)
 
 
@@ -124,7 +123,7 @@ def hysteretic_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diame
 
 @kernel(inline="always")
 def hertz_share(overlap, v_n, dt):
-    """As `substep_share`, for a dashpot that grows with the fourth root of the overlap: share [1], and the overlap to take [m].
+    """As `dashpot_speed`, for a dashpot that grows with the fourth root of the overlap: share [1], and the overlap to take [m].
 
     In the first substep the overlap grows as v_n t from 0 to overlap + v_n dt/2; the integral of ``t^(1/4)`` over that time is
     ``4/5 t^(5/4)``.  On release the same holds backwards in time.

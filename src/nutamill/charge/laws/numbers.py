@@ -8,6 +8,9 @@ from nutamill.charge.model import PairLaw
 LEAST_FORCE = 0.001
 """Least force of a hysteretic contact over that of loading [1]. Source: Ansys Rocky, DEM Technical Manual."""
 
+TINY = 1e-36
+"""Added to a square whose root divides [SI]: compilers take an estimate for such roots, which is infinite below 1e-38 in single precision."""
+
 
 def law_numbers(law: ContactLaw, pair: PairLaw) -> list[float]:
     """The numbers of a pair for the laws of a charge, in the order of `LawColumn`."""

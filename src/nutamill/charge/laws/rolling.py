@@ -2,6 +2,7 @@
 
 import math
 
+from nutamill.charge.laws.numbers import TINY
 from nutamill.charge.laws.tags import NoRolling, RollingTypeA, RollingTypeC
 from nutamill.kernel import by_type, kernel, like
 
@@ -28,8 +29,8 @@ def constant_rolling(law, t0, t1, t2, w0, w1, w2, n0, n1, n2, kt, m_eff, r_eff, 
     zero = like(0.0, dt)
     # a tenth of the reduced inertia (2/5 m R^2) a substep: several contacts at once brake a spin, and never turn it round
     drag = like(0.04, dt) * m_eff * r_eff * r_eff / dt
-    size = drag * math.sqrt(w0 * w0 + w1 * w1 + w2 * w2)
-    brake = drag * limit / size if size > limit else drag
+    square = w0 * w0 + w1 * w1 + w2 * w2
+    brake = limit / math.sqrt(square + like(TINY, dt)) if drag * drag * square > limit * limit else drag
     return -brake * w0, -brake * w1, -brake * w2, zero, zero, zero
 
 
@@ -69,8 +70,8 @@ def spring_rolling(law, t0, t1, t2, w0, w1, w2, n0, n1, n2, kt, m_eff, r_eff, li
     t1 += half * w1 - along * n1
     t2 += half * w2 - along * n2
     kr = kt * r_eff * r_eff
-    size = kr * math.sqrt(t0 * t0 + t1 * t1 + t2 * t2)
-    scale = limit / size if size > limit else like(1.0, dt)
+    square = t0 * t0 + t1 * t1 + t2 * t2
+    scale = limit / (kr * math.sqrt(square + like(TINY, dt))) if kr * kr * square > limit * limit else like(1.0, dt)
     t0 *= scale
     t1 *= scale
     t2 *= scale

@@ -2,6 +2,7 @@
 
 import math
 
+from nutamill.charge.laws.numbers import TINY
 from nutamill.charge.laws.tags import StoredDisplacement, StoredForce
 from nutamill.kernel import by_type, kernel, like
 
@@ -39,11 +40,12 @@ def displacement_friction(law, s0, s1, s2, sliding, u0, u1, u2, n0, n1, n2, kt, 
     s0 += half * u0 - along * n0
     s1 += half * u1 - along * n1
     s2 += half * u2 - along * n2
-    size = kt * math.sqrt(s0 * s0 + s1 * s1 + s2 * s2)
+    square = s0 * s0 + s1 * s1 + s2 * s2
     slides = sliding > like(0.5, dt)
     limit = load * (dynamic if slides else static)
-    beyond = size > limit
-    scale = load * dynamic / size if beyond else like(1.0, dt)
+    # squares, so that the root is only wanted as a divisor: an estimate refined takes the place of root and division
+    beyond = kt * kt * square > limit * limit
+    scale = load * dynamic / (kt * math.sqrt(square + like(TINY, dt))) if beyond else like(1.0, dt)
     s0 *= scale
     s1 *= scale
     s2 *= scale
@@ -69,11 +71,11 @@ def force_friction(law, s0, s1, s2, sliding, u0, u1, u2, n0, n1, n2, kt, load, s
     s0 += half * u0 - along * n0
     s1 += half * u1 - along * n1
     s2 += half * u2 - along * n2
-    size = math.sqrt(s0 * s0 + s1 * s1 + s2 * s2)
+    square = s0 * s0 + s1 * s1 + s2 * s2
     slides = sliding > like(0.5, dt)
     limit = load * (dynamic if slides else static)
-    beyond = size > limit
-    scale = load * dynamic / size if beyond else like(1.0, dt)
+    beyond = square > limit * limit
+    scale = load * dynamic / math.sqrt(square + like(TINY, dt)) if beyond else like(1.0, dt)
     s0 *= scale
     s1 *= scale
     s2 *= scale
