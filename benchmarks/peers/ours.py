@@ -10,6 +10,7 @@ from scene import Law, Record, Scene
 
 from nutamill.advance import enter, record_first_row
 from nutamill.bench import developed_case, developed_flow, on_threads
+from nutamill.build.charge_mix import particle_count
 from nutamill.build.clock import ContactFacts, contact_facts
 from nutamill.build.model import Model, State, build
 from nutamill.case import Case, load_case
@@ -100,7 +101,7 @@ def sand() -> Ours:
 
 def _loose_layers(case: Case) -> np.ndarray:
     """Places of equal spheres [m] (n, 3) in layers from the floor up, chamber axes; shaken a little, they fall as they start."""
-    diameter, chamber, n = case.charge.diameter, case.chamber, sum(case.particle_counts)
+    diameter, chamber, n = case.charge.diameter, case.chamber, particle_count(case)
     pitch = 1.03 * diameter
     steps = np.arange(-int(chamber.inner_diameter / pitch), int(chamber.inner_diameter / pitch) + 1) * pitch
     random = np.random.default_rng(case.run.seed)

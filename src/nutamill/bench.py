@@ -69,6 +69,19 @@ def mechanism_step(model: Model, state: State) -> float:
     return statistics.median(times)
 
 
+def statistics_cost(model: Model, state: State) -> tuple[Model, float]:
+    """Share of the time that the charge's statistics take on one thread [1], median of neighbouring pieces; after the model."""
+    ratios = []
+    model = on_threads(model, 1)
+    for _ in range(REPEATS):
+        times = []
+        for on in (0, 1):
+            model, seconds = piece(dataclasses.replace(model, survey=model.survey._replace(on=on)), state)
+            times.append(seconds)
+        ratios.append(times[1] / times[0] - 1)
+    return model, statistics.median(ratios)
+
+
 def process_time(*command: str) -> float:
     """Wall time of a Python process, median [s]."""
     times = []
@@ -110,6 +123,8 @@ def measure() -> Iterator[str]:
             f" mechanism {100 * share:.1f} % of the time; scatter {100 * (max(times[count]) - min(times[count])) / whole:.0f} %"
         )
     yield f"  mechanism step {1e6 * mechanism:.1f} us"
+    model, cost = statistics_cost(model, state)
+    yield f"  statistics of the charge, {round(model.case.run.series_rate)} samples a second: {100 * cost:.0f} % on top"
     yield f"nutamill --help {process_time('-m', 'nutamill', '--help'):.2f} s"
     yield f"second start to the first row {process_time('-c', 'from nutamill.bench import first_step; first_step()'):.2f} s"
     peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))

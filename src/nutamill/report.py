@@ -1,5 +1,7 @@
 """One HTML page for one run or several: case, steady values, where the power goes, figures, the moving charge, provenance, citation.
 
+Or for the folder of a sweep or of a comparison with a paper: its tables, pictures and runs.
+
 The page is `pages/report.html`; here it is filled.  It holds everything it shows and prints well.
 """
 
@@ -15,6 +17,7 @@ from matplotlib.figure import Figure
 
 from nutamill import __version__
 from nutamill.analysis import power_split, steady_window, warning_lines
+from nutamill.campaign_report import Campaign, read_campaign
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
@@ -100,11 +103,11 @@ class RunPage(NamedTuple):
 
 
 def write_report(paths: Sequence[str | Path], to: str | Path) -> Path:
-    """Write the page of these results; returns its path.
+    """Write the page of these results, or of the folder of a sweep or of a comparison; returns its path.
 
     Raises
     ------
-    CaseError : no results
+    CaseError : no results, or a folder together with something else
     ResultError : a file that is no result, or a page that cannot be written
     """
     if not paths:
@@ -114,8 +117,13 @@ def write_report(paths: Sequence[str | Path], to: str | Path) -> Path:
 
 def report_page(paths: Sequence[str | Path]) -> str:
     """The page as text."""
-    from jinja2 import Environment  # a tenth of a second
-
+    if Path(paths[0]).is_dir():
+        if len(paths) > 1:
+            what = f"one folder, or results only, can be reported at a time, got {len(paths)} of both"
+            raise CaseError(Fault("report", what, "Report them one after another"))
+        campaign = read_campaign(Path(paths[0]))
+        about = f"{len(campaign.runs)} result file{'' if len(campaign.runs) == 1 else 's'} in this folder"
+        return _filled(title=campaign.name, about=about, campaign=campaign, pictures=_drawn(campaign), runs=[])
     runs = []
     for path in paths:
         with open_result(path) as result:
@@ -124,18 +132,27 @@ def report_page(paths: Sequence[str | Path]) -> str:
     overview = ""
     if len(known) > 1:
         overview = _image(draw_steady_values([(float(run.speed), run.steady) for run in known]))
-    template = Environment(autoescape=True, trim_blocks=True).from_string(
-        (resources.files("nutamill") / "pages" / "report.html").read_text(encoding="utf-8")
-    )
-    return template.render(
+    return _filled(
         title=runs[0].title or runs[0].name if len(runs) == 1 else f"{len(runs)} runs",
-        version=__version__,
+        about=f"{len(runs)} run{'' if len(runs) == 1 else 's'}",
         runs=runs,
         headings=[value.label for value in known[0].steady] if known else [],
         overview=overview,
-        citation=CITATION,
-        sources=SOURCES,
     )
+
+
+def _filled(**fields: object) -> str:
+    """`pages/report.html` with these fields."""
+    from jinja2 import Environment  # a tenth of a second
+
+    text = (resources.files("nutamill") / "pages" / "report.html").read_text(encoding="utf-8")
+    template = Environment(autoescape=True, trim_blocks=True).from_string(text)
+    return template.render(version=__version__, citation=CITATION, sources=SOURCES, **fields)
+
+
+def _drawn(campaign: Campaign) -> list[Drawn]:
+    """The pictures of a folder."""
+    return [Drawn(file.stem, _address(file.read_bytes())) for file in campaign.pictures]
 
 
 def _run_page(result: Result) -> RunPage:
@@ -206,4 +223,8 @@ def _image(figure: Figure) -> str:
     """A figure as an address that holds the picture itself."""
     held = io.BytesIO()
     figure.savefig(held, format="png", dpi=200)
-    return "data:image/png;base64," + base64.b64encode(held.getvalue()).decode("ascii")
+    return _address(held.getvalue())
+
+
+def _address(picture: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(picture).decode("ascii")

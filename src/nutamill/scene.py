@@ -95,6 +95,10 @@ def draw_scene(result: Result, path: str | Path, view: View = "front", colour: C
     return _rendered(result, Path(path), view, colour, [range(len(chosen_snapshots(result)))[number]], _pictured)
 
 
+FRAGMENTS = ["-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-g", "50"]
+"""What ffmpeg is told so that a film cut short by a kill plays as far as it goes: two seconds to a fragment, each whole in itself."""
+
+
 def film_scene(
     result: Result,
     path: str | Path,
@@ -119,7 +123,7 @@ def film_scene(
             imageio_ffmpeg.get_ffmpeg_exe()
         except (ImportError, RuntimeError) as fault:
             raise MillError(f'{path}: a film needs ffmpeg, there is none. Install it with: pip install "nutamill[view]"') from fault
-        plotter.open_movie(str(path), framerate=FILM_RATE, quality=7)
+        plotter.open_movie(str(path), framerate=FILM_RATE, quality=7, output_params=FRAGMENTS)
         return functools.partial(_filmed, plotter)
 
     return _rendered(result, path, view, colour, [int(k) for k in nearest], opened, tell)

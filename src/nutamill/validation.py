@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from nutamill.campaign.axes import Member
 from nutamill.campaign.board import Board
 from nutamill.campaign.member import finished
-from nutamill.campaign.sweep import run_all
+from nutamill.campaign.sweep import run_all, tell_of_other_kernels
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.figures.paper import draw_figure
@@ -87,6 +87,7 @@ def validate(
         find_modes([run for run in runs if wants_modes(rows, run)])
         if waiting := in_order(taken, tell):
             failures = run_campaign(waiting, place, ClusterWorkers(client) if client else LocalProcesses(jobs))
+    tell_of_other_kernels([run.path for run in runs if run_state(run) == COMPLETE], tell)
     measured = measure(paper, runs, keys_of(paper), f"nutamill validate {name} --only")
     files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, place)
     return Comparison(paper, compare(rows, measured), files, failures, undrawn)

@@ -18,7 +18,9 @@ FLOOR = {
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
     **dict.fromkeys(("result", "build", "warm", "drawing"), 6),
-    **dict.fromkeys(("analysis", "mechanism_analysis", "dialects", "preflight", "mechanism_preflight", "watch", "record_plan"), 7),
+    **dict.fromkeys(
+        ("analysis", "mechanism_analysis", "dialects", "preflight", "mechanism_preflight", "watch", "record_plan", "campaign_report"), 7
+    ),
     **dict.fromkeys(("replay", "vibration"), 7),
     "advance": 8,
     **dict.fromkeys(("charge_flow", "quantities", "readings", "webview", "scene", "export", "measured"), 8),
@@ -57,6 +59,7 @@ NEVER = {
     "vibration": ENGINES,
     "measured": ENGINES,
     "report": ENGINES,
+    "campaign_report": ENGINES,
 }
 """Engines know no mill; what reads results needs no engine."""
 

@@ -1,5 +1,7 @@
 """Orders, load paths and rods of signals that are known."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from nutamill.fields import expand
 from nutamill.readings.load_paths import joint_reaction, load_paths
 from nutamill.readings.orders import peaks, sensor_orders, spectra, track
 from nutamill.readings.rods import rod_tensions, yoke_rods
+from nutamill.readings.wording import hours_text
 from nutamill.result import Recorder, open_result
 
 RATE = 2000.0
@@ -119,3 +122,8 @@ def test_rods_that_leave_the_yoke_free_are_refused():
     points, along = np.zeros((6, 3)), np.vstack([np.eye(3), np.eye(3)])
     with pytest.raises(CaseError, match="must hold all six motions"):
         rod_tensions(points, along, np.zeros((1, 3)), np.zeros((1, 3)))
+
+
+def test_life_beyond_any_use_is_not_told_to_the_hour():
+    assert hours_text(250 * 3600.0).strip() == "250"
+    assert hours_text(1e38).strip() == hours_text(math.inf).strip() == "> 1e+07"

@@ -1,7 +1,9 @@
 """The page of a run holds its numbers, its pictures and its moving charge, and needs nothing else."""
 
+import base64
 import html
 import re
+import shutil
 
 import pytest
 
@@ -39,6 +41,38 @@ def test_several_runs_share_one_table_and_one_figure_over_speed(filmed, film, tm
     page = report_page([filmed.path, film(tmp_path / "second.h5", snapshots=0)])
     assert page.count("<tr><td>second</td>") == 1
     assert page.count('alt="steady values over speed"') == 1
+
+
+def test_folder_of_a_sweep_is_reported_with_its_table_pictures_and_runs(filmed, tmp_path):
+    folder = tmp_path / "speeds"
+    folder.mkdir()
+    shutil.copy(filmed.path, folder / "speeds-10.h5")
+    shutil.copy(filmed.path, folder / "speeds-9.h5")
+    (folder / "table.csv").write_text(
+        "drive.speed,state,file,force [N],force half width 95 % [N],force last seconds [N]\n"
+        "700 rpm,complete,speeds-10.h5,717.3,4.31,716\n723 rpm,waiting,speeds-9.h5,nan,nan,nan\n"
+    )
+    (folder / "table.png").write_bytes(b"picture")
+    page = report_page([folder])
+    assert "<td>700 rpm</td><td>complete</td><td>717.3 ± 4.3</td></tr>" in page
+    assert "<td>723 rpm</td><td>waiting</td><td>nan</td></tr>" in page
+    assert base64.b64encode(b"picture").decode() in page
+    assert page.index("speeds-9.h5") < page.index("speeds-10.h5")
+    assert "kernel_digest" in page
+
+
+def test_folder_of_a_comparison_is_reported_with_its_table(tmp_path):
+    (tmp_path / "comparison.md").write_text("| row | ours |\n|---|---|\n| force | 1 & 2 N |\n\n| not | this |\n|---|---|\n| 1 | 2 |\n")
+    page = report_page([tmp_path])
+    assert "<td>force</td><td>1 &amp; 2 N</td></tr>" in page
+    assert "not" not in page[page.index("<td>force") : page.index("<h2>Citation")]
+
+
+def test_folder_without_a_table_or_a_result_is_refused(filmed, tmp_path):
+    with pytest.raises(CaseError, match="neither a table nor a result"):
+        report_page([tmp_path])
+    with pytest.raises(CaseError, match="one folder, or results only"):
+        report_page([tmp_path, filmed.path])
 
 
 def test_name_cannot_smuggle_markup_into_the_page(film, tmp_path):

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     import distributed
     import xarray
 
+NAMED = 3
+"""Files that a line names before it counts the rest [1]."""
 POLL = 1.0
 """Wall time between two looks at how the runs stand [s]."""
 
@@ -96,7 +98,7 @@ def run_all(
     folder.mkdir(parents=True, exist_ok=True)
     board = {member.case.digest: _outcome(member, folder, "waiting", readings) for member in found}
     left = [outcome for outcome in board.values() if not finished(outcome.state)]
-    _tell_of_other_kernels(board.values(), tell)
+    tell_of_other_kernels((outcome.file for outcome in board.values() if finished(outcome.state)), tell)
 
     def keep(outcome: Outcome) -> None:
         board[outcome.member.case.digest] = outcome
@@ -142,15 +144,15 @@ def _refuse(found: Sequence[Member]) -> None:
         raise CaseError(*dict.fromkeys(faults))
 
 
-def _tell_of_other_kernels(outcomes: Iterable[Outcome], tell: Callable[[str], None] | None) -> None:
-    """Say which finished results another version has made: they are read all the same."""
+def tell_of_other_kernels(files: Iterable[Path], tell: Callable[[str], None] | None) -> None:
+    """Say which of these finished results another version has made: they are read all the same."""
     others = []
-    for outcome in outcomes:
-        if finished(outcome.state):
-            with open_result(outcome.file) as result:
-                others += [outcome.file.name] if result.provenance.get("kernel_digest") != kernel_digest() else []
+    for file in files:
+        with open_result(file) as result:
+            others += [file.name] if result.provenance.get("kernel_digest") != kernel_digest() else []
     if others and tell is not None:
-        tell(f"{len(others)} results were made by other kernels than this version has and are read as they are: {', '.join(others)}")
+        named = ", ".join(others[:NAMED]) + (f" and {len(others) - NAMED} more" if len(others) > NAMED else "")
+        tell(f"made by other kernels than this version has, and read as it is: {named}")
 
 
 def result_path(case: Case, folder: Path) -> Path:

@@ -88,11 +88,14 @@ def export(file: ResultFile, vtkhdf: Annotated[Path, typer.Option(help="File for
 @app.command()
 @told
 def report(
-    files: Annotated[list[Path], typer.Argument(metavar="RESULT.h5 ...", help="Results.")],
-    to: Annotated[Path | None, typer.Option(help="The page; else beside the first result.")] = None,
+    files: Annotated[
+        list[Path], typer.Argument(metavar="RESULT.h5 ...|FOLDER", help="Results, or the folder of a sweep or of a comparison.")
+    ],
+    to: Annotated[Path | None, typer.Option(help="The page; else beside the first result, or in the folder.")] = None,
 ) -> None:
-    """Write one HTML page: case, steady values, where the power goes, figures, the moving charge, provenance."""
+    """Write one HTML page: case, steady values, where the power goes, figures, the moving charge, provenance; or a campaign's tables."""
     from nutamill.report import write_report
 
-    page = write_report(files, to or files[0].with_name(f"{files[0].stem}-report.html"))
+    beside = files[0] / "report.html" if files[0].is_dir() else files[0].with_name(f"{files[0].stem}-report.html")
+    page = write_report(files, to or beside)
     typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB")

@@ -9,6 +9,7 @@ from nutamill.analysis import PAPER_WINDOW
 from nutamill.case.ratings import Bearing, Ratings
 from nutamill.errors import CaseError, Fault
 from nutamill.readings.load_paths import hodograph
+from nutamill.readings.wording import hours_text
 from nutamill.result import Result
 
 EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}
@@ -102,6 +103,7 @@ def bearings_lines(found: list[BearingLife]) -> list[str]:
     """Lives of bearings as a table."""
     rows = [f"{'bearing':27} {'Fr (N)':>9} {'Fa (N)':>9} {'P (N)':>9} {'L10 (turns)':>12} {'L10 (h)':>11} {'C0/P max':>9}"]
     for one in found:
-        numbers = f"{one.radial:9.4g} {one.axial:9.4g} {one.equivalent:9.4g} {one.turns:12.4g} {one.time / 3600:11.4g}"
-        rows.append(f"{one.joint:27} {numbers} {one.static_safety:9.3g}")
+        numbers = f"{one.radial:9.4g} {one.axial:9.4g} {one.equivalent:9.4g} {one.turns:12.4g} {hours_text(one.time)}"
+        safety = "-" if math.isnan(one.static_safety) else f"{one.static_safety:.3g}"
+        rows.append(f"{one.joint:27} {numbers} {safety:>9}")
     return rows

@@ -9,6 +9,7 @@ from nutamill.analysis import PAPER_WINDOW
 from nutamill.case.ratings import Ratings, Section
 from nutamill.errors import CaseError, Fault, MillError
 from nutamill.readings.load_paths import hodograph
+from nutamill.readings.wording import hours_text
 from nutamill.result import Result
 
 POINTS = 12
@@ -127,5 +128,5 @@ def sections_lines(found: list[SectionLife]) -> list[str]:
     rows = [f"{'section':20} {'peak (MPa)':>11} {'amplitude':>10} {'mean':>10} {'damage per turn':>16} {'life (h)':>11}"]
     for one in found:
         stresses = f"{one.peak / 1e6:11.4g} {one.amplitude / 1e6:10.4g} {one.mean / 1e6:10.4g}"
-        rows.append(f"{one.name:20} {stresses} {one.damage:16.4g} {one.time / 3600:11.4g}")
+        rows.append(f"{one.name:20} {stresses} {one.damage:16.4g} {hours_text(one.time)}")
     return rows

@@ -9,7 +9,7 @@ LEAST_FORCE = 0.001
 """Least force of a hysteretic contact over that of loading [1]. Source: Ansys Rocky, DEM Technical Manual."""
 
 TINY = 1e-36
-"""Added to a square whose root divides [SI]: compilers take an estimate for such roots, which is infinite below 1e-38 in single precision."""
+"""Added to a square whose root divides [SI]: compilers may take an estimate of such a root, which is infinite below 1e-38."""
 
 
 def law_numbers(law: ContactLaw, pair: PairLaw) -> list[float]:

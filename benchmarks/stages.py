@@ -1,0 +1,163 @@
+"""Where the time of a substep goes, and how far it is from what the machine could do: ``python benchmarks/stages.py``.
+
+A developed flow of the pellets at 700 rpm is held still, and a substep is run again and again up to its first, second ... stage on one
+thread; differences are the stages.  Contacts count as lasting.  Beside it the two limits: the law alone, on lanes that lie in the nearest
+cache, and the bytes that a substep reads and writes, at the rate at which this machine copies a block of that size.
+"""
+
+import statistics
+import time
+
+import numpy as np
+
+from nutamill.bench import developed_case, developed_flow
+from nutamill.charge.columns import ROWS, pair_batch
+from nutamill.charge.contacts import filter_pairs, pair_contacts
+from nutamill.charge.dynamics import open_window
+from nutamill.charge.integration import integrate_spheres
+from nutamill.charge.model import BATCH, Clock, stamp_of
+from nutamill.charge.neighbours import rebuild, slots_of_chunk, turning
+from nutamill.charge.simd import WIDTH, negated_radii
+from nutamill.charge.wall_contacts import find_walls, wall_contacts
+from nutamill.coupling import hand_out_motion
+from nutamill.kernel import kernel, like
+from nutamill.provenance import processor
+from nutamill.warm import warm_up
+
+STAGES = ("clear", "filter candidates", "pair contacts", "find walls", "wall contacts", "integrate and publish")
+REPEATS, PIECES = 25, 40
+STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
+
+
+@kernel(fast=True)
+def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
+    """`n` times a substep of all chunks up to `last_stage`, on one thread, without turning the clock; as `charge.dynamics` has it.
+
+    ``counts``: pair contacts and wall contacts found last.
+    """
+    for _ in range(n):
+        counts[0] = counts[1] = 0
+        for c in range(scratch.alarms.shape[0]):
+            lo, hi = slots_of_chunk(state, c)
+            clock = state.clock
+            buffer, lst = clock[PUBLISHED], clock[LIST]
+            points, rows, partners, memory = state.points[buffer], state.rows[buffer], state.partners[lst, c], state.memory[lst, c]
+            local, lanes, forces, work = scratch.local[0], scratch.lanes[0], scratch.forces[0], scratch.work[c]
+            real = rows[0, 0]
+            now, step = like(stamp_of(clock[STEP]), real), like(dt, real)
+            empty = forces.reshape(forces.size)
+            for k in range(empty.size):
+                empty[k] = like(0.0, real)
+            for l in range(0, hi - lo, WIDTH):
+                negated_radii(points, scratch.slots, lo + l, local, l)
+            if last_stage < 1:
+                continue
+            found = filter_pairs(points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes)
+            counts[0] += found
+            if last_stage < 2:
+                continue
+            pair_contacts(
+                model, points, rows, memory, state.material, found, lanes, local, scratch.columns[0, 0], now, now, step, forces,
+                scratch.impacts, 0,
+            )  # fmt: skip
+            if last_stage < 3:
+                continue
+            placed, measured = scratch.placed[0], scratch.measured[0]
+            found = find_walls(
+                model, state.x, state.body[0], local, scratch.motion[0], placed, lo, hi - lo, lanes, measured, scratch.test[0]
+            )
+            counts[1] += found
+            if last_stage < 4:
+                continue
+            wall_contacts(
+                model, state.x, state.body[0], rows, state.wall_memory, state.material, scratch.twists[0], placed, found, lanes, measured,
+                scratch.columns[0, 1], now, now, step, forces, scratch.sums[c], scratch.impacts, 0,
+            )  # fmt: skip
+            if last_stage < 5:
+                continue
+            integrate_spheres(model, state, scratch, lo, hi, forces, 0, reference, dt, work)
+
+
+@kernel(fast=True)
+def law_alone(model, columns, unit, dt, n):
+    """The pair law `n` times on one batch, whose lanes are laid anew from a copy each time."""
+    sums = like(0.0, dt)
+    for _ in range(n):
+        for k in range(columns.shape[1]):
+            columns[0, k] = columns[1, k]
+        sums += pair_batch(model.law, columns[0], unit, dt, dt, dt)[0]
+    return sums
+
+
+def fastest(act, *arguments) -> float:
+    """Least wall time of one call [s], of many."""
+    times = []
+    for _ in range(PIECES):
+        begun = time.perf_counter()
+        act(*arguments)
+        times.append(time.perf_counter() - begun)
+    return min(times)
+
+
+def bytes_of(state, pairs: float, walls: float, candidates: float) -> float:
+    """Bytes read and written per particle and substep: every array once, however often a cache gives it again."""
+    listed, memory = candidates * 2 * 4, 2 * (pairs + walls) * 8 * state.rows.itemsize
+    seen = 2 * (8 * state.rows.itemsize + 4 * state.points.itemsize)
+    moving = 2 * (3 * 3) * 8 + (3 + state.body.shape[0]) * 8
+    return listed + memory + seen + moving
+
+
+def main() -> None:
+    warm_up(print)
+    print(f"$ python benchmarks/stages.py      # {processor()}, {time.strftime('%Y-%m-%d')}")
+    model, flow = developed_flow(developed_case())
+    charge, state, scratch = model.charge, flow.charge, model.charge_scratch
+    n = charge.n_particles
+    hand_out_motion(model.mechanism, flow.mechanism, model.mechanism_scratch, model.plan, flow.coupling)
+    reference = flow.coupling.reference
+    open_window(charge, state, scratch, 0)
+    turning(reference, 0.0, scratch.turned[0])
+    dt, counts = model.clock.substep, np.zeros(2, np.int64)
+    total, before, rows = 0.0, 0.0, []
+    for stage, name in enumerate(STAGES):
+        # integration runs without time, so that nothing moves
+        step = 0.0 if stage == len(STAGES) - 1 else dt
+        substeps(charge, state, scratch, reference, step, stage, 1, counts)
+        total = 1e9 * fastest(substeps, charge, state, scratch, reference, step, stage, REPEATS, counts) / REPEATS / n
+        rows.append((name, total - before))
+        before = total
+    every = statistics.median(rebuild_times(charge, state, scratch, reference)) / n * 1e9
+    per_list = int(state.clock[STEP]) / max(int(state.clock[Clock.REBUILDS]), 1)
+    rows.append((f"neighbour list, every {per_list:.0f} substeps", every / per_list))
+    whole = sum(taken for _, taken in rows)
+    for name, taken in rows:
+        print(f"{name:42} {taken:6.2f} ns per particle and substep  {100 * taken / whole:3.0f} %")
+    pairs, walls = counts / n
+    candidates = state.listed[state.clock[LIST]].sum() / n
+    print(f"{'all':42} {whole:6.2f}, with {pairs:.2f} pair and {walls:.2f} wall contacts and {candidates:.2f} candidates per particle")
+    real = state.rows.dtype.type
+    columns = np.ones((2, ROWS * BATCH), real)
+    columns[1] = scratch.columns[0, 0]
+    law_alone(charge, columns, real(1 / charge.scale), real(dt), 1)
+    alone = 1e9 * fastest(law_alone, charge, columns, real(1 / charge.scale), real(dt), 1000) / 1000 / BATCH * pairs
+    print(f"arithmetic: the pair law alone takes {alone:.1f} of the {rows[2][1]:.1f} ns of the pair contacts")
+    moved = bytes_of(state, pairs, walls, candidates)
+    block = np.zeros(round(moved * n / 2), np.uint8)
+    rate = 2 * block.size / fastest(np.copyto, block.copy(), block)
+    print(
+        f"memory: {moved:.0f} bytes per particle and substep; copied at {rate / 1e9:.0f} GB/s they would take {moved / rate * 1e9:.1f} ns"
+    )
+
+
+def rebuild_times(charge, state, scratch, reference) -> list[float]:
+    """Wall times of new neighbour lists of the same state [s]."""
+    times = []
+    for _ in range(PIECES):
+        begun = time.perf_counter()
+        rebuild(charge, state, scratch, reference, 0.0, 0, 1)
+        times.append(time.perf_counter() - begun)
+    return times
+
+
+if __name__ == "__main__":
+    main()
