@@ -49,10 +49,15 @@ def turn_quaternion(q, t0, t1, t2, q_out):
 
     `q` and `q_out` may be the same array.
     """
-    angle = math.sqrt(t0 * t0 + t1 * t1 + t2 * t2)
-    # sin(angle/2)/angle by its series near zero: the error is below 1e-18 there
-    scale = math.sin(0.5 * angle) / angle if angle > 1e-4 else 0.5 - angle * angle / 48.0
-    c, a, b, d = math.cos(0.5 * angle), scale * t0, scale * t1, scale * t2
+    square = t0 * t0 + t1 * t1 + t2 * t2
+    # sin(angle/2)/angle and cos(angle/2), below 0.02 rad by their series: the error is below 1e-18 there
+    if square < 4e-4:
+        scale = 0.5 - square * (1.0 / 48.0 - square * (1.0 / 3840.0 - square / 645120.0))
+        c = 1.0 - square * (1.0 / 8.0 - square * (1.0 / 384.0 - square / 46080.0))
+    else:
+        angle = math.sqrt(square)
+        scale, c = math.sin(0.5 * angle) / angle, math.cos(0.5 * angle)
+    a, b, d = scale * t0, scale * t1, scale * t2
     w, x, y, z = q[0], q[1], q[2], q[3]
     qw = c * w - a * x - b * y - d * z
     qx = c * x + a * w + b * z - d * y

@@ -105,7 +105,7 @@ def start_clumps(model, state, dt):
             rows[i, 4 + k] = state.w[k, i]
 
 
-@kernel
+@kernel(fast=True)
 def move_clump(model, clump, f0, f1, f2, t0, t1, t2, dt):
     """Kick and drift one clump under a force [N] and a moment [N m] about its mass centre, world axes.
 
@@ -141,7 +141,7 @@ def move_clump(model, clump, f0, f1, f2, t0, t1, t2, dt):
     return falling, gain, w0, w1, w2, u0 + 2.0 * a0, u1 + 2.0 * a1, u2 + 2.0 * a2, z0, z1, z2
 
 
-@kernel
+@kernel(fast=True)
 def integrate_clumps(model, state, lo, hi, forces, turned, point, dt, work):
     """Kick and drift the clumps of one chunk, and publish their pebbles in the other buffer.
 
@@ -163,6 +163,7 @@ def integrate_clumps(model, state, lo, hi, forces, turned, point, dt, work):
     rows, new_rows, points, new_points = state.rows[now], state.rows[1 - now], state.points[now], state.points[1 - now]
     x, body = state.x, state.body
     slack = 0.2475 * model.skin * model.skin
+    per_dt = 1.0 / dt
     missed, falling = 0.0, 0.0
     moved, gone = 0, 0
     i = lo
@@ -190,7 +191,7 @@ def integrate_clumps(model, state, lo, hi, forces, turned, point, dt, work):
             r[4], r[5], r[6], r[7] = z0, z1, z2, rows[p, 7]
             a0, a1, a2 = clump[CENTRE] + a0, clump[CENTRE + 1] + a1, clump[CENTRE + 2] + a2
             # the mean velocity of the drift is that at the substep's end to second order
-            state.v[0, p], state.v[1, p], state.v[2, p] = (a0 - x[0, p]) / dt, (a1 - x[1, p]) / dt, (a2 - x[2, p]) / dt
+            state.v[0, p], state.v[1, p], state.v[2, p] = (a0 - x[0, p]) * per_dt, (a1 - x[1, p]) * per_dt, (a2 - x[2, p]) * per_dt
             state.w[0, p], state.w[1, p], state.w[2, p] = w0, w1, w2
             x[0, p], x[1, p], x[2, p] = a0, a1, a2
             c0, c1, c2 = rotate(turned, state.listed_at[0, p], state.listed_at[1, p], state.listed_at[2, p])
