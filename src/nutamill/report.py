@@ -122,7 +122,8 @@ def report_page(paths: Sequence[str | Path]) -> str:
             what = f"one folder, or results only, can be reported at a time, got {len(paths)} of both"
             raise CaseError(Fault("report", what, "Report them one after another"))
         campaign = read_campaign(Path(paths[0]))
-        about = f"{len(campaign.runs)} result file{'' if len(campaign.runs) == 1 else 's'} in this folder"
+        count = len(campaign.runs)
+        about = f"{count} result file{'' if count == 1 else 's'} in this folder" if count else "tables and pictures of this folder"
         return _filled(title=campaign.name, about=about, campaign=campaign, pictures=_drawn(campaign), runs=[])
     runs = []
     for path in paths:
