@@ -39,7 +39,7 @@ class RunLine(NamedTuple):
     """How far it has come."""
 
 
-class Campaign(NamedTuple):
+class CampaignFolder(NamedTuple):
     """What the page says of a folder."""
 
     name: str
@@ -54,7 +54,7 @@ class Campaign(NamedTuple):
     """What made the first result."""
 
 
-def read_campaign(folder: Path) -> Campaign:
+def read_campaign(folder: Path) -> CampaignFolder:
     """Read what a folder holds.
 
     Raises
@@ -75,7 +75,7 @@ def read_campaign(folder: Path) -> Campaign:
     if not tables and not runs:
         what = "must be a result, or a folder of a sweep or of a comparison, this one holds neither a table nor a result"
         raise CaseError(Fault(str(folder), what, "nutamill sweep and nutamill validate make such folders"))
-    return Campaign(folder.resolve().name, tables, _files(folder, "*.png"), runs, provenance)
+    return CampaignFolder(folder.resolve().name, tables, _files(folder, "*.png"), runs, provenance)
 
 
 def _files(folder: Path, pattern: str) -> list[Path]:

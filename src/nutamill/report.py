@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from nutamill import __version__
 from nutamill.analysis import power_split, steady_window, warning_lines
-from nutamill.campaign_report import Campaign, read_campaign
+from nutamill.campaign_report import CampaignFolder, read_campaign
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
@@ -151,7 +151,7 @@ def _filled(**fields: object) -> str:
     return template.render(version=__version__, citation=CITATION, sources=SOURCES, **fields)
 
 
-def _drawn(campaign: Campaign) -> list[Drawn]:
+def _drawn(campaign: CampaignFolder) -> list[Drawn]:
     """The pictures of a folder."""
     return [Drawn(file.stem, _address(file.read_bytes())) for file in campaign.pictures]
 
