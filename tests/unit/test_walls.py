@@ -107,7 +107,7 @@ def quick_tests(model, placed, x, radius, s, overlaps, near, test):
     for i in range(n):
         c0, c1, c2 = c0 + x[0, i] / n, c1 + x[1, i] / n, c2 + x[2, i] / n
     for i in range(n):
-        overlaps[i] = wall_overlap(model, placed, s, x[0, i], x[1, i], x[2, i], radius[i])[0]
+        overlaps[i] = wall_overlap(model.surface_kind[s], model, placed, s, x[0, i], x[1, i], x[2, i], radius[i])[0]
         around = max(around, ((x[0, i] - c0) ** 2 + (x[1, i] - c1) ** 2 + (x[2, i] - c2) ** 2) ** 0.5)
     near[0] = wall_near(model, placed, s, c0, c1, c2, around + model.largest_radius)
     touch_surface(model, x, radius, 0, n, s, placed[s], test)

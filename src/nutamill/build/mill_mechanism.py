@@ -160,9 +160,7 @@ def mill_mechanism(case: Case) -> MillMechanism:
     return MillMechanism(bodies, tuple(joints), tuple(bushings), (drive,), (0.0, 0.0, -mechanism.gravity))
 
 
-def assemble_mill(
-    mill: MillMechanism, drives: Sequence[Drive] | None = None
-) -> tuple[Mechanism, MechanismState, MechanismScratch]:
+def assemble_mill(mill: MillMechanism, drives: Sequence[Drive] | None = None) -> tuple[Mechanism, MechanismState, MechanismScratch]:
     """The arrays of a mill's parts, as `nutamill.mechanism.assembly.assemble` makes them; with other `drives` if given."""
     return assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives if drives is None else drives, gravity=mill.gravity)
 

@@ -38,6 +38,19 @@ ROWS = 51
 """Rows of `columns` [1]."""
 
 
+@kernel(fast=True, inline="always")
+def note_depth(columns, b, deep, r, limit, one, zero):
+    """Keep the largest overlap of lane `b`, half of it `deep` [m] at a particle of radius `r` [m]; returns one where beyond the limit.
+
+    Shares of the radius are compared by products, not by quotients.
+    """
+    peak, at = columns[b + PEAK * BATCH], columns[b + PEAK_RADIUS * BATCH]
+    deeper = deep * at > peak * r
+    columns[b + PEAK * BATCH] = deep if deeper else peak
+    columns[b + PEAK_RADIUS * BATCH] = r if deeper else at
+    return one if deep * limit > r else zero
+
+
 @kernel(fast=True)
 def pair_batch(law, columns, unit, last, now, dt):
     """The law for one batch of touching pairs.
@@ -133,14 +146,8 @@ def pair_batch(law, columns, unit, last, now, dt):
         sum_n += weight * power_n if counts else zero
         sum_t += weight * power_t if counts else zero
         sum_r += weight * power_r if counts else zero
-        # two quantities are compared by products, not by quotients
-        smaller = ra if ra < rb else rb
         deep = half * overlap if counts else zero
-        peak, at = columns[b + PEAK * BATCH], columns[b + PEAK_RADIUS * BATCH]
-        deeper = deep * at > peak * smaller
-        columns[b + PEAK * BATCH] = deep if deeper else peak
-        columns[b + PEAK_RADIUS * BATCH] = smaller if deeper else at
-        beyond += one if deep * numbers[9] > smaller else zero
+        beyond += note_depth(columns, b, deep, ra if ra < rb else rb, numbers[9], one, zero)
         normal, tangential = impact_energies(m_eff, u0, u1, u2, n0, n1, n2)
         columns[b + ENERGY_N * BATCH] = normal
         columns[b + ENERGY_T * BATCH] = tangential
@@ -226,11 +233,7 @@ def wall_batch(law, columns, last, now, dt):
         sum_r += power_r if counts else zero
         sum_i += f0 * x0 + f1 * x1 + f2 * x2 + m0 * z0 + m1 * z1 + m2 * z2 if counts else zero
         deep = half * overlap if counts else zero
-        peak, at = columns[b + PEAK * BATCH], columns[b + PEAK_RADIUS * BATCH]
-        deeper = deep * at > peak * r
-        columns[b + PEAK * BATCH] = deep if deeper else peak
-        columns[b + PEAK_RADIUS * BATCH] = r if deeper else at
-        beyond += one if deep * numbers[9] > r else zero
+        beyond += note_depth(columns, b, deep, r, numbers[9], one, zero)
         normal, tangential = impact_energies(m, u0, u1, u2, n0, n1, n2)
         columns[b + ENERGY_N * BATCH] = normal
         columns[b + ENERGY_T * BATCH] = tangential

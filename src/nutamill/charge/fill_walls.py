@@ -45,7 +45,7 @@ def push_out(walls, placed, x, r, top):
     worst = 0.0
     for i in range(len(r)):
         for s in range(walls.surface_kind.shape[0]):
-            overlap, a, b, c = wall_overlap(walls, placed, s, x[i, 0], x[i, 1], x[i, 2], r[i])
+            overlap, a, b, c = wall_overlap(walls.surface_kind[s], walls, placed, s, x[i, 0], x[i, 1], x[i, 2], r[i])
             if overlap > 0.0:
                 x[i, 0], x[i, 1], x[i, 2] = x[i, 0] - overlap * a, x[i, 1] - overlap * b, x[i, 2] - overlap * c
                 worst = max(worst, overlap)

@@ -72,6 +72,7 @@ def observe_walls(model, state, placed, back, last, out):
         r = state.body[0, i]
         for s in range(n_surfaces):
             overlap, _, _, _ = wall_overlap(
+                model.surface_kind[s],
                 model,
                 placed,
                 s,

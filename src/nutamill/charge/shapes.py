@@ -136,12 +136,12 @@ def shape_faults(centres: np.ndarray, radii: np.ndarray) -> list[Fault]:
         holders = [j for j in range(len(radii)) if j != k and gaps[k, j] + radii[k] <= radii[j] and (radii[k] < radii[j] or k > j)]
         if holders:
             faults.append(Fault(f"sphere {k}", f"must not lie wholly inside another, it lies in sphere {holders[0]}", "Leave it out"))
-    reached, todo = {0}, [0]
+    reached, waiting = {0}, [0]
     joined = gaps <= (radii[:, None] + radii) * (1.0 + TOUCHING)
-    while todo:
-        new = set(np.flatnonzero(joined[todo.pop()]).tolist()) - reached
+    while waiting:
+        new = set(np.flatnonzero(joined[waiting.pop()]).tolist()) - reached
         reached |= new
-        todo += new
+        waiting += new
     if len(reached) < len(radii):
         loose = ", ".join(str(k) for k in range(len(radii)) if k not in reached)
         faults.append(Fault("spheres", f"must hang together, no chain of overlaps leads from sphere 0 to {loose}", "Move them closer"))

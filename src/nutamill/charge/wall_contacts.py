@@ -10,7 +10,6 @@ from nutamill.charge.contacts import hold_law
 from nutamill.charge.impacts import note_wall_impacts
 from nutamill.charge.model import BATCH, SurfaceKind
 from nutamill.charge.simd import WIDTH, add_rows, copy_lanes, gather_rows, set_rows
-from nutamill.charge.surfaces import surface_overlap
 from nutamill.charge.touching import touch_surface
 from nutamill.charge.walls import wall_near, wall_overlap
 from nutamill.kernel import kernel, like
@@ -53,7 +52,7 @@ def measure(kind, model, placed, s, centre, x, radius, slots, start, end, measur
     for q in range(np.uint64(start), np.uint64(end)):
         slot = slots[q]
         x0, x1, x2 = x[0, slot], x[1, slot], x[2, slot]
-        overlap, n0, n1, n2 = surface_overlap(kind, model.surface_size, placed, s, x0, x1, x2, radius[slot])
+        overlap, n0, n1, n2 = wall_overlap(kind, model, placed, s, x0, x1, x2, radius[slot])
         measured[0, q], measured[1, q], measured[2, q], measured[3, q] = n0, n1, n2, overlap
         measured[4, q], measured[5, q], measured[6, q] = x0 - c0, x1 - c1, x2 - c2
         least = min(least, overlap)
@@ -68,15 +67,7 @@ def measure_walls(model, placed, s, centre, x, radius, slots, start, end, measur
         return measure(PLANE, model, placed, s, centre, x, radius, slots, start, end, measured)
     if kind == CYLINDER:
         return measure(CYLINDER, model, placed, s, centre, x, radius, slots, start, end, measured)
-    least = 1.0
-    for q in range(start, end):
-        slot = slots[q]
-        x0, x1, x2 = x[0, slot], x[1, slot], x[2, slot]
-        overlap, n0, n1, n2 = wall_overlap(model, placed, s, x0, x1, x2, radius[slot])
-        measured[0, q], measured[1, q], measured[2, q], measured[3, q] = n0, n1, n2, overlap
-        measured[4, q], measured[5, q], measured[6, q] = x0 - centre[0], x1 - centre[1], x2 - centre[2]
-        least = min(least, overlap)
-    return least
+    return measure(kind, model, placed, s, centre, x, radius, slots, start, end, measured)
 
 
 @kernel

@@ -9,14 +9,14 @@ MESH_PATCH = int(SurfaceKind.MESH_PATCH)
 
 
 @kernel(inline="always")
-def wall_overlap(model, placed, s, x0, x1, x2, r):
-    """Overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with surface `s`.
+def wall_overlap(kind, model, placed, s, x0, x1, x2, r):
+    """Overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with surface `s` of `kind`.
 
     `placed` (S, 12) as from `place_surfaces`.  No contact where the overlap is not positive.
     """
-    if model.surface_kind[s] == MESH_PATCH:
+    if kind == MESH_PATCH:
         return mesh_overlap(model.mesh, placed, s, x0, x1, x2, r)
-    return surface_overlap(model.surface_kind[s], model.surface_size, placed, s, x0, x1, x2, r)
+    return surface_overlap(kind, model.surface_size, placed, s, x0, x1, x2, r)
 
 
 @kernel(inline="always")
@@ -30,5 +30,6 @@ def wall_near(model, placed, s, x0, x1, x2, r):
 @kernel
 def wall_overlaps(model, placed, s, x, r, out):
     """Overlaps [m] (n,) of spheres of radii `r` [m] (n,) at `x` [m] (n, 3), world, with surface `s`, to `out`."""
+    kind = model.surface_kind[s]
     for i in range(len(r)):
-        out[i] = wall_overlap(model, placed, s, x[i, 0], x[i, 1], x[i, 2], r[i])[0]
+        out[i] = wall_overlap(kind, model, placed, s, x[i, 0], x[i, 1], x[i, 2], r[i])[0]
