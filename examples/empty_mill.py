@@ -1,6 +1,6 @@
 """The empty mill on rigid mounts: how hard the crank pulls on the chamber, over speed.
 
-The force grows with the square of the speed (published: 14.7 N at 100 rpm, 235 N at 400 rpm). This prints 14.7 N and 235.2 N.
+The force grows with the square of the speed (published: 14.7 N at 100 rpm, 235 N at 400 rpm). This prints 14.5 N and 231.7 N.
 """
 
 import nutamill as nm

@@ -17,7 +17,7 @@ def main(folder: str = "results") -> float:
     with nm.run(nm.load_case("numill", CASE), to=f"{folder}/moving.h5") as result:
         print(write_view(result, result.path.with_suffix(".html")))
         series = result.series.isel(time=-1)
-        open_share = float(series["ledger_residual"] / series["motor_work"])
+        open_share = float(abs(series["ledger_residual"]) / series["motor_work"])
     print(f"ledger open by {100 * open_share:.3f} %")
     return open_share
 

@@ -33,7 +33,7 @@ def draw_histories(result: Result, names: Sequence[str]) -> Figure:
         figure = Figure(figsize=(WIDTH, 0.5 + 1.2 * len(names)), layout="constrained")
         for axes, name in zip(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)), names, strict=True):
             axes.plot(time, result.series[name].values, linewidth=0.6)
-            axes.set_ylabel(label_of(name))
+            axes.set_ylabel(label_of(name).replace(" (", "\n("))
         axes.set_xlabel("time (s)")
         axes.set_xlim(time[0], time[-1])
         figure.align_ylabels()

@@ -16,6 +16,7 @@ from nutamill.readings.fatigue import SectionLife
 from nutamill.readings.load_paths import hodograph, joints_of
 from nutamill.readings.mounts import floor_series
 from nutamill.readings.orders import Orders, Waterfall
+from nutamill.readings.wording import LONGEST, hours_text
 from nutamill.result import Result
 from nutamill.units import rpm
 
@@ -79,7 +80,10 @@ def _draw_waterfall(figure: Figure, axes: Axes, falls: Waterfall, unit: str) -> 
 
 
 def draw_loads(result: Result, axes: str = "frame", last: float | str = PAPER_WINDOW) -> Figure:
-    """Polar plots: path of the tip of each joint's force in the plane of x and y of the chosen axes, over the steady turns."""
+    """Polar plots: path of the tip of each joint's force in the plane of x and y of the chosen axes, over the steady turns.
+
+    A mean that is more than a tenth of the largest force is drawn as a line with a dot: in axes that turn along, the path may be a point.
+    """
     joints = joints_of(result)
     columns = 2
     with matplotlib.rc_context(fname=STYLE):
@@ -96,6 +100,10 @@ def draw_loads(result: Result, axes: str = "frame", last: float | str = PAPER_WI
                 continue
             panel.plot(force[:, 0], force[:, 1], color=PALETTE[0], linewidth=0.8)
             panel.plot([0.0], [0.0], "+", color="black", markersize=5)
+            mean = force[:, :2].mean(axis=0)
+            if math.hypot(*mean) > 0.1 * most:
+                panel.plot([0.0, mean[0]], [0.0, mean[1]], color=PALETTE[1], linewidth=0.8)
+                panel.plot(*mean, "o", color=PALETTE[1], markersize=2.5)
             panel.set_xlim(-most, most)
             panel.set_ylim(-most, most)
             panel.set_aspect("equal")
@@ -132,22 +140,20 @@ def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 
 def draw_lives(bearings: list[BearingLife], sections: list[SectionLife]) -> Figure:
-    """Lives of bearings and sections as bars on a logarithmic axis; what outlives the axis has an arrow."""
-    lives = [(one.joint, one.time / 3600.0, PALETTE[0]) for one in bearings] + [
-        (one.name, one.time / 3600.0, PALETTE[1]) for one in sections
-    ]
-    most = 1e8
+    """Lives of bearings and sections as bars on a logarithmic axis, up to the longest that is told."""
+    lives = [(one.joint, one.time, PALETTE[0]) for one in bearings] + [(one.name, one.time, PALETTE[1]) for one in sections]
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 0.8 + 0.28 * len(lives)), layout="constrained")
         axes = figure.subplots()
-        for k, (_name, hours, color) in enumerate(lives):
-            axes.barh(k, min(max(hours, 1.0), most), color=color, height=0.6)
-            said = "no end" if hours > 1e12 else f"{hours:.3g} h"
-            axes.annotate(said, (min(max(hours, 1.0), most), k), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5)
+        for k, (_name, time, color) in enumerate(lives):
+            shown = min(max(time / 3600.0, 1.0), LONGEST)
+            axes.barh(k, shown, color=color, height=0.6)
+            said = f"{hours_text(time).strip()} h"
+            axes.annotate(said, (shown, k), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5)
         axes.set_yticks(range(len(lives)), [name.replace("_", " ") for name, _, _ in lives])
         axes.invert_yaxis()
         axes.set_xscale("log")
-        axes.set_xlim(1.0, 100.0 * most)
+        axes.set_xlim(1.0, 100.0 * LONGEST)
         axes.axvline(YEAR, color="black", linewidth=0.7, linestyle=(0, (4, 3)))
         axes.annotate("one year", (YEAR, 1.0), xycoords=("data", "axes fraction"), xytext=(2, 2), textcoords="offset points", fontsize=6)
         axes.grid(axis="y", visible=False)

@@ -1,0 +1,23 @@
+"""Every example runs, and what it checks of itself, against a closed form or another method, holds."""
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+SLOW = {"balancing"}
+"""Left to be run by hand: six run-ups, whose parts `test_design` holds."""
+EXAMPLES = sorted(path for path in (Path(__file__).parents[2] / "examples").glob("*.py") if path.stem not in SLOW)
+PINNED = {"empty_mill": ("100 rpm: 14.5 N", "400 rpm: 231.7 N"), "moving_charge": ("ledger open by 0.000 %", "moving.html")}
+"""What the examples without a check of their own say that they print."""
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_example_holds_what_it_checks_of_itself(path, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(path), run_name="__main__")
+    told = capsys.readouterr().out
+    assert all(text in told for text in PINNED.get(path.stem, ()))
+    assert path.stem in PINNED or "assert " in path.read_text(encoding="utf-8")
+    drawn = [*tmp_path.rglob("*.png"), *tmp_path.rglob("*.html")]
+    assert drawn and all(file.stat().st_size > 5000 for file in drawn)
