@@ -5,15 +5,15 @@ and plates) is given proportions of the bore.  Nothing is computed from these sh
 """
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from nutamill.case import Case
-from nutamill.machine import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, SHAFT
+from nutamill.machine import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, GROUND, SHAFT
+from nutamill.result import WallMesh
 
-GROUND = "ground"
-"""What stands still."""
 STEEL, DARK, RUBBER, GLASS, BRASS, RED = "#8f98a3", "#5b6570", "#2e2e2e", "#a8c8dc", "#c9a227", "#b5482a"
 FACETS = 48
 """Facets of a full circle."""
@@ -93,6 +93,13 @@ def box(x: float, y: float, z: float) -> Solid:
     return Solid(0.5 * signs * np.array([x, y, z]), triangles)
 
 
+def cut_open(mesh: WallMesh, opening: float, middle: float) -> Solid:
+    """A mesh without the triangles whose middles lie in an `opening` [rad] about the azimuth `middle` [rad]."""
+    x, y, _ = mesh.vertices[mesh.triangles].mean(axis=1).T
+    turn = np.abs((np.arctan2(y, x) - middle + math.pi) % math.tau - math.pi)
+    return Solid(mesh.vertices, mesh.triangles[turn >= 0.5 * opening])
+
+
 def joined(*solids: Solid) -> Solid:
     """Several solids as one list of triangles."""
     firsts = np.cumsum([0] + [len(solid.vertices) for solid in solids[:-1]])
@@ -102,15 +109,21 @@ def joined(*solids: Solid) -> Solid:
     )
 
 
-def machine_parts(case: Case, opening: float = 0.0, opening_at: float = -0.5 * math.pi) -> tuple[Part, ...]:
+def machine_parts(
+    case: Case, opening: float = 0.0, opening_at: float = -0.5 * math.pi, walls: Mapping[str, WallMesh] | None = None
+) -> tuple[Part, ...]:
     """The parts of a mill, ground first.
 
     Parameters
     ----------
     opening : the chamber's wall is cut open over this azimuth [rad]
     opening_at : middle of the cut, azimuth in the chamber [rad]; -pi/2 faces the camera that looks along +y
+    walls : meshed walls, as a result keeps them: that of the chamber takes the place of the wall as drawn
     """
-    return (*_standing_parts(case), *_driven_parts(case), *_chamber_parts(case, opening, opening_at))
+    meshes = dict(walls or {})
+    shell = meshes.pop("chamber.mesh", None)
+    solids = [Part(key, CHAMBER, mesh.vertices, mesh.triangles, STEEL) for key, mesh in meshes.items()]
+    return (*_standing_parts(case), *_driven_parts(case), *solids, *_chamber_parts(case, opening, opening_at, shell))
 
 
 def _standing_parts(case: Case) -> list[Part]:
@@ -165,8 +178,8 @@ def _driven_parts(case: Case) -> list[Part]:
     return parts
 
 
-def _chamber_parts(case: Case, opening: float, opening_at: float) -> list[Part]:
-    """Shell, floor and ceiling with the stubs to pin and pivot, ribs and bars."""
+def _chamber_parts(case: Case, opening: float, opening_at: float, mesh: WallMesh | None) -> list[Part]:
+    """Shell, or the mesh that stands for it, floor and ceiling with the stubs to pin and pivot, ribs and bars."""
     chamber, depth = case.chamber, case.mechanism.nutation_point_to_crank
     bore, wall = 0.5 * chamber.inner_diameter, 0.035 * chamber.inner_diameter
     floor, ceiling = -chamber.floor_depth, -chamber.ceiling_depth
@@ -186,6 +199,6 @@ def _chamber_parts(case: Case, opening: float, opening_at: float) -> list[Part]:
     if chamber.bars_mass > 0.0:
         ring_of_bars = ring(chamber.bars.radius - wall, chamber.bars.radius, -chamber.bars.depth - wall, -chamber.bars.depth + wall)
         parts.append(Part("rigid bars", CHAMBER, *ring_of_bars, RED))
-    shell = ring(bore, bore + wall, floor, ceiling, opening, opening_at)
+    shell = ring(bore, bore + wall, floor, ceiling, opening, opening_at) if mesh is None else cut_open(mesh, opening, opening_at)
     parts.append(Part("chamber wall", CHAMBER, *shell, GLASS, 0.3))
     return parts

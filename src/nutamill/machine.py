@@ -33,6 +33,8 @@ FRAME, CHAMBER, CROSS = "frame", "chamber", "bearing_cross"
 CARRIAGE, DRIVESHAFT, SHAFT = "carriage", "driveshaft", "intermediate_shaft"
 BODIES = (FRAME, CHAMBER, CROSS, CARRIAGE, DRIVESHAFT, SHAFT)
 """Bodies of a mill, in the order in which the engine and snapshots hold them."""
+GROUND = "ground"
+"""What stands still."""
 
 
 class DrawnMechanism(Table):

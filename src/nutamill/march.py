@@ -29,7 +29,7 @@ from nutamill.build.described_mechanism import build_mechanism
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.build.model import Model, State, build
 from nutamill.build.team import team_size
-from nutamill.build.wall_mesh import digests
+from nutamill.build.wall_mesh import digests, placed_walls
 from nutamill.case import Case, MechanismCase, case_of_text
 from nutamill.errors import CaseError, Fault, NotSteadyError, ResultError, StepError
 from nutamill.kernel import kernel_digest
@@ -85,7 +85,8 @@ def run(
     record_first_row(model, state)
     provenance = run_provenance(kernel_digest(), case.run.seed, team_size(case)) | digests(case)
     axes = None if model.charge is None else statistics_axes(case, model.survey)
-    recorder = Recorder.create(path, case.to_toml(), provenance, model.readout.names, case.run.series_rate, axes=axes)
+    names, rate, walls = model.readout.names, case.run.series_rate, placed_walls(case)
+    recorder = Recorder.create(path, case.to_toml(), provenance, names, rate, axes=axes, walls=walls)
     ending, first = Ending(case, case.run.end), model.readout.series(state.first_row[None, :], state.first_row)
     recorder.append(first)
     ending.recorded(recorder.names, first)

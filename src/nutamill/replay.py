@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from nutamill.drawing import GROUND
 from nutamill.errors import ResultError
-from nutamill.machine import BODIES, CHAMBER, CROSS, SHAFT
+from nutamill.machine import BODIES, CHAMBER, CROSS, GROUND, SHAFT
 from nutamill.result import Result, Snapshots
 
 

@@ -6,7 +6,7 @@ PyVista is the extra ``view``; it is met in this room only.
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
@@ -152,7 +152,7 @@ def _rendered(
         path.parent.mkdir(parents=True, exist_ok=True)
     with _plotter() as plotter:
         keep = opened(plotter)
-        stage = Stage(plotter, case, colour, limits)
+        stage = Stage(plotter, case, machine_parts(case, OPENING, walls=result.walls), colour, limits)
         turns = [(number, len(list(same))) for number, same in itertools.groupby(numbers)]
         for done, (number, times) in enumerate(turns):
             if tell is not None and done % TOLD == 0:
@@ -167,11 +167,11 @@ def _rendered(
 class Stage:
     """What stands before the camera, moved from frame to frame; used within one picture or film."""
 
-    def __init__(self, plotter: "pyvista.Plotter", case: Case, colour: str, limits: tuple[float, float]):
+    def __init__(self, plotter: "pyvista.Plotter", case: Case, parts: Sequence[Part], colour: str, limits: tuple[float, float]):
         import pyvista
 
         self._plotter, self._colour, self._limits = plotter, colour, limits
-        self._parts = [(part, plotter.add_mesh(_mesh(part), **_look(part))) for part in machine_parts(case, OPENING)]
+        self._parts = [(part, plotter.add_mesh(_mesh(part), **_look(part))) for part in parts]
         self._charge: pyvista.PolyData | None = None
         self._actor = None
         self._names = case.charge.materials if colour == "material" else ()

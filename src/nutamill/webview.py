@@ -57,7 +57,7 @@ def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
         "particles": len(moments[0].radii),
         "times": [round(moment.time, 7) for moment in moments],
         "bodies": _moves(moments),
-        "parts": [_part(part) for part in machine_parts(case, opening=0.75 * math.pi)],
+        "parts": [_part(part) for part in machine_parts(case, opening=0.75 * math.pi, walls=result.walls)],
         "radii": _coded(moments[0].radii.astype("<f4")),
         "views": _views(case),
         "reach": case.mounts.depth + case.chamber.inner_diameter,

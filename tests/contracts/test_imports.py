@@ -17,11 +17,11 @@ FLOOR = {
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
-    **dict.fromkeys(("result", "build", "warm", "drawing"), 6),
+    **dict.fromkeys(("result", "build", "warm"), 6),
     **dict.fromkeys(
         ("analysis", "mechanism_analysis", "dialects", "preflight", "mechanism_preflight", "watch", "record_plan", "campaign_report"), 7
     ),
-    **dict.fromkeys(("replay", "vibration"), 7),
+    **dict.fromkeys(("replay", "vibration", "drawing"), 7),
     "advance": 8,
     **dict.fromkeys(("charge_flow", "quantities", "readings", "webview", "scene", "export", "measured"), 8),
     **dict.fromkeys(("march", "bench", "papers"), 9),

@@ -1,5 +1,6 @@
 """Walls from mesh files: found, read, refused with what to write instead, filled, run and resumed."""
 
+import math
 import os
 import shutil
 import signal
@@ -13,11 +14,14 @@ from nutamill.build.bed import settled_bed
 from nutamill.build.chamber_charge import chamber_surfaces
 from nutamill.build.charge_mix import charge_particles, particle_count
 from nutamill.build.model import build
-from nutamill.build.wall_mesh import chamber_mesh, free_volume, wall_meshes
+from nutamill.build.wall_mesh import chamber_mesh, free_volume, placed_walls, wall_meshes
 from nutamill.case import Case, load_case
 from nutamill.charge.mesh import on_charge_side
+from nutamill.drawing import machine_parts
 from nutamill.errors import CaseError
+from nutamill.machine import CHAMBER
 from nutamill.preflight import preflight
+from nutamill.result import Recorder, open_result
 
 FLOOR, CEILING, RADIUS = -350.0, -122.0, 70.0
 """The chamber of the published mill, in chamber axes from the nutation point [mm]."""
@@ -252,6 +256,18 @@ def test_a_bed_settles_among_meshed_walls(folder, text, monkeypatch):
     assert (first == second).all()
 
 
+def test_no_pellet_is_placed_in_a_gap_in_which_none_fits(folder, monkeypatch):
+    monkeypatch.setattr("nutamill.build.bed.LONGEST", 0.0005)
+    stl(folder / "plate.stl", block((-30, 0, -5), (30, 4, 100)))
+    # two plates 3 mm apart, where one in eighty of all places is; pellets are 5 mm thick
+    plate = '[[walls]]\nfile = "plate.stl"\nunit = "mm"\nat = ["0 mm", "{y} mm", "-350 mm"]\nmaterial = "steel"\n'
+    case = case_of(folder, 'base = "numill"\n' + plate.format(y=0) + plate.format(y=7), ["charge.mass=0.3 kg", "run.threads=1"])
+    bed = settled_bed(case)
+    assert len(bed) == particle_count(case)
+    between = (np.abs(bed[:, 0]) < 0.03) & (bed[:, 1] > 0.0) & (bed[:, 1] < 0.011) & (bed[:, 2] < -0.25)
+    assert not between.any()
+
+
 def test_surfaces_of_meshes_hang_on_the_chamber_where_the_case_says(folder):
     case = with_lifter(folder)
     names = [surface.name for surface in chamber_surfaces(case)]
@@ -294,3 +310,32 @@ def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_pat
     with march.resume(tmp_path / "parts.h5") as parts:
         assert parts.state == "complete"
         assert all(np.array_equal(parts.series[name].values, values) for name, values in expected.items())
+
+
+def enclosed(vertices, triangles):
+    """Volume within triangles whose corners run counter-clockwise seen from outside."""
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    return np.sum(a * np.cross(b, c)) / 6.0
+
+
+def test_result_keeps_meshed_walls_in_their_place_for_pictures_without_the_files(folder):
+    case = with_lifter(folder)
+    Recorder.create(folder / "run.h5", case.to_toml(), {}, ["time"], 4800.0, walls=placed_walls(case))
+    for file in folder.glob("*.stl"):
+        file.unlink()
+    with open_result(folder / "run.h5") as result:
+        walls = result.walls
+        parts = {part.name: part for part in machine_parts(Case.from_toml(result.case_text), walls=walls)}
+        cut = {part.name: part for part in machine_parts(Case.from_toml(result.case_text), opening=math.pi, walls=walls)}
+    assert enclosed(*walls["walls[0]"]) == pytest.approx(0.01 * 0.01 * 0.105)
+    assert np.ptp(walls["walls[0]"].vertices, axis=0) == pytest.approx([0.01, 0.01, 0.105])
+    assert walls["walls[0]"].vertices[:, 2].min() == pytest.approx(-0.355)
+    # a prism of 48 facets; of a room too the triangles face outwards, though those that the charge meets face inwards
+    drawn = 24 * np.sin(2 * np.pi / 48) * 1e-9 * RADIUS**2 * (CEILING - FLOOR)
+    assert enclosed(*walls["chamber.mesh"]) == pytest.approx(drawn)
+    assert len(parts["walls[0]"].triangles) == 12 and parts["walls[0]"].body == CHAMBER
+    assert len(parts["chamber wall"].triangles) == len(walls["chamber.mesh"].triangles)
+    # looking along +y into the half that is cut away, no triangle has its middle there
+    shell = cut["chamber wall"]
+    assert 0 < len(shell.triangles) < len(parts["chamber wall"].triangles)
+    assert shell.vertices[shell.triangles].mean(axis=1)[:, 1].min() > -1e-9

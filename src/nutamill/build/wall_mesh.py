@@ -91,6 +91,20 @@ def wall_meshes(case: Case) -> list[Mesh]:
     return meshes
 
 
+def placed_walls(case: Case) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Every mesh of a case in its place, by its key in the case, for the result to keep.
+
+    Corners [m] (n, 3), chamber axes from the nutation point, and triangles [1], int32 (m, 3), counter-clockwise from outside the solid.
+    """
+    placed = {"chamber.mesh": (case.chamber.mesh, chamber_mesh(case))} if case.chamber.mesh is not None else {}
+    placed |= {f"walls[{k}]": (wall, mesh) for k, (wall, mesh) in enumerate(zip(case.walls, wall_meshes(case), strict=True))}
+    return {
+        # a mesh that holds the charge has been turned inside out
+        key: (mesh.vertices + table.at, np.array(mesh.faces[:, :: -1 if mesh.keep == "inside" else 1], np.int32))
+        for key, (table, mesh) in placed.items()
+    }
+
+
 def _span(low: float, high: float) -> str:
     return f"{1e3 * low:.4g} to {1e3 * high:.4g} mm"
 

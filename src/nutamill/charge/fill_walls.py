@@ -14,12 +14,18 @@ from nutamill.charge.mesh_model import MeshWalls
 from nutamill.charge.mesh_patches import mesh_walls
 from nutamill.charge.model import Surface, SurfaceKind
 from nutamill.charge.surfaces import place_surfaces
-from nutamill.charge.walls import wall_overlap
+from nutamill.charge.walls import wall_overlap, wall_overlaps
 from nutamill.errors import CaseError, Fault
 from nutamill.kernel import kernel
 
 TRIES = 200
 """Draws of places for the particles that do not have one yet [1]."""
+
+STUCK = 0.2
+"""Share of its radius by which a particle overlaps a wall that walls cannot push out: one in a gap narrower than itself [1]."""
+
+PATIENCE = 100
+"""Sweeps after which those are thrown anew [1]."""
 
 
 class FillWalls(NamedTuple):
@@ -95,16 +101,18 @@ def fill_between(
     place_surfaces(walls, np.array([[0.0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]]), placed)
     share = min(1.0, solid / (COLUMN_PACKING * volume) + 4.0 * float(r.max()) / (high[2] - low[2]))
     rng = np.random.default_rng(seed)
+
     x, top = _scattered(rng, len(r), surfaces, low, high, share)
 
     before = x.copy()
 
     def push(x, sweep):
-        # a centre that moves less than a radius cannot jump over the depth in which a wall finds it
-        step = x - before
-        x[:] = before + step * np.minimum(1.0, 0.5 * r / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
+        x[:] = _no_leap(before, x, r)
         # a crowded column grows upwards
         worst = push_out(walls, placed, x, r, min(high[2], top + 0.1 * (high[2] - low[2]) * ((sweep + 1) // 100)))
+        if sweep % PATIENCE == PATIENCE - 1:
+            stuck = _deepest(walls, placed, x, r) > STUCK * r
+            x[stuck] = _scattered(rng, int(stuck.sum()), surfaces, low, high, share)[0]
         before[:] = x
         return worst
 
@@ -112,6 +120,21 @@ def fill_between(
     if not in_room(surfaces, x).all():
         raise CaseError(Fault("charge", "a particle was pushed through a wall while it was placed", "Take less charge or another seed"))
     return x
+
+
+def _deepest(walls, placed, x, r) -> np.ndarray:
+    """Largest overlap [m] (n,) of each particle with any wall."""
+    deepest, overlaps = np.zeros(len(r)), np.empty(len(r))
+    for s in range(len(placed)):
+        wall_overlaps(walls, placed, s, x, r, overlaps)
+        np.maximum(deepest, overlaps, out=deepest)
+    return deepest
+
+
+def _no_leap(before, x, r) -> np.ndarray:
+    """Steps from `before` to `x` [m] (n, 3), cut to half a radius: such a centre cannot jump over the depth in which a wall finds it."""
+    step = x - before
+    return before + step * np.minimum(1.0, 0.5 * r / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
 
 
 def _scattered(rng, n, surfaces, low, high, share) -> tuple[np.ndarray, float]:

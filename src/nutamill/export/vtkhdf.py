@@ -37,7 +37,7 @@ def write_vtkhdf(result: Result, path: str | Path) -> Path:
     path = Path(path)
     numbers = chosen_snapshots(result)
     case = Case.from_toml(result.case_text)
-    parts = machine_parts(case)
+    parts = machine_parts(case, walls=result.walls)
     particles = len(result.snapshots[0].get("radii", ()))
     numbers_in_all = len(numbers) * (9 * particles + 3 * sum(len(part.vertices) for part in parts))
     path.parent.mkdir(parents=True, exist_ok=True)

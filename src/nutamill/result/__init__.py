@@ -9,6 +9,7 @@ One HDF5 file, no pickles, plain enough for any HDF5 reader::
                       (attribute `names` of the group: their order as recorded)
     /snapshots/<name> one array per snapshot, first axis `time`
     /statistics/<name> cumulative sums over what the charge did, first axis `time`; /statistics/axes/<name>: what they lie along
+    /walls/<key>/     vertices [m], triangles of each meshed wall, in chamber axes from the nutation point
     /checkpoints/a, b the two newest; attributes: time, rows, snapshots, statistics; <group>/<array> restore a run bit for bit
     /summary          attributes: what was printed at the end
 
@@ -16,8 +17,8 @@ The file is whole at every instant (`nutamill.wholefile`): a commit replaces it 
 cost therefore grows with the file, and so does the pause between two commits.
 """
 
-from nutamill.result.layout import Checkpoint
+from nutamill.result.layout import Checkpoint, WallMesh
 from nutamill.result.reader import MISSING, Result, Snapshots, open_result, state_of
 from nutamill.result.recorder import Recorder
 
-__all__ = ["MISSING", "Checkpoint", "Recorder", "Result", "Snapshots", "open_result", "state_of"]
+__all__ = ["MISSING", "Checkpoint", "Recorder", "Result", "Snapshots", "WallMesh", "open_result", "state_of"]

@@ -26,6 +26,15 @@ class Checkpoint(NamedTuple):
     """Numbers and texts that belong to the state and are no arrays."""
 
 
+class WallMesh(NamedTuple):
+    """A meshed wall as the run had it, for pictures."""
+
+    vertices: np.ndarray
+    """Corners [m] (n, 3), chamber axes from the nutation point."""
+    triangles: np.ndarray
+    """Corners of each triangle [1], int32 (m, 3), counter-clockwise seen from outside the solid."""
+
+
 def opened(path: Path) -> h5py.File:
     """The file, open for reading, checked to be ours and whole."""
     if not path.is_file():

@@ -10,7 +10,7 @@ import numpy as np
 
 from nutamill.errors import ResultError
 from nutamill.fields import statistics_field
-from nutamill.result.layout import BEFORE, Checkpoint, opened, read_attributes
+from nutamill.result.layout import BEFORE, Checkpoint, WallMesh, opened, read_attributes
 
 if TYPE_CHECKING:
     import xarray
@@ -139,6 +139,12 @@ class Result:
     def snapshots(self) -> Snapshots:
         """The snapshots, read one by one."""
         return Snapshots(self)
+
+    @property
+    def walls(self) -> dict[str, WallMesh]:
+        """Meshed walls by their key in the case (``chamber.mesh``, ``walls[0]``); none in a file of a version that did not keep them."""
+        meshes = self.file.get("walls", {})
+        return {name: WallMesh(mesh["vertices"][:], mesh["triangles"][:]) for name, mesh in meshes.items()}
 
     def checkpoint(self) -> Checkpoint:
         """The newest state kept for resuming; ResultError if there is none."""

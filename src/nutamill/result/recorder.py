@@ -51,6 +51,7 @@ class Recorder:
         rate: float,
         overwrite: bool = False,
         axes: Mapping[str, np.ndarray] | None = None,
+        walls: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None,
     ) -> Self:
         """Start a new result file; it is readable, and empty, as soon as this returns.
 
@@ -63,6 +64,7 @@ class Recorder:
         rate : samples per simulated second [Hz]
         overwrite : replace a file of this name
         axes : what the statistics lie along, by the names of `nutamill.fields.STATISTICS_AXES`; None without statistics
+        walls : vertices and triangles of meshed walls, as in `WallMesh`, by their key in the case; so pictures need no other file
 
         Raises
         ------
@@ -98,8 +100,13 @@ class Recorder:
             for name, array in (axes or {}).items():
                 lines[name] = array.astype(h5py.string_dtype()) if array.dtype.kind == "U" else array
                 lines[name].attrs.update(statistics_field(name).attributes())
+            for name, (vertices, triangles) in (walls or {}).items():
+                mesh = file.create_group(f"walls/{name}")
+                mesh.create_dataset("vertices", data=vertices, **PACKED).attrs["units"] = "m"
+                mesh.create_dataset("triangles", data=triangles, **PACKED)
 
-        replace_file(path, edited(fill), room=len(case_toml) + 2**16 * (len(names) + 2), start=empty_file())
+        meshed = sum(array.nbytes for wall in (walls or {}).values() for array in wall)
+        replace_file(path, edited(fill), room=len(case_toml) + meshed + 2**16 * (len(names) + 2), start=empty_file())
         return cls(path, tuple(names), 0, 0, 0, 0.0)
 
     @classmethod
