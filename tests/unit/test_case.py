@@ -198,6 +198,14 @@ def test_the_printed_nutation_angle_is_warned_of_beyond_a_twentieth_of_a_degree(
     assert mill.with_(chamber__nutation_angle="6.04 deg").warnings == []
 
 
+def test_number_of_a_pair_that_the_chosen_law_does_not_read_is_warned_of(mill):
+    stiff = mill.with_("contact.pairs.steel-acrylic.normal_stiffness", "500 kN/m")
+    (warning,) = [str(found) for found in stiff.warnings if found.where.startswith("contact")]
+    assert warning == 'contact.pairs.steel-acrylic.normal_stiffness: does not count, with contact.stiffness = "young"'
+    both = stiff.with_("contact.pairs.steel-steel.normal_stiffness", "500 kN/m").with_("contact.stiffness", "direct")
+    assert not [found for found in both.warnings if found.where.startswith("contact")]
+
+
 def test_the_starter_file_is_the_case_it_starts_from(mill, tmp_path):
     text = starter("numill", tmp_path / "mill.toml")
     assert 25 <= len(text.splitlines()) <= 40

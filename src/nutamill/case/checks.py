@@ -43,6 +43,23 @@ def warnings(case: "Case") -> list[Fault]:
     if case.run.end < case.drive.ramp_end:
         what = f"the run ends at {case.run.end:g} s, before the speed is reached at {case.drive.ramp_end:g} s"
         found.append(Fault("run.until", what, "There will be no steady mean"))
+    return found + _idle_numbers(case)
+
+
+def _idle_numbers(case: "Case") -> list[Fault]:
+    """Numbers of pairs in contact that the chosen laws do not read: who writes one expects it to count."""
+    contact, found = case.contact, []
+    idle = {
+        "normal_stiffness": contact.stiffness != "direct" and f'contact.stiffness = "{contact.stiffness}"',
+        "restitution": contact.damping != "restitution" and f'contact.damping = "{contact.damping}"',
+        "damping_ratio": contact.damping != "ratio" and f'contact.damping = "{contact.damping}"',
+        "cohesive_pressure": contact.cohesion == "none" and 'contact.cohesion = "none"',
+    }
+    for first, second in _contacts(case):
+        name = f"{first}-{second}" if f"{first}-{second}" in contact.pairs else f"{second}-{first}"
+        for key, reason in idle.items():
+            if reason and name in contact.pairs and getattr(contact.pairs[name], key) is not None:
+                found.append(Fault(f"contact.pairs.{name}.{key}", f"does not count, with {reason}"))
     return found
 
 
