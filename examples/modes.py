@@ -7,6 +7,7 @@ import math
 
 import nutamill as nm
 from nutamill.design.modes import avoid_lines, campbell, machine_modes, modes_lines
+from nutamill.design.sticks import sticks
 from nutamill.figures.design import draw_campbell, draw_modes
 
 case = nm.load_case("numill")
@@ -15,7 +16,7 @@ print("\n".join(modes_lines(rest)))
 print("\n".join(modes_lines(machine_modes(case, charge=True))))
 diagram = campbell(case)
 print("\n".join(avoid_lines(diagram)))
-draw_modes(case, rest).savefig("modes.png")
+draw_modes(sticks(case), rest).savefig("modes.png")
 draw_campbell(diagram).savefig("campbell.png")
 
 coupling, shaft = case.shaft_coupling, case.intermediate_shaft

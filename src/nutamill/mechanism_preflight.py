@@ -65,7 +65,7 @@ class MechanismSheet:
         if self.not_unique:
             shown.append(f"          reactions not unique: {', '.join(self.not_unique)}")
         if self.modes:
-            stable = [f"{f:.4g} Hz ({100 * z:.2g} %)" for f, z in self.modes if z > UNSTABLE]
+            stable = [f"{f:.4g} Hz ({round(100 * z, 6) + 0.0:.2g} %)" for f, z in self.modes if z > UNSTABLE]
             shown.append("modes     " + (", ".join(stable) or "none that swing") + " about rest, drives held")
             if len(stable) < len(self.modes):
                 shown.append("          the rest found is unstable: the mechanism falls away from it")

@@ -10,7 +10,9 @@ from nutamill.case import load_case
 from nutamill.design.balancing import Weight, balance_mill, permissible_unbalance, weighted
 from nutamill.design.empty import once_per_turn, steady_series
 from nutamill.design.isolation import isolation, shaking_unbalance, transmissibility
+from nutamill.design.modes import mechanism_modes
 from nutamill.design.runup import run_up
+from nutamill.design.sticks import sticks
 from nutamill.errors import CaseError
 from nutamill.readings.mounts import floor_series
 from nutamill.readings.orders import peaks
@@ -98,3 +100,55 @@ def test_run_up_of_a_series_that_is_not_there_is_refused(rigid):
         run_up(rigid, [500.0], "mount_1_force_x")
     with pytest.raises(CaseError, match="positive rates"):
         run_up(rigid, [])
+
+
+def test_modes_of_a_mechanism_about_its_rest_are_those_of_a_pendulum_and_of_a_mass_on_springs(tmp_path):
+    bob, length, stiffness, mass = 2.0, 0.25, 3000.0, 5.0
+    (tmp_path / "two.toml").write_text(
+        f"""
+schema = 1
+[[bodies]]
+name = "bob"
+mass = "{bob} kg"
+inertia = ["0.01 kg m^2", "0.01 kg m^2", "0.01 kg m^2"]
+position = ["{0.6 * length} m", "0 m", "{-0.8 * length} m"]
+[[bodies]]
+name = "slider"
+mass = "{mass} kg"
+inertia = ["0.01 kg m^2", "0.01 kg m^2", "0.01 kg m^2"]
+position = ["1 m", "0 m", "0 m"]
+[[joints]]
+name = "hinge"
+kind = "revolute"
+between = ["ground", "bob"]
+point = ["0 m", "0 m", "0 m"]
+axis = [0, 1, 0]
+[[joints]]
+name = "rail"
+kind = "prismatic"
+between = ["ground", "slider"]
+point = ["1 m", "0 m", "0 m"]
+axis = [1, 0, 0]
+[[bushings]]
+name = "spring"
+between = ["ground", "slider"]
+point = ["1 m", "0 m", "0 m"]
+axis = [0, 0, 1]
+shear_stiffness = "{stiffness} N/m"
+[run]
+until = "1 s"
+dt = "100 us"
+"""
+    )
+    case = load_case(tmp_path / "two.toml")
+    found = mechanism_modes(case)
+    swing = math.sqrt(bob * 9.81 * length / (0.01 + bob * length**2)) / (2.0 * math.pi)
+    assert found.frequency == pytest.approx([swing, math.sqrt(stiffness / mass) / (2.0 * math.pi)], rel=1e-6)
+    assert [found.label(k) for k in range(2)] == ["bob moves", "slider moves"]
+    # drawn at rest, where the pendulum hangs, though it was put together aslant
+    hanging = next(stick for stick in sticks(case) if stick.body == "bob")
+    assert hanging.points == pytest.approx(np.array([[0.0, 0.0, -length], [0.0, 0.0, 0.0]]), abs=1e-9)
+    loose = (tmp_path / "two.toml").read_text().replace('shear_stiffness = "3000.0 N/m"', 'axial_stiffness = "1 N/m"')
+    (tmp_path / "loose.toml").write_text(loose)
+    with pytest.raises(CaseError, match="shift of body 'slider' along or about x is not"):
+        mechanism_modes(load_case(tmp_path / "loose.toml"))

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from nutamill.cli.common import CaseName, Overrides, ResultFile, app, load_mill, quantity, told
+from nutamill.cli.common import CaseName, Overrides, ResultFile, app, load, load_mill, quantity, told
 from nutamill.errors import CaseError, Fault
 from nutamill.wholefile import io_errors
 
@@ -34,13 +34,20 @@ def modes(
     charge: ChargeMass = False,
     to: Picture = None,
 ) -> None:
-    """Natural frequencies, damping and shapes of the mill on its mounts, at rest or at speed."""
-    from nutamill.design.modes import machine_modes, modes_lines
+    """Natural frequencies, damping and shapes of a mill on its mounts, at rest or at speed, or of a mechanism at rest."""
+    from nutamill.case import MechanismCase
+    from nutamill.design.modes import machine_modes, mechanism_modes, modes_lines
+    from nutamill.design.sticks import sticks
     from nutamill.figures.design import draw_modes
 
-    loaded = load_mill(case, overrides)
-    found = machine_modes(loaded, quantity("--speed", speed, "speed of rotation"), charge)
-    _answer(modes_lines(found), draw_modes(loaded, found), to, f"{loaded.name}-modes")
+    loaded, turning = load(case, overrides), quantity("--speed", speed, "speed of rotation")
+    if isinstance(loaded, MechanismCase):
+        if turning or charge:
+            raise CaseError(Fault("--charge" if charge else "--speed", "is for mills, this is a mechanism", "Leave it out"))
+        found = mechanism_modes(loaded)
+    else:
+        found = machine_modes(loaded, turning, charge)
+    _answer(modes_lines(found), draw_modes(sticks(loaded), found), to, f"{loaded.name}-modes")
 
 
 @app.command()

@@ -1,4 +1,7 @@
-"""Natural frequencies of a mill on its mounts: at rest, at speed, with the charge's mass, and the speeds to avoid."""
+"""Natural frequencies of a mill on its mounts: at rest, at speed, with the charge's mass, and the speeds to avoid.
+
+Of any mechanism, its modes at rest.
+"""
 
 from typing import NamedTuple
 
@@ -6,13 +9,15 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from nutamill.build.charge_mix import with_charge_mass
+from nutamill.build.described_mechanism import assemble_case
 from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism
-from nutamill.case import Case
+from nutamill.case import Case, MechanismCase
 from nutamill.errors import CaseError, Fault
 from nutamill.machine import FRAME, SHAFT
 from nutamill.mechanism.linear import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running import running_modes
+from nutamill.mechanism_preflight import UNSTABLE
 from nutamill.units import rpm
 
 ANGLES = 6
@@ -29,7 +34,7 @@ MOTIONS = ("sway x", "sway y", "bounce", "rocking about x", "rocking about y", "
 
 
 class MachineModes(NamedTuple):
-    """Vibrations of a mill, slowest first; oscillations only."""
+    """Vibrations of a mill or of any mechanism, slowest first; oscillations only."""
 
     speed: float
     """Driveshaft speed [rad/s]; 0 at rest."""
@@ -45,7 +50,9 @@ class MachineModes(NamedTuple):
     """Names of the bodies."""
 
     def label(self, k: int) -> str:
-        """What mode `k` is like: the motion of the frame, or the torsion of the drive train."""
+        """What mode `k` is like: of a mill the motion of the frame or the torsion of the drive train; else which body moves most."""
+        if not {FRAME, SHAFT} <= set(self.bodies):
+            return self._motions(k)[0][1]
         if self.bodies[int(self.share[:, :, k].sum(axis=1).argmax())] == SHAFT:
             return "torsion of the drive train"
         frame = self.bodies.index(FRAME)
@@ -63,12 +70,16 @@ class MachineModes(NamedTuple):
 
     def movers(self, k: int) -> str:
         """Which bodies move in mode `k`, by their share of the kinetic energy."""
+        return ", ".join(f"{said} {100 * part:.0f} %" for part, said in self._motions(k) if part >= SMALL)
+
+    def _motions(self, k: int) -> list[tuple[float, str]]:
+        """Share of each body's translation and rotation in the kinetic energy of mode `k` [1], and its name, largest first."""
         found = [
             (float(self.share[b, way, k]), f"{name.replace('_', ' ')} {'turns' if way else 'moves'}")
             for b, name in enumerate(self.bodies)
             for way in (0, 1)
         ]
-        return ", ".join(f"{said} {100 * part:.0f} %" for part, said in sorted(found, reverse=True) if part >= SMALL)
+        return sorted(found, reverse=True)
 
 
 class Avoid(NamedTuple):
@@ -132,6 +143,22 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
         rate = np.where(free == free[-1], speed, 0.0)  # the intermediate shaft turns with the driveshaft
         found, _ = running_modes(mechanism, state, scratch, free, rate, times)
     return _named(found, mass_matrix(mechanism, scratch), names, speed)
+
+
+def mechanism_modes(case: MechanismCase) -> MachineModes:
+    """Modes of a mechanism about its rest, drives held.
+
+    Raises
+    ------
+    CaseError : faults of the mechanism; a motion that nothing brings back, or that falls away from the rest found
+    StepError : no rest is found near the assembled pose
+    """
+    mechanism, state, scratch = assemble_case(case)
+    static_equilibrium(mechanism, state, scratch)
+    found, names = modes(mechanism, state, scratch), tuple(entry.name for entry in case.bodies)
+    if np.any(found.damping_ratio <= UNSTABLE):
+        raise CaseError(Fault("modes", "the mechanism falls away from the rest found", "Assemble it near a stable one"))
+    return _named(found, mass_matrix(mechanism, scratch), names, 0.0)
 
 
 def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: bool = False) -> Campbell:
@@ -214,7 +241,9 @@ def modes_lines(found: MachineModes) -> list[str]:
     state = "at rest" if found.speed == 0.0 else f"at {rpm(found.speed):.4g} rpm"
     rows = [f"modes {state}", f"{'Hz':>8}  {'damping':>8}  motion"]
     for k, (frequency, ratio) in enumerate(zip(found.frequency, found.damping_ratio, strict=True)):
-        rows.append(f"{frequency:8.3f}  {100 * ratio:6.2f} %  {found.label(k)}: {found.movers(k)}")
+        label, movers = found.label(k), found.movers(k)
+        said = movers if movers.startswith(label) else f"{label}: {movers}"
+        rows.append(f"{frequency:8.3f}  {round(100 * ratio, 2) + 0.0:6.2f} %  {said}")  # + 0.0: no minus zero
     return rows
 
 

@@ -1,12 +1,15 @@
-"""A mill as a stick drawing: lines fixed to its bodies, to show how it moves."""
+"""A mill or a mechanism as a stick drawing: lines fixed to its bodies, to show how it moves."""
 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from nutamill.build.described_mechanism import assemble_case, mechanism_parts
 from nutamill.build.mill_mechanism import chamber_rotation, mill_mechanism
-from nutamill.case import Case
+from nutamill.case import Case, MechanismCase
 from nutamill.machine import CHAMBER, DRIVESHAFT, FRAME, SHAFT
+from nutamill.mechanism.linear import static_equilibrium
 
 
 class Stick(NamedTuple):
@@ -15,17 +18,41 @@ class Stick(NamedTuple):
     body: str
     """Name of the body."""
     points: np.ndarray
-    """Corners of the line as assembled [m], (n, 3), world axes."""
+    """Corners of the line at rest [m], (n, 3), world axes."""
     centre: np.ndarray
-    """Mass centre of the body as assembled [m], (3,), world axes."""
+    """Mass centre of the body at rest [m], (3,), world axes."""
 
     def moved(self, displacement: np.ndarray) -> np.ndarray:
         """Complex or real displacement (n, 3) [m] of the corners when the body moves by `displacement` (6,) [m, rad]."""
         return displacement[:3] + np.cross(displacement[3:], self.points - self.centre)
 
 
-def sticks(case: Case) -> list[Stick]:
-    """Lines of frame, driveshaft with crank, and chamber of a mill at crank angle 0."""
+def sticks(case: Case | MechanismCase) -> list[Stick]:
+    """Lines of a mill as assembled at crank angle 0, or of a mechanism at its rest: from each mass centre to what it is held by."""
+    return _mechanism_sticks(case) if isinstance(case, MechanismCase) else _mill_sticks(case)
+
+
+def _mechanism_sticks(case: MechanismCase) -> list[Stick]:
+    """From the mass centre of each body to its joints, bushings and springs, with the drives held."""
+    parts = mechanism_parts(case)
+    mechanism, state, scratch = assemble_case(case)
+    before = Rotation.from_quat(state.quaternion[:, [1, 2, 3, 0]])
+    static_equilibrium(mechanism, state, scratch)
+    turn = (Rotation.from_quat(state.quaternion[:, [1, 2, 3, 0]]) * before.inv()).as_matrix()
+    held = [(side, part.point) for part in (*parts.joints, *parts.bushings) for side in (part.body_a, part.body_b)]
+    for spring in parts.springs:
+        held += [(spring.body_a, spring.point_a), (spring.body_b, spring.point_b)]
+    found = []
+    for number, body in enumerate(parts.bodies):
+        centre = state.position[number]
+        for side, point in held:
+            if side == body.name:
+                found.append(Stick(body.name, np.array([centre, centre + turn[number] @ (np.array(point) - body.position)]), centre))
+    return found
+
+
+def _mill_sticks(case: Case) -> list[Stick]:
+    """Lines of frame, driveshaft with crank, and chamber."""
     centre = {body.name: np.array(body.position) for body in mill_mechanism(case).bodies}
     depth, coupling = case.mounts.depth, case.shaft_coupling.depth
     pin = np.array([case.mechanism.crank_radius, 0.0, -case.mechanism.nutation_point_to_crank])

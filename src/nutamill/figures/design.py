@@ -12,24 +12,29 @@ from nutamill.design.balancing import Balancing
 from nutamill.design.isolation import Isolation
 from nutamill.design.modes import ORDERS, Campbell, MachineModes
 from nutamill.design.runup import RunUp
-from nutamill.design.sticks import sticks
+from nutamill.design.sticks import Stick
 from nutamill.fields import series_field
 from nutamill.figures.style import PALETTE, STYLE, WIDTH, unit_of
 from nutamill.units import rpm
 
 GREY, MOVED, ORBIT = "#B8B8B8", "#0072B2", "#D55E00"
-LARGEST = 0.09
-"""Size of the largest drawn displacement of a mode [m]."""
+LARGEST = 0.1
+"""Size of the largest drawn displacement of a mode, as a share of the machine's [1]."""
 LINES = {1.0: "-", 2.0: (0, (5, 2))}
 
 
-def draw_modes(case: Case, found: MachineModes) -> Figure:
-    """Shapes of the modes: the mill at rest in grey, displaced in blue, paths of its corners in orange; seen from above and aside."""
+def draw_modes(lines: list[Stick], found: MachineModes) -> Figure:
+    """Shapes of the modes: the machine at rest in grey, displaced in blue, paths of its corners in orange; seen from above and aside.
+
+    Parameters
+    ----------
+    lines : the machine as `nutamill.design.sticks.sticks` draws it
+    """
     count = len(found.frequency)
     columns = min(count, 4)
     rows = math.ceil(count / columns)
     look = _looking(math.radians(-62.0), math.radians(18.0))
-    lines = sticks(case)
+    largest = LARGEST * float(np.ptp(np.concatenate([line.points for line in lines]), axis=0).max())
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(7.0, 2.6 * rows), layout="constrained")
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
@@ -39,7 +44,7 @@ def draw_modes(case: Case, found: MachineModes) -> Figure:
         for k in range(count):
             axes, shape = panels[k], found.shape[:, :, k]
             moves = [line.moved(shape[found.bodies.index(line.body)]) for line in lines]
-            scale = LARGEST / max(LARGEST / 1.5, *(np.abs(move).max() for move in moves))
+            scale = largest / max(largest / 1.5, *(np.abs(move).max() for move in moves))
             for line, move in zip(lines, moves, strict=True):
                 axes.plot(*(line.points @ look).T, color=GREY, linewidth=0.6)
                 axes.plot(*((line.points + scale * move.real) @ look).T, color=MOVED, linewidth=0.9)
@@ -49,7 +54,7 @@ def draw_modes(case: Case, found: MachineModes) -> Figure:
                 for corner in ends:
                     path = line.points[corner] + scale * (move[corner] * turn).real
                     axes.plot(*(path @ look).T, color=ORBIT, linewidth=0.7)
-            title = f"{found.frequency[k]:.2f} Hz, {100 * found.damping_ratio[k]:.1f} %\n{found.label(k)}"
+            title = f"{found.frequency[k]:.2f} Hz, {round(100 * found.damping_ratio[k], 1) + 0.0:.1f} %\n{found.label(k)}"
             axes.set_title(title, loc="center")
     return figure
 
