@@ -3,8 +3,8 @@
 The only room that reads or writes TOML.
 """
 
-from nutamill.case.library import library_names
+from nutamill.case.library import library_file, library_names
 from nutamill.case.mechanism_case import MechanismCase
 from nutamill.case.model import Case, case_of_text, load_case, load_mill
 
-__all__ = ["Case", "MechanismCase", "case_of_text", "library_names", "load_case", "load_mill"]
+__all__ = ["Case", "MechanismCase", "case_of_text", "library_file", "library_names", "load_case", "load_mill"]

@@ -136,11 +136,13 @@ def fields() -> None:
 @told
 def mills() -> None:
     """List the published mills."""
-    from nutamill.case import library_names, load_case
+    from nutamill.case import library_file, library_names, load_case
 
-    width = max(map(len, library_names()))
-    for name in library_names():
-        typer.echo(f"{name:{width}}  {load_case(name).title}")
+    short = {library_file(name).stem: name for name in library_names() if library_file(name).stem != name}
+    names = [name for name in library_names() if name not in short.values()]
+    for name in names:
+        also = f"; short: {short[name]}" if name in short else ""
+        typer.echo(f"{name:{max(map(len, names))}}  {load_case(name).title}{also}")
 
 
 @app.command()
