@@ -101,7 +101,6 @@ def fill_between(
     place_surfaces(walls, np.array([[0.0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]]), placed)
     share = min(1.0, solid / (COLUMN_PACKING * volume) + 4.0 * float(r.max()) / (high[2] - low[2]))
     rng = np.random.default_rng(seed)
-
     x, top = _scattered(rng, len(r), surfaces, low, high, share)
 
     before = x.copy()
