@@ -211,13 +211,16 @@ def test_run_that_fails_is_named_and_the_rest_goes_on(tmp_path, engine):
     assert float(rows[2]["driveshaft_torque [N m]"]) == pytest.approx(500 * np.pi / 30, rel=4e-4)
 
 
-def test_each_distinct_bed_is_settled_once_before_the_runs(tmp_path, engine, monkeypatch):
+def test_bed_that_several_runs_share_is_settled_once_before_them_and_any_other_by_its_run(tmp_path, engine, monkeypatch):
     case = load_case("numill", ["charge.mass=0.05 kg"])
     found = members({"drive.speed": ["300 rpm", "600 rpm"], "run.seed": [1, 2]}, lambda values: changed(case, values))
     monkeypatch.setattr(sweep, "bed_is_kept", lambda case: False)
     monkeypatch.setattr(member, "settled_bed", lambda case: None)
     sweep.run_all(found, tmp_path, here := Here(), (TORQUE,))
     assert [task.act for task in here.asked] == ["settle"] * 2 + ["run"] * 4
+    alone = members({"run.seed": [3, 4]}, lambda values: changed(case, values))
+    sweep.run_all(alone, tmp_path / "alone", here := Here(), (TORQUE,))
+    assert [task.act for task in here.asked] == ["run"] * 2
 
 
 def test_interrupted_sweep_stops_its_workers_and_keeps_its_table(tmp_path, engine):

@@ -1,5 +1,6 @@
 """`sweep`: a case with other values of some keys, all combinations, each run once; and `run_all` for any cases."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from pathlib import Path
@@ -165,10 +166,12 @@ def _task(act: str, case: Case, file: Path) -> Task:
 
 
 def _settle(cases: Sequence[Case], workers: Workers, tell: Callable[[str], None] | None, interrupted: Event) -> None:
-    """Settle each distinct bed that is not kept yet; a fault shows again in the runs that need it."""
-    beds = {bed_key(case): case for case in cases if not bed_is_kept(case)}
+    """Settle each bed that several runs share and that is not kept yet; a fault shows again in the runs that need it."""
+    needed = [(bed_key(case), case) for case in cases if not bed_is_kept(case)]
+    runs = Counter(key for key, _ in needed)
+    beds = {key: case for key, case in needed if runs[key] > 1}
     if beds and tell is not None:
-        tell(f"settling {len(beds)} bed{'s' if len(beds) > 1 else ''} that {len(cases)} runs begin with")
+        tell(f"settling {len(beds)} bed{'s' if len(beds) > 1 else ''} that {sum(runs[key] for key in beds)} runs share")
     for _ in _as_they_end([workers.submit(_task("settle", case, Path())) for case in beds.values()], interrupted):
         pass
 
