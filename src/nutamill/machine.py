@@ -34,7 +34,7 @@ CARRIAGE, DRIVESHAFT, SHAFT = "carriage", "driveshaft", "intermediate_shaft"
 BODIES = (FRAME, CHAMBER, CROSS, CARRIAGE, DRIVESHAFT, SHAFT)
 """Bodies of a mill, in the order in which the engine and snapshots hold them."""
 GROUND = "ground"
-"""What stands still."""
+"""What stands still; no body of the mill."""
 
 
 class DrawnMechanism(Table):

@@ -52,11 +52,9 @@ def meshes_surfaces(case: Case, body: int, materials: list[str], mass_centre: np
     materials : names of the materials in the order of their numbers
     mass_centre : of the chamber [m] (3,), in chamber axes from the nutation point
     """
-    named = [(wall, mesh, wall.material) for wall, mesh in zip(case.walls, wall_meshes(case), strict=True)]
-    if case.chamber.mesh is not None:
-        named.insert(0, (case.chamber.mesh, chamber_mesh(case), case.chamber.material))
     surfaces = []
-    for table, mesh, material in named:
+    for table, mesh in _meshes(case).values():
+        material = case.chamber.material if table is case.chamber.mesh else table.material
         surfaces += mesh_surfaces(mesh, body, materials.index(material), np.array(table.at) - mass_centre)
     return surfaces
 
@@ -96,13 +94,24 @@ def placed_walls(case: Case) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
     Corners [m] (n, 3), chamber axes from the nutation point, and triangles [1], int32 (m, 3), counter-clockwise from outside the solid.
     """
-    placed = {"chamber.mesh": (case.chamber.mesh, chamber_mesh(case))} if case.chamber.mesh is not None else {}
-    placed |= {f"walls[{k}]": (wall, mesh) for k, (wall, mesh) in enumerate(zip(case.walls, wall_meshes(case), strict=True))}
     return {
         # a mesh that holds the charge has been turned inside out
         key: (mesh.vertices + table.at, np.array(mesh.faces[:, :: -1 if mesh.keep == "inside" else 1], np.int32))
-        for key, (table, mesh) in placed.items()
+        for key, (table, mesh) in _meshes(case).items()
     }
+
+
+def _tables(case: Case) -> dict[str, MeshFile]:
+    """Tables of a case that name a mesh file, by their keys, the chamber's first."""
+    chamber = {"chamber.mesh": case.chamber.mesh} if case.chamber.mesh is not None else {}
+    return chamber | {f"walls[{number}]": wall for number, wall in enumerate(case.walls)}
+
+
+def _meshes(case: Case) -> dict[str, tuple[MeshFile, Mesh]]:
+    """Table and mesh of each, as `_tables`; raises as `chamber_mesh` and `wall_meshes` do."""
+    tables = _tables(case)
+    chamber = [chamber_mesh(case)] if case.chamber.mesh is not None else []
+    return {key: (tables[key], mesh) for key, mesh in zip(tables, chamber + wall_meshes(case), strict=True)}
 
 
 def _span(low: float, high: float) -> str:
@@ -211,6 +220,4 @@ def room_box(case: Case) -> np.ndarray:
 
 def digests(case: Case) -> dict[str, str]:
     """SHA-256 of each mesh file of a case, by its key in the case, for the provenance of a result."""
-    named = {"chamber.mesh": case.chamber.mesh} if case.chamber.mesh is not None else {}
-    named |= {f"walls[{number}]": wall for number, wall in enumerate(case.walls)}
-    return {f"{key}.sha256": table.sha256 for key, table in named.items()}
+    return {f"{key}.sha256": table.sha256 for key, table in _tables(case).items()}

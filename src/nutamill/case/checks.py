@@ -20,6 +20,14 @@ Finding = tuple[tuple[str | int, ...], str, str]
 SENSOR_BODIES = ("frame", "chamber", "carriage", "driveshaft", "bearing_cross", "intermediate_shaft")
 """Parts a sensor can sit on."""
 
+READ_WITH = {
+    "normal_stiffness": ("stiffness", "direct"),
+    "restitution": ("damping", "restitution"),
+    "damping_ratio": ("damping", "ratio"),
+    "cohesive_pressure": ("cohesion", "area"),
+}
+"""The law of ``[contact]``, and the choice of it, that reads each of these numbers of a pair."""
+
 MOST_PARTICLES = 1e8
 """Particles above which a case is refused as a slip of the pen [1]."""
 
@@ -49,17 +57,11 @@ def warnings(case: "Case") -> list[Fault]:
 def _idle_numbers(case: "Case") -> list[Fault]:
     """Numbers of pairs in contact that the chosen laws do not read: who writes one expects it to count."""
     contact, found = case.contact, []
-    idle = {
-        "normal_stiffness": contact.stiffness != "direct" and f'contact.stiffness = "{contact.stiffness}"',
-        "restitution": contact.damping != "restitution" and f'contact.damping = "{contact.damping}"',
-        "damping_ratio": contact.damping != "ratio" and f'contact.damping = "{contact.damping}"',
-        "cohesive_pressure": contact.cohesion == "none" and 'contact.cohesion = "none"',
-    }
-    for first, second in _contacts(case):
-        name = f"{first}-{second}" if f"{first}-{second}" in contact.pairs else f"{second}-{first}"
-        for key, reason in idle.items():
-            if reason and name in contact.pairs and getattr(contact.pairs[name], key) is not None:
-                found.append(Fault(f"contact.pairs.{name}.{key}", f"does not count, with {reason}"))
+    idle = [(number, law) for number, (law, reader) in READ_WITH.items() if getattr(contact, law) != reader]
+    for name in filter(None, (_pair_name(case, *pair) for pair in _contacts(case))):
+        for number, law in idle:
+            if getattr(contact.pairs[name], number) is not None:
+                found.append(Fault(f"contact.pairs.{name}.{number}", f'does not count, with contact.{law} = "{getattr(contact, law)}"'))
     return found
 
 
@@ -204,20 +206,23 @@ def _pairs(case: "Case") -> list[Finding]:
             found.append((key, f"this pair stands twice, also as {second}-{first}", "Keep one of the two"))
         if pair.overlap_warn >= pair.overlap_stop:
             found.append(((*key, "overlap_warn"), f"must be less than overlap_stop {pair.overlap_stop:g}, got {pair.overlap_warn:g}", ""))
-    needs = ["normal_stiffness"] * (case.contact.stiffness == "direct")
-    needs += ["restitution" if case.contact.damping == "restitution" else "damping_ratio"]
-    needs += ["cohesive_pressure"] * (case.contact.cohesion == "area")
+    needs = [(number, law) for number, (law, reader) in READ_WITH.items() if getattr(case.contact, law) == reader]
     for charge, other in _contacts(case):
-        name = next((pair for pair in (f"{charge}-{other}", f"{other}-{charge}") if pair in pairs), None)
+        name = _pair_name(case, charge, other)
         if name is None:
             what = f"is missing: the charge is {charge} and touches {other}"
             found.append((("contact", "pairs", f"{charge}-{other}"), what, f"Add a table [contact.pairs.{charge}-{other}]"))
             continue
-        for need in (need for need in needs if getattr(pairs[name], need) is None):
-            asks = {"normal_stiffness": "stiffness", "cohesive_pressure": "cohesion"}.get(need, "damping")
-            what = f'is missing, with contact.{asks} = "{getattr(case.contact, asks)}"'
-            found.append((("contact", "pairs", name, need), what, f"Add {need} to the pair"))
+        for number, law in needs:
+            if getattr(pairs[name], number) is None:
+                what = f'is missing, with contact.{law} = "{getattr(case.contact, law)}"'
+                found.append((("contact", "pairs", name, number), what, f"Add {number} to the pair"))
     return found
+
+
+def _pair_name(case: "Case", first: str, second: str) -> str | None:
+    """Name of the pair of two materials as the file has it, in either order; None if it has none."""
+    return next((name for name in (f"{first}-{second}", f"{second}-{first}") if name in case.contact.pairs), None)
 
 
 def _contacts(case: "Case") -> list[tuple[str, str]]:
