@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 from nutamill import cli, march
 from nutamill.case import load_case
 
+MECHANISMS = Path(__file__).parents[2] / "examples" / "mechanisms"
 RATINGS = """
 schema = 1
 [bearings.crank_pin]
@@ -70,8 +71,19 @@ def test_question_without_an_answer_is_refused(invoke, words, said):
     assert told.exit_code == 2 and said.replace(", Known", ". Known") in told.stderr.replace(", Known", ". Known")
 
 
+def test_modes_of_a_mechanism_of_listed_parts(invoke, folder):
+    pendulum = str(MECHANISMS / "pendulum.toml")
+    told = invoke("modes", pendulum, "--to", "modes.png")
+    # an arm of 1 m under 9.81 m/s^2 swings at 0.4985 Hz
+    assert told.exit_code == 0 and "0.498" in told.stdout and "bob moves" in told.stdout
+    assert (folder / "modes.png").stat().st_size > 10_000
+    for question in (("--charge",), ("--speed", "700 rpm")):
+        told = invoke("modes", pendulum, *question)
+        assert told.exit_code == 2 and question[0] in told.stderr
+
+
 def test_mechanism_of_listed_parts_is_no_mill(invoke, folder):
-    crank = Path(__file__).parents[2] / "examples" / "mechanisms" / "slider-crank.toml"
+    crank = MECHANISMS / "slider-crank.toml"
     told = invoke("balance", str(crank))
     assert told.exit_code == 2 and "must be a mill, it lists the parts of a mechanism" in told.stderr
     march.run(load_case(crank, ["run.until=5 ms"]), folder / "crank.h5").close()

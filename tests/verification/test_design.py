@@ -1,9 +1,11 @@
 """Answers that run the empty mill: run-up, isolation, balancing, against closed forms and physical facts."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+import tomlkit
 from mill_bench import SMOOTH
 
 from nutamill.case import load_case
@@ -18,6 +20,7 @@ from nutamill.readings.mounts import floor_series
 from nutamill.readings.orders import peaks
 
 SPEED = 40.0
+MECHANISMS = Path(__file__).parents[2] / "examples" / "mechanisms"
 
 
 @pytest.fixture(scope="module")
@@ -102,53 +105,31 @@ def test_run_up_of_a_series_that_is_not_there_is_refused(rigid):
         run_up(rigid, [])
 
 
-def test_modes_of_a_mechanism_about_its_rest_are_those_of_a_pendulum_and_of_a_mass_on_springs(tmp_path):
-    bob, length, stiffness, mass = 2.0, 0.25, 3000.0, 5.0
-    (tmp_path / "two.toml").write_text(
-        f"""
-schema = 1
-[[bodies]]
-name = "bob"
-mass = "{bob} kg"
-inertia = ["0.01 kg m^2", "0.01 kg m^2", "0.01 kg m^2"]
-position = ["{0.6 * length} m", "0 m", "{-0.8 * length} m"]
-[[bodies]]
-name = "slider"
-mass = "{mass} kg"
-inertia = ["0.01 kg m^2", "0.01 kg m^2", "0.01 kg m^2"]
-position = ["1 m", "0 m", "0 m"]
-[[joints]]
-name = "hinge"
-kind = "revolute"
-between = ["ground", "bob"]
-point = ["0 m", "0 m", "0 m"]
-axis = [0, 1, 0]
-[[joints]]
-name = "rail"
-kind = "prismatic"
-between = ["ground", "slider"]
-point = ["1 m", "0 m", "0 m"]
-axis = [1, 0, 0]
-[[bushings]]
-name = "spring"
-between = ["ground", "slider"]
-point = ["1 m", "0 m", "0 m"]
-axis = [0, 0, 1]
-shear_stiffness = "{stiffness} N/m"
-[run]
-until = "1 s"
-dt = "100 us"
-"""
-    )
-    case = load_case(tmp_path / "two.toml")
+def test_modes_of_a_mechanism_are_about_the_place_where_it_hangs_at_rest():
+    # the example begins with its arm of 1 m held level, and hangs along -y
+    case = load_case(MECHANISMS / "pendulum.toml")
     found = mechanism_modes(case)
-    swing = math.sqrt(bob * 9.81 * length / (0.01 + bob * length**2)) / (2.0 * math.pi)
-    assert found.frequency == pytest.approx([swing, math.sqrt(stiffness / mass) / (2.0 * math.pi)], rel=1e-6)
-    assert [found.label(k) for k in range(2)] == ["bob moves", "slider moves"]
-    # drawn at rest, where the pendulum hangs, though it was put together aslant
+    assert found.frequency == pytest.approx([math.sqrt(9.81 / 1.0) / (2.0 * math.pi)], rel=1e-6)
+    assert found.label(0) == "bob moves"
     hanging = next(stick for stick in sticks(case) if stick.body == "bob")
-    assert hanging.points == pytest.approx(np.array([[0.0, 0.0, -length], [0.0, 0.0, 0.0]]), abs=1e-9)
-    loose = (tmp_path / "two.toml").read_text().replace('shear_stiffness = "3000.0 N/m"', 'axial_stiffness = "1 N/m"')
-    (tmp_path / "loose.toml").write_text(loose)
+    assert hanging.points == pytest.approx(np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 0.0]]), abs=1e-9)
+
+
+def on_springs(folder, stiffness):
+    """A body of 5 kg on a rail along x, held by one bushing."""
+    spring = {"name": "spring", "between": ["ground", "slider"], "point": ["0 m"] * 3, "axis": [0, 0, 1], **stiffness}
+    rail = {"name": "rail", "kind": "prismatic", "between": ["ground", "slider"], "point": ["0 m"] * 3, "axis": [1, 0, 0]}
+    slider = {"name": "slider", "mass": "5 kg", "inertia": ["0.01 kg m^2"] * 3, "position": ["0 m"] * 3}
+    parts = {"schema": 1, "bodies": [slider], "joints": [rail], "bushings": [spring], "run": {"until": "1 s", "dt": "100 us"}}
+    (folder / "springs.toml").write_text(tomlkit.dumps(parts))
+    return load_case(folder / "springs.toml")
+
+
+def test_mode_of_a_mass_on_springs_is_that_of_its_stiffness(tmp_path):
+    found = mechanism_modes(on_springs(tmp_path, {"shear_stiffness": "3000 N/m"}))
+    assert found.frequency == pytest.approx([math.sqrt(3000.0 / 5.0) / (2.0 * math.pi)], rel=1e-6)
+
+
+def test_modes_of_a_mechanism_that_nothing_holds_are_refused(tmp_path):
     with pytest.raises(CaseError, match="shift of body 'slider' along or about x is not"):
-        mechanism_modes(load_case(tmp_path / "loose.toml"))
+        mechanism_modes(on_springs(tmp_path, {"axial_stiffness": "1 N/m"}))

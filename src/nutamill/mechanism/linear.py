@@ -84,26 +84,26 @@ def static_equilibrium(
         displace(state, share * solution[:n])
         reaction[held] += share * scale * solution[n:]
         if longest < NEWTON_TOLERANCE:
-            break
+            left = unbalanced(mechanism, state, scratch, held)
+            if not left.any():
+                break
+            # stuck where the loads have no slope, as a pendulum held level: off it, the way they pull
+            displace(state, LONGEST_STEP / np.abs(left).max() * left)
     else:
         raise StepError(
             f"static equilibrium: must be found in {NEWTON_ROUNDS} rounds, the last one still moved {longest:.3g} m or rad. "
             "Check that every body is held by a joint, a bushing or a spring"
         )
-    check_balance(mechanism, state, scratch, held)
     if start(mechanism, state, scratch) != OK:
         raise StepError("static equilibrium: must give finite accelerations. Check that every body is held")
 
 
-def check_balance(mechanism, state, scratch, held) -> None:
-    """Raise StepError if loads are left that neither constraints nor stiffness balance: the search has stuck where it has no slope."""
+def unbalanced(mechanism, state, scratch, held) -> np.ndarray:
+    """Loads on what moves freely that neither constraints nor stiffness balance [N, N m] (6 n,); zeros where all is in balance."""
     free = free_directions(locked_jacobian(mechanism, state, scratch)[held])
     load = residual(mechanism, state, scratch, np.zeros(len(mechanism.rows)))
-    if np.abs(free.T @ load).max(initial=0.0) > BALANCE * max(np.abs(load).max(), 1.0):
-        raise StepError(
-            "static equilibrium: must balance all loads, it stuck where nothing pulls towards rest. "
-            "Assemble the mechanism nearer to where it rests, or hold it with a bushing or a spring"
-        )
+    left = free.T @ load
+    return free @ left if np.abs(left).max(initial=0.0) > BALANCE * max(np.abs(load).max(), 1.0) else np.zeros_like(load)
 
 
 def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch, loose: str = "refuse") -> Modes:
