@@ -43,6 +43,29 @@ def rotation_matrix(q, R_out):
     R_out[2, 2] = 1.0 - 2.0 * (x * x + y * y)
 
 
+@kernel(inline="always")
+def half_angle_series(square):
+    """sin(angle/2)/angle [1/rad] and cos(angle/2) from the angle's square [rad^2]; below 1 rad the error is below 1e-18."""
+    s = square
+    scale = 0.5 - s * (
+        1 / 48.0 - s * (1 / 3840.0 - s * (1 / 645120.0 - s * (1 / 185794560.0 - s * (1 / 81749606400.0 - s / 51011754393600.0))))
+    )
+    even = 1 / 46080.0 - s * (1 / 10321920.0 - s * (1 / 3715891200.0 - s * (1 / 1961990553600.0 - s / 1428329123020800.0)))
+    return scale, 1.0 - s * (1 / 8.0 - s * (1 / 384.0 - s * even))
+
+
+@kernel(inline="always")
+def turned_by_half_angle(q, a, b, d, c):
+    """Quaternion, a 4-tuple of length 1, of the attitude `q` (4,) turned by the angle of cosine(angle/2) `c` about (a, b, d)/sin(angle/2)."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    qw = c * w - a * x - b * y - d * z
+    qx = c * x + a * w + b * z - d * y
+    qy = c * y - a * z + b * w + d * x
+    qz = c * z + a * y - b * x + d * w
+    n = 1.0 / math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz)
+    return qw * n, qx * n, qy * n, qz * n
+
+
 @kernel
 def turn_quaternion(q, t0, t1, t2, q_out):
     """``q_out = exp(t) q``: turn the attitude `q` by the rotation vector t [rad] in world axes, and renormalise.
@@ -50,21 +73,12 @@ def turn_quaternion(q, t0, t1, t2, q_out):
     `q` and `q_out` may be the same array.
     """
     square = t0 * t0 + t1 * t1 + t2 * t2
-    # sin(angle/2)/angle and cos(angle/2), below 0.02 rad by their series: the error is below 1e-18 there
-    if square < 4e-4:
-        scale = 0.5 - square * (1.0 / 48.0 - square * (1.0 / 3840.0 - square / 645120.0))
-        c = 1.0 - square * (1.0 / 8.0 - square * (1.0 / 384.0 - square / 46080.0))
+    if square < 1.0:
+        scale, c = half_angle_series(square)
     else:
         angle = math.sqrt(square)
         scale, c = math.sin(0.5 * angle) / angle, math.cos(0.5 * angle)
-    a, b, d = scale * t0, scale * t1, scale * t2
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    qw = c * w - a * x - b * y - d * z
-    qx = c * x + a * w + b * z - d * y
-    qy = c * y - a * z + b * w + d * x
-    qz = c * z + a * y - b * x + d * w
-    n = 1.0 / math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz)
-    q_out[0], q_out[1], q_out[2], q_out[3] = qw * n, qx * n, qy * n, qz * n
+    q_out[0], q_out[1], q_out[2], q_out[3] = turned_by_half_angle(q, scale * t0, scale * t1, scale * t2, c)
 
 
 MOTION_SIZE = 19

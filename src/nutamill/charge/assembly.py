@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from nutamill.charge.clump_integration import LANE_ROWS
 from nutamill.charge.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, cut_chunks
 from nutamill.charge.columns import ROWS
 from nutamill.charge.impacts import impact_book
@@ -28,7 +29,7 @@ from nutamill.charge.model import (
 )
 from nutamill.charge.particles import Particles, check_particles, motion_faults
 from nutamill.charge.patches import ANGLE_HEIGHT, PatchTable, patch_table
-from nutamill.charge.pebbles import Pebbles, pebbles
+from nutamill.charge.pebbles import Pebbles, pebbles, rotation_matrices
 from nutamill.charge.team import MOST_THREADS
 from nutamill.charge.wall_checks import NAMED, extent, mesh_faults, named, surface_faults, wall_faults
 from nutamill.errors import CaseError, Fault
@@ -358,7 +359,7 @@ def _scratch(model, state) -> ChargeScratch:
         local=_aligned((threads, chunk + 1, 4), point),
         lanes=_aligned((threads, 5, lanes), np.uint32),
         columns=_aligned((threads, 3, ROWS * BATCH), real),
-        moving=_aligned((threads, 15 * BATCH), float),
+        moving=_aligned((threads, LANE_ROWS * BATCH), float),
         fixed=_aligned((threads, 4 * BATCH), point),
         slots=np.arange(m, dtype=np.uint32),
         measured=_aligned((threads, 7, n_surfaces * chunk + BATCH), real),
@@ -423,10 +424,9 @@ def velocities(model: ChargeModel, state: ChargeState) -> np.ndarray:
 def spins(model: ChargeModel, state: ChargeState) -> np.ndarray:
     """Spins [rad/s] (n, 3) by particle id, world axes."""
     if len(state.clumps):
-        out = np.empty((len(state.clumps), 3))
-        first = np.flatnonzero(np.diff(state.body[PLACE, : model.n_particles], prepend=-1.0))
-        out[state.clumps[:, ClumpColumn.ID].astype(int)] = state.w[:, first].T
-        return out
+        momentum, inertia = (_clumps_by_id(state, column, 3) for column in (ClumpColumn.MOMENTUM, ClumpColumn.INERTIA))
+        rotation = rotation_matrices(_clumps_by_id(state, ClumpColumn.AT_VELOCITY, 4))
+        return np.einsum("nij,nj->ni", rotation, np.einsum("nji,nj->ni", rotation, momentum) / inertia)
     return _by_id(state, state.w[:, : model.n_particles])
 
 

@@ -10,7 +10,8 @@ Source: D. C. Rapaport, "The Art of Molecular Dynamics Simulation", 2nd ed. 2004
 """
 
 from nutamill.charge.alarm import name_the_worst
-from nutamill.charge.clumps import integrate_clumps, start_clumps
+from nutamill.charge.clump_integration import integrate_clumps
+from nutamill.charge.clumps import start_clumps
 from nutamill.charge.columns import HELD, LAW, PEAK, PEAK_RADIUS
 from nutamill.charge.contacts import filter_pairs, pair_contacts
 from nutamill.charge.integration import integrate_spheres
@@ -111,7 +112,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         scratch.columns[tid, 1], last, now, step, forces, sums, scratch.impacts, tid,
     )  # fmt: skip
     if state.clumps.shape[0] > 0:
-        moved, gone = integrate_clumps(model, state, lo, hi, forces, scratch.turned[tid], reference, dt, work)
+        moved, gone = integrate_clumps(model, state, scratch, lo, hi, forces, tid, reference, dt, work)
     else:
         moved, gone = integrate_spheres(model, state, scratch, lo, hi, forces, tid, reference, dt, work)
     scratch.alarms[c] = MOVED * int(moved > 0) + LEFT * int(gone > 0) + PAIR * int(pair_alarm > 0) + WALL * int(wall_alarm > 0)

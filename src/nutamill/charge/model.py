@@ -252,7 +252,7 @@ class ChargeState(NamedTuple):
     v: np.ndarray
     """Velocities [m/s] (3, M), world axes."""
     w: np.ndarray
-    """Spins [rad/s] (3, M), world axes."""
+    """Spins [rad/s] (3, M), world axes; not kept of pebbles, which have that of their clump."""
     body: np.ndarray
     """Radius [m], mass [kg], 1/mass [1/kg], 1/inertia [1/(kg m^2)] (4, M).  Where there are clumps (8, M): mass is the clump's, its
     inverses are unused, and there follow the centre in the clump's axes [m] (3) and the place of the clump [1]."""
@@ -356,7 +356,8 @@ class ChargeScratch(NamedTuple):
     columns: np.ndarray
     """Columns of the vector loops over pairs, walls and particles, real (T, 3, ROWS * BATCH)."""
     moving: np.ndarray
-    """Columns of position, velocity, spin, position when listed, mass and its inverses (T, 15 * BATCH), units as in the state."""
+    """Columns of position, velocity, spin, position when listed, mass and its inverses, or those of clumps as in
+    `charge.clump_integration` (T, LANE_ROWS * BATCH), units as in the state."""
     fixed: np.ndarray
     """Columns of published positions and radius [1/scale], point (T, 4 * BATCH)."""
     slots: np.ndarray
