@@ -47,16 +47,14 @@ def rotation_matrix(q, R_out):
 def half_angle_series(square):
     """sin(angle/2)/angle [1/rad] and cos(angle/2) from the angle's square [rad^2]; below 1 rad the error is below 1e-18."""
     s = square
-    scale = 0.5 - s * (
-        1 / 48.0 - s * (1 / 3840.0 - s * (1 / 645120.0 - s * (1 / 185794560.0 - s * (1 / 81749606400.0 - s / 51011754393600.0))))
-    )
+    odd = 1 / 645120.0 - s * (1 / 185794560.0 - s * (1 / 81749606400.0 - s / 51011754393600.0))
     even = 1 / 46080.0 - s * (1 / 10321920.0 - s * (1 / 3715891200.0 - s * (1 / 1961990553600.0 - s / 1428329123020800.0)))
-    return scale, 1.0 - s * (1 / 8.0 - s * (1 / 384.0 - s * even))
+    return 0.5 - s * (1 / 48.0 - s * (1 / 3840.0 - s * odd)), 1.0 - s * (1 / 8.0 - s * (1 / 384.0 - s * even))
 
 
 @kernel(inline="always")
 def turned_by_half_angle(q, a, b, d, c):
-    """Quaternion, a 4-tuple of length 1, of the attitude `q` (4,) turned by the angle of cosine(angle/2) `c` about (a, b, d)/sin(angle/2)."""
+    """Attitude `q` (4,) turned by the quaternion (c, a, b, d) of a turn, renormalised, as a 4-tuple."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     qw = c * w - a * x - b * y - d * z
     qx = c * x + a * w + b * z - d * y

@@ -31,7 +31,7 @@ from nutamill.charge.clumps import (
 )
 from nutamill.charge.model import BATCH, Clock, Ledger
 from nutamill.charge.publish import fixed_point
-from nutamill.frames import cross, half_angle_series, rotate, turn_vector, turn_vector_back, turned_by_half_angle
+from nutamill.frames import cross, half_angle_series, rotate, turned_by_half_angle
 from nutamill.kernel import kernel
 
 PUBLISHED = int(Clock.PUBLISHED)
