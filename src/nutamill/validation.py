@@ -87,10 +87,21 @@ def validate(
         find_modes([run for run in runs if wants_modes(rows, run)])
         if waiting := in_order(taken, tell):
             failures = run_campaign(waiting, place, ClusterWorkers(client) if client else LocalProcesses(jobs))
-    tell_of_other_kernels([run.path for run in runs if run_state(run) == COMPLETE], tell)
+    complete = [run.path for run in runs if run_state(run) == COMPLETE]
+    tell_of_other_kernels(complete, tell)
+    tell(f"{len(complete)} of {len(runs)} runs are complete; they took {duration(wall_time_of(complete))} in all, each on one thread")
     measured = measure(paper, runs, keys_of(paper), f"nutamill validate {name} --only")
     files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, place)
     return Comparison(paper, compare(rows, measured), files, failures, undrawn)
+
+
+def wall_time_of(files: Sequence[Path]) -> float:
+    """Wall time that the runs of these results took together [s], beds that were kept before not counted."""
+    total = 0.0
+    for file in files:
+        with open_result(file) as result:
+            total += result.provenance["wall_time"]
+    return total
 
 
 def find_modes(runs: Sequence[PlannedRun]) -> None:

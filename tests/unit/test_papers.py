@@ -20,7 +20,7 @@ from nutamill.papers.compare import Key, Measured, _together, compare
 from nutamill.papers.library import paper_names, parse_paper, read_paper
 from nutamill.papers.quantities import QUANTITIES, charge_at_pin
 from nutamill.papers.runs import planned_runs
-from nutamill.papers.table import csv_text, json_text, markdown
+from nutamill.papers.table import csv_text, json_text, markdown, tally, verdict
 from nutamill.quantities import Value
 from nutamill.result import Recorder, open_result
 
@@ -176,22 +176,35 @@ def test_tables_hold_the_same_numbers_in_si(paper):
     )
 
 
+def test_rows_of_a_mill_changed_on_purpose_are_shown_and_not_counted():
+    changed = parse_paper(PAPER.replace('title = "bars"', 'title = "bars"\nsensitivity = "bars instead of nothing"'), "paper.toml")
+    findings = compared(changed, empty=number(624.0), bars=number(800.0))
+    assert [verdict(finding, changed) for finding in findings] == ["within, predicted", "within, sensitivity"]
+    assert tally(findings, changed).startswith("2 of 2 rows have a result; 1 of 1 with a target meet it; 1 of 1 are nearer")
+    assert json.loads(json_text(findings, changed))["rows"][1]["sensitivity"] == "bars instead of nothing"
+
+
 # --------------------------------------------------------------------------------------------- numbers from results
 
 
-def write_result(path, case, force=620.0, moment=(0.0, 0.0, 0.0), state="complete", snapshots=()):
-    """A synthetic result of a case: one second at its speed; `moment` is the charge's in axes that turn with the crank."""
+def write_result(path, case, force=620.0, moment=(0.0, 0.0, 0.0), state="complete", snapshots=(), slower=0.0):
+    """A synthetic result of a case: one second at its speed; `moment` is the charge's in axes that turn with the crank.
+
+    Before the last sample the speed is said to be `slower` [rad/s]: a ramp.
+    """
     time = np.arange(round(RATE) + 1) / RATE
     angle = case.drive.speed * time
     out, along, up = moment
     columns = {
         "time": time,
         "crank_angle": angle,
-        "driveshaft_speed": np.full_like(time, case.drive.speed),
+        "driveshaft_speed": case.drive.speed - slower * (time < time[-1]),
         "crank_pin_force_resultant_tared": force + 0.0 * time,
         "charge_moment_x": out * np.cos(angle) - along * np.sin(angle),
         "charge_moment_y": out * np.sin(angle) + along * np.cos(angle),
         "charge_moment_z": up + 0.0 * time,
+        # the frame sways by 1 mm, in its seventh turn by 3 mm
+        "mount_1_travel_x": np.where(np.floor(angle / math.tau) == 6, 3e-3, 1e-3) * np.cos(angle),
     }
     recorder = Recorder.create(path, case.to_toml(), {}, list(columns), RATE)
     recorder.append(np.stack(list(columns.values()), axis=1))
@@ -223,6 +236,15 @@ def test_pin_force_of_the_charge_balances_its_moment_about_the_nutation_point(ru
         assert np.allclose(force.tangential, tangential, rtol=1e-9)
         lag = QUANTITIES["charge_lag"].measure(result, 1.0).mean
         assert lag == pytest.approx(math.atan2(tangential, radial))
+
+
+def test_largest_sway_on_the_ramp_is_found_with_its_turn(run):
+    with write_result(run.path, run.case, slower=1.0) as result:
+        time, travel = (QUANTITIES[name].measure(result, 1.0) for name in ("resonance_time", "resonance_travel"))
+    turn, sample = math.tau / run.case.drive.speed, 1.0 / RATE
+    assert time.mean == pytest.approx(6.5 * turn, abs=sample) and time.half_width == pytest.approx(0.5 * turn, abs=sample)
+    # the samples next to the crests are off them by half a sample at most
+    assert travel.mean == pytest.approx(3e-3, rel=0.5 * (math.pi * sample / turn) ** 2)
 
 
 def test_superposition_is_refused_where_the_charge_acted_on_the_mill(run):

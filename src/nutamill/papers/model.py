@@ -43,6 +43,8 @@ class Configuration(Table):
     """Seeds of the placement of the charge."""
     repeated: tuple[Speed, ...] = ()
     """Speeds that are run with all seeds [rad/s]; the others with the first."""
+    sensitivity: str = ""
+    """What is changed of the mill on purpose, to see how much hangs on it; what is found is then no claim and is not counted."""
     note: str = ""
     """What differs from the paper's own run, and why."""
 

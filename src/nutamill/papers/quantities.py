@@ -166,11 +166,18 @@ def _amplitude(axis: str) -> Callable[[Result, float], Value]:
     return measure
 
 
-def _resonance_time(result: Result, last: float) -> Value:
-    """Time on the ramp at which the frame sways most over a turn [s]: largest standard deviation of a mount's horizontal travel.
+class Sway(NamedTuple):
+    """The turn of a ramp in which the frame sways most, by the standard deviation of the first mount's horizontal travel."""
 
-    `last` has no part in it: what is sought lies before the steady running.
-    """
+    begin: float
+    """Its beginning [s]."""
+    end: float
+    """Its end [s]."""
+    travel: float
+    """Half of the mount's largest less its smallest horizontal travel along x in that turn [m]."""
+
+
+def _largest_sway(result: Result) -> Sway:
     series, end = result.series, ramp_end(result)
     if "mount_1_travel_x" not in series:
         raise ResultError(f"{result.path}: must be on soft mounts to pass a resonance, its mounts are rigid.")
@@ -178,11 +185,22 @@ def _resonance_time(result: Result, last: float) -> Value:
     cuts = np.flatnonzero(np.diff(np.floor(angle[time <= end] / math.tau)))
     if len(cuts) < 2:
         raise ResultError(f"{result.path}: must hold two turns of a ramp, it begins at speed. Run it with drive.ramp.")
+    turns = list(itertools.pairwise(cuts))
     travel = series["mount_1_travel_x"].values
-    sway = np.array([travel[first:stop].std() for first, stop in itertools.pairwise(cuts)])
-    most = int(np.argmax(sway))
-    middle, half = 0.5 * (time[cuts[most]] + time[cuts[most + 1]]), 0.5 * (time[cuts[most + 1]] - time[cuts[most]])
-    return Value(float(middle), float(half), float(middle), 1, True)
+    first, stop = turns[int(np.argmax([travel[first:stop].std() for first, stop in turns]))]
+    return Sway(float(time[first]), float(time[stop]), 0.5 * float(np.ptp(travel[first:stop])))
+
+
+def _resonance_time(result: Result, last: float) -> Value:
+    """Time on the ramp at which the frame sways most [s]; `last` has no part in it, what is sought lies before the steady running."""
+    sway = _largest_sway(result)
+    middle = 0.5 * (sway.begin + sway.end)
+    return Value(middle, 0.5 * (sway.end - sway.begin), middle, 1, True)
+
+
+def _resonance_travel(result: Result, last: float) -> Value:
+    """How far the first mount sways then [m]; `last` has no part in it."""
+    return _single(_largest_sway(result).travel)
 
 
 def _crest_of(part: str) -> Callable[[Result, float], Value]:
@@ -234,6 +252,7 @@ QUANTITIES: dict[str, Observable] = {
     "crest_lag": Observable("phase lag of the crest", Kind.ANGLE, _crest_of("phase_lag")),
     MODES: Observable("lowest natural frequency", Kind.FREQUENCY, None),
     "resonance_time": Observable("time of the largest sway on the ramp", Kind.TIME, _resonance_time),
+    "resonance_travel": Observable("largest sway of a mount on the ramp", Kind.LENGTH, _resonance_travel),
     "acceleration_horizontal": Observable("horizontal frame acceleration", Kind.ACCELERATION, _amplitude("x")),
     "acceleration_vertical": Observable("vertical frame acceleration", Kind.ACCELERATION, _amplitude("z")),
     "ledger_gap": Observable("power the ledger leaves open", None, _ledger_gap),

@@ -104,10 +104,17 @@ def target_text(row: Row) -> str:
     return ", ".join(texts)
 
 
-def verdict(finding: Finding) -> str:
+def is_sensitivity(row: Row, paper: Paper) -> bool:
+    """Whether a row is of a mill changed on purpose."""
+    return any(paper.configurations[name].sensitivity for name, _, _ in row.needs)
+
+
+def verdict(finding: Finding, paper: Paper) -> str:
     """``within`` or ``missed`` the target, whether the row was calibrated on or predicted, and if a run behind it is not steady."""
     words = [] if finding.within is None else ["within" if finding.within else "missed"]
-    if finding.row.reference not in (None, 0.0):
+    if is_sensitivity(finding.row, paper):
+        words.append("sensitivity")
+    elif finding.row.reference not in (None, 0.0):
         words.append("calibrated" if finding.row.calibrated else "predicted")
     if not finding.steady and not math.isnan(finding.value):
         words.append("not steady")
@@ -128,7 +135,7 @@ def cells(finding: Finding, paper: Paper) -> list[str]:
         with_uncertainty(finding),
         error_text(finding.error, finding),
         target_text(row),
-        verdict(finding),
+        verdict(finding, paper),
     ]
 
 
@@ -183,6 +190,7 @@ def record(finding: Finding, paper: Paper) -> dict[str, Any]:
         "calibrated": row.calibrated,
         "source": row.source,
         "derived": row.derived,
+        "sensitivity": paper.configurations[row.configuration].sensitivity,
         "note": row.note,
         "trouble": finding.trouble,
     }
@@ -212,7 +220,7 @@ def print_table(findings: Sequence[Finding], paper: Paper) -> None:
 
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     console.print(rich_table(findings, paper))
-    for line in (*trouble_lines(findings), tally(findings)):
+    for line in (*trouble_lines(findings), tally(findings, paper)):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
@@ -221,17 +229,23 @@ def trouble_lines(findings: Iterable[Finding]) -> list[str]:
     return list(dict.fromkeys(part for finding in findings if finding.trouble for part in finding.trouble.split("; ")))
 
 
-def tally(findings: Sequence[Finding]) -> str:
-    """One line: how many rows have a number, meet their target, and how we compare with the authors' simulation."""
-    judged = [finding for finding in findings if finding.within is not None]
-    ours = [finding for finding in findings if not math.isnan(finding.error + finding.simulation_error)]
-    better = sum(abs(finding.error) < abs(finding.simulation_error) for finding in ours)
+def tally(findings: Sequence[Finding], paper: Paper) -> str:
+    """One line: how many rows have a number, meet their target, and how we compare with the authors' simulation.
+
+    Targets and comparisons are of the mill as it is: rows of a mill changed on purpose are not among them.
+    """
     present = sum(not math.isnan(finding.value) for finding in findings)
+    claims = [finding for finding in findings if not is_sensitivity(finding.row, paper)]
+    judged = [finding for finding in claims if finding.within is not None]
+    both = [finding for finding in claims if not math.isnan(finding.error + finding.simulation_error)]
     met = sum(bool(finding.within) for finding in judged)
-    return (
+    better = sum(abs(finding.error) < abs(finding.simulation_error) for finding in both)
+    text = (
         f"{present} of {len(findings)} rows have a result; {met} of {len(judged)} with a target meet it;"
-        f" {better} of {len(ours)} are nearer to the experiment than the paper's simulation"
+        f" {better} of {len(both)} are nearer to the experiment than the paper's simulation"
     )
+    apart = len(findings) - len(claims)
+    return text + (f"; {apart} rows of a mill changed on purpose are counted in neither" if apart else "")
 
 
 def _rpm(speed: float) -> str:
