@@ -46,6 +46,9 @@ ROWS_PER_ENTRY = 48
 ROWS_PER_ENTRY_ALONE = 480
 """The same without charge, where steps are so cheap that entering would cost as much as marching."""
 
+LONGEST_UNSAVED = 600.0
+"""Wall time after which a checkpoint is kept before its turn [s]: what a kill may cost where a simulated second takes hours."""
+
 
 def run(
     case: Case | MechanismCase,
@@ -197,6 +200,8 @@ def march(model: Model, state: State, recorder: Recorder, ending: Ending, watch:
                 wanted = asked.take_checkpoint()
                 if wanted or row % plan.rows_per_checkpoint == 0 or row == plan.rows:
                     record_statistics(model, state, recorder)
+                    recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
+                elif recorder.unsaved >= LONGEST_UNSAVED:
                     recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
                 recorder.commit(force=wanted)
     if fault is None and row < plan.rows:

@@ -114,6 +114,28 @@ def test_run_that_is_killed_goes_on_from_its_last_checkpoint(case, tmp_path, mon
     assert same(numbers(march.resume(tmp_path / "killed.h5")), whole)
 
 
+def test_slow_run_that_is_killed_loses_no_more_than_the_longest_time_unsaved(case, tmp_path, monkeypatch):
+    seldom = case.with_("run.checkpoint", 1.0)
+    whole = march.run(seldom, tmp_path / "whole.h5")
+    for name, value in (("recorder.FIRST_PAUSE", 0.0), ("recorder.COMMIT_SHARE", np.inf)):
+        monkeypatch.setattr(f"nutamill.result.{name}", value)
+    monkeypatch.setattr(march, "LONGEST_UNSAVED", 0.0)
+
+    def die(progress):
+        if progress.time > 0.015:
+            raise Stop
+
+    with pytest.raises(Stop):
+        march.run(seldom, tmp_path / "killed.h5", while_marching(die))
+    with march.open_result(tmp_path / "killed.h5") as killed:
+        # the run is entered for 10 ms at a time
+        assert killed.checkpoint().time == pytest.approx(10e-3, abs=1e-9)
+    times = whole.statistics["time"].values
+    assert same(numbers(march.resume(tmp_path / "killed.h5")), numbers(whole))
+    with march.open_result(tmp_path / "killed.h5") as resumed:
+        assert np.array_equal(resumed.statistics["time"].values, times)
+
+
 def test_statistics_of_a_run_that_was_resumed_are_those_of_the_whole_run(case, tmp_path):
     march.run(case, tmp_path / "whole.h5").close()
     with pytest.raises(KeyboardInterrupt):

@@ -40,6 +40,7 @@ class Recorder:
         self._summary: dict[str, Any] | None = None
         self._started = clock.monotonic() - wall_time
         self._next_commit = clock.monotonic() + FIRST_PAUSE
+        self._kept_at = clock.monotonic()
 
     @classmethod
     def create(
@@ -175,6 +176,12 @@ class Recorder:
         }
         self._checkpoints.append((Checkpoint(float(time), kept, dict(attributes or {})), before))
         del self._checkpoints[: -len(CHECKPOINTS)]
+        self._kept_at = clock.monotonic()
+
+    @property
+    def unsaved(self) -> float:
+        """Wall time since the newest checkpoint, or since the file was opened [s]."""
+        return clock.monotonic() - self._kept_at
 
     def summary(self, values: Mapping[str, Any]) -> None:
         """Numbers, texts and (nested) tables of them to be stored under ``/summary``."""
