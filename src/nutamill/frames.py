@@ -28,24 +28,33 @@ def rotate(R, a0, a1, a2):
     )
 
 
+@kernel(inline="always")
+def rotation_numbers(w, x, y, z):
+    """The nine numbers of the rotation matrix of a unit quaternion, row by row."""
+    return (
+        1.0 - 2.0 * (y * y + z * z),
+        2.0 * (x * y - w * z),
+        2.0 * (x * z + w * y),
+        2.0 * (x * y + w * z),
+        1.0 - 2.0 * (x * x + z * z),
+        2.0 * (y * z - w * x),
+        2.0 * (x * z - w * y),
+        2.0 * (y * z + w * x),
+        1.0 - 2.0 * (x * x + y * y),
+    )
+
+
 @kernel
 def rotation_matrix(q, R_out):
     """Rotation matrix ``R_WB`` (3, 3) of the unit quaternion ``q_WB`` (4,)."""
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    R_out[0, 0] = 1.0 - 2.0 * (y * y + z * z)
-    R_out[0, 1] = 2.0 * (x * y - w * z)
-    R_out[0, 2] = 2.0 * (x * z + w * y)
-    R_out[1, 0] = 2.0 * (x * y + w * z)
-    R_out[1, 1] = 1.0 - 2.0 * (x * x + z * z)
-    R_out[1, 2] = 2.0 * (y * z - w * x)
-    R_out[2, 0] = 2.0 * (x * z - w * y)
-    R_out[2, 1] = 2.0 * (y * z + w * x)
-    R_out[2, 2] = 1.0 - 2.0 * (x * x + y * y)
+    R_out[0, 0], R_out[0, 1], R_out[0, 2], R_out[1, 0], R_out[1, 1], R_out[1, 2], R_out[2, 0], R_out[2, 1], R_out[2, 2] = rotation_numbers(
+        q[0], q[1], q[2], q[3]
+    )
 
 
 @kernel(inline="always")
 def half_angle_series(square):
-    """sin(angle/2)/angle [1/rad] and cos(angle/2) from the angle's square [rad^2]; below 1 rad the error is below 1e-18."""
+    """sin(angle/2)/angle [1/rad] and cos(angle/2) from the angle's square [rad^2]; below 1 rad the error is below 3e-17."""
     s = square
     odd = 1 / 645120.0 - s * (1 / 185794560.0 - s * (1 / 81749606400.0 - s / 51011754393600.0))
     even = 1 / 46080.0 - s * (1 / 10321920.0 - s * (1 / 3715891200.0 - s * (1 / 1961990553600.0 - s / 1428329123020800.0)))

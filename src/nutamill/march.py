@@ -202,6 +202,7 @@ def march(model: Model, state: State, recorder: Recorder, ending: Ending, watch:
                     record_statistics(model, state, recorder)
                     recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
                 elif recorder.unsaved >= LONGEST_UNSAVED:
+                    wanted = True
                     recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
                 recorder.commit(force=wanted)
     if fault is None and row < plan.rows:

@@ -16,13 +16,17 @@ from nutamill.fields import expand
 from nutamill.mechanism.linear import modes, static_equilibrium
 from nutamill.units import rpm
 
-NANOSECONDS = 60.0
-"""Wall time per particle and substep on one thread that forecasts count with [ns]; docs/speed.md has measured ones."""
+NANOSECONDS, FAR_NANOSECONDS = 85.0, 160.0
+"""Wall time per sphere and substep on one thread that forecasts count with [ns]: medians of the runs of `nutamill validate`, two at
+once on two cores; the second where the arrays of the charge are too large for the nearer caches."""
+
+NEAR = 20_000
+"""Spheres whose arrays still fit the nearer caches [1]."""
 
 THREAD_GAIN = 0.9
 """Share of a further thread's work that shortens the run [1], for forecasts."""
 
-MECHANISM_MICROSECONDS = 15.0
+MECHANISM_MICROSECONDS = 23.0
 """Wall time per mechanism step that forecasts count with [us]."""
 
 STATISTICS_SIZE = 4e5
@@ -291,9 +295,10 @@ def _crossings(case: Case) -> list[Crossing]:
     return found
 
 
-def _wall_time(case: Case, clock: Clock, particles: int) -> float:
+def _wall_time(case: Case, clock: Clock, pebbles: int) -> float:
     threads = 1 + THREAD_GAIN * (team_size(case) - 1)
-    charge = case.run.end / clock.substep * particles * NANOSECONDS * 1e-9 / threads
+    nanoseconds = NANOSECONDS if pebbles <= NEAR else FAR_NANOSECONDS
+    charge = case.run.end / clock.substep * pebbles * nanoseconds * 1e-9 / threads
     return charge + case.run.end / clock.window * MECHANISM_MICROSECONDS * 1e-6
 
 

@@ -89,7 +89,8 @@ def validate(
             failures = run_campaign(waiting, place, ClusterWorkers(client) if client else LocalProcesses(jobs))
     complete = [run.path for run in runs if run_state(run) == COMPLETE]
     tell_of_other_kernels(complete, tell)
-    tell(f"{len(complete)} of {len(runs)} runs are complete; they took {duration(wall_time_of(complete))} in all, each on one thread")
+    if complete:
+        tell(f"{len(complete)} of {len(runs)} runs are complete; they took {duration(wall_time_of(complete))} in all, one after the other")
     measured = measure(paper, runs, keys_of(paper), f"nutamill validate {name} --only")
     files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, place)
     return Comparison(paper, compare(rows, measured), files, failures, undrawn)

@@ -6,6 +6,7 @@ import math
 from concurrent.futures import Future
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -324,6 +325,17 @@ def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_no
     readme.write_text("<!-- validate paper -->\nno end")
     with pytest.raises(CaseError, match="must hold the line"):
         room.write_short(readme, done, "paper")
+
+
+def test_what_the_complete_runs_took_is_said(paper, tmp_path, monkeypatch):
+    monkeypatch.setattr(room, "read_paper", lambda name: paper)
+    for run, seconds in zip(planned_runs(paper, tmp_path), (100.0, 3600.0), strict=False):
+        write_result(run.path, run.case).close()
+        with h5py.File(run.path, "r+") as file:
+            file["provenance"].attrs["wall_time"] = seconds
+    said = []
+    room.validate("paper", folder=tmp_path, start=False, tell=said.append)
+    assert "2 of 3 runs are complete; they took 1:01:40 in all, one after the other" in said
 
 
 def test_stored_results_are_evaluated_without_a_run(marched, tmp_path):

@@ -190,7 +190,7 @@ def test_clumps_have_the_same_bits_on_any_number_of_threads_and_after_a_copy():
     for _ in range(4):
         one.march(200)
         two.march(200, threads=2)
-    for name in ("x", "v", "w", "clumps", "ledger", "ids"):
+    for name in ("x", "v", "rows", "clumps", "ledger", "ids"):
         assert np.array_equal(getattr(one.state, name), getattr(two.state, name)), name
     kept = cloud("single")
     copy_state(one.state, kept.state)

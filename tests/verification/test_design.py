@@ -115,6 +115,21 @@ def test_modes_of_a_mechanism_are_about_the_place_where_it_hangs_at_rest():
     assert hanging.points == pytest.approx(np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 0.0]]), abs=1e-9)
 
 
+@pytest.mark.parametrize("gravity", [(0.0, -9.81, 0.0), (0.3, -9.0, 0.0), (-2.0, -0.7, 0.4)], ids=str)
+@pytest.mark.parametrize("length", [0.2, 3.0])
+def test_pendulum_held_square_to_gravity_comes_to_rest_hanging(tmp_path, gravity, length):
+    # a rest is where the potential energy is least, not most: never inverted, however the arithmetic rounds at the level
+    pull = np.array(gravity)
+    level = np.cross(pull, [0.0, 0.0, 1.0])
+    level *= length / np.linalg.norm(level)
+    text = (MECHANISMS / "pendulum.toml").read_text().replace('["-1 m", "0 m", "0 m"]', str([f"{x!r} m" for x in level.tolist()]))
+    text = text.replace('["0 m/s^2", "-9.81 m/s^2", "0 m/s^2"]', str([f"{x!r} m/s^2" for x in gravity]))
+    (tmp_path / "held.toml").write_text(text.replace("'", '"'))
+    found = mechanism_modes(load_case(tmp_path / "held.toml"))
+    # the axis along z takes its share of gravity
+    assert found.frequency == pytest.approx([math.sqrt(np.linalg.norm(pull[:2]) / length) / math.tau], rel=1e-6)
+
+
 def on_springs(folder, stiffness):
     """A body of 5 kg on a rail along x, held by one bushing."""
     spring = {"name": "spring", "between": ["ground", "slider"], "point": ["0 m"] * 3, "axis": [0, 0, 1], **stiffness}

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
+from nutamill.frames import turn_quaternion
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, march, start
 from nutamill.mechanism.parts import GROUND, Body, Joint, JointKind
@@ -32,6 +33,15 @@ def pendulum_angle(start_angle, t):
     """theta(t) = 2 asin(k sn(K - w0 t)), k = sin(theta0/2), w0 = sqrt(g/L)."""
     k = math.sin(start_angle / 2)
     return 2 * math.asin(k * ellipj(ellipk(k * k) - math.sqrt(G) * t, k * k)[0])
+
+
+def test_attitude_turned_by_a_vector_is_that_of_its_sine_and_cosine():
+    # below 1 rad a series, above the functions themselves; ten roundings of numbers of size 1 at most
+    axis = np.array([2.0, -1.0, 2.0]) / 3.0
+    for angle in np.linspace(0.0, 1.2, 49):
+        out = np.empty(4)
+        turn_quaternion(np.array([1.0, 0.0, 0.0, 0.0]), *(angle * axis), out)
+        assert np.abs(out - [math.cos(angle / 2), *(math.sin(angle / 2) * axis)]).max() < 10 * np.finfo(float).eps
 
 
 def test_pendulum_follows_the_elliptic_path_with_second_order():

@@ -215,7 +215,7 @@ class MechanismRun(Table):
     snapshots: SnapshotPlan = SnapshotPlan(rate=50.0, last=10.0)
     """Snapshots of all bodies."""
     checkpoint: Time = 1.0
-    """Simulated time between checkpoints [s]."""
+    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are kept between."""
 
     @property
     def end(self) -> float:

@@ -54,7 +54,7 @@ class RunPlan(Table):
     """How long, how finely, and what is kept."""
 
     until: EndTime
-    """Simulated time at the end [s]; ``"steady"``: when crank-pin force and torque are steady, looked at at each checkpoint."""
+    """Simulated time at the end [s]; ``"steady"``: when crank-pin force and torque are steady, looked at after each `run.checkpoint`."""
     max: Time | None = None
     """With until = "steady": simulated time at the end at the latest [s]."""
     precision: Share | None = None
@@ -74,9 +74,9 @@ class RunPlan(Table):
     snapshots: SnapshotPlan = SnapshotPlan(rate=200.0, last=0.5)
     """Snapshots of the charge."""
     checkpoint: Time = 1.0
-    """Simulated time between checkpoints [s]."""
+    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are kept between."""
     statistics: bool = True
-    """Whether spectra, wall work and fields of the charge are summed, and recorded at every checkpoint."""
+    """Whether spectra, wall work and fields of the charge are summed, and recorded after every `run.checkpoint`."""
 
     @model_validator(mode="before")
     @classmethod

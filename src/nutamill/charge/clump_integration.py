@@ -31,7 +31,7 @@ from nutamill.charge.clumps import (
 )
 from nutamill.charge.model import BATCH, Clock, Ledger
 from nutamill.charge.publish import fixed_point
-from nutamill.frames import cross, half_angle_series, rotate, turned_by_half_angle
+from nutamill.frames import cross, half_angle_series, rotate, rotation_numbers, turned_by_half_angle
 from nutamill.kernel import kernel
 
 PUBLISHED = int(Clock.PUBLISHED)
@@ -110,16 +110,10 @@ def move_batch(lanes, gravity, dt):
         lanes[(ATTITUDE + 2) * BATCH + b], lanes[(ATTITUDE + 3) * BATCH + b] = q[2], q[3]
         w0, w1, w2 = spin_of(q, (l0 + half * t0, l1 + half * t1, l2 + half * t2), (i0, i1, i2))
         lanes[NEXT_SPIN * BATCH + b], lanes[(NEXT_SPIN + 1) * BATCH + b], lanes[(NEXT_SPIN + 2) * BATCH + b] = w0, w1, w2
-        w, x, y, z = q
-        lanes[ROTATION * BATCH + b] = 1.0 - 2.0 * (y * y + z * z)
-        lanes[(ROTATION + 1) * BATCH + b] = 2.0 * (x * y - w * z)
-        lanes[(ROTATION + 2) * BATCH + b] = 2.0 * (x * z + w * y)
-        lanes[(ROTATION + 3) * BATCH + b] = 2.0 * (x * y + w * z)
-        lanes[(ROTATION + 4) * BATCH + b] = 1.0 - 2.0 * (x * x + z * z)
-        lanes[(ROTATION + 5) * BATCH + b] = 2.0 * (y * z - w * x)
-        lanes[(ROTATION + 6) * BATCH + b] = 2.0 * (x * z - w * y)
-        lanes[(ROTATION + 7) * BATCH + b] = 2.0 * (y * z + w * x)
-        lanes[(ROTATION + 8) * BATCH + b] = 1.0 - 2.0 * (x * x + y * y)
+        r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation_numbers(q[0], q[1], q[2], q[3])
+        lanes[ROTATION * BATCH + b], lanes[(ROTATION + 1) * BATCH + b], lanes[(ROTATION + 2) * BATCH + b] = r0, r1, r2
+        lanes[(ROTATION + 3) * BATCH + b], lanes[(ROTATION + 4) * BATCH + b], lanes[(ROTATION + 5) * BATCH + b] = r3, r4, r5
+        lanes[(ROTATION + 6) * BATCH + b], lanes[(ROTATION + 7) * BATCH + b], lanes[(ROTATION + 8) * BATCH + b] = r6, r7, r8
 
 
 @kernel(fast=True)

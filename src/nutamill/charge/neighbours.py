@@ -186,7 +186,8 @@ def sort_slots(model, state, scratch, tid, n_threads):
     for k in range(3):
         reorder(state.x[k], scratch, n, tid, n_threads)
         reorder(state.v[k], scratch, n, tid, n_threads)
-        reorder(state.w[k], scratch, n, tid, n_threads)
+        if state.clumps.shape[0] == 0:
+            reorder(state.w[k], scratch, n, tid, n_threads)
     for k in range(state.body.shape[0]):
         reorder(state.body[k], scratch, n, tid, n_threads)
     if state.clumps.shape[0] > 0:

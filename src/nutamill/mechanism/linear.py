@@ -19,7 +19,7 @@ from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 PROBE = 1e-6
 """Displacement [m or rad] and velocity [m/s or rad/s] of the central differences."""
 
-NEWTON_ROUNDS, NEWTON_TOLERANCE, LONGEST_STEP = 60, 1e-11, 0.05
+NEWTON_ROUNDS, NEWTON_TOLERANCE, LONGEST_STEP = 300, 1e-11, 0.05
 """Limit of rounds [1], last step [m or rad] that counts as none, and largest step [m or rad] of the search for rest."""
 
 
@@ -80,19 +80,22 @@ def static_equilibrium(
         matrix = np.block([[stiffness / scale, -jacobian.T], [jacobian, np.zeros((n_held, n_held))]])
         solution = np.linalg.lstsq(matrix, np.concatenate([force / scale, -gap[held]]), rcond=1e-13)[0]
         longest = np.abs(solution[:n]).max(initial=0.0)
+        pull = unbalanced(mechanism, state, scratch, held)
+        if pull.any() and (longest < NEWTON_TOLERANCE or pull @ solution[:n] < 0.0):
+            # the loads have no slope here, as on a pendulum held level, or one that leads uphill: go the way they pull
+            length = LONGEST_STEP if longest < NEWTON_TOLERANCE else min(longest, LONGEST_STEP)
+            displace(state, length / np.abs(pull).max() * pull)
+            continue
         share = min(1.0, LONGEST_STEP / max(longest, LONGEST_STEP))
         displace(state, share * solution[:n])
         reaction[held] += share * scale * solution[n:]
         if longest < NEWTON_TOLERANCE:
-            left = unbalanced(mechanism, state, scratch, held)
-            if not left.any():
-                break
-            # stuck where the loads have no slope, as a pendulum held level: off it, the way they pull
-            displace(state, LONGEST_STEP / np.abs(left).max() * left)
+            break
     else:
+        how = "nothing balances all loads" if longest < NEWTON_TOLERANCE else f"the last one still moved {longest:.3g} m or rad"
         raise StepError(
-            f"static equilibrium: must be found in {NEWTON_ROUNDS} rounds, the last one still moved {longest:.3g} m or rad. "
-            "Check that every body is held by a joint, a bushing or a spring"
+            f"static equilibrium: must be found in {NEWTON_ROUNDS} rounds, {how}. "
+            "Check that every body is held by a joint, a bushing or a spring, and assemble the mechanism near to where it rests"
         )
     if start(mechanism, state, scratch) != OK:
         raise StepError("static equilibrium: must give finite accelerations. Check that every body is held")

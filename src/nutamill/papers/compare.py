@@ -12,6 +12,7 @@ from nutamill.papers.quantities import MODES, QUANTITIES
 from nutamill.papers.runs import COMPLETE, PlannedRun, read_modes, run_state
 from nutamill.quantities import Value
 from nutamill.result import MISSING, open_result
+from nutamill.units import Kind
 
 
 class Key(NamedTuple):
@@ -164,9 +165,8 @@ def compare(rows: Iterable[Row], measured: Mapping[Key, Measured]) -> list[Findi
 def _finding(row: Row, parts: Sequence[Measured]) -> Finding:
     value, half_width, scatter = (_combined(row, parts, which) for which in ("mean", "half_width", "scatter"))
     window_value = _how(row, [part.window_mean for part in parts])
-    points = (
-        (row.kind is None and row.against is not None and row.against.how == "change") or row.absolute is not None or row.reference == 0.0
-    )
+    plain = (row.kind is None and row.against is not None and row.against.how == "change") or row.kind is Kind.ANGLE
+    points = plain or row.absolute is not None or row.reference == 0.0
     error = _off(value, row.reference, points)
     simulated = row.simulation_error
     if simulated is None:

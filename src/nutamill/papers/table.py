@@ -104,18 +104,20 @@ def target_text(row: Row) -> str:
     return ", ".join(texts)
 
 
-def is_sensitivity(row: Row, paper: Paper) -> bool:
-    """Whether a row is of a mill changed on purpose."""
-    return any(paper.configurations[name].sensitivity for name, _, _ in row.needs)
+def sensitivity_of(row: Row, paper: Paper) -> str:
+    """What is changed on purpose of the mill that a row is of; empty for the mill as it is."""
+    changes = [paper.configurations[name].sensitivity for name, _, _ in row.needs]
+    return "; ".join(dict.fromkeys(change for change in changes if change))
 
 
 def verdict(finding: Finding, paper: Paper) -> str:
     """``within`` or ``missed`` the target, whether the row was calibrated on or predicted, and if a run behind it is not steady."""
     words = [] if finding.within is None else ["within" if finding.within else "missed"]
-    if is_sensitivity(finding.row, paper):
-        words.append("sensitivity")
-    elif finding.row.reference not in (None, 0.0):
+    changed = bool(sensitivity_of(finding.row, paper))
+    if finding.row.calibrated or (finding.row.reference not in (None, 0.0) and not changed):
         words.append("calibrated" if finding.row.calibrated else "predicted")
+    if changed:
+        words.append("sensitivity")
     if not finding.steady and not math.isnan(finding.value):
         words.append("not steady")
     return ", ".join(words)
@@ -190,7 +192,7 @@ def record(finding: Finding, paper: Paper) -> dict[str, Any]:
         "calibrated": row.calibrated,
         "source": row.source,
         "derived": row.derived,
-        "sensitivity": paper.configurations[row.configuration].sensitivity,
+        "sensitivity": sensitivity_of(row, paper),
         "note": row.note,
         "trouble": finding.trouble,
     }
@@ -235,7 +237,7 @@ def tally(findings: Sequence[Finding], paper: Paper) -> str:
     Targets and comparisons are of the mill as it is: rows of a mill changed on purpose are not among them.
     """
     present = sum(not math.isnan(finding.value) for finding in findings)
-    claims = [finding for finding in findings if not is_sensitivity(finding.row, paper)]
+    claims = [finding for finding in findings if not sensitivity_of(finding.row, paper)]
     judged = [finding for finding in claims if finding.within is not None]
     both = [finding for finding in claims if not math.isnan(finding.error + finding.simulation_error)]
     met = sum(bool(finding.within) for finding in judged)
