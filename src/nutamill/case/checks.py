@@ -31,8 +31,8 @@ READ_WITH = {
 MOST_PARTICLES = 1e8
 """Particles above which a case is refused as a slip of the pen [1]."""
 
-ANGLE_WARN = math.radians(0.05)
 ANGLE_STOP = math.radians(1.0)
+"""Difference between the printed nutation angle and that of the crank's lengths at which a case is refused [rad]."""
 
 
 def faults(case: "Case") -> list[Finding]:
@@ -42,16 +42,21 @@ def faults(case: "Case") -> list[Finding]:
 
 def warnings(case: "Case") -> list[Fault]:
     """Everything that is possible but odd."""
-    found = []
-    printed, ruling = case.chamber.nutation_angle, crank_angle(case)
-    if abs(printed - ruling) > ANGLE_WARN:
-        what = f"the crank's lengths give {math.degrees(ruling):.3f} deg and rule; the file says {math.degrees(printed):g} deg"
-        found.append(Fault("chamber.nutation_angle", what))
-    found += stand_ins(case.charge)
+    found = [*_rounded_angle(case), *stand_ins(case.charge)]
     if case.run.end < case.drive.ramp_end:
         what = f"the run ends at {case.run.end:g} s, before the speed is reached at {case.drive.ramp_end:g} s"
         found.append(Fault("run.until", what, "There will be no steady mean"))
     return found + _idle_numbers(case)
+
+
+def _rounded_angle(case: "Case") -> list[Fault]:
+    """Warn of a nutation angle that is not the crank's, rounded to the digits that were written: 6 deg agrees with 6.082 deg."""
+    written, used = f"{math.degrees(case.chamber.nutation_angle):.12g}", math.degrees(crank_angle(case))
+    decimals = len(written.partition(".")[2])
+    if float(written) == round(used, decimals):
+        return []
+    what = f"{written} deg is not used: crank_radius and nutation_point_to_crank give {used:.3f} deg"
+    return [Fault("chamber.nutation_angle", what, f'Write nutation_angle = "{used:.3f} deg", or change the lengths')]
 
 
 def _idle_numbers(case: "Case") -> list[Fault]:
