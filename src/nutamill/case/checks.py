@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from nutamill import units
 from nutamill.case.library import similar
 from nutamill.case.recipe import Portion, portion_faults, stand_ins
+from nutamill.case.touching import wall_keys
 from nutamill.errors import Fault
 from nutamill.units import Kind
 
@@ -152,22 +153,16 @@ def _portions(case: "Case") -> list[tuple[tuple[str | int, ...], Portion]]:
     return [(("charge",), part) for part in case.charge.parts]
 
 
-def _touching(case: "Case") -> dict[tuple[str | int, ...], str | None]:
+def _needed_materials(case: "Case") -> dict[tuple[str | int, ...], str | None]:
     """Materials the run needs, by the key that names them."""
-    if not case.charge.parts:
-        return {}
-    needed: dict[tuple[str | int, ...], str | None] = {(*key, "material"): part.material for key, part in _portions(case)}
-    needed[("chamber", "material")] = case.chamber.material
-    if case.chamber.ribs and case.chamber.rib:
-        needed[("chamber", "rib", "material")] = case.chamber.rib.material
-    needed |= {("walls", k, "material"): wall.material for k, wall in enumerate(case.walls)}
-    return needed
+    portions = _portions(case)
+    return {(*key, "material"): part.material for key, part in portions} | wall_keys(case) if portions else {}
 
 
 def _materials(case: "Case") -> list[Finding]:
     found: list[Finding] = []
     known = sorted(case.materials)
-    for key, name in _touching(case).items():
+    for key, name in _needed_materials(case).items():
         if name is not None and name not in case.materials:
             hint = similar(name, known) if known else f"Add a table [materials.{name}]"
             found.append((key, f'no material is called "{name}"', hint))
@@ -233,10 +228,10 @@ def _pair_name(case: "Case", first: str, second: str) -> str | None:
 def _contacts(case: "Case") -> list[tuple[str, str]]:
     """Pairs of known materials that may touch, the charge's first, each pair once."""
     known, found = case.materials, []
-    for charge in case.charge.materials:
-        for other in dict.fromkeys(_touching(case).values()):
-            if charge in known and other in known and (other, charge) not in found and (charge, other) not in found:
-                found.append((charge, other))
+    for first, second, _ in case.touching:
+        listed = (first, second) in found or (second, first) in found
+        if first in known and second in known and not listed:
+            found.append((first, second))
     return found
 
 
