@@ -2,9 +2,9 @@
 
 Every compiled function of the package is decorated with `kernel`.  The decorator
 
-* keeps the compiled code in the user's cache folder and makes the digest of *all* kernel sources part of the cache key.
-  Numba's own key looks at the file of the function alone: after a change of a law in one file, a loop in another file
-  would go on running the old physics from the cache (`tests/contracts/test_stale_cache.py`);
+* keeps the compiled code in the user's cache folder and makes `kernel_digest` part of the cache key.  Numba's own key looks at
+  the file of the function alone: after a change of a law in one file, a loop in another file would go on running the old
+  physics from the cache (`tests/contracts/test_stale_cache.py`);
 * releases the GIL, so that a team of Python threads can run the same kernel;
 * counts no references to arrays: kernels allocate nothing, and counting a slice of a shared array is an atomic operation that
   two threads fight over;
@@ -14,7 +14,6 @@ Checked with Numba 0.61 to 0.68: `_index_key` is a private method of Numba's `Fu
 """
 
 import functools
-import hashlib
 import inspect
 import os
 import pathlib
@@ -25,8 +24,7 @@ from numba import types
 from numba.core.caching import FunctionCache
 from numba.extending import overload
 
-PACKAGE = pathlib.Path(__file__).parent
-KERNEL_SOURCES = ("kernel.py", "frames.py", "coupling.py", "mechanism/*.py", "charge/*.py", "charge/laws/*.py")
+from nutamill.source_code import code_digest, compiled_definitions, reached
 
 JIT = not numba.config.DISABLE_JIT
 """False under ``NUMBA_DISABLE_JIT=1``: kernels are plain Python, one thread only, small cases only."""
@@ -53,16 +51,16 @@ def cache_folder() -> pathlib.Path:
 
 @functools.cache
 def kernel_digest() -> str:
-    """SHA-256 of all kernel sources, in a fixed order; part of the cache key and of a result's provenance."""
-    digest = hashlib.sha256()
-    for pattern in KERNEL_SOURCES:
-        for source in sorted(PACKAGE.glob(pattern)):
-            digest.update(source.name.encode() + b"\0" + source.read_bytes())
-    return digest.hexdigest()
+    """Return the SHA-256 of the kernels: all compiled definitions and what they reach (`nutamill.source_code`).
+
+    It is part of the cache key, and of a result's provenance.  A change of comments, docstrings or of functions that no kernel reaches
+    leaves it as it is.
+    """
+    return code_digest(reached(compiled_definitions()))
 
 
 class _SourceKeyedCache(FunctionCache):
-    """Numba's disk cache with the digest of all kernel sources in its key."""
+    """Numba's disk cache with the digest of the kernels in its key."""
 
     def _index_key(self, sig, codegen):
         return (*super()._index_key(sig, codegen), kernel_digest())

@@ -12,6 +12,7 @@ import nutamill
 PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 FLOOR = {
+    "source_code": 0,
     **dict.fromkeys(("errors", "units", "kernel", "keys", "steady"), 1),
     **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "running", "mount_test"), 2),
     "materials": 3,

@@ -1,9 +1,10 @@
 """The settled bed: where the charge lies when the mill starts, filled and settled once and kept by content.
 
-The bed depends on the chamber, the charge, the contact laws and the seed, and on the kernels that settled it, but not on speed
+The bed depends on the chamber, the charge, the contact laws and the seed, and on the code that fills and settles, but not on speed
 or mounts, so that a sweep settles once.
 """
 
+import functools
 import hashlib
 import json
 import os
@@ -29,7 +30,8 @@ from nutamill.charge.fill import fill_cylinder, random_attitudes, settle
 from nutamill.charge.fill_walls import fill_between
 from nutamill.charge.particles import Particles
 from nutamill.frames import MOTION_SIZE, quaternion_product
-from nutamill.kernel import cache_folder, kernel_digest
+from nutamill.kernel import cache_folder
+from nutamill.source_code import code_digest, definition_of, reached
 
 STILL = 1e-6
 """Kinetic energy per mass at which a bed is settled [J/kg]: a mean speed of 1.4 mm/s."""
@@ -50,10 +52,16 @@ def bed_key(case: Case) -> str:
         "substep": run_clock(case).substep,
         "tilt": chamber_quaternion(case),
         "gravity": case.mechanism.gravity,
-        "kernels": kernel_digest(),
+        "code": _settling_code(),
         "version": __version__,
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+@functools.cache
+def _settling_code() -> str:
+    """Digest of the code that fills and settles: the kernels and the plain functions about them."""
+    return code_digest(reached([definition_of(_settle)]))
 
 
 def bed_file(case: Case) -> Path:
