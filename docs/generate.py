@@ -64,13 +64,17 @@ def fields_page() -> str:
 
 
 def commands_page() -> str:
-    """Every command and the first lines of its help."""
+    """Every command and the first lines of its help, and what its exit code means."""
     from nutamill.cli import app
+    from nutamill.errors import ExitCode
 
     lines = ["# Commands", "", "`nutamill COMMAND --help` lists the options.", "", "| command | what it does |", "|---|---|"]
     for command in app.registered_commands:
         name = command.name or command.callback.__name__.replace("_", "-")
         lines.append(f"| `nutamill {name}` | {_cell((command.callback.__doc__ or '').strip())} |")
+    lines += ["", "## Exit codes", "", "All commands return the same code for the same kind of outcome.", ""]
+    lines += ["| code | meaning |", "|---|---|"]
+    lines += [f"| {code.value} | {code.meaning} |" for code in ExitCode]
     return "\n".join(lines)
 
 

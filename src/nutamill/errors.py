@@ -1,10 +1,31 @@
-"""The exceptions, and the one way to word them.
+"""The exceptions, the one way to word them, and the exit code of each kind.
 
 Wording, always: *where: what must hold, got what. What to do.*  A case reports all its faults at once.
-Exit codes of the command line: 0 ok, 1 the run failed, 2 bad input, 3 not steady, 130 interrupted.
 """
 
+from enum import IntEnum
 from typing import NamedTuple
+
+
+class ExitCode(IntEnum):
+    """What every command returns to the shell: one code for each kind of outcome, and its meaning for the documentation."""
+
+    meaning: str
+
+    def __new__(cls, code: int, meaning: str) -> "ExitCode":
+        """Make the member of a code and its meaning."""
+        member = int.__new__(cls, code)
+        member._value_ = code
+        member.meaning = meaning
+        return member
+
+    DONE = 0, "Everything that was asked for is done."
+    FAILED = 1, "A run could not go on, or a campaign has runs that did not finish."
+    BAD_INPUT = 2, "The words typed, or a file they name, are not what the command takes."
+    NOT_STEADY = 3, "A run that should end when steady reached its longest time; its file is whole."
+    NOT_WRITTEN = 4, "A file could not be written: no permission, no such place, or no room."
+    NOT_INSTALLED = 5, "An optional package, or a library of the system, is missing."
+    INTERRUPTED = 130, "The user interrupted the command."
 
 
 class Fault(NamedTuple):
@@ -29,13 +50,13 @@ def reason(error: Exception) -> str:
 class MillError(Exception):
     """Base of everything this package raises on purpose."""
 
-    exit_code = 1
+    exit_code = ExitCode.FAILED
 
 
 class CaseError(MillError, ValueError):
     """Bad input; carries every fault found, so that a user mends a file once and not ten times."""
 
-    exit_code = 2
+    exit_code = ExitCode.BAD_INPUT
 
     def __init__(self, *faults: Fault):
         self.faults = tuple(faults)
@@ -49,8 +70,29 @@ class StepError(MillError, RuntimeError):
 class NotSteadyError(MillError, RuntimeError):
     """A run that should have ended when it was steady, and never was; its file is whole and can be continued."""
 
-    exit_code = 3
+    exit_code = ExitCode.NOT_STEADY
 
 
 class ResultError(MillError, OSError):
-    """A result file that cannot be written, read or continued."""
+    """A result file that cannot be read or continued, or that does not hold what was asked of it."""
+
+    exit_code = ExitCode.BAD_INPUT
+
+
+class OutputError(ResultError):
+    """A file that cannot be written."""
+
+    exit_code = ExitCode.NOT_WRITTEN
+
+
+class NotInstalledError(MillError):
+    """An optional package, or a library of the system, that is missing."""
+
+    exit_code = ExitCode.NOT_INSTALLED
+
+
+def missing_extra(what: str, package: str, extra: str) -> NotInstalledError:
+    """Return the error for a `package` that only `what` needs, with the command that installs its `extra`."""
+    return NotInstalledError(
+        f'{what} needs {package}, which is not installed. Type in your clone of the nutamill repository: pip install ".[{extra}]"'
+    )

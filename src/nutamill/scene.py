@@ -15,7 +15,7 @@ import numpy as np
 
 from nutamill.case import Case
 from nutamill.drawing import Part, machine_parts
-from nutamill.errors import CaseError, Fault, MillError, ResultError
+from nutamill.errors import CaseError, Fault, NotInstalledError, ResultError, missing_extra
 from nutamill.machine import CHAMBER
 from nutamill.replay import Frame, chosen_snapshots, replay
 from nutamill.result import Result
@@ -90,7 +90,7 @@ def draw_scene(result: Result, path: str | Path, view: View = "front", colour: C
     ------
     CaseError : a view or colour of another name
     ResultError : no snapshots, or snapshots without what the colour needs
-    MillError : PyVista or OpenGL is missing
+    NotInstalledError : PyVista or OpenGL is missing
     """
     return _rendered(result, Path(path), view, colour, [range(len(chosen_snapshots(result)))[number]], _pictured)
 
@@ -109,7 +109,7 @@ def film_scene(
 ) -> Path:
     """Write a film (MP4) of all snapshots, `slowed` times slower than real; returns its path.
 
-    `tell` is told now and then how many moments have been drawn. Raises as `draw_scene`; MillError also where ffmpeg is missing.
+    `tell` is told now and then how many moments have been drawn. Raises as `draw_scene`; NotInstalledError also where ffmpeg is missing.
     """
     path = Path(path)
     times = result.snapshots.time[chosen_snapshots(result)]
@@ -122,7 +122,7 @@ def film_scene(
 
             imageio_ffmpeg.get_ffmpeg_exe()
         except (ImportError, RuntimeError) as fault:
-            raise MillError(f'{path}: a film needs ffmpeg, there is none. Install it with: pip install "nutamill[view]"') from fault
+            raise missing_extra(f"{path}: a film", "ffmpeg", "view") from fault
         plotter.open_movie(str(path), framerate=FILM_RATE, quality=7, output_params=FRAGMENTS)
         return functools.partial(_filmed, plotter)
 
@@ -278,12 +278,12 @@ def _plotter() -> "Iterator[pyvista.Plotter]":
     try:
         import pyvista
     except ImportError as fault:
-        raise MillError('pictures in three dimensions need PyVista. Install it with: pip install "nutamill[view]"') from fault
+        raise missing_extra("a picture in three dimensions", "PyVista", "view") from fault
     pyvista.vtk_verbosity("off")  # without a screen VTK would tell so on every start; its own way out of that is the one wanted
     try:
         plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="light kit")
     except Exception as fault:
-        raise MillError(
+        raise NotInstalledError(
             f"pictures in three dimensions need OpenGL, which cannot be had here ({fault})."
             " Install libegl1 or libosmesa6, or use `nutamill view`, which needs neither."
         ) from fault

@@ -15,7 +15,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from nutamill.errors import ResultError
+from nutamill.errors import OutputError, ResultError
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """What the system says when there is no room."""
@@ -81,7 +81,7 @@ def io_errors(path: Path, needed: int = 0) -> Iterator[None]:
     except OSError as fault:
         if fault.errno in FULL:
             raise _full(path, needed) from fault
-        raise ResultError(
+        raise OutputError(
             f"{path}: must be writable, the system says: {fault.strerror or fault}. Choose another place with --to."
         ) from fault
 
@@ -90,9 +90,9 @@ def _part(path: Path, owner: str | int) -> str:
     return f".{path.name}.{owner}.part"
 
 
-def _full(path: Path, needed: int) -> ResultError:
+def _full(path: Path, needed: int) -> OutputError:
     free = shutil.disk_usage(path.parent).free
-    return ResultError(
+    return OutputError(
         f"{path}: saving needs {needed} bytes of room, {free} bytes are free (or a quota is reached). "
         "Free some room and resume; a file of this name is whole as of its last commit."
     )

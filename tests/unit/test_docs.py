@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from nutamill.errors import ExitCode
 from nutamill.fields import SERIES, SNAPSHOT
 
 ROOT = Path(__file__).parents[2]
@@ -30,6 +31,7 @@ def test_reference_names_every_recorded_quantity_and_every_key(pages):
     assert all(f"`{key}`" in pages["case"] for key in ("crank_radius", "tangential_ratio", "snapshots", "shear_stiffness"))
     assert all(f"`nutamill {name}`" in pages["commands"] for name in ("run", "view", "import", "report"))
     assert "hertz_force" in pages["laws"]
+    assert all(f"| {code.value} | {code.meaning} |" in pages["commands"] for code in ExitCode)
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

@@ -289,7 +289,7 @@ def test_worker_whose_campaign_has_died_saves_and_ends(tmp_path):
 
 
 def test_same_sweep_runs_on_a_dask_cluster(tmp_path, engine):
-    distributed = pytest.importorskip("distributed", reason="pip install 'nutamill[cluster]'")
+    distributed = pytest.importorskip("distributed", reason="pip install '.[cluster]'")
     case = load_case("numill", EMPTY)
     with (
         distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,

@@ -18,7 +18,7 @@ from nutamill.build.wall_mesh import chamber_mesh, free_volume, placed_walls, wa
 from nutamill.case import Case, load_case
 from nutamill.charge.mesh import on_charge_side
 from nutamill.drawing import machine_parts
-from nutamill.errors import CaseError
+from nutamill.errors import CaseError, NotInstalledError
 from nutamill.machine import CHAMBER
 from nutamill.preflight import preflight
 from nutamill.result import Recorder, open_result
@@ -201,8 +201,11 @@ def test_a_mesh_that_has_changed_or_gone_since_is_refused(folder):
 def test_without_the_optional_package_the_refusal_says_how_to_get_it(folder, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
     stl(folder / "tube.stl", tube(50))
-    assert refusal(preflight, case_of(folder)) == (
-        'tube.stl: needs the package trimesh to be read. Install it with: pip install "nutamill[mesh]"'
+    with pytest.raises(NotInstalledError) as error:
+        preflight(case_of(folder))
+    assert str(error.value) == (
+        "tube.stl: reading a mesh needs the package trimesh, which is not installed."
+        ' Type in your clone of the nutamill repository: pip install ".[mesh]"'
     )
 
 

@@ -15,7 +15,7 @@ from nutamill.case import Case
 from nutamill.charge.mesh import Mesh, closed_mesh
 from nutamill.charge.mesh_patches import mesh_surfaces
 from nutamill.charge.model import Surface
-from nutamill.errors import CaseError, Fault
+from nutamill.errors import CaseError, Fault, missing_extra
 from nutamill.machine import MeshFile
 from nutamill.units import UNITS, Kind
 
@@ -163,7 +163,7 @@ def _triangles(path: Path, metres: float) -> tuple[np.ndarray, np.ndarray]:
     try:
         import trimesh
     except ImportError:
-        raise CaseError(Fault(path.name, "needs the package trimesh to be read", 'Install it with: pip install "nutamill[mesh]"')) from None
+        raise missing_extra(f"{path.name}: reading a mesh", "the package trimesh", "mesh") from None
     try:
         # neither merged nor repaired: triangles keep their number, and what is wrong is refused
         loaded = trimesh.load_mesh(path, process=False)

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 
 from nutamill.build.bed import settled_bed
 from nutamill.case import Case
-from nutamill.errors import MillError, NotSteadyError, ResultError
+from nutamill.errors import ExitCode, MillError, NotSteadyError, ResultError
 from nutamill.march import resume, run
 from nutamill.result import open_result, state_of
 
@@ -82,11 +82,11 @@ def main() -> None:
     threading.Thread(target=stop_when_left_alone, daemon=True).start()
     try:
         perform(task)
-        code = 0
+        code = ExitCode.DONE
     except MillError as error:
         print(error, file=sys.stderr)
         code = error.exit_code
     except KeyboardInterrupt:
-        code = 130
+        code = ExitCode.INTERRUPTED
     sys.stderr.flush()
     os._exit(code)  # the thread that waits for the end of the input must not keep the process

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Protocol
 
 from nutamill.build.team import usable_cores
 from nutamill.campaign.member import Task, perform
-from nutamill.errors import CaseError, Fault, MillError
+from nutamill.errors import CaseError, ExitCode, Fault, MillError, missing_extra
 
 if TYPE_CHECKING:
     import distributed
 
-INTERRUPTED = 130
 PROGRAM = "from nutamill.campaign.member import main; main()"
 
 
@@ -81,7 +80,7 @@ class LocalProcesses:
             process.stderr.close()
             with self._lock:
                 self._running.discard(process)
-        if code == INTERRUPTED or (self._stopped and code == -signal.SIGTERM):
+        if code == ExitCode.INTERRUPTED or (self._stopped and code == -signal.SIGTERM):
             raise WorkerError("interrupted, saved")
         if code < 0:
             raise WorkerError(f"its process was killed ({signal.Signals(-code).name})")
@@ -122,12 +121,13 @@ def cluster_client(address: str, jobs: int | None) -> "distributed.Client":
 
     Raises
     ------
-    CaseError : the extra is not installed, or no scheduler answers
+    CaseError : no scheduler answers
+    NotInstalledError : the extra ``cluster`` is missing
     """
     try:
         import distributed
     except ImportError:
-        raise CaseError(Fault("--cluster", "needs Dask, it is not installed", 'Install it with: pip install "nutamill[cluster]"')) from None
+        raise missing_extra("--cluster", "Dask", "cluster") from None
     if address == "local":
         local = distributed.LocalCluster(n_workers=jobs or usable_cores(), threads_per_worker=1, dashboard_address=None)
         return distributed.Client(local)

@@ -1,7 +1,6 @@
 """The command line: reads what was typed, calls the package, prints; computes nothing.
 
-Exit codes: 0 done, 1 the run failed, 2 bad input, 3 not steady within the longest time, 130 interrupted.  Heavy
-imports stand inside the commands, so that ``--help`` answers at once.
+Exit codes are those of `nutamill.errors.ExitCode`.  Heavy imports stand inside the commands, so that ``--help`` answers at once.
 """
 
 # importing a room puts its commands into the application, in this order

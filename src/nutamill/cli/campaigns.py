@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from nutamill.cli.common import Quick, app, told
-from nutamill.errors import MillError
+from nutamill.errors import ExitCode
 
 
 @app.command()
@@ -28,7 +28,7 @@ def sweep(
     from nutamill.campaign.command import run_sweep
 
     if not run_sweep(case, changes or [], jobs, cluster, to, quick, typer.echo):
-        raise typer.Exit(MillError.exit_code)
+        raise typer.Exit(ExitCode.FAILED)
 
 
 @app.command()

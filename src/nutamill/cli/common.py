@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nutamill import __version__
-from nutamill.errors import CaseError, Fault, MillError
+from nutamill.errors import CaseError, ExitCode, Fault, MillError
 
 if TYPE_CHECKING:
     from nutamill.case import Case
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
-INTERRUPTED = 130
 CaseName = Annotated[str, typer.Argument(metavar="CASE", help="A case file, or a published mill such as numill.")]
 Overrides = Annotated[list[str] | None, typer.Option("--set", "-s", metavar="KEY=VALUE", help='Change one key: -s drive.speed="500 rpm".')]
 ResultFile = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="A result file.")]
@@ -33,7 +32,7 @@ def told(command: Callable[..., None]) -> Callable[..., None]:
             raise typer.Exit(error.exit_code) from None
         except KeyboardInterrupt:
             typer.echo("interrupted", err=True)
-            raise typer.Exit(INTERRUPTED) from None
+            raise typer.Exit(ExitCode.INTERRUPTED) from None
 
     return telling
 

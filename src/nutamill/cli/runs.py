@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nutamill.cli.common import INTERRUPTED, CaseName, Overrides, Quick, app, load, quantity, told
-from nutamill.errors import CaseError, Fault, NotSteadyError
+from nutamill.cli.common import CaseName, Overrides, Quick, app, load, quantity, told
+from nutamill.errors import CaseError, ExitCode, Fault, NotSteadyError
 
 if TYPE_CHECKING:
     from nutamill.result import Result
@@ -178,7 +178,7 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
     except KeyboardInterrupt:
         said = f"interrupted, saved. Go on with: nutamill resume {path}" if path.exists() else "interrupted before the first step"
         typer.echo(said, err=True)
-        raise typer.Exit(INTERRUPTED) from None
+        raise typer.Exit(ExitCode.INTERRUPTED) from None
     with result:
         summary, warnings = _summary(result)
         typer.echo("\n".join(summary))

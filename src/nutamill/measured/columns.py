@@ -10,7 +10,7 @@ import numpy as np
 
 from nutamill.case.library import similar
 from nutamill.case.mapping import Mapping
-from nutamill.errors import CaseError, Fault, MillError
+from nutamill.errors import CaseError, Fault, missing_extra
 
 
 class Column(NamedTuple):
@@ -28,7 +28,7 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
     Raises
     ------
     CaseError : no such file, a kind of file that is not read, columns that are not there, places that hold no number
-    MillError : a library of the extra ``daq`` is missing
+    NotInstalledError : a library of the extra ``daq`` is missing
     """
     path = Path(path)
     if not path.is_file():
@@ -142,7 +142,7 @@ def _library(name: str, path: Path):
     try:
         return importlib.import_module(name)
     except ImportError as fault:
-        raise MillError(f'{path}: reading {path.suffix} needs {name}. Install it with: pip install "nutamill[daq]"') from fault
+        raise missing_extra(f"{path}: reading {path.suffix}", f"the package {name}", "daq") from fault
 
 
 class _whole:

@@ -7,7 +7,7 @@ import numpy as np
 
 from nutamill.analysis import PAPER_WINDOW
 from nutamill.case.ratings import Ratings, Section
-from nutamill.errors import CaseError, Fault, MillError
+from nutamill.errors import CaseError, Fault, missing_extra
 from nutamill.readings.load_paths import hodograph
 from nutamill.readings.wording import hours_text
 from nutamill.result import Result
@@ -43,7 +43,7 @@ def cycles(stress: np.ndarray) -> np.ndarray:
     try:
         import rainflow
     except ImportError:
-        raise MillError('fatigue: needs the package rainflow. Install it with: pip install "nutamill[life]"') from None
+        raise missing_extra("fatigue: counting cycles", "the package rainflow", "life") from None
     return np.array([(size, mean, count) for size, mean, count, _, _ in rainflow.extract_cycles(stress)]).reshape(-1, 3)
 
 
@@ -95,7 +95,7 @@ def section_life(result: Result, name: str, ratings: Ratings, last: float | str 
     Raises
     ------
     CaseError : a section that the ratings do not have
-    MillError : the package rainflow is not installed
+    NotInstalledError : the package rainflow is missing
     ResultError : the run has not made one turn at its last speed
     """
     if name not in ratings.sections:
