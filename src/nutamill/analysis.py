@@ -258,10 +258,9 @@ def warning_lines(result: Result) -> list[str]:
     case, series = Case.from_toml(result.case_text), result.series
     lines = []
     if "largest_pair_overlap" in series:
-        own = case.charge.materials
-        walls = [case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else [])
-        for kind, others in (("pair", own), ("wall", walls)):
-            limit = max(case.contact.pair(a, b).overlap_warn for a in own for b in others)
+        for kind, wall in (("pair", False), ("wall", True)):
+            pairs = [case.contact.pair(a, b) for a, b, walled in case.touching if walled == wall]
+            limit = max(pair.overlap_warn for pair in pairs)
             largest = float(series[f"largest_{kind}_overlap"].max())
             if largest > limit:
                 lines.append(

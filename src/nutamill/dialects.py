@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from nutamill.build.chamber_charge import Meeting, case_contacts, contact_law_of, pair_law, quickest_meeting
+from nutamill.build.chamber_charge import Meeting, contact_law_of, pair_law, quickest_meeting
 from nutamill.case import Case
 from nutamill.charge.contact_terms import (
     hysteretic_restitution,
@@ -184,9 +184,10 @@ def _other_restitution(touch: Touch) -> list[str]:
 def touches(case: Case) -> dict[str, Touch]:
     """Contacts of the particles of a case with each other and with walls, by the names of the two materials."""
     contact, found = case.contact, {}
-    for own, other, wall in case_contacts(case):
+    for touching in case.touching:
+        own, other, wall = touching
         both = case.materials[own], case.materials[other]
-        found[f"{own}-{other}{' wall' * wall}"] = Touch(
+        found[touching.name] = Touch(
             names=law_names(contact_law_of(case)),
             pair=pair_law(case, own, other),
             wall=wall,

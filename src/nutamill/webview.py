@@ -69,7 +69,8 @@ def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
     return Template((pages / "viewer.html").read_text(encoding="utf-8")).substitute(
         title=html.escape(case.title or result.path.stem),
         packed=packed,
-        facts=json.dumps(facts, separators=(",", ":")).replace("</", "<\\/"),
+        # no "<" within a script: "</script>" would end it, and "<!--<script>" would swallow the rest of the page
+        facts=json.dumps(facts, separators=(",", ":")).replace("<", "\\u003c"),
         script=(pages / "viewer.js").read_text(encoding="utf-8"),
     )
 

@@ -10,20 +10,23 @@ full disk and may take the process down with them.
 
 import contextlib
 import errno
+import glob
 import os
+import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from nutamill.errors import OutputError, ResultError
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""What the system says when there is no room."""
+"""Errors of the system that mean: no room."""
 SPARE = 16 * 2**20
 """Room that must stay free on the disk beyond what is written [bytes]."""
 
 
-def replace_file(path: Path, edit: Callable[[Path], None], room: int, start: bytes | None = None) -> None:
+def replace_file(path: Path, edit: Callable[[Path], None], room: int, start: bytes | BinaryIO | None = None) -> None:
     """Put in place of `path` a copy that `edit` has changed; at every instant `path` is the old file or the new one.
 
     Parameters
@@ -31,71 +34,113 @@ def replace_file(path: Path, edit: Callable[[Path], None], room: int, start: byt
     path : the file; its folder must exist
     edit : changes the copy, whose path it is given
     room : upper bound of the growth [bytes]
-    start : content to start from instead of a copy
+    start : content to start from instead of a copy; an open file is read from its beginning
 
     Raises
     ------
-    ResultError : no room, or the system refuses; the file is as it was and no part of a new one is left
+    OutputError : no room, or the system refuses; the file is as it was and no part of a new one is left
     """
-    needed = room + (path.stat().st_size if start is None else len(start))
-    if shutil.disk_usage(path.parent).free < needed + SPARE:
-        raise _full(path, needed)
-    part = path.with_name(_part(path, os.getpid()))
+    with io_errors(path):
+        needed = room + _size(path, start)
+        check_room(path, needed)
+    part: Path | None = None
     try:
         with io_errors(path, needed):
-            if start is None:
-                shutil.copyfile(path, part)
-            else:
-                part.write_bytes(start)
+            part = _new_part(path)
+            _write_start(part, path, start)
             _reserve(part, needed)
             edit(part)
             with part.open("r+b") as written:
                 os.fsync(written.fileno())
             part.replace(path)
+            _flush_folder(path.parent)
     finally:
-        part.unlink(missing_ok=True)
+        if part is not None:
+            with contextlib.suppress(OSError):  # the first error is the one to report
+                part.unlink(missing_ok=True)
 
 
 def write_whole(path: str | Path, content: str | bytes) -> Path:
     """Write a file of this content, or put it in place of the one there; its folder is made if needed. Raises as `replace_file`."""
     path = Path(path)
-    with io_errors(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path)
     replace_file(path, lambda _: None, 0, content.encode("utf-8") if isinstance(content, str) else content)
     return path
 
 
+def make_folder(path: Path) -> None:
+    """Make the folder of the file `path`, if there is none. Raises OutputError if the system refuses."""
+    with io_errors(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+
+
 def tidy(path: Path) -> None:
-    """Remove what killed writers of `path` have left beside it."""
-    for left in path.parent.glob(_part(path, "*")):
-        left.unlink(missing_ok=True)
+    """Remove the copies that killed writers of `path` have left beside it."""
+    for left in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
+        with contextlib.suppress(OSError):  # the writer that follows reports a folder that cannot be changed
+            left.unlink(missing_ok=True)
+
+
+def check_room(path: Path, needed: int) -> None:
+    """Raise OutputError if writing `needed` bytes to `path` would leave less than the reserve `SPARE` on its disk."""
+    free = shutil.disk_usage(path.parent).free
+    if free < needed + SPARE:
+        reserve = f"a reserve of {megabytes(SPARE)} must stay free"
+        raise _no_room(path, f"needs {megabytes(needed)}, {megabytes(free)} are free, and {reserve}")
 
 
 @contextlib.contextmanager
 def io_errors(path: Path, needed: int = 0) -> Iterator[None]:
-    """Word a failure of the system as a ResultError that names the file, and the bytes needed and free on a full disk."""
+    """Turn an OSError into an OutputError that names the file, and on a full disk the bytes that are needed."""
     try:
         yield
     except ResultError:
         raise
-    except OSError as fault:
-        if fault.errno in FULL:
-            raise _full(path, needed) from fault
+    except OSError as error:
+        if error.errno in FULL:
+            limit = {errno.EDQUOT: "the quota of this disk is reached", errno.EFBIG: "the system limits files to a smaller size"}
+            why = limit.get(error.errno, "the disk is full")
+            raise _no_room(path, f"needs {megabytes(needed)}, {why}" if needed else f"has failed, {why}") from error
         raise OutputError(
-            f"{path}: must be writable, the system says: {fault.strerror or fault}. Choose another place with --to."
-        ) from fault
+            f'{path}: cannot be written, the system reports "{error.strerror or error}". Choose another place.'
+        ) from error
 
 
-def _part(path: Path, owner: str | int) -> str:
-    return f".{path.name}.{owner}.part"
+def megabytes(size: int) -> str:
+    """A size in bytes as text in MB."""
+    return f"{size / 1e6:.1f} MB"
 
 
-def _full(path: Path, needed: int) -> OutputError:
-    free = shutil.disk_usage(path.parent).free
-    return OutputError(
-        f"{path}: saving needs {needed} bytes of room, {free} bytes are free (or a quota is reached). "
-        "Free some room and resume; a file of this name is whole as of its last commit."
-    )
+def _no_room(path: Path, why: str) -> OutputError:
+    unchanged = " The file is unchanged since it was last saved." if path.exists() else ""
+    return OutputError(f"{path}: saving {why}. Free some room, or choose another place.{unchanged}")
+
+
+def _size(path: Path, start: bytes | BinaryIO | None) -> int:
+    """Size of the content that a copy starts from [bytes]."""
+    if start is None:
+        return path.stat().st_size
+    return len(start) if isinstance(start, bytes) else os.fstat(start.fileno()).st_size
+
+
+def _new_part(path: Path) -> Path:
+    """Create an empty hidden file beside `path`: a new one always, never one that stood there or that a link points to."""
+    part = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.part")
+    flags = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_NOFOLLOW", 0)  # O_EXCL alone refuses links where there is no such flag
+    os.close(os.open(part, flags, 0o666))
+    return part
+
+
+def _write_start(part: Path, path: Path, start: bytes | BinaryIO | None) -> None:
+    """Fill the new `part` with the content to start from."""
+    if start is None:
+        shutil.copyfile(path, part)
+    elif isinstance(start, bytes):
+        part.write_bytes(start)
+    else:
+        start.seek(0)
+        with part.open("wb") as copy:
+            shutil.copyfileobj(start, copy)
 
 
 def _reserve(part: Path, size: int) -> None:
@@ -105,6 +150,18 @@ def _reserve(part: Path, size: int) -> None:
     with part.open("r+b") as file:
         try:
             os.posix_fallocate(file.fileno(), 0, size)
-        except OSError as fault:
-            if fault.errno not in (errno.EOPNOTSUPP, errno.EINVAL):  # a file system without reservation
+        except OSError as error:
+            if error.errno not in (errno.EOPNOTSUPP, errno.EINVAL):  # a file system without reservation
                 raise
+
+
+def _flush_folder(folder: Path) -> None:
+    """Bring the new name to the disk, where the system can: after a power failure the file is then the new one."""
+    if not hasattr(os, "O_DIRECTORY"):  # Windows cannot open a folder
+        return
+    with contextlib.suppress(OSError):  # a file system that cannot flush a folder; the file is whole either way
+        opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)

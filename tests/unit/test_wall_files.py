@@ -9,13 +9,17 @@ import numpy as np
 import pytest
 
 from nutamill import march
+from nutamill.analysis import warning_lines
 from nutamill.build import wall_mesh
 from nutamill.build.bed import settled_bed
-from nutamill.build.chamber_charge import chamber_surfaces
+from nutamill.build.chamber_charge import chamber_surfaces, pair_law
+from nutamill.build.chamber_statistics import pair_types
 from nutamill.build.charge_mix import charge_particles, particle_count
+from nutamill.build.clock import contact_facts, run_clock
 from nutamill.build.model import build
 from nutamill.build.wall_mesh import chamber_mesh, free_volume, placed_walls, wall_meshes
 from nutamill.case import Case, load_case
+from nutamill.charge.contact_terms import scaled_contact_time
 from nutamill.charge.mesh import on_charge_side
 from nutamill.drawing import machine_parts
 from nutamill.errors import CaseError, NotInstalledError
@@ -342,3 +346,59 @@ def test_result_keeps_meshed_walls_in_their_place_for_pictures_without_the_files
     shell = cut["chamber wall"]
     assert 0 < len(shell.triangles) < len(parts["chamber wall"].triangles)
     assert shell.vertices[shell.triangles].mean(axis=1)[:, 1].min() > -1e-9
+
+
+STIFF_LIFTER = """
+[contact]
+stiffness = "direct"
+[contact.pairs]
+steel-steel = { normal_stiffness = "100 kN/m" }
+steel-acrylic = { normal_stiffness = "100 kN/m", overlap_warn = 0.05 }
+[contact.pairs.steel-carbide]
+sliding_friction = 0.3
+restitution = 0.6
+overlap_warn = 0.08
+normal_stiffness = "10000 kN/m"
+[materials.carbide]
+density = "15000 kg/m^3"
+young_modulus = "600 GPa"
+poisson_ratio = 0.2
+[run]
+series_rate = "10 Hz"
+window = 1
+"""
+
+
+def test_a_stiff_lifter_shortens_the_step(folder):
+    plain = case_of(folder, MESHED + STIFF_LIFTER)
+    lifted = case_of(folder, MESHED + LIFTER.format(material="carbide") + STIFF_LIFTER)
+    cut = lifted.contact.tension == "cut"
+    # the same ball on a spring 100 times as stiff: a tenth of the time, but for the two dashpots
+    times = {facts.pair: facts.time for facts in contact_facts(lifted)}
+    laws = [pair_law(lifted, "steel", other) for other in ("carbide", "acrylic")]
+    damped = [scaled_contact_time(law.damping_ratio, cut) for law in laws]
+    ratio = times["steel-carbide wall"] / times["steel-acrylic wall"]
+    assert ratio == pytest.approx(0.1 * damped[0] / damped[1], rel=1e-12)
+    slow, fast = run_clock(plain), run_clock(lifted)
+    assert fast.ruled_by == "steel-carbide wall, 20 substeps per contact"
+    assert fast.substep <= times["steel-carbide wall"] / 20 < slow.substep
+    # a step that suits the other contacts is refused
+    with pytest.raises(CaseError, match="a steel-carbide wall contact lasts"):
+        run_clock(lifted.with_("run.dt", slow.substep))
+    pairs = ["steel-steel", "steel-acrylic wall", "steel-carbide wall"]
+    assert [pair.name for pair in lifted.touching] == [name for name, _ in pair_types(lifted)] == pairs
+
+
+NAMES = ["time", "crank_angle", "driveshaft_speed", "largest_pair_overlap", "largest_wall_overlap"]
+
+
+def test_an_overlap_at_a_lifter_is_measured_against_the_limit_of_its_material(folder, tmp_path):
+    """The limits are 5 % at the chamber and 8 % at the lifter: 7 % may be the lifter's, 9 % is too much."""
+    lifted = case_of(folder, MESHED + LIFTER.format(material="carbide") + STIFF_LIFTER)
+    for overlap, warned in ((0.07, False), (0.09, True)):
+        path = tmp_path / f"{overlap}.h5"
+        recorder = Recorder.create(path, lifted.to_toml(), {}, NAMES, 10.0)
+        recorder.append(np.array([[0.1, 0.0, 0.0, 0.0, overlap]]))
+        recorder.close()
+        with open_result(path) as result:
+            assert any("largest wall overlap" in line for line in warning_lines(result)) == warned

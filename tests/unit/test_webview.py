@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import zlib
 
+import h5py
 import numpy as np
 import pytest
 from matplotlib.image import imread
@@ -78,6 +79,18 @@ def test_of_many_snapshots_evenly_spaced_ones_are_shown(filmed):
     times = json.loads(block(view_page(filmed, frames=7), "facts"))["times"]
     assert np.allclose(np.diff(times), 0.015)
     assert times[-1] == pytest.approx(0.5)
+
+
+def test_no_name_in_a_result_can_end_the_facts_or_hide_the_rest_of_the_page(tmp_path, film):
+    """A browser leaves a script at "</script>", and after "<!--<script>" it takes all that follows for a part of it."""
+    path, name = film(tmp_path / "a.h5", snapshots=1, pellets=1), "<!--<script>x</script>"
+    with h5py.File(path, "a") as file:
+        mesh = file.create_group(f"walls/{name.replace('/', '|')}")
+        mesh["vertices"], mesh["triangles"] = np.eye(3), np.array([[0, 1, 2]], np.int32)
+    with open_result(path) as result:
+        facts = block(view_page(result), "facts")
+    assert "<" not in facts
+    assert name.replace("/", "|") in [part["name"] for part in json.loads(facts)["parts"]]
 
 
 def test_result_without_snapshots_says_what_to_run(unfilmed):

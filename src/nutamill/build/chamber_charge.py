@@ -9,6 +9,7 @@ from nutamill.build.charge_mix import charge_particles, quickest_pebble
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.wall_mesh import chamber_mesh, meshes_surfaces, room_box
 from nutamill.case import Case
+from nutamill.case.touching import wall_keys
 from nutamill.charge.assembly import charge_of
 from nutamill.charge.contact_terms import Impact, damping_ratio_from_restitution, impact
 from nutamill.charge.dynamics import start
@@ -24,11 +25,7 @@ CHAMBER_CARRIER = 0
 
 def material_order(case: Case) -> list[str]:
     """Names of the materials the charge touches, the charge's own first; their place is their number in the engine."""
-    names = [*case.charge.materials, case.chamber.material]
-    if case.chamber.ribs:
-        names.append(case.chamber.rib.material)
-    names += [wall.material for wall in case.walls]
-    return list(dict.fromkeys(names))
+    return list(dict.fromkeys([*case.charge.materials, *wall_keys(case).values()]))
 
 
 def chamber_surfaces(case: Case) -> list[Surface]:
@@ -80,8 +77,9 @@ def rib_rotation(case: Case, number: int) -> np.ndarray:
 
 def pair_laws(case: Case) -> dict[tuple[int, int], PairLaw]:
     """Laws of the charge with itself and with every wall, by the numbers of `material_order`."""
-    names, own = material_order(case), len(case.charge.materials)
-    return {(a, b): pair_law(case, names[a], names[b]) for a in range(own) for b in range(a, len(names))}
+    names = material_order(case)
+    numbers = {tuple(sorted((names.index(pair.first), names.index(pair.second)))) for pair in case.touching}
+    return {(a, b): pair_law(case, names[a], names[b]) for a, b in sorted(numbers)}
 
 
 def contact_law_of(case: Case) -> ContactLaw:
@@ -122,14 +120,6 @@ def contact_moduli(young: list[float], poisson: list[float]) -> tuple[float, flo
     """
     modulus = 1.0 / sum((1.0 - nu * nu) / e for e, nu in zip(young, poisson, strict=True))
     return modulus, 1.0 / sum(2.0 * (2.0 - nu) * (1.0 + nu) / e for e, nu in zip(young, poisson, strict=True))
-
-
-def case_contacts(case: Case) -> list[tuple[str, str, bool]]:
-    """Pairs of materials that touch, and whether the second is a wall: the charge's own, then each of them with every wall."""
-    own = case.charge.materials
-    walls = dict.fromkeys([case.chamber.material] + ([case.chamber.rib.material] if case.chamber.ribs else []))
-    between = [(a, b, False) for number, a in enumerate(own) for b in own[number:]]
-    return between + [(a, wall, True) for a in own for wall in walls]
 
 
 class Meeting(NamedTuple):

@@ -90,11 +90,12 @@ def _pebble_volumes(case: Case) -> np.ndarray:
 
 def pair_types(case: Case) -> list[tuple[str, list[int]]]:
     """Kinds of pairs that can meet: name, and the types of `nutamill.charge.impacts` that belong to it."""
-    names, own = material_order(case), case.charge.materials
-    n = len(names)
-    walls = dict.fromkeys(names[surface.material] for surface in chamber_surfaces(case))
-    pairs = [(f"{own[a]}-{own[b]}", sorted({a * n + b, b * n + a})) for a in range(len(own)) for b in range(a, len(own))]
-    return pairs + [(f"{a}-{b} wall", [(n + names.index(a)) * n + names.index(b)]) for a in own for b in walls]
+    names = material_order(case)
+    n, types = len(names), []
+    for pair in case.touching:
+        a, b = names.index(pair.first), names.index(pair.second)
+        types.append((pair.name, [(n + a) * n + b] if pair.wall else sorted({a * n + b, b * n + a})))
+    return types
 
 
 def statistics_axes(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:

@@ -3,8 +3,9 @@
 import math
 from typing import NamedTuple
 
-from nutamill.build.chamber_charge import case_contacts, impact_of, pair_law, quickest_meeting
+from nutamill.build.chamber_charge import impact_of, pair_law, quickest_meeting
 from nutamill.case import Case
+from nutamill.case.touching import TouchingPair
 from nutamill.charge.contact_terms import SUBSTEPS_PER_CONTACT, cohesive_softening, spring_stiffness
 from nutamill.charge.model import PairLaw
 from nutamill.errors import CaseError, Fault
@@ -55,15 +56,15 @@ class Clock(NamedTuple):
 
 def contact_facts(case: Case) -> list[ContactFacts]:
     """Facts of the contacts between particles of all materials, then of each with every wall material; the quickest particles rule."""
-    return [_facts(case, *contact) for contact in case_contacts(case)]
+    return [_facts(case, pair) for pair in case.touching]
 
 
-def _facts(case: Case, own: str, other: str, wall: bool) -> ContactFacts:
+def _facts(case: Case, pair: TouchingPair) -> ContactFacts:
     """Facts of the quickest particle of one material against that of another, or against a wall."""
-    met, sizes = impact_of(case, own, other, wall, crank_circle_speed(case)), quickest_meeting(case, own, other, wall)
+    met, sizes = impact_of(case, *pair, crank_circle_speed(case)), quickest_meeting(case, *pair)
     share = met.overlap / min(sizes.diameter, sizes.other_diameter)
-    name = f"{own}-{other}{' wall' * wall}"
-    return ContactFacts(name, met.stiffness, met.time, met.resolve, share, met.restitution, pair_law(case, own, other))
+    law = pair_law(case, pair.first, pair.second)
+    return ContactFacts(pair.name, met.stiffness, met.time, met.resolve, share, met.restitution, law)
 
 
 def crank_circle_speed(case: Case) -> float:
@@ -103,7 +104,7 @@ def _refuse_soft_springs(case: Case) -> None:
         return
     diameter = max(part.size_range[1] for part in case.charge.parts)
     faults = []
-    for own, other, wall in case_contacts(case):
+    for own, other, wall in case.touching:
         law = pair_law(case, own, other)
         spring, taken = spring_stiffness(law, diameter, diameter), cohesive_softening(law, diameter / (2 if wall else 4))
         if taken >= spring:

@@ -21,6 +21,7 @@ from nutamill.quantities import DEFAULT, Reading, read
 from nutamill.result import open_result, state_of
 from nutamill.warm import warm_up
 from nutamill.watch import requests
+from nutamill.wholefile import make_folder
 
 if TYPE_CHECKING:
     import distributed
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 NAMED = 3
 """Files that a line names before it counts the rest [1]."""
+TABLE = "table.csv"
+"""File of a campaign's folder that holds the table of its results."""
 POLL = 1.0
 """Wall time between two looks at how the runs stand [s]."""
 
@@ -96,14 +99,14 @@ def run_all(
     up to date.  Parameters and errors as of `sweep`.
     """
     _refuse(found)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder / TABLE)
     board = {member.case.digest: _outcome(member, folder, "waiting", readings) for member in found}
     left = [outcome for outcome in board.values() if not finished(outcome.state)]
     tell_of_other_kernels((outcome.file for outcome in board.values() if finished(outcome.state)), tell)
 
     def keep(outcome: Outcome) -> None:
         board[outcome.member.case.digest] = outcome
-        write_csv(folder / "table.csv", list(board.values()), readings)
+        write_csv(folder / TABLE, list(board.values()), readings)
 
     try:
         if left:
@@ -119,7 +122,7 @@ def run_all(
                         report([outcome if outcome.values else _glance(outcome) for outcome in board.values()])
     finally:
         workers.stop()
-        write_csv(folder / "table.csv", list(board.values()), readings)
+        write_csv(folder / TABLE, list(board.values()), readings)
     return list(board.values())
 
 

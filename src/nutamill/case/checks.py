@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from nutamill import units
 from nutamill.case.library import similar
 from nutamill.case.recipe import Portion, portion_faults, stand_ins
+from nutamill.case.touching import wall_keys
 from nutamill.errors import Fault
 from nutamill.units import Kind
 
@@ -31,8 +32,8 @@ READ_WITH = {
 MOST_PARTICLES = 1e8
 """Particles above which a case is refused as a slip of the pen [1]."""
 
-ANGLE_WARN = math.radians(0.05)
 ANGLE_STOP = math.radians(1.0)
+"""Difference between the printed nutation angle and that of the crank's lengths at which a case is refused [rad]."""
 
 
 def faults(case: "Case") -> list[Finding]:
@@ -42,16 +43,21 @@ def faults(case: "Case") -> list[Finding]:
 
 def warnings(case: "Case") -> list[Fault]:
     """Everything that is possible but odd."""
-    found = []
-    printed, ruling = case.chamber.nutation_angle, crank_angle(case)
-    if abs(printed - ruling) > ANGLE_WARN:
-        what = f"the crank's lengths give {math.degrees(ruling):.3f} deg and rule; the file says {math.degrees(printed):g} deg"
-        found.append(Fault("chamber.nutation_angle", what))
-    found += stand_ins(case.charge)
+    found = [*_rounded_angle(case), *stand_ins(case.charge)]
     if case.run.end < case.drive.ramp_end:
         what = f"the run ends at {case.run.end:g} s, before the speed is reached at {case.drive.ramp_end:g} s"
         found.append(Fault("run.until", what, "There will be no steady mean"))
     return found + _idle_numbers(case)
+
+
+def _rounded_angle(case: "Case") -> list[Fault]:
+    """Warn of a nutation angle that is not the crank's, rounded to the digits that were written: 6 deg agrees with 6.082 deg."""
+    written, used = f"{math.degrees(case.chamber.nutation_angle):.12g}", math.degrees(crank_angle(case))
+    decimals = len(written.partition(".")[2])
+    if float(written) == round(used, decimals):
+        return []
+    what = f"{written} deg is not used: crank_radius and nutation_point_to_crank give {used:.3f} deg"
+    return [Fault("chamber.nutation_angle", what, f'Write nutation_angle = "{used:.3f} deg", or change the lengths')]
 
 
 def _idle_numbers(case: "Case") -> list[Fault]:
@@ -147,22 +153,16 @@ def _portions(case: "Case") -> list[tuple[tuple[str | int, ...], Portion]]:
     return [(("charge",), part) for part in case.charge.parts]
 
 
-def _touching(case: "Case") -> dict[tuple[str | int, ...], str | None]:
+def _needed_materials(case: "Case") -> dict[tuple[str | int, ...], str | None]:
     """Materials the run needs, by the key that names them."""
-    if not case.charge.parts:
-        return {}
-    needed: dict[tuple[str | int, ...], str | None] = {(*key, "material"): part.material for key, part in _portions(case)}
-    needed[("chamber", "material")] = case.chamber.material
-    if case.chamber.ribs and case.chamber.rib:
-        needed[("chamber", "rib", "material")] = case.chamber.rib.material
-    needed |= {("walls", k, "material"): wall.material for k, wall in enumerate(case.walls)}
-    return needed
+    portions = _portions(case)
+    return {(*key, "material"): part.material for key, part in portions} | wall_keys(case) if portions else {}
 
 
 def _materials(case: "Case") -> list[Finding]:
     found: list[Finding] = []
     known = sorted(case.materials)
-    for key, name in _touching(case).items():
+    for key, name in _needed_materials(case).items():
         if name is not None and name not in case.materials:
             hint = similar(name, known) if known else f"Add a table [materials.{name}]"
             found.append((key, f'no material is called "{name}"', hint))
@@ -228,10 +228,10 @@ def _pair_name(case: "Case", first: str, second: str) -> str | None:
 def _contacts(case: "Case") -> list[tuple[str, str]]:
     """Pairs of known materials that may touch, the charge's first, each pair once."""
     known, found = case.materials, []
-    for charge in case.charge.materials:
-        for other in dict.fromkeys(_touching(case).values()):
-            if charge in known and other in known and (other, charge) not in found and (charge, other) not in found:
-                found.append((charge, other))
+    for first, second, _ in case.touching:
+        listed = (first, second) in found or (second, first) in found
+        if first in known and second in known and not listed:
+            found.append((first, second))
     return found
 
 

@@ -12,6 +12,7 @@ from nutamill.case.drive import DriveProgramme
 from nutamill.case.layers import Layer, override_layer, read_layers
 from nutamill.case.mechanism_case import PARTS, MechanismCase
 from nutamill.case.recipe import ChargeRecipe
+from nutamill.case.touching import TouchingPair, touching_pairs
 from nutamill.errors import CaseError, Fault
 from nutamill.machine import (
     Balance,
@@ -131,6 +132,11 @@ class Case(CaseFile):
     def frame_mass(self) -> float:
         """Mass of the frame with the fixed parts of the drive [kg]: the total less the other parts."""
         return checks.frame_mass(self)
+
+    @property
+    def touching(self) -> tuple[TouchingPair, ...]:
+        """Pairs of materials that can touch: those of the charge, then each of them with every wall."""
+        return touching_pairs(self)
 
     @property
     def warnings(self) -> list[Fault]:

@@ -16,7 +16,7 @@ from nutamill.case import Case
 from nutamill.drawing import Part, machine_parts
 from nutamill.replay import Frame, chosen_snapshots, replay
 from nutamill.result import Result
-from nutamill.wholefile import replace_file
+from nutamill.wholefile import make_folder, replace_file
 
 VERSION = (2, 3)
 PACKED = {"compression": "gzip", "shuffle": True}
@@ -40,7 +40,7 @@ def write_vtkhdf(result: Result, path: str | Path) -> Path:
     parts = machine_parts(case, walls=result.walls)
     particles = len(result.snapshots[0].get("radii", ()))
     numbers_in_all = len(numbers) * (9 * particles + 3 * sum(len(part.vertices) for part in parts))
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path)
 
     def fill(part: Path) -> None:
         with h5py.File(part, "w", libver=("earliest", "v110")) as file:

@@ -12,7 +12,7 @@ from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import Field, series_field, snapshot_field, statistics_field
 from nutamill.result.layout import BEFORE, FORMAT, FORMAT_VERSION, Checkpoint, opened, write_attributes
 from nutamill.result.parts import CHECKPOINTS, PACKED, edited, empty_file, write_arrays, write_checkpoint
-from nutamill.wholefile import io_errors, replace_file, tidy
+from nutamill.wholefile import make_folder, replace_file, tidy
 
 CHUNK = 1024
 """Samples in one compressed block of a series; a commit between checkpoints writes whole blocks only."""
@@ -78,8 +78,7 @@ class Recorder:
             raise ResultError(
                 f"{path}: must be a new file, it exists. Choose another name with --to, or continue it with `nutamill resume`."
             )
-        with io_errors(path):
-            path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path)
         tidy(path)
 
         def fill(file: h5py.File) -> None:
