@@ -76,8 +76,9 @@ def window(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset"
 
     Raises
     ------
-    ResultError : no statistics, or only at one time
+    ResultError : an empty chamber, no statistics, or only at one time
     """
+    refuse_empty(result)
     length = parse(last, Kind.TIME) if isinstance(last, str) else last
     sums = result.statistics
     time = sums["time"].values
@@ -86,6 +87,12 @@ def window(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset"
     first = max(0, int(np.searchsorted(time, time[-1] - length + 1e-9, side="right")) - 1)
     first = min(first, len(time) - 2)
     return (sums.isel(time=-1, drop=True) - sums.isel(time=first, drop=True)).assign_attrs(start=float(time[first]), end=float(time[-1]))
+
+
+def refuse_empty(result: Result) -> None:
+    """Raise ResultError for the run of an empty chamber."""
+    if "charge_mass_centre_x" not in result.series:
+        raise ResultError(f"{result.path}: must hold a charge, its chamber is empty. Run a case with a charge.")
 
 
 def impact_spectra(done: "xarray.Dataset") -> "xarray.Dataset":

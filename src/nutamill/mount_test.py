@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import curve_fit
 
 from nutamill import units
+from nutamill.case.file_kind import FileKind, refuse_other_kind
 from nutamill.errors import CaseError, Fault, reason
 from nutamill.units import Kind
 
@@ -200,6 +201,7 @@ def read_mount_test(path: str | Path) -> MountTest:
     ------
     CaseError : no such file, other columns or units, or cells that are no numbers (the first ten)
     """
+    refuse_other_kind(path, FileKind.MOUNT_TEST, FileKind.RECORD)
     path = Path(path)
     try:
         text = path.read_text(encoding="utf-8-sig")

@@ -10,6 +10,7 @@ Source of the factors: BIPM, The International System of Units, 9th edition, 201
 import difflib
 import math
 import re
+from collections.abc import Iterable
 from decimal import Decimal
 from enum import StrEnum
 from typing import TypeVar
@@ -142,7 +143,10 @@ def parse(text: str, kind: Kind | str) -> float:
         raise UnitError(f'needs a unit: write "{_suggest(number, kind)}" (a plain number is ambiguous)')
     unit = _clean(unit)
     if unit not in _KIND_OF:
-        raise UnitError(f'unknown unit "{unit}"', _nearest(unit, kind))
+        other = _same_letters(unit, _KIND_OF)
+        if other is None or _same_letters(unit, UNITS[kind]):
+            raise UnitError(f'unknown unit "{unit}"', _nearest(unit, kind))
+        unit = other
     found = _KIND_OF[unit]
     if found is not kind:
         if kind is Kind.SPEED and found is Kind.FREQUENCY:
@@ -219,14 +223,17 @@ def _clean(unit: str) -> str:
 
 
 def _nearest(unit: str, kind: Kind) -> str:
-    """A hint for an unknown unit: same letters in another case, then a similar unit of the kind, then an example."""
-    for table in (UNITS[kind], _KIND_OF):
-        for known in table:
-            if known.lower() == unit.lower():
-                return f'Did you mean "{known}"?'
+    """Return a hint for an unknown unit: same letters in another case, then a similar unit of the kind, then an example."""
+    if known := _same_letters(unit, UNITS[kind]):
+        return f'Did you mean "{known}"?'
     if close := difflib.get_close_matches(unit, UNITS[kind], n=1, cutoff=0.5):
         return f'Did you mean "{close[0]}"?'
     return f'Units of {_with_article(kind)}: {", ".join(UNITS[kind])}; e.g. "{EXAMPLES[kind]}"'
+
+
+def _same_letters(unit: str, known: Iterable[str]) -> str | None:
+    """Return the known unit of the same letters, large or small; None if there is none."""
+    return next((name for name in known if name.lower() == unit.lower()), None)
 
 
 def _suggest(number: str, kind: Kind) -> str:

@@ -14,11 +14,11 @@ PACKAGE = pathlib.Path(nutamill.__file__).parent
 FLOOR = {
     "source_code": 0,
     **dict.fromkeys(("errors", "units", "kernel", "keys", "steady"), 1),
-    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "running", "mount_test"), 2),
+    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "running"), 2),
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),
-    **dict.fromkeys(("result", "build", "warm"), 6),
+    **dict.fromkeys(("result", "build", "warm", "mount_test"), 6),
     **dict.fromkeys(
         ("analysis", "mechanism_analysis", "dialects", "preflight", "mechanism_preflight", "watch", "record_plan", "campaign_report"), 7
     ),

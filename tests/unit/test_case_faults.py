@@ -79,7 +79,7 @@ ONE_FAULT = {
     "solid without Poisson's ratio": (
         '[materials.rubber]\ndensity = "1100 kg/m^3"\nyoung_modulus = "5 MPa"',
         "mill.toml:2: materials.rubber.poisson_ratio: is missing. "
-        'Add e.g. poisson_ratio under [materials.rubber], or begin the file with base = "numill"',
+        "Add e.g. poisson_ratio under [materials.rubber]",
     ),
     "half a window": ("[run]\nwindow = 2.5", "mill.toml:3: run.window: must be a whole number, got 2.5"),
     "no threads": ("[run]\nthreads = 0", 'mill.toml:3: run.threads: must be "auto" or a whole number from 1, got 0'),
@@ -305,7 +305,7 @@ def test_a_base_that_is_none_is_refused(text, message):
     [
         ("numil", 'numil: no mill and no file has this name. Did you mean "numill"?'),
         ("mil.toml", 'mil.toml: file not found. Did you mean "mill.toml"?'),
-        (".", ".: must be a case file, got a folder"),
+        (".", ".: must be a case of a mill, got a folder. It is for: nutamill report ."),
     ],
 )
 def test_a_name_that_is_no_case_is_refused(name, message, tmp_path):

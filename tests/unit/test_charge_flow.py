@@ -214,10 +214,14 @@ def test_orbit_of_the_mass_centre_is_its_circle_behind_the_crank(result):
     assert orbit == pytest.approx((0.05, 0.7, -0.25, 0.0), abs=1e-9)
 
 
-def test_result_without_statistics_says_how_to_get_them(tmp_path):
-    recorder = Recorder.create(tmp_path / "a.h5", "", {}, ["time"], 1.0)
+@pytest.mark.parametrize(
+    ("names", "advice"),
+    [(["time", "charge_mass_centre_x"], "Run it with run.statistics = true"), (["time"], "its chamber is empty. Run a case with a charge")],
+)
+def test_a_result_without_statistics_says_how_to_get_them(tmp_path, names, advice):
+    recorder = Recorder.create(tmp_path / "a.h5", "", {}, names, 1.0)
     recorder.close()
-    with open_result(tmp_path / "a.h5") as result, pytest.raises(ResultError, match=r"run\.statistics = true"):
+    with open_result(tmp_path / "a.h5") as result, pytest.raises(ResultError, match=advice.replace(".", r"\.")):
         window(result)
 
 

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -65,6 +66,23 @@ def test_range_that_makes_no_sense_is_refused(text, said):
     with pytest.raises(CaseError) as raised:
         axis_values("key", text)
     assert said in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("300..700", 'must have a unit, got "300..700". Write e.g. "300..700 rpm / 5"'),
+        ("700..300 rpm / 3", 'must rise, got "700..300 rpm / 3". Write "300..700 rpm / 3"'),
+        ("700..300 rpm step 50 rpm", 'must rise, got "700..300 rpm step 50 rpm". Write "300..700 rpm step 50 rpm"'),
+        ("300..300 rpm / 3", 'must rise, got "300..300 rpm / 3". Write "300 rpm"'),
+    ],
+)
+def test_a_faulty_range_of_a_key_is_one_fault_with_a_cure_that_works(text, said):
+    with pytest.raises(CaseError) as raised:
+        axis_values("drive.speed", text)
+    assert [str(fault) for fault in raised.value.faults] == [f"sweep drive.speed: {said}"]
+    cure = re.search(r'"([^"]*)"$', said)[1]
+    assert all(value.endswith(" rpm") for value in axis_values("drive.speed", cure))
 
 
 def made(axes, *more):

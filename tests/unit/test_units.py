@@ -48,6 +48,8 @@ def test_a_torque_may_be_spelled_as_engineers_do(text):
         ("9 J", Kind.TORQUE, '"9 J" is an energy, this needs a torque, e.g. "5 N m"'),
         ("3 sec", Kind.TIME, 'unknown unit "sec". Did you mean "s"?'),
         ("3 RPM", Kind.SPEED, 'unknown unit "RPM". Did you mean "rpm"?'),
+        ("12 hz", Kind.SPEED, '"12 hz" is a frequency; write "12 rev/s" or "720 rpm" (we do not guess between Hz and rad/s)'),
+        ("5 KG", Kind.LENGTH, '"5 KG" is a mass, this needs a length, e.g. "5 mm"'),
         ("3 furlong", Kind.MASS, 'unknown unit "furlong". Units of a mass: kg, g, mg, t, lb; e.g. "5 kg"'),
         (
             "11.7 Hz",

@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from typing import Any, NamedTuple
 
+from nutamill import units
 from nutamill.case import Case
+from nutamill.case.keys import quantity_at
 from nutamill.errors import CaseError, Fault
 
 MOST_FAULTS = 10
@@ -113,7 +115,12 @@ def _range(key: str, text: str, match: re.Match[str]) -> list[str]:
     if any(other not in (None, unit) for other in (first_unit, step_unit)):
         raise CaseError(Fault(where, f'must have one unit, got "{text}"', "Write all three in the same unit"))
     if end <= begin:
-        raise CaseError(Fault(where, f'must rise, got "{text}"', f'Write "{last}..{first} {unit}"'.replace(' "', '"')))
+        cure = f"{first} {unit}".strip() if end == begin else f"{last}..{first} {unit}".strip() + _division(step, step_unit, count)
+        raise CaseError(Fault(where, f'must rise, got "{text}"', f'Write "{cure}"'))
+    if not unit and (quantity := quantity_at(key)):
+        example = units.example(quantity.kind).split(" ", 1)[1]
+        hint = f'Write e.g. "{first}..{last} {example} / 5"'
+        raise CaseError(Fault(where, f'must have a unit, got "{text}"', hint))
     if count is not None:
         if int(count) < 2:
             raise CaseError(Fault(where, f'must have two values at least, got "{text}"'))
@@ -129,6 +136,13 @@ def _range(key: str, text: str, match: re.Match[str]) -> list[str]:
             raise CaseError(Fault(where, f'makes more than {MOST_MEMBERS} values: "{text}"', "Take a larger step"))
         numbers = [begin + stride * k for k in range(int((end - begin) / stride) + 1)]
     return [f"{_shown(number)} {unit}".strip() for number in numbers]
+
+
+def _division(step: str | None, step_unit: str | None, count: str | None) -> str:
+    """Return how a range is divided, as it was typed."""
+    if count:
+        return f" / {count}"
+    return f" step {step} {step_unit or ''}".rstrip() if step else ""
 
 
 def _shown(number: Decimal) -> str:

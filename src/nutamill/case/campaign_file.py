@@ -1,10 +1,11 @@
 """What the files of campaigns have in common: a case, and what is changed in all of its runs."""
 
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from pydantic import Field
 
+from nutamill.case.file_kind import FileKind, refuse_other_kind
 from nutamill.case.layers import Layer, read_layer
 from nutamill.case.library import library_file
 from nutamill.case.wording import checked
@@ -14,6 +15,8 @@ from nutamill.tables import Table
 
 class CampaignFile(Table):
     """A case and changes of it."""
+
+    kind_of_file: ClassVar[FileKind]
 
     case: str
     """A published mill, or a case file beside this one."""
@@ -31,6 +34,7 @@ def read_campaign_file(name: str | Path, kind: type[Kind]) -> tuple[Kind, Layer]
     ------
     CaseError : every fault of form, with file, line and key
     """
+    refuse_other_kind(name, kind.kind_of_file)
     layer = read_layer(name)
     return checked(kind, layer.content, layer.places), layer
 

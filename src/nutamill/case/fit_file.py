@@ -6,6 +6,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from nutamill.case.campaign_file import CampaignFile, read_campaign_file
+from nutamill.case.file_kind import FileKind
 from nutamill.case.layers import Layer, placed
 from nutamill.tables import Share, Table
 
@@ -42,6 +43,8 @@ class Measured(Table):
 
 class FitFile(CampaignFile):
     """What a fit file says."""
+
+    kind_of_file = FileKind.FIT
 
     free: Annotated[dict[str, FreeKey], Field(min_length=1)]
     """The keys to be found."""

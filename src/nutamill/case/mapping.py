@@ -6,6 +6,7 @@ from typing import Annotated
 from pydantic import Field
 
 from nutamill import units
+from nutamill.case.file_kind import FileKind, refuse_other_kind
 from nutamill.case.layers import Layer, merge
 from nutamill.case.wording import checked
 from nutamill.errors import CaseError, Fault, reason
@@ -59,6 +60,7 @@ def load_mapping(path: str | Path) -> Mapping:
     ------
     CaseError : every fault found: no such file, unknown keys, series or units, a unit of another kind, no channel
     """
+    refuse_other_kind(path, FileKind.MAPPING)
     path = Path(path)
     try:
         text = path.read_text(encoding="utf-8-sig")

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from nutamill.case import checks
 from nutamill.case.casefile import CaseFile, SnapshotPlan, validated
 from nutamill.case.drive import DriveProgramme
+from nutamill.case.file_kind import FileKind, refuse_other_kind
 from nutamill.case.layers import Layer, override_layer, read_layers
 from nutamill.case.mechanism_case import PARTS, MechanismCase
 from nutamill.case.recipe import ChargeRecipe
@@ -156,6 +157,7 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
     ------
     CaseError : every fault found, each with its file, line and key
     """
+    refuse_other_kind(name_or_path, FileKind.CASE, FileKind.MECHANISM)
     layer, faults = override_layer(list(overrides))
     layers = [*read_layers(name_or_path), layer]
     return validated(_kind_of(layers), layers, Path(name_or_path).name.removesuffix(".toml"), faults)

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from nutamill.case.file_kind import FileKind, refuse_other_kind
 from nutamill.case.layers import merge, read_layers
 from nutamill.case.wording import checked
 from nutamill.errors import CaseError, Fault
@@ -90,6 +91,7 @@ def load_ratings(path: str | Path) -> Ratings:
     ------
     CaseError : every fault found, each with its file, line and key
     """
+    refuse_other_kind(path, FileKind.RATINGS)
     content, places, faults = merge(read_layers(path))
     ratings = checked(Ratings, content, places, faults)
     for joint in ratings.bearings:

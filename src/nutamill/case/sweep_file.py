@@ -6,13 +6,14 @@ from typing import Any
 from pydantic import Field
 
 from nutamill.case.campaign_file import CampaignFile, case_of, read_campaign_file
-from nutamill.case.layers import read_layer
-from nutamill.case.library import library_file
+from nutamill.case.file_kind import FileKind, file_kind
 from nutamill.case.write import toml_value
 
 
 class SweepFile(CampaignFile):
     """What a sweep file says."""
+
+    kind_of_file = FileKind.SWEEP
 
     sweep: dict[str, str | int | float | list[Any]] = Field(default_factory=dict)
     """Values by dotted key: a list, or text as after ``-s``."""
@@ -21,8 +22,8 @@ class SweepFile(CampaignFile):
 
 
 def is_sweep_file(name: str) -> bool:
-    """Whether a name is that of a file with a table of swept keys."""
-    return Path(name).is_file() and library_file(name) is None and "sweep" in read_layer(name).content
+    """Return whether a name is that of a sweep file."""
+    return file_kind(name) is FileKind.SWEEP
 
 
 def load_sweep(name: str | Path) -> tuple[str, list[str], dict[str, str | list[str]], tuple[str, ...]]:

@@ -60,8 +60,20 @@ def worded(error: ValidationError, top: type[Table], content: dict[str, Any], pl
             what, hint = context["what"], context["hint"]
         else:
             what, hint = _WORDS.get(detail["type"], _other)(detail, key, top, content)
+        if detail["type"] == "missing" and not isinstance(key[-1], int) and _may_lack_base(top, places, key):
+            hint += OR_BASE
         faults.append(Fault(placed(places, _in_file(key, top)), what, hint))
     return faults
+
+
+OR_BASE = ', or begin the file with base = "numill"'
+"""Second cure of a missing key, for a file that could have a base and has none."""
+
+
+def _may_lack_base(top: type[Table], places: dict[Key, str], key: Key) -> bool:
+    """Return whether a base could give the missing key: in the file of a mill that has none."""
+    in_file = () in places and not placed(places, key).startswith("--set")
+    return in_file and "mechanism" in top.model_fields and ("base",) not in places
 
 
 def fields_at(top: type[Table], key: Key) -> dict[str, Any]:
@@ -129,15 +141,14 @@ def _missing(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -
     field = fields_at(top, key[:-1]).get(key[-1])
     dotted = ".".join(str(part) for part in key[:-1] if isinstance(part, str))
     listed = any(isinstance(part, int) for part in key)
-    base = ', or begin the file with base = "numill"' if "mechanism" in top.model_fields else ""  # other files have no base
     if field is not None and _holds_keys(field):
-        return "is missing", f"Add a table [{'.'.join(str(part) for part in key)}]{base}"
+        return "is missing", f"Add a table [{'.'.join(str(part) for part in key)}]"
     quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None) if field else None
     choices = typing.get_args(_bare(field.annotation)) if field and typing.get_origin(_bare(field.annotation)) is typing.Literal else ()
     value = units.example(quantity.kind) if quantity else choices[0] if choices else None
     example = f'{key[-1]} = "{value}"' if value else str(key[-1])
     table = f"[[{dotted}]]" if listed else f"[{dotted}]"
-    return "is missing", f"Add e.g. {example}" + (f" under {table}{base}" if dotted else "")
+    return "is missing", f"Add e.g. {example}" + (f" under {table}" if dotted else "")
 
 
 def _one_of(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:

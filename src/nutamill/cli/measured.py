@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from nutamill.cli.common import ResultFile, app, quantity, told
+from nutamill.errors import CaseError, Fault
 
 
 @app.command("import")
@@ -33,10 +34,14 @@ def compare(
     """Lay measured data over a run: steady values with errors, and a figure."""
     from nutamill.figures.measured import draw_comparison
     from nutamill.measured.comparison import compare, comparison_lines
+    from nutamill.papers.library import paper_names
     from nutamill.result import open_result
     from nutamill.units import Kind
 
     window, edge = quantity("--last", last, Kind.TIME), None if cut is None else quantity("--filter", cut, Kind.FREQUENCY)
+    if str(measured) in paper_names():
+        what = "must be a file that nutamill import has written, got the name of a paper"
+        raise CaseError(Fault(str(measured), what, f"It is for: nutamill validate {measured}"))
     with open_result(run) as result, open_result(measured) as test:
         rows = compare(result, test, window, edge)
         typer.echo("\n".join(comparison_lines(rows)))

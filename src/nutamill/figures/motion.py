@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nutamill.analysis import PAPER_WINDOW, steady_window
-from nutamill.charge_flow import mass_centre_orbit
-from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.charge_flow import mass_centre_orbit, refuse_empty
+from nutamill.errors import CaseError, Fault
 from nutamill.fields import series_field
 from nutamill.figures.style import MARK, MEAN, RMS, STYLE, WIDTH, label_of
 from nutamill.result import Result
@@ -73,8 +73,7 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
     Raises ResultError for an empty chamber, and as `steady_window`.
     """
-    if "charge_mass_centre_x" not in result.series:
-        raise ResultError(f"{result.path}: must hold a charge, its chamber is empty. Run a case with a charge.")
+    refuse_empty(result)
     orbit = mass_centre_orbit(result, last)
     start = steady_window(result, last, names=["time"]).turns[0]
     inside = result.series["time"].values >= start

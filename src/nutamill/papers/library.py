@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from nutamill.case.file_kind import FileKind, refuse_other_kind
 from nutamill.case.layers import Layer
 from nutamill.case.library import similar
 from nutamill.case.wording import checked
@@ -24,6 +25,7 @@ def read_paper(name: str | Path) -> Paper:
     CaseError : no such paper, or every fault of its file with line and key
     """
     path = FOLDER / f"{name}.toml" if name in paper_names() else Path(name)
+    refuse_other_kind(path, FileKind.PAPER)
     if path.suffix != ".toml" or not path.is_file():
         raise CaseError(Fault(str(name), "no paper and no file has this name", similar(str(name), paper_names())))
     try:

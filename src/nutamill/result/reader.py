@@ -170,7 +170,14 @@ def open_result(path: str | Path) -> Result:
     ------
     ResultError : no such file, cut off, no result of this package, or written by a newer one
     """
-    return Result(Path(path), opened(Path(path)))
+    try:
+        return Result(Path(path), opened(Path(path)))
+    except ResultError:
+        from nutamill.case.file_kind import FileKind, other_kind  # loads the reader of cases: only to say what the file is
+
+        if fault := other_kind(path, FileKind.RESULT):
+            raise ResultError(str(fault)) from None
+        raise
 
 
 def state_of(path: Path) -> str:
