@@ -3,8 +3,17 @@
 Wording, always: *where: what must hold, got what. What to do.*  A case reports all its faults at once.
 """
 
+import re
 from enum import IntEnum
 from typing import NamedTuple
+
+_UNSHOWABLE = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Control characters but the tab, line and paragraph ends, marks that turn the direction of writing, half characters."""
+
+
+def printable(text: str) -> str:
+    """Return text of a user as one line that a terminal shows and does not obey: control characters are escaped."""
+    return _UNSHOWABLE.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 class ExitCode(IntEnum):
@@ -39,7 +48,7 @@ class Fault(NamedTuple):
     """What to write instead."""
 
     def __str__(self) -> str:
-        return f"{self.where}: {self.what}" + (f". {self.hint}" if self.hint else "")
+        return printable(f"{self.where}: {self.what}" + (f". {self.hint}" if self.hint else ""))
 
 
 def reason(error: Exception) -> str:

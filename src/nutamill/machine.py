@@ -132,7 +132,7 @@ class Chamber(Table):
     """About the chamber axis [kg m^2]."""
     material: str
     """Of bore, floor and ceiling, for their contacts."""
-    ribs: Annotated[Count, Field(ge=0)] = 0
+    ribs: Annotated[Count, Field(ge=0, le=1000)] = 0
     """Number of ribs, evenly spaced, the first at the chamber's x axis."""
     rib: Rib | None = None
     """The ribs, where there are any."""
@@ -259,7 +259,7 @@ class Mounts(Table):
 
     set: str | None = None
     """Name of a published set of properties in the library of mounts; keys beside it override it."""
-    count: Annotated[Count, Field(ge=3)] = 4
+    count: Annotated[Count, Field(ge=3, le=100)] = 4
     """Number of mounts."""
     half_spacing: Length
     """Four mounts stand at (+-half_spacing, +-half_spacing) [m]."""

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from nutamill.tables import AddedPressure, Coefficient, Density, Number, Pressure, Share, Stiffness, Table
+from nutamill.tables import AddedPressure, Coefficient, Density, Number, Positive, Pressure, Share, Stiffness, Table
 
 PoissonRatio = Annotated[Number, Field(gt=-1.0, lt=0.5)]
 
@@ -36,7 +36,7 @@ class ContactPair(Table):
     """Dashpot over its critical value [1], needed with ``damping = "ratio"``."""
     normal_stiffness: Stiffness | None = None
     """Stiffness of the normal spring [N/m], needed with ``stiffness = "direct"``."""
-    tangential_ratio: Annotated[Number, Field(gt=0.0)] = 1.0
+    tangential_ratio: Positive = 1.0
     """Tangential over normal stiffness [1]; with ``normal = "hertz"`` over Mindlin's stiffness."""
     cohesive_pressure: AddedPressure | None = None
     """Pull over contact area [Pa], needed with ``cohesion = "area"``."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from nutamill.build.described_mechanism import assemble_case, mechanism_clock, mechanism_parts
 from nutamill.case import MechanismCase
+from nutamill.case.mechanism_checks import series_count
 from nutamill.errors import CaseError, StepError
 from nutamill.mechanism.constraints import redundancies
 from nutamill.mechanism.dynamics import OK, start
@@ -79,9 +80,7 @@ class MechanismSheet:
 
     def _file_size(self) -> float:
         """Expected size of the result file [bytes]."""
-        case = self.case
-        columns = 6 * len(case.joints) + 12 * len(case.bushings) + 3 * len(case.drives + case.sensors) + 10
-        return 8 * columns * case.run.until * case.run.series_rate + 1e6
+        return 8 * series_count(self.case) * self.case.run.until * self.case.run.series_rate + 1e6
 
 
 def mechanism_preflight(case: MechanismCase) -> MechanismSheet:

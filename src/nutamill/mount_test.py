@@ -11,6 +11,7 @@ from scipy.optimize import curve_fit
 from nutamill import units
 from nutamill.case.file_kind import FileKind, refuse_other_kind
 from nutamill.errors import CaseError, Fault, reason
+from nutamill.files import MOST_RECORD_TEXT, read_text
 from nutamill.units import Kind
 
 COLUMNS = {"time": Kind.TIME, "displacement": Kind.LENGTH, "force": Kind.FORCE}
@@ -204,7 +205,7 @@ def read_mount_test(path: str | Path) -> MountTest:
     refuse_other_kind(path, FileKind.MOUNT_TEST, FileKind.RECORD)
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, MOST_RECORD_TEXT)
     except (OSError, UnicodeDecodeError) as error:
         raise CaseError(Fault(str(path), f"must be a CSV file, it cannot be read ({reason(error)})")) from None
     rows = [(number, row) for number, row in enumerate(csv.reader(text.splitlines()), start=1) if any(cell.strip() for cell in row)]

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import TYPE_CHECKING, NamedTuple, Self
 
+from nutamill.errors import printable
 from nutamill.keys import MEANS, obey_keys, single_keys
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ class Screen:
     def message(self, text: str) -> None:
         """Show one line, for instance `COMPILING`; on a terminal it stays above the table."""
         if self._live is not None:
-            self._live.console.print(text, highlight=False)
+            self._live.console.print(text, highlight=False, markup=False)
         elif not self._quiet:
             print(text, flush=True)
 
@@ -148,7 +149,9 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
     from rich.panel import Panel
     from rich.progress_bar import ProgressBar
     from rich.table import Table
+    from rich.text import Text
 
+    named = Text(printable(title))  # not markup: a title may hold brackets
     bars = Table.grid(padding=(0, 2))
     present = PHASES.index(progress.phase)
     for k, phase in enumerate(PHASES):
@@ -164,7 +167,7 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
     readings.add_column(min_width=16)
     if not _of_mill(progress):
         times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {1e6 * progress.dt:.2f} µs"
-        return Panel(Group(bars, "", times), title=title, box=box.ROUNDED, expand=False, padding=(0, 1))
+        return Panel(Group(bars, "", times), title=named, box=box.ROUNDED, expand=False, padding=(0, 1))
     for _ in range(3):
         readings.add_column(justify="right", min_width=8)
     readings.add_row("", "now", "mean", "±95 %", "", style="dim")
@@ -182,7 +185,7 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
         f"file {progress.file_size / 1e6:.1f} MB"
     )
     heard = "   ".join(f"{key} {WORDS[key]}" for key in MEANS) if keys else None
-    return Panel(Group(bars, "", readings, "", times, work), title=title, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1))
+    return Panel(Group(bars, "", readings, "", times, work), title=named, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1))
 
 
 def duration(seconds: float) -> str:

@@ -7,14 +7,48 @@ given from Python it may be an SI float or such text.  Written to a file it beco
 import math
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, Strict
 from pydantic_core import PydanticCustomError, core_schema
 
 from nutamill import units
-from nutamill.units import Kind
+from nutamill.errors import printable
+from nutamill.units import UNITS, Kind
 
 FROM_FILE = "from_file"
 """Key of the validation context that is true while a file is read: plain numbers are then refused for quantities."""
+
+
+SIZES: dict[Kind, tuple[float, float]] = {
+    Kind.LENGTH: (1e-9, 1e4),
+    Kind.MASS: (1e-15, 1e9),
+    Kind.TIME: (1e-12, 1e8),
+    Kind.ANGLE: (1e-9, 1e6),
+    Kind.SPEED: (1e-6, 1e5),
+    Kind.FREQUENCY: (1e-6, 1e8),
+    Kind.FORCE: (1e-12, 1e12),
+    Kind.TORQUE: (1e-12, 1e12),
+    Kind.ENERGY: (1e-15, 1e15),
+    Kind.POWER: (1e-9, 1e12),
+    Kind.STIFFNESS: (1e-6, 1e15),
+    Kind.ROTATIONAL_STIFFNESS: (1e-9, 1e15),
+    Kind.DAMPING: (1e-9, 1e12),
+    Kind.ROTATIONAL_DAMPING: (1e-12, 1e12),
+    Kind.DENSITY: (1e-2, 1e6),
+    Kind.PRESSURE: (1e-3, 1e14),
+    Kind.VELOCITY: (1e-9, 1e5),
+    Kind.ACCELERATION: (1e-9, 1e5),
+    Kind.INERTIA: (1e-20, 1e12),
+    Kind.RAMP: (1e-6, 1e6),
+    Kind.UNBALANCE: (1e-15, 1e9),
+}
+"""Smallest and largest size of each kind of quantity, SI: what is beyond has been mistyped, for no machine has it.
+
+The smallest does not hold for numbers that may have either sign: a coordinate may be as near to zero as it likes.
+"""
+SMALLEST_SHARE, LARGEST_COEFFICIENT, LARGEST_NUMBER, LARGEST_COUNT = 1e-9, 1e6, 1e12, 10**9
+"""Smallest share above zero, largest coefficient, and largest size of a plain number and of a count [1]."""
+LONG_INTEGER, MOST_SHOWN = 10**20, 80
+"""Whole numbers from which, and characters of a text beyond which, messages give the length only [1]."""
 
 
 def refusal(what: str, hint: str = "", **details: Any) -> PydanticCustomError:
@@ -60,9 +94,20 @@ class Quantity(NamedTuple):
             si = float(value)
         if not math.isfinite(si):
             raise refusal(f"must be a finite number with a unit, got {spelled(value)}", instead)
+        if fault := self._beyond(si):
+            raise refusal(f"{fault}, got {spelled(value)}")
         if (si < 0.0 and self.sign != "any") or (si == 0.0 and self.sign == "positive"):
             raise refusal(f"must be {self.sign}, got {spelled(value)}")
         return si
+
+    def _beyond(self, si: float) -> str:
+        """Return what a value of this size has to be; empty if it is neither too small nor too large."""
+        (smallest, largest), unit = SIZES[self.kind], next(iter(UNITS[self.kind]))
+        if abs(si) > largest:
+            return f"must be at most {largest:g} {unit}"
+        if self.sign != "any" and 0.0 < si < smallest:
+            return f"must be at least {smallest:g} {unit}"
+        return ""
 
     def write(self, value: float | str | None) -> Any:
         """Text with a unit for the file."""
@@ -79,19 +124,29 @@ class Quantity(NamedTuple):
 
 
 def spelled(value: Any) -> str:
-    """A value as the file spells it."""
+    """A value as the file spells it, shortened where it is long."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, dict):
         return "a table"
     if isinstance(value, (list, tuple)):
         return "a list"
-    return f'"{value}"' if isinstance(value, str) else f"{value}"
+    if isinstance(value, int) and abs(value) >= LONG_INTEGER:
+        return f"a number of about {round(value.bit_length() * math.log10(2.0))} digits"
+    if isinstance(value, str) and len(value) > MOST_SHOWN:
+        return f'"{printable(value[:MOST_SHOWN])}..." of {len(value)} characters'
+    return f'"{printable(value)}"' if isinstance(value, str) else f"{value}"
 
 
 def _no_text_or_bool(value: Any) -> Any:
     if isinstance(value, (str, bool, dict, list, tuple)):
         raise refusal(f"must be a plain number, got {spelled(value)}")
+    return value
+
+
+def _not_tiny(value: float) -> float:
+    if 0.0 < value < SMALLEST_SHARE:
+        raise refusal(f"must be at least {SMALLEST_SHARE:g}, got {spelled(value)}")
     return value
 
 
@@ -129,7 +184,11 @@ AnyAcceleration = Annotated[float, Quantity(Kind.ACCELERATION, "any")]
 Velocity = Annotated[float, Quantity(Kind.VELOCITY, "any")]
 Inertia = Annotated[float, Quantity(Kind.INERTIA)]
 AnyInertia = Annotated[float, Quantity(Kind.INERTIA, "any")]
-Number = Annotated[float, BeforeValidator(_no_text_or_bool), Strict()]
-Share = Annotated[Number, Field(gt=0.0, le=1.0)]
-Coefficient = Annotated[Number, Field(ge=0.0)]
-Count = Annotated[int, BeforeValidator(_no_text_or_bool), Strict()]
+Number = Annotated[
+    float, BeforeValidator(_no_text_or_bool), Strict(), Field(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)
+]
+Positive = Annotated[Number, Field(gt=0.0), AfterValidator(_not_tiny)]
+Share = Annotated[Number, Field(gt=0.0, le=1.0), AfterValidator(_not_tiny)]
+Coefficient = Annotated[float, BeforeValidator(_no_text_or_bool), Strict(), Field(ge=0.0, le=LARGEST_COEFFICIENT)]
+Count = Annotated[int, BeforeValidator(_no_text_or_bool), Strict(), Field(le=LARGEST_COUNT)]
+Seed = Annotated[int, BeforeValidator(_no_text_or_bool), Strict(), Field(ge=0, lt=2**63)]

@@ -56,6 +56,9 @@ class UnitError(ValueError):
         super().__init__(f"{what}. {hint}" if hint else what)
 
 
+LONGEST_TEXT = 200
+"""Characters of a number with its unit, beyond which it is not read [1]."""
+
 TURN = 2.0 * math.pi
 """One turn [rad]."""
 
@@ -137,6 +140,9 @@ def parse(text: str, kind: Kind | str) -> float:
     UnitError : the text has no unit, an unknown one, one of another kind, or no finite number
     """
     kind = Kind(kind)
+    if len(text) > LONGEST_TEXT:
+        what = f"must be a number with a unit, got {len(text)} characters"
+        raise UnitError(what, f'Write e.g. "{EXAMPLES[kind]}"')
     shown = f'"{text}"'
     number, unit = _split(text, kind)
     if not unit:

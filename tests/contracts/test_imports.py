@@ -13,7 +13,7 @@ PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 FLOOR = {
     "source_code": 0,
-    **dict.fromkeys(("errors", "units", "kernel", "keys", "steady"), 1),
+    **dict.fromkeys(("errors", "files", "units", "kernel", "keys", "steady"), 1),
     **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "running"), 2),
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),

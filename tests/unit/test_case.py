@@ -51,7 +51,7 @@ def test_a_case_with_sizes_profile_ribs_and_texts_round_trips_bit_for_bit(mill, 
     (tmp_path / "speed.csv").write_text("time [s],speed [rpm]\n0,0\n0.1,13.37\n7,701.23\n")
     case = case_of(
         tmp_path,
-        'base = "numill"\ntitle = "a \\"quoted\\" \\\\ title\\n"\n[chamber]\nribs = 12\n[drive]\nprofile = "speed.csv"\n'
+        'base = "numill"\ntitle = "a \\"quoted\\" \\\\ title\\t"\n[chamber]\nribs = 12\n[drive]\nprofile = "speed.csv"\n'
         '[charge]\nsizes = [["3.3333 mm", 0.3], ["5 mm", 0.7]]\n[run]\ndt = "3.1 us"\nthreads = 2\n'
         '[sensors."odd name"]\nbody = "chamber"\nat = ["1 mm", "-2.2 mm", "0 mm"]\n',
     )

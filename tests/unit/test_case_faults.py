@@ -82,7 +82,7 @@ ONE_FAULT = {
         "Add e.g. poisson_ratio under [materials.rubber]",
     ),
     "half a window": ("[run]\nwindow = 2.5", "mill.toml:3: run.window: must be a whole number, got 2.5"),
-    "no threads": ("[run]\nthreads = 0", 'mill.toml:3: run.threads: must be "auto" or a whole number from 1, got 0'),
+    "no threads": ("[run]\nthreads = 0", 'mill.toml:3: run.threads: must be "auto" or a whole number from 1 to 1000, got 0'),
     "substep of a wrong kind": ('[run]\ndt = "3 mm"', 'mill.toml:3: run.dt: "3 mm" is a length, this needs a time, e.g. "2 s"'),
     "unknown coupling": (
         '[run]\ncoupling = "stagered"',
@@ -253,9 +253,9 @@ SYNTAX = {
     "no value": ("[charge]\ndiameter =", "mill.toml:3:11: after = comes a value"),
     "key twice": (
         '[charge]\nmass = "1 kg"\nmass = "2 kg"',
-        "mill.toml:4:14: this key or table stands twice. Keep one of the two",
+        "mill.toml:4:14: mass stands twice. Keep one of the two",
     ),
-    "table twice": ("[charge]\n[run]\n[charge]", "mill.toml:4:8: this key or table stands twice. Keep one of the two"),
+    "table twice": ("[charge]\n[run]\n[charge]", "mill.toml:4:8: charge stands twice. Keep one of the two"),
     "open bracket": ("[charge\n", "mill.toml:2:8: expected ']' at the end of a table declaration"),
 }
 
@@ -279,7 +279,13 @@ def test_all_faults_are_reported_at_once():
 
 def test_the_line_is_found_behind_lists_and_texts_of_many_lines():
     text = 'title = """\n[drive]\nspeed = 1\n"""\n[charge]\nsizes = [\n  ["3 mm", 1.0],  # [\n]\nmass = 3'
-    assert refused(BASE + text) == ['mill.toml:10: charge.mass: needs a unit: write "3 kg" (a plain number is ambiguous)']
+    assert refused(BASE + text) == [
+        r'mill.toml:2: title: must be one line of at most 1000 characters without control characters, '
+        r'got "[drive]\nspeed = 1\n"'
+    ]
+    # in one line it is no fault, and the line behind it is still right
+    text = text.replace('"""\n[drive]\nspeed = 1\n"""', '"""[drive] speed = 1"""')
+    assert refused(BASE + text) == ['mill.toml:7: charge.mass: needs a unit: write "3 kg" (a plain number is ambiguous)']
 
 
 def test_an_empty_file_is_told_to_take_a_base():

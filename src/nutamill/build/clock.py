@@ -13,6 +13,9 @@ from nutamill.errors import CaseError, Fault
 FEWEST_SUBSTEPS = 10
 """Substeps in the shortest contact below which a case is refused [1]."""
 
+MOST_STEPS = 1e12
+"""Steps of a run above which a case is refused as a slip of the pen [1]."""
+
 MECHANISM_STEP = 55e-6
 """Longest step of a mechanism without charge [s]: errors of the joint reactions are then of the order of 1e-5."""
 
@@ -81,6 +84,7 @@ def run_clock(case: Case) -> Clock:
     """
     row = 1.0 / case.run.series_rate
     if not case.charge.parts:
+        refuse_endless(case.run.end, min(row, MECHANISM_STEP))
         windows = math.ceil(row / MECHANISM_STEP)
         return Clock(0, row / windows, windows, f"mechanism alone, at most {MECHANISM_STEP * 1e6:g} us")
     _refuse_soft_springs(case)
@@ -93,9 +97,17 @@ def run_clock(case: Case) -> Clock:
         ruled_by = f"run.dt, {shortest.resolve / longest:.1f} substeps per {shortest.pair} contact"
         if shortest.resolve / longest < FEWEST_SUBSTEPS:
             raise CaseError(_too_long(case, shortest, longest))
+    refuse_endless(case.run.end, longest)
     substeps = min(case.run.window, math.ceil(row / longest))
     windows = math.ceil(row / (substeps * longest) - 1e-9)
     return Clock(substeps, row / windows, windows, ruled_by)
+
+
+def refuse_endless(end: float, step: float) -> None:
+    """Raise CaseError where a run to the time `end` [s] takes more steps [s] than can be meant."""
+    if end / step > MOST_STEPS:
+        what = f"makes {end / step:.2g} steps of {step:.2g} s, at most {MOST_STEPS:.0e} can be meant"
+        raise CaseError(Fault("run.until", what, "End the run sooner, lengthen run.dt, or soften the contacts"))
 
 
 def _refuse_soft_springs(case: Case) -> None:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.build.clock import Clock
+from nutamill.build.clock import Clock, refuse_endless
 from nutamill.build.model import Model, State
 from nutamill.build.part_readout import PartReadout
 from nutamill.case import MechanismCase
@@ -104,6 +104,7 @@ def build_mechanism(case: MechanismCase) -> tuple[Model, State]:
 def mechanism_clock(case: MechanismCase) -> Clock:
     """Step and row of a run: the longest step that is at most `run.dt` and divides the period of the series."""
     period = 1.0 / case.run.series_rate
+    refuse_endless(case.run.until, min(period, case.run.dt))
     steps = max(1, math.ceil(period / case.run.dt * (1.0 - 1e-12)))
     return Clock(0, period / steps, steps, "run.dt")
 

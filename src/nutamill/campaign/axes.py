@@ -10,6 +10,7 @@ from nutamill import units
 from nutamill.case import Case
 from nutamill.case.keys import quantity_at
 from nutamill.errors import CaseError, Fault
+from nutamill.tables import LARGEST_NUMBER, spelled
 
 MOST_FAULTS = 10
 """Faults of the members of a sweep that are listed; of the others only the number is told."""
@@ -19,6 +20,8 @@ MOST_MEMBERS = 10_000
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = rf"\s*({_NUMBER})\s*((?!step\b)[^\d\s./][^.]*?)?\s*"
 _RANGE = re.compile(rf"{_QUANTITY}\.\.{_QUANTITY}(?:step{_QUANTITY}|/\s*(\d+)\s*)?")
+_LIKE_A_RANGE = re.compile(r"""[^/\\"',]*\.\.[^/\\"',]*(/\s*\d+\s*)?""")
+"""Two dots outside a path and a quoted text."""
 
 
 class Member(NamedTuple):
@@ -99,6 +102,9 @@ def axis_values(key: str, text: str) -> list[str]:
         return [text]
     if match := _RANGE.fullmatch(text):
         return _range(key, text, match)
+    if _LIKE_A_RANGE.fullmatch(text):
+        what = f"must be a range of numbers with their unit, got {spelled(text)}"
+        raise CaseError(Fault(f"sweep {key}", what, 'Write e.g. "100..700 rpm step 60 rpm" or "250..750 rpm / 11"'))
     values = [part.strip() for part in re.findall(r"""(?:"[^"]*"|'[^']*'|[^,])+""", text)]
     last = re.fullmatch(_QUANTITY, values[-1]) if values else None
     if len(values) > 1 and last and last[2]:
@@ -110,8 +116,10 @@ def _range(key: str, text: str, match: re.Match[str]) -> list[str]:
     """Values of a range; decimals are counted as decimals, so that 0.1..0.3 step 0.1 ends with 0.3."""
     first, first_unit, last, unit, step, step_unit, count = match.groups()
     unit = unit or ""
-    begin, end = Decimal(first), Decimal(last)
     where = f"sweep {key}"
+    if any(abs(float(number)) > LARGEST_NUMBER for number in (first, last, step or "1")):
+        raise CaseError(Fault(where, f'must have numbers of at most {LARGEST_NUMBER:g}, got "{text}"'))
+    begin, end = Decimal(first), Decimal(last)
     if any(other not in (None, unit) for other in (first_unit, step_unit)):
         raise CaseError(Fault(where, f'must have one unit, got "{text}"', "Write all three in the same unit"))
     if end <= begin:
@@ -122,15 +130,15 @@ def _range(key: str, text: str, match: re.Match[str]) -> list[str]:
         hint = f'Write e.g. "{first}..{last} {example} / 5"'
         raise CaseError(Fault(where, f'must have a unit, got "{text}"', hint))
     if count is not None:
-        if int(count) < 2:
-            raise CaseError(Fault(where, f'must have two values at least, got "{text}"'))
+        if not 2 <= float(count) <= MOST_MEMBERS:
+            raise CaseError(Fault(where, f'must have 2 to {MOST_MEMBERS} values, got "{text}"'))
         numbers = [begin + (end - begin) * k / (int(count) - 1) for k in range(int(count))]
     else:
         if step is None and (unit or begin != int(begin)):
             hint = f'Write e.g. "{first}..{last} {unit} / 11" or "{first}..{last} {unit} step {_shown((end - begin) / 10)} {unit}"'
             raise CaseError(Fault(where, f'needs a step or a number of values, got "{text}"', hint))
         stride = Decimal(step or "1")
-        if stride <= 0:
+        if float(stride) <= 0.0:
             raise CaseError(Fault(where, f'must have a step above zero, got "{text}"'))
         if (end - begin) / stride > MOST_MEMBERS:
             raise CaseError(Fault(where, f'makes more than {MOST_MEMBERS} values: "{text}"', "Take a larger step"))

@@ -14,6 +14,9 @@ from nutamill.case.write import written
 from nutamill.errors import Fault
 from nutamill.tables import Frequency, Table, Time
 
+LONGEST_STEM = 100
+"""Characters of a case's name that go into the name of its result [1]."""
+
 
 class SnapshotPlan(Table):
     """When the whole state is kept for looking."""
@@ -40,7 +43,7 @@ class CaseFile(Table):
     @property
     def result_file(self) -> Path:
         """Where the result goes unless told otherwise: ``results/<case>-<hash>.h5``."""
-        return Path("results") / f"{self.name}-{self.digest[:6]}.h5"
+        return Path("results") / f"{self.name[:LONGEST_STEM]}-{self.digest[:6]}.h5"
 
     @property
     def warnings(self) -> list[Fault]:

@@ -4,13 +4,14 @@ A finding is (key, what, hint); the key is a tuple of its parts, so that its lin
 """
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from nutamill import units
 from nutamill.case.library import similar
 from nutamill.case.recipe import Portion, portion_faults, stand_ins
 from nutamill.case.touching import wall_keys
 from nutamill.errors import Fault
+from nutamill.fields import expand
 from nutamill.units import Kind
 
 if TYPE_CHECKING:
@@ -29,8 +30,14 @@ READ_WITH = {
 }
 """The law of ``[contact]``, and the choice of it, that reads each of these numbers of a pair."""
 
-MOST_PARTICLES = 1e8
+MOST_PARTICLES = 2e7
 """Particles above which a case is refused as a slip of the pen [1]."""
+MOST_NUMBERS = 1e10
+"""Numbers of all series, and of all snapshots, above which a case is refused as a slip of the pen [1]."""
+MOST_CHECKPOINTS = 1e5
+"""Checkpoints above which a case is refused as a slip of the pen [1]."""
+PARTICLE_NUMBERS = 9
+"""Numbers that a snapshot holds of a particle [1]."""
 
 ANGLE_STOP = math.radians(1.0)
 """Difference between the printed nutation angle and that of the crank's lengths at which a case is refused [rad]."""
@@ -38,7 +45,8 @@ ANGLE_STOP = math.radians(1.0)
 
 def faults(case: "Case") -> list[Finding]:
     """Everything that contradicts."""
-    return [*_geometry(case), *_ribs(case), *_inertia(case), *_materials(case), *_laws(case), *_pairs(case), *_charge(case)]
+    checks = (_geometry, _ribs, _inertia, _materials, _laws, _pairs, _charge, _record)
+    return [finding for check in checks for finding in check(case)]
 
 
 def warnings(case: "Case") -> list[Fault]:
@@ -83,6 +91,35 @@ def frame_mass(case: "Case") -> float:
     """
     parts = case.chamber.mass + case.carriage.mass + case.driveshaft.mass + case.bearing_cross.mass
     return case.mechanism.total_mass - parts
+
+
+def _record(case: "Case") -> list[Finding]:
+    """Records that hold nothing, or more than can be meant."""
+    mounts = case.mounts.count if case.mechanism.mounting == "flexible" else 0
+    found = record_findings(case.run, len(expand(mounts, list(case.sensors))))
+    particles = max((part.count or 0 for part in case.charge.parts), default=0)
+    snapshots = min(case.run.snapshots.last, case.run.end) * case.run.snapshots.rate
+    if (numbers := snapshots * PARTICLE_NUMBERS * max(1, particles)) > MOST_NUMBERS:
+        found.append((("run", "snapshots", "rate"), _too_many(numbers), "Lower it, or shorten run.snapshots.last"))
+    return found
+
+
+def record_findings(run: Any, series: int) -> list[Finding]:
+    """Return what is wrong with the series and checkpoints of a run of any kind of case, with this number of series."""
+    rows, found = run.end * run.series_rate, []
+    if rows < 1.0:
+        what = f"must give at least one row in {run.end:g} s, got {rows:.2g}"
+        found.append((("run", "series_rate"), what, f'Write e.g. "{units.example(Kind.FREQUENCY)}"'))
+    if rows * series > MOST_NUMBERS:
+        found.append((("run", "series_rate"), _too_many(rows * series), "Lower it, or end the run sooner"))
+    if (checkpoints := run.end / run.checkpoint) > MOST_CHECKPOINTS:
+        what = f"makes {checkpoints:.2g} checkpoints, at most {MOST_CHECKPOINTS:.0e} can be meant"
+        found.append((("run", "checkpoint"), what, "Take a longer time"))
+    return found
+
+
+def _too_many(numbers: float) -> str:
+    return f"makes {numbers:.2g} numbers to record, at most {MOST_NUMBERS:.0e} can be meant"
 
 
 def _geometry(case: "Case") -> list[Finding]:

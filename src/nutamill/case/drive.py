@@ -11,7 +11,9 @@ import numpy as np
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
 from nutamill import units
+from nutamill.case.library import LONGEST_WORD
 from nutamill.errors import CaseError, Fault
+from nutamill.files import MOST_CASE_TEXT, is_file, is_folder, read_text
 from nutamill.tables import MotorTorque, Power, ProfileSpeed, Ramp, RotationalGain, Speed, StartTime, Table, Time, refusal
 from nutamill.units import Kind
 
@@ -123,10 +125,10 @@ def found_file(name: str, where: str, folders: Iterable[Path]) -> Path:
     CaseError : no such file; similar names are told
     """
     folders = list(dict.fromkeys(folder.resolve() for folder in folders))
-    path = next((folder / name for folder in folders if (folder / name).is_file()), None)
+    path = next((folder / name for folder in folders if is_file(folder / name)), None)
     if path is None:
-        near = [file.name for folder in folders if folder.is_dir() for file in folder.iterdir() if file.is_file()]
-        similar = difflib.get_close_matches(Path(name).name, near, n=3, cutoff=0.6)
+        near = [file.name for folder in folders if is_folder(folder) for file in folder.iterdir() if is_file(file)]
+        similar = difflib.get_close_matches(Path(name).name[:LONGEST_WORD], near, n=3, cutoff=0.6)
         looked = " and ".join(str(folder) for folder in folders)
         raise CaseError(Fault(where, f"{name} not found (looked in {looked})", f"Similar: {', '.join(similar)}" if similar else ""))
     return path
@@ -147,7 +149,7 @@ def read_profile(name: str, where: str, folders: Iterable[Path]) -> dict[str, An
     """
     path = found_file(name, where, folders)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, MOST_CASE_TEXT)
     except (OSError, UnicodeDecodeError) as error:
         raise CaseError(Fault(where, f"{name} cannot be read as text: {error}")) from None
     lines = [(number, row) for number, row in enumerate(csv.reader(text.splitlines()), start=1) if any(cell.strip() for cell in row)]

@@ -4,11 +4,13 @@ A case is read in layers: the base (and its base), the file, what stands after `
 """
 
 import re
+import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from nutamill.case.content import shape_finding
 from nutamill.case.drive import read_profile
 from nutamill.case.library import (
     CHARGES,
@@ -25,7 +27,11 @@ from nutamill.case.library import (
 from nutamill.case.locate import key_lines, key_parts
 from nutamill.case.mesh_file import pin_mesh
 from nutamill.errors import CaseError, Fault
+from nutamill.files import MOST_CASE_TEXT, is_file, is_folder, read_text
+from nutamill.tables import spelled
 
+MOST_BASES = 20
+"""Files that may stand upon each other, each the base of the next [1]."""
 RIVALS = (
     ("diameter", "sizes", "distribution"),
     ("mass", "count", "fill"),
@@ -50,7 +56,9 @@ class Layer(NamedTuple):
     @classmethod
     def of_text(cls, text: str, shown: str, folder: Path | None = None) -> "Layer":
         """The layer of TOML text; `shown` is what messages call it."""
-        lines = {key: f"{shown}:{line}" for key, line in key_lines(text).items()} if (content := _parsed(text, shown)) else {}
+        content = _parsed(text, shown)
+        _refuse_shape(content, {(): shown})
+        lines = {key: f"{shown}:{line}" for key, line in key_lines(text).items()} if content else {}
         return cls(content, {(): shown, **lines}, folder or Path.cwd())
 
 
@@ -82,7 +90,9 @@ def read_layers(name: str | Path, _above: tuple[Path, ...] = ()) -> list[Layer]:
         raise CaseError(Fault(place, f"must be a name or a file, got {base!r}", f"Known: {', '.join(library_names())}"))
     if path.resolve() in _above:
         raise CaseError(Fault(place, f'"{base}" leads back to this file', "Break the circle"))
-    if library_file(base) is None and not (path.parent / base).is_file():
+    if len(_above) >= MOST_BASES:
+        raise CaseError(Fault(place, f"more than {MOST_BASES} files stand upon each other", "Write fewer bases"))
+    if library_file(base) is None and not is_file(path.parent / base):
         raise CaseError(Fault(place, f'no mill and no file is called "{base}"', similar(base, library_names())))
     below = base if library_file(base) else path.parent / base
     return [*read_layers(below, (*_above, path.resolve())), layer]
@@ -100,13 +110,14 @@ def override_layer(overrides: list[str]) -> tuple[Layer, list[Fault]]:
         key, equals, value = text.partition("=")
         try:
             path = key_parts(key.strip())
-        except ValueError:
+        except (ValueError, RecursionError):
             path = ()
         if not equals or not path:
-            faults.append(Fault("--set", f'must be key=value, got "{text}"', 'Write e.g. --set drive.speed="500 rpm"'))
+            faults.append(Fault("--set", f"must be key=value, got {spelled(text)}", 'Write e.g. --set drive.speed="500 rpm"'))
             continue
         _put(content, path, _value(value.strip()))
         places[path] = places[_numbered(path)] = "--set"
+    _refuse_shape(content, {(): "--set"})
     return Layer(content, places, Path.cwd()), faults
 
 
@@ -124,6 +135,7 @@ def merge(layers: list[Layer]) -> tuple[dict[str, Any], dict[Key, str], list[Fau
     places: dict[Key, str] = {}
     faults: list[Fault] = []
     for layer in layers:
+        _refuse_shape(layer.content, layer.places)
         for expand in (_expand_mount_set, _expand_charge, _expand_profile, _pin_meshes):
             try:
                 expand(layer)
@@ -163,12 +175,12 @@ def _find(name: str | Path) -> tuple[Path, str]:
     if isinstance(name, str) and (path := library_file(name)):
         return path, path.name
     path = Path(name)
-    if path.is_file():
+    if is_file(path):
         return path, str(name) if path.parent != FOLDER else path.name
-    if path.is_dir():
+    if is_folder(path):
         raise CaseError(Fault(str(name), "must be a case file, got a folder"))
     if path.suffix:
-        near = [file.name for file in path.parent.glob("*.toml")] if path.parent.is_dir() else []
+        near = [file.name for file in path.parent.glob("*.toml")] if is_folder(path.parent) else []
         raise CaseError(
             Fault(str(name), "file not found", similar(path.name, near) or f"Check the name; nutamill new {name} writes a case")
         )
@@ -177,7 +189,7 @@ def _find(name: str | Path) -> tuple[Path, str]:
 
 def _text(path: Path, shown: str) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return read_text(path, MOST_CASE_TEXT)
     except UnicodeDecodeError as error:
         raise CaseError(Fault(shown, f"must be UTF-8 text, got byte {error.object[error.start]:#04x} at {error.start}")) from None
     except OSError as error:
@@ -190,27 +202,47 @@ def _parsed(text: str, shown: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         message = str(error)
+    except RecursionError:
+        raise CaseError(Fault(shown, "is nested too deeply")) from None
+    except ValueError:  # the interpreter reads no decimal number of more digits
+        digits = sys.get_int_max_str_digits()
+        line = next((n for n, line in enumerate(text.splitlines(), 1) if re.search(rf"\d{{{digits}}}", line)), 1)
+        raise CaseError(Fault(f"{shown}:{line}", f"holds a whole number of more than {digits} digits")) from None
     found = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)$", message)
     lines = text.splitlines() or [""]
     line, column = (int(found[1]), int(found[2])) if found and found[1] else (len(lines), len(lines[-1]) + 1)
     line = min(line, len(lines))
     what, hint = message[: found.start()] if found else message, ""
-    bare = re.match(r"\s*([\w.\-\"]+)\s*=\s*([^\"'\[{#\s][^#\"'=]*?)\s*(?:#.*)?$", lines[line - 1])
+    bare = _BARE.match(lines[line - 1].rstrip()[:MOST_LINE])
     if "overwrite a value" in what or "twice" in what:
-        what, hint = "this key or table stands twice", "Keep one of the two"
-    elif bare and bare[2]:
-        number = re.match(r"[+-]?[\d.]", bare[2]) is not None
-        what = "units need quotes" if number else "text needs quotes"
-        hint = f'Write {bare[1]} = "{bare[2]}"'
+        named = re.match(r"\s*\[*\s*([^=\]]*[^=\]\s])", lines[line - 1][:MOST_LINE])
+        what, hint = f"{named[1] if named else 'a key or table'} stands twice", "Keep one of the two"
+    elif bare:
+        value = bare[2].rstrip()
+        what = "units need quotes" if re.match(r"[+-]?[\d.]", value) else "text needs quotes"
+        hint = f'Write {bare[1]} = "{value}"'
     elif re.match(r"\s*[\w.\-]+\s*=\s*(#.*)?$", lines[line - 1]):
         what = "after = comes a value"
     raise CaseError(Fault(f"{shown}:{line}:{column}", what[0].lower() + what[1:], hint)) from None
 
 
+_BARE = re.compile(r"\s*([\w.\-\"]+)\s*=\s*([^\"'\[{#\s][^#\"'=]*)(?:#.*)?$")
+"""A key and a value that lacks its quotes."""
+MOST_LINE = 500
+"""Characters of a line that are searched for the cure of a fault [1]."""
+
+
+def _refuse_shape(content: dict[str, Any], places: dict[Key, str]) -> None:
+    """Raise CaseError where tables are nested too deeply or hold too much."""
+    if found := shape_finding(content):
+        key, what, hint = found
+        raise CaseError(Fault(placed(places, key), what, hint))
+
+
 def _value(text: str) -> Any:
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text
 
 
@@ -328,7 +360,7 @@ def _expand_shapes(layer: Layer, key: Key, portion: dict[str, Any]) -> None:
     portion["shapes"] = {"clumps": [[[0, 0, 0, 1]]]}  # should the file be wrong, the rest of the case can still be checked
     where = placed(layer.places, (*key, "shapes"))
     files = [shape_file(name), layer.folder / name, Path.cwd() / name]
-    file = next((file for file in files if file is not None and file.is_file()), None)
+    file = next((file for file in files if file is not None and is_file(file)), None)
     if file is None:
         raise CaseError(Fault(where, f'no set of shapes and no file is called "{name}"', similar(name, shape_sets())))
     portion["shapes"] = {"source": name, **_parsed(_text(file, file.name), file.name)}

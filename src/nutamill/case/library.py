@@ -3,6 +3,8 @@
 import difflib
 from pathlib import Path
 
+LONGEST_WORD = 100
+"""Characters of a word that are compared with the known ones [1]."""
 FOLDER = Path(__file__).parents[1] / "machines"
 MOUNTS = FOLDER / "mounts"
 CHARGES = FOLDER / "charges"
@@ -45,6 +47,6 @@ def shape_file(name: str) -> Path | None:
 
 def similar(word: str, known: list[str], cutoff: float = 0.5) -> str:
     """A hint that names the nearest of the known words, or all of them."""
-    if close := difflib.get_close_matches(word, known, n=1, cutoff=cutoff):
+    if close := difflib.get_close_matches(word[:LONGEST_WORD], known, n=1, cutoff=cutoff):
         return f'Did you mean "{close[0]}"?'
     return f"Known: {', '.join(known)}" if known else ""

@@ -11,6 +11,7 @@ from nutamill.case.layers import Layer, merge
 from nutamill.case.wording import checked
 from nutamill.errors import CaseError, Fault, reason
 from nutamill.fields import series_field
+from nutamill.files import MOST_CASE_TEXT, read_text
 from nutamill.tables import Count, Frequency, Number, Quantity, Speed, Table
 from nutamill.units import UNITS, Kind
 
@@ -63,7 +64,7 @@ def load_mapping(path: str | Path) -> Mapping:
     refuse_other_kind(path, FileKind.MAPPING)
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, MOST_CASE_TEXT)
     except (OSError, UnicodeDecodeError) as error:
         raise CaseError(
             Fault(str(path), f"must be a mapping file, it cannot be read ({reason(error)})", "Write one, see docs/guides/measured.md")

@@ -7,6 +7,7 @@ A finding is (key, what, hint), as in `nutamill.case.checks`.  What needs the en
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from nutamill.case.checks import record_findings
 from nutamill.case.library import similar
 
 if TYPE_CHECKING:
@@ -28,7 +29,12 @@ Finding = tuple[tuple[str | int, ...], str, str]
 def findings(case: "MechanismCase") -> list[Finding]:
     """Everything that contradicts."""
     checks = (_names, _references, _bodies, _joints, _bushings, _springs, _drives, _sensors)
-    return [finding for check in checks for finding in check(case)]
+    return [*(finding for check in checks for finding in check(case)), *record_findings(case.run, series_count(case))]
+
+
+def series_count(case: "MechanismCase") -> int:
+    """Return the number of series that a run records, rounded up [1]."""
+    return 6 * len(case.joints) + 12 * len(case.bushings) + 3 * len(case.drives + case.sensors) + 10
 
 
 def _names(case: "MechanismCase") -> Iterator[Finding]:

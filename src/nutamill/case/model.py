@@ -1,6 +1,5 @@
 """`Case`: the whole case file as frozen data, SI floats inside."""
 
-import json
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -30,12 +29,16 @@ from nutamill.machine import (
     TopFrame,
 )
 from nutamill.materials import ContactLaws, Material
-from nutamill.tables import AutoTime, Coordinate, Count, EndTime, Frequency, Share, Table, Time, refusal
+from nutamill.tables import AutoTime, Coordinate, Count, EndTime, Frequency, Seed, Share, Table, Time, refusal, spelled
+
+MOST_THREADS = 1000
+"""Threads that a case may ask for [1]; no computer of today has more cores for one process."""
 
 
 def _threads(given: Any) -> Any:
-    if given != "auto" and (isinstance(given, bool) or not isinstance(given, int) or given < 1):
-        raise refusal(f'must be "auto" or a whole number from 1, got {json.dumps(given, default=str)}')
+    whole = isinstance(given, int) and not isinstance(given, bool)
+    if given != "auto" and not (whole and 1 <= given <= MOST_THREADS):
+        raise refusal(f'must be "auto" or a whole number from 1 to {MOST_THREADS}, got {spelled(given)}')
     return given
 
 
@@ -63,13 +66,13 @@ class RunPlan(Table):
     """With until = "steady": 95 % half width, and drift, of both means at which they count as known and steady, share of their size [1]."""
     dt: AutoTime = "auto"
     """Charge substep [s]; ``"auto"``: contact time of the stiffest, lightest pair over 20."""
-    window: Annotated[Count, Field(ge=1)] = 10
+    window: Annotated[Count, Field(ge=1, le=1000)] = 10
     """Charge substeps in one mechanism step [1]."""
     coupling: Literal["prescribed", "staggered", "iterated"] = "staggered"
     """Whether the charge moves the mechanism, and how often a window is repeated."""
     threads: Annotated[int | str, BeforeValidator(_threads)] = "auto"
     """Threads of the charge; ``"auto"``: the physical cores."""
-    seed: Annotated[Count, Field(ge=0)] = 1
+    seed: Seed = 1
     """Seed of the placement of the charge."""
     series_rate: Frequency = 4800.0
     """Rate of the recorded series [Hz]."""

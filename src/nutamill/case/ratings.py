@@ -10,10 +10,9 @@ from nutamill.case.layers import merge, read_layers
 from nutamill.case.wording import checked
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import JOINTS
-from nutamill.tables import Angle, Coefficient, Coordinate, Force, Length, Number, Pressure, Quantity, Table, refusal
+from nutamill.tables import Angle, Coefficient, Coordinate, Force, Length, Number, Positive, Pressure, Quantity, Table, refusal
 from nutamill.units import Kind
 
-Positive = Annotated[Number, Field(gt=0.0)]
 Bore = Annotated[float, Quantity(Kind.LENGTH, "zero or more")]
 
 

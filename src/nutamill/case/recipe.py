@@ -9,7 +9,7 @@ from nutamill.charge.particles import LOOSE_PACKING
 from nutamill.charge.shapes import shape_faults
 from nutamill.charge.sizes import SizeClasses, SizeLaw, normal_sizes, rosin_rammler_sizes
 from nutamill.errors import Fault
-from nutamill.tables import AddedMass, Count, Length, Number, Share, Table, refusal
+from nutamill.tables import AddedMass, Count, Length, Number, Positive, Share, Table, refusal
 
 SIZE_KEYS = ("diameter", "sizes", "distribution")
 """Keys of which a part has one: its sizes."""
@@ -34,7 +34,7 @@ class Distribution(Table):
     """Normal law: whether it gives shares of the number or of the mass; Rosin-Rammler always gives shares of the mass."""
     size: Length | None = None
     """Rosin-Rammler law: diameter that 1/e of the mass exceeds [m]."""
-    exponent: Annotated[Number, Field(gt=0.0)] | None = None
+    exponent: Positive | None = None
     """Rosin-Rammler law: its uniformity [1]."""
     smallest: Length
     """Lower cut [m]; what is cut off is spread over the rest."""

@@ -1,5 +1,6 @@
 """From the validator's findings to one `Fault` each: file, line, key, what must hold, what to write."""
 
+import itertools
 import types
 import typing
 from collections.abc import Callable, Sequence
@@ -8,12 +9,15 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from nutamill import units
+from nutamill.case.content import text_findings
 from nutamill.case.layers import Key, placed
 from nutamill.case.library import similar
 from nutamill.errors import CaseError, Fault
 from nutamill.tables import FROM_FILE, Quantity, Table, spelled
 
 Read = TypeVar("Read", bound=Table)
+MOST_FAULTS = 50
+"""Faults of one file that are listed; of the others only the number [1]."""
 
 
 def checked(
@@ -31,6 +35,8 @@ def checked(
     ------
     CaseError : every fault
     """
+    if odd := list(itertools.islice(text_findings(content), MOST_FAULTS)):
+        raise CaseError(*faults, *(Fault(placed(places, key), what, hint) for key, what, hint in odd))
     try:
         table = kind.model_validate(content, context={FROM_FILE: from_file})
     except ValidationError as error:
@@ -43,12 +49,15 @@ def checked(
 def worded(error: ValidationError, top: type[Table], content: dict[str, Any], places: dict[Key, str]) -> list[Fault]:
     """All faults of a validation, in the order of the file's tables."""
     faults = []
-    details = error.errors()
+    details = error.errors(include_url=False)
     absent = [detail["loc"][0] for detail in details if detail["type"] == "missing" and len(detail["loc"]) == 1]
     if len(absent) > 3:
         names = ", ".join(f"[{name}]" for name in absent)
         faults.append(Fault(placed(places, ()), f"lacks the tables {names}", 'Begin the file with base = "numill" and write what differs'))
-    for detail in details:
+    for number, detail in enumerate(details):
+        if len(faults) >= MOST_FAULTS:
+            left = len(details) - number
+            return [*faults, Fault(placed(places, ()), f"{left} more fault{'s' * (left > 1)}")]
         key = tuple(detail["loc"])
         if len(absent) > 3 and key[0] in absent:
             continue

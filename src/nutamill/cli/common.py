@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nutamill import __version__
-from nutamill.errors import CaseError, ExitCode, Fault, MillError
+from nutamill.errors import CaseError, ExitCode, Fault, MillError, printable
 
 if TYPE_CHECKING:
     from nutamill.case import Case
@@ -28,7 +28,7 @@ def told(command: Callable[..., None]) -> Callable[..., None]:
         try:
             command(*args, **kwargs)
         except MillError as error:
-            typer.echo(str(error), err=True)
+            typer.echo("\n".join(map(printable, str(error).split("\n"))), err=True)
             raise typer.Exit(error.exit_code) from None
         except KeyboardInterrupt:
             typer.echo("interrupted", err=True)

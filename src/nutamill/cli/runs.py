@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nutamill.cli.common import CaseName, Overrides, Quick, app, load, quantity, told
-from nutamill.errors import CaseError, ExitCode, Fault, NotSteadyError
+from nutamill.errors import CaseError, ExitCode, Fault, NotSteadyError, printable
 
 if TYPE_CHECKING:
     from nutamill.result import Result
@@ -214,7 +214,7 @@ def _facts(result: "Result") -> list[str]:
     if "wall_time" in facts:
         facts["wall_time"] = f"{facts['wall_time']:.1f} s"
     width = max(map(len, facts))
-    return [f"{key:{width}}  {value}" for key, value in facts.items()]
+    return [printable(f"{key:{width}}  {value}") for key, value in facts.items()]
 
 
 def _draw(result: "Result", path: Path) -> list[Path]:

@@ -7,6 +7,7 @@ from nutamill.case.layers import Layer
 from nutamill.case.library import similar
 from nutamill.case.wording import checked
 from nutamill.errors import CaseError, Fault
+from nutamill.files import MOST_CASE_TEXT, is_file, read_text
 from nutamill.papers.model import Paper
 
 FOLDER = Path(__file__).parent
@@ -26,10 +27,10 @@ def read_paper(name: str | Path) -> Paper:
     """
     path = FOLDER / f"{name}.toml" if name in paper_names() else Path(name)
     refuse_other_kind(path, FileKind.PAPER)
-    if path.suffix != ".toml" or not path.is_file():
+    if path.suffix != ".toml" or not is_file(path):
         raise CaseError(Fault(str(name), "no paper and no file has this name", similar(str(name), paper_names())))
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path, MOST_CASE_TEXT)
     except (OSError, UnicodeDecodeError) as error:
         raise CaseError(Fault(str(name), f"cannot be read as text: {error}")) from None
     return parse_paper(text, path.name)
