@@ -30,6 +30,8 @@ _HOME = {
     "StepError": "nutamill.errors",
     "NotSteadyError": "nutamill.errors",
     "ResultError": "nutamill.errors",
+    "DamagedError": "nutamill.errors",
+    "verify": "nutamill.result",
 }
 _NAME_THERE = {"check": "preflight"}
 

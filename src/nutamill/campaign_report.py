@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.result import open_result
 from nutamill.wholefile import io_errors
 
@@ -70,7 +70,7 @@ def read_campaign(folder: Path) -> CampaignFolder:
             with open_result(file) as result:
                 runs.append(RunLine(file.name, result.state))
                 provenance = provenance or [(key, str(value)) for key, value in result.provenance.items()]
-        except ResultError as error:
+        except (ResultError, DamagedError) as error:
             runs.append(RunLine(file.name, str(error)))
     if not tables and not runs:
         what = "must be a result, or a folder of a sweep or of a comparison, this one holds neither a table nor a result"

@@ -88,6 +88,17 @@ class ResultError(MillError, OSError):
     exit_code = ExitCode.BAD_INPUT
 
 
+class DamagedError(MillError, RuntimeError):
+    """A result file of which a part is not as it was written: nothing of that part is used."""
+
+    exit_code = ExitCode.BAD_INPUT
+
+    def __init__(self, file: object, where: str, how: str):
+        self.fault = f"{where}: {how}"
+        """The damaged part and what is wrong with it, without the name of the file."""
+        super().__init__(f"{file}: {where} is damaged: {how}. `nutamill verify {file}` lists what is whole.")
+
+
 class OutputError(ResultError):
     """A file that cannot be written."""
 

@@ -4,6 +4,7 @@ The compiled march is entered for some milliseconds of simulated time at a time;
 checkpoints, tells the progress and listens for an interrupt.
 """
 
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -139,7 +140,9 @@ def resume(
     """
     with open_result(path) as result:
         case = case_of_text(result.case_text, Path(path).stem)
-        kept, digest = result.checkpoint(), result.provenance["kernel_digest"]
+        kept, digest = result.checkpoint(), result.provenance.get("kernel_digest")
+        for damage in result.damaged_checkpoints():
+            (tell or warnings.warn)(f"{damage} Continuing from the older checkpoint at t = {kept.time:.6g} s.")
         end = case.run.end if until is None else until
         ending = Ending(case, end)
         if case.run.until == "steady":

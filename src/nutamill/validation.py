@@ -11,7 +11,7 @@ from nutamill.campaign.board import Board
 from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import run_all, tell_of_other_kernels
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
-from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.figures.paper import draw_figure
 from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
 from nutamill.papers.library import read_paper
@@ -140,7 +140,7 @@ def _share_left(run: PlannedRun, state: str) -> float:
     try:
         with open_result(run.path) as result:
             return max(0.0, 1.0 - result.checkpoint().time / run.case.run.end)
-    except ResultError:
+    except (ResultError, DamagedError):
         return 1.0
 
 
@@ -165,7 +165,7 @@ def store(
     for plan in paper.figures:
         try:
             figure = draw_figure(plan, paper, runs, measured)
-        except ResultError as error:
+        except (ResultError, DamagedError) as error:
             undrawn.append(f"figure {plan.number} not drawn: {error}")
             continue
         files.append(place / f"figure-{plan.number}.png")

@@ -177,7 +177,7 @@ def test_wall_time_of_a_resumed_run_counts_on(tmp_path):
 
 def test_resume_from_a_time_without_checkpoint_is_refused(tmp_path):
     new(tmp_path / "a.h5").close()
-    with pytest.raises(ResultError, match="must hold a checkpoint at t = 1 s"):
+    with pytest.raises(ResultError, match="must hold a whole checkpoint at t = 1 s"):
         Recorder.reopen(tmp_path / "a.h5", 1.0)
     with open_result(tmp_path / "a.h5") as result, pytest.raises(ResultError, match="Run the case again"):
         result.checkpoint()
@@ -235,7 +235,7 @@ def test_file_of_a_newer_version_asks_for_an_update(tmp_path):
     new(tmp_path / "a.h5").close()
     with h5py.File(tmp_path / "a.h5", "r+") as file:
         file.attrs["format_version"] = 99
-    with pytest.raises(ResultError, match=r"written by format 99, this version reads up to 1\. Update the package"):
+    with pytest.raises(ResultError, match=r"written by format 99, this version reads up to 2\. Update the package"):
         open_result(tmp_path / "a.h5")
 
 

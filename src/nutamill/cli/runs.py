@@ -209,6 +209,8 @@ def _facts(result: "Result") -> list[str]:
     from nutamill.case import case_of_text
 
     facts = {"title": case_of_text(result.case_text).title} if result.case_text else {}
+    if not result.verifiable:
+        facts["checksums"] = "none, the file is of format 1: what it holds cannot be verified"
     facts |= {"state": result.state, **result.summary, **result.provenance}
     facts |= {key: f"{1e6 * facts[key]:.4g} us" for key in ("substep", "mechanism_step") if key in facts}
     if "wall_time" in facts:

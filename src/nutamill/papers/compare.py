@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.errors import ResultError
+from nutamill.errors import DamagedError, ResultError
 from nutamill.papers.model import Paper, Row
 from nutamill.papers.quantities import MODES, QUANTITIES
 from nutamill.papers.runs import COMPLETE, PlannedRun, read_modes, run_state
@@ -113,7 +113,7 @@ def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str,
             for quantity in series:
                 try:
                     values[quantity] = QUANTITIES[quantity].measure(result, run.average)
-                except ResultError as error:
+                except (ResultError, DamagedError) as error:
                     values[quantity] = str(error)
     elif series:
         values = dict.fromkeys(series, trouble_of(state, command))

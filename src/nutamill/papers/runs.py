@@ -7,7 +7,7 @@ from pathlib import Path
 
 from nutamill.case import Case, load_case
 from nutamill.case.library import similar
-from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.papers.model import Paper, Row, same_speed
 from nutamill.papers.quantities import MODES
 from nutamill.result import state_of
@@ -139,7 +139,7 @@ def run_state(run: PlannedRun) -> str:
     """
     try:
         return state_of(run.path)
-    except ResultError as error:
+    except (ResultError, DamagedError) as error:
         return f"failed: {error}"
 
 

@@ -12,7 +12,9 @@ One HDF5 file, no pickles, plain enough for any HDF5 reader::
     /walls/<key>/     vertices [m], triangles of each meshed wall, in chamber axes from the nutation point
     /checkpoints/a, b the two newest; attributes: time, rows, snapshots, statistics; <group>/<array> restore a run bit for bit
     /summary          attributes: what was printed at the end
+    /checksums        text: a digest of every object above, compared on reading; /checksums_copy: the same again
 
+Files of format 1 hold no checksums: they are read, shown as not verifiable, and not resumed.
 The file is whole at every instant (`nutamill.wholefile`): a commit replaces it by a copy with the new samples added.  Its
 cost therefore grows with the file, and so does the pause between two commits.
 """
@@ -20,5 +22,17 @@ cost therefore grows with the file, and so does the pause between two commits.
 from nutamill.result.layout import Checkpoint, WallMesh
 from nutamill.result.reader import MISSING, Result, Snapshots, open_result, state_of
 from nutamill.result.recorder import Recorder
+from nutamill.result.verification import Verification, verify
 
-__all__ = ["MISSING", "Checkpoint", "Recorder", "Result", "Snapshots", "WallMesh", "open_result", "state_of"]
+__all__ = [
+    "MISSING",
+    "Checkpoint",
+    "Recorder",
+    "Result",
+    "Snapshots",
+    "Verification",
+    "WallMesh",
+    "open_result",
+    "state_of",
+    "verify",
+]

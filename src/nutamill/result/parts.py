@@ -8,14 +8,18 @@ import h5py
 import numpy as np
 
 from nutamill.fields import Field
+from nutamill.result.checksums import moment_digest
 from nutamill.result.layout import Checkpoint
+from nutamill.result.opening import refuse_outside_storage
 
 CHECKPOINTS = ("a", "b")
 PACKED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
 
-def write_arrays(group: h5py.Group, snapshots: list[tuple[float, dict[str, np.ndarray]]], field: Callable[[str], Field]) -> None:
-    """Append arrays, one compressed block each, to datasets whose first axis is time."""
+def write_arrays(
+    group: h5py.Group, snapshots: list[tuple[float, dict[str, np.ndarray]]], field: Callable[[str], Field]
+) -> list[tuple[float, str]]:
+    """Append arrays, one compressed block each, to datasets whose first axis is time; return time and digest of each moment."""
     if "time" not in group:
         group.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(256,)).attrs["units"] = "s"
         for name, array in snapshots[0][1].items():
@@ -27,14 +31,22 @@ def write_arrays(group: h5py.Group, snapshots: list[tuple[float, dict[str, np.nd
     for data in group.values():
         if isinstance(data, h5py.Dataset):
             data.resize(first + len(snapshots), axis=0)
+    moments = []
     for k, (time, arrays) in enumerate(snapshots, start=first):
-        group["time"][k] = time
+        written = {"time": np.float64(time)}
         for name, array in arrays.items():
+            written[name] = np.asarray(array, group[name].dtype)
+        for name, array in written.items():
             group[name][k] = array
+        moments.append((float(time), moment_digest(written)))
+    return moments
 
 
-def write_checkpoint(group: h5py.Group, checkpoint: Checkpoint, before: Mapping[str, int]) -> None:
-    """Write a checkpoint over the older of the two; arrays of unchanged size keep their place, so that the file does not grow."""
+def write_checkpoint(group: h5py.Group, checkpoint: Checkpoint, before: Mapping[str, int]) -> str:
+    """Write a checkpoint over the older of the two and return its path.
+
+    Arrays of unchanged size keep their place, so that the file does not grow.
+    """
     free = [name for name in CHECKPOINTS if name not in group]
     slot = group.require_group(free[0] if free else min(group, key=lambda name: group[name].attrs["time"]))
     for name in set(slot) - set(checkpoint.groups):
@@ -53,6 +65,7 @@ def write_checkpoint(group: h5py.Group, checkpoint: Checkpoint, before: Mapping[
     for key in list(slot.attrs):
         del slot.attrs[key]
     slot.attrs.update({**checkpoint.attributes, "time": checkpoint.time, **before})
+    return slot.name.strip("/")
 
 
 def edited(edit: Callable[[h5py.File], None]) -> Callable[[Path], None]:
@@ -60,6 +73,7 @@ def edited(edit: Callable[[h5py.File], None]) -> Callable[[Path], None]:
 
     def edit_path(part: Path) -> None:
         with h5py.File(part, "r+") as file:
+            refuse_outside_storage(file, part)
             edit(file)
 
     return edit_path

@@ -1,16 +1,19 @@
 """`Result` reads a result file, without an engine."""
 
+import math
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-import h5py
 import numpy as np
 
-from nutamill.errors import ResultError
+from nutamill.errors import CaseError, ResultError
 from nutamill.fields import statistics_field
-from nutamill.result.layout import BEFORE, Checkpoint, WallMesh, opened, read_attributes
+from nutamill.result.archive import Archive
+from nutamill.result.checkpoints import newest_whole
+from nutamill.result.layout import STATES, STATES_WITH_REASON, Checkpoint, WallMesh
 
 if TYPE_CHECKING:
     import xarray
@@ -22,14 +25,13 @@ MISSING = "missing"
 class Snapshots(Sequence):
     """The snapshots of a result; each is read when it is asked for: ``result.snapshots[-1]["positions"]``."""
 
-    def __init__(self, result: "Result"):
-        self._result = result
+    def __init__(self, archive: Archive):
+        self._archive = archive
 
     @property
     def time(self) -> np.ndarray:
         """Simulated times [s], (n_snapshots,)."""
-        group = self._result.file.get("snapshots", {})
-        return group["time"][:] if "time" in group else np.empty(0)
+        return self._archive.times("snapshots")
 
     def __len__(self) -> int:
         return len(self.time)
@@ -38,64 +40,85 @@ class Snapshots(Sequence):
         """The arrays of one snapshot and its ``time``; names, units and axes as in `nutamill.fields.SNAPSHOT`."""
         if not -len(self) <= index < len(self):
             raise IndexError(f"snapshot {index}: the result holds {len(self)}")
-        return {name: data[index % len(self)] for name, data in self._result.file["snapshots"].items()}
+        return self._archive.moment("snapshots", index % len(self))
 
 
 class Result:
-    """A result file opened for reading; made by `open_result`, closed by ``with`` or `close`."""
+    """A result file opened for reading; made by `open_result`, closed by ``with`` or `close`.
 
-    def __init__(self, path: Path, file: h5py.File):
-        self.path = path
-        self._file = file
+    Everything read is compared with its checksum; every property raises DamagedError where what it reads is damaged.
+    """
+
+    def __init__(self, archive: Archive):
+        self.path = archive.path
+        self._archive = archive
         self._series: xarray.Dataset | None = None
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def close(self) -> None:
         """Let go of the file; a dataset got from `series` stays usable."""
-        self._file.close()
+        self._archive.close()
 
     @property
-    def file(self) -> h5py.File:
-        """The open file; ResultError after `close`."""
-        if not self._file:
-            raise ResultError(f"{self.path}: must be open, it has been closed. Open it again with open_result.")
-        return self._file
+    def verifiable(self) -> bool:
+        """Whether the file holds checksums; one of format 1 does not, and damage to it may go unnoticed."""
+        return self._archive.checksums is not None
 
     @property
     def case_text(self) -> str:
         """The case file (TOML) that was run."""
-        return self.file["case"].asstr()[()]
+        text = self._archive.values("case")
+        if text.dtype != object or text.shape != ():
+            raise self._archive.damaged("case", "it must be one text")
+        return text.item()
 
     @property
     def state(self) -> str:
         """``running``, ``interrupted``, ``complete`` or ``failed: ...``; a killed run still says ``running``."""
-        return str(self.file.attrs["state"])
+        state = self._archive.attributes("").get("state")
+        if not isinstance(state, str) or (state not in STATES and not state.startswith(STATES_WITH_REASON)):
+            raise self._archive.damaged("", f"its state must be one of {', '.join(STATES)} or failed, got {state!r}")
+        return state
 
     @property
     def rate(self) -> float:
         """Samples per simulated second [Hz]."""
-        return float(self.file.attrs["rate"])
+        rate = self._archive.attributes("").get("rate")
+        if not isinstance(rate, (int, float)) or not math.isfinite(rate) or rate <= 0.0:
+            raise self._archive.damaged("", f"its rate must be a number of samples per second, got {rate!r}")
+        return float(rate)
 
     @property
     def reached(self) -> float:
         """Simulated time of the last sample [s]; 0 before the first."""
-        time = self.file["series/time"]
-        return float(time[-1]) if len(time) else 0.0
+        return float(self._time[-1]) if len(self._time) else 0.0
+
+    @cached_property
+    def _time(self) -> np.ndarray:
+        """Times of the samples [s], (n,)."""
+        time = self._archive.values("series/time")
+        if time.ndim != 1 or time.dtype.kind != "f":
+            raise self._archive.damaged("series/time", "it must be a list of times")
+        if not self.verifiable and (not np.all(np.isfinite(time)) or np.any(np.diff(time) <= 0.0)):
+            raise self._archive.damaged("series/time", "its times must rise")
+        return time
 
     @property
     def provenance(self) -> dict[str, Any]:
         """What made these numbers: versions, digest of the kernels, seed, threads, processor, wall time [s]."""
-        return read_attributes(self.file["provenance"])
+        return self._archive.table("provenance")
 
     @property
     def summary(self) -> dict[str, Any]:
         """What was printed at the end of the run; empty if it has not ended."""
-        return read_attributes(self.file["summary"]) if "summary" in self.file else {}
+        return self._archive.table("summary") if "summary" in self._archive else {}
 
     @property
     def series(self) -> "xarray.Dataset":
@@ -103,64 +126,94 @@ class Result:
         if self._series is None:
             import xarray  # takes half a second: a summary does not need it
 
-            group = self.file["series"]
-            hidden = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"}
-            read = {
-                name: ("time", group[name][:], {key: text for key, text in group[name].attrs.items() if key not in hidden})
-                for name in group.attrs["names"]
-            }
-            self._series = xarray.Dataset(read, attrs={"source": self.path.name, "state": self.state, "rate": self.rate}).set_coords("time")
+            count = len(self._time)
+            names = series_names(self._archive)
+            read = {}
+            for name in names:
+                values = self._archive.values(f"series/{name}")
+                if values.shape != (count,) or values.dtype.kind != "f":
+                    raise self._archive.damaged(f"series/{name}", f"it must hold {count} numbers, its shape is {values.shape}")
+                read[name] = ("time", values, self._archive.attributes(f"series/{name}"))
+            self._series = xarray.Dataset(
+                read, attrs={"source": self.path.name, "state": self.state, "rate": self.rate}
+            ).set_coords("time")
         return self._series
 
     @property
     def statistics(self) -> "xarray.Dataset":
-        """What the charge has done, cumulative over ``time`` [s], in memory; names, units and axes as in `nutamill.fields.STATISTICS`.
+        """What the charge has done, cumulative over ``time`` [s], in memory, as `nutamill.fields.STATISTICS` names it.
 
         The difference of two times belongs to the window between them: `nutamill.charge_flow.window` makes it.
         """
         import xarray
 
-        group = self.file["statistics"]
-        if "time" not in group:
-            raise ResultError(f"{self.path}: must hold statistics of the charge, it holds none. Run it with run.statistics = true.")
+        archive = self._archive
+        if "statistics/time" not in archive:
+            raise ResultError(
+                f"{self.path}: must hold statistics of the charge, it holds none. Run it with run.statistics = true."
+            )
         lines = {}
-        for name, data in group["axes"].items():
-            values = data.asstr()[:] if h5py.check_string_dtype(data.dtype) else data[:]
-            lines[name] = (_dims(name), values, dict(data.attrs))
+        for name in archive.members("statistics/axes"):
+            path = f"statistics/axes/{name}"
+            values = archive.values(path)
+            texts = values.astype(str) if values.dtype == object and values.size else values
+            lines[name] = (self._dims(name), texts, archive.attributes(path))
         sums = {
-            name: (("time", *_dims(name)), data[:], dict(data.attrs))
-            for name, data in group.items()
-            if isinstance(data, h5py.Dataset) and name != "time"
+            name: (("time", *self._dims(name)), values, archive.attributes(f"statistics/{name}"))
+            for name, values in archive.all_moments("statistics").items()
+            if name != "time"
         }
-        lines["time"] = ("time", group["time"][:], dict(group["time"].attrs))
-        return xarray.Dataset(sums, lines, attrs={"source": self.path.name, "state": self.state})
+        lines["time"] = ("time", archive.times("statistics"), archive.attributes("statistics/time"))
+        try:
+            return xarray.Dataset(sums, lines, attrs={"source": self.path.name, "state": self.state})
+        except ValueError as fault:
+            raise archive.damaged("statistics", fault) from fault
+
+    def _dims(self, name: str) -> tuple[str, ...]:
+        """Dimensions of a statistics array besides time, as its field names them."""
+        try:
+            inside = statistics_field(name).shape.strip("()")
+        except CaseError as fault:
+            raise self._archive.damaged("statistics", fault) from fault
+        return tuple(part.strip() for part in inside.split(",") if part.strip())
 
     @property
     def snapshots(self) -> Snapshots:
         """The snapshots, read one by one."""
-        return Snapshots(self)
+        return Snapshots(self._archive)
 
     @property
     def walls(self) -> dict[str, WallMesh]:
-        """Meshed walls by their key in the case (``chamber.mesh``, ``walls[0]``); none in a file of a version that did not keep them."""
-        meshes = self.file.get("walls", {})
-        return {name: WallMesh(mesh["vertices"][:], mesh["triangles"][:]) for name, mesh in meshes.items()}
+        """Meshed walls by their key in the case (``chamber.mesh``, ``walls[0]``); none in a file of an early version."""
+        archive = self._archive
+        names = archive.members("walls") if "walls" in archive else ()
+        return {
+            name: WallMesh(archive.values(f"walls/{name}/vertices"), archive.values(f"walls/{name}/triangles"))
+            for name in names
+        }
 
     def checkpoint(self) -> Checkpoint:
-        """The newest state kept for resuming; ResultError if there is none."""
-        slots = self.file["checkpoints"].values()
-        if not len(slots):
-            raise ResultError(f"{self.path}: must hold a checkpoint to be continued, it holds none. Run the case again.")
-        slot = max(slots, key=lambda slot: slot.attrs["time"])
-        attributes = read_attributes(slot, inner=False)
-        groups = {name: {key: data[()] for key, data in group.items()} for name, group in slot.items()}
-        return Checkpoint(attributes.pop("time"), groups, {key: attributes[key] for key in attributes if key not in BEFORE})
+        """The newest state kept for resuming that is whole; ResultError if there is none."""
+        found, faults = newest_whole(self._archive)
+        if found is not None:
+            return found.checkpoint
+        if faults:
+            raise ResultError("\n".join([*faults, f"{self.path}: no checkpoint of it is whole. Run the case again."]))
+        raise ResultError(
+            f"{self.path}: must hold a checkpoint to be continued, it holds none. Run the case again."
+        )
+
+    def damaged_checkpoints(self) -> list[str]:
+        """A sentence on each damaged checkpoint that is newer than the one `checkpoint` returns."""
+        return newest_whole(self._archive)[1]
 
 
-def _dims(name: str) -> tuple[str, ...]:
-    """Dimensions of a statistics array besides time, as its field names them."""
-    inside = statistics_field(name).shape.strip("()")
-    return tuple(part.strip() for part in inside.split(",") if part.strip())
+def series_names(archive: Archive) -> tuple[str, ...]:
+    """Names of the series in the order of the record, all of which the file holds."""
+    names = archive.attributes("series").get("names")
+    if not isinstance(names, list) or "time" not in names or set(names) != set(archive.members("series")):
+        raise archive.damaged("series", "its attribute names must list the series")
+    return tuple(names)
 
 
 def open_result(path: str | Path) -> Result:
@@ -168,10 +221,10 @@ def open_result(path: str | Path) -> Result:
 
     Raises
     ------
-    ResultError : no such file, cut off, no result of this package, or written by a newer one
+    ResultError : no such file, cut off or damaged, no result of this package, or written by a newer one
     """
     try:
-        return Result(Path(path), opened(Path(path)))
+        return Result(Archive(path))
     except ResultError:
         from nutamill.case.file_kind import FileKind, other_kind  # loads the reader of cases: only to say what the file is
 

@@ -10,8 +10,12 @@ import numpy as np
 
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import Field, series_field, snapshot_field, statistics_field
-from nutamill.result.layout import BEFORE, FORMAT, FORMAT_VERSION, Checkpoint, opened, write_attributes
+from nutamill.result.archive import Archive
+from nutamill.result.checkpoints import WholeCheckpoint, whole_at, whole_until
+from nutamill.result.checksums import GROWING, Checksums, array_bytes, new_hash
+from nutamill.result.layout import FORMAT, FORMAT_VERSION, Checkpoint, write_attributes
 from nutamill.result.parts import CHECKPOINTS, PACKED, edited, empty_file, write_arrays, write_checkpoint
+from nutamill.result.reader import series_names
 from nutamill.wholefile import make_folder, replace_file, tidy
 
 CHUNK = 1024
@@ -28,10 +32,14 @@ class Recorder:
     Nothing reaches the file before a `commit`, and a commit that fails loses nothing: it may be repeated.
     """
 
-    def __init__(self, path: Path, names: tuple[str, ...], rows: int, snapshots: int, statistics: int, wall_time: float):
+    def __init__(self, path: Path, checksums: Checksums, digests: dict[str, Any], wall_time: float):
         self.path = path
-        self.names = names
-        self._rows_in_file, self._snapshots_in_file, self._statistics_in_file = rows, snapshots, statistics
+        self.names = tuple(digests)
+        self._checksums = checksums
+        self._digests = digests
+        """Running digest of the numbers of each series in the file."""
+        self._rows_in_file = checksums.entries["series/time"].shape[0]
+        self._snapshots_in_file, self._statistics_in_file = (len(checksums.moments[group]) for group in GROWING)
         self._rows: list[np.ndarray] = []
         self._snapshots: list[tuple[float, dict[str, np.ndarray]]] = []
         self._statistics: list[tuple[float, dict[str, np.ndarray]]] = []
@@ -104,10 +112,12 @@ class Recorder:
                 mesh = file.create_group(f"walls/{name}")
                 mesh.create_dataset("vertices", data=vertices, **PACKED).attrs["units"] = "m"
                 mesh.create_dataset("triangles", data=triangles, **PACKED)
+            Checksums.of_new(file).write(file)
 
         meshed = sum(array.nbytes for wall in (walls or {}).values() for array in wall)
         replace_file(path, edited(fill), room=len(case_toml) + meshed + 2**16 * (len(names) + 2), start=empty_file())
-        return cls(path, tuple(names), 0, 0, 0, 0.0)
+        with Archive(path) as archive:
+            return cls(path, archive.checksums, {name: new_hash() for name in names}, 0.0)
 
     @classmethod
     def reopen(cls, path: str | Path, truncate_after_time: float) -> Self:
@@ -119,28 +129,39 @@ class Recorder:
         """
         path = Path(path)
         tidy(path)
-        with opened(path) as file:
-            slot = next((slot for slot in file["checkpoints"].values() if slot.attrs["time"] == truncate_after_time), None)
-            if slot is None:
+        with Archive(path) as archive:
+            if archive.checksums is None:
                 raise ResultError(
-                    f"{path}: must hold a checkpoint at t = {truncate_after_time:g} s. Give the time of one of its checkpoints."
+                    f"{path}: was written by format {archive.version}, which has no checksums: its checkpoint cannot be"
+                    " verified and is not continued. Run the case again."
                 )
-            rows, snapshots, statistics = (int(slot.attrs[name]) for name in BEFORE)
-            names = tuple(str(name) for name in file["series"].attrs["names"])
-            wall_time = float(file["provenance"].attrs["wall_time"])
+            found = whole_at(archive, truncate_after_time)
+            if found is None:
+                raise ResultError(
+                    f"{path}: must hold a whole checkpoint at t = {truncate_after_time:g} s."
+                    f" `nutamill verify {path}` lists those it holds."
+                )
+            archive.attributes("")
+            wall_time = archive.attributes("provenance").get("wall_time", 0.0)
+            digests = {name: new_hash() for name in series_names(archive)}
+            for name, digest in digests.items():
+                digest.update(array_bytes(archive.values(f"series/{name}")[: found.before[0]]))
+            checksums = _cut_off(archive, found, digests)
+        kept = checksums.members("checkpoints")
 
         def cut(file: h5py.File) -> None:
-            for group, length in (("series", rows), ("snapshots", snapshots), ("statistics", statistics)):
+            for group, length in zip(("series", "snapshots", "statistics"), found.before, strict=True):
                 for data in file[group].values():
                     if isinstance(data, h5py.Dataset):
                         data.resize(length, axis=0)
-            for name, slot in list(file["checkpoints"].items()):
-                if slot.attrs["time"] > truncate_after_time:
-                    del file["checkpoints"][name]
+            for slot in set(file["checkpoints"]) - kept:
+                del file["checkpoints"][slot]
             file.attrs["state"] = "running"
+            checksums.take_one(file, "")
+            checksums.write(file)
 
-        replace_file(path, edited(cut), room=2**16 * len(names))
-        return cls(path, names, rows, snapshots, statistics, wall_time)
+        replace_file(path, edited(cut), room=2**16 * len(digests) + checksums.room)
+        return cls(path, checksums, digests, wall_time)
 
     def append(self, rows: np.ndarray) -> None:
         """Add samples: (n, n_names) in SI, columns in the order of `names`."""
@@ -210,7 +231,12 @@ class Recorder:
         if not force and not self._checkpoints:
             # a block that is rewritten leaves a hole in the file: between checkpoints only whole blocks go out
             taken = max(0, (self._rows_in_file + taken) // CHUNK * CHUNK - self._rows_in_file)
-        replace_file(self.path, edited(lambda file: self._write(file, rows[:taken])), self._room(taken))
+        checksums = self._checksums.copy()
+        digests = {name: digest.copy() for name, digest in self._digests.items()}
+        replace_file(
+            self.path, edited(lambda file: self._write(file, rows[:taken], checksums, digests)), self._room(taken)
+        )
+        self._checksums, self._digests = checksums, digests
         self._rows = [rows[taken:]] if taken < len(rows) else []
         self._rows_in_file += taken
         self._snapshots_in_file += len(self._snapshots)
@@ -229,27 +255,48 @@ class Recorder:
         arrays = [array for _, arrays in self._snapshots + self._statistics for array in arrays.values()]
         arrays += [array for checkpoint, _ in self._checkpoints for group in checkpoint.groups.values() for array in group.values()]
         numbers = 8 * rows * len(self.names) + sum(array.nbytes for array in arrays)
-        return int(1.25 * numbers) + 2**15 * (len(self.names) + len(arrays)) + 2**20
+        return int(1.25 * numbers) + 2**15 * (len(self.names) + len(arrays)) + 2**20 + self._checksums.room
 
-    def _write(self, file: h5py.File, rows: np.ndarray) -> None:
-        """Put all that waits into the open copy of the file."""
+    def _write(self, file: h5py.File, rows: np.ndarray, checksums: Checksums, digests: dict[str, Any]) -> None:
+        """Put all that waits into the open copy of the file, and bring `checksums` and `digests` up to date."""
         end = self._rows_in_file + len(rows)
         for column, name in enumerate(self.names if len(rows) else ()):
-            data = file["series"][name]
+            data, numbers = file["series"][name], np.ascontiguousarray(rows[:, column])
             data.resize(end, axis=0)
-            data[self._rows_in_file :] = rows[:, column]
-        if self._snapshots:
-            write_arrays(file["snapshots"], self._snapshots, snapshot_field)
-        if self._statistics:
-            write_arrays(file["statistics"], self._statistics, statistics_field)
+            data[self._rows_in_file :] = numbers
+            digests[name].update(array_bytes(numbers))
+            checksums.extend_series(name, end, digests[name])
+        for group, waiting, field in (
+            ("snapshots", self._snapshots, snapshot_field),
+            ("statistics", self._statistics, statistics_field),
+        ):
+            if waiting:
+                checksums.append_moments(file, group, write_arrays(file[group], waiting, field))
         for checkpoint in self._checkpoints:
-            write_checkpoint(file["checkpoints"], *checkpoint)
+            checksums.take(file, write_checkpoint(file["checkpoints"], *checkpoint))
         if self._summary is not None:
             if "summary" in file:
                 del file["summary"]
             write_attributes(file.create_group("summary"), self._summary)
+            checksums.take(file, "summary")
         file.attrs.update(self._attributes)
         file["provenance"].attrs["wall_time"] = clock.monotonic() - self._started
+        checksums.take_one(file, "")
+        checksums.take_one(file, "provenance")
+        checksums.write(file)
+
+
+def _cut_off(archive: Archive, found: WholeCheckpoint, digests: dict[str, Any]) -> Checksums:
+    """Checksums of a file that ends at a checkpoint; `digests` are those of the series up to there."""
+    checksums = archive.checksums.copy()
+    rows, *moments = found.before
+    for name, digest in digests.items():
+        checksums.extend_series(name, rows, digest)
+    for group, count in zip(GROWING, moments, strict=True):
+        del checksums.moments[group][count:]
+    for slot in checksums.members("checkpoints") - whole_until(archive, found.checkpoint.time):
+        checksums.drop(f"checkpoints/{slot}")
+    return checksums
 
 
 def _checked_fields(names: Sequence[str]) -> list[Field]:

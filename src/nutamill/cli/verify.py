@@ -1,0 +1,18 @@
+"""The command that verifies a result file."""
+
+import typer
+
+from nutamill.cli.common import ResultFile, app, told
+from nutamill.errors import ResultError
+
+
+@app.command()
+@told
+def verify(file: ResultFile) -> None:
+    """Compare everything in a result with its checksums: what is damaged, which checkpoint is whole."""
+    from nutamill.result import verify as verified
+
+    found = verified(file)
+    typer.echo("\n".join(found.lines()))
+    if found.faults:
+        raise ResultError(f"{file}: is damaged. Copy it again, or run the case again.")

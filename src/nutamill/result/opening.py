@@ -1,0 +1,99 @@
+"""Opens a result file for reading, after checking that it is ours and that it refers to no other file."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from nutamill.errors import ResultError
+from nutamill.result.layout import FORMAT, FORMAT_VERSION
+
+
+def opened(path: Path) -> h5py.File:
+    """Return the file, open for reading.
+
+    Raises
+    ------
+    ResultError : no such file, cut off, no result of this package, written by a newer one, or referring to other files
+    """
+    if not path.is_file():
+        raise ResultError(
+            f"{path}: must be a result file, there is none of this name. Look in results/ or run the case first."
+        )
+    try:
+        file = h5py.File(path, "r")
+    except Exception as fault:  # HDF5 raises many kinds on a damaged file
+        if path.read_bytes()[:8] == b"\x89HDF\r\n\x1a\n":
+            raise ResultError(
+                f"{path}: must be whole, it is cut off or damaged ({fault}). Copy it again, or run the case again."
+            ) from fault
+        raise ResultError(
+            f"{path}: must be a result file (HDF5), it is not. Give the .h5 file that `nutamill run` has written."
+        ) from fault
+    try:
+        _check_format(file, path)
+        refuse_outside_storage(file, path)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def _check_format(file: h5py.File, path: Path) -> None:
+    """Check the attributes that name format and version."""
+    try:
+        kind, version = file.attrs.get("format"), file.attrs.get("format_version")
+    except Exception as fault:
+        raise ResultError(
+            f"{path}: its root attributes are damaged ({fault}). Copy it again, or run the case again."
+        ) from fault
+    if not isinstance(kind, str) or kind != FORMAT:
+        raise ResultError(
+            f"{path}: must be a result of nutamill, it is an HDF5 file of another kind."
+            " Give the file that `nutamill run` has written."
+        )
+    if not isinstance(version, (int, np.integer)) or version < 1:
+        raise ResultError(
+            f"{path}: is damaged: its format version must be a whole number from 1 on, got {version!r}."
+            " Copy it again, or run the case again."
+        )
+    if version > FORMAT_VERSION:
+        raise ResultError(
+            f"{path}: written by format {version}, this version reads up to {FORMAT_VERSION}. Update the package."
+        )
+
+
+def refuse_outside_storage(file: h5py.File, path: Path) -> None:
+    """Raise ResultError if anything in `file` would read or write outside of it, or is no plain group or dataset.
+
+    HDF5 follows external links, external storage and virtual datasets to any file of the user who opens the file, for writing
+    as well.  A result needs none of them, nor soft links, and links are examined here without following them.
+    """
+    faults: list[str] = []
+
+    def examine(name: bytes, link: h5py.h5l.LinkInfo) -> None:
+        text = name.decode("utf-8", "replace")
+        if link.type != h5py.h5l.TYPE_HARD:
+            faults.append(f"{text} is a link" + (" to another file" if link.type == h5py.h5l.TYPE_EXTERNAL else ""))
+            return
+        try:
+            thing = h5py.h5o.open(file.id, name)
+        except Exception:  # damaged: it cannot be opened for reading either
+            return
+        if isinstance(thing, h5py.h5d.DatasetID):
+            storage = thing.get_create_plist()
+            if storage.get_layout() == h5py.h5d.VIRTUAL:
+                faults.append(f"{text} is a virtual dataset")
+            elif storage.get_external_count():
+                faults.append(f"{text} stores its numbers in another file")
+
+    try:
+        file.id.links.visit(examine, info=True)
+    except Exception as fault:
+        raise ResultError(
+            f"{path}: is damaged: its groups cannot be listed ({fault}). Copy it again, or run the case again."
+        ) from fault
+    if faults:
+        raise ResultError(
+            f"{path}: must hold all its numbers itself, {faults[0]}. Do not use this file: it could read or overwrite other files."
+        )
