@@ -15,6 +15,7 @@ class WholeCheckpoint(NamedTuple):
     slot: str
     """Group under ``/checkpoints``."""
     checkpoint: Checkpoint
+    """Its time and arrays."""
     before: tuple[int, int, int]
     """Rows of the series, snapshots and moments of the statistics that were recorded before it."""
 

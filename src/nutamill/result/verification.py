@@ -29,6 +29,7 @@ class Verification(NamedTuple):
     """What was found about a result file."""
 
     path: Path
+    """The file."""
     version: int
     """Version of the file's format."""
     parts: tuple[PartOfFile, ...]
