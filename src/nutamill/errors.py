@@ -5,6 +5,7 @@ Wording, always: *where: what must hold, got what. What to do.*  A case reports 
 
 import re
 from enum import IntEnum
+from pathlib import Path
 from typing import NamedTuple
 
 _UNSHOWABLE = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -80,6 +81,15 @@ class NotSteadyError(MillError, RuntimeError):
     """A run that should have ended when it was steady, and never was; its file is whole and can be continued."""
 
     exit_code = ExitCode.NOT_STEADY
+
+
+class Interrupted(KeyboardInterrupt):
+    """A run that was asked to stop while it marched, with all it has recorded saved."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        """The result file, from which it can be resumed."""
+        super().__init__(f"interrupted, saved in {path}")
 
 
 class ResultError(MillError, OSError):

@@ -4,17 +4,20 @@ import contextlib
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
-CHECKPOINT = getattr(signal, "SIGUSR1", None)
-"""Signal that asks a run to keep a checkpoint now; a system without it has none."""
-MEANS = {"q": signal.SIGINT, **({"c": CHECKPOINT} if CHECKPOINT is not None else {})}
-"""What each key asks: to stop and save, to keep a checkpoint."""
+from nutamill.signals import checkpoint_signal
+
+
+def key_signals() -> dict[str, signal.Signals]:
+    """The signal of each key: ``q`` stops, ``c`` saves a checkpoint where the system has a signal for that."""
+    asks = checkpoint_signal()
+    return {"q": signal.SIGINT} | ({} if asks is None else {"c": asks})
 
 
 @contextlib.contextmanager
 def single_keys() -> Iterator[bool]:
-    """Deliver keys at once and unseen; tells whether that can be had (a terminal, on a system with termios)."""
+    """Deliver keys at once and unseen; yields whether that is possible (a terminal, on a system with termios)."""
     try:
         import termios
         import tty
@@ -29,16 +32,28 @@ def single_keys() -> Iterator[bool]:
     try:
         yield True
     finally:
-        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+        with contextlib.suppress(termios.error):  # a terminal that is gone
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
 
 
-def obey_keys() -> None:
-    """Raise the signal of every key typed since the last call."""
+def typed_keys() -> str:
+    """The keys typed since the last call."""
     import select
 
-    while select.select([sys.stdin], [], [], 0.0)[0]:
-        typed = os.read(sys.stdin.fileno(), 1).decode(errors="ignore")
-        if not typed:
-            return
-        if typed in MEANS:
-            signal.raise_signal(MEANS[typed])
+    typed = b""
+    with contextlib.suppress(OSError):  # a terminal that is gone
+        while select.select([sys.stdin], [], [], 0.0)[0]:
+            key = os.read(sys.stdin.fileno(), 1)
+            if not key:
+                break
+            typed += key
+    return typed.decode(errors="ignore")
+
+
+def obey_key(key: str, offered: Collection[str]) -> bool:
+    """Raise the signal of `key` if it is one of those that are `offered`; returns whether it is."""
+    asks = key_signals().get(key) if key in offered else None
+    if asks is None:
+        return False
+    signal.raise_signal(asks)
+    return True

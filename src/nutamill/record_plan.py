@@ -6,8 +6,10 @@ from typing import Self
 
 import numpy as np
 
+from nutamill.build.charge_mix import particle_count
 from nutamill.case import Case, MechanismCase
-from nutamill.fields import series_field
+from nutamill.fields import expand, series_field
+from nutamill.result.recorder import SERIES_ROOM
 from nutamill.steady import FEWEST_TURNS, SteadyMean, steady_mean, turn_means, whole_turns
 
 WATCHED = ("crank_pin_force_resultant", "driveshaft_torque")
@@ -16,6 +18,14 @@ COLUMNS = ("time", "crank_angle", *WATCHED)
 """Series from which that is decided."""
 LEVER_SHARE = 1e-3
 """Share of crank-pin force times crank radius below which a torque is as good as none [1]."""
+STATE_SIZE = 1500
+"""Size of a checkpoint per particle, contacts included [bytes]."""
+
+
+def room_at_start(case: Case) -> int:
+    """Room that the result file of a case needs to begin with: empty series and the first checkpoint [bytes]."""
+    names = expand(case.mounts.count if case.mechanism.mounting == "flexible" else 0, list(case.sensors))
+    return SERIES_ROOM * (len(names) + 2) + STATE_SIZE * particle_count(case)
 
 
 @dataclass(frozen=True, slots=True)

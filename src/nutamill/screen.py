@@ -3,12 +3,12 @@
 import math
 import sys
 import time as clock
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from nutamill.errors import printable
-from nutamill.keys import MEANS, obey_keys, single_keys
+from nutamill.keys import key_signals, obey_key, single_keys, typed_keys
 
 if TYPE_CHECKING:
     from rich.live import Live
@@ -19,7 +19,12 @@ LINE_PAUSE = 10.0
 """Wall time between two plain lines [s]."""
 REFRESH = 4
 """Redraws of the live table per second [1/s]."""
-WORDS = {"q": "stop and save", "c": "checkpoint"}
+OFFERS = {"q": "stop and save", "c": "checkpoint"}
+"""What each key does while a run marches."""
+OFFERS_SETTLING = {"q": "stop (nothing to save yet)"}
+"""What each key does before the first step."""
+ANSWERS = {"q": "stopping; the run is saved after this step", "c": "a checkpoint is saved after this step"}
+"""What the screen says when such a key was pressed."""
 COMPILING = "compiling kernels, once for this version, about 40 s"
 
 
@@ -99,17 +104,46 @@ class Screen:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
-        self._open.close()
+        with suppress(OSError):  # a terminal that is gone
+            self._open.close()
 
     def message(self, text: str) -> None:
         """Show one line, for instance `COMPILING`; on a terminal it stays above the table."""
+        try:
+            self._write(text)
+        except OSError:
+            self._go_quiet()
+
+    def __call__(self, progress: Progress) -> None:
+        """Show `progress`: in the live table at once, as a line if ten seconds have passed or a phase begins.
+
+        A terminal that is gone, or a closed pipe, makes the screen quiet and leaves the run alone.
+        """
+        try:
+            self._show(progress)
+        except OSError:
+            self._go_quiet()
+        if self._keys:
+            self._obey_keys(progress)
+
+    def _write(self, text: str) -> None:
         if self._live is not None:
             self._live.console.print(text, highlight=False, markup=False)
         elif not self._quiet:
             print(text, flush=True)
 
-    def __call__(self, progress: Progress) -> None:
-        """Show `progress`: in the live table at once, as a line if ten seconds have passed or a phase begins."""
+    def _go_quiet(self) -> None:
+        self._live, self._keys, self._quiet = None, False, True
+
+    def _obey_keys(self, progress: Progress) -> None:
+        """Do what the keys ask that were typed since the last call, and say so."""
+        offered = offers(progress)
+        for key in typed_keys():
+            if key in offered and progress.phase != PHASES[0]:
+                self.message(ANSWERS[key])
+            obey_key(key, offered)
+
+    def _show(self, progress: Progress) -> None:
         now = clock.monotonic()
         begins = progress.phase != self._phase
         if begins:
@@ -117,11 +151,16 @@ class Screen:
         self._spent[progress.phase] = now - self._phase_began
         if self._live is not None:
             self._live.update(panel(self._title, progress, self._spent, self._keys))
-            if self._keys:
-                obey_keys()
         elif not self._quiet and (begins or now >= self._next_line):
             print(line(progress), flush=True)
             self._next_line = now + LINE_PAUSE
+
+
+def offers(progress: Progress) -> dict[str, str]:
+    """What the keys do at present: before the first step there is nothing to save."""
+    if progress.phase == PHASES[0]:
+        return OFFERS_SETTLING
+    return {key: does for key, does in OFFERS.items() if key in key_signals()}
 
 
 def line(progress: Progress) -> str:
@@ -163,11 +202,12 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
         share = f"{100.0 * fraction:3.0f} %" if known else "done"
         bars.add_row(phase, ProgressBar(total=1.0, completed=fraction, width=32), share, time, left, style=style)
 
+    heard = "   ".join(f"{key} {does}" for key, does in offers(progress).items()) if keys else None
     readings = Table.grid(padding=(0, 2))
     readings.add_column(min_width=16)
     if not _of_mill(progress):
         times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {1e6 * progress.dt:.2f} µs"
-        return Panel(Group(bars, "", times), title=named, box=box.ROUNDED, expand=False, padding=(0, 1))
+        return Panel(Group(bars, "", times), title=named, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1))
     for _ in range(3):
         readings.add_column(justify="right", min_width=8)
     readings.add_row("", "now", "mean", "±95 %", "", style="dim")
@@ -184,7 +224,6 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
         f"{progress.contacts} contacts   {_number(progress.nanoseconds, '.0f')} ns per particle and step   "
         f"file {progress.file_size / 1e6:.1f} MB"
     )
-    heard = "   ".join(f"{key} {WORDS[key]}" for key in MEANS) if keys else None
     return Panel(Group(bars, "", readings, "", times, work), title=named, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1))
 
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from nutamill.campaign.axes import Member
 from nutamill.campaign.board import Board
-from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import run_all, tell_of_other_kernels
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.errors import CaseError, DamagedError, Fault, ResultError
@@ -19,7 +18,7 @@ from nutamill.papers.model import Paper
 from nutamill.papers.runs import COMPLETE, PlannedRun, chosen, planned_runs, read_modes, run_state, wants_modes, write_modes
 from nutamill.papers.table import csv_text, json_text, markdown
 from nutamill.preflight import preflight, wall_time
-from nutamill.result import MISSING, open_result
+from nutamill.result import MISSING, is_finished, open_result
 from nutamill.screen import duration
 from nutamill.wholefile import io_errors, write_whole
 
@@ -150,7 +149,7 @@ def run_campaign(runs: Sequence[PlannedRun], place: Path, workers: Workers) -> l
     with Board(()) as board:
         outcomes = run_all(members, place, workers, (), board, board.message)
         board(outcomes)
-    return [f"{outcome.member.case.name}: {outcome.state}" for outcome in outcomes if not finished(outcome.state)]
+    return [f"{outcome.member.case.name}: {outcome.state}" for outcome in outcomes if not is_finished(outcome.state)]
 
 
 def store(

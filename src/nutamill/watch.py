@@ -1,18 +1,13 @@
-"""What a run tells of itself while it runs: progress for a screen, and an ear for interrupts."""
+"""What a run reports of itself while it runs: progress for a screen."""
 
 import math
-import signal
-import threading
 import time as wall
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import NamedTuple
+from collections.abc import Callable
 
 import numpy as np
 
 from nutamill.build.model import Model
 from nutamill.case import Case, MechanismCase
-from nutamill.keys import CHECKPOINT
 from nutamill.result import Recorder
 from nutamill.running import RunningMean
 from nutamill.screen import Progress
@@ -26,9 +21,15 @@ READINGS = ("crank_pin_force_resultant", "driveshaft_torque")
 class Watch:
     """Turns what a march records into `Progress` reports, about twice a second of wall time."""
 
-    def __init__(self, case: Case | MechanismCase, report: Callable[[Progress], None] | None):
+    def __init__(
+        self,
+        case: Case | MechanismCase,
+        report: Callable[[Progress], None] | None,
+        tell: Callable[[str], None] | None = None,
+    ):
         self._case = case
         self._report = report
+        self._tell = tell
         self._next = 0.0
         self._begun: tuple[float, float] | None = None
         self._means = RunningMean(len(READINGS))
@@ -84,42 +85,14 @@ class Watch:
             )
         )
 
+    def checkpoint_saved(self, time: float) -> None:
+        """Report that the checkpoint that was asked for is in the file, of the state at `time` [s]."""
+        if self._tell is not None:
+            self._tell(f"checkpoint saved at t = {time:.6g} s")
+
     def _due(self) -> bool:
         now = wall.monotonic()
         if now < self._next:
             return False
         self._next = now + PAUSE
         return True
-
-
-class Requests(NamedTuple):
-    """What is asked of a march from outside; it looks between two entries of the compiled march."""
-
-    stop: threading.Event
-    """Stop, and save: an interrupt, or a request to end."""
-    checkpoint: threading.Event
-    """Keep a checkpoint now, and go on: SIGUSR1."""
-
-    def take_checkpoint(self) -> bool:
-        """Whether a checkpoint was asked for since the last call."""
-        asked = self.checkpoint.is_set()
-        self.checkpoint.clear()
-        return asked
-
-
-@contextmanager
-def requests() -> Iterator[Requests]:
-    """Listen to signals; in a thread that is not the main one, where Python cannot, nothing is ever asked."""
-    asked = Requests(threading.Event(), threading.Event())
-    if threading.current_thread() is not threading.main_thread():
-        yield asked
-        return
-    answers = dict.fromkeys((signal.SIGINT, signal.SIGTERM), asked.stop)
-    if CHECKPOINT is not None:
-        answers[CHECKPOINT] = asked.checkpoint
-    before = {number: signal.signal(number, lambda *_, event=event: event.set()) for number, event in answers.items()}
-    try:
-        yield asked
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

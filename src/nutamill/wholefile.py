@@ -68,6 +68,13 @@ def write_whole(path: str | Path, content: str | bytes) -> Path:
     return path
 
 
+def put_in_place(new: Path, path: Path) -> None:
+    """Rename the finished file `new` to `path`, in place of the file there. Raises ResultError if the system refuses."""
+    with io_errors(path):
+        new.replace(path)
+        _flush_folder(path.parent)
+
+
 def make_folder(path: Path) -> None:
     """Make the folder of the file `path`, if there is none. Raises OutputError if the system refuses."""
     with io_errors(path):

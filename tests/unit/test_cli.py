@@ -4,13 +4,14 @@ import json
 import subprocess
 import sys
 import types
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from nutamill import cli
 from nutamill.case import load_case
-from nutamill.errors import StepError
+from nutamill.errors import Interrupted, StepError
 
 
 @pytest.fixture
@@ -24,6 +25,7 @@ class OneResult:
     """Stands for a result file."""
 
     state, summary, provenance, case_text = "complete", {"substep": 3e-06}, {"seed": 1}, ""
+    verifiable = True
 
     def __enter__(self):
         return self
@@ -37,8 +39,8 @@ def engine(monkeypatch):
     """The march, replaced by a record of what it was asked."""
     asked = {}
 
-    def run(case, to=None, progress=None, tell=None):
-        asked.update(case=case, to=to)
+    def run(case, to=None, progress=None, tell=None, again=False):
+        asked.update(case=case, to=to, again=again)
         if "fault" in asked:
             raise asked["fault"]
         return OneResult()
@@ -142,20 +144,24 @@ def test_a_run_that_fails_exits_with_1(invoke, engine):
 
 
 @pytest.mark.parametrize(
-    ("begun", "told"), [(True, "interrupted, saved. Go on with: nutamill resume {}"), (False, "interrupted before the first step")]
+    ("fault", "told"),
+    [
+        (Interrupted(Path("a.again.h5")), "interrupted, saved. Go on with: nutamill resume a.again.h5"),
+        (KeyboardInterrupt(), "interrupted before the first step, there was nothing to save"),
+    ],
 )
-def test_an_interrupted_run_says_how_to_go_on_and_exits_with_130(invoke, engine, tmp_path, begun, told):
-    engine["fault"] = KeyboardInterrupt()
-    file = tmp_path / "a.h5"
-    if begun:
-        file.touch()
-    said = invoke("run", "numill", "--to", str(file))
-    assert (said.exit_code, said.stderr.splitlines()[-1]) == (130, told.format(file))
+def test_an_interrupted_run_says_how_to_go_on_and_exits_with_130(invoke, engine, fault, told):
+    engine["fault"] = fault
+    said = invoke("run", "numill", "--to", "a.h5", "--again")
+    assert (said.exit_code, said.stderr.splitlines()[-1], engine["again"]) == (130, told, True)
 
 
 def test_resume_takes_a_new_end_with_its_unit(invoke, engine):
     assert invoke("resume", "a.h5", "--until", "20 s").exit_code == 0
-    assert (str(engine["path"]), engine["until"]) == ("a.h5", 20.0)
+    assert (str(engine["path"]), engine["until"]) == ("a.h5", "20 s")
+
+
+def test_resume_refuses_an_end_without_unit(invoke):
     wrong = invoke("resume", "a.h5", "--until", "20")
     assert (wrong.exit_code, wrong.stderr) == (2, '--until: needs a unit: write "20 s" (a plain number is ambiguous)\n')
 

@@ -228,7 +228,7 @@ def test_run_of_other_kernels_is_not_continued(case, tmp_path, monkeypatch):
     march.run(case.with_(run__until=0.005), tmp_path / "old.h5").close()
     monkeypatch.setattr(march, "kernel_digest", lambda: "0" * 64)
     with pytest.raises(ResultError, match="must go on with the kernels it was begun with"):
-        march.resume(tmp_path / "old.h5")
+        march.resume(tmp_path / "old.h5", until=0.010)
 
 
 def test_ledger_and_interface_of_a_run_close(case, tmp_path):

@@ -201,7 +201,7 @@ def test_row_of_the_wrong_width_is_refused(tmp_path):
 
 def test_existing_file_is_kept_unless_overwriting_is_asked_for(tmp_path):
     new(tmp_path / "a.h5").close()
-    with pytest.raises(ResultError, match="nutamill resume"):
+    with pytest.raises(ResultError, match="exists already"):
         new(tmp_path / "a.h5")
     new(tmp_path / "a.h5", overwrite=True).close()
 

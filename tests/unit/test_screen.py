@@ -4,6 +4,7 @@ import io
 import math
 import os
 import signal
+import sys
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from rich.console import Console
 
 from nutamill import keys, screen
 from nutamill.running import RunningMean
-from nutamill.screen import COMPILING, Progress, Screen, duration, line, panel
+from nutamill.screen import COMPILING, Progress, Screen, duration, line, offers, panel
 
 PROGRESS = Progress(
     phase="ramp",
@@ -132,10 +133,36 @@ def test_key_on_a_terminal_raises_the_signal_that_asks_the_same(monkeypatch):
         with keys.single_keys() as listening:
             assert listening
             os.write(master, b"xcq")
-            keys.obey_keys()
+            typed = keys.typed_keys()
+            obeyed = [keys.obey_key(key, "cq") for key in typed]
         assert termios.tcgetattr(terminal) == before
     os.close(master)
+    assert (typed, obeyed) == ("xcq", [False, True, True])
     assert heard == [signal.SIGUSR1, signal.SIGINT]
+
+
+def test_system_without_terminal_keys_offers_none(monkeypatch):
+    monkeypatch.setitem(sys.modules, "termios", None)
+    with keys.single_keys() as listening:
+        assert not listening
+
+
+def test_screen_offers_what_works_in_the_phase_and_on_the_system(monkeypatch):
+    assert offers(PROGRESS) == {"q": "stop and save", "c": "checkpoint"}
+    assert offers(PROGRESS._replace(phase="settle")) == {"q": "stop (nothing to save yet)"}
+    monkeypatch.delattr(signal, "SIGUSR1", raising=False)
+    assert offers(PROGRESS) == {"q": "stop and save"}
+    assert not keys.obey_key("c", ["c"])
+
+
+def test_screen_whose_terminal_is_gone_goes_quiet_and_leaves_the_run_alone(monkeypatch):
+    def gone(*args, **kwargs):
+        raise OSError(5, "Input/output error")
+
+    with Screen("numill") as show:
+        monkeypatch.setattr("builtins.print", gone)
+        show(PROGRESS)
+        show.message(COMPILING)
 
 
 def test_mean_while_running_is_that_of_the_whole_turns():

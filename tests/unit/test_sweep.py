@@ -162,8 +162,8 @@ def engine(monkeypatch):
     def write(case, path, state="complete", end=2.0):
         time = np.arange(round(end * 1000.0) + 1) / 1000.0
         recorder = Recorder.create(
-            path, case.to_toml(), {}, ["time", "crank_angle", "driveshaft_speed", FORCE.series, TORQUE.series], 1000.0
-        )
+            path, case.to_toml(), {}, ["time", "crank_angle", "driveshaft_speed", FORCE.series, TORQUE.series], 1000.0, overwrite=True
+        )  # as a run does, which has looked at the file there
         speed = np.full_like(time, case.drive.speed)
         ripple = 1.0 + 0.1 * np.sin(speed * time)
         recorder.append(np.stack([time, speed * time, speed, speed**2 * ripple, speed * ripple], axis=1))

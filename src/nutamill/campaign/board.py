@@ -6,9 +6,9 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from nutamill.analysis import with_interval
-from nutamill.campaign.member import finished
 from nutamill.campaign.table import Outcome
 from nutamill.quantities import Reading, Value
+from nutamill.result import is_finished
 
 if TYPE_CHECKING:
     from rich.live import Live
@@ -75,8 +75,8 @@ def _read(outcome: Outcome, readings: Sequence[Reading]) -> list[tuple[Reading, 
 
 def total(outcomes: Sequence[Outcome]) -> str:
     """How many have ended, and how many of them badly."""
-    bad = sum(ended(outcome) and not finished(outcome.state) for outcome in outcomes)
-    done = sum(finished(outcome.state) for outcome in outcomes)
+    bad = sum(ended(outcome) and not is_finished(outcome.state) for outcome in outcomes)
+    done = sum(is_finished(outcome.state) for outcome in outcomes)
     return f"{done} of {len(outcomes)} done" + (f", {bad} not finished" if bad else "")
 
 

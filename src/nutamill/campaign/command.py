@@ -9,7 +9,6 @@ from nutamill.build.quick import quick as quickened
 from nutamill.campaign.axes import axis_values, members
 from nutamill.campaign.board import Board, ended, total
 from nutamill.campaign.fit import fit
-from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import run_all
 from nutamill.campaign.table import dataset
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
@@ -18,6 +17,7 @@ from nutamill.case.sweep_file import is_sweep_file, load_sweep
 from nutamill.errors import CaseError, Fault
 from nutamill.figures.campaign import draw_sweep
 from nutamill.quantities import DEFAULT, reading_of
+from nutamill.result import is_finished
 
 
 def workers_of(jobs: int | None, cluster: str | None) -> Callable[[], Workers]:
@@ -81,7 +81,7 @@ def run_sweep(
     picture = draw_sweep(dataset(outcomes, axes, readings), readings)
     if picture is not None:
         picture.savefig(folder / "table.png")
-    bad = [outcome for outcome in outcomes if ended(outcome) and not finished(outcome.state)]
+    bad = [outcome for outcome in outcomes if ended(outcome) and not is_finished(outcome.state)]
     drawn = f"   picture {folder / 'table.png'}" if picture is not None else ""
     say(f"{total(outcomes)}   {folder / 'table.csv'}{drawn}" + ("   the same command again does what is left" if bad else ""))
     return not bad

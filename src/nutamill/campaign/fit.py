@@ -9,7 +9,6 @@ import numpy as np
 from nutamill import units
 from nutamill.campaign.axes import Member, changed
 from nutamill.campaign.least_squares import Fitted, Free, fitted
-from nutamill.campaign.member import finished
 from nutamill.campaign.sweep import Report, run_all
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case, load_mill
@@ -19,6 +18,7 @@ from nutamill.case.keys import held, si_at, si_of, unit_at
 from nutamill.errors import CaseError, Fault, StepError
 from nutamill.preflight import oscillations
 from nutamill.quantities import Reading, reading_of
+from nutamill.result import is_finished
 
 if TYPE_CHECKING:
     import distributed
@@ -190,7 +190,7 @@ def computed(
     readings = tuple(dict.fromkeys(target.what for target in targets if isinstance(target.what, Reading)))
     outcomes = run_all(list(wanted.values()), folder, workers(), readings, report, tell) if wanted else []
     by_case = {outcome.member.case.digest: outcome for outcome in outcomes}
-    if bad := [outcome for outcome in outcomes if not finished(outcome.state)]:
+    if bad := [outcome for outcome in outcomes if not is_finished(outcome.state)]:
         told = "; ".join(f"{outcome.member.label}: {outcome.state}" for outcome in bad)
         raise StepError(f"fit: every run must end, {told}. The others are kept; the same command again does what is left.")
     values = np.empty((len(points), len(targets)))

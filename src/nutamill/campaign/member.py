@@ -14,9 +14,9 @@ from typing import Literal, NamedTuple
 
 from nutamill.build.bed import settled_bed
 from nutamill.case import Case
-from nutamill.errors import ExitCode, MillError, NotSteadyError, ResultError
+from nutamill.errors import ExitCode, MillError, NotSteadyError
 from nutamill.march import resume, run
-from nutamill.result import open_result, state_of
+from nutamill.result import is_finished, open_result, state_of
 
 
 class Task(NamedTuple):
@@ -46,29 +46,19 @@ def perform(task: Task) -> None:
     if task.act == "settle":
         settled_bed(case)
         return
-    if file.exists() and not _holds_checkpoint(file):
-        file.unlink()
+    if is_finished(state_of(file)):
+        return
     try:
-        if not file.exists():
-            run(case, file).close()
-        elif not finished(state_of(file)):
-            resume(file).close()
+        (resume(file) if _holds_checkpoint(file) else run(case, file)).close()
     except NotSteadyError:
         return
 
 
-def finished(state: str) -> bool:
-    """Whether nothing is left to be done for a run in this state."""
-    return state == "complete" or state.startswith("not steady")
-
-
 def _holds_checkpoint(file: Path) -> bool:
+    if not file.exists():
+        return False
     with open_result(file) as result:
-        try:
-            result.checkpoint()
-        except ResultError:
-            return False
-    return True
+        return result.has_checkpoint
 
 
 def main() -> None:

@@ -11,16 +11,16 @@ from nutamill.build.bed import bed_is_kept, bed_key
 from nutamill.build.chamber_charge import contact_law_of
 from nutamill.build.clock import run_clock
 from nutamill.campaign.axes import Member, changed, members
-from nutamill.campaign.member import Task, finished
+from nutamill.campaign.member import Task
 from nutamill.campaign.table import Outcome, dataset, write_csv
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, MillError
 from nutamill.kernel import kernel_digest
 from nutamill.quantities import DEFAULT, Reading, read
-from nutamill.result import open_result, state_of
+from nutamill.result import is_finished, open_result, state_of
+from nutamill.signals import requests
 from nutamill.warm import warm_up
-from nutamill.watch import requests
 from nutamill.wholefile import make_folder
 
 if TYPE_CHECKING:
@@ -101,8 +101,8 @@ def run_all(
     _refuse(found)
     make_folder(folder / TABLE)
     board = {member.case.digest: _outcome(member, folder, "waiting", readings) for member in found}
-    left = [outcome for outcome in board.values() if not finished(outcome.state)]
-    tell_of_other_kernels((outcome.file for outcome in board.values() if finished(outcome.state)), tell)
+    left = [outcome for outcome in board.values() if not is_finished(outcome.state)]
+    tell_of_other_kernels((outcome.file for outcome in board.values() if is_finished(outcome.state)), tell)
 
     def keep(outcome: Outcome) -> None:
         board[outcome.member.case.digest] = outcome
@@ -195,7 +195,7 @@ def _outcome(member: Member, folder: Path, state: str, readings: Sequence[Readin
     file = result_path(member.case, folder)
     try:
         held = state_of(file)
-        if finished(held):
+        if is_finished(held):
             with open_result(file) as result:
                 return Outcome(member, file, held, read(result, readings))
     except MillError as error:

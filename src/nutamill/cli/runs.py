@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nutamill.cli.common import CaseName, Overrides, Quick, app, load, quantity, told
-from nutamill.errors import CaseError, ExitCode, Fault, NotSteadyError, printable
+from nutamill.cli.common import CaseName, Overrides, Quick, app, load, told
+from nutamill.errors import CaseError, ExitCode, Fault, Interrupted, NotSteadyError, printable
+from nutamill.signals import stop_at_once
 
 if TYPE_CHECKING:
+    from nutamill.case import Case
     from nutamill.result import Result
     from nutamill.screen import Screen
 
@@ -67,9 +69,14 @@ def run(
     to: Annotated[Path | None, typer.Option(help="Result file; else results/<case>-<hash>.h5.")] = None,
     quick: Quick = False,
     threads: Threads = None,
+    again: Annotated[bool, typer.Option("--again", help="Run it anew; an earlier result stays until the new run has ended.")] = False,
 ) -> None:
-    """Run a case to a result file."""
-    loaded = load(case, overrides)
+    """Run a case to a result file; if it is complete already, show it."""
+    with stop_at_once():
+        _run(load(case, overrides), to, quick, threads, again)
+
+
+def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, again: bool) -> None:
     if (quick or threads is not None) and not hasattr(loaded, "charge"):
         raise CaseError(Fault("--quick" if quick else "--threads", "is for mills with a charge, this is a mechanism", "Leave it out"))
     if quick:
@@ -85,7 +92,11 @@ def run(
     path = to or loaded.result_file
     from nutamill import march
 
-    _watched(loaded.title or loaded.name, path, lambda screen: march.run(loaded, to=path, progress=screen, tell=screen.message))
+    _watched(
+        loaded.title or loaded.name,
+        path,
+        lambda screen: march.run(loaded, to=path, progress=screen, tell=screen.message, again=again),
+    )
 
 
 @app.command()
@@ -95,14 +106,10 @@ def resume(
     until: Annotated[str | None, typer.Option(help='New end, e.g. "20 s"; with run.until = "steady" the new longest time.')] = None,
 ) -> None:
     """Continue a run from its last checkpoint."""
-    end = None
-    if until is not None:
-        from nutamill.units import Kind
+    with stop_at_once():
+        from nutamill import march
 
-        end = quantity("--until", until, Kind.TIME)
-    from nutamill import march
-
-    _watched(file.stem, file, lambda screen: march.resume(file, until=end, progress=screen, tell=screen.message))
+        _watched(file.stem, file, lambda screen: march.resume(file, until=until, progress=screen, tell=screen.message))
 
 
 @app.command()
@@ -175,9 +182,11 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
             result = act(screen)
     except NotSteadyError as error:
         missed, result = error, open_result(path)
+    except Interrupted as stop:
+        typer.echo(f"interrupted, saved. Go on with: nutamill resume {stop.path}", err=True)
+        raise typer.Exit(ExitCode.INTERRUPTED) from None
     except KeyboardInterrupt:
-        said = f"interrupted, saved. Go on with: nutamill resume {path}" if path.exists() else "interrupted before the first step"
-        typer.echo(said, err=True)
+        typer.echo("interrupted before the first step, there was nothing to save", err=True)
         raise typer.Exit(ExitCode.INTERRUPTED) from None
     with result:
         summary, warnings = _summary(result)

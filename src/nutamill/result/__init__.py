@@ -20,18 +20,20 @@ cost therefore grows with the file, and so does the pause between two commits.
 """
 
 from nutamill.result.layout import Checkpoint, WallMesh
-from nutamill.result.reader import MISSING, Result, Snapshots, open_result, state_of
+from nutamill.result.reader import MISSING, NOT_STEADY, Result, Snapshots, is_finished, open_result, state_of
 from nutamill.result.recorder import Recorder
 from nutamill.result.verification import Verification, verify
 
 __all__ = [
     "MISSING",
+    "NOT_STEADY",
     "Checkpoint",
     "Recorder",
     "Result",
     "Snapshots",
     "Verification",
     "WallMesh",
+    "is_finished",
     "open_result",
     "state_of",
     "verify",

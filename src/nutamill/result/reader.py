@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 MISSING = "missing"
 """State of a file that is not there."""
+NOT_STEADY = "not steady"
+"""Begin of the state of a run that should have ended when it was steady, and did not."""
 
 
 class Snapshots(Sequence):
@@ -192,6 +194,11 @@ class Result:
             for name in names
         }
 
+    @property
+    def has_checkpoint(self) -> bool:
+        """Whether the file holds a state to resume from."""
+        return len(self._archive.members("checkpoints")) > 0
+
     def checkpoint(self) -> Checkpoint:
         """The newest state kept for resuming that is whole; ResultError if there is none."""
         found, faults = newest_whole(self._archive)
@@ -231,6 +238,11 @@ def open_result(path: str | Path) -> Result:
         if fault := other_kind(path, FileKind.RESULT):
             raise ResultError(str(fault)) from None
         raise
+
+
+def is_finished(state: str) -> bool:
+    """Whether nothing is left to be done for a run in this state."""
+    return state == "complete" or state.startswith(NOT_STEADY)
 
 
 def state_of(path: Path) -> str:

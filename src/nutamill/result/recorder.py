@@ -1,9 +1,11 @@
 """`Recorder` writes a result file: what waits, and when it reaches the disk."""
 
+import contextlib
+import os
 import time as clock
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, BinaryIO, Self
 
 import h5py
 import numpy as np
@@ -24,6 +26,10 @@ FIRST_PAUSE = 5.0
 """Shortest time between two commits [s]; with a run's first minutes in mind, when the file is small."""
 COMMIT_SHARE = 0.02
 """Largest share of the run's wall time that commits may take."""
+SERIES_ROOM = 2**16
+"""Room that an empty series may take in a file [bytes]."""
+DELETED_STAYS = os.name == "posix"
+"""Whether the content of a deleted file stays as long as the file is open, and an open file can be replaced."""
 
 
 class Recorder:
@@ -49,6 +55,9 @@ class Recorder:
         self._started = clock.monotonic() - wall_time
         self._next_commit = clock.monotonic() + FIRST_PAUSE
         self._kept_at = clock.monotonic()
+        self._size = 0
+        self._last_commit: BinaryIO | None = None
+        self._hold_commit()
 
     @classmethod
     def create(
@@ -83,9 +92,7 @@ class Recorder:
         path = Path(path)
         fields = _checked_fields(names)
         if path.exists() and not overwrite:
-            raise ResultError(
-                f"{path}: must be a new file, it exists. Choose another name with --to, or continue it with `nutamill resume`."
-            )
+            raise ResultError(f"{path}: exists already. Choose another name.")
         make_folder(path)
         tidy(path)
 
@@ -115,7 +122,7 @@ class Recorder:
             Checksums.of_new(file).write(file)
 
         meshed = sum(array.nbytes for wall in (walls or {}).values() for array in wall)
-        replace_file(path, edited(fill), room=len(case_toml) + meshed + 2**16 * (len(names) + 2), start=empty_file())
+        replace_file(path, edited(fill), room=len(case_toml) + meshed + SERIES_ROOM * (len(names) + 2), start=empty_file())
         with Archive(path) as archive:
             return cls(path, archive.checksums, {name: new_hash() for name in names}, 0.0)
 
@@ -160,7 +167,7 @@ class Recorder:
             checksums.take_one(file, "")
             checksums.write(file)
 
-        replace_file(path, edited(cut), room=2**16 * len(digests) + checksums.room)
+        replace_file(path, edited(cut), room=SERIES_ROOM * len(digests) + checksums.room)
         return cls(path, checksums, digests, wall_time)
 
     def append(self, rows: np.ndarray) -> None:
@@ -213,15 +220,16 @@ class Recorder:
 
     @property
     def size(self) -> int:
-        """Size of the file on the disk [bytes]."""
-        return self.path.stat().st_size
+        """Size of the file as of the last commit [bytes]."""
+        return self._size
 
     def commit(self, force: bool = False) -> bool:
         """Bring the file up to date if it is time for it, or at once with `force`; tells whether it did.
 
         Raises
         ------
-        ResultError : the disk is full or cannot be written; the file is as it was, and the commit may be repeated
+        ResultError : the disk is full or cannot be written; the file is as it was, and the commit may be repeated.
+            Or the file was deleted, on a system that does not keep the content of a deleted file
         """
         begun = clock.monotonic()
         if not force and begun < self._next_commit:
@@ -233,9 +241,11 @@ class Recorder:
             taken = max(0, (self._rows_in_file + taken) // CHUNK * CHUNK - self._rows_in_file)
         checksums = self._checksums.copy()
         digests = {name: digest.copy() for name, digest in self._digests.items()}
+        before = None if self.path.exists() else self._deleted_content()
         replace_file(
-            self.path, edited(lambda file: self._write(file, rows[:taken], checksums, digests)), self._room(taken)
+            self.path, edited(lambda file: self._write(file, rows[:taken], checksums, digests)), self._room(taken), before
         )
+        self._hold_commit()
         self._checksums, self._digests = checksums, digests
         self._rows = [rows[taken:]] if taken < len(rows) else []
         self._rows_in_file += taken
@@ -249,6 +259,29 @@ class Recorder:
     def close(self) -> None:
         """Commit what is left."""
         self.commit(force=True)
+        if self._last_commit is not None:
+            self._last_commit.close()
+            self._last_commit = None
+
+    def _hold_commit(self) -> None:
+        """Hold what has just been committed, so that it can be written anew if somebody deletes or moves the file."""
+        held, self._last_commit = self._last_commit, None
+        with contextlib.suppress(OSError):  # deleted already
+            self._size = self.path.stat().st_size
+            if DELETED_STAYS:
+                self._last_commit = self.path.open("rb")
+        if held is not None:
+            held.close()
+
+    def _deleted_content(self) -> BinaryIO:
+        """What the file held that is not there any more."""
+        if self._last_commit is None:
+            raise ResultError(
+                f"{self.path}: was deleted or moved during the run, which cannot go on without it. Put it back and resume it,"
+                " or run the case again."
+            )
+        make_folder(self.path)
+        return self._last_commit
 
     def _room(self, rows: int) -> int:
         """Upper bound of what a commit adds to the file [bytes]: the numbers unpacked, and the indices of their blocks."""

@@ -1,0 +1,73 @@
+"""What a file holds that stands where a run is to write: nothing yet, the finished run of the same case, or something to keep."""
+
+from pathlib import Path
+
+from nutamill.case import case_of_text
+from nutamill.case.casefile import CaseFile
+from nutamill.errors import CaseError, DamagedError, ResultError
+from nutamill.result.reader import Result, is_finished, open_result
+
+
+def earlier_result(path: Path, case: CaseFile) -> Result | None:
+    """The finished result of `case` at `path`; None where a run may begin: no file, or one of a run that ended before its first save.
+
+    Raises
+    ------
+    ResultError : the file is no readable result, holds another case, or is incomplete
+    DamagedError : the result is damaged
+    """
+    if not path.exists():
+        return None
+    result = _readable(path)
+    try:
+        if _is_empty(result):
+            return None
+        if not _is_of(result, case):
+            raise ResultError(f"{path}: holds another case. Choose another file with --to, or replace it with --again.")
+        if not is_finished(result.state):
+            raise ResultError(
+                f"{path}: is incomplete, it ends at {result.reached:g} s of {case.run.end:g} s ({result.state})."
+                f" Continue it with: nutamill resume {path}. Or begin anew with --again."
+            )
+        found, result = result, None
+        return found
+    finally:
+        if result is not None:
+            result.close()
+
+
+def place_beside(path: Path) -> Path:
+    """Where a run is written that is to replace the result at `path`: beside it, so that the old one stays until the new one is whole.
+
+    An empty result is replaced where it is; a damaged one stays as well.
+
+    Raises
+    ------
+    ResultError : the file at `path` is no readable result, which no run replaces
+    """
+    if not path.exists():
+        return path
+    with _readable(path) as result:
+        try:
+            empty = _is_empty(result)
+        except DamagedError:
+            empty = False
+    return path if empty else path.with_name(f"{path.stem}.again{path.suffix}")
+
+
+def _readable(path: Path) -> Result:
+    try:
+        return open_result(path)
+    except ResultError as error:
+        raise ResultError(f"{error} No run replaces this file: choose another with --to, or remove it.") from error
+
+
+def _is_empty(result: Result) -> bool:
+    return not result.reached and not result.has_checkpoint
+
+
+def _is_of(result: Result, case: CaseFile) -> bool:
+    try:
+        return case_of_text(result.case_text).digest == case.digest
+    except CaseError:  # of a version with other keys
+        return False
