@@ -88,4 +88,17 @@ def test_mechanism_of_listed_parts_is_no_mill(invoke, folder):
     assert told.exit_code == 2 and "must be a mill, it lists the parts of a mechanism" in told.stderr
     march.run(load_case(crank, ["run.until=5 ms"]), folder / "crank.h5").close()
     told = invoke("loads", "crank.h5")
-    assert told.exit_code == 1 and "crank.h5: must be the run of a mill with its joint reactions" in told.stderr
+    assert told.exit_code == 2 and "crank.h5: must be the run of a mill with its joint reactions" in told.stderr
+
+
+def test_picture_of_a_changed_case_or_of_another_option_leaves_the_earlier_one(invoke, folder):
+    pendulum, changes = str(MECHANISMS / "pendulum.toml"), ["bodies.bob.mass=7 kg"]
+    for words in (("modes", pendulum), ("modes", pendulum, "-s", changes[0]), *(("orders", "empty.h5", "--sensor", s) for s in SENSORS)):
+        told = invoke(*words)
+        assert told.exit_code == 0, told.output
+    cases = load_case(pendulum), load_case(pendulum, changes)
+    assert {file.name for file in (folder / "results").iterdir()} == {f"{case.result_file.stem}-modes.png" for case in cases}
+    assert {file.name for file in folder.glob("empty-orders-*.png")} == {f"empty-orders-{sensor}.png" for sensor in SENSORS}
+
+
+SENSORS = ("driveshaft_torque", "crank_pin_force_resultant")

@@ -1,13 +1,17 @@
 """Answers for a designer, of a case or a result: each prints a table and saves a figure."""
 
+import re
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from nutamill.cli.common import CaseName, Overrides, ResultFile, app, load, load_mill, quantity, told
 from nutamill.errors import CaseError, Fault
 from nutamill.wholefile import io_errors
+
+if TYPE_CHECKING:
+    from nutamill.case import Case
 
 Picture = Annotated[Path | None, typer.Option("--to", help="The picture; else beside the result, or in results/.")]
 ChargeMass = Annotated[bool, typer.Option("--charge", help="With the mass of the charge fixed to the chamber's base.")]
@@ -23,6 +27,17 @@ def _answer(lines: list[str], figure: Any, picture: Path | None, stem: str, fold
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path)
     typer.echo(f"picture {path}")
+
+
+def _picture_name(subject: "Case | Path", question: str, *options: str | None, charge: bool = False) -> str:
+    """Name of a picture without its suffix, one for each answer, so that none overwrites another.
+
+    It holds the name of the case with its digest, or that of the result, as result files have it; the question; and the options
+    that were given.
+    """
+    stem = subject.stem if isinstance(subject, Path) else subject.result_file.stem
+    given = [option for option in (*options, "charge" if charge else None) if option]
+    return "-".join([stem, question, *(re.sub(r"[^\w.+-]", "", option) for option in given)])
 
 
 @app.command()
@@ -47,7 +62,8 @@ def modes(
         found = mechanism_modes(loaded)
     else:
         found = machine_modes(loaded, turning, charge)
-    _answer(modes_lines(found), draw_modes(sticks(loaded), found), to, f"{loaded.name}-modes")
+    stem = _picture_name(loaded, "modes", speed if turning else None, charge=charge)
+    _answer(modes_lines(found), draw_modes(sticks(loaded), found), to, stem)
 
 
 @app.command()
@@ -60,7 +76,7 @@ def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = F
 
     loaded = load_mill(case, overrides)
     found = diagram(loaded, charge=charge)
-    _answer(avoid_lines(found), draw_campbell(found), to, f"{loaded.name}-campbell")
+    _answer(avoid_lines(found), draw_campbell(found), to, _picture_name(loaded, "campbell", charge=charge))
 
 
 @app.command()
@@ -81,7 +97,8 @@ def runup(
     rates = [quantity("--ramp", text, "ramp of speed") for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")]
     name = sensor or default_sensor(loaded)
     runs = run_up(loaded, rates, name, charge=charge)
-    _answer(run_up_lines(runs, name), draw_run_up(runs, name), to, f"{loaded.name}-runup")
+    stem = _picture_name(loaded, "runup", *(ramp or ()), sensor, charge=charge)
+    _answer(run_up_lines(runs, name), draw_run_up(runs, name), to, stem)
 
 
 @app.command()
@@ -94,7 +111,7 @@ def isolation(case: CaseName, overrides: Overrides = None, charge: ChargeMass = 
 
     loaded = load_mill(case, overrides)
     found = passed_on(loaded, charge)
-    _answer(isolation_lines(found), draw_isolation(found), to, f"{loaded.name}-isolation")
+    _answer(isolation_lines(found), draw_isolation(found), to, _picture_name(loaded, "isolation", charge=charge))
 
 
 @app.command()
@@ -118,7 +135,8 @@ def balance(
         raise CaseError(Fault("--plane", "must be a radius and a depth", 'Write e.g. --plane "80 mm, 420 mm"'))
     planes = [tuple(lengths) for lengths in given] or [(loaded.balance.radius, loaded.balance.depth)]
     found = balance_mill(loaded, planes, None if speed is None else quantity("--speed", speed, "speed of rotation"), charge)
-    _answer(balance_lines(found, loaded, grade), draw_balancing(found, loaded), to, f"{loaded.name}-balance")
+    stem = _picture_name(loaded, "balance", *(plane or ()), speed, charge=charge)
+    _answer(balance_lines(found, loaded, grade), draw_balancing(found, loaded), to, stem)
 
 
 @app.command()
@@ -135,7 +153,8 @@ def orders(
 
     with open_mill_result(file) as result:
         found = sensor_orders(result, sensor)
-        _answer(orders_lines(found, sensor), draw_orders(found, waterfall(result, sensor), sensor), to, f"{file.stem}-orders", file.parent)
+        figure, stem = draw_orders(found, waterfall(result, sensor), sensor), _picture_name(file, "orders", sensor)
+        _answer(orders_lines(found, sensor), figure, to, stem, file.parent)
 
 
 @app.command()
@@ -156,7 +175,8 @@ def loads(
     with open_mill_result(file) as result:
         figure = draw_loads(result, axes, last)
         rods = rods_lines(yoke_rods(result, last)) if Case.from_toml(result.case_text).rods else []
-        _answer(loads_lines(load_paths(result, last), axes) + rods, figure, to, f"{file.stem}-loads-{axes}", file.parent)
+        lines = loads_lines(load_paths(result, last), axes) + rods
+        _answer(lines, figure, to, _picture_name(file, "loads", axes, last), file.parent)
 
 
 @app.command()
@@ -182,7 +202,7 @@ def mounts(
         lines = mounts_lines(result, last)
         if lengths:
             lines.append(clearance_line(chamber_clearance(result, tuple(lengths), quantity("--opening", opening, "length"), fixed_to)))
-        _answer(lines, draw_floor(result, last), to, f"{file.stem}-mounts", file.parent)
+        _answer(lines, draw_floor(result, last), to, _picture_name(file, "mounts", last), file.parent)
 
 
 @app.command()
@@ -206,4 +226,5 @@ def life(
         bearings = [bearing_life(result, joint, rated, last) for joint in bearing or rated.bearings]
         sections = [] if bearing else [section_life(result, name, rated, last) for name in rated.sections]
     lines = (bearings_lines(bearings) if bearings else []) + (sections_lines(sections) if sections else [])
-    _answer(lines, draw_lives(bearings, sections), to, f"{file.stem}-life", file.parent)
+    stem = _picture_name(file, "life", ratings.stem, *(bearing or ()), last)
+    _answer(lines, draw_lives(bearings, sections), to, stem, file.parent)
