@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nutamill.build.charge_mix import charge_parts, with_charge_mass
+from nutamill.build.charge_mix import charge_particles, charge_parts, with_charge_mass
 from nutamill.build.clock import Clock, ContactFacts, contact_facts, crank_circle_speed, run_clock
 from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism, nutation_angle
 from nutamill.build.team import team_size
-from nutamill.build.wall_mesh import MeshFacts, free_volume, mesh_facts
+from nutamill.build.wall_mesh import MeshFacts, charge_room, free_volume, mesh_facts
 from nutamill.case import Case
+from nutamill.charge.room import fill_faults
 from nutamill.charge.sizes import mass_percentiles
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import expand
@@ -224,9 +225,7 @@ def preflight(case: Case) -> Preflight:
     room = free_volume(case)
     charge = _part_facts(case, room)
     pebbles = sum(part.pebbles for part in charge)
-    if (filling := sum(part.filling for part in charge)) > 1.0 + 1e-9:
-        what = f"must fit as a loose bed, got {1e3 * filling * room:.3g} L where {1e3 * room:.3g} L are free"
-        raise CaseError(Fault("charge", what, "Take less charge or a larger chamber"))
+    _refuse_full(case, room)
     return Preflight(
         case=case,
         parts={body.name: body.mass for body in mill.bodies},
@@ -243,6 +242,20 @@ def preflight(case: Case) -> Preflight:
         memory=250e6 + 6e3 * pebbles,
         file_size=_file_size(case, sum(part.particles for part in charge)),
     )
+
+
+def _refuse_full(case: Case, room: float) -> None:
+    """Raise CaseError where the beds asked for need more than a free volume of `room` [m^3], or cannot be placed in it."""
+    if not case.charge.parts:
+        return
+    densities = [case.materials[part.material].density for part in case.charge.parts]
+    asked = zip(case.charge.parts, densities, strict=True)
+    needed = sum(part.solid_volume(density, room) / part.packing for part, density in asked)
+    if needed > room * (1.0 + 1e-9):
+        what = f"must fit as a loose bed, got {1e3 * needed:.4g} L where {1e3 * room:.4g} L are free"
+        raise CaseError(Fault("charge", what, "Take less charge or a larger chamber"))
+    if faults := fill_faults(charge_particles(case).bounding_radius, charge_room(case)):
+        raise CaseError(*faults)
 
 
 def wall_time(case: Case) -> float:

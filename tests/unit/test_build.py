@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
+from nutamill.build.bed import _filled, settled_bed
 from nutamill.build.chamber_charge import chamber_surfaces, rib_inside
 from nutamill.build.chamber_statistics import chamber_cells, chamber_survey, statistics_axes
 from nutamill.build.charge_mix import particle_count
@@ -14,11 +16,12 @@ from nutamill.build.model import bed_weight, build
 from nutamill.build.rigid_parts import RigidPart, compose, remove, rib_ring
 from nutamill.build.team import team_size
 from nutamill.case import load_case
-from nutamill.charge.fill import LOOSE_PACKING, bulk_capacity
 from nutamill.charge.model import Status, SurfaceKind
+from nutamill.charge.room import cylinder_room
 from nutamill.charge.team import MOST_THREADS
 from nutamill.errors import CaseError
 from nutamill.machine import CHAMBER, CROSS, SHAFT
+from nutamill.preflight import preflight
 
 
 def mill(*overrides):
@@ -225,7 +228,7 @@ def test_a_sensor_on_the_chamber_sits_where_the_chamber_axes_say():
 def test_ribs_leave_the_fill_the_room_that_the_check_of_a_case_counts_with():
     case = mill("chamber.ribs=12")
     boxes = [rib_inside(case, number) for number in range(12)]
-    free = bulk_capacity(0.07, -0.350, -0.122, boxes) / LOOSE_PACKING
+    free = cylinder_room(0.07, -0.350, -0.122, boxes).volume
     assert free == pytest.approx(case.chamber.free_volume, rel=1e-12)
 
 
@@ -258,3 +261,21 @@ def built_charge(case):
     """Model and state of a small layer of pellets in the chamber of `case`."""
     model, state = build(case, layer(case))
     return model.charge, state.charge
+
+
+@pytest.mark.parametrize("act", [preflight, settled_bed], ids=["check", "run"])
+def test_a_bed_too_dense_to_be_placed_is_refused_alike_by_check_and_run(act):
+    """Balls of 20 mm: 0.63 - 0.12 x 0.02 m x (4/0.14 + 2/0.228)/m = 0.54 of 3.51 L, against the 0.99 x 0.62 of it asked for."""
+    case = mill("charge.fill=0.99", "charge.packing=0.62", "charge.diameter=20 mm", "mechanism.mounting=rigid")
+    with pytest.raises(CaseError, match=r"^charge: must be placed without overlaps, got 2157 cm\^3 of spheres where 1897 cm\^3 can be"):
+        act(case)
+
+
+def test_a_chamber_can_be_filled_to_the_brim_where_check_says_so():
+    """Check accepts a whole chamber of bed, and one denser than 0.58; run places it."""
+    full = mill("charge.fill=1.0", "charge.diameter=15 mm", "charge.packing=0.55", "mechanism.mounting=rigid")
+    assert preflight(full).filling == pytest.approx(1.0, abs=1e-3)
+    dense = mill("charge.fill=0.99", "charge.packing=0.59", "charge.diameter=10 mm", "mechanism.mounting=rigid")
+    particles = _filled(dense)
+    assert particles.volume.sum() > 0.584 * dense.chamber.free_volume
+    assert len(cKDTree(particles.centre).query_pairs(0.010)) == 0

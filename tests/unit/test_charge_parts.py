@@ -7,16 +7,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
 from nutamill.charge import simd
 from nutamill.charge.assembly import charge, velocities
 from nutamill.charge.dynamics import start, window
-from nutamill.charge.fill import bulk_capacity, random_fill
+from nutamill.charge.fill import random_fill
 from nutamill.charge.laws.normal import dashpot_speed, linear_force, pair_stiffness
 from nutamill.charge.laws.rolling import constant_rolling, spring_rolling
 from nutamill.charge.laws.tags import LinearSpring, RollingTypeA, RollingTypeC, StoredDisplacement
 from nutamill.charge.laws.tangential import displacement_friction
 from nutamill.charge.model import BATCH, PairLaw, Surface, SurfaceKind
+from nutamill.charge.particles import LOOSE_PACKING
+from nutamill.charge.room import cylinder_room, largest_fill
 from nutamill.charge.surfaces import surface_contact
 from nutamill.charge.team import run_team
 from nutamill.errors import CaseError
@@ -178,14 +181,27 @@ def test_fill_is_random_without_overlaps_and_repeats_with_its_seed():
 
 
 def test_fill_reaches_nine_tenths_of_the_loose_capacity():
-    n = int(0.9 * bulk_capacity(0.03, 0.0, 0.06) / (4 / 3 * math.pi * 0.0025**3))
+    n = int(0.9 * LOOSE_PACKING * cylinder_room(0.03, 0.0, 0.06).volume / (4 / 3 * math.pi * 0.0025**3))
     x = random_fill(np.full(n, 0.0025), 0.03, 0.0, 0.06)
     gap = np.linalg.norm(x[:, None] - x[None], axis=2) + np.eye(n)
     assert gap.min() >= 0.005
 
 
+def test_what_the_rule_allows_can_be_placed_although_it_is_denser_than_a_loose_bed():
+    """A cylinder of 16 diameters each way: 0.63 - 0.12 x 6/16 = 0.585 of it, against 0.58 of a loose bed."""
+    r, radius, height = 0.5e-3, 8e-3, 16e-3
+    room = cylinder_room(radius, 0.0, height)
+    n = int(largest_fill(np.array([r]), room) / (4 / 3 * math.pi * r**3))
+    assert LOOSE_PACKING < n * 4 / 3 * math.pi * r**3 / room.volume < 0.585
+    x = random_fill(np.full(n, r), radius, 0.0, height)
+    assert len(cKDTree(x).query_pairs(2.0 * r)) == 0
+    assert np.hypot(x[:, 0], x[:, 1]).max() <= radius - r
+    assert x[:, 2].min() >= r
+    assert x[:, 2].max() <= height - r
+
+
 def test_too_much_charge_is_refused():
-    with pytest.raises(CaseError, match="loose bed"):
+    with pytest.raises(CaseError, match="placed without overlaps"):
         random_fill(np.full(2000, 0.0025), 0.025, 0.0, 0.06)
 
 

@@ -132,7 +132,7 @@ def test_a_mesh_is_found_beside_the_case_and_known_by_its_content(folder):
         ('[chamber.mesh]\nfile = "tub.stl"\nunit = "mm"', "mill.toml:3: chamber.mesh.file: tub.stl not found (looked in "),
         (
             '[chamber.mesh]\nfile = "tube.stl"',
-            'mill.toml:2: chamber.mesh.unit: is missing. Add e.g. unit = "m" under [chamber.mesh], or begin',
+            'mill.toml:2: chamber.mesh.unit: is missing. Add e.g. unit = "m" under [chamber.mesh]',
         ),
         (
             '[chamber.mesh]\nfile = "tube.stl"\nunit = "ft"',

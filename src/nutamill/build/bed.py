@@ -23,7 +23,7 @@ from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import chamber_quaternion, chamber_rotation
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
-from nutamill.build.wall_mesh import free_volume, room_box
+from nutamill.build.wall_mesh import charge_room, room_box
 from nutamill.case import Case
 from nutamill.charge.assembly import attitudes, positions
 from nutamill.charge.fill import fill_cylinder, random_attitudes, settle
@@ -139,7 +139,7 @@ def _filled(case: Case) -> Particles:
         return fill_cylinder(particles, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, seed)
     mass_centre = whole_chamber(chamber).mass_centre
     low, high = room_box(case) - mass_centre
-    places = fill_between(particles.bounding_radius, chamber_surfaces(case), low, high, free_volume(case), seed) + mass_centre
+    places = fill_between(particles.bounding_radius, chamber_surfaces(case), low, high, charge_room(case), seed) + mass_centre
     return particles.placed(places, None if particles.spheres_only else random_attitudes(particles.number, seed))
 
 

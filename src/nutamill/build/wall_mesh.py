@@ -15,6 +15,8 @@ from nutamill.case import Case
 from nutamill.charge.mesh import Mesh, closed_mesh
 from nutamill.charge.mesh_patches import mesh_surfaces
 from nutamill.charge.model import Surface
+from nutamill.charge.room import Room, cylinder_room
+from nutamill.charge.triangles import normals_and_areas
 from nutamill.errors import CaseError, Fault, missing_extra
 from nutamill.machine import MeshFile
 from nutamill.units import UNITS, Kind
@@ -206,6 +208,15 @@ def free_volume(case: Case) -> float:
     ribs = 0.25 * math.pi * chamber.inner_diameter**2 * chamber.height - chamber.free_volume
     room = chamber_mesh(case).volume - ribs if chamber.mesh is not None else chamber.free_volume
     return room - sum(mesh.volume for mesh in wall_meshes(case))
+
+
+def charge_room(case: Case) -> Room:
+    """Return the room that the charge is placed in: its free volume, and the area of chamber, ribs and meshed walls."""
+    chamber, rib = case.chamber, case.chamber.rib
+    height = min(rib.length, chamber.height) if rib else 0.0
+    boxes = [((), (), np.array([rib.depth, rib.width, height]) / 2) for _ in range(chamber.ribs)]
+    area = cylinder_room(0.5 * chamber.inner_diameter, 0.0, chamber.height, boxes).area  # a mesh of it has about as much
+    return Room(free_volume(case), area + sum(float(normals_and_areas(mesh.corners)[1].sum()) for mesh in wall_meshes(case)))
 
 
 def room_box(case: Case) -> np.ndarray:

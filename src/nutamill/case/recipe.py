@@ -112,7 +112,7 @@ class Portion(Table):
     fill: Share | None = None
     """Share of the chamber's free volume that they take up as a settled bed of solids fraction `packing` [1]."""
     packing: Share = LOOSE_PACKING
-    """Solids fraction of their bed [1]: turns `fill` into a volume of solid, and decides whether all find room."""
+    """Solids fraction of their bed [1]: turns `fill` into a volume of solid, and an amount into the volume of its bed."""
 
     def size_law(self) -> SizeClasses | SizeLaw:
         """The sizes, ready to give those of a number or of a volume of particles."""

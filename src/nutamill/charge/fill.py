@@ -17,6 +17,7 @@ from nutamill.charge.dynamics import window
 from nutamill.charge.model import Clock, Status
 from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.particles import LOOSE_PACKING, Particles
+from nutamill.charge.room import cylinder_room, fill_faults
 from nutamill.charge.team import run_team
 from nutamill.charge.wording import status_text, status_time
 from nutamill.errors import CaseError, Fault, StepError
@@ -25,19 +26,14 @@ COLUMN_PACKING = 0.40
 """Share that the column of a fresh fill has, where the chamber is high enough [1]."""
 
 SWEEPS = 3000
-"""Sweeps of the relaxation before a fill is given up [1]."""
+"""Sweeps of the relaxation before it goes on with momentum, and then before a fill is given up [1]."""
+
+STEP, MOMENTUM_STEP, MOMENTUM = 0.55, 0.3, 0.9
+"""Share of an overlap by which each of two particles is pushed in a sweep, without and with momentum, and the share of a
+particle's last move that it repeats with momentum [1]: a crowded fill is relaxed in a tenth of the sweeps."""
 
 MARGIN = 1.002
 """Particles are relaxed this much too large, so that they end without touching [1]."""
-
-
-def bulk_capacity(radius: float, floor: float, ceiling: float, boxes: Sequence = ()) -> float:
-    """Solid volume [m^3] that a cylinder of `radius` between `floor` and `ceiling` [m] holds as a loose bed.
-
-    `boxes` are centre, rotation and half sizes of what stands in it, as in `random_fill`.
-    """
-    volume = math.pi * radius**2 * (ceiling - floor) - sum(8.0 * float(np.prod(half)) for _, _, half in boxes)
-    return LOOSE_PACKING * volume
 
 
 def _way_out(x, local, r, rotation, half, radius, floor, ceiling):
@@ -155,10 +151,10 @@ def random_fill(
     r = np.asarray(radii, float) * MARGIN
     boxes = [(np.asarray(c, float), np.asarray(q, float), np.asarray(h, float)) for c, q, h in boxes]
     solid = float((4.0 / 3.0 * math.pi * np.asarray(radii, float) ** 3).sum())
-    capacity = bulk_capacity(radius, floor, ceiling, boxes)
-    if solid > capacity:
-        what = f"must fit as a loose bed, got {solid * 1e6:.0f} cm^3 of solid where {capacity * 1e6:.0f} cm^3 fit"
-        raise CaseError(Fault("charge", what, "Take less charge or a larger chamber"))
+    room = cylinder_room(radius, floor, ceiling, boxes)
+    if faults := fill_faults(radii, room):
+        raise CaseError(*faults)
+    capacity = LOOSE_PACKING * room.volume
     rng = np.random.default_rng(seed)
     height = (ceiling - floor) * min(1.0, solid / capacity * LOOSE_PACKING / COLUMN_PACKING + 4.0 * r.max() / (ceiling - floor))
     n = len(r)
@@ -171,10 +167,12 @@ def random_fill(
         grown = min(ceiling, top + 0.1 * (ceiling - floor) * ((sweep + 1) // 100))
         return _push_from_walls(x, r, radius, floor, grown, boxes)
 
-    return relaxed(x, r, push)
+    return relaxed(x, r, push, crowded=solid > capacity)
 
 
-def relaxed(x: np.ndarray, r: np.ndarray, push: Callable[[np.ndarray, int], float]) -> np.ndarray:
+def relaxed(
+    x: np.ndarray, r: np.ndarray, push: Callable[[np.ndarray, int], float], crowded: bool = False
+) -> np.ndarray:  # fmt: skip
     """Positions without overlaps, by pushing apart what overlaps until nothing does.
 
     Parameters
@@ -182,13 +180,17 @@ def relaxed(x: np.ndarray, r: np.ndarray, push: Callable[[np.ndarray, int], floa
     x : positions to begin with [m] (n, 3), moved in place
     r : radii, `MARGIN` too large [m] (n,)
     push : moves particles out of the walls in place, given the number of the sweep; returns the deepest overlap [m]
+    crowded : whether particles have momentum from the first sweep on, and not only where `SWEEPS` did not suffice
 
     Raises
     ------
     CaseError : no way found to place all
     """
     n, octaves = len(r), size_octaves(r)
-    for sweep in range(SWEEPS):
+    moved = np.zeros_like(x)
+    for sweep in range(2 * SWEEPS):
+        momentum, step = (MOMENTUM, MOMENTUM_STEP) if crowded or sweep >= SWEEPS else (0.0, STEP)
+        before = x.copy()
         i, j = near_pairs(x, octaves)
         gap = x[j] - x[i]
         distance = np.linalg.norm(gap, axis=1)
@@ -196,13 +198,16 @@ def relaxed(x: np.ndarray, r: np.ndarray, push: Callable[[np.ndarray, int], floa
         near = overlap > 0.0
         i, j, gap, distance, overlap = i[near], j[near], gap[near], distance[near], overlap[near]
         worst = float((overlap / np.minimum(r[i], r[j])).max()) if len(i) else 0.0
-        shift = gap * (0.55 * overlap / np.maximum(distance, 1e-300))[:, None]
+        shift = gap * (step * overlap / np.maximum(distance, 1e-300))[:, None]
         for k in range(3):
             x[:, k] += np.bincount(j, shift[:, k], n) - np.bincount(i, shift[:, k], n)
+        if momentum:
+            x += momentum * moved
         wall = push(x, sweep)
+        moved = x - before
         if worst < 2.0 * (1.0 - 1.0 / MARGIN) and wall < (MARGIN - 1.0) * r.min():
             return x
-    raise CaseError(Fault("charge", f"no random packing found in {SWEEPS} sweeps", "Take less charge or a larger chamber"))
+    raise CaseError(Fault("charge", f"no random packing found in {2 * SWEEPS} sweeps", "Take less charge or a larger chamber"))
 
 
 def settle(model, state, scratch, motions, dt: float, longest: float = 1.0, still: float = 1e-9, n_threads: int = 1, progress=None):

@@ -8,11 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.charge.fill import COLUMN_PACKING, LOOSE_PACKING, MARGIN, relaxed
+from nutamill.charge.fill import COLUMN_PACKING, MARGIN, relaxed
 from nutamill.charge.mesh import on_charge_side
 from nutamill.charge.mesh_model import MeshWalls
 from nutamill.charge.mesh_patches import mesh_walls
 from nutamill.charge.model import Surface, SurfaceKind
+from nutamill.charge.particles import LOOSE_PACKING
+from nutamill.charge.room import Room, fill_faults
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.charge.walls import wall_overlap, wall_overlaps
 from nutamill.errors import CaseError, Fault
@@ -63,7 +65,7 @@ def push_out(walls, placed, x, r, top):
 
 
 def fill_between(
-    radii: np.ndarray, surfaces: Sequence[Surface], low: Sequence[float], high: Sequence[float], volume: float, seed: int = 1
+    radii: np.ndarray, surfaces: Sequence[Surface], low: Sequence[float], high: Sequence[float], room: Room, seed: int = 1
 ) -> np.ndarray:  # fmt: skip
     """Random positions without overlaps among the walls of an upright chamber, from the floor up.
 
@@ -72,7 +74,7 @@ def fill_between(
     radii : of the particles, or of spheres that hold them [m] (n,)
     surfaces : all walls, carried by the chamber
     low, high : corners of a box that holds the room between them [m] (3,), chamber axes from the point `surfaces` are given from
-    volume : of that room [m^3]
+    room : its volume and its walls
     seed : of the random numbers; the same seed gives the same fill
 
     Returns
@@ -86,9 +88,8 @@ def fill_between(
     low, high = np.asarray(low, float), np.asarray(high, float)
     r = np.asarray(radii, float) * MARGIN
     solid = float((4.0 / 3.0 * np.pi * np.asarray(radii, float) ** 3).sum())
-    if solid > LOOSE_PACKING * volume:
-        what = f"must fit as a loose bed, got {solid * 1e6:.0f} cm^3 of solid where {LOOSE_PACKING * volume * 1e6:.0f} cm^3 fit"
-        raise CaseError(Fault("charge", what, "Take less charge or a larger chamber"))
+    if faults := fill_faults(radii, room):
+        raise CaseError(*faults)
     walls = FillWalls(
         np.array([int(s.kind) for s in surfaces], np.int64),
         np.zeros(len(surfaces), np.int64),
@@ -99,7 +100,7 @@ def fill_between(
     )
     placed = np.zeros((len(surfaces), 12))
     place_surfaces(walls, np.array([[0.0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]]), placed)
-    share = min(1.0, solid / (COLUMN_PACKING * volume) + 4.0 * float(r.max()) / (high[2] - low[2]))
+    share = min(1.0, solid / (COLUMN_PACKING * room.volume) + 4.0 * float(r.max()) / (high[2] - low[2]))
     rng = np.random.default_rng(seed)
     x, top = _scattered(rng, len(r), surfaces, low, high, share)
 
@@ -115,7 +116,7 @@ def fill_between(
         before[:] = x
         return worst
 
-    x = relaxed(x, r, push)
+    x = relaxed(x, r, push, crowded=solid > LOOSE_PACKING * room.volume)
     if not in_room(surfaces, x).all():
         raise CaseError(Fault("charge", "a particle was pushed through a wall while it was placed", "Take less charge or another seed"))
     return x
