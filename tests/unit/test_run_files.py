@@ -117,6 +117,15 @@ def test_the_same_command_twice_shows_the_summary_twice_and_exits_with_0(case_fi
     assert summary[0].startswith("t = ") or len(summary) > 2
 
 
+def test_picture_that_cannot_be_written_is_reported_after_the_summary(case_file, monkeypatch):
+    monkeypatch.chdir(case_file.parent)
+    (case_file.parent / "a.png").mkdir()
+    told = CliRunner().invoke(cli.app, ["run", case_file.name, "--to", "a.h5"])
+    assert told.exit_code == 4, told.output
+    assert "energy ledger closes" in told.stdout
+    assert told.stderr.startswith("a.png: cannot be written, the system reports")
+
+
 def test_complete_result_of_other_kernels_is_returned_and_called_so(case, path, monkeypatch):
     nm.run(case, path).close()
     monkeypatch.setattr(march, "kernel_digest", lambda: "0" * 64)

@@ -18,6 +18,7 @@ from nutamill.errors import CaseError, Fault
 from nutamill.figures.campaign import draw_sweep
 from nutamill.quantities import DEFAULT, reading_of
 from nutamill.result import is_finished
+from nutamill.wholefile import io_errors
 
 
 def workers_of(jobs: int | None, cluster: str | None) -> Callable[[], Workers]:
@@ -80,7 +81,8 @@ def run_sweep(
         board(outcomes)
     picture = draw_sweep(dataset(outcomes, axes, readings), readings)
     if picture is not None:
-        picture.savefig(folder / "table.png")
+        with io_errors(folder / "table.png"):
+            picture.savefig(folder / "table.png")
     bad = [outcome for outcome in outcomes if ended(outcome) and not is_finished(outcome.state)]
     drawn = f"   picture {folder / 'table.png'}" if picture is not None else ""
     say(f"{total(outcomes)}   {folder / 'table.csv'}{drawn}" + ("   the same command again does what is left" if bad else ""))

@@ -232,13 +232,16 @@ def _draw(result: "Result", path: Path) -> list[Path]:
     """Draw the pictures of a run beside its result; their files."""
     from nutamill.figures.run import draw_ledger, draw_run
     from nutamill.mechanism_analysis import is_mechanism
+    from nutamill.wholefile import io_errors
 
     picture, ledger = path.with_suffix(".png"), path.with_name(f"{path.stem}-power.png")
     if is_mechanism(result):
         from nutamill.figures.mechanism import draw_reactions
 
-        draw_reactions(result).savefig(picture)
-        return [picture]
-    draw_run(result).savefig(picture)
-    draw_ledger(result).savefig(ledger)
-    return [picture, ledger]
+        figures = {picture: draw_reactions(result)}
+    else:
+        figures = {picture: draw_run(result), ledger: draw_ledger(result)}
+    for file, figure in figures.items():
+        with io_errors(file):
+            figure.savefig(file)
+    return list(figures)
