@@ -5,12 +5,16 @@ Every compiled function of the package is decorated with `kernel`.  The decorato
 * keeps the compiled code in the user's cache folder and makes `kernel_digest` part of the cache key.  Numba's own key looks at
   the file of the function alone: after a change of a law in one file, a loop in another file would go on running the old
   physics from the cache (`tests/contracts/test_stale_cache.py`);
+* makes the machine code of each kernel complete in itself.  Numba leaves copies of all that a kernel calls beside it under public names,
+  and the copy that was loaded first is the one that all kernels run: fast-math copies differ in their last bits, so that results would
+  depend on what else a process has compiled or loaded before (`tests/contracts/test_same_bits.py`);
 * releases the GIL, so that a team of Python threads can run the same kernel;
 * counts no references to arrays: kernels allocate nothing, and counting a slice of a shared array is an atomic operation that
   two threads fight over;
 * obeys ``NUMBA_DISABLE_JIT=1`` (plain Python, for debugging) and ``NUMBA_BOUNDSCHECK=1``.
 
-Checked with Numba 0.61 to 0.68: `_index_key` is a private method of Numba's `FunctionCache`.
+Checked with Numba 0.61 to 0.68: `_index_key` is a private method of Numba's `FunctionCache`, `_finalize_final_module` one of its
+`JITCodeLibrary`.
 """
 
 import functools
@@ -20,8 +24,11 @@ import pathlib
 import sys
 
 import numba
+from llvmlite.binding import Linkage
 from numba import types
 from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.extending import overload
 
 from nutamill.source_code import code_digest, compiled_definitions, reached
@@ -66,6 +73,29 @@ class _SourceKeyedCache(FunctionCache):
         return (*super()._index_key(sig, codegen), kernel_digest())
 
 
+class _CompleteLibrary(JITCodeLibrary):
+    """Machine code of a kernel that calls its own copies of other kernels, and no copy that another one brought along."""
+
+    def _finalize_final_module(self):
+        linked = [function for function in self._final_module.functions if not function.is_declaration and function.linkage == Linkage.linkonce_odr]
+        self._shared_module = self._final_module.clone()
+        for function in self._shared_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.external:
+                function.linkage = Linkage.linkonce_odr
+        for function in linked:
+            function.linkage = Linkage.internal
+        super()._finalize_final_module()
+
+
+class _KernelCompiler(Compiler):
+    """Numba's compiler of a function, into a `_CompleteLibrary`."""
+
+    def define_pipelines(self):
+        self.state.library = _CompleteLibrary(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        self.state.library.enable_object_caching()
+        return super().define_pipelines()
+
+
 if not numba.config.CACHE_DIR:
     numba.config.CACHE_DIR = str(cache_folder())
 
@@ -81,6 +111,7 @@ def kernel(function=None, *, fast=False, inline="never"):
         "inline": inline,
         "no_cfunc_wrapper": True,
         "_nrt": False,
+        "pipeline_class": _KernelCompiler,
     }
     compiled = numba.njit(**options)(function)
     if JIT:
