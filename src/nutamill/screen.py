@@ -25,6 +25,8 @@ OFFERS_SETTLING = {"q": "stop (nothing to save yet)"}
 """What each key does before the first step."""
 ANSWERS = {"q": "stopping; the run is saved after this step", "c": "a checkpoint is saved after this step"}
 """What the screen says when such a key was pressed."""
+SPINNER = "dots"
+"""Form of the moving sign that the program is at work."""
 COMPILING = "compiling kernels, once for this version, about 40 s"
 
 
@@ -94,8 +96,10 @@ class Screen:
     def __enter__(self) -> Self:
         if not self._quiet and sys.stdout.isatty():
             from rich.live import Live  # rich is needed on a terminal only
+            from rich.spinner import Spinner
+            from rich.text import Text
 
-            self._live = Live(refresh_per_second=REFRESH)
+            self._live = Live(Spinner(SPINNER, Text(printable(self._title))), refresh_per_second=REFRESH)
             self._live.start()
             self._open.callback(self._live.stop)
             self._keys = self._open.enter_context(single_keys())
@@ -187,6 +191,7 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
     from rich.console import Group
     from rich.panel import Panel
     from rich.progress_bar import ProgressBar
+    from rich.spinner import Spinner
     from rich.table import Table
     from rich.text import Text
 
@@ -200,13 +205,14 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
         left = f"left {duration(progress.time_left)}" if k == present else ""
         style = "bold" if k == present else "" if k < present else "dim"
         share = f"{100.0 * fraction:3.0f} %" if known else "done"
-        bars.add_row(phase, ProgressBar(total=1.0, completed=fraction, width=32), share, time, left, style=style)
+        sign = Spinner(SPINNER) if k == present else ""
+        bars.add_row(phase, ProgressBar(total=1.0, completed=fraction, width=32), share, time, left, sign, style=style)
 
     heard = "   ".join(f"{key} {does}" for key, does in offers(progress).items()) if keys else None
     readings = Table.grid(padding=(0, 2))
     readings.add_column(min_width=16)
     if not _of_mill(progress):
-        times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {1e6 * progress.dt:.2f} µs"
+        times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {_number(1e6 * progress.dt, '.2f')} µs"
         return Panel(Group(bars, "", times), title=named, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1))
     for _ in range(3):
         readings.add_column(justify="right", min_width=8)
@@ -219,7 +225,7 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
     readings.add_row("", _percent(progress.largest_pair_overlap, ".1f"), "", "", "% of d, pellets")
     readings.add_row("energy ledger", _percent(progress.ledger_residual, ".3f"), "", "", "% not accounted for")
 
-    times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {1e6 * progress.dt:.2f} µs"
+    times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {_number(1e6 * progress.dt, '.2f')} µs"
     work = (
         f"{progress.contacts} contacts   {_number(progress.nanoseconds, '.0f')} ns per particle and step   "
         f"file {progress.file_size / 1e6:.1f} MB"

@@ -178,3 +178,16 @@ def test_mean_while_running_is_that_of_the_whole_turns():
     assert means.mean()[0] == pytest.approx(8.5, abs=1 / 800 + 1e-9)
     spread = np.std(np.arange(6.0, 12.0), ddof=1)
     assert means.half_width() == pytest.approx([2.5706 * spread / math.sqrt(6), 0.0], rel=1e-4, abs=1e-9)
+
+
+def test_what_is_not_known_yet_is_a_dash_and_a_sign_moves():
+    unknown = {name: math.nan for name, value in PROGRESS._asdict().items() if isinstance(value, float)}
+    table = panel("numill", PROGRESS._replace(**unknown)._replace(phase="settle", time=0.0, end_time=1.0, fraction=0.0), {"settle": 1.0})
+    drawn = []
+    for moment in (0.0, 1.0):
+        console = Console(width=100, record=True, file=io.StringIO(), get_time=lambda moment=moment: moment)
+        console.print(table)
+        drawn.append(console.export_text())
+    assert "nan" not in drawn[0]
+    assert "dt = - µs" in drawn[0]
+    assert drawn[0] != drawn[1]
