@@ -87,7 +87,7 @@ def process_time(*command: str) -> float:
     times = []
     for _ in range(5):
         begun = wall.perf_counter()
-        subprocess.run([sys.executable, *command], check=True, capture_output=True)
+        subprocess.run([sys.executable, "-P", *command], check=True, capture_output=True)
         times.append(wall.perf_counter() - begun)
     return statistics.median(times)
 

@@ -13,47 +13,34 @@ Every compiled function of the package is decorated with `kernel`.  The decorato
   two threads fight over;
 * obeys ``NUMBA_DISABLE_JIT=1`` (plain Python, for debugging) and ``NUMBA_BOUNDSCHECK=1``.
 
-Checked with Numba 0.61 to 0.68: `_index_key` is a private method of Numba's `FunctionCache`, `_finalize_final_module` one of its
-`JITCodeLibrary`.
+Checked with Numba 0.61 to 0.68: private to Numba are `_index_key` and `_impl_class` of its `FunctionCache`, `_locator_classes` of
+`CompileResultCacheImpl`, and `_finalize_final_module` of `JITCodeLibrary`.
 """
 
+import contextlib
 import functools
+import hashlib
 import inspect
-import os
 import pathlib
 import sys
 
 import numba
 from llvmlite.binding import Linkage
 from numba import types
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.registry import cpu_target
 from numba.extending import overload
 
+from nutamill.cachefolder import cache_folder
 from nutamill.source_code import code_digest, compiled_definitions, reached
 
 JIT = not numba.config.DISABLE_JIT
 """False under ``NUMBA_DISABLE_JIT=1``: kernels are plain Python, one thread only, small cases only."""
 
-COMPILER_VERSION = numba.__version__
-"""Version of the compiler, for names of what it made."""
-
 FAST_MATH = {"nsz", "arcp", "contract", "reassoc"}
 """Rewrites that let a batch of contacts become vector code; NaN and infinity keep their meaning."""
-
-
-def cache_folder() -> pathlib.Path:
-    """Folder of the compiled kernels: ``NUMBA_CACHE_DIR`` if set, else the user's cache folder."""
-    if given := os.environ.get("NUMBA_CACHE_DIR"):
-        return pathlib.Path(given)
-    if sys.platform == "win32":
-        base = os.environ.get("LOCALAPPDATA", pathlib.Path.home() / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = pathlib.Path.home() / "Library" / "Caches"
-    else:
-        base = os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache"
-    return pathlib.Path(base) / "nutamill" / "kernels"
 
 
 @functools.cache
@@ -66,24 +53,55 @@ def kernel_digest() -> str:
     return code_digest(reached(compiled_definitions()))
 
 
-class _SourceKeyedCache(FunctionCache):
-    """Numba's disk cache with the digest of the kernels in its key."""
+def compiled_mark(*names: str) -> pathlib.Path:
+    """Return the file that stands for compiled kernels in the cache, of these names: there once they have been compiled.
+
+    Compiled code belongs to a place of the package, a version of Python and Numba, a processor and `kernel_digest`.
+    """
+    processor = cpu_target.target_context.codegen().magic_tuple()
+    made_for = (str(pathlib.Path(__file__).parent), sys.version, numba.__version__, processor, kernel_digest())
+    return cache_folder() / "-".join(["compiled", hashlib.sha256(repr(made_for).encode()).hexdigest()[:16], *names])
+
+
+class _CacheFiles(CompileResultCacheImpl):
+    """Where Numba keeps compiled code: in our folder, and never beside the source."""
+
+    _locator_classes = tuple(kind for kind in CompileResultCacheImpl._locator_classes if "UserProvided" in kind.__name__)
+
+
+class _KernelCache(FunctionCache):
+    """Numba's disk cache with the digest of the kernels in its key; a kernel that cannot be loaded or kept is compiled."""
+
+    _impl_class = _CacheFiles
 
     def _index_key(self, sig, codegen):
         return (*super()._index_key(sig, codegen), kernel_digest())
+
+    def load_overload(self, sig, target_context):
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # a damaged file fails in any way
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, sig, data):
+        with contextlib.suppress(OSError):
+            super().save_overload(sig, data)
 
 
 class _CompleteLibrary(JITCodeLibrary):
     """Machine code of a kernel that calls its own copies of other kernels, and no copy that another one brought along."""
 
     def _finalize_final_module(self):
-        linked = [function for function in self._final_module.functions if not function.is_declaration and function.linkage == Linkage.linkonce_odr]
-        self._shared_module = self._final_module.clone()
-        for function in self._shared_module.functions:
-            if not function.is_declaration and function.linkage == Linkage.external:
-                function.linkage = Linkage.linkonce_odr
-        for function in linked:
-            function.linkage = Linkage.internal
+        self._shared_module = self._final_module.clone()  # for kernels that call this one: as Numba makes it, once and later
+        for module, before, after in (
+            (self._shared_module, Linkage.external, Linkage.linkonce_odr),
+            (self._final_module, Linkage.linkonce_odr, Linkage.internal),
+        ):
+            for function in module.functions:
+                if not function.is_declaration and function.linkage == before:
+                    function.linkage = after
         super()._finalize_final_module()
 
 
@@ -96,8 +114,7 @@ class _KernelCompiler(Compiler):
         return super().define_pipelines()
 
 
-if not numba.config.CACHE_DIR:
-    numba.config.CACHE_DIR = str(cache_folder())
+numba.config.CACHE_DIR = str(cache_folder())
 
 
 def kernel(function=None, *, fast=False, inline="never"):
@@ -115,7 +132,8 @@ def kernel(function=None, *, fast=False, inline="never"):
     }
     compiled = numba.njit(**options)(function)
     if JIT:
-        compiled._cache = _SourceKeyedCache(function)
+        with contextlib.suppress(RuntimeError):  # no folder can be written: it is compiled in each process
+            compiled._cache = _KernelCache(function)
     return compiled
 
 

@@ -17,6 +17,9 @@ PACKAGE = Path(__file__).parent
 COMPILING = {"nutamill.kernel": {"kernel", "by_type", "like"}}
 """What compiles a function, by the module that has it; so does all that is imported from Numba."""
 
+APART = ("nutamill.source_code", "nutamill.cachefolder")
+"""Modules that kernels reach and that decide no number: where compiled code is kept, and when it is made anew."""
+
 IMPORT = (ast.Import, ast.ImportFrom)
 
 Place = tuple[str, int]
@@ -115,7 +118,7 @@ def _neighbours(place: Place) -> Iterator[Place]:
 def _imported(module: str, name: str) -> Iterator[Place]:
     """Definitions of this package that ``from module import name`` stands for: the named one, or all of a module."""
     first, *parts = module.split(".")
-    if first != PACKAGE.name:
+    if first != PACKAGE.name or module in APART:
         return
     path = _path((*parts, name)) if name else ""
     if path or not name:

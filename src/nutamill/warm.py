@@ -6,11 +6,13 @@ a turntable will do.
 """
 
 import subprocess
-import sys
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
+from pathlib import Path
 
 import numpy as np
 
+from nutamill.cachefolder import cache_trouble
 from nutamill.charge.assembly import charge
 from nutamill.charge.dynamics import start, window
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw, contact_law, law_names
@@ -18,9 +20,10 @@ from nutamill.charge.model import PairLaw, Surface, SurfaceKind
 from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.statistics import charge_statistics, sample, statistics_plan
 from nutamill.charge.team import run_team
+from nutamill.child import ended, start_child, task_of_parent
 from nutamill.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
 from nutamill.frames import MOTION_SIZE
-from nutamill.kernel import COMPILER_VERSION, JIT, cache_folder, kernel_digest
+from nutamill.kernel import JIT, compiled_mark
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
@@ -45,33 +48,50 @@ def warm_up(
     law : of the contacts; each has kernels of its own
     """
     names = law_names(law)
-    mark = cache_folder() / "-".join(["compiled", kernel_digest()[:16], COMPILER_VERSION, *names])
-    if not JIT or mark.is_file():
+    if not _begins(compiled_mark(*names), tell):
         return
-    if tell is not None:
-        tell(COMPILING)
-    charge_compiler = subprocess.Popen([sys.executable, "-c", f"from nutamill.warm import march_ball; march_ball({names})"])
-    march_turntable()
-    read_ball(names)
-    charge_compiler.wait()
-    process = meanwhile() if meanwhile is not None else None
-    march_both(names)
-    if process is not None:
-        process.wait()
-    mark.parent.mkdir(parents=True, exist_ok=True)
-    mark.touch()
+    with ExitStack() as children:
+        charge_compiler = start_child("from nutamill.warm import compile_charge; compile_charge()", names)
+        children.enter_context(ended(charge_compiler))
+        march_turntable()
+        read_ball(names)
+        charge_compiler.wait()
+        process = meanwhile() if meanwhile is not None else None
+        if process is not None:
+            children.enter_context(ended(process))
+        march_both(names)
+        if process is not None:
+            process.wait()
+    _set(compiled_mark(*names))
 
 
 def warm_up_mechanism(tell: Callable[[str], None] | None = None) -> None:
     """Compile the kernels of a run without charge, if this version has not been compiled here before; `tell` as in `warm_up`."""
-    mark = cache_folder() / "-".join(["compiled", kernel_digest()[:16], COMPILER_VERSION, "mechanism"])
+    mark = compiled_mark("mechanism")
+    if _begins(mark, tell):
+        march_turntable()
+        _set(mark)
+
+
+def compile_charge() -> None:
+    """Compile the charge's window in a process of its own, for the law whose names the parent gives."""
+    march_ball(task_of_parent())
+
+
+def _begins(mark: Path, tell: Callable[[str], None] | None) -> bool:
+    """Whether there is something to compile; `tell` is told so, and what is wrong with the cache."""
     if not JIT or mark.is_file():
-        return
+        return False
     if tell is not None:
-        tell(COMPILING)
-    march_turntable()
-    mark.parent.mkdir(parents=True, exist_ok=True)
-    mark.touch()
+        for text in filter(None, (cache_trouble(), COMPILING)):
+            tell(text)
+    return True
+
+
+def _set(mark: Path) -> None:
+    """Note that kernels have been compiled; without the note they are only looked for again."""
+    with suppress(OSError):
+        mark.touch()
 
 
 def turntable():

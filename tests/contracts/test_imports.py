@@ -12,7 +12,7 @@ import nutamill
 PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 FLOOR = {
-    **dict.fromkeys(("source_code", "signals"), 0),
+    **dict.fromkeys(("source_code", "cachefolder", "child", "signals"), 0),
     **dict.fromkeys(("errors", "files", "units", "kernel", "keys", "steady"), 1),
     **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "running"), 2),
     "materials": 3,

@@ -6,10 +6,10 @@ or mounts, so that a sweep settles once.
 
 import functools
 import hashlib
+import io
 import json
 import os
 import subprocess
-import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -18,19 +18,20 @@ import numpy as np
 
 from nutamill import __version__
 from nutamill.build.chamber_charge import chamber_charge, chamber_surfaces, rib_inside
-from nutamill.build.charge_mix import charge_particles
+from nutamill.build.charge_mix import charge_particles, particle_count
 from nutamill.build.clock import run_clock
 from nutamill.build.mill_mechanism import chamber_quaternion, chamber_rotation
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
 from nutamill.build.wall_mesh import charge_room, room_box
+from nutamill.cachefolder import beds_folder
 from nutamill.case import Case
 from nutamill.charge.assembly import attitudes, positions
 from nutamill.charge.fill import fill_cylinder, random_attitudes, settle
 from nutamill.charge.fill_walls import fill_between
 from nutamill.charge.particles import Particles
+from nutamill.child import start_child, task_of_parent
 from nutamill.frames import MOTION_SIZE, quaternion_product
-from nutamill.kernel import cache_folder
 from nutamill.source_code import code_digest, definition_of, reached
 
 STILL = 1e-6
@@ -66,12 +67,12 @@ def _settling_code() -> str:
 
 def bed_file(case: Case) -> Path:
     """Where the bed of a case is kept, in the user's cache folder."""
-    return cache_folder().parent / "beds" / f"{bed_key(case)[:32]}.npy"
+    return beds_folder() / f"{bed_key(case)[:32]}.bed"
 
 
 def bed_is_kept(case: Case) -> bool:
-    """Whether there is nothing left to settle: the bed is in the cache, or the chamber is empty."""
-    return not case.charge.parts or bed_file(case).is_file()
+    """Whether there is nothing left to settle: the bed is in the cache and whole, or the chamber is empty."""
+    return not case.charge.parts or _kept_bed(case) is not None
 
 
 def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
@@ -79,7 +80,7 @@ def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> 
 
     With clumps, places and attitudes (n, 7).
 
-    Taken from the user's cache if the same bed was settled before; None for an empty chamber.
+    Taken from the user's cache if the same bed was settled before and its file is whole; None for an empty chamber.
 
     Parameters
     ----------
@@ -92,24 +93,21 @@ def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> 
     """
     if not case.charge.parts:
         return None
-    file = bed_file(case)
-    if file.is_file():
-        return np.load(file, allow_pickle=False)
-    bed = _settle(case, progress)
-    _keep(file, bed)
+    bed = _kept_bed(case)
+    if bed is None:
+        bed = _settle(case, progress)
+        _keep(bed_file(case), bed)
     return bed
 
 
 def settle_apart(case: Case) -> subprocess.Popen:
     """Start a process that settles the bed of a case into the cache; a fault shows when `settled_bed` is asked again."""
-    program = (
-        "import sys; from nutamill.build.bed import settled_bed; from nutamill.case import Case;"
-        " settled_bed(Case.from_toml(sys.stdin.read()))"
-    )
-    process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    process.stdin.write(case.with_("run.threads", 1).to_toml())
-    process.stdin.close()
-    return process
+    return start_child("from nutamill.build.bed import settle_for_parent; settle_for_parent()", case.with_("run.threads", 1).to_toml())
+
+
+def settle_for_parent() -> None:
+    """Settle the bed of the case that the parent gives, in a process of its own."""
+    settled_bed(Case.from_toml(task_of_parent()))
 
 
 def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
@@ -144,11 +142,33 @@ def _filled(case: Case) -> Particles:
 
 
 def _keep(file: Path, bed: np.ndarray) -> None:
-    """Put the bed in the cache, whole or not at all; a cache that cannot be written is no fault."""
+    """Put the bed in the cache behind its own digest, whole or not at all; a cache that cannot be written is no fault."""
+    buffer = io.BytesIO()
+    np.save(buffer, bed, allow_pickle=False)
+    content = buffer.getvalue()
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".npy", delete=False) as part:
-            np.save(part, bed, allow_pickle=False)
-        os.replace(part.name, file)
+        with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".part", delete=False) as part:
+            try:
+                part.write(hashlib.sha256(content).digest() + content)
+                part.flush()
+                os.fsync(part.fileno())
+                part.close()
+                os.replace(part.name, file)
+            except OSError:
+                os.unlink(part.name)
     except OSError:
         pass
+
+
+def _kept_bed(case: Case) -> np.ndarray | None:
+    """The bed of a case from the cache; None if there is none, or if its file is damaged."""
+    try:
+        digest, content = (whole := bed_file(case).read_bytes())[:32], whole[32:]
+        if hashlib.sha256(content).digest() != digest:
+            return None
+        bed = np.load(io.BytesIO(content), allow_pickle=False)
+    except (OSError, ValueError):
+        return None
+    sound = bed.ndim == 2 and bed.shape[0] == particle_count(case) and bed.shape[1] in (3, 7) and np.isfinite(bed).all()
+    return bed if sound else None

@@ -4,16 +4,15 @@ As a program it takes its task from one line of its standard input, and stops, s
 that dies takes its workers with it.
 """
 
-import json
 import os
 import signal
 import sys
-import threading
 from pathlib import Path
 from typing import Literal, NamedTuple
 
 from nutamill.build.bed import settled_bed
 from nutamill.case import Case
+from nutamill.child import task_of_parent
 from nutamill.errors import ExitCode, MillError, NotSteadyError
 from nutamill.march import resume, run
 from nutamill.result import is_finished, open_result, state_of
@@ -63,13 +62,7 @@ def _holds_checkpoint(file: Path) -> bool:
 
 def main() -> None:
     """Take a task from standard input, perform it, and exit with the code of its fault."""
-    task = Task(*json.loads(sys.stdin.readline()))
-
-    def stop_when_left_alone() -> None:
-        sys.stdin.read()
-        os.kill(os.getpid(), signal.SIGTERM)
-
-    threading.Thread(target=stop_when_left_alone, daemon=True).start()
+    task = Task(*task_of_parent(when_alone=lambda: os.kill(os.getpid(), signal.SIGTERM)))
     try:
         perform(task)
         code = ExitCode.DONE

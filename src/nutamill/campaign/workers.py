@@ -1,16 +1,16 @@
 """Who does the work: a process for each run on this machine, or the workers of a Dask cluster.  No scheduler of our own."""
 
 import contextlib
-import json
+import os
 import signal
 import subprocess
-import sys
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Protocol
 
 from nutamill.build.team import usable_cores
 from nutamill.campaign.member import Task, perform
+from nutamill.child import start_child
 from nutamill.errors import CaseError, ExitCode, Fault, MillError, missing_extra
 
 if TYPE_CHECKING:
@@ -53,26 +53,13 @@ class LocalProcesses:
 
     def _supervise(self, task: Task) -> None:
         """Start the process of a task and wait for its end; WorkerError says how it ended if not well."""
-        pipe = subprocess.PIPE
         with self._lock:
             if self._stopped:
                 raise WorkerError("not begun")
-            # a session of its own: an interrupt at the terminal reaches the campaign alone, which asks its processes to save, once
-            process = subprocess.Popen(
-                [sys.executable, "-c", PROGRAM],
-                stdin=pipe,
-                stderr=pipe,
-                stdout=subprocess.DEVNULL,
-                text=True,
-                start_new_session=True,
-            )
+            process = start_child(PROGRAM, task, stderr=subprocess.PIPE)
             self._running.add(process)
         try:
-            process.stdin.write(json.dumps(task) + "\n")
-            process.stdin.flush()
             said = process.stderr.read()  # until the process ends; its input stays open meanwhile
-        except BrokenPipeError:
-            said = process.stderr.read()
         finally:
             code = process.wait()
             with contextlib.suppress(BrokenPipeError):
@@ -129,6 +116,7 @@ def cluster_client(address: str, jobs: int | None) -> "distributed.Client":
     except ImportError:
         raise missing_extra("--cluster", "Dask", "cluster") from None
     if address == "local":
+        os.environ["PYTHONSAFEPATH"] = "1"  # its processes look for no modules in the working folder
         local = distributed.LocalCluster(n_workers=jobs or usable_cores(), threads_per_worker=1, dashboard_address=None)
         return distributed.Client(local)
     try:
