@@ -8,6 +8,8 @@ from nutamill.build.described_mechanism import assemble_case, mechanism_clock, m
 from nutamill.case import MechanismCase
 from nutamill.case.mechanism_checks import series_count
 from nutamill.errors import CaseError, StepError
+from nutamill.forecast import RUN_MEMORY, Forecast
+from nutamill.host import free_disk, total_memory
 from nutamill.mechanism.constraints import redundancies
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.linear import modes, static_equilibrium
@@ -55,8 +57,11 @@ class MechanismSheet:
         case = self.case
         masses = ", ".join(f"{name} {mass:.4g}" for name, mass in self.masses.items())
         centre = ", ".join(f"{1e3 * value:.4g}" for value in self.mass_centre)
+        forecast = self._forecast()
+        warnings = forecast.warnings(total_memory(), free_disk(case.result_file))
         shown = [
             f"{case.title or case.name}: ok",
+            *(f"  warning: {warning}" for warning in warnings),
             f"bodies    {len(self.masses)}, {sum(self.masses.values()):.5g} kg in all, mass centre at ({centre}) mm",
             f"          masses in kg: {masses}",
             f"joints    {len(case.joints)} joints, {len(case.drives)} drives, {self.rows} constraints; loops close within {self.gap:.1e}",
@@ -73,14 +78,22 @@ class MechanismSheet:
         else:
             shown.append(f"modes     none: {self.modes_missing}")
         steps = case.run.until / self.step
-        seconds = steps * (2.0 + ROW_MICROSECONDS * self.rows) * 1e-6
         shown.append(f"time step {1e6 * self.step:.3g} us, {steps:.3g} steps, series every {1e6 / case.run.series_rate:.4g} us")
-        shown.append(f"forecast  about {max(seconds, 1.0):.0f} s, {self._file_size() / 1e6:.1f} MB file")
+        shown.append(f"forecast  about {forecast.text}")
         return shown
 
-    def _file_size(self) -> float:
-        """Expected size of the result file [bytes]."""
-        return 8 * series_count(self.case) * self.case.run.until * self.case.run.series_rate + 1e6
+    def _forecast(self) -> Forecast:
+        """What the run will take."""
+        run = self.case.run
+        seconds = run.until / self.step * (2.0 + ROW_MICROSECONDS * self.rows) * 1e-6
+        return Forecast(
+            wall_time=max(seconds, 1.0),
+            memory=RUN_MEMORY,
+            file_size=8 * series_count(self.case) * run.until * run.series_rate + 1e6,
+            time_key="An earlier run.until or a longer run.dt",
+            memory_key="Nothing",
+            file_key="A lower run.series_rate",
+        )
 
 
 def mechanism_preflight(case: MechanismCase) -> MechanismSheet:

@@ -7,13 +7,16 @@ import numpy as np
 from nutamill.build.charge_mix import charge_particles, charge_parts, with_charge_mass
 from nutamill.build.clock import Clock, ContactFacts, contact_facts, crank_circle_speed, run_clock
 from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism, nutation_angle
-from nutamill.build.team import team_size
+from nutamill.build.team import team_size, usable_cores
 from nutamill.build.wall_mesh import MeshFacts, charge_room, free_volume, mesh_facts
 from nutamill.case import Case
+from nutamill.case.recipe import SIZE_KEYS
 from nutamill.charge.room import fill_faults
 from nutamill.charge.sizes import mass_percentiles
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import expand
+from nutamill.forecast import RUN_MEMORY, Forecast
+from nutamill.host import free_disk, total_memory
 from nutamill.mechanism.linear import modes, static_equilibrium
 from nutamill.units import rpm
 
@@ -32,6 +35,10 @@ MECHANISM_MICROSECONDS = 23.0
 
 STATISTICS_SIZE = 4e5
 """Size of the statistics at one checkpoint, packed [bytes]: some thousand cells and patches."""
+FEWER = "Fewer or coarser particles ({})"
+"""What brings down all that grows with the charge, with the key of its size."""
+SPHERE_MEMORY = 6e3
+"""Memory for each sphere [bytes]."""
 PACKED = 0.65
 """Share of its size to which a series is compressed [1], for forecasts."""
 
@@ -96,19 +103,17 @@ class Preflight:
     """Natural frequencies [Hz] and damping ratios [1] of the empty mill, slowest first."""
     crossings: list[Crossing]
     """Natural frequencies that the ramp passes, with the charge as a rigid mass at the chamber's base."""
-    wall_time: float
-    """Expected wall time of the run [s], settling and compilation left out."""
-    memory: float
-    """Expected memory [bytes]."""
-    file_size: float
-    """Expected size of the result file [bytes]."""
+    forecast: Forecast
+    """What the run will take."""
+    warnings: list[Fault]
+    """What is possible but odd about the case, and what is too much for this machine."""
 
     def lines(self) -> list[str]:
         """The sheet as text."""
-        case = self.case
-        state = f"{len(case.warnings)} warning{'s' if len(case.warnings) != 1 else ''}" if case.warnings else "no warnings"
+        case, count = self.case, len(self.warnings)
+        state = f"{count} warning{'s' * (count != 1)}" if count else "no warnings"
         shown = [f"{case.title or case.name}: ok, {state}"]
-        shown += [f"  warning: {warning}" for warning in case.warnings]
+        shown += [f"  warning: {warning}" for warning in self.warnings]
         shown += self._machine_lines()
         shown += self._mesh_lines()
         if self.contacts:
@@ -116,10 +121,8 @@ class Preflight:
         shown.append(f"time step {_microseconds(self.clock.substep)} ({self.clock.ruled_by}), {self._steps():.3g} steps")
         shown.append(f"          mechanism step {_microseconds(self.clock.window)}, series every {1e6 / case.run.series_rate:.4g} us")
         shown += self._mode_lines()
-        shown.append(
-            f"forecast  about {_duration(self.wall_time)} on {team_size(case)} thread{'s' if team_size(case) > 1 else ''},"
-            f" {self.memory / 1e6:.0f} MB memory, {self.file_size / 1e6:.0f} MB file"
-        )
+        threads = team_size(case)
+        shown.append(f"forecast  on {threads} thread{'s' * (threads > 1)} about {self.forecast.text}")
         return shown
 
     @property
@@ -226,6 +229,7 @@ def preflight(case: Case) -> Preflight:
     charge = _part_facts(case, room)
     pebbles = sum(part.pebbles for part in charge)
     _refuse_full(case, room)
+    forecast = _forecast(case, clock, pebbles, sum(part.particles for part in charge))
     return Preflight(
         case=case,
         parts={body.name: body.mass for body in mill.bodies},
@@ -238,9 +242,37 @@ def preflight(case: Case) -> Preflight:
         clock=clock,
         empty_modes=oscillations(case.with_("chamber.bars.mass", 0.0) if case.chamber.bars else case),
         crossings=_crossings(case),
+        forecast=forecast,
+        warnings=[
+            *case.warnings,
+            *_idle_threads(case),
+            *forecast.warnings(total_memory(), free_disk(case.result_file)),
+        ],
+    )
+
+
+def _idle_threads(case: Case) -> list[Fault]:
+    """Return a warning where a case asks for more threads than there are cores."""
+    cores = usable_cores()
+    if case.run.threads == "auto" or case.run.threads <= cores:
+        return []
+    what = f"asks for {case.run.threads} threads, this machine has {cores} core{'s' * (cores > 1)}"
+    return [Fault("run.threads", what, 'More threads than cores slow a run down: write threads = "auto"')]
+
+
+def _forecast(case: Case, clock: Clock, pebbles: int, particles: int) -> Forecast:
+    """Return what a run with so many spheres in so many particles takes, and which keys bring it down."""
+    part = next(iter(case.charge.parts), None)
+    size = "charge.part" if case.charge.part else next((f"charge.{key}" for key in SIZE_KEYS if part and getattr(part, key)), "")
+    sooner = "an earlier run.max" if case.run.until == "steady" else "an earlier run.until"
+    parts = _file_parts(case, particles, size)
+    return Forecast(
         wall_time=_wall_time(case, clock, pebbles),
-        memory=250e6 + 6e3 * pebbles,
-        file_size=_file_size(case, sum(part.particles for part in charge)),
+        memory=RUN_MEMORY + SPHERE_MEMORY * pebbles,
+        file_size=sum(parts.values()),
+        time_key=f"Coarser particles ({size}), softer contacts or {sooner}" if size else sooner.capitalize(),
+        memory_key=FEWER.format(size) if size else "Nothing",
+        file_key=max(parts, key=lambda key: parts[key]),
     )
 
 
@@ -315,19 +347,19 @@ def _wall_time(case: Case, clock: Clock, pebbles: int) -> float:
     return charge + case.run.end / clock.window * MECHANISM_MICROSECONDS * 1e-6
 
 
-def _file_size(case: Case, particles: int) -> float:
+def _file_parts(case: Case, particles: int, size: str) -> dict[str, float]:
+    """Return the parts of the size of a result file [bytes], by what brings each down."""
     names = len(expand(case.mounts.count if case.mechanism.mounting == "flexible" else 0, list(case.sensors)))
     series = case.run.end * case.run.series_rate * names * 8 * PACKED
     snapshots = min(case.run.snapshots.last, case.run.end) * case.run.snapshots.rate * particles * 36 * PACKED
     times = case.run.end / case.run.checkpoint if case.run.statistics and particles else 0.0
-    return series + snapshots + times * STATISTICS_SIZE + 2 * 1.5e3 * particles + 2e6
+    return {
+        "A lower run.series_rate": series + 2e6,
+        "A lower run.snapshots.rate": snapshots,
+        "A longer run.checkpoint": times * STATISTICS_SIZE,
+        FEWER.format(size): 2 * 1.5e3 * particles,
+    }
 
 
 def _microseconds(seconds: float) -> str:
     return f"{1e6 * seconds:.3g} us"
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 5400.0:
-        return f"{seconds:.0f} s" if seconds < 90.0 else f"{seconds / 60.0:.0f} min"
-    return f"{seconds / 3600.0:.1f} h"

@@ -13,8 +13,10 @@ PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 FLOOR = {
     **dict.fromkeys(("source_code", "cachefolder", "child", "signals"), 0),
-    **dict.fromkeys(("errors", "files", "units", "kernel", "keys", "steady"), 1),
-    **dict.fromkeys(("frames", "fields", "tables", "wholefile", "provenance", "screen", "running"), 2),
+    **dict.fromkeys(("errors", "files", "host", "units", "kernel", "keys", "steady"), 1),
+    **dict.fromkeys(
+        ("frames", "fields", "forecast", "tables", "wholefile", "provenance", "screen", "running"), 2
+    ),
     "materials": 3,
     **dict.fromkeys(("mechanism", "charge", "machine"), 4),
     **dict.fromkeys(("coupling", "case"), 5),

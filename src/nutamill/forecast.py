@@ -1,0 +1,61 @@
+"""What a run will take, and warnings where that is more than can be meant or than the machine has."""
+
+from typing import NamedTuple
+
+from nutamill.errors import Fault
+
+RUN_MEMORY = 425e6
+"""Largest memory of a run from its start to its pictures, without particles [bytes]: peak of a process of its own."""
+LONG = 24.0 * 3600.0
+"""Wall time from which a forecast is a warning [s]."""
+SHARE = 0.5
+"""Share of the memory, and of the free disk, from which a forecast is a warning [1]."""
+
+
+class Forecast(NamedTuple):
+    """What a run will take; in each case with the key that brings it down."""
+
+    wall_time: float
+    """Wall time [s], settling and compilation left out."""
+    memory: float
+    """Largest memory, pictures included [bytes]."""
+    file_size: float
+    """Size of the result file [bytes]."""
+    time_key: str
+    """Key that brings the wall time down."""
+    memory_key: str
+    """Key that brings the memory down."""
+    file_key: str
+    """Key that brings the size of the file down."""
+
+    @property
+    def text(self) -> str:
+        """``2 min, 441 MB memory, 65 MB file``."""
+        return f"{duration(self.wall_time)}, {_size(self.memory)} memory, {_size(self.file_size)} file"
+
+    def warnings(self, memory: float | None, disk: float | None) -> list[Fault]:
+        """Return what is too much for a machine with this total memory and this free disk [bytes], if they are known."""
+        found = []
+        if self.wall_time > LONG:
+            what = f"the run takes about {duration(self.wall_time)}, more than a day"
+            found.append(Fault("forecast", what, f"{self.time_key} brings it down"))
+        for what, needed, there, place, key in (
+            ("memory", self.memory, memory, "of memory", self.memory_key),
+            ("file", self.file_size, disk, "free on the disk", self.file_key),
+        ):
+            if there is not None and needed > SHARE * there:
+                text = f"the {what} takes about {_size(needed)}, more than half of the {_size(there)} {place}"
+                found.append(Fault("forecast", text, f"{key} brings it down"))
+        return found
+
+
+def duration(seconds: float) -> str:
+    """Return a wall time with the unit that suits it."""
+    if seconds < 5400.0:
+        return f"{seconds:.0f} s" if seconds < 90.0 else f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.1f} h" if seconds < 2.0 * LONG else f"{seconds / LONG:.0f} days"
+
+
+def _size(size: float) -> str:
+    """Return a number of bytes with the unit that suits it."""
+    return f"{size / 1e6:.0f} MB" if size < 1e10 else f"{size / 1e9:.0f} GB"
