@@ -27,7 +27,7 @@ from nutamill.mechanism_analysis import is_mechanism
 from nutamill.result import Result, open_result
 from nutamill.units import rpm
 from nutamill.webview import view_page
-from nutamill.wholefile import write_whole
+from nutamill.wholefile import PAGES, check_writable, write_whole
 
 READINGS = ("crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power", "charge_phase_lag")
 """Series whose steady means are tabulated, where a result holds them."""
@@ -112,6 +112,7 @@ def write_report(paths: Sequence[str | Path], to: str | Path) -> Path:
     """
     if not paths:
         raise CaseError(Fault("report", "at least one result must be given, got none", "nutamill report RESULT.h5"))
+    check_writable(Path(to), PAGES)
     return write_whole(to, report_page(paths))
 
 

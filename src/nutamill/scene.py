@@ -15,11 +15,11 @@ import numpy as np
 
 from nutamill.case import Case
 from nutamill.drawing import Part, machine_parts
-from nutamill.errors import CaseError, Fault, NotInstalledError, ResultError, missing_extra
+from nutamill.errors import CaseError, Fault, NotInstalledError, OutputError, ResultError, missing_extra
 from nutamill.machine import CHAMBER
 from nutamill.replay import Frame, chosen_snapshots, replay
 from nutamill.result import Result
-from nutamill.wholefile import io_errors
+from nutamill.wholefile import check_writable, io_errors
 
 if TYPE_CHECKING:
     import pyvista
@@ -32,6 +32,10 @@ FILM_RATE = 25
 """Pictures per second of a film [1/s]."""
 TOLD = 20
 """Moments drawn between two words about how far a film is [1]."""
+PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
+"""Ends of file names that say in which format a picture is saved."""
+FILMS = (".mp4",)
+"""Ends of file names of films."""
 SLOWED = 40.0
 """How many times slower than real a film runs unless told otherwise [1]."""
 
@@ -88,10 +92,11 @@ def draw_scene(result: Result, path: str | Path, view: View = "front", colour: C
 
     Raises
     ------
-    CaseError : a view or colour of another name
+    CaseError : a view or colour of another name, or a file of no format of pictures
     ResultError : no snapshots, or snapshots without what the colour needs
     NotInstalledError : PyVista or OpenGL is missing
     """
+    check_writable(Path(path), PICTURES)
     return _rendered(result, Path(path), view, colour, [range(len(chosen_snapshots(result)))[number]], _pictured)
 
 
@@ -112,6 +117,7 @@ def film_scene(
     `tell` is told now and then how many moments have been drawn. Raises as `draw_scene`; NotInstalledError also where ffmpeg is missing.
     """
     path = Path(path)
+    check_writable(path, FILMS)
     times = result.snapshots.time[chosen_snapshots(result)]
     pictures = max(2, round(float(times[-1] - times[0]) * slowed * FILM_RATE) + 1)
     nearest = np.abs(np.linspace(times[0], times[-1], pictures)[:, None] - times).argmin(axis=1)
@@ -135,10 +141,13 @@ def _pictured(plotter: "pyvista.Plotter") -> Callable:
 
 def _filmed(plotter: "pyvista.Plotter", path: str, times: int) -> None:
     """Add what is before the camera to the film, `times` pictures long; it is drawn once, which takes the time."""
-    plotter.write_frame()
-    drawn = plotter.image
-    for _ in range(times - 1):
-        plotter.mwriter.append_data(drawn)
+    try:
+        plotter.write_frame()
+        drawn = plotter.image
+        for _ in range(times - 1):
+            plotter.mwriter.append_data(drawn)
+    except OSError:  # holds the command line of ffmpeg
+        raise OutputError(f"{path}: ffmpeg cannot write the film any further. Free some room, or choose another place.") from None
 
 
 def _rendered(
@@ -148,8 +157,6 @@ def _rendered(
     _check(view, colour)
     case = Case.from_toml(result.case_text)
     limits = _limits(result, colour, numbers, case)
-    with io_errors(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
     with _plotter() as plotter:
         keep = opened(plotter)
         stage = Stage(plotter, case, machine_parts(case, OPENING, walls=result.walls), colour, limits)

@@ -12,6 +12,7 @@ from nutamill.campaign.sweep import run_all, tell_of_other_kernels
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.figures.paper import draw_figure
+from nutamill.figures.saving import save_figure
 from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
 from nutamill.papers.library import read_paper
 from nutamill.papers.model import Paper
@@ -167,8 +168,7 @@ def store(
         except (ResultError, DamagedError) as error:
             undrawn.append(f"figure {plan.number} not drawn: {error}")
             continue
-        files.append(place / f"figure-{plan.number}.png")
-        figure.savefig(files[-1])
+        files.append(save_figure(figure, place / f"figure-{plan.number}.png"))
     return files, undrawn
 
 
@@ -194,7 +194,10 @@ def write_short(file: Path, done: Comparison, name: str) -> None:
         text += f"\n{lacking} more rows have no result yet; `nutamill validate {name}` makes them.\n"
     begin, end = f"<!-- validate {name} -->\n", f"<!-- end {name} -->"
     with io_errors(file):
-        old = file.read_text(encoding="utf-8") if file.exists() else ""
+        try:
+            old = file.read_text(encoding="utf-8") if file.exists() else ""
+        except UnicodeDecodeError:
+            raise CaseError(Fault(str(file), "must be a text file to be changed, it is none", "Choose another name")) from None
     if begin in old:
         before, _, rest = old.partition(begin)
         if end not in rest:

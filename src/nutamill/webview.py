@@ -20,7 +20,7 @@ from nutamill.drawing import Part, machine_parts
 from nutamill.fields import series_field
 from nutamill.replay import Frame, chosen_snapshots, replay
 from nutamill.result import Result
-from nutamill.wholefile import write_whole
+from nutamill.wholefile import PAGES, check_writable, write_whole
 
 MOST_FRAMES = 200
 """Frames in a page unless told otherwise [1]."""
@@ -44,6 +44,7 @@ def write_view(result: Result, path: str | Path, frames: int = MOST_FRAMES) -> P
     ------
     ResultError : no snapshots, or the file cannot be written
     """
+    check_writable(Path(path), PAGES)
     return write_whole(path, view_page(result, frames))
 
 

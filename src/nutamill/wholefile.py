@@ -14,14 +14,18 @@ import glob
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
-from nutamill.errors import OutputError, ResultError
+from nutamill.errors import CaseError, Fault, OutputError, ResultError
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of the system that mean: no room."""
+PAGES = (".html", ".htm")
+"""Ends of file names of pages."""
+RESULTS = (".h5", ".hdf5")
+"""Ends of file names of results."""
 SPARE = 16 * 2**20
 """Room that must stay free on the disk beyond what is written [bytes]."""
 
@@ -73,6 +77,30 @@ def put_in_place(new: Path, path: Path) -> None:
     with io_errors(path):
         new.replace(path)
         _flush_folder(path.parent)
+
+
+def refuse_suffix(path: Path, suffixes: Sequence[str]) -> None:
+    """Raise CaseError for a file to be written whose name does not end with one of `suffixes`."""
+    if path.suffix.lower() not in suffixes:
+        what = f'must end with {", ".join(suffixes)}, got "{path.suffix}"'
+        raise CaseError(Fault(str(path), what, f"Write e.g. {path.with_suffix(suffixes[0])}" if path.name else ""))
+
+
+def check_writable(path: Path, suffixes: Sequence[str]) -> None:
+    """Make the folder of a file to be written and try the place, before the work whose outcome it will hold.
+
+    Raises
+    ------
+    CaseError : the name does not end with one of `suffixes`
+    OutputError : the system refuses
+    """
+    refuse_suffix(path, suffixes)
+    make_folder(path)
+    with io_errors(path):
+        new = not path.exists()
+        path.open("ab").close()
+        if new:
+            path.unlink()
 
 
 def make_folder(path: Path) -> None:

@@ -82,7 +82,7 @@ def write_film(path, snapshots=20, pellets=300, seed=1):
     return path
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def film():
     """Writes such a run: ``film(path, snapshots, pellets)``."""
     return write_film

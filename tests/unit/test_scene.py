@@ -55,7 +55,7 @@ def test_film_without_ffmpeg_says_what_to_install(filmed, tmp_path, monkeypatch)
         return real(name, *rest)
 
     monkeypatch.setattr(builtins, "__import__", missing)
-    with pytest.raises(MillError, match=r"needs ffmpeg.*nutamill\[view\]"):
+    with pytest.raises(MillError, match=r"needs ffmpeg.*pip install .\.\[view\]"):
         film_scene(filmed, tmp_path / "a.mp4")
 
 

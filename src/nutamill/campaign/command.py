@@ -16,9 +16,9 @@ from nutamill.case import Case, load_mill
 from nutamill.case.sweep_file import is_sweep_file, load_sweep
 from nutamill.errors import CaseError, Fault
 from nutamill.figures.campaign import draw_sweep
+from nutamill.figures.saving import save_figure
 from nutamill.quantities import DEFAULT, reading_of
 from nutamill.result import is_finished
-from nutamill.wholefile import io_errors
 
 
 def workers_of(jobs: int | None, cluster: str | None) -> Callable[[], Workers]:
@@ -81,8 +81,7 @@ def run_sweep(
         board(outcomes)
     picture = draw_sweep(dataset(outcomes, axes, readings), readings)
     if picture is not None:
-        with io_errors(folder / "table.png"):
-            picture.savefig(folder / "table.png")
+        save_figure(picture, folder / "table.png")
     bad = [outcome for outcome in outcomes if ended(outcome) and not is_finished(outcome.state)]
     drawn = f"   picture {folder / 'table.png'}" if picture is not None else ""
     say(f"{total(outcomes)}   {folder / 'table.csv'}{drawn}" + ("   the same command again does what is left" if bad else ""))

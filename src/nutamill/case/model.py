@@ -181,6 +181,8 @@ def case_of_text(text: str, name: str = "case") -> Case | MechanismCase:
     ------
     CaseError : every fault found
     """
+    if not text:
+        raise CaseError(Fault(name, "must be the result of a run, it is measured data", "It is for: nutamill show, plot and compare"))
     layers = [Layer.of_text(text, name)]
     return validated(_kind_of(layers), layers, name, [])
 

@@ -6,7 +6,8 @@ from pathlib import Path
 from nutamill.case.library import library_file
 from nutamill.case.model import load_mill
 from nutamill.case.write import toml_value
-from nutamill.errors import CaseError, Fault
+from nutamill.errors import CaseError, Fault, OutputError
+from nutamill.wholefile import refuse_suffix
 
 KEYS = (
     ("mechanism", "mounting", '"flexible" or "rigid"'),
@@ -63,8 +64,10 @@ def write_starter(base: str, file: Path) -> None:
 
     Raises
     ------
-    CaseError : the file exists or cannot be written, or the base is wrong
+    CaseError : the file exists, or the base is wrong
+    OutputError : the file cannot be written
     """
+    refuse_suffix(file, (".toml",))
     text = starter(base, file)
     try:
         with file.open("x", encoding="utf-8") as stream:
@@ -72,4 +75,4 @@ def write_starter(base: str, file: Path) -> None:
     except FileExistsError:
         raise CaseError(Fault(str(file), "is there already and is not written over", "Take another name")) from None
     except OSError as error:
-        raise CaseError(Fault(str(file), f"cannot be written: {error.strerror}")) from None
+        raise OutputError(f'{file}: cannot be written, the system reports "{error.strerror}". Choose another place.') from None

@@ -8,7 +8,6 @@ import typer
 
 from nutamill.cli.common import CaseName, Overrides, ResultFile, app, load, load_mill, quantity, told
 from nutamill.errors import CaseError, Fault
-from nutamill.wholefile import io_errors
 
 if TYPE_CHECKING:
     from nutamill.case import Case
@@ -19,14 +18,22 @@ RESULTS = Path("results")
 Last = Annotated[str, typer.Option(help="Length of the steady window.")]
 
 
-def _answer(lines: list[str], figure: Any, picture: Path | None, stem: str, folder: Path = RESULTS) -> None:
-    """Print a table, save its figure and say where: that of a case among the results, that of a result beside it."""
-    typer.echo("\n".join(lines))
+def _place(picture: Path | None, stem: str, folder: Path = RESULTS) -> Path:
+    """Return where a picture goes, that of a case among the results, that of a result beside it; refuse a place that cannot be written."""
+    from nutamill.figures.saving import SUFFIXES
+    from nutamill.wholefile import check_writable
+
     path = picture or folder / f"{stem}.png"
-    with io_errors(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path)
-    typer.echo(f"picture {path}")
+    check_writable(path, SUFFIXES)
+    return path
+
+
+def _answer(lines: list[str], figure: Any, picture: Path) -> None:
+    """Print a table, save its figure and say where."""
+    from nutamill.figures.saving import save_figure
+
+    typer.echo("\n".join(lines))
+    typer.echo(f"picture {save_figure(figure, picture)}")
 
 
 def _picture_name(subject: "Case | Path", question: str, *options: str | None, charge: bool = False) -> str:
@@ -56,14 +63,14 @@ def modes(
     from nutamill.figures.design import draw_modes
 
     loaded, turning = load(case, overrides), quantity("--speed", speed, "speed of rotation")
+    picture = _place(to, _picture_name(loaded, "modes", speed if turning else None, charge=charge))
     if isinstance(loaded, MechanismCase):
         if turning or charge:
             raise CaseError(Fault("--charge" if charge else "--speed", "is for mills, this is a mechanism", "Leave it out"))
         found = mechanism_modes(loaded)
     else:
         found = machine_modes(loaded, turning, charge)
-    stem = _picture_name(loaded, "modes", speed if turning else None, charge=charge)
-    _answer(modes_lines(found), draw_modes(sticks(loaded), found), to, stem)
+    _answer(modes_lines(found), draw_modes(sticks(loaded), found), picture)
 
 
 @app.command()
@@ -75,8 +82,9 @@ def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = F
     from nutamill.figures.design import draw_campbell
 
     loaded = load_mill(case, overrides)
+    picture = _place(to, _picture_name(loaded, "campbell", charge=charge))
     found = diagram(loaded, charge=charge)
-    _answer(avoid_lines(found), draw_campbell(found), to, _picture_name(loaded, "campbell", charge=charge))
+    _answer(avoid_lines(found), draw_campbell(found), picture)
 
 
 @app.command()
@@ -94,11 +102,11 @@ def runup(
     from nutamill.figures.design import draw_run_up
 
     loaded = load_mill(case, overrides)
+    picture = _place(to, _picture_name(loaded, "runup", *(ramp or ()), sensor, charge=charge))
     rates = [quantity("--ramp", text, "ramp of speed") for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")]
     name = sensor or default_sensor(loaded)
     runs = run_up(loaded, rates, name, charge=charge)
-    stem = _picture_name(loaded, "runup", *(ramp or ()), sensor, charge=charge)
-    _answer(run_up_lines(runs, name), draw_run_up(runs, name), to, stem)
+    _answer(run_up_lines(runs, name), draw_run_up(runs, name), picture)
 
 
 @app.command()
@@ -110,8 +118,9 @@ def isolation(case: CaseName, overrides: Overrides = None, charge: ChargeMass = 
     from nutamill.figures.design import draw_isolation
 
     loaded = load_mill(case, overrides)
+    picture = _place(to, _picture_name(loaded, "isolation", charge=charge))
     found = passed_on(loaded, charge)
-    _answer(isolation_lines(found), draw_isolation(found), to, _picture_name(loaded, "isolation", charge=charge))
+    _answer(isolation_lines(found), draw_isolation(found), picture)
 
 
 @app.command()
@@ -130,13 +139,13 @@ def balance(
     from nutamill.figures.design import draw_balancing
 
     loaded = load_mill(case, overrides)
+    picture = _place(to, _picture_name(loaded, "balance", *(plane or ()), speed, charge=charge))
     given = [[quantity("--plane", length.strip(), "length") for length in text.split(",")] for text in plane or ()]
     if any(len(lengths) != 2 for lengths in given):
         raise CaseError(Fault("--plane", "must be a radius and a depth", 'Write e.g. --plane "80 mm, 420 mm"'))
     planes = [tuple(lengths) for lengths in given] or [(loaded.balance.radius, loaded.balance.depth)]
     found = balance_mill(loaded, planes, None if speed is None else quantity("--speed", speed, "speed of rotation"), charge)
-    stem = _picture_name(loaded, "balance", *(plane or ()), speed, charge=charge)
-    _answer(balance_lines(found, loaded, grade), draw_balancing(found, loaded), to, stem)
+    _answer(balance_lines(found, loaded, grade), draw_balancing(found, loaded), picture)
 
 
 @app.command()
@@ -152,9 +161,9 @@ def orders(
     from nutamill.readings.source import open_mill_result
 
     with open_mill_result(file) as result:
+        picture = _place(to, _picture_name(file, "orders", sensor), file.parent)
         found = sensor_orders(result, sensor)
-        figure, stem = draw_orders(found, waterfall(result, sensor), sensor), _picture_name(file, "orders", sensor)
-        _answer(orders_lines(found, sensor), figure, to, stem, file.parent)
+        _answer(orders_lines(found, sensor), draw_orders(found, waterfall(result, sensor), sensor), picture)
 
 
 @app.command()
@@ -174,9 +183,9 @@ def loads(
 
     with open_mill_result(file) as result:
         figure = draw_loads(result, axes, last)
+        picture = _place(to, _picture_name(file, "loads", axes, last), file.parent)
         rods = rods_lines(yoke_rods(result, last)) if Case.from_toml(result.case_text).rods else []
-        lines = loads_lines(load_paths(result, last), axes) + rods
-        _answer(lines, figure, to, _picture_name(file, "loads", axes, last), file.parent)
+        _answer(loads_lines(load_paths(result, last), axes) + rods, figure, picture)
 
 
 @app.command()
@@ -199,10 +208,11 @@ def mounts(
 
     lengths = [quantity("--ring", text, "length") for text in ring or ()]
     with open_mill_result(file) as result:
+        picture = _place(to, _picture_name(file, "mounts", last), file.parent)
         lines = mounts_lines(result, last)
         if lengths:
             lines.append(clearance_line(chamber_clearance(result, tuple(lengths), quantity("--opening", opening, "length"), fixed_to)))
-        _answer(lines, draw_floor(result, last), to, _picture_name(file, "mounts", last), file.parent)
+        _answer(lines, draw_floor(result, last), picture)
 
 
 @app.command()
@@ -223,8 +233,8 @@ def life(
 
     rated = load_ratings(ratings)
     with open_mill_result(file) as result:
+        picture = _place(to, _picture_name(file, "life", ratings.stem, *(bearing or ()), last), file.parent)
         bearings = [bearing_life(result, joint, rated, last) for joint in bearing or rated.bearings]
         sections = [] if bearing else [section_life(result, name, rated, last) for name in rated.sections]
     lines = (bearings_lines(bearings) if bearings else []) + (sections_lines(sections) if sections else [])
-    stem = _picture_name(file, "life", ratings.stem, *(bearing or ()), last)
-    _answer(lines, draw_lives(bearings, sections), to, stem, file.parent)
+    _answer(lines, draw_lives(bearings, sections), picture)

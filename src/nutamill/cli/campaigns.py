@@ -55,12 +55,12 @@ def mount_test(
 ) -> None:
     """Stiffness and damping of a mount from a force-displacement test at one frequency."""
     from nutamill.figures.mount import draw_loop
+    from nutamill.figures.saving import save_figure
     from nutamill.mount_test import mount_properties, read_mount_test
 
     test = read_mount_test(file)
     found = mount_properties(test)
-    picture = to or file.with_suffix(".png")
-    draw_loop(test, found).savefig(picture)
+    picture = save_figure(draw_loop(test, found), to or file.with_suffix(".png"))
     typer.echo("\n".join([*found.lines(), f"picture {picture}"]))
 
 

@@ -7,6 +7,7 @@ import typer
 
 from nutamill.cli.common import ResultFile, app, quantity, told
 from nutamill.errors import CaseError, Fault
+from nutamill.wholefile import RESULTS, refuse_suffix
 
 
 @app.command("import")
@@ -19,6 +20,8 @@ def import_measured(
     """Read measured data, so that plot and compare can use them."""
     from nutamill.measured.importing import import_test
 
+    if to is not None:
+        refuse_suffix(to, RESULTS)
     typer.echo(import_test(file, mapping, to or file.with_suffix(".h5")))
 
 
@@ -33,6 +36,7 @@ def compare(
 ) -> None:
     """Lay measured data over a run: steady values with errors, and a figure."""
     from nutamill.figures.measured import draw_comparison
+    from nutamill.figures.saving import save_figure
     from nutamill.measured.comparison import compare, comparison_lines
     from nutamill.papers.library import paper_names
     from nutamill.result import open_result
@@ -45,6 +49,6 @@ def compare(
     with open_result(run) as result, open_result(measured) as test:
         rows = compare(result, test, window, edge)
         typer.echo("\n".join(comparison_lines(rows)))
-        drawn = picture or run.with_name(f"{run.stem}-{measured.stem}.png")
-        draw_comparison(result, test, [row.name for row in rows], window, edge).savefig(drawn)
+        figure = draw_comparison(result, test, [row.name for row in rows], window, edge)
+        drawn = save_figure(figure, picture or run.with_name(f"{run.stem}-{measured.stem}.png"))
     typer.echo(drawn)

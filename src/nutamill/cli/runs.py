@@ -10,6 +10,7 @@ import typer
 from nutamill.cli.common import CaseName, Overrides, Quick, app, load, told
 from nutamill.errors import CaseError, ExitCode, Fault, Interrupted, NotSteadyError, printable
 from nutamill.signals import stop_at_once
+from nutamill.wholefile import RESULTS, refuse_suffix
 
 if TYPE_CHECKING:
     from nutamill.case import Case
@@ -90,6 +91,7 @@ def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, agai
     for warning in loaded.warnings:
         typer.echo(f"warning: {warning}", err=True)
     path = to or loaded.result_file
+    refuse_suffix(path, RESULTS)
     from nutamill import march
 
     _watched(
@@ -231,17 +233,12 @@ def _facts(result: "Result") -> list[str]:
 def _draw(result: "Result", path: Path) -> list[Path]:
     """Draw the pictures of a run beside its result; their files."""
     from nutamill.figures.run import draw_ledger, draw_run
+    from nutamill.figures.saving import save_figure
     from nutamill.mechanism_analysis import is_mechanism
-    from nutamill.wholefile import io_errors
 
     picture, ledger = path.with_suffix(".png"), path.with_name(f"{path.stem}-power.png")
     if is_mechanism(result):
         from nutamill.figures.mechanism import draw_reactions
 
-        figures = {picture: draw_reactions(result)}
-    else:
-        figures = {picture: draw_run(result), ledger: draw_ledger(result)}
-    for file, figure in figures.items():
-        with io_errors(file):
-            figure.savefig(file)
-    return list(figures)
+        return [save_figure(draw_reactions(result), picture)]
+    return [save_figure(draw_run(result), picture), save_figure(draw_ledger(result), ledger)]

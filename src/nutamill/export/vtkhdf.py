@@ -16,9 +16,11 @@ from nutamill.case import Case
 from nutamill.drawing import Part, machine_parts
 from nutamill.replay import Frame, chosen_snapshots, replay
 from nutamill.result import Result
-from nutamill.wholefile import make_folder, replace_file
+from nutamill.wholefile import check_writable, replace_file
 
 VERSION = (2, 3)
+SUFFIXES = (".vtkhdf", ".hdf")
+"""Ends of the file names that ParaView reads as VTKHDF."""
 PACKED = {"compression": "gzip", "shuffle": True}
 CELLS = ("Vertices", "Lines", "Polygons", "Strips")
 CHARGE = "charge"
@@ -32,15 +34,16 @@ def write_vtkhdf(result: Result, path: str | Path) -> Path:
 
     Raises
     ------
+    CaseError : a file name that does not end as ParaView wants it
     ResultError : no snapshots, or the file cannot be written
     """
     path = Path(path)
+    check_writable(path, SUFFIXES)
     numbers = chosen_snapshots(result)
     case = Case.from_toml(result.case_text)
     parts = machine_parts(case, walls=result.walls)
     particles = len(result.snapshots[0].get("radii", ()))
     numbers_in_all = len(numbers) * (9 * particles + 3 * sum(len(part.vertices) for part in parts))
-    make_folder(path)
 
     def fill(part: Path) -> None:
         with h5py.File(part, "w", libver=("earliest", "v110")) as file:

@@ -10,10 +10,10 @@ from nutamill.figures.charge import draw_flow, draw_spectra, draw_wall
 from nutamill.figures.motion import draw_histories, draw_orbit, draw_spectrum
 from nutamill.figures.reading import draw_orders
 from nutamill.figures.run import draw_ledger, draw_run
+from nutamill.figures.saving import save_figure
 from nutamill.mechanism_analysis import is_mechanism
 from nutamill.readings.orders import sensor_orders, waterfall
 from nutamill.result import Result
-from nutamill.wholefile import io_errors
 
 FIGURES: dict[str, tuple[Callable[[Result], Figure], str]] = {
     "run": (draw_run, "crank-pin force, driveshaft torque and frame acceleration over the run"),
@@ -61,8 +61,5 @@ def write_figures(result: Result, wanted: list[str], folder: Path) -> list[Path]
     files = []
     for what, figure in drawn.items():
         file = folder / f"{result.path.stem}-{what.replace(':', '-').replace(',', '-')}.png"
-        with io_errors(file):
-            folder.mkdir(parents=True, exist_ok=True)
-            figure.savefig(file)
-        files.append(file)
+        files.append(save_figure(figure, file))
     return files

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.case.file_kind import FileKind, refuse_other_kind
 from nutamill.case.library import similar
 from nutamill.case.mapping import Mapping
 from nutamill.errors import CaseError, Fault, missing_extra
@@ -34,7 +33,6 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
     path = Path(path)
     if not path.is_file():
         raise CaseError(Fault(str(path), "must be a test file, there is none of this name", "Check the path"))
-    refuse_other_kind(path, FileKind.RECORD, FileKind.MOUNT_TEST)
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise CaseError(Fault(str(path), f'must be one of {", ".join(READERS)}, got "{path.suffix}"', "Export the test as CSV"))

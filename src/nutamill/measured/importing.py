@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from nutamill import __version__
+from nutamill.case.file_kind import FileKind, refuse_other_kind
 from nutamill.case.mapping import Mapping, load_mapping
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
@@ -27,6 +28,7 @@ def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> P
     CaseError : as `load_mapping` and `read_columns`; channels without time, or with times that do not rise
     ResultError : the file exists, or cannot be written
     """
+    refuse_other_kind(path, FileKind.RECORD, FileKind.MOUNT_TEST)
     if Path(to).exists():
         raise ResultError(f"{to}: must be a new file, it exists. Choose another name with --to.")
     mapping = load_mapping(mapping_file)

@@ -27,7 +27,7 @@ def read_paper(name: str | Path) -> Paper:
     """
     path = FOLDER / f"{name}.toml" if name in paper_names() else Path(name)
     refuse_other_kind(path, FileKind.PAPER)
-    if path.suffix != ".toml" or not is_file(path):
+    if not is_file(path):
         raise CaseError(Fault(str(name), "no paper and no file has this name", similar(str(name), paper_names())))
     try:
         text = read_text(path, MOST_CASE_TEXT)
