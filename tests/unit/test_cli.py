@@ -49,13 +49,16 @@ def engine(monkeypatch):
         asked.update(path=path, until=until)
         return OneResult()
 
-    picture = types.SimpleNamespace(savefig=lambda path: asked.update(picture=path))
-    power = types.SimpleNamespace(savefig=lambda path: asked.update(power=path))
+    def save_figure(figure, path):
+        asked[figure] = path
+        return path
+
     monkeypatch.setitem(sys.modules, "nutamill.march", types.SimpleNamespace(run=run, resume=resume))
     monkeypatch.setattr("nutamill.march", sys.modules["nutamill.march"], raising=False)
     monkeypatch.setitem(
-        sys.modules, "nutamill.figures.run", types.SimpleNamespace(draw_run=lambda result: picture, draw_ledger=lambda result: power)
+        sys.modules, "nutamill.figures.run", types.SimpleNamespace(draw_run=lambda result: "picture", draw_ledger=lambda result: "power")
     )
+    monkeypatch.setitem(sys.modules, "nutamill.figures.saving", types.SimpleNamespace(save_figure=save_figure))
     monkeypatch.setitem(
         sys.modules,
         "nutamill.analysis",

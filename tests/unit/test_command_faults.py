@@ -71,7 +71,7 @@ def folder(tmp_path_factory, film):
     film(place / "film.h5", 2, 5)
     case = load_case("numill-2025", ["charge.kind=none", "drive.speed=700 rpm", "drive.ramp=70000 rpm/s", "run.until=0.2 s"])
     march.run(case, place / "empty.h5").close()
-    march.run(load_case(PENDULUM, ["run.until=5 ms"]), place / "pendulum.h5").close()
+    march.run(load_case(PENDULUM, ["run.until=50 ms"]), place / "pendulum.h5").close()
     import_test(place / "test.csv", place / "map.toml", place / "measured.h5")
     (place / "a_folder.png").mkdir()
     return place
@@ -90,6 +90,7 @@ INPUTS = {
     "run": ("{}",),
     "resume": ("{}",),
     "show": ("{}",),
+    "verify": ("{}",),
     "sweep": ("{}", "-s", "run.seed=1..2"),
     "fit": ("{}",),
     "mount-test": ("{}",),
