@@ -10,6 +10,7 @@ import numpy as np
 
 from nutamill.analysis import PAPER_WINDOW, steady_window
 from nutamill.errors import ResultError
+from nutamill.fields import STATISTICS, STATISTICS_AXES
 from nutamill.replay import particle_snapshots, rotation_of
 from nutamill.result import Result
 from nutamill.units import Kind, parse
@@ -81,6 +82,9 @@ def window(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset"
     refuse_empty(result)
     length = parse(last, Kind.TIME) if isinstance(last, str) else last
     sums = result.statistics
+    missing = [field.name for field in (*STATISTICS, *STATISTICS_AXES) if field.name not in sums.variables]
+    if missing:
+        raise ResultError(f"{result.path}: must hold the statistics {', '.join(missing[:3])}, it lacks them. Run the case again.")
     time = sums["time"].values
     if len(time) < 2:
         raise ResultError(f"{result.path}: must hold statistics at two times, it holds one. Continue it with `nutamill resume`.")

@@ -78,6 +78,8 @@ def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:
     if "crank_angle" not in result.series:
         raise ResultError(f"{result.path}: must be the run of a mill to be drawn, it is that of a mechanism. Plot its series instead.")
     first = result.snapshots[0]
+    if missing := {"body_positions", "body_attitudes"} - set(first):
+        raise ResultError(f"{result.path}: its snapshots must hold {', '.join(sorted(missing))}, they do not. Run the case again.")
     if "positions" in first and "radii" not in first:
         raise ResultError(
             f"{result.path}: its snapshots must keep the radii of the particles, an older version left them out. Run it again."

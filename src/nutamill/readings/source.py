@@ -18,7 +18,12 @@ def open_mill_result(path: str | Path) -> Result:
     ResultError : no such file, or the result of a mechanism of listed parts, or of a version that recorded no reactions
     """
     result = open_result(path)
-    if "crank_angle" not in result.series or "crank_pin_reaction_force_x" not in result.series:
+    try:
+        series = result.series
+    except BaseException:
+        result.close()
+        raise
+    if "crank_angle" not in series or "crank_pin_reaction_force_x" not in series:
         result.close()
         raise ResultError(f"{path}: must be the run of a mill with its joint reactions, it has none. Run the case again with this version.")
     return result

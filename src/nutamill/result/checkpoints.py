@@ -62,7 +62,7 @@ def read_checkpoint(archive: Archive, slot: str) -> WholeCheckpoint:
     attributes = archive.attributes(path)
     time = _time(archive, slot)
     before = tuple(attributes.get(name) for name in BEFORE)
-    recorded = (archive.shape("series/time")[0], len(archive.times("snapshots")), len(archive.times("statistics")))
+    recorded = (sum(archive.shape("series/time")[:1]), len(archive.times("snapshots")), len(archive.times("statistics")))
     for name, count, most in zip(BEFORE, before, recorded, strict=True):
         if not isinstance(count, int) or not 0 <= count <= most:
             raise archive.damaged(path, f"its attribute {name} must be a whole number from 0 to {most}, got {count!r}")

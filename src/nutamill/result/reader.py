@@ -132,10 +132,7 @@ class Result:
             names = series_names(self._archive)
             read = {}
             for name in names:
-                values = self._archive.values(f"series/{name}")
-                if values.shape != (count,) or values.dtype.kind != "f":
-                    raise self._archive.damaged(f"series/{name}", f"it must hold {count} numbers, its shape is {values.shape}")
-                read[name] = ("time", values, self._archive.attributes(f"series/{name}"))
+                read[name] = ("time", series_values(self._archive, name, count), self._archive.attributes(f"series/{name}"))
             self._series = xarray.Dataset(
                 read, attrs={"source": self.path.name, "state": self.state, "rate": self.rate}
             ).set_coords("time")
@@ -221,6 +218,17 @@ def series_names(archive: Archive) -> tuple[str, ...]:
     if not isinstance(names, list) or "time" not in names or set(names) != set(archive.members("series")):
         raise archive.damaged("series", "its attribute names must list the series")
     return tuple(names)
+
+
+def series_values(archive: Archive, name: str, count: int) -> np.ndarray:
+    """Numbers of a series, of which the file must hold `count`, (count,)."""
+    path = f"series/{name}"
+    if archive.shape(path) != (count,):
+        raise archive.damaged(path, f"it must hold {count} numbers, its shape is {archive.shape(path)}")
+    values = archive.values(path)
+    if values.dtype.kind != "f":
+        raise archive.damaged(path, f"it must hold numbers, it holds {values.dtype.str}")
+    return values
 
 
 def open_result(path: str | Path) -> Result:

@@ -10,14 +10,14 @@ from typing import Any, BinaryIO, Self
 import h5py
 import numpy as np
 
-from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.errors import CaseError, DamagedError, Fault, MillError, ResultError
 from nutamill.fields import Field, series_field, snapshot_field, statistics_field
 from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import WholeCheckpoint, whole_at, whole_until
 from nutamill.result.checksums import GROWING, Checksums, array_bytes, new_hash
 from nutamill.result.layout import FORMAT, FORMAT_VERSION, Checkpoint, write_attributes
 from nutamill.result.parts import CHECKPOINTS, PACKED, edited, empty_file, write_arrays, write_checkpoint
-from nutamill.result.reader import series_names
+from nutamill.result.reader import series_names, series_values
 from nutamill.wholefile import make_folder, replace_file, tidy
 
 CHUNK = 1024
@@ -151,12 +151,21 @@ class Recorder:
             archive.attributes("")
             wall_time = archive.attributes("provenance").get("wall_time", 0.0)
             digests = {name: new_hash() for name in series_names(archive)}
+            count = archive.shape("series/time")[0]
             for name, digest in digests.items():
-                digest.update(array_bytes(archive.values(f"series/{name}")[: found.before[0]]))
+                digest.update(array_bytes(series_values(archive, name, count)[: found.before[0]]))
             checksums = _cut_off(archive, found, digests)
         kept = checksums.members("checkpoints")
 
         def cut(file: h5py.File) -> None:
+            try:
+                cut_off(file)
+            except Exception as fault:  # HDF5 raises many kinds on a damaged file; errors of the system have a number
+                if isinstance(fault, MillError) or getattr(fault, "errno", None):
+                    raise
+                raise DamagedError(path, "/", str(fault)) from fault
+
+        def cut_off(file: h5py.File) -> None:
             for group, length in zip(("series", "snapshots", "statistics"), found.before, strict=True):
                 for data in file[group].values():
                     if isinstance(data, h5py.Dataset):
