@@ -225,7 +225,7 @@ def summary_lines(result: Result) -> list[str]:
     try:
         part = steady_part(result, names)
     except ResultError:
-        said = f"too few turns at the last speed for a test of steadiness: {count}, needs {FEWEST_TURNS}; their plain mean:"
+        said = f"{too_few_turns(count)}; their plain mean:"
         lines = [said, f"crank-pin force {force.mean:.4g} N   shaft torque {torque.mean:.4g} N m   power {drawn.mean:.0f} W"]
     else:
         force, torque, drawn = part.means.values()
@@ -236,6 +236,11 @@ def summary_lines(result: Result) -> list[str]:
             f"where the power goes: {_shares(power.sinks, power.motor)}  | closes to {100.0 * abs(power.residual / power.motor):.2f} %"
         )
     return lines
+
+
+def too_few_turns(count: int) -> str:
+    """Return the sentence on a run of so few turns at its last speed that nothing can be said about steadiness."""
+    return f"too few turns at the last speed for a test of steadiness: {count}, needs {FEWEST_TURNS}"
 
 
 def steady_line(part: SteadyPart) -> str:

@@ -16,13 +16,14 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from nutamill import __version__
-from nutamill.analysis import power_split, steady_window, warning_lines
+from nutamill.analysis import power_split, steady_line, steady_part, steady_window, too_few_turns, warning_lines
 from nutamill.campaign_report import CampaignFolder, read_campaign
 from nutamill.case import Case
+from nutamill.case.differences import swept_axis
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
 from nutamill.figures.motion import draw_steady_values
-from nutamill.figures.named import FIGURES, figure_of
+from nutamill.figures.named import FIGURES, caption_of, figure_of
 from nutamill.mechanism_analysis import is_mechanism
 from nutamill.result import Result, open_result
 from nutamill.units import rpm
@@ -86,8 +87,12 @@ class RunPage(NamedTuple):
     """State of the run."""
     speed: str
     """Last speed [rpm]."""
+    verdict: str
+    """Whether the run is steady, or why nothing can be said about that."""
+    heading: str
+    """What the means are: steady, not steady, or plain means."""
     steady: list[SteadyLine]
-    """Steady means; none if there is no steady window."""
+    """Means; none without a whole turn at constant speed."""
     ledger: list[Sink]
     """Where the power goes."""
     figures: list[Drawn]
@@ -126,20 +131,26 @@ def report_page(paths: Sequence[str | Path]) -> str:
         count = len(campaign.runs)
         about = f"{count} result file{'' if count == 1 else 's'} in this folder" if count else "tables and pictures of this folder"
         return _filled(title=campaign.name, about=about, campaign=campaign, pictures=_drawn(campaign), runs=[])
-    runs = []
+    runs, cases = [], []
     for path in paths:
         with open_result(path) as result:
             runs.append(_run_page(result))
+            cases.append(Case.from_toml(result.case_text))
     known = [run for run in runs if run.steady]
-    overview = ""
+    overview, axis = "", None
     if len(known) > 1:
-        overview = _image(draw_steady_values([(float(run.speed), run.steady) for run in known]))
+        axis = swept_axis([case for case, run in zip(cases, runs, strict=True) if run.steady])
+        places = axis.values if axis else [float(run.speed) for run in known]
+        label = axis.label if axis else "speed (rpm)"
+        values = list(zip(places, (run.steady for run in known), strict=True))
+        overview = _image(draw_steady_values(values, label, joined=axis is not None))
     return _filled(
         title=runs[0].title or runs[0].name if len(runs) == 1 else f"{len(runs)} runs",
         about=f"{len(runs)} run{'' if len(runs) == 1 else 's'}",
         runs=runs,
         headings=[value.label for value in known[0].steady] if known else [],
         overview=overview,
+        over=axis.label if axis else "speed; runs that differ in more than one number are not joined",
     )
 
 
@@ -166,9 +177,10 @@ def _run_page(result: Result) -> RunPage:
         raise CaseError(Fault(str(result.path), "must be the run of a mill, it is that of a mechanism", "nutamill show prints its loads"))
     case = Case.from_toml(result.case_text)
     figures = []
-    for name, (_, caption) in FIGURES.items():
+    for name in FIGURES:
         try:
-            figures.append(Drawn(caption, _image(figure_of(result, name))))
+            figure = figure_of(result, name)
+            figures.append(Drawn(caption_of(name, figure), _image(figure)))
         except ResultError:
             continue  # no statistics, no charge, or no steady window: the page shows what there is
     try:
@@ -181,7 +193,7 @@ def _run_page(result: Result) -> RunPage:
         case.title,
         result.state,
         f"{last:.4g}",
-        _steady(result),
+        *_means(result),
         _ledger(result),
         figures,
         warning_lines(result),
@@ -191,19 +203,29 @@ def _run_page(result: Result) -> RunPage:
     )
 
 
-def _steady(result: Result) -> list[SteadyLine]:
-    """Steady means of `READINGS`."""
+def _means(result: Result) -> tuple[str, str, list[SteadyLine]]:
+    """Whether a run is steady, what its means are, and the means of `READINGS`; an interval only where there is one."""
     names = [name for name in READINGS if name in result.series]
     try:
-        found = steady_window(result, names=names).values
+        window = steady_window(result, names=names)
     except ResultError:
-        return []
-    values = []
-    for name, estimate in found.items():
-        field = series_field(name)
-        text = f"{estimate.mean:.4g}" + (f" ± {_short(estimate.half_width)}" if math.isfinite(estimate.half_width) else "")
-        values.append(SteadyLine(f"{field.label} ({field.unit})", text, estimate.mean, estimate.half_width))
-    return values
+        return "no whole turn at constant speed: no means", "", []
+    turns = len(window.turns) - 1
+    try:
+        part = steady_part(result, names)
+    except ResultError:
+        lines = [_line(name, estimate.mean, math.nan) for name, estimate in window.values.items()]
+        return too_few_turns(turns), f"plain mean of {turns} turns, without an interval", lines
+    heading = "mean and 95 % interval, not steady" if part.drifting else "steady mean and 95 % interval"
+    lines = [_line(name, estimate.mean, estimate.half_width) for name, estimate in part.means.items()]
+    return steady_line(part), heading, lines
+
+
+def _line(name: str, mean: float, half_width: float) -> SteadyLine:
+    """One mean as it is printed."""
+    field = series_field(name)
+    text = f"{mean:.4g}" + (f" ± {_short(half_width)}" if math.isfinite(half_width) else "")
+    return SteadyLine(f"{field.label} ({field.unit})", text, mean, half_width)
 
 
 def _short(width: float) -> str:

@@ -31,11 +31,11 @@ def matrix(q):
     return np.eye(3) + 2 * w * skew + 2 * skew @ skew
 
 
-def write_film(path, snapshots=20, pellets=300, seed=1):
-    """Write a result of 0.5 s at 60 rad/s with the last moments filmed at 200 Hz."""
-    case = load_case("numill", ["mechanism.mounting=rigid"])
+def write_film(path, snapshots=20, pellets=300, seed=1, changes=(), shakes=True, seconds=0.5):
+    """Write a result of half a second at 60 rad/s with the last moments filmed at 200 Hz; `changes` of the case are in its text only."""
+    case = load_case("numill", ["mechanism.mounting=rigid", *changes])
     names = expand(sensors=("frame_corner",))
-    time = np.arange(501) / RATE
+    time = np.arange(round(seconds * RATE) + 1) / RATE
     angle = SPEED * time
     known = {
         "time": time,
@@ -44,8 +44,8 @@ def write_film(path, snapshots=20, pellets=300, seed=1):
         "crank_pin_force_resultant": 700.0 + 20.0 * np.cos(2 * angle),
         "driveshaft_torque": 9.0 + np.sin(2 * angle),
         "driveshaft_power": 540.0 + 60.0 * np.sin(2 * angle),
-        "frame_corner_acceleration_x": 3.0 * np.cos(angle),
-        "frame_corner_acceleration_z": 1.0 * np.cos(2 * angle),
+        "frame_corner_acceleration_x": 3.0 * shakes * np.cos(angle),
+        "frame_corner_acceleration_z": 1.0 * shakes * np.cos(2 * angle),
         "charge_mass_centre_x": 0.05 * np.cos(angle - 0.7),
         "charge_mass_centre_y": 0.05 * np.sin(angle - 0.7),
         "charge_mass_centre_z": np.full_like(time, -0.28),

@@ -32,3 +32,9 @@ def test_a_demonstration_softens_contacts_between_particles_ninefold_and_no_othe
 
 def test_an_empty_mill_has_a_demonstration_too(mill):
     assert quick(mill.with_("charge.kind", "none")).mechanism.mounting == "rigid"
+
+
+def test_the_title_of_a_demonstration_says_what_is_simplified(mill):
+    said = "demonstration of numill: rigid mounts, 0.2 s ramp, 3 turns at speed"
+    assert quick(mill).title == f"{said}, contacts between particles 9 times softer"
+    assert quick(mill.with_("charge.kind", "none")).title == said

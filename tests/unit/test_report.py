@@ -7,8 +7,15 @@ import shutil
 
 import pytest
 
+from nutamill import report
+from nutamill.case import load_case
+from nutamill.case.differences import swept_axis
 from nutamill.errors import CaseError, ResultError
+from nutamill.figures.motion import draw_steady_values
+from nutamill.figures.named import caption_of
+from nutamill.figures.run import draw_run
 from nutamill.report import report_page, write_report
+from nutamill.result import open_result
 
 
 def test_page_of_a_run_holds_means_ledger_figures_motion_and_case(filmed):
@@ -40,7 +47,60 @@ def test_run_without_snapshots_is_reported_without_motion(unfilmed):
 def test_several_runs_share_one_table_and_one_figure_over_speed(filmed, film, tmp_path):
     page = report_page([filmed.path, film(tmp_path / "second.h5", snapshots=0)])
     assert page.count("<tr><td>second</td>") == 1
-    assert page.count('alt="steady values over speed"') == 1
+    assert page.count('alt="means of the runs"') == 1
+
+
+def test_a_run_of_too_few_turns_is_not_called_steady_and_has_no_interval(film, tmp_path):
+    """0.5 s at 60 rad/s are 4.77 turns, of which four are whole; 2 s are 19."""
+    short = report_page([film(tmp_path / "short.h5", snapshots=0)])
+    assert "too few turns at the last speed for a test of steadiness: 4, needs 5" in short
+    assert "plain mean of 4 turns, without an interval" in short
+    assert "95 %" not in short and "±" not in short and "steady mean" not in short
+    long = report_page([film(tmp_path / "long.h5", snapshots=0, seconds=2.0)])
+    assert "steady since t = " in long and "steady mean and 95 % interval" in long and "too few turns" not in long
+
+
+@pytest.mark.parametrize(
+    ("shakes", "caption"),
+    [
+        (True, "crank-pin force, driveshaft torque, horizontal acceleration, vertical acceleration over the run"),
+        (False, "crank-pin force, driveshaft torque over the run"),
+    ],
+)
+def test_the_caption_of_a_run_names_the_panels_that_are_drawn(film, tmp_path, shakes, caption):
+    with open_result(film(tmp_path / "a.h5", snapshots=0, shakes=shakes)) as result:
+        assert caption_of("run", draw_run(result)) == caption
+
+
+@pytest.mark.parametrize(
+    ("changes", "label", "values"),
+    [
+        ([("drive.speed=500 rpm",), ("drive.speed=600 rpm", "run.seed=2", "drive.ramp=35 rpm/s")], "drive.speed (rpm)", [500.0, 600.0]),
+        ([("chamber.ribs=0",), ("chamber.ribs=12",)], "chamber.ribs", [0.0, 12.0]),
+        ([("chamber.ribs=0",), ("chamber.ribs=12", "drive.speed=500 rpm")], None, None),
+        ([("mechanism.mounting=rigid",), ("mechanism.mounting=flexible",)], None, None),
+        ([("run.seed=1",), ("run.seed=2",)], None, None),
+        ([("drive.speed=500 rpm",), ("drive.speed=600 rpm",), ("drive.speed=500 rpm", "run.seed=2")], None, None),
+    ],
+)
+def test_runs_are_joined_by_a_line_only_if_they_differ_in_one_number(changes, label, values):
+    axis = swept_axis([load_case("numill", texts) for texts in changes])
+    assert (axis.label, axis.values) == (label, pytest.approx(values)) if label else axis is None
+
+
+@pytest.mark.parametrize(("ribs", "joined"), [("0", True), ("12", False)])
+def test_unrelated_runs_are_drawn_as_points(film, tmp_path, monkeypatch, ribs, joined):
+    drawn = []
+
+    def draw(*given, **options):
+        drawn.append(draw_steady_values(*given, **options))
+        return drawn[-1]
+
+    monkeypatch.setattr(report, "draw_steady_values", draw)
+    first = film(tmp_path / "a.h5", snapshots=0, changes=("drive.speed=500 rpm",))
+    page = report_page([first, film(tmp_path / "b.h5", snapshots=0, changes=("drive.speed=600 rpm", f"chamber.ribs={ribs}"))])
+    assert {line.get_linestyle() for line in drawn[0].axes[0].get_lines() if line.get_marker() == "o"} == ({"-"} if joined else {"None"})
+    assert ("over drive.speed (rpm);" in page) == joined
 
 
 def test_folder_of_a_sweep_is_reported_with_its_table_pictures_and_runs(filmed, tmp_path):

@@ -22,7 +22,7 @@ def quick(case: Case) -> Case:
     rows = 2.0 / case.run.series_rate  # the record begins up to a row after the ramp and ends up to a row before the end
     until = RAMP_TIME + TURNS * 2.0 * math.pi / case.drive.speed + rows
     changes = {
-        "title": f"demonstration of {case.name}",
+        "title": f"demonstration of {case.name}: {simplified(case)}",
         "mechanism.mounting": "rigid",
         "drive.ramp": case.drive.speed / RAMP_TIME,
         "run.until": until,
@@ -48,10 +48,12 @@ def pair_name(case: Case, first: str, second: str) -> str:
     return next(name for name in (f"{first}-{second}", f"{second}-{first}") if name in case.contact.pairs)
 
 
-def banner(case: Case) -> str:
-    """What the demonstration of a case leaves out."""
+def simplified(case: Case) -> str:
+    """What the demonstration of a case simplifies, as its title and its reports say it."""
     softer = f", contacts between particles {SOFTER:g} times softer" if softens(case) else ""
-    return (
-        f"demonstration: rigid mounts, {RAMP_TIME:g} s ramp, {TURNS} turns at speed{softer}."
-        " It shows the program, not the mill: run without --quick for numbers"
-    )
+    return f"rigid mounts, {RAMP_TIME:g} s ramp, {TURNS} turns at speed{softer}"
+
+
+def banner(case: Case) -> str:
+    """What is printed before a demonstration."""
+    return f"demonstration: {simplified(case)}. It shows the program, not the mill: run without --quick for numbers"

@@ -102,23 +102,28 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     return figure
 
 
-def draw_steady_values(runs: Sequence[tuple[float, Sequence]]) -> Figure:
-    """Steady means of several runs over their speed, one panel for each reading, with their 95 % intervals.
+def draw_steady_values(runs: Sequence[tuple[float, Sequence]], over: str, joined: bool) -> Figure:
+    """Draw the means of several runs, one panel for each reading, with their 95 % intervals.
 
-    `runs` holds for each its speed [rpm] and its readings, each with ``label``, ``mean`` and ``half_width``.
+    Parameters
+    ----------
+    runs : for each its place on the axis and its readings, each with ``label``, ``mean`` and ``half_width``
+    over : label of that axis
+    joined : whether a line joins the runs, because they differ in that number only
     """
     ordered = sorted(runs, key=lambda run: run[0])
-    speed = [run[0] for run in ordered]
+    places = [run[0] for run in ordered]
     labels = [value.label for value in ordered[0][1]]
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 0.5 + 1.3 * len(labels)), layout="constrained")
         for k, (axes, label) in enumerate(zip(np.atleast_1d(figure.subplots(len(labels), 1, sharex=True)), labels, strict=True)):
             values = [run[1][k] for run in ordered]
             width = [value.half_width if math.isfinite(value.half_width) else 0.0 for value in values]
-            axes.errorbar(speed, [value.mean for value in values], width, marker="o", markersize=3, capsize=2, linewidth=0.8)
+            line = "o-" if joined else "o"
+            axes.errorbar(places, [value.mean for value in values], width, fmt=line, markersize=3, capsize=2, linewidth=0.8)
             axes.set_ylabel(label.replace("driveshaft ", "").replace("charge ", ""))
             axes.margins(x=0.05)
-        axes.set_xlabel("speed (rpm)")
+        axes.set_xlabel(over)
         figure.align_ylabels()
     return figure
 

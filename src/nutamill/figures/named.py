@@ -16,14 +16,14 @@ from nutamill.readings.orders import sensor_orders, waterfall
 from nutamill.result import Result
 
 FIGURES: dict[str, tuple[Callable[[Result], Figure], str]] = {
-    "run": (draw_run, "crank-pin force, driveshaft torque and frame acceleration over the run"),
+    "run": (draw_run, "{panels} over the run"),
     "power": (draw_ledger, "where the motor's power goes, turn by turn"),
     "impacts": (draw_spectra, "how many impacts with how much energy"),
     "wall": (draw_wall, "pressure, shear work and cutting energy on the unrolled bore"),
     "flow": (draw_flow, "solids fraction and velocity of the charge in axes that turn with the crank"),
     "orbit": (draw_orbit, "path of the charge's mass centre and its phase lag"),
 }
-"""Figures of a whole result: the function, and what it shows."""
+"""Figures of a whole result: the function, and what it shows; ``{panels}`` are the titles of the panels that were drawn."""
 SERIES_FIGURES: dict[str, tuple[Callable[[Result, list[str]], Figure], str]] = {
     "history": (draw_histories, "series over time"),
     "spectrum": (draw_spectrum, "power spectral density of series in the steady window"),
@@ -53,6 +53,12 @@ def figure_of(result: Result, what: str) -> Figure:
         return SERIES_FIGURES[kind][0](result, names.split(","))
     known = ", ".join([*FIGURES, *(f"{name}:SERIES" for name in SERIES_FIGURES)])
     raise CaseError(Fault(f'figure "{what}"', f"must be one of {known}", "`nutamill info fields` lists the series"))
+
+
+def caption_of(what: str, figure: Figure) -> str:
+    """Return what a figure of `FIGURES` shows, naming the panels that it has."""
+    titles = [axes.get_title(loc="left").partition(") ")[2] for axes in figure.axes]
+    return FIGURES[what][1].format(panels=", ".join(filter(None, titles)))
 
 
 def write_figures(result: Result, wanted: list[str], folder: Path) -> list[Path]:

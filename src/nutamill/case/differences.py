@@ -1,0 +1,57 @@
+"""In what cases differ: values by dotted key, and the one number in which runs of a sweep differ."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from nutamill import units
+from nutamill.case.casefile import CaseFile
+from nutamill.case.keys import quantity_at
+
+ASIDE = ("title", "schema", "drive.ramp", "run.")
+"""Beginnings of keys that steady means do not depend on: the words of a case, and how it is brought to speed and run."""
+
+
+class SweptAxis(NamedTuple):
+    """The one number in which cases differ."""
+
+    label: str
+    """Its key and unit, for an axis."""
+    values: list[float]
+    """Its value in each case, in that unit."""
+
+
+def values_by_key(case: CaseFile) -> dict[str, Any]:
+    """Return every value of a case by its dotted key, SI; entries of lists of tables by their number."""
+    return dict(_leaves(case.model_dump(by_alias=True, exclude_none=True, exclude=case.files), ""))
+
+
+def swept_axis(cases: Sequence[CaseFile]) -> SweptAxis | None:
+    """Return the number in which all cases differ, if they differ in that number only; else None.
+
+    What steady means do not depend on, as the seed or the length of a run, does not count.
+    """
+    all_values = [values_by_key(case) for case in cases]
+    keys = {key for values in all_values for key in values if not key.startswith(ASIDE)}
+    differing = [key for key in keys if any(values.get(key) != all_values[0].get(key) for values in all_values)]
+    if len(differing) != 1:
+        return None
+    key = differing[0]
+    numbers = [values.get(key) for values in all_values]
+    if not all(isinstance(number, (int, float)) and not isinstance(number, bool) for number in numbers):
+        return None
+    if len(set(numbers)) < len(numbers):
+        return None
+    if (quantity := quantity_at(key)) is None:
+        return SweptAxis(key, [float(number) for number in numbers])
+    unit = units.EXAMPLES[quantity.kind].split(" ", 1)[1]
+    return SweptAxis(f"{key} ({unit})", [number / units.UNITS[quantity.kind][unit] for number in numbers])
+
+
+def _leaves(content: Any, above: str) -> list[tuple[str, Any]]:
+    """Pairs of dotted key and value below a table or a list of tables."""
+    found = []
+    for key, value in content.items() if isinstance(content, Mapping) else enumerate(content):
+        dotted = f"{above}[{key}]" if isinstance(key, int) else f"{above}.{key}".lstrip(".")
+        tables = isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, Mapping) for inner in value)
+        found += _leaves(value, dotted) if isinstance(value, Mapping) or tables else [(dotted, value)]
+    return found
