@@ -262,7 +262,7 @@ def warning_lines(result: Result) -> list[str]:
     """What is odd about a run: overlaps beyond the case's `overlap_warn`, a ledger that does not close."""
     case, series = Case.from_toml(result.case_text), result.series
     lines = []
-    if "largest_pair_overlap" in series:
+    if "largest_pair_overlap" in series and series.sizes["time"]:
         for kind, wall in (("pair", False), ("wall", True)):
             pairs = [case.contact.pair(a, b) for a, b, walled in case.touching if walled == wall]
             limit = max(pair.overlap_warn for pair in pairs)

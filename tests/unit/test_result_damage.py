@@ -12,6 +12,7 @@ from nutamill import march
 from nutamill.case import load_case
 from nutamill.cli import app
 from nutamill.errors import DamagedError, ResultError
+from nutamill.fields import expand
 from nutamill.result import Recorder, open_result, verify
 from nutamill.result.checksums import COPIES, Checksums
 
@@ -285,3 +286,11 @@ def test_a_file_does_not_lose_its_checksums_by_naming_the_earlier_format(path):
         file.attrs["format_version"] = 1
     with pytest.raises(DamagedError, match="has no checksums, and holds some"):
         open_result(path)
+
+
+def test_result_without_a_sample_is_shown(tmp_path):
+    case = load_case("numill")
+    Recorder.create(tmp_path / "a.h5", case.to_toml(), {}, expand(), 4800.0).close()
+    done = CliRunner().invoke(app, ["show", str(tmp_path / "a.h5")])
+    assert done.exit_code == 0
+    assert "no steady means" in done.output

@@ -166,7 +166,7 @@ def _read(path: Path, command: str, true: list[Any] | None) -> None:
     copy = path.with_name("copy.h5")
     copy.write_bytes(path.read_bytes())
     with suppress(MillError):
-        Recorder.reopen(copy, 0.6)
+        Recorder.reopen(copy, 0.6).close()
     words = {
         "export": [str(path), "--vtkhdf", str(path.with_suffix(".vtkhdf"))],
         "plot": [str(path), "run", "power", "impacts", "wall", "flow", "orbit"],
