@@ -7,9 +7,9 @@ import itertools
 import math
 
 import nutamill as nm
+from nutamill.analysis.orders import peaks
 from nutamill.design.runup import default_sensor, run_up, run_up_lines
 from nutamill.figures.design import draw_run_up
-from nutamill.readings.orders import peaks
 
 RPM = math.pi / 30.0
 

@@ -22,7 +22,7 @@ _HOME = {
     "resume": "nutamill.march",
     "sweep": "nutamill.campaign.sweep",
     "fit": "nutamill.campaign.fit",
-    "mount_properties": "nutamill.mount_test",
+    "mount_properties": "nutamill.analysis.mount_test",
     "open_result": "nutamill.result",
     "validate": "nutamill.validation",
     "MillError": "nutamill.errors",

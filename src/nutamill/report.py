@@ -16,7 +16,8 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from nutamill import __version__
-from nutamill.analysis import power_split, steady_line, steady_part, steady_window, too_few_turns, warning_lines
+from nutamill.analysis.mechanism import is_mechanism
+from nutamill.analysis.windows import power_split, steady_line, steady_part, steady_window, too_few_turns, warning_lines
 from nutamill.campaign_report import CampaignFolder, read_campaign
 from nutamill.case import Case
 from nutamill.case.differences import swept_axis
@@ -24,7 +25,6 @@ from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
 from nutamill.figures.motion import draw_steady_values
 from nutamill.figures.named import FIGURES, caption_of, figure_of
-from nutamill.mechanism_analysis import is_mechanism
 from nutamill.result import Result, open_result
 from nutamill.units import rpm
 from nutamill.webview import view_page

@@ -15,10 +15,10 @@ from string import Template
 
 import numpy as np
 
+from nutamill.analysis.replay import Frame, chosen_snapshots, replay
 from nutamill.case import Case
 from nutamill.drawing import Part, machine_parts
 from nutamill.fields import series_field
-from nutamill.replay import Frame, chosen_snapshots, replay
 from nutamill.result import Result
 from nutamill.wholefile import PAGES, check_writable, write_whole
 

@@ -78,7 +78,7 @@ AT_HOME = {
     "rich": {"screen.py", "campaign/board.py", "papers"},
     "distributed": {"campaign", "validation.py"},
     "trimesh": {"build/wall_mesh.py"},
-    "rainflow": {"readings/fatigue.py"},
+    "rainflow": {"analysis/fatigue.py"},
     "pyvista": {"scene.py"},
     "imageio_ffmpeg": {"scene.py"},
 }

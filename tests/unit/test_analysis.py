@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from nutamill.analysis import power_split, ramp_end, steady_window, summary_lines
+from nutamill.analysis.windows import power_split, ramp_end, steady_window, summary_lines
 from nutamill.errors import ResultError
 from nutamill.result import Recorder, open_result
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray
 
-from nutamill.charge_flow import (
+from nutamill.analysis.flow import (
     crest,
     crest_history,
     flow_fields,

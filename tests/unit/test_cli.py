@@ -61,13 +61,13 @@ def engine(monkeypatch):
     monkeypatch.setitem(sys.modules, "nutamill.figures.saving", types.SimpleNamespace(save_figure=save_figure))
     monkeypatch.setitem(
         sys.modules,
-        "nutamill.analysis",
+        "nutamill.analysis.windows",
         types.SimpleNamespace(summary_lines=lambda result: ["crank-pin force 981 N"], warning_lines=lambda result: []),
     )
     # what a run of a mechanism prints and draws is not asked for here
     names = ("mechanism_summary_lines", "mechanism_warning_lines", "draw_reactions")
     mechanism = types.SimpleNamespace(is_mechanism=lambda result: False, **dict.fromkeys(names))
-    monkeypatch.setitem(sys.modules, "nutamill.mechanism_analysis", mechanism)
+    monkeypatch.setitem(sys.modules, "nutamill.analysis.mechanism", mechanism)
     monkeypatch.setitem(sys.modules, "nutamill.figures.mechanism", mechanism)
     return asked
 

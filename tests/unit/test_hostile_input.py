@@ -4,12 +4,12 @@ import time
 
 import pytest
 
+from nutamill.analysis.measured_mapping import load_mapping
+from nutamill.analysis.mount_test import read_mount_test
 from nutamill.build.clock import run_clock
 from nutamill.campaign.axes import axis_values
 from nutamill.case import load_case
-from nutamill.case.mapping import load_mapping
 from nutamill.errors import CaseError, Fault, printable
-from nutamill.mount_test import read_mount_test
 from nutamill.tables import SIZES
 from nutamill.units import UNITS, Kind
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from nutamill import advance, march
+from nutamill.analysis.replay import chosen_snapshots, replay
 from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
 from nutamill.errors import CaseError, ResultError, StepError
-from nutamill.replay import chosen_snapshots, replay
 
 OVERRIDES = [
     "mechanism.mounting=rigid",

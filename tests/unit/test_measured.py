@@ -7,11 +7,11 @@ import pytest
 from typer.testing import CliRunner
 
 from nutamill import cli
-from nutamill.case.mapping import load_mapping
+from nutamill.analysis.measured_comparison import compare, comparison_lines, low_pass
+from nutamill.analysis.measured_import import import_test
+from nutamill.analysis.measured_mapping import load_mapping
 from nutamill.errors import CaseError, MillError
 from nutamill.figures.measured import draw_comparison
-from nutamill.measured.comparison import compare, comparison_lines, low_pass
-from nutamill.measured.importing import import_test
 from nutamill.result import open_result
 
 RATE = 2000.0

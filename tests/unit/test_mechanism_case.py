@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import nutamill as nm
+from nutamill.analysis.mechanism import is_mechanism, ledger_share, mechanism_summary_lines, part_loads
 from nutamill.build.described_mechanism import assemble_case, build_mechanism, mechanism_parts
 from nutamill.case import MechanismCase, case_of_text, load_case, load_mill
 from nutamill.errors import CaseError, MillError
 from nutamill.figures.mechanism import draw_reactions
 from nutamill.figures.named import figure_of
 from nutamill.mechanism.linear import modes, static_equilibrium
-from nutamill.mechanism_analysis import is_mechanism, ledger_share, mechanism_summary_lines, part_loads
 from nutamill.mechanism_preflight import mechanism_preflight
 from nutamill.report import write_report
 from nutamill.result import open_result

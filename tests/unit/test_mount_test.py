@@ -7,8 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 from nutamill import cli
+from nutamill.analysis.mount_test import MountTest, mount_properties, read_mount_test
 from nutamill.errors import CaseError
-from nutamill.mount_test import MountTest, mount_properties, read_mount_test
 
 STIFFNESS, DAMPING, FREQUENCY, AMPLITUDE = 72.2e3, 34.0, 7.88, 2e-3
 

@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from nutamill import validation as room
+from nutamill.analysis.values import Value
 from nutamill.campaign.sweep import result_path
 from nutamill.case import Case
 from nutamill.cli import app
@@ -22,7 +23,6 @@ from nutamill.papers.library import paper_names, parse_paper, read_paper
 from nutamill.papers.quantities import QUANTITIES, charge_at_pin
 from nutamill.papers.runs import planned_runs
 from nutamill.papers.table import csv_text, json_text, markdown, tally, verdict
-from nutamill.quantities import Value
 from nutamill.result import Recorder, open_result
 from nutamill.result.checksums import Checksums
 

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from nutamill.analysis.spectra import spectrum
 from nutamill.errors import CaseError, ResultError
 from nutamill.figures.named import figure_of, write_figures
 from nutamill.result import Recorder, open_result
-from nutamill.vibration import spectrum
 
 RATE = 1000.0
 TIME = np.arange(4000) / RATE

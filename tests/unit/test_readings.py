@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from nutamill.analysis.load_paths import joint_reaction, load_paths
+from nutamill.analysis.orders import peaks, sensor_orders, spectra, track
+from nutamill.analysis.rods import rod_tensions, yoke_rods
+from nutamill.analysis.text import hours_text
 from nutamill.case import load_case
 from nutamill.errors import CaseError, ResultError
 from nutamill.fields import expand
-from nutamill.readings.load_paths import joint_reaction, load_paths
-from nutamill.readings.orders import peaks, sensor_orders, spectra, track
-from nutamill.readings.rods import rod_tensions, yoke_rods
-from nutamill.readings.wording import hours_text
 from nutamill.result import Recorder, open_result
 
 RATE = 2000.0

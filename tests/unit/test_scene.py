@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from nutamill.analysis.replay import chosen_snapshots, replay
 from nutamill.case import Case
 from nutamill.errors import CaseError, MillError, ResultError
-from nutamill.replay import chosen_snapshots, replay
 from nutamill.scene import camera_of, draw_scene, film_scene
 
 pytest.importorskip("pyvista", reason='needs the extra "view"')

@@ -16,6 +16,7 @@ import pytest
 from typer.testing import CliRunner
 
 from nutamill import cli
+from nutamill.analysis.values import Reading, Value, read, reading_of
 from nutamill.campaign import board, member, sweep
 from nutamill.campaign.axes import axis_values, changed, members
 from nutamill.campaign.member import Task, perform, state_of
@@ -24,7 +25,6 @@ from nutamill.campaign.workers import LocalProcesses, WorkerError
 from nutamill.case import load_case
 from nutamill.errors import CaseError, StepError
 from nutamill.figures.campaign import draw_sweep
-from nutamill.quantities import Reading, Value, read, reading_of
 from nutamill.result import Recorder, open_result
 
 EMPTY = ["charge.kind=none", "mechanism.mounting=rigid", "drive.ramp=10000 rpm/s", "run.until=50 ms", "run.checkpoint=10 ms"]

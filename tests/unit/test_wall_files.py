@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nutamill import march
-from nutamill.analysis import warning_lines
+from nutamill.analysis.windows import warning_lines
 from nutamill.build import wall_mesh
 from nutamill.build.bed import settled_bed
 from nutamill.build.chamber_charge import chamber_surfaces, pair_law

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from nutamill.analysis.bearings import basic_life, bearing_life, cycle_mean, swing_share
+from nutamill.analysis.fatigue import cycles, goodman, miner, section_life
+from nutamill.analysis.mounts import chamber_clearance, floor_force, mount_readings
+from nutamill.analysis.ratings import load_ratings
 from nutamill.case import load_case
-from nutamill.case.ratings import load_ratings
 from nutamill.errors import CaseError
 from nutamill.fields import expand
-from nutamill.readings.bearings import basic_life, bearing_life, cycle_mean, swing_share
-from nutamill.readings.fatigue import cycles, goodman, miner, section_life
-from nutamill.readings.mounts import chamber_clearance, floor_force, mount_readings
 from nutamill.result import Recorder, open_result
 
 RATE, SPEED, FORCE = 2000.0, 20.0 * math.pi, 500.0

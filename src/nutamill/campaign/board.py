@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from nutamill.analysis import with_interval
+from nutamill.analysis.values import Reading, Value
+from nutamill.analysis.windows import with_interval
 from nutamill.campaign.table import Outcome
-from nutamill.quantities import Reading, Value
 from nutamill.result import is_finished
 
 if TYPE_CHECKING:

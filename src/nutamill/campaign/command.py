@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from nutamill.analysis.values import DEFAULT, reading_of
 from nutamill.build.quick import banner
 from nutamill.build.quick import quick as quickened
 from nutamill.campaign.axes import axis_values, members
@@ -17,7 +18,6 @@ from nutamill.case.sweep_file import is_sweep_file, load_sweep
 from nutamill.errors import CaseError, Fault
 from nutamill.figures.campaign import draw_sweep
 from nutamill.figures.saving import save_figure
-from nutamill.quantities import DEFAULT, reading_of
 from nutamill.result import is_finished
 
 

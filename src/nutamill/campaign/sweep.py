@@ -7,6 +7,7 @@ from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from nutamill.analysis.values import DEFAULT, Reading, read
 from nutamill.build.bed import bed_is_kept, bed_key
 from nutamill.build.chamber_charge import contact_law_of
 from nutamill.build.clock import run_clock
@@ -17,7 +18,6 @@ from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault, MillError
 from nutamill.kernel import kernel_digest
-from nutamill.quantities import DEFAULT, Reading, read
 from nutamill.result import is_finished, open_result, state_of
 from nutamill.signals import requests
 from nutamill.warm import warm_up

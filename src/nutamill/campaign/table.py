@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray
 
+from nutamill.analysis.values import NOTHING, Reading, Value
 from nutamill.campaign.axes import Member
 from nutamill.case.keys import held as held_at
 from nutamill.case.keys import unit_at
-from nutamill.quantities import NOTHING, Reading, Value
 from nutamill.wholefile import write_whole
 
 PARTS = {"": "mean", "_half_width": "half_width", "_window": "window"}

@@ -156,9 +156,9 @@ def orders(
     to: Picture = None,
 ) -> None:
     """Amplitude and phase of a series once and twice per turn over a run, and its waterfall."""
+    from nutamill.analysis.orders import orders_lines, sensor_orders, waterfall
+    from nutamill.analysis.source import open_mill_result
     from nutamill.figures.reading import draw_orders
-    from nutamill.readings.orders import orders_lines, sensor_orders, waterfall
-    from nutamill.readings.source import open_mill_result
 
     with open_mill_result(file) as result:
         picture = _place(to, _picture_name(file, "orders", sensor), file.parent)
@@ -175,11 +175,11 @@ def loads(
     to: Picture = None,
 ) -> None:
     """Reaction of every joint: mean, r.m.s., peak, orders, polar plots; and the forces in the rods of a yoke."""
+    from nutamill.analysis.load_paths import load_paths, loads_lines
+    from nutamill.analysis.rods import rods_lines, yoke_rods
+    from nutamill.analysis.source import open_mill_result
     from nutamill.case import Case
     from nutamill.figures.reading import draw_loads
-    from nutamill.readings.load_paths import load_paths, loads_lines
-    from nutamill.readings.rods import rods_lines, yoke_rods
-    from nutamill.readings.source import open_mill_result
 
     with open_mill_result(file) as result:
         figure = draw_loads(result, axes, last)
@@ -202,9 +202,9 @@ def mounts(
     to: Picture = None,
 ) -> None:
     """Travel and force of the mounts, the force on the floor, and the clearance of the chamber."""
+    from nutamill.analysis.mounts import chamber_clearance, clearance_line, mounts_lines
+    from nutamill.analysis.source import open_mill_result
     from nutamill.figures.reading import draw_floor
-    from nutamill.readings.mounts import chamber_clearance, clearance_line, mounts_lines
-    from nutamill.readings.source import open_mill_result
 
     lengths = [quantity("--ring", text, "length") for text in ring or ()]
     with open_mill_result(file) as result:
@@ -225,11 +225,11 @@ def life(
     to: Picture = None,
 ) -> None:
     """Life of bearings (L10), shafts and pins (rainflow, Goodman, Miner) under the loads of a run."""
-    from nutamill.case.ratings import load_ratings
+    from nutamill.analysis.bearings import bearing_life, bearings_lines
+    from nutamill.analysis.fatigue import section_life, sections_lines
+    from nutamill.analysis.ratings import load_ratings
+    from nutamill.analysis.source import open_mill_result
     from nutamill.figures.reading import draw_lives
-    from nutamill.readings.bearings import bearing_life, bearings_lines
-    from nutamill.readings.fatigue import section_life, sections_lines
-    from nutamill.readings.source import open_mill_result
 
     rated = load_ratings(ratings)
     with open_mill_result(file) as result:

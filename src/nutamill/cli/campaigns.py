@@ -54,9 +54,9 @@ def mount_test(
     to: Annotated[Path | None, typer.Option(help="Picture; else beside the file.")] = None,
 ) -> None:
     """Stiffness and damping of a mount from a force-displacement test at one frequency."""
+    from nutamill.analysis.mount_test import mount_properties, read_mount_test
     from nutamill.figures.mount import draw_loop
     from nutamill.figures.saving import save_figure
-    from nutamill.mount_test import mount_properties, read_mount_test
 
     test = read_mount_test(file)
     found = mount_properties(test)

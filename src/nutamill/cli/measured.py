@@ -18,7 +18,7 @@ def import_measured(
     to: Annotated[Path | None, typer.Option(help="The file to write; else beside the test file.")] = None,
 ) -> None:
     """Read measured data, so that plot and compare can use them."""
-    from nutamill.measured.importing import import_test
+    from nutamill.analysis.measured_import import import_test
 
     if to is not None:
         refuse_suffix(to, RESULTS)
@@ -35,9 +35,9 @@ def compare(
     picture: Annotated[Path | None, typer.Option(help="The overlay; else beside the run.")] = None,
 ) -> None:
     """Lay measured data over a run: steady values with errors, and a figure."""
+    from nutamill.analysis.measured_comparison import compare, comparison_lines
     from nutamill.figures.measured import draw_comparison
     from nutamill.figures.saving import save_figure
-    from nutamill.measured.comparison import compare, comparison_lines
     from nutamill.papers.library import paper_names
     from nutamill.result import open_result
     from nutamill.units import Kind

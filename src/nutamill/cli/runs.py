@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 info_app = typer.Typer(no_args_is_help=True, help="Say what the package knows.")
 app.add_typer(info_app, name="info")
 MEASURED = "measured"
-"""State of a file that holds a test, as `nutamill.measured.importing` writes it."""
+"""State of a file that holds a test, as `nutamill.analysis.measured_import` writes it."""
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads of the charge.")]
 
 
@@ -204,11 +204,11 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
 def _summary(result: "Result") -> tuple[list[str], list[str]]:
     """What a result came to, and what is odd about it, as lines."""
     if result.state == MEASURED:
-        from nutamill.measured.importing import measured_lines
+        from nutamill.analysis.measured_import import measured_lines
 
         return measured_lines(result), []
-    from nutamill.analysis import summary_lines, warning_lines
-    from nutamill.mechanism_analysis import is_mechanism, mechanism_summary_lines, mechanism_warning_lines
+    from nutamill.analysis.mechanism import is_mechanism, mechanism_summary_lines, mechanism_warning_lines
+    from nutamill.analysis.windows import summary_lines, warning_lines
 
     if is_mechanism(result):
         return mechanism_summary_lines(result), mechanism_warning_lines(result)
@@ -232,9 +232,9 @@ def _facts(result: "Result") -> list[str]:
 
 def _draw(result: "Result", path: Path) -> list[Path]:
     """Draw the pictures of a run beside its result; their files."""
+    from nutamill.analysis.mechanism import is_mechanism
     from nutamill.figures.run import draw_ledger, draw_run
     from nutamill.figures.saving import save_figure
-    from nutamill.mechanism_analysis import is_mechanism
 
     picture, ledger = path.with_suffix(".png"), path.with_name(f"{path.stem}-power.png")
     if is_mechanism(result):

@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.analysis.mounts import floor_series
+from nutamill.analysis.orders import track
 from nutamill.case import Case
 from nutamill.design.empty import empty_series, once_per_turn, steady_series
 from nutamill.design.modes import machine_modes
 from nutamill.errors import CaseError, Fault
-from nutamill.readings.mounts import floor_series
-from nutamill.readings.orders import track
 from nutamill.units import rpm
 
 SLOW = 20.0

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from nutamill.analysis.orders import Orders, Waterfall, peaks, spectra, track
 from nutamill.case import Case
 from nutamill.design.empty import empty_series
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import series_field
-from nutamill.readings.orders import Orders, Waterfall, peaks, spectra, track
 from nutamill.units import rpm
 
 AFTER = 1.0

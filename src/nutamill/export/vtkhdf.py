@@ -12,9 +12,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from nutamill.analysis.replay import Frame, chosen_snapshots, replay
 from nutamill.case import Case
 from nutamill.drawing import Part, machine_parts
-from nutamill.replay import Frame, chosen_snapshots, replay
 from nutamill.result import Result
 from nutamill.wholefile import check_writable, replace_file
 

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from nutamill import units
+from nutamill.analysis.values import Reading
 from nutamill.figures.style import STYLE, WIDTH
-from nutamill.quantities import Reading
 
 if TYPE_CHECKING:
     import xarray

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nutamill.analysis import PAPER_WINDOW
-from nutamill.charge_flow import crest, flow_fields, impact_spectra, surface_heights, wear_table, window
+from nutamill.analysis.flow import crest, flow_fields, impact_spectra, surface_heights, wear_table, window
+from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.figures.style import STYLE, WIDTH
 from nutamill.result import Result
 

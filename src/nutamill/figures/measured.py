@@ -4,11 +4,11 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from nutamill.analysis.measured_comparison import series_in_window
+from nutamill.analysis.spectra import spectrum
 from nutamill.figures.motion import HIGHEST, density_unit
 from nutamill.figures.style import STYLE, label_of
-from nutamill.measured.comparison import series_in_window
 from nutamill.result import Result
-from nutamill.vibration import spectrum
 
 SHOWN_TURNS = 0.5
 """Time shown of the histories [s]: the turns can be told apart."""

@@ -4,8 +4,8 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from nutamill.analysis.mechanism import magnitude, part_loads
 from nutamill.figures.style import PALETTE, STYLE, WIDTH
-from nutamill.mechanism_analysis import magnitude, part_loads
 from nutamill.result import Result
 
 MOST_LINES = 5

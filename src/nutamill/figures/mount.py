@@ -4,8 +4,8 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from nutamill.analysis.mount_test import MountProperties, MountTest
 from nutamill.figures.style import MEAN, STYLE, WIDTH
-from nutamill.mount_test import MountProperties, MountTest
 
 
 def draw_loop(test: MountTest, found: MountProperties) -> Figure:

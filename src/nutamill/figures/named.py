@@ -5,14 +5,14 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from nutamill.analysis.mechanism import is_mechanism
+from nutamill.analysis.orders import sensor_orders, waterfall
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.figures.charge import draw_flow, draw_spectra, draw_wall
 from nutamill.figures.motion import draw_histories, draw_orbit, draw_spectrum
 from nutamill.figures.reading import draw_orders
 from nutamill.figures.run import draw_ledger, draw_run
 from nutamill.figures.saving import save_figure
-from nutamill.mechanism_analysis import is_mechanism
-from nutamill.readings.orders import sensor_orders, waterfall
 from nutamill.result import Result
 
 FIGURES: dict[str, tuple[Callable[[Result], Figure], str]] = {

@@ -10,6 +10,7 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from nutamill.analysis.replay import particle_snapshots, rotation_of
 from nutamill.case import Case
 from nutamill.errors import ResultError
 from nutamill.figures.run import draw_run
@@ -20,7 +21,6 @@ from nutamill.papers.model import Curve, FigurePlan, Paper, same_speed
 from nutamill.papers.quantities import QUANTITIES
 from nutamill.papers.runs import COMPLETE, PlannedRun, run_name, run_state
 from nutamill.papers.table import UNIT
-from nutamill.replay import particle_snapshots, rotation_of
 from nutamill.result import Result, open_result
 from nutamill.units import Kind, parse, rpm
 

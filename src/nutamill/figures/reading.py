@@ -8,15 +8,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nutamill.analysis import PAPER_WINDOW
+from nutamill.analysis.bearings import BearingLife
+from nutamill.analysis.fatigue import SectionLife
+from nutamill.analysis.load_paths import hodograph, joints_of
+from nutamill.analysis.mounts import floor_series
+from nutamill.analysis.orders import Orders, Waterfall
+from nutamill.analysis.text import LONGEST, hours_text
+from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.fields import series_field
 from nutamill.figures.style import PALETTE, STYLE, WIDTH, unit_of
-from nutamill.readings.bearings import BearingLife
-from nutamill.readings.fatigue import SectionLife
-from nutamill.readings.load_paths import hodograph, joints_of
-from nutamill.readings.mounts import floor_series
-from nutamill.readings.orders import Orders, Waterfall
-from nutamill.readings.wording import LONGEST, hours_text
 from nutamill.result import Result
 from nutamill.units import rpm
 

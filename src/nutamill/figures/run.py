@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from nutamill.analysis import ledger_groups, ramp_end
+from nutamill.analysis.windows import ledger_groups, ramp_end
 from nutamill.figures.style import BINS, ENVELOPE, MARK, MEAN, RMS, STYLE, WIDTH, unit_of
 from nutamill.result import Result
 

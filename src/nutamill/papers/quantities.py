@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.analysis import power_split, ramp_end, steady_window
+from nutamill.analysis.flow import crest, surface_heights, window
+from nutamill.analysis.source import vector
+from nutamill.analysis.values import Value, steady_value
+from nutamill.analysis.windows import power_split, ramp_end, steady_window
 from nutamill.case import Case
-from nutamill.charge_flow import crest, surface_heights, window
 from nutamill.errors import ResultError
-from nutamill.quantities import Value, steady_value
-from nutamill.readings.source import vector
 from nutamill.result import Result
 from nutamill.units import Kind
 

@@ -142,7 +142,7 @@ class Result:
     def statistics(self) -> "xarray.Dataset":
         """What the charge has done, cumulative over ``time`` [s], in memory, as `nutamill.fields.STATISTICS` names it.
 
-        The difference of two times belongs to the window between them: `nutamill.charge_flow.window` makes it.
+        The difference of two times belongs to the window between them: `nutamill.analysis.flow.window` makes it.
         """
         import xarray
 

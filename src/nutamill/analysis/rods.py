@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.analysis import PAPER_WINDOW
+from nutamill.analysis.load_paths import hodograph, statistics
+from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault
-from nutamill.readings.load_paths import hodograph, statistics
 from nutamill.result import Result
 
 ALONG = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

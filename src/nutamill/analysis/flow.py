@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from nutamill.analysis import PAPER_WINDOW, steady_window
+from nutamill.analysis.replay import particle_snapshots, rotation_of
+from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.errors import ResultError
 from nutamill.fields import STATISTICS, STATISTICS_AXES
-from nutamill.replay import particle_snapshots, rotation_of
 from nutamill.result import Result
 from nutamill.units import Kind, parse
 

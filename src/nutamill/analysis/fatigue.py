@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.analysis import PAPER_WINDOW
-from nutamill.case.ratings import Ratings, Section
+from nutamill.analysis.load_paths import hodograph
+from nutamill.analysis.ratings import Ratings, Section
+from nutamill.analysis.text import hours_text
+from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.errors import CaseError, Fault, missing_extra
-from nutamill.readings.load_paths import hodograph
-from nutamill.readings.wording import hours_text
 from nutamill.result import Result
 
 POINTS = 12

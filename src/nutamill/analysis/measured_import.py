@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from nutamill import __version__
+from nutamill.analysis.measured_columns import Column, read_columns
+from nutamill.analysis.measured_mapping import Mapping, load_mapping
 from nutamill.case.file_kind import FileKind, refuse_other_kind
-from nutamill.case.mapping import Mapping, load_mapping
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
-from nutamill.measured.columns import Column, read_columns
 from nutamill.result import Recorder, Result
 
 STATE = "measured"

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
-from nutamill.analysis import PAPER_WINDOW, turns_at_speed
+from nutamill.analysis.windows import PAPER_WINDOW, turns_at_speed
 from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import Field, series_field
 from nutamill.result import Result

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray
 
-from nutamill.analysis import PAPER_WINDOW, steady_window
+from nutamill.analysis.replay import rotation_of
+from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.errors import CaseError, Fault
 from nutamill.fields import JOINTS
-from nutamill.replay import rotation_of
 from nutamill.result import Result
 
 AXES = {"ground": None, "frame": "frame", "crank": "driveshaft", "chamber": "chamber"}

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nutamill.analysis import PAPER_WINDOW, steady_window
+from nutamill.analysis.load_paths import attitude, order_amplitudes
+from nutamill.analysis.source import vector
+from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.case import Case
 from nutamill.errors import CaseError, Fault
-from nutamill.readings.load_paths import attitude, order_amplitudes
-from nutamill.readings.source import vector
 from nutamill.result import Result
 
 

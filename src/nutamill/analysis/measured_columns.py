@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.analysis.measured_mapping import Mapping
 from nutamill.case.library import similar
-from nutamill.case.mapping import Mapping
 from nutamill.errors import CaseError, Fault, missing_extra
 
 
