@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 import nutamill as nm
+from nutamill.base.provenance import processor
 from nutamill.bench import mechanism_step
 from nutamill.build.model import build
 from nutamill.build.team import usable_cores
-from nutamill.provenance import processor
 from nutamill.warm import warm_up
 
 SPEEDS = np.linspace(100.0, 700.0, 11)

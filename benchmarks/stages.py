@@ -10,6 +10,8 @@ import time
 
 import numpy as np
 
+from nutamill.base.kernel import kernel, like
+from nutamill.base.provenance import processor
 from nutamill.bench import developed_case, developed_flow
 from nutamill.charge.columns import ROWS, pair_batch
 from nutamill.charge.contacts import filter_pairs, pair_contacts
@@ -20,8 +22,6 @@ from nutamill.charge.neighbours import rebuild, slots_of_chunk, turning
 from nutamill.charge.simd import WIDTH, negated_radii
 from nutamill.charge.wall_contacts import find_walls, wall_contacts
 from nutamill.coupling import hand_out_motion
-from nutamill.kernel import kernel, like
-from nutamill.provenance import processor
 from nutamill.warm import warm_up
 
 STAGES = ("clear", "filter candidates", "pair contacts", "find walls", "wall contacts", "integrate and publish")

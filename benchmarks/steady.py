@@ -5,7 +5,7 @@ Records of one number per turn, autoregressive of first order with coefficient p
 
 import numpy as np
 
-from nutamill.steady import steady_mean
+from nutamill.base.steady import steady_mean
 
 RECORDS, BEFORE = 1000, 300
 

@@ -12,6 +12,7 @@ import time
 import numpy as np
 
 from nutamill.advance import enter, record_first_row
+from nutamill.base.provenance import processor
 from nutamill.build.bed import settled_bed
 from nutamill.build.charge_mix import quickest_pebble
 from nutamill.build.clock import ContactFacts, contact_facts
@@ -21,7 +22,6 @@ from nutamill.charge.assembly import charge, velocities
 from nutamill.charge.dynamics import start, window
 from nutamill.charge.model import Surface, SurfaceKind
 from nutamill.charge.team import run_team
-from nutamill.provenance import processor
 
 SETTINGS = ["mechanism.mounting=rigid", "drive.ramp=1000 rpm/s", "run.until=1.3 s"]
 AVERAGED = 0.5

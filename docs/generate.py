@@ -65,8 +65,8 @@ def fields_page() -> str:
 
 def commands_page() -> str:
     """Every command and the first lines of its help, and what its exit code means."""
+    from nutamill.base.errors import ExitCode
     from nutamill.cli import app
-    from nutamill.errors import ExitCode
 
     lines = ["# Commands", "", "`nutamill COMMAND --help` lists the options.", "", "| command | what it does |", "|---|---|"]
     for command in app.registered_commands:

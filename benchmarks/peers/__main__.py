@@ -18,8 +18,8 @@ from peer import Job, Missing, Peer
 from places import peers, reason
 from scene import QUANTITIES, Scene, readings
 
+from nutamill.base.provenance import processor
 from nutamill.build.team import usable_cores
-from nutamill.provenance import processor
 from nutamill.warm import warm_up
 
 RESULTS = Path(__file__).parent.parent / "results" / "peers.txt"

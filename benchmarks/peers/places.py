@@ -12,7 +12,7 @@ from peer_lammps import PAIR_STYLES, Lammps
 from peer_liggghts import Liggghts
 from peer_yade import Yade
 
-from nutamill.cachefolder import cache_folder
+from nutamill.base.cache_folder import cache_folder
 
 OPEN_MPI = ("mpirun", "--oversubscribe", "-np")
 INSTALL_PATIENCE = 600

@@ -25,12 +25,12 @@ _HOME = {
     "mount_properties": "nutamill.analysis.mount_test",
     "open_result": "nutamill.result",
     "validate": "nutamill.validation",
-    "MillError": "nutamill.errors",
-    "CaseError": "nutamill.errors",
-    "StepError": "nutamill.errors",
-    "NotSteadyError": "nutamill.errors",
-    "ResultError": "nutamill.errors",
-    "DamagedError": "nutamill.errors",
+    "MillError": "nutamill.base.errors",
+    "CaseError": "nutamill.base.errors",
+    "StepError": "nutamill.base.errors",
+    "NotSteadyError": "nutamill.base.errors",
+    "ResultError": "nutamill.base.errors",
+    "DamagedError": "nutamill.base.errors",
     "verify": "nutamill.result",
 }
 _NAME_THERE = {"check": "preflight"}

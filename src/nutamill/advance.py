@@ -4,6 +4,8 @@ import dataclasses
 
 import numpy as np
 
+from nutamill.base.errors import ResultError, StepError
+from nutamill.base.frames import quaternion_product, rotation_matrix
 from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces
 from nutamill.build.chamber_statistics import recorded_sums
 from nutamill.build.charge_mix import charge_particles, particle_count
@@ -29,8 +31,6 @@ from nutamill.coupling import (
     march_mechanism,
     mechanism_row,
 )
-from nutamill.errors import ResultError, StepError
-from nutamill.frames import quaternion_product, rotation_matrix
 from nutamill.machine import CHAMBER
 
 LARGEST_KEPT = 2**28

@@ -11,12 +11,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from nutamill.advance import enter, record_first_row
+from nutamill.base.provenance import processor
 from nutamill.build.bed import settled_bed
 from nutamill.build.model import Model, State, build
 from nutamill.build.team import usable_cores
 from nutamill.case import Case, load_case
 from nutamill.coupling import coupling_state, march_mechanism
-from nutamill.provenance import processor
 from nutamill.warm import warm_up
 
 ROWS = 48

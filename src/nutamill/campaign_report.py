@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from nutamill.errors import CaseError, DamagedError, Fault, ResultError
+from nutamill.base.atomic_file import io_errors
+from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.result import open_result
-from nutamill.wholefile import io_errors
 
 NARROW = re.compile(r"(.*) half width 95 % \[(.*)\]")
 """Column of a sweep's table that belongs to the one before."""

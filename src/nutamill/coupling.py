@@ -21,14 +21,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.frames import MOTION_SIZE, rotate, shift_moment
+from nutamill.base.kernel import kernel
 from nutamill.charge.copying import copy_all, copy_state
 from nutamill.charge.dynamics import window
 from nutamill.charge.model import Status
 from nutamill.charge.observe import observe
 from nutamill.charge.statistics import sample
 from nutamill.charge.team import barrier
-from nutamill.frames import MOTION_SIZE, rotate, shift_moment
-from nutamill.kernel import kernel
 from nutamill.mechanism.dynamics import OK, body_motion, copy_mechanism_state, drift, finish, solve_again
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.sensors import read_sensors
@@ -86,7 +86,7 @@ class CouplingState(NamedTuple):
     passes: np.ndarray
     """Passes over windows since the start [1], (1,): windows, and repetitions by `ITERATED`."""
     motions: np.ndarray
-    """Motion of each carrier in the present window (n_carriers, 19), see `nutamill.frames.MOTION_SIZE`."""
+    """Motion of each carrier in the present window (n_carriers, 19), see `nutamill.base.frames.MOTION_SIZE`."""
     reference: np.ndarray
     """Axis the neighbour list turns about: point [m] (3), direction [1] (3), angle [rad] at the window's start, speed [rad/s], (8,)."""
     again: np.ndarray

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from nutamill.errors import Fault
+from nutamill.base.errors import Fault
 
 RUN_MEMORY = 425e6
 """Largest memory of a run from its start to its pictures, without particles [bytes]: peak of a process of its own."""

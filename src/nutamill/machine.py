@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from nutamill.tables import (
+from nutamill.base.schema import (
     Acceleration,
     AddedMass,
     Angle,

@@ -23,6 +23,11 @@ from nutamill.advance import (
     statistics,
     statistics_group,
 )
+from nutamill.base.atomic_file import check_room, put_in_place
+from nutamill.base.errors import CaseError, DamagedError, Fault, Interrupted, MillError, NotSteadyError, ResultError, StepError
+from nutamill.base.kernel import kernel_digest
+from nutamill.base.provenance import run_provenance
+from nutamill.base.units import Kind, UnitError, parse
 from nutamill.build.bed import bed_is_kept, settle_apart, settled_bed
 from nutamill.build.chamber_charge import contact_law_of
 from nutamill.build.chamber_statistics import statistics_axes
@@ -33,19 +38,14 @@ from nutamill.build.model import Model, State, build
 from nutamill.build.team import team_size
 from nutamill.build.wall_mesh import digests, placed_walls
 from nutamill.case import Case, MechanismCase, case_of_text, load_case
-from nutamill.errors import CaseError, DamagedError, Fault, Interrupted, MillError, NotSteadyError, ResultError, StepError
-from nutamill.kernel import kernel_digest
-from nutamill.provenance import run_provenance
 from nutamill.record_plan import COLUMNS, Ending, RecordPlan, room_at_start
 from nutamill.result import NOT_STEADY, Recorder, Result, is_finished, open_result
 from nutamill.result.earlier import earlier_result, place_beside
 from nutamill.result.one_writer import one_writer
 from nutamill.screen import Progress
 from nutamill.signals import Requests, requests, stop_at_once
-from nutamill.units import Kind, UnitError, parse
 from nutamill.warm import warm_up, warm_up_mechanism
 from nutamill.watch import Watch
-from nutamill.wholefile import check_room, put_in_place
 
 ROWS_PER_ENTRY = 48
 """Rows recorded in one entry of the compiled march [1]: 10 ms of simulated time at the default rate."""

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from nutamill.tables import AddedPressure, Coefficient, Density, Number, Positive, Pressure, Share, Stiffness, Table
+from nutamill.base.schema import AddedPressure, Coefficient, Density, Number, Positive, Pressure, Share, Stiffness, Table
 
 PoissonRatio = Annotated[Number, Field(gt=-1.0, lt=0.5)]
 

@@ -4,6 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.host import free_disk, total_memory
+from nutamill.base.units import rpm
 from nutamill.build.charge_mix import charge_particles, charge_parts, with_charge_mass
 from nutamill.build.clock import Clock, ContactFacts, contact_facts, crank_circle_speed, run_clock
 from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism, nutation_angle
@@ -13,12 +16,9 @@ from nutamill.case import Case
 from nutamill.case.recipe import SIZE_KEYS
 from nutamill.charge.room import fill_faults
 from nutamill.charge.sizes import mass_percentiles
-from nutamill.errors import CaseError, Fault
 from nutamill.fields import expand
 from nutamill.forecast import RUN_MEMORY, Forecast
-from nutamill.host import free_disk, total_memory
 from nutamill.mechanism.linear import modes, static_equilibrium
-from nutamill.units import rpm
 
 NANOSECONDS, FAR_NANOSECONDS = 85.0, 160.0
 """Wall time per sphere and substep on one thread that forecasts count with [ns]: medians of the runs of `nutamill validate`, two at

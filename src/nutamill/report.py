@@ -18,17 +18,17 @@ from matplotlib.figure import Figure
 from nutamill import __version__
 from nutamill.analysis.mechanism import is_mechanism
 from nutamill.analysis.windows import power_split, steady_line, steady_part, steady_window, too_few_turns, warning_lines
+from nutamill.base.atomic_file import PAGES, check_writable, write_whole
+from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.units import rpm
 from nutamill.campaign_report import CampaignFolder, read_campaign
 from nutamill.case import Case
 from nutamill.case.differences import swept_axis
-from nutamill.errors import CaseError, Fault, ResultError
 from nutamill.fields import series_field
 from nutamill.figures.motion import draw_steady_values
 from nutamill.figures.named import FIGURES, caption_of, figure_of
 from nutamill.result import Result, open_result
-from nutamill.units import rpm
 from nutamill.webview import view_page
-from nutamill.wholefile import PAGES, check_writable, write_whole
 
 READINGS = ("crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power", "charge_phase_lag")
 """Series whose steady means are tabulated, where a result holds them."""

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from nutamill.steady import batch_half_width
+from nutamill.base.steady import batch_half_width
 
 
 class RunningMean:
@@ -42,5 +42,5 @@ class RunningMean:
         return np.mean(self._means, axis=0) if self._means else np.full_like(self._integral, math.nan)
 
     def half_width(self) -> np.ndarray:
-        """Half width of its 95 % interval (readings,), as `nutamill.steady.batch_half_width`; not a number before the second turn."""
+        """Half width of its 95 % interval (readings,), as `nutamill.base.steady.batch_half_width`; not a number before the second turn."""
         return batch_half_width(np.reshape(self._means, (self.turns, len(self._integral))))

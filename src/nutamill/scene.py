@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from nutamill.analysis.replay import Frame, chosen_snapshots, replay
+from nutamill.base.atomic_file import check_writable, io_errors
+from nutamill.base.errors import CaseError, Fault, NotInstalledError, OutputError, ResultError, missing_extra
 from nutamill.case import Case
 from nutamill.drawing import Part, machine_parts
-from nutamill.errors import CaseError, Fault, NotInstalledError, OutputError, ResultError, missing_extra
 from nutamill.machine import CHAMBER
 from nutamill.result import Result
-from nutamill.wholefile import check_writable, io_errors
 
 if TYPE_CHECKING:
     import pyvista

@@ -7,7 +7,7 @@ from contextlib import ExitStack, suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, NamedTuple, Self
 
-from nutamill.errors import printable
+from nutamill.base.errors import printable
 from nutamill.keys import key_signals, obey_key, single_keys, typed_keys
 
 if TYPE_CHECKING:

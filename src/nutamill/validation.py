@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from nutamill.base.atomic_file import io_errors, write_whole
+from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.campaign.axes import Member
 from nutamill.campaign.board import Board
 from nutamill.campaign.sweep import run_all, tell_of_other_kernels
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
-from nutamill.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.figures.paper import draw_figure
 from nutamill.figures.saving import save_figure
 from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
@@ -21,7 +22,6 @@ from nutamill.papers.table import csv_text, json_text, markdown
 from nutamill.preflight import preflight, wall_time
 from nutamill.result import MISSING, is_finished, open_result
 from nutamill.screen import duration
-from nutamill.wholefile import io_errors, write_whole
 
 if TYPE_CHECKING:
     import distributed

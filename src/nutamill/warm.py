@@ -1,6 +1,6 @@
 """Compile the kernels once, the two engines at the same time in two processes.
 
-Compiled code is kept in the user's cache folder (`nutamill.kernel`), so that this happens after an installation or a change of
+Compiled code is kept in the user's cache folder (`nutamill.base.kernel`), so that this happens after an installation or a change of
 the kernels, and not again.  What is compiled depends on the kinds of arrays and on the contact law only, not on the mill: a ball on
 a turntable will do.
 """
@@ -12,7 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from nutamill.cachefolder import cache_trouble
+from nutamill.base.cache_folder import cache_trouble
+from nutamill.base.child import ended, start_child, task_of_parent
+from nutamill.base.frames import MOTION_SIZE
+from nutamill.base.kernel import JIT, compiled_mark
 from nutamill.charge.assembly import charge
 from nutamill.charge.dynamics import start, window
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw, contact_law, law_names
@@ -20,10 +23,7 @@ from nutamill.charge.model import PairLaw, Surface, SurfaceKind
 from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.statistics import charge_statistics, sample, statistics_plan
 from nutamill.charge.team import run_team
-from nutamill.child import ended, start_child, task_of_parent
 from nutamill.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
-from nutamill.frames import MOTION_SIZE
-from nutamill.kernel import JIT, compiled_mark
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind

@@ -12,13 +12,13 @@ import pytest
 
 import nutamill
 from nutamill import warm
-from nutamill.child import ended, start_child
+from nutamill.base.child import ended, start_child
 
 PACKAGE = pathlib.Path(nutamill.__file__).parent
 PATIENCE = 60.0
 """Longest wait for a process on a busy machine [s]."""
 
-SLEEPER = "import os, time; from nutamill.child import task_of_parent; open(task_of_parent(), 'w').write(str(os.getpid())); time.sleep(600)"
+SLEEPER = "import os, time; from nutamill.base.child import task_of_parent; open(task_of_parent(), 'w').write(str(os.getpid())); time.sleep(600)"
 """A child that writes its number into a file and would then stay for ten minutes."""
 
 
@@ -59,7 +59,7 @@ def test_every_child_is_started_without_the_working_folder_on_its_path():
 def test_a_module_beside_the_cases_is_not_run_in_a_child(tmp_path, monkeypatch):
     (tmp_path / "numpy.py").write_text("open('taken', 'w')", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    program = "import numpy; from nutamill.child import task_of_parent; open(task_of_parent(), 'w').write(numpy.__version__)"
+    program = "import numpy; from nutamill.base.child import task_of_parent; open(task_of_parent(), 'w').write(numpy.__version__)"
     child = start_child(program, "told")
     with child.stdin:
         assert child.wait(PATIENCE) == 0
@@ -71,7 +71,7 @@ def test_a_module_beside_the_cases_is_not_run_in_a_child(tmp_path, monkeypatch):
 @pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
 def test_a_child_ends_with_its_parent(tmp_path, end):
     task = str(tmp_path / "number")
-    program = f"import time; from nutamill.child import start_child; start_child({SLEEPER!r}, {task!r}); time.sleep(600)"
+    program = f"import time; from nutamill.base.child import start_child; start_child({SLEEPER!r}, {task!r}); time.sleep(600)"
     parent = subprocess.Popen([sys.executable, "-c", program])
     try:
         assert until(lambda: number_in(tmp_path / "number"))

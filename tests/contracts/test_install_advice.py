@@ -4,7 +4,7 @@ import re
 import tomllib
 from pathlib import Path
 
-from nutamill.errors import missing_extra
+from nutamill.base.errors import missing_extra
 
 ROOT = Path(__file__).parents[2]
 TEXTS = [

@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from nutamill.errors import ResultError
+from nutamill.base.errors import ResultError
 from nutamill.result import Recorder, open_result
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="kill signals and file size limits are those of POSIX systems")
@@ -34,7 +34,7 @@ while True:
 LIMITED = """
 import resource, signal, sys
 import numpy as np
-from nutamill.errors import ResultError
+from nutamill.base.errors import ResultError
 from nutamill.result import Recorder, open_result
 
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -96,7 +96,7 @@ def test_full_disk_leaves_the_earlier_file_and_the_samples_can_still_be_saved(tm
 def test_commit_is_not_begun_when_the_disk_has_too_little_room(tmp_path, monkeypatch):
     recorder = Recorder.create(tmp_path / "a.h5", "", {}, ["time"], 1.0)
     recorder.append(np.ones((3, 1)))
-    monkeypatch.setattr("nutamill.wholefile.shutil.disk_usage", lambda folder: type("Usage", (), {"free": 12345})())
+    monkeypatch.setattr("nutamill.base.atomic_file.shutil.disk_usage", lambda folder: type("Usage", (), {"free": 12345})())
     with pytest.raises(ResultError, match=r"a\.h5: saving needs \S+ MB, 0\.0 MB are free"):
         recorder.commit(force=True)
     monkeypatch.undo()

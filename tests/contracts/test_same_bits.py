@@ -12,7 +12,7 @@ import sys
 
 import numpy as np
 
-from nutamill.kernel import kernel
+from nutamill.base.kernel import kernel
 
 LANES = 32
 

@@ -11,7 +11,7 @@ import types
 import pytest
 
 import nutamill
-from nutamill import source_code
+from nutamill.base import source_code
 
 PACKAGE = pathlib.Path(nutamill.__file__).parent
 
@@ -69,8 +69,8 @@ SMALL_PACKAGE = {
     "room/loops.py": (
         '"""Loops."""\n'
         "from nutamill import tags\n"
-        "from nutamill.errors import Fault\n"
-        "from nutamill.kernel import by_type, kernel\n"
+        "from nutamill.base.errors import Fault\n"
+        "from nutamill.base.kernel import by_type, kernel\n"
         "from nutamill.kinds import Kind\n"
         "from nutamill.room import HALF\n"
         "from nutamill.structs import WIDTH\n"
@@ -119,7 +119,7 @@ def digest(tmp_path, monkeypatch):
         ("structs.py", "a: int", "b: int"),
         ("structs.py", "WIDTH = 3", "WIDTH = 4"),
         ("kernel.py", "return function", "return fast(function)"),
-        ("room/new.py", "", "from nutamill.kernel import kernel\n@kernel\ndef double(x):\n    return 2 * x\n"),
+        ("room/new.py", "", "from nutamill.base.kernel import kernel\n@kernel\ndef double(x):\n    return 2 * x\n"),
         ("room/new.py", "", "import numba\n\ndef made(f):\n    return numba.njit(f)\n"),
     ],
 )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nutamill.analysis.windows import power_split, ramp_end, steady_window, summary_lines
-from nutamill.errors import ResultError
+from nutamill.base.errors import ResultError
 from nutamill.result import Recorder, open_result
 
 RATE = 1000.0

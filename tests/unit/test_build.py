@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from nutamill.base.errors import CaseError
 from nutamill.build.bed import _filled, settled_bed
 from nutamill.build.chamber_charge import chamber_surfaces, rib_inside
 from nutamill.build.chamber_statistics import chamber_cells, chamber_survey, statistics_axes
@@ -19,7 +20,6 @@ from nutamill.case import load_case
 from nutamill.charge.model import Status, SurfaceKind
 from nutamill.charge.room import cylinder_room
 from nutamill.charge.team import MOST_THREADS
-from nutamill.errors import CaseError
 from nutamill.machine import CHAMBER, CROSS, SHAFT
 from nutamill.preflight import preflight
 

@@ -8,7 +8,8 @@ import sys
 import numpy as np
 import pytest
 
-from nutamill import cachefolder, kernel, warm
+from nutamill import warm
+from nutamill.base import cache_folder, kernel
 from nutamill.build import bed as beds
 from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
@@ -19,29 +20,29 @@ from nutamill.screen import COMPILING
 def wanted(tmp_path, monkeypatch):
     """A cache folder that cannot be made, as a file is in its way."""
     (tmp_path / "file").write_text("", encoding="utf-8")
-    monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path / "file" / "kernels"))
-    cachefolder._chosen.cache_clear()
+    monkeypatch.setenv(cache_folder.VARIABLE, str(tmp_path / "file" / "kernels"))
+    cache_folder._chosen.cache_clear()
     yield tmp_path / "file" / "kernels"
-    cachefolder._chosen.cache_clear()
+    cache_folder._chosen.cache_clear()
 
 
 def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one_and_said_in_one_sentence(wanted, tmp_path, monkeypatch):
-    folder = cachefolder.cache_folder()
+    folder = cache_folder.cache_folder()
     assert folder != wanted
     assert folder.is_dir() and os.access(folder, os.W_OK)
-    assert os.environ[cachefolder.VARIABLE] == str(folder)  # of the processes that this one starts
+    assert os.environ[cache_folder.VARIABLE] == str(folder)  # of the processes that this one starts
     said = []
     monkeypatch.setattr(warm, "compiled_mark", lambda *names: tmp_path / "mark")
     monkeypatch.setattr(warm, "JIT", True)
     monkeypatch.setattr(warm, "march_turntable", lambda: None)
     warm.warm_up_mechanism(said.append)
     warm.warm_up_mechanism(said.append)
-    assert said == [cachefolder.cache_trouble(), COMPILING]
+    assert said == [cache_folder.cache_trouble(), COMPILING]
     assert str(wanted) in said[0] and "\n" not in said[0]
 
 
 DOUBLE = """
-from nutamill.kernel import kernel
+from nutamill.base.kernel import kernel
 
 @kernel
 def double(x):
@@ -58,7 +59,7 @@ def doubled(tmp_path):
     (tmp_path / "temporary").mkdir()
 
     def run(cache):
-        surroundings = os.environ | {cachefolder.VARIABLE: str(cache), "TMPDIR": str(tmp_path / "temporary")}
+        surroundings = os.environ | {cache_folder.VARIABLE: str(cache), "TMPDIR": str(tmp_path / "temporary")}
         command = [sys.executable, "-P", str(tmp_path / "double.py")]
         return subprocess.run(command, env=surroundings, capture_output=True, text=True, check=True).stdout
 

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from nutamill.base.errors import CaseError
+from nutamill.base.library import mount_sets
 from nutamill.build.charge_mix import particle_count
 from nutamill.case import Case, library_names, load_case
-from nutamill.case.library import mount_sets
 from nutamill.case.starter import starter
-from nutamill.errors import CaseError
 
 RPM = 2 * math.pi / 60
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from nutamill.base.errors import CaseError
 from nutamill.case import library_names, load_case
-from nutamill.errors import CaseError
 
 BASE = 'base = "numill"\n'
 

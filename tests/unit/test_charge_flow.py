@@ -17,7 +17,7 @@ from nutamill.analysis.flow import (
     wear_table,
     window,
 )
-from nutamill.errors import ResultError
+from nutamill.base.errors import ResultError
 from nutamill.fields import STATISTICS
 from nutamill.figures.charge import draw_flow, draw_spectra, draw_wall
 from nutamill.result import Recorder, open_result

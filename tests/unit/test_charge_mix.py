@@ -8,17 +8,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from nutamill.base.errors import CaseError
+from nutamill.base.library import CHARGES, SHAPES
 from nutamill.build.chamber_charge import pair_laws
 from nutamill.build.charge_mix import charge_mass, charge_particles, particle_count, particle_masses
 from nutamill.build.clock import contact_facts, run_clock
 from nutamill.build.model import bed_weight, build
 from nutamill.case import Case, load_case
-from nutamill.case.library import CHARGES, SHAPES
 from nutamill.charge.fill import fill_cylinder, near_pairs, random_attitudes, random_fill, size_octaves
 from nutamill.charge.model import Status
 from nutamill.charge.particles import check_particles, clumps, joined, spheres
 from nutamill.charge.shapes import clump_shape
-from nutamill.errors import CaseError
 from nutamill.preflight import preflight
 
 MIX = """base = "numill-2025"

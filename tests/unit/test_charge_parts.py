@@ -9,6 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
+from nutamill.base.errors import CaseError
+from nutamill.base.kernel import JIT, kernel
 from nutamill.charge import simd
 from nutamill.charge.assembly import charge, velocities
 from nutamill.charge.dynamics import start, window
@@ -22,8 +24,6 @@ from nutamill.charge.particles import LOOSE_PACKING
 from nutamill.charge.room import cylinder_room, largest_fill
 from nutamill.charge.surfaces import surface_contact
 from nutamill.charge.team import run_team
-from nutamill.errors import CaseError
-from nutamill.kernel import JIT, kernel
 
 LAW = PairLaw(1e5, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.1)
 

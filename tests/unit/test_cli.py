@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from nutamill import cli
+from nutamill.base.errors import Interrupted, StepError
 from nutamill.case import load_case
-from nutamill.errors import Interrupted, StepError
 
 
 @pytest.fixture

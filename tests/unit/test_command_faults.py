@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 from nutamill import cli, march
 from nutamill.analysis.measured_import import import_test
+from nutamill.base.errors import ExitCode
 from nutamill.case import load_case
-from nutamill.errors import ExitCode
 
 PENDULUM = Path(__file__).parents[2] / "examples/mechanisms/pendulum.toml"
 EMPTY = ("-s", "charge.kind=none", "-s", "mechanism.mounting=rigid", "-s", "run.until=2 ms", "-s", "drive.ramp=7000 rpm/s")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from nutamill.errors import ExitCode
+from nutamill.base.errors import ExitCode
 from nutamill.fields import SERIES, SNAPSHOT
 
 ROOT = Path(__file__).parents[2]

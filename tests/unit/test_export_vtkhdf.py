@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nutamill.errors import ResultError
+from nutamill.base.errors import ResultError
 from nutamill.export.vtkhdf import write_vtkhdf
 
 VTK = pytest.importorskip("vtkmodules.vtkIOHDF", reason='needs VTK, of the extra "view"')

@@ -2,7 +2,7 @@
 
 import pytest
 
-from nutamill.errors import CaseError
+from nutamill.base.errors import CaseError
 from nutamill.fields import SERIES, SNAPSHOT, expand, series_field, snapshot_field
 
 

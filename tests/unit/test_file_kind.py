@@ -8,11 +8,11 @@ import pytest
 from nutamill.analysis.measured_mapping import load_mapping
 from nutamill.analysis.mount_test import read_mount_test
 from nutamill.analysis.ratings import load_ratings
+from nutamill.base.errors import CaseError, ResultError
+from nutamill.base.file_kind import FileKind, file_kind
 from nutamill.case import load_case
-from nutamill.case.file_kind import FileKind, file_kind
 from nutamill.case.fit_file import load_fit
 from nutamill.case.sweep_file import is_sweep_file, load_sweep
-from nutamill.errors import CaseError, ResultError
 from nutamill.papers.library import read_paper
 from nutamill.result import open_result
 

@@ -2,10 +2,10 @@
 
 import pytest
 
+from nutamill.base.host import free_disk, total_memory
 from nutamill.build.team import usable_cores
 from nutamill.case import load_case
 from nutamill.forecast import Forecast
-from nutamill.host import free_disk, total_memory
 from nutamill.preflight import preflight
 
 RIGID = "mechanism.mounting=rigid"

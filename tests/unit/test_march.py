@@ -9,9 +9,9 @@ import pytest
 
 from nutamill import advance, march
 from nutamill.analysis.replay import chosen_snapshots, replay
+from nutamill.base.errors import CaseError, ResultError, StepError
 from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
-from nutamill.errors import CaseError, ResultError, StepError
 
 OVERRIDES = [
     "mechanism.mounting=rigid",

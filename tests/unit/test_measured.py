@@ -10,7 +10,7 @@ from nutamill import cli
 from nutamill.analysis.measured_comparison import compare, comparison_lines, low_pass
 from nutamill.analysis.measured_import import import_test
 from nutamill.analysis.measured_mapping import load_mapping
-from nutamill.errors import CaseError, MillError
+from nutamill.base.errors import CaseError, MillError
 from nutamill.figures.measured import draw_comparison
 from nutamill.result import open_result
 

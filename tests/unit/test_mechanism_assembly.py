@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nutamill.errors import CaseError
+from nutamill.base.errors import CaseError
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind, Spring

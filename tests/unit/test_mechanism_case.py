@@ -7,9 +7,9 @@ import pytest
 
 import nutamill as nm
 from nutamill.analysis.mechanism import is_mechanism, ledger_share, mechanism_summary_lines, part_loads
+from nutamill.base.errors import CaseError, MillError
 from nutamill.build.described_mechanism import assemble_case, build_mechanism, mechanism_parts
 from nutamill.case import MechanismCase, case_of_text, load_case, load_mill
-from nutamill.errors import CaseError, MillError
 from nutamill.figures.mechanism import draw_reactions
 from nutamill.figures.named import figure_of
 from nutamill.mechanism.linear import modes, static_equilibrium

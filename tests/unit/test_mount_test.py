@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from nutamill import cli
 from nutamill.analysis.mount_test import MountTest, mount_properties, read_mount_test
-from nutamill.errors import CaseError
+from nutamill.base.errors import CaseError
 
 STIFFNESS, DAMPING, FREQUENCY, AMPLITUDE = 72.2e3, 34.0, 7.88, 2e-3
 

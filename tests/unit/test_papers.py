@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 
 from nutamill import validation as room
 from nutamill.analysis.values import Value
+from nutamill.base.errors import CaseError, ResultError, StepError
 from nutamill.campaign.sweep import result_path
 from nutamill.case import Case
 from nutamill.cli import app
-from nutamill.errors import CaseError, ResultError, StepError
 from nutamill.figures.paper import draw_over_speed, draw_particles
 from nutamill.papers.compare import Key, Measured, _together, compare
 from nutamill.papers.library import paper_names, parse_paper, read_paper

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nutamill.analysis.spectra import spectrum
-from nutamill.errors import CaseError, ResultError
+from nutamill.base.errors import CaseError, ResultError
 from nutamill.figures.named import figure_of, write_figures
 from nutamill.result import Recorder, open_result
 

@@ -2,7 +2,7 @@
 
 import platform
 
-from nutamill.provenance import run_provenance
+from nutamill.base.provenance import run_provenance
 from nutamill.result import Recorder, open_result
 
 

@@ -8,9 +8,9 @@ import shutil
 import pytest
 
 from nutamill import report
+from nutamill.base.errors import CaseError, ResultError
 from nutamill.case import load_case
 from nutamill.case.differences import swept_axis
-from nutamill.errors import CaseError, ResultError
 from nutamill.figures.motion import draw_steady_values
 from nutamill.figures.named import caption_of
 from nutamill.figures.run import draw_run

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import xarray
 
-from nutamill.errors import CaseError, ResultError
+from nutamill.base.errors import CaseError, ResultError
 from nutamill.result import Recorder, open_result
 from nutamill.result.recorder import CHUNK
 

@@ -9,9 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 from nutamill import march
+from nutamill.base.errors import DamagedError, ResultError
 from nutamill.case import load_case
 from nutamill.cli import app
-from nutamill.errors import DamagedError, ResultError
 from nutamill.fields import expand
 from nutamill.result import Recorder, open_result, verify
 from nutamill.result.checksums import COPIES, Checksums

@@ -10,11 +10,11 @@ from typer.testing import CliRunner
 
 import nutamill as nm
 from nutamill import cli, march, signals
+from nutamill.base.atomic_file import SPARE
+from nutamill.base.errors import CaseError, Interrupted, NotSteadyError, OutputError, ResultError
 from nutamill.case import load_case
-from nutamill.errors import CaseError, Interrupted, NotSteadyError, OutputError, ResultError
 from nutamill.result import Recorder, open_result, recorder
 from nutamill.result.one_writer import one_writer
-from nutamill.wholefile import SPARE
 
 PENDULUM = """
 schema = 1
@@ -300,7 +300,7 @@ def test_run_takes_a_name_or_a_file_and_refuses_what_is_no_case(case_file, path,
 def test_too_little_room_is_reported_before_the_charge_settles(path, monkeypatch):
     mill = load_case("numill", ["charge.mass=2 kg"])
     monkeypatch.setattr(march, "warm_up", lambda *args: pytest.fail("the kernels were compiled first"))
-    monkeypatch.setattr("nutamill.wholefile.shutil.disk_usage", lambda folder: type("Usage", (), {"free": SPARE + 1000})())
+    monkeypatch.setattr("nutamill.base.atomic_file.shutil.disk_usage", lambda folder: type("Usage", (), {"free": SPARE + 1000})())
     with pytest.raises(OutputError, match=r"saving needs 1\d\.\d MB, 16\.8 MB are free, and a reserve of 16\.8 MB must stay free"):
         nm.run(mill, path)
 

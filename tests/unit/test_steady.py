@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from nutamill.steady import correlation_length, drift, interval, steady_mean, truncation, turn_means, turn_swings, whole_turns
+from nutamill.base.steady import correlation_length, drift, interval, steady_mean, truncation, turn_means, turn_swings, whole_turns
 
 
 def autoregressive(phi: float, turns: int, records: int, seed: int = 1) -> np.ndarray:

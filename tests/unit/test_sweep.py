@@ -17,13 +17,13 @@ from typer.testing import CliRunner
 
 from nutamill import cli
 from nutamill.analysis.values import Reading, Value, read, reading_of
+from nutamill.base.errors import CaseError, StepError
 from nutamill.campaign import board, member, sweep
 from nutamill.campaign.axes import axis_values, changed, members
 from nutamill.campaign.member import Task, perform, state_of
 from nutamill.campaign.table import Outcome
 from nutamill.campaign.workers import LocalProcesses, WorkerError
 from nutamill.case import load_case
-from nutamill.errors import CaseError, StepError
 from nutamill.figures.campaign import draw_sweep
 from nutamill.result import Recorder, open_result
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nutamill import units
-from nutamill.units import Kind
+from nutamill.base import units
+from nutamill.base.units import Kind
 
 
 @pytest.mark.parametrize(

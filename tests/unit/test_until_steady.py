@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from nutamill import march
+from nutamill.base.errors import CaseError, NotSteadyError
 from nutamill.case import load_case
-from nutamill.errors import CaseError, NotSteadyError
 from nutamill.record_plan import COLUMNS, Ending
 
 OVERRIDES = [

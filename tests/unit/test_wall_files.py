@@ -10,6 +10,7 @@ import pytest
 
 from nutamill import march
 from nutamill.analysis.windows import warning_lines
+from nutamill.base.errors import CaseError, NotInstalledError
 from nutamill.build import wall_mesh
 from nutamill.build.bed import settled_bed
 from nutamill.build.chamber_charge import chamber_surfaces, pair_law
@@ -22,7 +23,6 @@ from nutamill.case import Case, load_case
 from nutamill.charge.contact_terms import scaled_contact_time
 from nutamill.charge.mesh import on_charge_side
 from nutamill.drawing import machine_parts
-from nutamill.errors import CaseError, NotInstalledError
 from nutamill.machine import CHAMBER
 from nutamill.preflight import preflight
 from nutamill.result import Recorder, open_result

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from nutamill.base.errors import ResultError
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.case import load_case
 from nutamill.drawing import box, machine_parts, ring
-from nutamill.errors import ResultError
 from nutamill.machine import BODIES
 from nutamill.result import open_result
 from nutamill.result.checksums import Checksums

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from nutamill import wholefile
-from nutamill.errors import ResultError
-from nutamill.wholefile import SPARE, replace_file, tidy, write_whole
+from nutamill.base import atomic_file
+from nutamill.base.atomic_file import SPARE, replace_file, tidy, write_whole
+from nutamill.base.errors import ResultError
 
 
 def free_bytes(monkeypatch, number):
     """Let the disk have so many bytes free."""
-    monkeypatch.setattr(wholefile.shutil, "disk_usage", lambda folder: type("Usage", (), {"free": number})())
+    monkeypatch.setattr(atomic_file.shutil, "disk_usage", lambda folder: type("Usage", (), {"free": number})())
 
 
 def refuse(monkeypatch, error):
@@ -23,14 +23,14 @@ def refuse(monkeypatch, error):
     def refused(*args, **kwargs):
         raise OSError(error, os.strerror(error))
 
-    monkeypatch.setattr(wholefile.os, "open", refused)
+    monkeypatch.setattr(atomic_file.os, "open", refused)
     monkeypatch.setattr(Path, "unlink", refused)
 
 
 def test_link_made_beforehand_under_the_hidden_name_is_neither_followed_nor_put_in_place(tmp_path, monkeypatch):
     victim, page = tmp_path / "victim.txt", tmp_path / "page.html"
     victim.write_text("mine")
-    monkeypatch.setattr(wholefile.secrets, "token_hex", lambda n: "0" * 2 * n)  # the attacker has guessed the name
+    monkeypatch.setattr(atomic_file.secrets, "token_hex", lambda n: "0" * 2 * n)  # the attacker has guessed the name
     for name in (f".page.html.{os.getpid()}.part", f".page.html.{os.getpid()}-00000000.part"):
         (tmp_path / name).symlink_to(victim)
     with pytest.raises(ResultError, match="File exists"):

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
+from nutamill.base.kernel import kernel
 from nutamill.charge.laws.composition import contact
 from nutamill.charge.laws.numbers import law_numbers
 from nutamill.charge.model import PairLaw
-from nutamill.kernel import kernel
 
 R, M = 0.0025, 5e-4
 

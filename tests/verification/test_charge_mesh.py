@@ -8,6 +8,7 @@ import pytest
 from charge_bench import FLOOR, Bench, law, sphere_mass
 from mesh_bench import box, cylinder, plate
 
+from nutamill.base.kernel import JIT, kernel
 from nutamill.charge.fill import random_fill
 from nutamill.charge.mesh import closed_mesh
 from nutamill.charge.mesh_contact import mesh_overlap
@@ -15,7 +16,6 @@ from nutamill.charge.mesh_patches import mesh_surfaces, mesh_walls
 from nutamill.charge.model import Surface, SurfaceKind
 from nutamill.charge.surfaces import surface_contact
 from nutamill.charge.triangles import signed_volumes
-from nutamill.kernel import JIT, kernel
 
 R, K = 0.0025, 5e5
 M = sphere_mass(R)

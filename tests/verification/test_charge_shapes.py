@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
+from nutamill.base.errors import CaseError
 from nutamill.charge.shapes import clump_shape, sphere_shape
 from nutamill.charge.union import union_properties
-from nutamill.errors import CaseError
 
 # the quadrature converges to rounding; its own estimate is asked for beside each closed form
 CLOSE = 1e-9

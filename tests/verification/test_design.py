@@ -10,6 +10,7 @@ from mill_bench import SMOOTH
 
 from nutamill.analysis.mounts import floor_series
 from nutamill.analysis.orders import peaks
+from nutamill.base.errors import CaseError
 from nutamill.case import load_case
 from nutamill.design.balancing import Weight, balance_mill, permissible_unbalance, weighted
 from nutamill.design.empty import once_per_turn, steady_series
@@ -17,7 +18,6 @@ from nutamill.design.isolation import isolation, shaking_unbalance, transmissibi
 from nutamill.design.modes import mechanism_modes
 from nutamill.design.runup import run_up
 from nutamill.design.sticks import sticks
-from nutamill.errors import CaseError
 
 SPEED = 40.0
 MECHANISMS = Path(__file__).parents[2] / "examples" / "mechanisms"

@@ -9,8 +9,8 @@ from nutamill.analysis.bearings import basic_life, bearing_life, cycle_mean, swi
 from nutamill.analysis.fatigue import cycles, goodman, miner, section_life
 from nutamill.analysis.mounts import chamber_clearance, floor_force, mount_readings
 from nutamill.analysis.ratings import load_ratings
+from nutamill.base.errors import CaseError
 from nutamill.case import load_case
-from nutamill.errors import CaseError
 from nutamill.fields import expand
 from nutamill.result import Recorder, open_result
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
-from nutamill.frames import turn_quaternion
+from nutamill.base.frames import turn_quaternion
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, march, start
 from nutamill.mechanism.parts import GROUND, Body, Joint, JointKind

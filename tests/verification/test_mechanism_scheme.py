@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from nutamill.frames import pose_in_window
+from nutamill.base.frames import pose_in_window
 from nutamill.mechanism.assembly import assemble, new_scratch
 from nutamill.mechanism.dynamics import OK, body_motion, copy_mechanism_state, drift, finish, march, solve_again, start
 from nutamill.mechanism.energy import energies

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mill_bench import march_mill, mill
 
-from nutamill.errors import CaseError
+from nutamill.base.errors import CaseError
 from nutamill.march import resume
 from nutamill.march import run as march_run
 from nutamill.mechanism.assembly import assemble

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from nutamill.base.errors import CaseError
 from nutamill.case import load_case
 from nutamill.design.modes import campbell, machine_modes
-from nutamill.errors import CaseError
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind

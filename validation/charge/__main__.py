@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 from nutamill import __version__
-from nutamill.provenance import processor
+from nutamill.base.provenance import processor
 from validation.charge import bulk, chung_ooi, hysteretic, mfix, penetration, recorded, rolling
 from validation.charge.rows import lines
 

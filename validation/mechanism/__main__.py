@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 from nutamill import __version__
-from nutamill.provenance import processor
+from nutamill.base.provenance import processor
 from nutamill.warm import warm_up_mechanism
 from validation.mechanism.problems import PROBLEMS, Problem
 from validation.mechanism.simulate import Run, simulate

@@ -14,7 +14,7 @@ from collections import Counter
 from pathlib import Path
 
 from nutamill import __version__
-from nutamill.provenance import processor
+from nutamill.base.provenance import processor
 from validation.robustness.outcome import KINDS, outcome
 
 PLACE = Path(__file__).resolve().parent.parent / "results"

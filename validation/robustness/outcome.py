@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from nutamill.errors import MillError
+from nutamill.base.errors import MillError
 
 SLOW = 2.0
 """Time after which an answer has come too late [s]."""

@@ -19,9 +19,9 @@ import h5py
 import numpy as np
 from typer.testing import CliRunner
 
+from nutamill.base.errors import MillError, ResultError
 from nutamill.case import load_case
 from nutamill.cli import app
-from nutamill.errors import MillError, ResultError
 from nutamill.fields import STATISTICS, expand
 from nutamill.machine import BODIES
 from nutamill.result import Recorder, open_result, verify

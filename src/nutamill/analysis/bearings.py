@@ -9,7 +9,7 @@ from nutamill.analysis.load_paths import hodograph
 from nutamill.analysis.ratings import Bearing, Ratings
 from nutamill.analysis.text import hours_text
 from nutamill.analysis.windows import PAPER_WINDOW
-from nutamill.errors import CaseError, Fault
+from nutamill.base.errors import CaseError, Fault
 from nutamill.result import Result
 
 EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}

@@ -8,7 +8,7 @@ import xarray
 
 from nutamill.analysis.replay import rotation_of
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
-from nutamill.errors import CaseError, Fault
+from nutamill.base.errors import CaseError, Fault
 from nutamill.fields import JOINTS
 from nutamill.result import Result
 

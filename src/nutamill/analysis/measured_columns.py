@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.analysis.measured_mapping import Mapping
-from nutamill.case.library import similar
-from nutamill.errors import CaseError, Fault, missing_extra
+from nutamill.base.errors import CaseError, Fault, missing_extra
+from nutamill.base.library import similar
 
 
 class Column(NamedTuple):

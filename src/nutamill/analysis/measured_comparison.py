@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.errors import CaseError, Fault
+from nutamill.base.errors import CaseError, Fault
 from nutamill.fields import series_field
 from nutamill.result import Result
 

@@ -8,8 +8,8 @@ import numpy as np
 from nutamill import __version__
 from nutamill.analysis.measured_columns import Column, read_columns
 from nutamill.analysis.measured_mapping import Mapping, load_mapping
-from nutamill.case.file_kind import FileKind, refuse_other_kind
-from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.file_kind import FileKind, refuse_other_kind
 from nutamill.fields import series_field
 from nutamill.result import Recorder, Result
 

@@ -5,15 +5,15 @@ from typing import Annotated
 
 from pydantic import Field
 
-from nutamill import units
-from nutamill.case.file_kind import FileKind, refuse_other_kind
+from nutamill.base import units
+from nutamill.base.errors import CaseError, Fault, reason
+from nutamill.base.file_kind import FileKind, refuse_other_kind
+from nutamill.base.files import MOST_CASE_TEXT, read_text
+from nutamill.base.schema import Count, Frequency, Number, Quantity, Speed, Table
+from nutamill.base.units import UNITS, Kind
 from nutamill.case.layers import Layer, merge
 from nutamill.case.wording import checked
-from nutamill.errors import CaseError, Fault, reason
 from nutamill.fields import series_field
-from nutamill.files import MOST_CASE_TEXT, read_text
-from nutamill.tables import Count, Frequency, Number, Quantity, Speed, Table
-from nutamill.units import UNITS, Kind
 
 
 class Channel(Table):

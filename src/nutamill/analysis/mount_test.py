@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import curve_fit
 
-from nutamill import units
-from nutamill.case.file_kind import FileKind, refuse_other_kind
-from nutamill.errors import CaseError, Fault, reason
-from nutamill.files import MOST_RECORD_TEXT, read_text
-from nutamill.units import Kind
+from nutamill.base import units
+from nutamill.base.errors import CaseError, Fault, reason
+from nutamill.base.file_kind import FileKind, refuse_other_kind
+from nutamill.base.files import MOST_RECORD_TEXT, read_text
+from nutamill.base.units import Kind
 
 COLUMNS = {"time": Kind.TIME, "displacement": Kind.LENGTH, "force": Kind.FORCE}
 """Columns of a test file, and what they hold."""

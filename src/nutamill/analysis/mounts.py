@@ -9,8 +9,8 @@ import numpy as np
 from nutamill.analysis.load_paths import attitude, order_amplitudes
 from nutamill.analysis.source import vector
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
+from nutamill.base.errors import CaseError, Fault
 from nutamill.case import Case
-from nutamill.errors import CaseError, Fault
 from nutamill.result import Result
 
 

@@ -7,10 +7,10 @@ import numpy as np
 from scipy.signal import ShortTimeFFT, oaconvolve
 from scipy.signal.windows import hann
 
-from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.units import rpm
 from nutamill.fields import series_field
 from nutamill.result import Result
-from nutamill.units import rpm
 
 PER_TURN = 128
 """Samples per turn after resampling over the crank angle [1]: orders up to 16 with 8 samples each."""

@@ -5,13 +5,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from nutamill.case.file_kind import FileKind, refuse_other_kind
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.file_kind import FileKind, refuse_other_kind
+from nutamill.base.schema import Angle, Coefficient, Coordinate, Force, Length, Number, Positive, Pressure, Quantity, Table, refusal
+from nutamill.base.units import Kind
 from nutamill.case.layers import merge, read_layers
 from nutamill.case.wording import checked
-from nutamill.errors import CaseError, Fault
 from nutamill.fields import JOINTS
-from nutamill.tables import Angle, Coefficient, Coordinate, Force, Length, Number, Positive, Pressure, Quantity, Table, refusal
-from nutamill.units import Kind
 
 Bore = Annotated[float, Quantity(Kind.LENGTH, "zero or more")]
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from nutamill.errors import ResultError
+from nutamill.base.errors import ResultError
 from nutamill.machine import BODIES, CHAMBER, CROSS, GROUND, SHAFT
 from nutamill.result import Result, Snapshots
 

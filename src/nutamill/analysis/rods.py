@@ -6,8 +6,8 @@ import numpy as np
 
 from nutamill.analysis.load_paths import hodograph, statistics
 from nutamill.analysis.windows import PAPER_WINDOW
+from nutamill.base.errors import CaseError, Fault
 from nutamill.case import Case
-from nutamill.errors import CaseError, Fault
 from nutamill.result import Result
 
 ALONG = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

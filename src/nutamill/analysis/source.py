@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nutamill.errors import ResultError
+from nutamill.base.errors import ResultError
 from nutamill.result import Result, open_result
 
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.errors import CaseError, Fault
+from nutamill.base.errors import CaseError, Fault
 
 RESOLUTION = 1.0
 """Wanted distance of two lines of a spectrum [Hz]."""

@@ -8,10 +8,10 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 
 from nutamill.analysis.windows import PAPER_WINDOW, turns_at_speed
-from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.steady import FEWEST_TURNS, steady_mean, turn_means, turn_swings
 from nutamill.fields import Field, series_field
 from nutamill.result import Result
-from nutamill.steady import FEWEST_TURNS, steady_mean, turn_means, turn_swings
 
 How = Literal["mean", "rms", "swing"]
 """Mean, root mean square, or half of largest less smallest, of each turn."""
@@ -94,7 +94,7 @@ def read(result: Result, readings: Sequence[Reading]) -> dict[Reading, Value]:
 def steady_value(result: Result, value: np.ndarray, by: How = "mean", last: float = PAPER_WINDOW) -> Value:
     """Steady mean, with its 95 % interval, of a series or of something made from series, (n,) at their times.
 
-    The mean is that of `nutamill.steady.steady_mean` over the whole turns at the last speed.
+    The mean is that of `nutamill.base.steady.steady_mean` over the whole turns at the last speed.
 
     Parameters
     ----------

@@ -7,12 +7,12 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from nutamill.base.errors import ResultError
+from nutamill.base.steady import FEWEST_TURNS, PRECISION, SteadyMean, batch_half_width, steady_mean, turn_means, whole_turns
+from nutamill.base.units import Kind, parse
 from nutamill.case import Case
-from nutamill.errors import ResultError
 from nutamill.fields import series_field
 from nutamill.result import Result
-from nutamill.steady import FEWEST_TURNS, PRECISION, SteadyMean, batch_half_width, steady_mean, turn_means, whole_turns
-from nutamill.units import Kind, parse
 
 PAPER_WINDOW = 3.0
 """Length of the averaging window at the end of a run in both NuMill papers [s]."""
@@ -128,7 +128,7 @@ def steady_window(result: Result, last: float | str = PAPER_WINDOW, names: Seque
     The window is the last `last` seconds, cut where the speed was still changing.  Readings of a mill repeat once or
     twice per turn, so that a mean over a broken number of turns depends on where it is cut; the estimate therefore
     takes the whole turns that end with the run.  The scatter of batches of turns gives
-    the interval (`nutamill.steady.batch_half_width`).
+    the interval (`nutamill.base.steady.batch_half_width`).
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def _estimate(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> Estimat
 def steady_part(result: Result, names: Sequence[str], precision: float = PRECISION) -> SteadyPart:
     """Find by a test where a run became steady, and its means from there, with 95 % intervals that account for correlation.
 
-    All whole turns at the last speed are looked at; `nutamill.steady.steady_mean` says how.
+    All whole turns at the last speed are looked at; `nutamill.base.steady.steady_mean` says how.
 
     Parameters
     ----------

@@ -17,6 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from nutamill import __version__
+from nutamill.base.cache_folder import beds_folder
+from nutamill.base.child import start_child, task_of_parent
+from nutamill.base.frames import MOTION_SIZE, quaternion_product
+from nutamill.base.source_code import code_digest, definition_of, reached
 from nutamill.build.chamber_charge import chamber_charge, chamber_surfaces, rib_inside
 from nutamill.build.charge_mix import charge_particles, particle_count
 from nutamill.build.clock import run_clock
@@ -24,15 +28,11 @@ from nutamill.build.mill_mechanism import chamber_quaternion, chamber_rotation
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
 from nutamill.build.wall_mesh import charge_room, room_box
-from nutamill.cachefolder import beds_folder
 from nutamill.case import Case
 from nutamill.charge.assembly import attitudes, positions
 from nutamill.charge.fill import fill_cylinder, random_attitudes, settle
 from nutamill.charge.fill_walls import fill_between
 from nutamill.charge.particles import Particles
-from nutamill.child import start_child, task_of_parent
-from nutamill.frames import MOTION_SIZE, quaternion_product
-from nutamill.source_code import code_digest, definition_of, reached
 
 STILL = 1e-6
 """Kinetic energy per mass at which a bed is settled [J/kg]: a mean speed of 1.4 mm/s."""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.frames import quaternion_product, rotation_matrix
 from nutamill.build.charge_mix import charge_particles, quickest_pebble
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.wall_mesh import chamber_mesh, meshes_surfaces, room_box
@@ -16,7 +17,6 @@ from nutamill.charge.dynamics import start
 from nutamill.charge.laws.tags import ContactLaw, contact_law
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, Surface, SurfaceKind
 from nutamill.charge.particles import Particles
-from nutamill.frames import quaternion_product, rotation_matrix
 from nutamill.materials import ContactPair
 
 CHAMBER_CARRIER = 0

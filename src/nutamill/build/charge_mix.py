@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.errors import CaseError, Fault
 from nutamill.build.wall_mesh import free_volume
 from nutamill.case import Case
 from nutamill.case.recipe import Portion
 from nutamill.charge.particles import Particles, clumps, joined, spheres
 from nutamill.charge.shapes import ClumpShape, clump_shape
-from nutamill.errors import CaseError, Fault
 
 
 class Pebble(NamedTuple):

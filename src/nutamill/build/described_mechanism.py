@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.errors import StepError
 from nutamill.build.clock import Clock, refuse_endless
 from nutamill.build.model import Model, State
 from nutamill.build.part_readout import PartReadout
@@ -12,7 +13,6 @@ from nutamill.case import MechanismCase
 from nutamill.case.mechanism_case import BodyEntry, BushingEntry, JointEntry, Turn
 from nutamill.charge.observe import charge_reading
 from nutamill.coupling import CouplingPlan, Scheme, coupling_state
-from nutamill.errors import StepError
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.linear import static_equilibrium

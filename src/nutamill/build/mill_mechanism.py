@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.errors import CaseError, Fault
 from nutamill.build.rigid_parts import RigidPart, chamber_shell, compose, remove, turned, whole_chamber
 from nutamill.case import Case
-from nutamill.errors import CaseError, Fault
 from nutamill.fields import JOINTS, TURNING
 from nutamill.machine import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, SHAFT, Mounts, ShaftCoupling
 from nutamill.mechanism.assembly import assemble

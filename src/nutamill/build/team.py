@@ -3,9 +3,9 @@
 import os
 from pathlib import Path
 
+from nutamill.base.kernel import JIT
 from nutamill.case import Case
 from nutamill.charge.team import MOST_THREADS
-from nutamill.kernel import JIT
 
 
 def team_size(case: Case) -> int:

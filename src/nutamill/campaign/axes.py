@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from decimal import Decimal
 from typing import Any, NamedTuple
 
-from nutamill import units
+from nutamill.base import units
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.schema import LARGEST_NUMBER, spelled
 from nutamill.case import Case
 from nutamill.case.keys import quantity_at
-from nutamill.errors import CaseError, Fault
-from nutamill.tables import LARGEST_NUMBER, spelled
 
 MOST_FAULTS = 10
 """Faults of the members of a sweep that are listed; of the others only the number is told."""

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from nutamill.analysis.values import DEFAULT, reading_of
+from nutamill.base.errors import CaseError, Fault
 from nutamill.build.quick import banner
 from nutamill.build.quick import quick as quickened
 from nutamill.campaign.axes import axis_values, members
@@ -15,7 +16,6 @@ from nutamill.campaign.table import dataset
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
 from nutamill.case import Case, load_mill
 from nutamill.case.sweep_file import is_sweep_file, load_sweep
-from nutamill.errors import CaseError, Fault
 from nutamill.figures.campaign import draw_sweep
 from nutamill.figures.saving import save_figure
 from nutamill.result import is_finished

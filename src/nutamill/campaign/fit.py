@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from nutamill import units
 from nutamill.analysis.values import Reading, reading_of
+from nutamill.base import units
+from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.campaign.axes import Member, changed
 from nutamill.campaign.least_squares import Fitted, Free, fitted
 from nutamill.campaign.sweep import Report, run_all
@@ -16,7 +17,6 @@ from nutamill.case import Case, load_mill
 from nutamill.case.campaign_file import case_of, overrides
 from nutamill.case.fit_file import FreeKey, Measured, load_fit, place_of
 from nutamill.case.keys import held, si_at, si_of, unit_at
-from nutamill.errors import CaseError, Fault, StepError
 from nutamill.preflight import oscillations
 from nutamill.result import is_finished
 

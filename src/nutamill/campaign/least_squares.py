@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from nutamill.errors import CaseError, Fault
+from nutamill.base.errors import CaseError, Fault
 
 STEPS = 30
 """Evaluations after which a fit is given up [1]."""

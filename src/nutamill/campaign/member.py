@@ -10,10 +10,10 @@ import sys
 from pathlib import Path
 from typing import Literal, NamedTuple
 
+from nutamill.base.child import task_of_parent
+from nutamill.base.errors import ExitCode, MillError, NotSteadyError
 from nutamill.build.bed import settled_bed
 from nutamill.case import Case
-from nutamill.child import task_of_parent
-from nutamill.errors import ExitCode, MillError, NotSteadyError
 from nutamill.march import resume, run
 from nutamill.result import is_finished, open_result, state_of
 

@@ -8,6 +8,9 @@ from threading import Event
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from nutamill.analysis.values import DEFAULT, Reading, read
+from nutamill.base.atomic_file import make_folder
+from nutamill.base.errors import CaseError, Fault, MillError
+from nutamill.base.kernel import kernel_digest
 from nutamill.build.bed import bed_is_kept, bed_key
 from nutamill.build.chamber_charge import contact_law_of
 from nutamill.build.clock import run_clock
@@ -16,12 +19,9 @@ from nutamill.campaign.member import Task
 from nutamill.campaign.table import Outcome, dataset, write_csv
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case
-from nutamill.errors import CaseError, Fault, MillError
-from nutamill.kernel import kernel_digest
 from nutamill.result import is_finished, open_result, state_of
 from nutamill.signals import requests
 from nutamill.warm import warm_up
-from nutamill.wholefile import make_folder
 
 if TYPE_CHECKING:
     import distributed

@@ -8,10 +8,10 @@ import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Protocol
 
+from nutamill.base.child import start_child
+from nutamill.base.errors import CaseError, ExitCode, Fault, MillError, missing_extra
 from nutamill.build.team import usable_cores
 from nutamill.campaign.member import Task, perform
-from nutamill.child import start_child
-from nutamill.errors import CaseError, ExitCode, Fault, MillError, missing_extra
 
 if TYPE_CHECKING:
     import distributed

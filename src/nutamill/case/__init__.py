@@ -3,7 +3,7 @@
 The only room that reads or writes TOML.
 """
 
-from nutamill.case.library import library_file, library_names
+from nutamill.base.library import library_file, library_names
 from nutamill.case.mechanism_case import MechanismCase
 from nutamill.case.model import Case, case_of_text, load_case, load_mill
 

@@ -5,12 +5,12 @@ from typing import Any, ClassVar, TypeVar
 
 from pydantic import Field
 
-from nutamill.case.file_kind import FileKind, refuse_other_kind
+from nutamill.base.file_kind import FileKind, refuse_other_kind
+from nutamill.base.library import library_file
+from nutamill.base.schema import Table
 from nutamill.case.layers import Layer, read_layer
-from nutamill.case.library import library_file
 from nutamill.case.wording import checked
 from nutamill.case.write import toml_value
-from nutamill.tables import Table
 
 
 class CampaignFile(Table):

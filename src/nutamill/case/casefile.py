@@ -8,11 +8,11 @@ from typing import Any, ClassVar, Self
 
 from pydantic import PrivateAttr
 
+from nutamill.base.errors import Fault
+from nutamill.base.schema import Frequency, Table, Time
 from nutamill.case.layers import Layer, merge, python_layer
 from nutamill.case.wording import checked
 from nutamill.case.write import written
-from nutamill.errors import Fault
-from nutamill.tables import Frequency, Table, Time
 
 LONGEST_STEM = 100
 """Characters of a case's name that go into the name of its result [1]."""

@@ -6,13 +6,13 @@ A finding is (key, what, hint); the key is a tuple of its parts, so that its lin
 import math
 from typing import TYPE_CHECKING, Any
 
-from nutamill import units
-from nutamill.case.library import similar
+from nutamill.base import units
+from nutamill.base.errors import Fault
+from nutamill.base.library import similar
+from nutamill.base.units import Kind
 from nutamill.case.recipe import Portion, portion_faults, stand_ins
 from nutamill.case.touching import wall_keys
-from nutamill.errors import Fault
 from nutamill.fields import expand
-from nutamill.units import Kind
 
 if TYPE_CHECKING:
     from nutamill.case.model import Case

@@ -6,8 +6,8 @@ A finding is (key, what, hint), as in `nutamill.case.checks`.
 from collections.abc import Iterator
 from typing import Any
 
-from nutamill.errors import printable
-from nutamill.tables import spelled
+from nutamill.base.errors import printable
+from nutamill.base.schema import spelled
 
 MOST_DEPTH = 20
 """Tables and lists within each other [1]."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from nutamill import units
+from nutamill.base import units
 from nutamill.case.casefile import CaseFile
 from nutamill.case.keys import quantity_at
 

@@ -10,12 +10,12 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
-from nutamill import units
-from nutamill.case.library import LONGEST_WORD
-from nutamill.errors import CaseError, Fault
-from nutamill.files import MOST_CASE_TEXT, is_file, is_folder, read_text
-from nutamill.tables import MotorTorque, Power, ProfileSpeed, Ramp, RotationalGain, Speed, StartTime, Table, Time, refusal
-from nutamill.units import Kind
+from nutamill.base import units
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.files import MOST_CASE_TEXT, is_file, is_folder, read_text
+from nutamill.base.library import LONGEST_WORD
+from nutamill.base.schema import MotorTorque, Power, ProfileSpeed, Ramp, RotationalGain, Speed, StartTime, Table, Time, refusal
+from nutamill.base.units import Kind
 
 
 def _as_table(given: Any) -> Any:

@@ -5,10 +5,10 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from nutamill.base.file_kind import FileKind
+from nutamill.base.schema import Share, Table
 from nutamill.case.campaign_file import CampaignFile, read_campaign_file
-from nutamill.case.file_kind import FileKind
 from nutamill.case.layers import Layer, placed
-from nutamill.tables import Share, Table
 
 Given = str | int | float
 

@@ -4,11 +4,11 @@ import math
 import typing
 from typing import Any
 
-from nutamill import units
+from nutamill.base import units
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.schema import Quantity, spelled
 from nutamill.case.model import Case
 from nutamill.case.wording import fields_at
-from nutamill.errors import CaseError, Fault
-from nutamill.tables import Quantity, spelled
 
 
 def quantity_at(key: str) -> Quantity | None:

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from nutamill.case.content import shape_finding
-from nutamill.case.drive import read_profile
-from nutamill.case.library import (
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.files import MOST_CASE_TEXT, is_file, is_folder, read_text
+from nutamill.base.library import (
     CHARGES,
     FOLDER,
     MOUNTS,
@@ -24,11 +24,11 @@ from nutamill.case.library import (
     shape_sets,
     similar,
 )
+from nutamill.base.schema import spelled
+from nutamill.case.content import shape_finding
+from nutamill.case.drive import read_profile
 from nutamill.case.locate import key_lines, key_parts
 from nutamill.case.mesh_file import pin_mesh
-from nutamill.errors import CaseError, Fault
-from nutamill.files import MOST_CASE_TEXT, is_file, is_folder, read_text
-from nutamill.tables import spelled
 
 MOST_BASES = 20
 """Files that may stand upon each other, each the base of the next [1]."""

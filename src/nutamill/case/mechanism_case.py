@@ -8,10 +8,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from nutamill.case.casefile import CaseFile, SnapshotPlan
-from nutamill.case.drive import DriveProgramme
-from nutamill.case.mechanism_checks import findings
-from nutamill.tables import (
+from nutamill.base.schema import (
     AddedMass,
     AnyAcceleration,
     AnyAngle,
@@ -33,6 +30,9 @@ from nutamill.tables import (
     refusal,
     spelled,
 )
+from nutamill.case.casefile import CaseFile, SnapshotPlan
+from nutamill.case.drive import DriveProgramme
+from nutamill.case.mechanism_checks import findings
 
 PARTS = ("bodies", "joints", "bushings", "springs", "torques", "drives")
 """Lists that make a file a `MechanismCase`."""

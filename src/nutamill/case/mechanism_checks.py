@@ -7,8 +7,8 @@ A finding is (key, what, hint), as in `nutamill.case.checks`.  What needs the en
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from nutamill.base.library import similar
 from nutamill.case.checks import record_findings
-from nutamill.case.library import similar
 
 if TYPE_CHECKING:
     from nutamill.case.mechanism_case import MechanismCase

@@ -4,8 +4,8 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
+from nutamill.base.errors import CaseError, Fault
 from nutamill.case.drive import found_file
-from nutamill.errors import CaseError, Fault
 
 
 def pin_mesh(table: dict[str, Any], where: str, folders: list[Path]) -> None:

@@ -5,15 +5,16 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.file_kind import FileKind, refuse_other_kind
+from nutamill.base.schema import AutoTime, Coordinate, Count, EndTime, Frequency, Seed, Share, Table, Time, refusal, spelled
 from nutamill.case import checks
 from nutamill.case.casefile import CaseFile, SnapshotPlan, validated
 from nutamill.case.drive import DriveProgramme
-from nutamill.case.file_kind import FileKind, refuse_other_kind
 from nutamill.case.layers import Layer, override_layer, read_layers
 from nutamill.case.mechanism_case import PARTS, MechanismCase
 from nutamill.case.recipe import ChargeRecipe
 from nutamill.case.touching import TouchingPair, touching_pairs
-from nutamill.errors import CaseError, Fault
 from nutamill.machine import (
     Balance,
     BearingCross,
@@ -29,7 +30,6 @@ from nutamill.machine import (
     TopFrame,
 )
 from nutamill.materials import ContactLaws, Material
-from nutamill.tables import AutoTime, Coordinate, Count, EndTime, Frequency, Seed, Share, Table, Time, refusal, spelled
 
 MOST_THREADS = 1000
 """Threads that a case may ask for [1]; no computer of today has more cores for one process."""

@@ -3,11 +3,11 @@
 import os
 from pathlib import Path
 
-from nutamill.case.library import library_file
+from nutamill.base.atomic_file import refuse_suffix
+from nutamill.base.errors import CaseError, Fault, OutputError
+from nutamill.base.library import library_file
 from nutamill.case.model import load_mill
 from nutamill.case.write import toml_value
-from nutamill.errors import CaseError, Fault, OutputError
-from nutamill.wholefile import refuse_suffix
 
 KEYS = (
     ("mechanism", "mounting", '"flexible" or "rigid"'),

@@ -5,8 +5,8 @@ from typing import Any
 
 from pydantic import Field
 
+from nutamill.base.file_kind import FileKind, file_kind
 from nutamill.case.campaign_file import CampaignFile, case_of, read_campaign_file
-from nutamill.case.file_kind import FileKind, file_kind
 from nutamill.case.write import toml_value
 
 

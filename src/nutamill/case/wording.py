@@ -8,12 +8,12 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from nutamill import units
+from nutamill.base import units
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.library import similar
+from nutamill.base.schema import FROM_FILE, Quantity, Table, spelled
 from nutamill.case.content import text_findings
 from nutamill.case.layers import Key, placed
-from nutamill.case.library import similar
-from nutamill.errors import CaseError, Fault
-from nutamill.tables import FROM_FILE, Quantity, Table, spelled
 
 Read = TypeVar("Read", bound=Table)
 MOST_FAULTS = 50

@@ -2,12 +2,12 @@
 
 import math
 
+from nutamill.base.frames import cross
+from nutamill.base.kernel import kernel
 from nutamill.charge.clumps import ID, PLACE
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, LawColumn, Status
 from nutamill.charge.neighbours import slots_of_chunk
 from nutamill.charge.walls import wall_overlap
-from nutamill.frames import cross
-from nutamill.kernel import kernel
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
 LIMIT = int(LawColumn.LIMIT)

@@ -14,6 +14,8 @@ Source: D. Fincham, "Leapfrog rotational algorithms", Molecular Simulation 8 (19
 
 import numpy as np
 
+from nutamill.base.frames import cross, half_angle_series, rotate, rotation_numbers, turned_by_half_angle
+from nutamill.base.kernel import kernel
 from nutamill.charge.clumps import (
     AT_VELOCITY,
     ATTITUDE,
@@ -31,8 +33,6 @@ from nutamill.charge.clumps import (
 )
 from nutamill.charge.model import BATCH, Clock, Ledger
 from nutamill.charge.publish import fixed_point
-from nutamill.frames import cross, half_angle_series, rotate, rotation_numbers, turned_by_half_angle
-from nutamill.kernel import kernel
 
 PUBLISHED = int(Clock.PUBLISHED)
 GRAVITY, SCHEME = int(Ledger.GRAVITY), int(Ledger.SCHEME)

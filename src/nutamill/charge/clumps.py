@@ -6,9 +6,9 @@ and radius with the mass and the spin of its clump.
 
 from enum import IntEnum
 
+from nutamill.base.frames import cross, turn_quaternion, turn_vector, turn_vector_back
+from nutamill.base.kernel import kernel, like
 from nutamill.charge.model import Clock
-from nutamill.frames import cross, turn_quaternion, turn_vector, turn_vector_back
-from nutamill.kernel import kernel, like
 
 PUBLISHED = int(Clock.PUBLISHED)
 

@@ -6,10 +6,10 @@ independent.  Lanes of weight 0 hold left-overs; they are computed and not count
 
 import math
 
+from nutamill.base.kernel import kernel, like
 from nutamill.charge.impacts import BEGUN, ENERGY_N, ENERGY_T, impact_energies
 from nutamill.charge.laws.composition import contact
 from nutamill.charge.model import BATCH
-from nutamill.kernel import kernel, like
 
 # rows of `columns`, pairs: distance vector and sum of radii, first particle, second particle, memory (8 rows each)
 A = 4

@@ -1,7 +1,7 @@
 """Copies of a charge's state, for restoring and repeating a window, and for checkpoints."""
 
+from nutamill.base.kernel import kernel
 from nutamill.charge.model import PADDING, ChargeState, Clock
-from nutamill.kernel import kernel
 
 LIST, KEPT = int(Clock.LIST), int(Clock.KEPT)
 

@@ -9,6 +9,8 @@ where v* is the velocity predicted for the next mid-substep, so that dashpots an
 Source: D. C. Rapaport, "The Art of Molecular Dynamics Simulation", 2nd ed. 2004, section 3.5 (leapfrog).
 """
 
+from nutamill.base.frames import pose_in_window, rotation_matrix, twist_in_window
+from nutamill.base.kernel import kernel, like
 from nutamill.charge.alarm import name_the_worst
 from nutamill.charge.clump_integration import integrate_clumps
 from nutamill.charge.clumps import start_clumps
@@ -22,8 +24,6 @@ from nutamill.charge.simd import WIDTH, negated_radii
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.charge.team import barrier
 from nutamill.charge.wall_contacts import find_walls, wall_contacts
-from nutamill.frames import pose_in_window, rotation_matrix, twist_in_window
-from nutamill.kernel import kernel, like
 
 STEP, PUBLISHED, LIST, LISTED, SINCE_SORT, REBUILDS, REBUILD, KEPT, DONE, CROWDED = (int(c) for c in Clock)
 

@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.kernel import kernel
 from nutamill.charge.fill import COLUMN_PACKING, MARGIN, relaxed
 from nutamill.charge.mesh import on_charge_side
 from nutamill.charge.mesh_model import MeshWalls
@@ -17,8 +19,6 @@ from nutamill.charge.particles import LOOSE_PACKING
 from nutamill.charge.room import Room, fill_faults
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.charge.walls import wall_overlap, wall_overlaps
-from nutamill.errors import CaseError, Fault
-from nutamill.kernel import kernel
 
 TRIES = 200
 """Draws of places for the particles that do not have one yet [1]."""

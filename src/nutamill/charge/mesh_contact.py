@@ -14,8 +14,8 @@ Sources: C. Ericson, "Real-Time Collision Detection", 2005, section 5.1 (Voronoi
 
 import math
 
+from nutamill.base.kernel import kernel
 from nutamill.charge.surfaces import APART
-from nutamill.kernel import kernel
 
 FACE, EDGE, VERTEX = 0, 1, 2
 

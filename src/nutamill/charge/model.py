@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from nutamill.base.kernel import kernel
 from nutamill.charge.laws.tags import ContactLaw
 from nutamill.charge.mesh import Mesh
 from nutamill.charge.mesh_model import MeshWalls
-from nutamill.kernel import kernel
 
 if TYPE_CHECKING:
     from nutamill.charge.impacts import ImpactBook

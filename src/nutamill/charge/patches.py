@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.kernel import kernel
+from nutamill.base.kernel import kernel
 
 ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT = 0, 1, 2
 """How a surface is cut into patches: by azimuth and height in its own axes, by azimuth and distance from its z axis, or by

@@ -6,7 +6,7 @@ unit is about 1e-10 m, where a float32 position would be wrong by 3e-8 m, or 0.0
 
 import math
 
-from nutamill.kernel import kernel
+from nutamill.base.kernel import kernel
 
 
 @kernel(inline="always")

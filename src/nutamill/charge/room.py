@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.errors import Fault
+from nutamill.base.errors import Fault
 
 DENSEST, WALL_LOSS = 0.63, 0.12
 """Solids fraction that can be placed far from walls, and what walls take from it: times diameter and wall area, over volume [1].

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nutamill.base.errors import CaseError, Fault
 from nutamill.charge.union import union_properties
-from nutamill.errors import CaseError, Fault
 
 TOUCHING = 1e-9
 """Gap between two spheres, over the sum of their radii, up to which they count as joined [1]."""

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.kernel import kernel, like
 from nutamill.charge.clumps import PLACE
 from nutamill.charge.columns import ACT, HELD, A, wall_batch
 from nutamill.charge.contacts import filter_pairs
@@ -25,7 +26,6 @@ from nutamill.charge.neighbours import slots_of_chunk, thread_share
 from nutamill.charge.patches import part_of, patch_of, sector_of, whole
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.charge.wall_contacts import OVERLAP, find_walls, lay_walls
-from nutamill.kernel import kernel, like
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
 

@@ -8,9 +8,9 @@ smoothly.  An edge that stands out into the charge belongs to a box or to a mesh
 
 import math
 
+from nutamill.base.frames import rotate
+from nutamill.base.kernel import kernel
 from nutamill.charge.model import SurfaceKind
-from nutamill.frames import rotate
-from nutamill.kernel import kernel
 
 PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)

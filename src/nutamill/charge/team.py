@@ -16,7 +16,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from nutamill.kernel import JIT, kernel
+from nutamill.base.kernel import JIT, kernel
 
 MOST_THREADS = max(4, os.cpu_count() or 1)
 """Largest team there is work space for [1]."""
@@ -106,7 +106,7 @@ def barrier(places, n_threads):
 def run_team(function: Callable, args: tuple, n_threads: int) -> None:
     """Call the kernel ``function(*args, tid, n_threads)`` from `n_threads` threads at once, and wait for all of them.
 
-    The kernel must release the GIL (every `nutamill.kernel.kernel` does) and is compiled before the team starts, by
+    The kernel must release the GIL (every `nutamill.base.kernel.kernel` does) and is compiled before the team starts, by
     whoever calls it first.  Without the compiler the team has one thread.
 
     Raises

@@ -2,10 +2,10 @@
 
 import math
 
+from nutamill.base.kernel import kernel
 from nutamill.charge.mesh_contact import touch_mesh
 from nutamill.charge.model import SurfaceKind
 from nutamill.charge.surfaces import cone_frame
-from nutamill.kernel import kernel
 
 PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)

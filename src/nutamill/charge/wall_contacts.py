@@ -5,6 +5,7 @@ Contacts are found surface after surface, so that those with one surface lie sid
 
 import numpy as np
 
+from nutamill.base.kernel import kernel, like
 from nutamill.charge.columns import ARM, BODY, BODY_V, MEMORY, WEIGHT, A, wall_batch
 from nutamill.charge.contacts import hold_law
 from nutamill.charge.impacts import note_wall_impacts
@@ -12,7 +13,6 @@ from nutamill.charge.model import BATCH, SurfaceKind
 from nutamill.charge.simd import WIDTH, add_rows, copy_lanes, gather_rows, set_rows
 from nutamill.charge.touching import touch_surface
 from nutamill.charge.walls import wall_near, wall_overlap
-from nutamill.kernel import kernel, like
 
 PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)

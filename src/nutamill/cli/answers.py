@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from nutamill.base.errors import CaseError, Fault
 from nutamill.cli.common import CaseName, Overrides, ResultFile, app, load, load_mill, quantity, told
-from nutamill.errors import CaseError, Fault
 
 if TYPE_CHECKING:
     from nutamill.case import Case
@@ -20,8 +20,8 @@ Last = Annotated[str, typer.Option(help="Length of the steady window.")]
 
 def _place(picture: Path | None, stem: str, folder: Path = RESULTS) -> Path:
     """Return where a picture goes, that of a case among the results, that of a result beside it; refuse a place that cannot be written."""
+    from nutamill.base.atomic_file import check_writable
     from nutamill.figures.saving import SUFFIXES
-    from nutamill.wholefile import check_writable
 
     path = picture or folder / f"{stem}.png"
     check_writable(path, SUFFIXES)

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
+from nutamill.base.errors import ExitCode
 from nutamill.cli.common import Quick, app, told
-from nutamill.errors import ExitCode
 
 
 @app.command()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nutamill import __version__
-from nutamill.errors import CaseError, ExitCode, Fault, MillError, printable
+from nutamill.base.errors import CaseError, ExitCode, Fault, MillError, printable
 
 if TYPE_CHECKING:
     from nutamill.case import Case
@@ -50,7 +50,7 @@ def main(version: Annotated[bool, typer.Option("--version", callback=_version, i
 
 def quantity(where: str, text: str, kind: Any) -> float:
     """SI value of an option with a unit."""
-    from nutamill import units
+    from nutamill.base import units
 
     try:
         return units.parse(text, kind)

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
+from nutamill.base.atomic_file import RESULTS, refuse_suffix
+from nutamill.base.errors import CaseError, Fault
 from nutamill.cli.common import ResultFile, app, quantity, told
-from nutamill.errors import CaseError, Fault
-from nutamill.wholefile import RESULTS, refuse_suffix
 
 
 @app.command("import")
@@ -36,11 +36,11 @@ def compare(
 ) -> None:
     """Lay measured data over a run: steady values with errors, and a figure."""
     from nutamill.analysis.measured_comparison import compare, comparison_lines
+    from nutamill.base.units import Kind
     from nutamill.figures.measured import draw_comparison
     from nutamill.figures.saving import save_figure
     from nutamill.papers.library import paper_names
     from nutamill.result import open_result
-    from nutamill.units import Kind
 
     window, edge = quantity("--last", last, Kind.TIME), None if cut is None else quantity("--filter", cut, Kind.FREQUENCY)
     if str(measured) in paper_names():

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from nutamill.base.atomic_file import RESULTS, refuse_suffix
+from nutamill.base.errors import CaseError, ExitCode, Fault, Interrupted, NotSteadyError, printable
 from nutamill.cli.common import CaseName, Overrides, Quick, app, load, told
-from nutamill.errors import CaseError, ExitCode, Fault, Interrupted, NotSteadyError, printable
 from nutamill.signals import stop_at_once
-from nutamill.wholefile import RESULTS, refuse_suffix
 
 if TYPE_CHECKING:
     from nutamill.case import Case

@@ -2,8 +2,8 @@
 
 import typer
 
+from nutamill.base.errors import ResultError
 from nutamill.cli.common import ResultFile, app, told
-from nutamill.errors import ResultError
 
 
 @app.command()

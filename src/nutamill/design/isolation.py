@@ -6,11 +6,11 @@ import numpy as np
 
 from nutamill.analysis.mounts import floor_series
 from nutamill.analysis.orders import track
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.units import rpm
 from nutamill.case import Case
 from nutamill.design.empty import empty_series, once_per_turn, steady_series
 from nutamill.design.modes import machine_modes
-from nutamill.errors import CaseError, Fault
-from nutamill.units import rpm
 
 SLOW = 20.0
 """Time of the ramp to full speed [s]: slow beside the decay of the vibrations of soft mounts."""

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from nutamill.analysis.orders import Orders, Waterfall, peaks, spectra, track
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.units import rpm
 from nutamill.case import Case
 from nutamill.design.empty import empty_series
-from nutamill.errors import CaseError, Fault
 from nutamill.fields import series_field
-from nutamill.units import rpm
 
 AFTER = 1.0
 """Time at full speed after the ramp [s]."""

@@ -13,7 +13,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from nutamill.errors import CaseError, Fault
+from nutamill.base.errors import CaseError, Fault
 from nutamill.fields.charge import SNAPSHOT, STATISTICS, STATISTICS_AXES
 from nutamill.fields.field import Field
 from nutamill.fields.mill import JOINTS, SERIES, TURNING

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from nutamill import units
 from nutamill.analysis.values import Reading
+from nutamill.base import units
 from nutamill.figures.style import STYLE, WIDTH
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
+from nutamill.base.units import rpm
 from nutamill.case import Case
 from nutamill.design.balancing import Balancing
 from nutamill.design.isolation import Isolation
@@ -15,7 +16,6 @@ from nutamill.design.runup import RunUp
 from nutamill.design.sticks import Stick
 from nutamill.fields import series_field
 from nutamill.figures.style import PALETTE, STYLE, WIDTH, unit_of
-from nutamill.units import rpm
 
 GREY, MOVED, ORBIT = "#B8B8B8", "#0072B2", "#D55E00"
 LARGEST = 0.1

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from nutamill.analysis.mechanism import is_mechanism
 from nutamill.analysis.orders import sensor_orders, waterfall
-from nutamill.errors import CaseError, Fault, ResultError
+from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.figures.charge import draw_flow, draw_spectra, draw_wall
 from nutamill.figures.motion import draw_histories, draw_orbit, draw_spectrum
 from nutamill.figures.reading import draw_orders

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nutamill.analysis.replay import particle_snapshots, rotation_of
+from nutamill.base.errors import ResultError
+from nutamill.base.units import Kind, parse, rpm
 from nutamill.case import Case
-from nutamill.errors import ResultError
 from nutamill.figures.run import draw_run
 from nutamill.figures.style import STYLE, WIDTH
 from nutamill.machine import DrawnMechanism
@@ -22,7 +23,6 @@ from nutamill.papers.quantities import QUANTITIES
 from nutamill.papers.runs import COMPLETE, PlannedRun, run_name, run_state
 from nutamill.papers.table import UNIT
 from nutamill.result import Result, open_result
-from nutamill.units import Kind, parse, rpm
 
 ARM_POSITIONS = (0.0, 90.0, 180.0, 270.0)
 """Crank angles at which particles are shown [deg]."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from nutamill.wholefile import refuse_suffix, write_whole
+from nutamill.base.atomic_file import refuse_suffix, write_whole
 
 SUFFIXES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".tif", ".tiff", ".eps")
 """Ends of file names that say in which format a figure is saved."""

@@ -6,7 +6,7 @@ depend on each other, and whether they contradict) is checked on the assembled J
 
 import numpy as np
 
-from nutamill.errors import CaseError, Fault
+from nutamill.base.errors import CaseError, Fault
 from nutamill.mechanism.constraints import check_constraints
 from nutamill.mechanism.model import (
     BODY,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nutamill.errors import Fault
+from nutamill.base.errors import Fault
 from nutamill.mechanism.drive import evaluate_drives
 from nutamill.mechanism.equations import place
 from nutamill.mechanism.solve import DEPENDENT

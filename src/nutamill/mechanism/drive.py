@@ -2,8 +2,8 @@
 
 import math
 
-from nutamill.frames import cross, turn_vector
-from nutamill.kernel import kernel
+from nutamill.base.frames import cross, turn_vector
+from nutamill.base.kernel import kernel
 
 
 @kernel

@@ -16,8 +16,8 @@ section VII.1.4 (projection); Andersen, J. Comput. Phys. 52, 24-34, 1983 (Verlet
 
 import math
 
-from nutamill.frames import turn_quaternion
-from nutamill.kernel import kernel
+from nutamill.base.frames import turn_quaternion
+from nutamill.base.kernel import kernel
 from nutamill.mechanism.drive import advance_motors, driven_rate, evaluate_drives, take_over_drives
 from nutamill.mechanism.equations import (
     copy_rows,
@@ -141,7 +141,7 @@ def start(mechanism, state, scratch):
 def drift(mechanism, state, scratch, dt):
     """First half of a step: positions and attitudes to the end of `dt` [s], under the present velocities and accelerations.
 
-    Exactly the motion of `nutamill.frames.pose_in_window` at ``s = dt``.  Velocities, accelerations and time stay those of the
+    Exactly the motion of `nutamill.base.frames.pose_in_window` at ``s = dt``.  Velocities, accelerations and time stay those of the
     start.  `finish` must follow with the same `scratch`.
     """
     place_bodies(mechanism.bodies, state.quaternion, scratch.rotation, scratch.inertia, scratch.inverse_inertia)
@@ -311,7 +311,7 @@ def copy_mechanism_state(source, target):
 def body_motion(state, body, motion_out):
     """Position, quaternion, velocity, angular velocity, acceleration, angular acceleration of a body's mass centre.
 
-    `motion_out` (19,) in the order of `nutamill.frames.MOTION_SIZE`, SI, world axes.
+    `motion_out` (19,) in the order of `nutamill.base.frames.MOTION_SIZE`, SI, world axes.
     """
     for k in range(3):
         motion_out[k] = state.position[body, k]

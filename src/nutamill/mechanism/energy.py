@@ -1,7 +1,7 @@
 """Kinetic, potential and elastic energy of a mechanism."""
 
-from nutamill.frames import turn_vector_back
-from nutamill.kernel import kernel
+from nutamill.base.frames import turn_vector_back
+from nutamill.base.kernel import kernel
 from nutamill.mechanism.dynamics import gather_twists
 from nutamill.mechanism.loads import bushing_travel_of, spring_pull
 

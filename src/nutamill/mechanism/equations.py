@@ -6,8 +6,8 @@ Source: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems, 1989
 Dynamics Algorithms, 2008, section 3.2.
 """
 
-from nutamill.frames import cross, rotation_matrix
-from nutamill.kernel import kernel
+from nutamill.base.frames import cross, rotation_matrix
+from nutamill.base.kernel import kernel
 from nutamill.mechanism.drive import apply_motors
 from nutamill.mechanism.joints import bend_rows, place_rows, row_rate
 from nutamill.mechanism.loads import apply_bushings, apply_given, apply_joint_friction, apply_springs

@@ -12,8 +12,8 @@ constraints), written for world axes.
 
 import math
 
-from nutamill.frames import cross, rotate
-from nutamill.kernel import kernel
+from nutamill.base.frames import cross, rotate
+from nutamill.base.kernel import kernel
 from nutamill.mechanism.model import POINT
 
 

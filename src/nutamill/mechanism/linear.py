@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.errors import CaseError, Fault, StepError
-from nutamill.frames import turn_quaternion
+from nutamill.base.errors import CaseError, Fault, StepError
+from nutamill.base.frames import turn_quaternion
 from nutamill.mechanism.constraints import dense_jacobian
 from nutamill.mechanism.drive import driven_axis
 from nutamill.mechanism.dynamics import OK, start

@@ -6,8 +6,8 @@ space, so momentum and angular momentum are passed on, never made.
 
 import math
 
-from nutamill.frames import cross, quaternion_product, rotation_vector, turn_vector, turn_vector_back
-from nutamill.kernel import kernel
+from nutamill.base.frames import cross, quaternion_product, rotation_vector, turn_vector, turn_vector_back
+from nutamill.base.kernel import kernel
 from nutamill.mechanism.parts import JointKind
 
 FRICTION_SPEED = 0.1

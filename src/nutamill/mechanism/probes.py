@@ -3,8 +3,8 @@
 Every function needs the state alone (reactions are those of its last solve), so it may be called after a restored checkpoint.
 """
 
-from nutamill.frames import cross, turn_vector
-from nutamill.kernel import kernel
+from nutamill.base.frames import cross, turn_vector
+from nutamill.base.kernel import kernel
 from nutamill.mechanism.dynamics import gather_twists
 from nutamill.mechanism.joints import put
 from nutamill.mechanism.loads import bushing_travel_of, bushing_wrench_of, world_point

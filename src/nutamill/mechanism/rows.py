@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.errors import Fault
+from nutamill.base.errors import Fault
 from nutamill.mechanism.model import AXIS, JOINT, PAIR, POINT, ROW
 from nutamill.mechanism.parts import GROUND, JointKind
 

@@ -10,8 +10,8 @@ of periodic coefficients); Genta, Dynamics of Rotating Systems, 2005, chapter 6 
 
 import numpy as np
 
-from nutamill.errors import StepError
-from nutamill.frames import turn_quaternion
+from nutamill.base.errors import StepError
+from nutamill.base.frames import turn_quaternion
 from nutamill.mechanism.constraints import dense_jacobian
 from nutamill.mechanism.dynamics import solve_again
 from nutamill.mechanism.linear import Modes, displace, modes_of

@@ -5,9 +5,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from nutamill.errors import CaseError, Fault
-from nutamill.frames import turn_vector_back
-from nutamill.kernel import kernel
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.frames import turn_vector_back
+from nutamill.base.kernel import kernel
 from nutamill.mechanism.dynamics import OK, drift, finish
 from nutamill.mechanism.model import NAME_WIDTH, Mechanism, MechanismState, SensorTable
 from nutamill.mechanism.parts import GROUND, Vector

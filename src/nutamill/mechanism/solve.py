@@ -8,7 +8,7 @@ Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, section 3.2 (elimina
 Matrix Computations, 2013, section 4.1 (L D L^T).
 """
 
-from nutamill.kernel import kernel
+from nutamill.base.kernel import kernel
 
 DEPENDENT = 1e-12
 """A row depends on the earlier ones if elimination leaves less than this share [1] of its diagonal."""

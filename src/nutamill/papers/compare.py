@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.analysis.values import Value
-from nutamill.errors import DamagedError, ResultError
+from nutamill.base.errors import DamagedError, ResultError
+from nutamill.base.units import Kind
 from nutamill.papers.model import Paper, Row
 from nutamill.papers.quantities import MODES, QUANTITIES
 from nutamill.papers.runs import COMPLETE, PlannedRun, read_modes, run_state
 from nutamill.result import MISSING, open_result
-from nutamill.units import Kind
 
 
 class Key(NamedTuple):

@@ -5,10 +5,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from nutamill import units
+from nutamill.base import units
+from nutamill.base.schema import Coefficient, Count, Number, Speed, Table, Time, refusal
+from nutamill.base.units import Kind
 from nutamill.papers.quantities import MODES, QUANTITIES
-from nutamill.tables import Coefficient, Count, Number, Speed, Table, Time, refusal
-from nutamill.units import Kind
 
 SAME_SPEED = 1e-6
 """Share by which two speeds may differ and still be the same."""

@@ -11,10 +11,10 @@ from nutamill.analysis.flow import crest, surface_heights, window
 from nutamill.analysis.source import vector
 from nutamill.analysis.values import Value, steady_value
 from nutamill.analysis.windows import power_split, ramp_end, steady_window
+from nutamill.base.errors import ResultError
+from nutamill.base.units import Kind
 from nutamill.case import Case
-from nutamill.errors import ResultError
 from nutamill.result import Result
-from nutamill.units import Kind
 
 MODES = "natural_frequency"
 """The one quantity that comes from the modes of the machine and not from a run."""

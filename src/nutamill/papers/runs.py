@@ -5,14 +5,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from nutamill.base.atomic_file import write_whole
+from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
+from nutamill.base.library import similar
+from nutamill.base.units import rpm
 from nutamill.case import Case, load_case
-from nutamill.case.library import similar
-from nutamill.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.papers.model import Paper, Row, same_speed
 from nutamill.papers.quantities import MODES
 from nutamill.result import state_of
-from nutamill.units import rpm
-from nutamill.wholefile import write_whole
 
 COMPLETE = "complete"
 """State of a result file whose run is done (`nutamill.result.Result.state`)."""

@@ -15,7 +15,7 @@ One HDF5 file, no pickles, plain enough for any HDF5 reader::
     /checksums        text: a digest of every object above, compared on reading; /checksums_copy: the same again
 
 Files of format 1 hold no checksums: they are read, shown as not verifiable, and not resumed.
-The file is whole at every instant (`nutamill.wholefile`): a commit replaces it by a copy with the new samples added.  Its
+The file is whole at every instant (`nutamill.base.atomic_file`): a commit replaces it by a copy with the new samples added.  Its
 cost therefore grows with the file, and so does the pause between two commits.
 """
 

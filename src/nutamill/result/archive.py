@@ -12,7 +12,7 @@ from typing import Any, Self
 import h5py
 import numpy as np
 
-from nutamill.errors import DamagedError, ResultError
+from nutamill.base.errors import DamagedError, ResultError
 from nutamill.result.checksums import (
     COPIES,
     GROWING,

@@ -4,7 +4,7 @@ import math
 from contextlib import suppress
 from typing import NamedTuple
 
-from nutamill.errors import DamagedError
+from nutamill.base.errors import DamagedError
 from nutamill.result.archive import Archive
 from nutamill.result.layout import BEFORE, Checkpoint
 

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from nutamill.base.errors import CaseError, DamagedError, ResultError
 from nutamill.case import case_of_text
 from nutamill.case.casefile import CaseFile
-from nutamill.errors import CaseError, DamagedError, ResultError
 from nutamill.result.reader import Result, is_finished, open_result
 
 

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nutamill.errors import ResultError
-from nutamill.wholefile import io_errors, make_folder
+from nutamill.base.atomic_file import io_errors, make_folder
+from nutamill.base.errors import ResultError
 
 if TYPE_CHECKING:
     import sqlite3

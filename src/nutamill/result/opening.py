@@ -5,7 +5,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from nutamill.errors import ResultError
+from nutamill.base.errors import ResultError
 from nutamill.result.layout import FORMAT, FORMAT_VERSION
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from nutamill.errors import CaseError, ResultError
+from nutamill.base.errors import CaseError, ResultError
 from nutamill.fields import statistics_field
 from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import newest_whole
@@ -241,7 +241,7 @@ def open_result(path: str | Path) -> Result:
     try:
         return Result(Archive(path))
     except ResultError:
-        from nutamill.case.file_kind import FileKind, other_kind  # loads the reader of cases: only to say what the file is
+        from nutamill.base.file_kind import FileKind, other_kind  # loads the reader of cases: only to say what the file is
 
         if fault := other_kind(path, FileKind.RESULT):
             raise ResultError(str(fault)) from None

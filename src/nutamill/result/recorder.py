@@ -10,7 +10,8 @@ from typing import Any, BinaryIO, Self
 import h5py
 import numpy as np
 
-from nutamill.errors import CaseError, DamagedError, Fault, MillError, ResultError
+from nutamill.base.atomic_file import make_folder, replace_file, tidy
+from nutamill.base.errors import CaseError, DamagedError, Fault, MillError, ResultError
 from nutamill.fields import Field, series_field, snapshot_field, statistics_field
 from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import WholeCheckpoint, whole_at, whole_until
@@ -18,7 +19,6 @@ from nutamill.result.checksums import GROWING, Checksums, array_bytes, new_hash
 from nutamill.result.layout import FORMAT, FORMAT_VERSION, Checkpoint, write_attributes
 from nutamill.result.parts import CHECKPOINTS, PACKED, edited, empty_file, write_arrays, write_checkpoint
 from nutamill.result.reader import series_names, series_values
-from nutamill.wholefile import make_folder, replace_file, tidy
 
 CHUNK = 1024
 """Samples in one compressed block of a series; a commit between checkpoints writes whole blocks only."""
@@ -77,7 +77,7 @@ class Recorder:
         ----------
         path : the file; its folder is made if needed
         case_toml : the whole case file
-        provenance : texts and numbers, as `nutamill.provenance.run_provenance` collects them
+        provenance : texts and numbers, as `nutamill.base.provenance.run_provenance` collects them
         names : recorded quantities of `nutamill.fields`, the first is ``"time"``
         rate : samples per simulated second [Hz]
         overwrite : replace a file of this name

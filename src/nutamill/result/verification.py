@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from nutamill.errors import DamagedError
+from nutamill.base.errors import DamagedError
 from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import newest_whole, read_checkpoint, slots
 from nutamill.result.checksums import GROWING

@@ -2,8 +2,8 @@
 
 import math
 
+from nutamill.base.kernel import by_type, kernel, like
 from nutamill.charge.laws.tags import AreaCohesion, NoCohesion
-from nutamill.kernel import by_type, kernel, like
 
 AREA_PER_DEPTH = 4.0 * math.pi
 """Contact area over overlap and reduced radius [1]: ``A = 2 pi d (2 R*)``."""

@@ -1,10 +1,10 @@
 """The whole law of one contact, composed of its four stages, and the energy it stores."""
 
+from nutamill.base.kernel import kernel, like
 from nutamill.charge.laws.cohesion import cohesive_pull
 from nutamill.charge.laws.normal import normal_energy, normal_force
 from nutamill.charge.laws.rolling import rolling_energy, rolling_moment
 from nutamill.charge.laws.tangential import friction_energy, friction_force
-from nutamill.kernel import kernel, like
 
 
 @kernel(inline="always")

@@ -2,8 +2,8 @@
 
 import math
 
+from nutamill.base.kernel import by_type, kernel, like
 from nutamill.charge.laws.tags import HertzSpring, HystereticSpring, LinearSpring
-from nutamill.kernel import by_type, kernel, like
 
 
 @kernel(inline="always")

@@ -2,9 +2,9 @@
 
 import math
 
+from nutamill.base.kernel import by_type, kernel, like
 from nutamill.charge.laws.numbers import TINY
 from nutamill.charge.laws.tags import NoRolling, RollingTypeA, RollingTypeC
-from nutamill.kernel import by_type, kernel, like
 
 
 @kernel(inline="always")

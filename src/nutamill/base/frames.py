@@ -9,7 +9,7 @@ Source: W. R. Hamilton's algebra in the form of Diebel, "Representing Attitude",
 
 import math
 
-from nutamill.kernel import kernel
+from nutamill.base.kernel import kernel
 
 
 @kernel(inline="always")

@@ -10,9 +10,9 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, Strict
 from pydantic_core import PydanticCustomError, core_schema
 
-from nutamill import units
-from nutamill.errors import printable
-from nutamill.units import UNITS, Kind
+from nutamill.base import units
+from nutamill.base.errors import printable
+from nutamill.base.units import UNITS, Kind
 
 FROM_FILE = "from_file"
 """Key of the validation context that is true while a file is read: plain numbers are then refused for quantities."""

@@ -15,7 +15,7 @@ def run_provenance(kernel_digest: str, seed: int, threads: int) -> dict[str, str
 
     Parameters
     ----------
-    kernel_digest : `nutamill.kernel.kernel_digest`, given so that this module needs no compiler
+    kernel_digest : `nutamill.base.kernel.kernel_digest`, given so that this module needs no compiler
     seed : seed of the case [1]
     threads : threads of the charge [1]
     """

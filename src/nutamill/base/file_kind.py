@@ -5,9 +5,9 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from nutamill.case.library import library_file
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.library import library_file
 from nutamill.case.mechanism_case import PARTS
-from nutamill.errors import CaseError, Fault
 
 MOST = 5_000_000
 """Bytes of a file that are examined; a longer text is none of the files that commands take [1]."""

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
-from nutamill.errors import CaseError, Fault, OutputError, ResultError
+from nutamill.base.errors import CaseError, Fault, OutputError, ResultError
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of the system that mean: no room."""

@@ -33,8 +33,8 @@ from numba.core.compiler import Compiler
 from numba.core.registry import cpu_target
 from numba.extending import overload
 
-from nutamill.cachefolder import cache_folder
-from nutamill.source_code import code_digest, compiled_definitions, reached
+from nutamill.base.cache_folder import cache_folder
+from nutamill.base.source_code import code_digest, compiled_definitions, reached
 
 JIT = not numba.config.DISABLE_JIT
 """False under ``NUMBA_DISABLE_JIT=1``: kernels are plain Python, one thread only, small cases only."""
@@ -45,7 +45,7 @@ FAST_MATH = {"nsz", "arcp", "contract", "reassoc"}
 
 @functools.cache
 def kernel_digest() -> str:
-    """Return the SHA-256 of the kernels: all compiled definitions and what they reach (`nutamill.source_code`).
+    """Return the SHA-256 of the kernels: all compiled definitions and what they reach (`nutamill.base.source_code`).
 
     It is part of the cache key, and of a result's provenance.  A change of comments, docstrings or of functions that no kernel reaches
     leaves it as it is.

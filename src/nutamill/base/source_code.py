@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 PACKAGE = Path(__file__).parent
 
-COMPILING = {"nutamill.kernel": {"kernel", "by_type", "like"}}
+COMPILING = {"nutamill.base.kernel": {"kernel", "by_type", "like"}}
 """What compiles a function, by the module that has it; so does all that is imported from Numba."""
 
-APART = ("nutamill.source_code", "nutamill.cachefolder")
+APART = ("nutamill.base.source_code", "nutamill.base.cache_folder")
 """Modules that kernels reach and that decide no number: where compiled code is kept, and when it is made anew."""
 
 IMPORT = (ast.Import, ast.ImportFrom)
@@ -60,7 +60,7 @@ def source_file(path: str) -> SourceFile:
 def compiled_definitions() -> list[Place]:
     """Return all definitions of the package that have something compiled."""
     sources = {source: source.read_bytes() for source in sorted(PACKAGE.rglob("*.py"))}
-    found = [source for source, text in sources.items() if b"numba" in text or b"nutamill.kernel" in text]
+    found = [source for source, text in sources.items() if b"numba" in text or b"nutamill.base.kernel" in text]
     paths = [source.relative_to(PACKAGE).as_posix() for source in found]
     return [
         (path, number)
