@@ -13,6 +13,7 @@ from nutamill.build.model import Model, State
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.team import team_size
 from nutamill.case import Case
+from nutamill.case.machine import CHAMBER
 from nutamill.charge.assembly import attitudes, contact_forces, grow, positions, spins, velocities
 from nutamill.charge.clumps import POSE, ClumpColumn
 from nutamill.charge.model import Clock as ChargeClock
@@ -31,7 +32,6 @@ from nutamill.coupling import (
     march_mechanism,
     mechanism_row,
 )
-from nutamill.machine import CHAMBER
 
 LARGEST_KEPT = 2**28
 """Largest state of which a run keeps a copy at every entry of the march [bytes]; a larger one falls back on its newest checkpoint."""

@@ -13,7 +13,7 @@ from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism, nutatio
 from nutamill.build.team import team_size, usable_cores
 from nutamill.build.wall_mesh import MeshFacts, charge_room, free_volume, mesh_facts
 from nutamill.case import Case
-from nutamill.case.recipe import SIZE_KEYS
+from nutamill.case.charge import SIZE_KEYS
 from nutamill.charge.room import fill_faults
 from nutamill.charge.sizes import mass_percentiles
 from nutamill.fields import expand

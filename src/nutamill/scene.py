@@ -17,8 +17,8 @@ from nutamill.analysis.replay import Frame, chosen_snapshots, replay
 from nutamill.base.atomic_file import check_writable, io_errors
 from nutamill.base.errors import CaseError, Fault, NotInstalledError, OutputError, ResultError, missing_extra
 from nutamill.case import Case
+from nutamill.case.machine import CHAMBER
 from nutamill.drawing import Part, machine_parts
-from nutamill.machine import CHAMBER
 from nutamill.result import Result
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from nutamill.case import load_case
+from nutamill.case.machine import BODIES
 from nutamill.fields import expand
-from nutamill.machine import BODIES
 from nutamill.result import Recorder, open_result
 
 TILT = math.atan2(0.039, 0.366)

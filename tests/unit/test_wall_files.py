@@ -20,10 +20,10 @@ from nutamill.build.clock import contact_facts, run_clock
 from nutamill.build.model import build
 from nutamill.build.wall_mesh import chamber_mesh, free_volume, placed_walls, wall_meshes
 from nutamill.case import Case, load_case
+from nutamill.case.machine import CHAMBER
 from nutamill.charge.contact_terms import scaled_contact_time
 from nutamill.charge.mesh import on_charge_side
 from nutamill.drawing import machine_parts
-from nutamill.machine import CHAMBER
 from nutamill.preflight import preflight
 from nutamill.result import Recorder, open_result
 

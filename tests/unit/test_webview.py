@@ -16,8 +16,8 @@ from matplotlib.image import imread
 from nutamill.base.errors import ResultError
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.case import load_case
+from nutamill.case.machine import BODIES
 from nutamill.drawing import box, machine_parts, ring
-from nutamill.machine import BODIES
 from nutamill.result import open_result
 from nutamill.result.checksums import Checksums
 from nutamill.webview import view_page, write_view

@@ -21,9 +21,9 @@ from typer.testing import CliRunner
 
 from nutamill.base.errors import MillError, ResultError
 from nutamill.case import load_case
+from nutamill.case.machine import BODIES
 from nutamill.cli import app
 from nutamill.fields import STATISTICS, expand
-from nutamill.machine import BODIES
 from nutamill.result import Recorder, open_result, verify
 from nutamill.result.checksums import COPIES, Checksums
 from nutamill.result.layout import FORMAT_VERSION

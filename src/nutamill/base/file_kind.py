@@ -7,7 +7,7 @@ from typing import Any
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.library import library_file
-from nutamill.case.mechanism_case import PARTS
+from nutamill.case.mechanism import PARTS
 
 MOST = 5_000_000
 """Bytes of a file that are examined; a longer text is none of the files that commands take [1]."""

@@ -10,6 +10,7 @@ from nutamill.build.charge_mix import charge_particles, quickest_pebble
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.build.wall_mesh import chamber_mesh, meshes_surfaces, room_box
 from nutamill.case import Case
+from nutamill.case.materials import ContactPair
 from nutamill.case.touching import wall_keys
 from nutamill.charge.assembly import charge_of
 from nutamill.charge.contact_terms import Impact, damping_ratio_from_restitution, impact
@@ -17,7 +18,6 @@ from nutamill.charge.dynamics import start
 from nutamill.charge.laws.tags import ContactLaw, contact_law
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, Surface, SurfaceKind
 from nutamill.charge.particles import Particles
-from nutamill.materials import ContactPair
 
 CHAMBER_CARRIER = 0
 """Number of the chamber among the bodies that carry surfaces."""

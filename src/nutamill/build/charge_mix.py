@@ -8,7 +8,7 @@ import numpy as np
 from nutamill.base.errors import CaseError, Fault
 from nutamill.build.wall_mesh import free_volume
 from nutamill.case import Case
-from nutamill.case.recipe import Portion
+from nutamill.case.charge import Portion
 from nutamill.charge.particles import Particles, clumps, joined, spheres
 from nutamill.charge.shapes import ClumpShape, clump_shape
 

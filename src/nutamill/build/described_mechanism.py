@@ -10,7 +10,7 @@ from nutamill.build.clock import Clock, refuse_endless
 from nutamill.build.model import Model, State
 from nutamill.build.part_readout import PartReadout
 from nutamill.case import MechanismCase
-from nutamill.case.mechanism_case import BodyEntry, BushingEntry, JointEntry, Turn
+from nutamill.case.mechanism import BodyEntry, BushingEntry, JointEntry, Turn
 from nutamill.charge.observe import charge_reading
 from nutamill.coupling import CouplingPlan, Scheme, coupling_state
 from nutamill.mechanism.assembly import assemble

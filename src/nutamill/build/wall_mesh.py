@@ -14,12 +14,12 @@ import numpy as np
 from nutamill.base.errors import CaseError, Fault, missing_extra
 from nutamill.base.units import UNITS, Kind
 from nutamill.case import Case
+from nutamill.case.machine import MeshFile
 from nutamill.charge.mesh import Mesh, closed_mesh
 from nutamill.charge.mesh_patches import mesh_surfaces
 from nutamill.charge.model import Surface
 from nutamill.charge.room import Room, cylinder_room
 from nutamill.charge.triangles import normals_and_areas
-from nutamill.machine import MeshFile
 
 FORMATS = (".stl", ".obj")
 """Kinds of file that are read."""

@@ -1,6 +1,6 @@
 """What no file of tables may hold, whatever it describes: endless nesting or lists, and text that upsets a screen.
 
-A finding is (key, what, hint), as in `nutamill.case.checks`.
+A finding is (key, what, hint), as in `nutamill.case.mill_checks`.
 """
 
 from collections.abc import Iterator

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from nutamill.base import units
-from nutamill.case.casefile import CaseFile
+from nutamill.case.case_file import CaseFile
 from nutamill.case.keys import quantity_at
 
 ASIDE = ("title", "schema", "drive.ramp", "run.")

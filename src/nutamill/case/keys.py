@@ -7,7 +7,7 @@ from typing import Any
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.schema import Quantity, spelled
-from nutamill.case.model import Case
+from nutamill.case.mill import Case
 from nutamill.case.wording import fields_at
 
 

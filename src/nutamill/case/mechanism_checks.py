@@ -1,6 +1,6 @@
 """Checks of a mechanism's parts against each other: names, what they refer to, what has no size.
 
-A finding is (key, what, hint), as in `nutamill.case.checks`.  What needs the engine (closure, redundancy) is checked by
+A finding is (key, what, hint), as in `nutamill.case.mill_checks`.  What needs the engine (closure, redundancy) is checked by
 `nutamill.mechanism.assembly.assemble` before a step is run.
 """
 
@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from nutamill.base.library import similar
-from nutamill.case.checks import record_findings
+from nutamill.case.mill_checks import record_findings
 
 if TYPE_CHECKING:
-    from nutamill.case.mechanism_case import MechanismCase
+    from nutamill.case.mechanism import MechanismCase
 
 GROUND = "ground"
 """Name of the body that never moves, as the engine knows it."""

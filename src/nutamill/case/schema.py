@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from nutamill.case.model import Case
+from nutamill.case.mill import Case
 
 
 def case_schema() -> dict[str, Any]:

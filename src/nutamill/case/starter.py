@@ -6,7 +6,7 @@ from pathlib import Path
 from nutamill.base.atomic_file import refuse_suffix
 from nutamill.base.errors import CaseError, Fault, OutputError
 from nutamill.base.library import library_file
-from nutamill.case.model import load_mill
+from nutamill.case.mill import load_mill
 from nutamill.case.write import toml_value
 
 KEYS = (

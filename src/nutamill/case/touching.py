@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from nutamill.case.model import Case
+    from nutamill.case.mill import Case
 
 Key = tuple[str | int, ...]
 

@@ -14,7 +14,7 @@ from nutamill.build.charge_mix import with_charge_mass
 from nutamill.build.described_mechanism import assemble_case
 from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism
 from nutamill.case import Case, MechanismCase
-from nutamill.machine import FRAME, SHAFT
+from nutamill.case.machine import FRAME, SHAFT
 from nutamill.mechanism.linear import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running import running_modes

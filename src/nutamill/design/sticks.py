@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from nutamill.build.described_mechanism import assemble_case, mechanism_parts
 from nutamill.build.mill_mechanism import chamber_rotation, mill_mechanism
 from nutamill.case import Case, MechanismCase
-from nutamill.machine import CHAMBER, DRIVESHAFT, FRAME, SHAFT
+from nutamill.case.machine import CHAMBER, DRIVESHAFT, FRAME, SHAFT
 from nutamill.mechanism.linear import static_equilibrium
 
 

@@ -14,9 +14,9 @@ from nutamill.analysis.replay import particle_snapshots, rotation_of
 from nutamill.base.errors import ResultError
 from nutamill.base.units import Kind, parse, rpm
 from nutamill.case import Case
+from nutamill.case.machine import DrawnMechanism
 from nutamill.figures.run import draw_run
 from nutamill.figures.style import STYLE, WIDTH
-from nutamill.machine import DrawnMechanism
 from nutamill.papers.compare import Key, Measured
 from nutamill.papers.model import Curve, FigurePlan, Paper, same_speed
 from nutamill.papers.quantities import QUANTITIES

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from nutamill.base.errors import CaseError, DamagedError, ResultError
 from nutamill.case import case_of_text
-from nutamill.case.casefile import CaseFile
+from nutamill.case.case_file import CaseFile
 from nutamill.result.reader import Result, is_finished, open_result
 
 

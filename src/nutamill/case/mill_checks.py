@@ -10,12 +10,12 @@ from nutamill.base import units
 from nutamill.base.errors import Fault
 from nutamill.base.library import similar
 from nutamill.base.units import Kind
-from nutamill.case.recipe import Portion, portion_faults, stand_ins
+from nutamill.case.charge import Portion, portion_faults, stand_ins
 from nutamill.case.touching import wall_keys
 from nutamill.fields import expand
 
 if TYPE_CHECKING:
-    from nutamill.case.model import Case
+    from nutamill.case.mill import Case
 
 Finding = tuple[tuple[str | int, ...], str, str]
 

@@ -30,7 +30,7 @@ from nutamill.base.schema import (
     refusal,
     spelled,
 )
-from nutamill.case.casefile import CaseFile, SnapshotPlan
+from nutamill.case.case_file import CaseFile, SnapshotPlan
 from nutamill.case.drive import DriveProgramme
 from nutamill.case.mechanism_checks import findings
 

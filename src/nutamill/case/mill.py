@@ -8,14 +8,12 @@ from pydantic import BeforeValidator, Field, model_validator
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.file_kind import FileKind, refuse_other_kind
 from nutamill.base.schema import AutoTime, Coordinate, Count, EndTime, Frequency, Seed, Share, Table, Time, refusal, spelled
-from nutamill.case import checks
-from nutamill.case.casefile import CaseFile, SnapshotPlan, validated
+from nutamill.case import mill_checks
+from nutamill.case.case_file import CaseFile, SnapshotPlan, validated
+from nutamill.case.charge import ChargeRecipe
 from nutamill.case.drive import DriveProgramme
 from nutamill.case.layers import Layer, override_layer, read_layers
-from nutamill.case.mechanism_case import PARTS, MechanismCase
-from nutamill.case.recipe import ChargeRecipe
-from nutamill.case.touching import TouchingPair, touching_pairs
-from nutamill.machine import (
+from nutamill.case.machine import (
     Balance,
     BearingCross,
     Carriage,
@@ -29,7 +27,9 @@ from nutamill.machine import (
     ShaftCoupling,
     TopFrame,
 )
-from nutamill.materials import ContactLaws, Material
+from nutamill.case.materials import ContactLaws, Material
+from nutamill.case.mechanism import PARTS, MechanismCase
+from nutamill.case.touching import TouchingPair, touching_pairs
 
 MOST_THREADS = 1000
 """Threads that a case may ask for [1]; no computer of today has more cores for one process."""
@@ -45,7 +45,7 @@ def _threads(given: Any) -> Any:
 class Sensor(Table):
     """An accelerometer."""
 
-    body: Literal[checks.SENSOR_BODIES]
+    body: Literal[mill_checks.SENSOR_BODIES]
     """The part it sits on."""
     at: tuple[Coordinate, Coordinate, Coordinate]
     """Its place in the axes of that part, from the nutation point as assembled [m]."""
@@ -128,14 +128,14 @@ class Case(CaseFile):
 
     @model_validator(mode="after")
     def _sound(self) -> "Case":
-        if found := checks.faults(self):
+        if found := mill_checks.faults(self):
             raise refusal("parts of the case contradict each other", findings=found)
         return self
 
     @property
     def frame_mass(self) -> float:
         """Mass of the frame with the fixed parts of the drive [kg]: the total less the other parts."""
-        return checks.frame_mass(self)
+        return mill_checks.frame_mass(self)
 
     @property
     def touching(self) -> tuple[TouchingPair, ...]:
@@ -145,7 +145,7 @@ class Case(CaseFile):
     @property
     def warnings(self) -> list[Fault]:
         """What is possible but odd about the case."""
-        return checks.warnings(self)
+        return mill_checks.warnings(self)
 
 
 def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case | MechanismCase:
