@@ -21,7 +21,7 @@ def write_pages(root: Path, folder: Path) -> None:
 
 def case_page() -> str:
     """Every key of a case file, its kind and meaning, table by table."""
-    from nutamill.case.schema import case_schema
+    from nutamill.case.toml.schema import case_schema
 
     schema = case_schema()
     lines = ["# Keys of a case file", "", "A quantity is text with a unit. `nutamill show CASE` prints every value of a case.", ""]

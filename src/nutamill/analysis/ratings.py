@@ -9,8 +9,8 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.file_kind import FileKind, refuse_other_kind
 from nutamill.base.schema import Angle, Coefficient, Coordinate, Force, Length, Number, Positive, Pressure, Quantity, Table, refusal
 from nutamill.base.units import Kind
-from nutamill.case.layers import merge, read_layers
-from nutamill.case.wording import checked
+from nutamill.case.toml.layers import merge, read_layers
+from nutamill.case.toml.messages import checked
 from nutamill.fields import JOINTS
 
 Bore = Annotated[float, Quantity(Kind.LENGTH, "zero or more")]

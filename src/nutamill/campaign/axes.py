@@ -10,7 +10,7 @@ from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.schema import LARGEST_NUMBER, spelled
 from nutamill.case import Case
-from nutamill.case.keys import quantity_at
+from nutamill.case.toml.keys import quantity_at
 
 MOST_FAULTS = 10
 """Faults of the members of a sweep that are listed; of the others only the number is told."""

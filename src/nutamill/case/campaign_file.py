@@ -8,9 +8,9 @@ from pydantic import Field
 from nutamill.base.file_kind import FileKind, refuse_other_kind
 from nutamill.base.library import library_file
 from nutamill.base.schema import Table
-from nutamill.case.layers import Layer, read_layer
-from nutamill.case.wording import checked
-from nutamill.case.write import toml_value
+from nutamill.case.toml.layers import Layer, read_layer
+from nutamill.case.toml.messages import checked
+from nutamill.case.toml.write import toml_value
 
 
 class CampaignFile(Table):

@@ -10,9 +10,9 @@ from pydantic import PrivateAttr
 
 from nutamill.base.errors import Fault
 from nutamill.base.schema import Frequency, Table, Time
-from nutamill.case.layers import Layer, merge, python_layer
-from nutamill.case.wording import checked
-from nutamill.case.write import written
+from nutamill.case.toml.layers import Layer, merge, python_layer
+from nutamill.case.toml.messages import checked
+from nutamill.case.toml.write import written
 
 LONGEST_STEM = 100
 """Characters of a case's name that go into the name of its result [1]."""

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from nutamill.base import units
 from nutamill.case.case_file import CaseFile
-from nutamill.case.keys import quantity_at
+from nutamill.case.toml.keys import quantity_at
 
 ASIDE = ("title", "schema", "drive.ramp", "run.")
 """Beginnings of keys that steady means do not depend on: the words of a case, and how it is brought to speed and run."""

@@ -8,7 +8,7 @@ from pydantic import Field
 from nutamill.base.file_kind import FileKind
 from nutamill.base.schema import Share, Table
 from nutamill.case.campaign_file import CampaignFile, read_campaign_file
-from nutamill.case.layers import Layer, placed
+from nutamill.case.toml.layers import Layer, placed
 
 Given = str | int | float
 

@@ -12,7 +12,6 @@ from nutamill.case import mill_checks
 from nutamill.case.case_file import CaseFile, SnapshotPlan, validated
 from nutamill.case.charge import ChargeRecipe
 from nutamill.case.drive import DriveProgramme
-from nutamill.case.layers import Layer, override_layer, read_layers
 from nutamill.case.machine import (
     Balance,
     BearingCross,
@@ -29,6 +28,7 @@ from nutamill.case.machine import (
 )
 from nutamill.case.materials import ContactLaws, Material
 from nutamill.case.mechanism import PARTS, MechanismCase
+from nutamill.case.toml.layers import Layer, override_layer, read_layers
 from nutamill.case.touching import TouchingPair, touching_pairs
 
 MOST_THREADS = 1000

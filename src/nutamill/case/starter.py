@@ -7,7 +7,7 @@ from nutamill.base.atomic_file import refuse_suffix
 from nutamill.base.errors import CaseError, Fault, OutputError
 from nutamill.base.library import library_file
 from nutamill.case.mill import load_mill
-from nutamill.case.write import toml_value
+from nutamill.case.toml.write import toml_value
 
 KEYS = (
     ("mechanism", "mounting", '"flexible" or "rigid"'),

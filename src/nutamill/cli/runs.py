@@ -158,7 +158,7 @@ def mills() -> None:
 @told
 def schema() -> None:
     """Print the JSON schema of case files, for completion in editors."""
-    from nutamill.case.schema import case_schema
+    from nutamill.case.toml.schema import case_schema
 
     typer.echo(json.dumps(case_schema(), indent=2))
 

@@ -6,8 +6,8 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.file_kind import FileKind, refuse_other_kind
 from nutamill.base.files import MOST_CASE_TEXT, is_file, read_text
 from nutamill.base.library import similar
-from nutamill.case.layers import Layer
-from nutamill.case.wording import checked
+from nutamill.case.toml.layers import Layer
+from nutamill.case.toml.messages import checked
 from nutamill.papers.model import Paper
 
 FOLDER = Path(__file__).parent

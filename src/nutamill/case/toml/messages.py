@@ -13,7 +13,7 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.library import similar
 from nutamill.base.schema import FROM_FILE, Quantity, Table, spelled
 from nutamill.case.content import text_findings
-from nutamill.case.layers import Key, placed
+from nutamill.case.toml.layers import Key, placed
 
 Read = TypeVar("Read", bound=Table)
 MOST_FAULTS = 50
@@ -27,7 +27,7 @@ def checked(
 
     Parameters
     ----------
-    places : where each key stands, as `nutamill.case.layers.merge` tells it
+    places : where each key stands, as `nutamill.case.toml.layers.merge` tells it
     faults : those found before, raised with all others
     from_file : quantities are text with a unit; otherwise SI floats are taken too
 

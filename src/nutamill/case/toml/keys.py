@@ -8,7 +8,7 @@ from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.schema import Quantity, spelled
 from nutamill.case.mill import Case
-from nutamill.case.wording import fields_at
+from nutamill.case.toml.messages import fields_at
 
 
 def quantity_at(key: str) -> Quantity | None:

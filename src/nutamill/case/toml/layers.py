@@ -27,8 +27,8 @@ from nutamill.base.library import (
 from nutamill.base.schema import spelled
 from nutamill.case.content import shape_finding
 from nutamill.case.drive import read_profile
-from nutamill.case.locate import key_lines, key_parts
-from nutamill.case.mesh_file import pin_mesh
+from nutamill.case.toml.locate import key_lines, key_parts
+from nutamill.case.toml.mesh_file import pin_mesh
 
 MOST_BASES = 20
 """Files that may stand upon each other, each the base of the next [1]."""
