@@ -7,8 +7,8 @@ from charge_bench import FLOOR, REST, Bench, law, sphere_mass
 from nutamill.charge.assembly import grow
 from nutamill.charge.copying import copy_state
 from nutamill.charge.dynamics import window
+from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import Clock, Ledger, Status, Surface, SurfaceKind
-from nutamill.charge.wording import status_text, status_time
 
 R = 0.0025
 M = sphere_mass(R)
