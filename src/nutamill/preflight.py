@@ -14,7 +14,7 @@ from nutamill.build.team import team_size, usable_cores
 from nutamill.build.wall_mesh import MeshFacts, charge_room, free_volume, mesh_facts
 from nutamill.case import Case
 from nutamill.case.charge import SIZE_KEYS
-from nutamill.charge.room import fill_faults
+from nutamill.charge.filling.room import fill_faults
 from nutamill.charge.sizes import mass_percentiles
 from nutamill.fields import expand
 from nutamill.forecast import RUN_MEMORY, Forecast

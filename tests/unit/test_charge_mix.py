@@ -15,7 +15,7 @@ from nutamill.build.charge_mix import charge_mass, charge_particles, particle_co
 from nutamill.build.clock import contact_facts, run_clock
 from nutamill.build.model import bed_weight, build
 from nutamill.case import Case, load_case
-from nutamill.charge.fill import fill_cylinder, near_pairs, random_attitudes, random_fill, size_octaves
+from nutamill.charge.filling.fill import fill_cylinder, near_pairs, random_attitudes, random_fill, size_octaves
 from nutamill.charge.model import Status
 from nutamill.charge.particles import check_particles, clumps, joined, spheres
 from nutamill.charge.shapes import clump_shape

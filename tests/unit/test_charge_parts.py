@@ -14,14 +14,14 @@ from nutamill.base.kernel import JIT, kernel
 from nutamill.charge import simd
 from nutamill.charge.assembly import charge, velocities
 from nutamill.charge.dynamics import start, window
-from nutamill.charge.fill import random_fill
+from nutamill.charge.filling.fill import random_fill
+from nutamill.charge.filling.room import cylinder_room, largest_fill
 from nutamill.charge.laws.normal import dashpot_speed, linear_force, pair_stiffness
 from nutamill.charge.laws.rolling import constant_rolling, spring_rolling
 from nutamill.charge.laws.tags import LinearSpring, RollingTypeA, RollingTypeC, StoredDisplacement
 from nutamill.charge.laws.tangential import displacement_friction
 from nutamill.charge.model import BATCH, PairLaw, Surface, SurfaceKind
 from nutamill.charge.particles import LOOSE_PACKING
-from nutamill.charge.room import cylinder_room, largest_fill
 from nutamill.charge.surfaces import surface_contact
 from nutamill.charge.team import run_team
 

@@ -9,7 +9,7 @@ from charge_bench import FLOOR, Bench, law, sphere_mass
 from mesh_bench import box, cylinder, plate
 
 from nutamill.base.kernel import JIT, kernel
-from nutamill.charge.fill import random_fill
+from nutamill.charge.filling.fill import random_fill
 from nutamill.charge.mesh import closed_mesh
 from nutamill.charge.mesh_contact import mesh_overlap
 from nutamill.charge.mesh_patches import mesh_surfaces, mesh_walls

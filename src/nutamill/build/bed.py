@@ -30,8 +30,8 @@ from nutamill.build.team import team_size
 from nutamill.build.wall_mesh import charge_room, room_box
 from nutamill.case import Case
 from nutamill.charge.assembly import attitudes, positions
-from nutamill.charge.fill import fill_cylinder, random_attitudes, settle
-from nutamill.charge.fill_walls import fill_between
+from nutamill.charge.filling.fill import fill_cylinder, random_attitudes, settle
+from nutamill.charge.filling.fill_walls import fill_between
 from nutamill.charge.particles import Particles
 
 STILL = 1e-6

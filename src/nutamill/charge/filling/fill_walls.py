@@ -10,13 +10,13 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.kernel import kernel
-from nutamill.charge.fill import COLUMN_PACKING, MARGIN, relaxed
+from nutamill.charge.filling.fill import COLUMN_PACKING, MARGIN, relaxed
+from nutamill.charge.filling.room import Room, fill_faults
 from nutamill.charge.mesh import on_charge_side
 from nutamill.charge.mesh_model import MeshWalls
 from nutamill.charge.mesh_patches import mesh_walls
 from nutamill.charge.model import Surface, SurfaceKind
 from nutamill.charge.particles import LOOSE_PACKING
-from nutamill.charge.room import Room, fill_faults
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.charge.walls import wall_overlap, wall_overlaps
 
