@@ -13,14 +13,14 @@ import numpy as np
 from nutamill.base.kernel import kernel, like
 from nutamill.base.provenance import processor
 from nutamill.bench import developed_case, developed_flow
-from nutamill.charge.columns import ROWS, pair_batch
-from nutamill.charge.contacts import filter_pairs, pair_contacts
-from nutamill.charge.dynamics import open_window
-from nutamill.charge.integration import integrate_spheres
+from nutamill.charge.kernels.columns import ROWS, pair_batch
+from nutamill.charge.kernels.dynamics import open_window
+from nutamill.charge.kernels.integration import integrate_spheres
+from nutamill.charge.kernels.neighbours import rebuild, slots_of_chunk, turning
+from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
+from nutamill.charge.kernels.simd import WIDTH, negated_radii
+from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
 from nutamill.charge.model import BATCH, Clock, stamp_of
-from nutamill.charge.neighbours import rebuild, slots_of_chunk, turning
-from nutamill.charge.simd import WIDTH, negated_radii
-from nutamill.charge.wall_contacts import find_walls, wall_contacts
 from nutamill.coupling import hand_out_motion
 from nutamill.warm import warm_up
 

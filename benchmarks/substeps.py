@@ -19,9 +19,9 @@ from nutamill.build.clock import ContactFacts, contact_facts
 from nutamill.build.model import build
 from nutamill.case import Case, load_case
 from nutamill.charge.assembly import charge, velocities
-from nutamill.charge.dynamics import start, window
+from nutamill.charge.kernels.dynamics import start, window
+from nutamill.charge.kernels.team import run_team
 from nutamill.charge.model import Surface, SurfaceKind
-from nutamill.charge.team import run_team
 
 SETTINGS = ["mechanism.mounting=rigid", "drive.ramp=1000 rpm/s", "run.until=1.3 s"]
 AVERAGED = 0.5

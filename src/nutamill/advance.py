@@ -15,11 +15,11 @@ from nutamill.build.team import team_size
 from nutamill.case import Case
 from nutamill.case.machine import CHAMBER
 from nutamill.charge.assembly import attitudes, contact_forces, grow, positions, spins, velocities
-from nutamill.charge.clumps import POSE, ClumpColumn
+from nutamill.charge.kernels.clumps import POSE, ClumpColumn
+from nutamill.charge.kernels.team import run_team
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import Clock as ChargeClock
 from nutamill.charge.statistics import gathered, put_back
-from nutamill.charge.team import run_team
 from nutamill.coupling import (
     CHARGE_FAILED,
     LISTS_FULL,

@@ -23,12 +23,12 @@ import numpy as np
 
 from nutamill.base.frames import MOTION_SIZE, rotate, shift_moment
 from nutamill.base.kernel import kernel
-from nutamill.charge.copying import copy_all, copy_state
-from nutamill.charge.dynamics import window
+from nutamill.charge.kernels.copying import copy_all, copy_state
+from nutamill.charge.kernels.dynamics import window
+from nutamill.charge.kernels.team import barrier
 from nutamill.charge.model import Status
 from nutamill.charge.observe import observe
 from nutamill.charge.statistics import sample
-from nutamill.charge.team import barrier
 from nutamill.mechanism.dynamics import OK, body_motion, copy_mechanism_state, drift, finish, solve_again
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.sensors import read_sensors

@@ -67,8 +67,8 @@ NEVER = {
 """Engines know no mill; what reads results needs no engine."""
 
 AT_HOME = {
-    "numba": {"kernel.py", "charge/simd.py", "charge/team.py"},
-    "llvmlite": {"kernel.py", "charge/simd.py", "charge/team.py"},
+    "numba": {"kernel.py", "charge/kernels/simd.py", "charge/kernels/team.py"},
+    "llvmlite": {"kernel.py", "charge/kernels/simd.py", "charge/kernels/team.py"},
     "h5py": {"result", "export"},
     "matplotlib": {"figures", "report.py"},
     "tomllib": {"case"},

@@ -19,8 +19,8 @@ from nutamill.build.team import team_size
 from nutamill.case import load_case
 from nutamill.case.machine import CHAMBER, CROSS, SHAFT
 from nutamill.charge.filling.room import cylinder_room
+from nutamill.charge.kernels.team import MOST_THREADS
 from nutamill.charge.model import Status, SurfaceKind
-from nutamill.charge.team import MOST_THREADS
 from nutamill.preflight import preflight
 
 

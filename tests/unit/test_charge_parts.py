@@ -11,11 +11,12 @@ from scipy.spatial import cKDTree
 
 from nutamill.base.errors import CaseError
 from nutamill.base.kernel import JIT, kernel
-from nutamill.charge import simd
 from nutamill.charge.assembly import charge, velocities
-from nutamill.charge.dynamics import start, window
 from nutamill.charge.filling.fill import random_fill
 from nutamill.charge.filling.room import cylinder_room, largest_fill
+from nutamill.charge.kernels import simd
+from nutamill.charge.kernels.dynamics import start, window
+from nutamill.charge.kernels.team import run_team
 from nutamill.charge.laws.normal import dashpot_speed, linear_force, pair_stiffness
 from nutamill.charge.laws.rolling import constant_rolling, spring_rolling
 from nutamill.charge.laws.tags import LinearSpring, RollingTypeA, RollingTypeC, StoredDisplacement
@@ -23,7 +24,6 @@ from nutamill.charge.laws.tangential import displacement_friction
 from nutamill.charge.model import BATCH, PairLaw, Surface, SurfaceKind
 from nutamill.charge.particles import LOOSE_PACKING
 from nutamill.charge.surfaces import surface_contact
-from nutamill.charge.team import run_team
 
 LAW = PairLaw(1e5, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.1)
 

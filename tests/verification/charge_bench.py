@@ -3,10 +3,10 @@
 import numpy as np
 
 from nutamill.charge.assembly import charge, positions, spins, velocities
-from nutamill.charge.dynamics import start, window
+from nutamill.charge.kernels.dynamics import start, window
+from nutamill.charge.kernels.team import run_team
 from nutamill.charge.model import PairLaw, Surface, SurfaceKind
 from nutamill.charge.observe import charge_reading, observe
-from nutamill.charge.team import run_team
 
 REST = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
 """Reference frame that does not turn."""

@@ -5,8 +5,8 @@ import pytest
 from charge_bench import FLOOR, REST, Bench, law, sphere_mass
 
 from nutamill.charge.assembly import grow
-from nutamill.charge.copying import copy_state
-from nutamill.charge.dynamics import window
+from nutamill.charge.kernels.copying import copy_state
+from nutamill.charge.kernels.dynamics import window
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import Clock, Ledger, Status, Surface, SurfaceKind
 

@@ -6,14 +6,14 @@ from charge_bench import FLOOR, REST, Bench, at_rest, law
 from scipy.integrate import solve_ivp
 
 from nutamill.charge.assembly import attitudes, charge_of, grow, positions, spins, velocities
-from nutamill.charge.copying import copy_state
-from nutamill.charge.dynamics import start, window
+from nutamill.charge.kernels.copying import copy_state
+from nutamill.charge.kernels.dynamics import start, window
+from nutamill.charge.kernels.team import run_team
 from nutamill.charge.model import Ledger, Status
 from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.particles import Particles, clumps
 from nutamill.charge.pebbles import rotation_matrices
 from nutamill.charge.shapes import clump_shape, sphere_shape
-from nutamill.charge.team import run_team
 
 DENSITY = 2480.0
 GRAIN = clump_shape([[0, 0, 0], [0.001, 0, 0], [0.0004, 0.0009, 0]], [0.001, 0.0009, 0.0008])

@@ -11,7 +11,7 @@ from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces, mat
 from nutamill.build.charge_mix import charge_particles
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
-from nutamill.charge.impacts import FINE, bin_edges
+from nutamill.charge.kernels.impacts import FINE, bin_edges
 from nutamill.charge.model import ChargeModel, ChargeState, Surface, SurfaceKind
 from nutamill.charge.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.statistics import FIELD_SUMS, MOST_NEIGHBOURS, WALL_SUMS, StatisticsPlan, statistics_plan
@@ -89,7 +89,7 @@ def _pebble_volumes(case: Case) -> np.ndarray:
 
 
 def pair_types(case: Case) -> list[tuple[str, list[int]]]:
-    """Kinds of pairs that can meet: name, and the types of `nutamill.charge.impacts` that belong to it."""
+    """Kinds of pairs that can meet: name, and the types of `nutamill.charge.kernels.impacts` that belong to it."""
     names = material_order(case)
     n, types = len(names), []
     for pair in case.touching:

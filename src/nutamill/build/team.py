@@ -5,7 +5,7 @@ from pathlib import Path
 
 from nutamill.base.kernel import JIT
 from nutamill.case import Case
-from nutamill.charge.team import MOST_THREADS
+from nutamill.charge.kernels.team import MOST_THREADS
 
 
 def team_size(case: Case) -> int:

@@ -9,10 +9,11 @@ from scipy.spatial import cKDTree
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.charge.checks import NAMED, extent, mesh_faults, named, surface_faults, wall_faults
-from nutamill.charge.clump_integration import LANE_ROWS
-from nutamill.charge.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, cut_chunks
-from nutamill.charge.columns import ROWS
-from nutamill.charge.impacts import impact_book
+from nutamill.charge.kernels.clump_integration import LANE_ROWS
+from nutamill.charge.kernels.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, cut_chunks
+from nutamill.charge.kernels.columns import ROWS
+from nutamill.charge.kernels.impacts import impact_book
+from nutamill.charge.kernels.team import MOST_THREADS
 from nutamill.charge.laws.numbers import law_faults, law_numbers
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw
 from nutamill.charge.mesh_patches import mesh_walls
@@ -32,7 +33,6 @@ from nutamill.charge.model import (
 from nutamill.charge.particles import Particles, check_particles, motion_faults
 from nutamill.charge.patches import ANGLE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.pebbles import Pebbles, pebbles, rotation_matrices
-from nutamill.charge.team import MOST_THREADS
 
 SMALLEST_CHUNK, LARGEST_CHUNK, CHUNKS = 64, 672, 4
 """Slots in a chunk, at least and at most, and the number of chunks that there should be between [1].

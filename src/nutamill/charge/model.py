@@ -21,7 +21,7 @@ from nutamill.charge.mesh import Mesh
 from nutamill.charge.mesh_model import MeshWalls
 
 if TYPE_CHECKING:
-    from nutamill.charge.impacts import ImpactBook
+    from nutamill.charge.kernels.impacts import ImpactBook
 
 BATCH = 32
 """Contacts that one pass of the vector law takes [1]."""

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.clumps import CENTRE, MASS, SPIN_ENERGY, VELOCITY
+from nutamill.charge.kernels.clumps import CENTRE, MASS, SPIN_ENERGY, VELOCITY
+from nutamill.charge.kernels.neighbours import slots_of_chunk
 from nutamill.charge.laws.composition import stored_energy
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
-from nutamill.charge.neighbours import slots_of_chunk
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.charge.walls import wall_overlap
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.charge.clumps import COLUMNS, ClumpColumn
+from nutamill.charge.kernels.clumps import COLUMNS, ClumpColumn
 from nutamill.charge.particles import Particles
 
 

@@ -17,15 +17,15 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.clumps import PLACE
-from nutamill.charge.columns import ACT, HELD, A, wall_batch
-from nutamill.charge.contacts import filter_pairs
-from nutamill.charge.dynamics import move_bodies
+from nutamill.charge.kernels.clumps import PLACE
+from nutamill.charge.kernels.columns import ACT, HELD, A, wall_batch
+from nutamill.charge.kernels.dynamics import move_bodies
+from nutamill.charge.kernels.neighbours import slots_of_chunk, thread_share
+from nutamill.charge.kernels.pair_contacts import filter_pairs
+from nutamill.charge.kernels.wall_contacts import OVERLAP, find_walls, lay_walls
 from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
-from nutamill.charge.neighbours import slots_of_chunk, thread_share
 from nutamill.charge.patches import part_of, patch_of, sector_of, whole
 from nutamill.charge.surfaces import place_surfaces
-from nutamill.charge.wall_contacts import OVERLAP, find_walls, lay_walls
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
 

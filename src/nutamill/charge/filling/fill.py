@@ -14,13 +14,13 @@ from scipy.spatial import cKDTree
 
 from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.charge.assembly import grow
-from nutamill.charge.dynamics import window
 from nutamill.charge.filling.room import cylinder_room, fill_faults
+from nutamill.charge.kernels.dynamics import window
+from nutamill.charge.kernels.team import run_team
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import Clock, Status
 from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.particles import LOOSE_PACKING, Particles
-from nutamill.charge.team import run_team
 
 COLUMN_PACKING = 0.40
 """Share that the column of a fresh fill has, where the chamber is high enough [1]."""

@@ -3,7 +3,7 @@
 What pebbles feel is summed to their clump, the clump is moved, and what it does is laid back on them.
 
 Leapfrog of rotation: angular momentum L belongs to the end of a substep, the attitude q to half a substep later, as velocities and
-positions do (`nutamill.charge.dynamics`):
+positions do (`nutamill.charge.kernels.dynamics`):
 
     L <- L + dt T,     q' = turn(q, w(q, L) dt/2),     w = w(q', L),     q <- turn(q, w dt)
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from nutamill.base.frames import cross, half_angle_series, rotate, rotation_numbers, turned_by_half_angle
 from nutamill.base.kernel import kernel
-from nutamill.charge.clumps import (
+from nutamill.charge.kernels.clumps import (
     AT_VELOCITY,
     ATTITUDE,
     CENTRE,
@@ -31,8 +31,8 @@ from nutamill.charge.clumps import (
     clump_end,
     spin_of,
 )
+from nutamill.charge.kernels.publish import fixed_point
 from nutamill.charge.model import BATCH, Clock, Ledger
-from nutamill.charge.publish import fixed_point
 
 PUBLISHED = int(Clock.PUBLISHED)
 GRAVITY, SCHEME = int(Ledger.GRAVITY), int(Ledger.SCHEME)

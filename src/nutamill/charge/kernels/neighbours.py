@@ -7,10 +7,10 @@ nobody writes another's row.
 import math
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.clumps import PLACE, cut_chunks, number_clumps
+from nutamill.charge.kernels.clumps import PLACE, cut_chunks, number_clumps
+from nutamill.charge.kernels.publish import publish
+from nutamill.charge.kernels.team import barrier
 from nutamill.charge.model import PADDING, ChargeModel, ChargeScratch, ChargeState, Clock, Status, stamp_of
-from nutamill.charge.publish import publish
-from nutamill.charge.team import barrier
 
 STEP, PUBLISHED, LIST, LISTED, SINCE_SORT, REBUILDS, REBUILD, KEPT, DONE, CROWDED = (int(c) for c in Clock)
 LISTS_FULL = int(Status.LISTS_FULL)

@@ -6,8 +6,8 @@ Everything the vector loop touches is first laid into flat arrays of rows of `BA
 import numpy as np
 
 from nutamill.base.kernel import kernel
+from nutamill.charge.kernels.simd import WIDTH, copy_lanes, gather_rows, set_points, set_rows
 from nutamill.charge.model import BATCH, Clock, Ledger
-from nutamill.charge.simd import WIDTH, copy_lanes, gather_rows, set_points, set_rows
 
 PUBLISHED = int(Clock.PUBLISHED)
 GRAVITY, SCHEME = int(Ledger.GRAVITY), int(Ledger.SCHEME)

@@ -6,11 +6,11 @@ Contacts are found surface after surface, so that those with one surface lie sid
 import numpy as np
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.columns import ARM, BODY, BODY_V, MEMORY, WEIGHT, A, wall_batch
-from nutamill.charge.contacts import hold_law
-from nutamill.charge.impacts import note_wall_impacts
+from nutamill.charge.kernels.columns import ARM, BODY, BODY_V, MEMORY, WEIGHT, A, wall_batch
+from nutamill.charge.kernels.impacts import note_wall_impacts
+from nutamill.charge.kernels.pair_contacts import hold_law
+from nutamill.charge.kernels.simd import WIDTH, add_rows, copy_lanes, gather_rows, set_rows
 from nutamill.charge.model import BATCH, SurfaceKind
-from nutamill.charge.simd import WIDTH, add_rows, copy_lanes, gather_rows, set_rows
 from nutamill.charge.touching import touch_surface
 from nutamill.charge.walls import wall_near, wall_overlap
 

@@ -11,19 +11,19 @@ Source: D. C. Rapaport, "The Art of Molecular Dynamics Simulation", 2nd ed. 2004
 
 from nutamill.base.frames import pose_in_window, rotation_matrix, twist_in_window
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.alarm import name_the_worst
-from nutamill.charge.clump_integration import integrate_clumps
-from nutamill.charge.clumps import start_clumps
-from nutamill.charge.columns import HELD, LAW, PEAK, PEAK_RADIUS
-from nutamill.charge.contacts import filter_pairs, pair_contacts
-from nutamill.charge.integration import integrate_spheres
+from nutamill.charge.kernels.alarm import name_the_worst
+from nutamill.charge.kernels.clump_integration import integrate_clumps
+from nutamill.charge.kernels.clumps import start_clumps
+from nutamill.charge.kernels.columns import HELD, LAW, PEAK, PEAK_RADIUS
+from nutamill.charge.kernels.integration import integrate_spheres
+from nutamill.charge.kernels.neighbours import chunk_share, rebuild, slots_of_chunk, turning
+from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
+from nutamill.charge.kernels.publish import publish
+from nutamill.charge.kernels.simd import WIDTH, negated_radii
+from nutamill.charge.kernels.team import barrier
+from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
 from nutamill.charge.model import BATCH, LAW_NUMBERS, ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
-from nutamill.charge.neighbours import chunk_share, rebuild, slots_of_chunk, turning
-from nutamill.charge.publish import publish
-from nutamill.charge.simd import WIDTH, negated_radii
 from nutamill.charge.surfaces import place_surfaces
-from nutamill.charge.team import barrier
-from nutamill.charge.wall_contacts import find_walls, wall_contacts
 
 STEP, PUBLISHED, LIST, LISTED, SINCE_SORT, REBUILDS, REBUILD, KEPT, DONE, CROWDED = (int(c) for c in Clock)
 

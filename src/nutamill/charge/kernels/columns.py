@@ -7,7 +7,7 @@ independent.  Lanes of weight 0 hold left-overs; they are computed and not count
 import math
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.impacts import BEGUN, ENERGY_N, ENERGY_T, impact_energies
+from nutamill.charge.kernels.impacts import BEGUN, ENERGY_N, ENERGY_T, impact_energies
 from nutamill.charge.laws.composition import contact
 from nutamill.charge.model import BATCH
 
