@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from nutamill.build.chamber_charge import Meeting, contact_law_of, pair_law, quickest_meeting
 from nutamill.case import Case
-from nutamill.charge.contact_terms import (
+from nutamill.charge.laws.impact import (
     hysteretic_restitution,
     restitution_from_damping_ratio,
     spring_stiffness,

@@ -21,7 +21,7 @@ from nutamill.build.model import build
 from nutamill.build.wall_mesh import chamber_mesh, free_volume, placed_walls, wall_meshes
 from nutamill.case import Case, load_case
 from nutamill.case.machine import CHAMBER
-from nutamill.charge.contact_terms import scaled_contact_time
+from nutamill.charge.laws.impact import scaled_contact_time
 from nutamill.charge.mesh import on_charge_side
 from nutamill.drawing import machine_parts
 from nutamill.preflight import preflight

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from charge_bench import FLOOR, Bench, law, sphere_mass
 
-from nutamill.charge.contact_terms import impact
+from nutamill.charge.laws.impact import impact
 from nutamill.charge.laws.tags import contact_law
 from nutamill.charge.model import Ledger, PairLaw, Surface, SurfaceKind
 

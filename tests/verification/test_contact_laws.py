@@ -8,8 +8,8 @@ import pytest
 from contact_bench import UP, M, Probe, R, bounce, evaluate, pair, plain
 from scipy.integrate import solve_ivp
 
-from nutamill.charge.contact_terms import damping_ratio_from_restitution, impact
 from nutamill.charge.laws.composition import stored_energy
+from nutamill.charge.laws.impact import damping_ratio_from_restitution, impact
 from nutamill.charge.laws.numbers import law_numbers
 from nutamill.charge.laws.tags import COHESION, NORMAL, ROLLING, TANGENTIAL, contact_law
 

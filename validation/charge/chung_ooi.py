@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from nutamill.charge.contact_terms import damping_ratio_from_restitution
+from nutamill.charge.laws.impact import damping_ratio_from_restitution
 from validation.charge.closed_forms import damped_hertz_time, hertz, hertz_mindlin, modulus, oblique, shear_modulus, sliding_rebound
 from validation.charge.data import chung_ooi_figure
 from validation.charge.harness import SAMPLES, Bench, follow, pair, sphere_mass, strike_floor

@@ -3,7 +3,7 @@ processes", Computer Physics Communications 296 (2024) 109066; 25 000 grains of 
 
 import numpy as np
 
-from nutamill.charge.contact_terms import damping_ratio_from_restitution
+from nutamill.charge.laws.impact import damping_ratio_from_restitution
 from validation.charge.bulk import THREADS, plane
 from validation.charge.closed_forms import modulus, shear_modulus
 from validation.charge.data import dosta_packing

@@ -3,7 +3,7 @@ simulations", Powder Technology 206 (2011) 269-282.  A sphere rolls on a level, 
 
 import math
 
-from nutamill.charge.contact_terms import contact_time, damping_ratio_from_restitution
+from nutamill.charge.laws.impact import contact_time, damping_ratio_from_restitution
 from validation.charge.harness import FLOOR, Bench, G, pair, sphere_mass
 from validation.charge.rows import Row
 

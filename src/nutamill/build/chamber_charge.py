@@ -13,8 +13,8 @@ from nutamill.case import Case
 from nutamill.case.materials import ContactPair
 from nutamill.case.touching import wall_keys
 from nutamill.charge.assembly import charge_of
-from nutamill.charge.contact_terms import Impact, damping_ratio_from_restitution, impact
 from nutamill.charge.kernels.dynamics import start
+from nutamill.charge.laws.impact import Impact, damping_ratio_from_restitution, impact
 from nutamill.charge.laws.tags import ContactLaw, contact_law
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, Surface, SurfaceKind
 from nutamill.charge.particles import Particles

@@ -7,7 +7,7 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.build.chamber_charge import impact_of, pair_law, quickest_meeting
 from nutamill.case import Case
 from nutamill.case.touching import TouchingPair
-from nutamill.charge.contact_terms import SUBSTEPS_PER_CONTACT, cohesive_softening, spring_stiffness
+from nutamill.charge.laws.impact import SUBSTEPS_PER_CONTACT, cohesive_softening, spring_stiffness
 from nutamill.charge.model import PairLaw
 
 FEWEST_SUBSTEPS = 10

@@ -5,7 +5,7 @@ import math
 
 from nutamill.build.chamber_charge import material_order, pair_law, quickest_meeting
 from nutamill.case import Case
-from nutamill.charge.contact_terms import spring_stiffness
+from nutamill.charge.laws.impact import spring_stiffness
 
 RAMP_TIME = 0.2
 """Time from rest to full speed in a demonstration [s]."""
