@@ -18,8 +18,8 @@ from nutamill.build.team import usable_cores
 from nutamill.charge.assembly import charge_of, grow
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.model import Clock, PairLaw, Status, Surface, SurfaceKind
-from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.particles import clumps, spheres
 from nutamill.charge.shapes import clump_shape
 

@@ -17,9 +17,9 @@ from nutamill.case.machine import CHAMBER
 from nutamill.charge.assembly import attitudes, contact_forces, grow, positions, spins, velocities
 from nutamill.charge.kernels.clumps import POSE, ClumpColumn
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.measures.statistics import gathered, put_back
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import Clock as ChargeClock
-from nutamill.charge.statistics import gathered, put_back
 from nutamill.coupling import (
     CHARGE_FAILED,
     LISTS_FULL,

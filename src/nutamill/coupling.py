@@ -26,9 +26,9 @@ from nutamill.base.kernel import kernel
 from nutamill.charge.kernels.copying import copy_all, copy_state
 from nutamill.charge.kernels.dynamics import window
 from nutamill.charge.kernels.team import barrier
+from nutamill.charge.measures.observe import observe
+from nutamill.charge.measures.statistics import sample
 from nutamill.charge.model import Status
-from nutamill.charge.observe import observe
-from nutamill.charge.statistics import sample
 from nutamill.mechanism.dynamics import OK, body_motion, copy_mechanism_state, drift, finish, solve_again
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.sensors import read_sensors

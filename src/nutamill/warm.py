@@ -20,9 +20,9 @@ from nutamill.charge.assembly import charge
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw, contact_law, law_names
+from nutamill.charge.measures.observe import charge_reading, observe
+from nutamill.charge.measures.statistics import charge_statistics, sample, statistics_plan
 from nutamill.charge.model import PairLaw, Surface, SurfaceKind
-from nutamill.charge.observe import charge_reading, observe
-from nutamill.charge.statistics import charge_statistics, sample, statistics_plan
 from nutamill.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import static_equilibrium

@@ -164,8 +164,8 @@ def test_every_function_under_a_compiling_decorator_counts(counted):
 
 def test_every_struct_that_a_kernel_is_given_counts(counted):
     from nutamill.charge.laws.tags import STANDARD_LAW, law_names
-    from nutamill.charge.observe import charge_reading
-    from nutamill.charge.statistics import charge_statistics, statistics_plan
+    from nutamill.charge.measures.observe import charge_reading
+    from nutamill.charge.measures.statistics import charge_statistics, statistics_plan
     from nutamill.coupling import coupling_state
     from nutamill.mechanism.assembly import assemble
     from nutamill.mechanism.parts import Body

@@ -5,8 +5,8 @@ import numpy as np
 from nutamill.charge.assembly import charge, positions, spins, velocities
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.model import PairLaw, Surface, SurfaceKind
-from nutamill.charge.observe import charge_reading, observe
 
 REST = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
 """Reference frame that does not turn."""

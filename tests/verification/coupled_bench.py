@@ -8,9 +8,9 @@ from charge_bench import law, sphere_mass
 from nutamill.charge.assembly import charge, positions, spins, velocities
 from nutamill.charge.kernels.dynamics import start as start_charge
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.measures.observe import charge_reading
+from nutamill.charge.measures.statistics import charge_statistics, statistics_plan
 from nutamill.charge.model import Ledger, Surface, SurfaceKind
-from nutamill.charge.observe import charge_reading
-from nutamill.charge.statistics import charge_statistics, statistics_plan
 from nutamill.coupling import RUNNING, CouplingPlan, Scheme, coupling_state, march_coupled, march_iterated
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start

@@ -9,8 +9,8 @@ from nutamill.charge.assembly import attitudes, charge_of, grow, positions, spin
 from nutamill.charge.kernels.copying import copy_state
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.model import Ledger, Status
-from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.particles import Particles, clumps
 from nutamill.charge.pebbles import rotation_matrices
 from nutamill.charge.shapes import clump_shape, sphere_shape

@@ -12,9 +12,9 @@ from nutamill.build.charge_mix import charge_particles
 from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case
 from nutamill.charge.kernels.impacts import FINE, bin_edges
+from nutamill.charge.measures.statistics import FIELD_SUMS, MOST_NEIGHBOURS, WALL_SUMS, StatisticsPlan, statistics_plan
 from nutamill.charge.model import ChargeModel, ChargeState, Surface, SurfaceKind
 from nutamill.charge.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, PatchTable, patch_table
-from nutamill.charge.statistics import FIELD_SUMS, MOST_NEIGHBOURS, WALL_SUMS, StatisticsPlan, statistics_plan
 
 SECTORS = 36
 """Cells and patches around the chamber [1]: 10 deg each."""
@@ -168,7 +168,7 @@ def _rib_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:
 
 
 def recorded_sums(case: Case, plan: StatisticsPlan, per_cut: float, sums: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Sums in small units, as `nutamill.charge.statistics.gathered` gives them, as recorded quantities in SI.
+    """Sums in small units, as `nutamill.charge.measures.statistics.gathered` gives them, as recorded quantities in SI.
 
     Names and shapes are those of `nutamill.fields.STATISTICS`; `per_cut` [1/J] is the book's.
     """

@@ -11,7 +11,7 @@ from nutamill.build.model import Model, State
 from nutamill.build.part_readout import PartReadout
 from nutamill.case import MechanismCase
 from nutamill.case.mechanism import BodyEntry, BushingEntry, JointEntry, Turn
-from nutamill.charge.observe import charge_reading
+from nutamill.charge.measures.observe import charge_reading
 from nutamill.coupling import CouplingPlan, Scheme, coupling_state
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start

@@ -15,9 +15,9 @@ from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case, MechanismCase
 from nutamill.case.machine import CHAMBER, CROSS
 from nutamill.charge.assembly import with_patches
+from nutamill.charge.measures.observe import ChargeReading, charge_reading
+from nutamill.charge.measures.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
-from nutamill.charge.observe import ChargeReading, charge_reading
-from nutamill.charge.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
 from nutamill.coupling import CouplingPlan, CouplingState, Scheme, coupling_state
 from nutamill.mechanism.linear import static_equilibrium
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState

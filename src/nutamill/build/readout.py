@@ -30,7 +30,7 @@ READING = (
     *(f"momentum_{axis}" for axis in "xyz"),
     "coordination_number",
 )
-"""Columns of `nutamill.charge.observe.ChargeReading`, in its order."""
+"""Columns of `nutamill.charge.measures.observe.ChargeReading`, in its order."""
 
 
 class Readout:

@@ -17,9 +17,9 @@ from nutamill.charge.assembly import grow
 from nutamill.charge.filling.room import cylinder_room, fill_faults
 from nutamill.charge.kernels.dynamics import window
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import Clock, Status
-from nutamill.charge.observe import charge_reading, observe
 from nutamill.charge.particles import LOOSE_PACKING, Particles
 
 COLUMN_PACKING = 0.40
