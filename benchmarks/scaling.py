@@ -20,8 +20,8 @@ from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.model import Clock, PairLaw, Status, Surface, SurfaceKind
-from nutamill.charge.particles import clumps, spheres
-from nutamill.charge.shapes import clump_shape
+from nutamill.charge.particles.particles import clumps, spheres
+from nutamill.charge.particles.shapes import clump_shape
 
 DIAMETER, SUBSTEP = 1.95e-3, 2e-6
 LAW = PairLaw(5e4, 0.0, 0.0, 2 / 3, 0.212, False, 0.5, 0.5, 0.01, 0.05, 0.5)

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from nutamill.charge.shapes import clump_shape
-from nutamill.charge.sizes import normal_sizes, sphere_volume
+from nutamill.charge.particles.shapes import clump_shape
+from nutamill.charge.particles.sizes import normal_sizes, sphere_volume
 
 SEED = 20250
 SHAPES, SPHERES = 10, 3

@@ -15,7 +15,7 @@ from nutamill.build.wall_mesh import MeshFacts, charge_room, free_volume, mesh_f
 from nutamill.case import Case
 from nutamill.case.charge import SIZE_KEYS
 from nutamill.charge.filling.room import fill_faults
-from nutamill.charge.sizes import mass_percentiles
+from nutamill.charge.particles.sizes import mass_percentiles
 from nutamill.fields import expand
 from nutamill.forecast import RUN_MEMORY, Forecast
 from nutamill.mechanism.linear import modes, static_equilibrium

@@ -17,8 +17,8 @@ from nutamill.build.model import bed_weight, build
 from nutamill.case import Case, load_case
 from nutamill.charge.filling.fill import fill_cylinder, near_pairs, random_attitudes, random_fill, size_octaves
 from nutamill.charge.model import Status
-from nutamill.charge.particles import check_particles, clumps, joined, spheres
-from nutamill.charge.shapes import clump_shape
+from nutamill.charge.particles.particles import check_particles, clumps, joined, spheres
+from nutamill.charge.particles.shapes import clump_shape
 from nutamill.preflight import preflight
 
 MIX = """base = "numill-2025"

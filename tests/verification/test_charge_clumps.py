@@ -11,9 +11,9 @@ from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.model import Ledger, Status
-from nutamill.charge.particles import Particles, clumps
+from nutamill.charge.particles.particles import Particles, clumps
+from nutamill.charge.particles.shapes import clump_shape, sphere_shape
 from nutamill.charge.pebbles import rotation_matrices
-from nutamill.charge.shapes import clump_shape, sphere_shape
 
 DENSITY = 2480.0
 GRAIN = clump_shape([[0, 0, 0], [0.001, 0, 0], [0.0004, 0.0009, 0]], [0.001, 0.0009, 0.0008])

@@ -8,8 +8,8 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from nutamill.base.errors import CaseError
-from nutamill.charge.shapes import clump_shape, sphere_shape
-from nutamill.charge.union import union_properties
+from nutamill.charge.particles.shapes import clump_shape, sphere_shape
+from nutamill.charge.particles.union import union_properties
 
 # the quadrature converges to rounding; its own estimate is asked for beside each closed form
 CLOSE = 1e-9

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import gamma, gammainc, ndtr
 
-from nutamill.charge.sizes import CELLS, SizeClasses, mass_percentiles, normal_sizes, rosin_rammler_sizes
+from nutamill.charge.particles.sizes import CELLS, SizeClasses, mass_percentiles, normal_sizes, rosin_rammler_sizes
 
 MM = 1e-3
 

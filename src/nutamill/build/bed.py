@@ -32,7 +32,7 @@ from nutamill.case import Case
 from nutamill.charge.assembly import attitudes, positions
 from nutamill.charge.filling.fill import fill_cylinder, random_attitudes, settle
 from nutamill.charge.filling.fill_walls import fill_between
-from nutamill.charge.particles import Particles
+from nutamill.charge.particles.particles import Particles
 
 STILL = 1e-6
 """Kinetic energy per mass at which a bed is settled [J/kg]: a mean speed of 1.4 mm/s."""

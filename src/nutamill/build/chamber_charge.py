@@ -17,7 +17,7 @@ from nutamill.charge.kernels.dynamics import start
 from nutamill.charge.laws.impact import Impact, damping_ratio_from_restitution, impact
 from nutamill.charge.laws.tags import ContactLaw, contact_law
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, Surface, SurfaceKind
-from nutamill.charge.particles import Particles
+from nutamill.charge.particles.particles import Particles
 
 CHAMBER_CARRIER = 0
 """Number of the chamber among the bodies that carry surfaces."""

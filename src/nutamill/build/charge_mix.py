@@ -9,8 +9,8 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.build.wall_mesh import free_volume
 from nutamill.case import Case
 from nutamill.case.charge import Portion
-from nutamill.charge.particles import Particles, clumps, joined, spheres
-from nutamill.charge.shapes import ClumpShape, clump_shape
+from nutamill.charge.particles.particles import Particles, clumps, joined, spheres
+from nutamill.charge.particles.shapes import ClumpShape, clump_shape
 
 
 class Pebble(NamedTuple):

@@ -7,9 +7,9 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from nutamill.base.errors import Fault
 from nutamill.base.schema import AddedMass, Count, Length, Number, Positive, Share, Table, refusal
-from nutamill.charge.particles import LOOSE_PACKING
-from nutamill.charge.shapes import shape_faults
-from nutamill.charge.sizes import SizeClasses, SizeLaw, normal_sizes, rosin_rammler_sizes
+from nutamill.charge.particles.particles import LOOSE_PACKING
+from nutamill.charge.particles.shapes import shape_faults
+from nutamill.charge.particles.sizes import SizeClasses, SizeLaw, normal_sizes, rosin_rammler_sizes
 
 SIZE_KEYS = ("diameter", "sizes", "distribution")
 """Keys of which a part has one: its sizes."""

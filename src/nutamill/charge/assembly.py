@@ -30,7 +30,7 @@ from nutamill.charge.model import (
     Status,
     Surface,
 )
-from nutamill.charge.particles import Particles, check_particles, motion_faults
+from nutamill.charge.particles.particles import Particles, check_particles, motion_faults
 from nutamill.charge.patches import ANGLE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.pebbles import Pebbles, pebbles, rotation_matrices
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.charge.kernels.clumps import COLUMNS, ClumpColumn
-from nutamill.charge.particles import Particles
+from nutamill.charge.particles.particles import Particles
 
 
 class Pebbles(NamedTuple):

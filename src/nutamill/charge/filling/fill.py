@@ -20,7 +20,7 @@ from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import Clock, Status
-from nutamill.charge.particles import LOOSE_PACKING, Particles
+from nutamill.charge.particles.particles import LOOSE_PACKING, Particles
 
 COLUMN_PACKING = 0.40
 """Share that the column of a fresh fill has, where the chamber is high enough [1]."""

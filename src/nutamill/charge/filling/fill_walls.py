@@ -16,7 +16,7 @@ from nutamill.charge.mesh import on_charge_side
 from nutamill.charge.mesh_model import MeshWalls
 from nutamill.charge.mesh_patches import mesh_walls
 from nutamill.charge.model import Surface, SurfaceKind
-from nutamill.charge.particles import LOOSE_PACKING
+from nutamill.charge.particles.particles import LOOSE_PACKING
 from nutamill.charge.surfaces import place_surfaces
 from nutamill.charge.walls import wall_overlap, wall_overlaps
 

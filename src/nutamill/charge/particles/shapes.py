@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.charge.union import union_properties
+from nutamill.charge.particles.union import union_properties
 
 TOUCHING = 1e-9
 """Gap between two spheres, over the sum of their radii, up to which they count as joined [1]."""

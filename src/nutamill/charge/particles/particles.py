@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.charge.shapes import ClumpShape, sphere_shape
+from nutamill.charge.particles.shapes import ClumpShape, sphere_shape
 
 LOOSE_PACKING = 0.58
 """Share of its bulk volume that a loose random bed of spheres fills [1].
