@@ -23,7 +23,7 @@ from nutamill.charge.laws.tags import LinearSpring, RollingTypeA, RollingTypeC, 
 from nutamill.charge.laws.tangential import displacement_friction
 from nutamill.charge.model import BATCH, PairLaw, Surface, SurfaceKind
 from nutamill.charge.particles.particles import LOOSE_PACKING
-from nutamill.charge.surfaces import surface_contact
+from nutamill.charge.walls.surfaces import surface_contact
 
 LAW = PairLaw(1e5, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.1)
 

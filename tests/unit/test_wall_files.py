@@ -22,7 +22,7 @@ from nutamill.build.wall_mesh import chamber_mesh, free_volume, placed_walls, wa
 from nutamill.case import Case, load_case
 from nutamill.case.machine import CHAMBER
 from nutamill.charge.laws.impact import scaled_contact_time
-from nutamill.charge.mesh import on_charge_side
+from nutamill.charge.walls.mesh import on_charge_side
 from nutamill.drawing import machine_parts
 from nutamill.preflight import preflight
 from nutamill.result import Recorder, open_result

@@ -8,13 +8,13 @@ import pytest
 from nutamill.base.errors import CaseError
 from nutamill.base.kernel import JIT, kernel
 from nutamill.charge.assembly import charge
-from nutamill.charge.mesh import CREASE, closed_mesh, on_charge_side
-from nutamill.charge.mesh_patches import mesh_surfaces, mesh_walls
 from nutamill.charge.model import PairLaw, Surface, SurfaceKind
-from nutamill.charge.surfaces import cap_contact, cone_contact, place_surfaces
-from nutamill.charge.touching import touch_surface
-from nutamill.charge.triangles import winding_number
-from nutamill.charge.walls import wall_near, wall_overlap
+from nutamill.charge.walls.mesh import CREASE, closed_mesh, on_charge_side
+from nutamill.charge.walls.mesh_patches import mesh_surfaces, mesh_walls
+from nutamill.charge.walls.surfaces import cap_contact, cone_contact, place_surfaces
+from nutamill.charge.walls.touching import touch_surface
+from nutamill.charge.walls.triangles import winding_number
+from nutamill.charge.walls.walls import wall_near, wall_overlap
 
 R = 0.0025
 LAW = PairLaw(1e5, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.9)

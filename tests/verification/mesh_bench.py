@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nutamill.charge.mesh import closed_mesh
+from nutamill.charge.walls.mesh import closed_mesh
 
 
 def box_corners(half, centre=(0.0, 0.0, 0.0)):

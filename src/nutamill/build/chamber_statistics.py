@@ -14,7 +14,7 @@ from nutamill.case import Case
 from nutamill.charge.kernels.impacts import FINE, bin_edges
 from nutamill.charge.measures.statistics import FIELD_SUMS, MOST_NEIGHBOURS, WALL_SUMS, StatisticsPlan, statistics_plan
 from nutamill.charge.model import ChargeModel, ChargeState, Surface, SurfaceKind
-from nutamill.charge.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, PatchTable, patch_table
+from nutamill.charge.walls.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, PatchTable, patch_table
 
 SECTORS = 36
 """Cells and patches around the chamber [1]: 10 deg each."""

@@ -16,7 +16,6 @@ from nutamill.charge.kernels.impacts import impact_book
 from nutamill.charge.kernels.team import MOST_THREADS
 from nutamill.charge.laws.numbers import law_faults, law_numbers
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw
-from nutamill.charge.mesh_patches import mesh_walls
 from nutamill.charge.model import (
     BATCH,
     PADDING,
@@ -31,8 +30,9 @@ from nutamill.charge.model import (
     Surface,
 )
 from nutamill.charge.particles.particles import Particles, check_particles, motion_faults
-from nutamill.charge.patches import ANGLE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.pebbles import Pebbles, pebbles, rotation_matrices
+from nutamill.charge.walls.mesh_patches import mesh_walls
+from nutamill.charge.walls.patches import ANGLE_HEIGHT, PatchTable, patch_table
 
 SMALLEST_CHUNK, LARGEST_CHUNK, CHUNKS = 64, 672, 4
 """Slots in a chunk, at least and at most, and the number of chunks that there should be between [1].

@@ -5,10 +5,10 @@ import math
 import numpy as np
 
 from nutamill.base.errors import Fault
-from nutamill.charge.mesh import on_charge_side
 from nutamill.charge.model import LawColumn, SurfaceKind
-from nutamill.charge.surfaces import place_surfaces
-from nutamill.charge.walls import wall_overlaps
+from nutamill.charge.walls.mesh import on_charge_side
+from nutamill.charge.walls.surfaces import place_surfaces
+from nutamill.charge.walls.walls import wall_overlaps
 
 LIMIT = int(LawColumn.LIMIT)
 

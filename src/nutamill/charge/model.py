@@ -17,8 +17,8 @@ import numpy as np
 
 from nutamill.base.kernel import kernel
 from nutamill.charge.laws.tags import ContactLaw
-from nutamill.charge.mesh import Mesh
-from nutamill.charge.mesh_model import MeshWalls
+from nutamill.charge.walls.mesh import Mesh
+from nutamill.charge.walls.mesh_model import MeshWalls
 
 if TYPE_CHECKING:
     from nutamill.charge.kernels.impacts import ImpactBook

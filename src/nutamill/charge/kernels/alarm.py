@@ -7,7 +7,7 @@ from nutamill.base.kernel import kernel
 from nutamill.charge.kernels.clumps import ID, PLACE
 from nutamill.charge.kernels.neighbours import slots_of_chunk
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, LawColumn, Status
-from nutamill.charge.walls import wall_overlap
+from nutamill.charge.walls.walls import wall_overlap
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
 LIMIT = int(LawColumn.LIMIT)

@@ -12,7 +12,7 @@ import numpy as np
 
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.model import BATCH
-from nutamill.charge.patches import PatchTable, patch_of, whole
+from nutamill.charge.walls.patches import PatchTable, patch_of, whole
 
 LOWEST = -56
 """The lowest bin begins at 2^LOWEST J = 1.4e-17 J; what is lower is counted there."""

@@ -11,8 +11,8 @@ from nutamill.charge.kernels.impacts import note_wall_impacts
 from nutamill.charge.kernels.pair_contacts import hold_law
 from nutamill.charge.kernels.simd import WIDTH, add_rows, copy_lanes, gather_rows, set_rows
 from nutamill.charge.model import BATCH, SurfaceKind
-from nutamill.charge.touching import touch_surface
-from nutamill.charge.walls import wall_near, wall_overlap
+from nutamill.charge.walls.touching import touch_surface
+from nutamill.charge.walls.walls import wall_near, wall_overlap
 
 PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)

@@ -9,8 +9,8 @@ from nutamill.charge.kernels.clumps import CENTRE, MASS, SPIN_ENERGY, VELOCITY
 from nutamill.charge.kernels.neighbours import slots_of_chunk
 from nutamill.charge.laws.composition import stored_energy
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
-from nutamill.charge.surfaces import place_surfaces
-from nutamill.charge.walls import wall_overlap
+from nutamill.charge.walls.surfaces import place_surfaces
+from nutamill.charge.walls.walls import wall_overlap
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
 

@@ -1,9 +1,9 @@
 """Any surface of a charge, simple shape or patch of a mesh: its contact with a particle, and the quick tests before."""
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.mesh_contact import mesh_near, mesh_overlap
 from nutamill.charge.model import SurfaceKind
-from nutamill.charge.surfaces import surface_near, surface_overlap
+from nutamill.charge.walls.mesh_contact import mesh_near, mesh_overlap
+from nutamill.charge.walls.surfaces import surface_near, surface_overlap
 
 MESH_PATCH = int(SurfaceKind.MESH_PATCH)
 

@@ -3,9 +3,9 @@
 import math
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.mesh_contact import touch_mesh
 from nutamill.charge.model import SurfaceKind
-from nutamill.charge.surfaces import cone_frame
+from nutamill.charge.walls.mesh_contact import touch_mesh
+from nutamill.charge.walls.surfaces import cone_frame
 
 PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)

@@ -20,7 +20,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.charge.triangles import cells_near, directed_edges, normals_and_areas, signed_volumes, winding_number
+from nutamill.charge.walls.triangles import cells_near, directed_edges, normals_and_areas, signed_volumes, winding_number
 
 CREASE = np.radians(40.0)
 """An edge that bends more parts two patches [rad]."""

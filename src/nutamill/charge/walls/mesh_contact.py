@@ -15,7 +15,7 @@ Sources: C. Ericson, "Real-Time Collision Detection", 2005, section 5.1 (Voronoi
 import math
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.surfaces import APART
+from nutamill.charge.walls.surfaces import APART
 
 FACE, EDGE, VERTEX = 0, 1, 2
 

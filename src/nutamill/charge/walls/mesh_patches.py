@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import ndimage
 
-from nutamill.charge.mesh import Mesh
-from nutamill.charge.mesh_model import MeshGrid, MeshShape, MeshWalls
 from nutamill.charge.model import Surface, SurfaceKind
-from nutamill.charge.triangles import cells_near, directed_edges, normals_and_areas
+from nutamill.charge.walls.mesh import Mesh
+from nutamill.charge.walls.mesh_model import MeshGrid, MeshShape, MeshWalls
+from nutamill.charge.walls.triangles import cells_near, directed_edges, normals_and_areas
 
 MOST_CELLS = 400_000
 """Cells in the grid of one patch [1]; beyond, they are made larger than a particle."""
