@@ -12,7 +12,6 @@ import numpy as np
 
 from nutamill.base.kernel import kernel, like
 from nutamill.base.provenance import processor
-from nutamill.bench import developed_case, developed_flow
 from nutamill.charge.kernels.columns import ROWS, pair_batch
 from nutamill.charge.kernels.dynamics import open_window
 from nutamill.charge.kernels.integration import integrate_spheres
@@ -21,6 +20,7 @@ from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
 from nutamill.charge.kernels.simd import WIDTH, negated_radii
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
 from nutamill.charge.model import BATCH, Clock, stamp_of
+from nutamill.cli.bench import developed_case, developed_flow
 from nutamill.coupling import hand_out_motion
 from nutamill.warm import warm_up
 

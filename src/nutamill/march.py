@@ -38,11 +38,11 @@ from nutamill.build.model import Model, State, build
 from nutamill.build.team import team_size
 from nutamill.build.wall_mesh import digests, placed_walls
 from nutamill.case import Case, MechanismCase, case_of_text, load_case
+from nutamill.cli.screen import Progress
 from nutamill.record_plan import COLUMNS, Ending, RecordPlan, room_at_start
 from nutamill.result import NOT_STEADY, Recorder, Result, is_finished, open_result
 from nutamill.result.earlier import earlier_result, place_beside
 from nutamill.result.one_writer import one_writer
-from nutamill.screen import Progress
 from nutamill.signals import Requests, requests, stop_at_once
 from nutamill.warm import warm_up, warm_up_mechanism
 from nutamill.watch import Watch

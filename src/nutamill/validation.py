@@ -12,6 +12,7 @@ from nutamill.campaign.axes import Member
 from nutamill.campaign.board import Board
 from nutamill.campaign.sweep import run_all, tell_of_other_kernels
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
+from nutamill.cli.screen import duration
 from nutamill.figures.paper import draw_figure
 from nutamill.figures.saving import save_figure
 from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
@@ -21,7 +22,6 @@ from nutamill.papers.runs import COMPLETE, PlannedRun, chosen, planned_runs, rea
 from nutamill.papers.table import csv_text, json_text, markdown
 from nutamill.preflight import preflight, wall_time
 from nutamill.result import MISSING, is_finished, open_result
-from nutamill.screen import duration
 
 if TYPE_CHECKING:
     import distributed

@@ -23,12 +23,12 @@ from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw, contact_law, law
 from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.measures.statistics import charge_statistics, sample, statistics_plan
 from nutamill.charge.model import PairLaw, Surface, SurfaceKind
+from nutamill.cli.screen import COMPILING
 from nutamill.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.linear import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
 from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, sensor_table
-from nutamill.screen import COMPILING
 
 STEP = 1e-6
 """Window of the ball on the turntable [s]."""

@@ -8,9 +8,9 @@ import numpy as np
 
 from nutamill.build.model import Model
 from nutamill.case import Case, MechanismCase
+from nutamill.cli.screen import Progress
 from nutamill.result import Recorder
 from nutamill.running import RunningMean
-from nutamill.screen import Progress
 
 PAUSE = 0.5
 """Wall time between two reports [s]."""

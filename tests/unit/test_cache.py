@@ -13,7 +13,7 @@ from nutamill.base import cache_folder, kernel
 from nutamill.build import bed as beds
 from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
-from nutamill.screen import COMPILING
+from nutamill.cli.screen import COMPILING
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from nutamill import keys, screen
+from nutamill.cli import keys, screen
+from nutamill.cli.screen import COMPILING, Progress, Screen, duration, line, offers, panel
 from nutamill.running import RunningMean
-from nutamill.screen import COMPILING, Progress, Screen, duration, line, offers, panel
 
 PROGRESS = Progress(
     phase="ramp",

@@ -14,8 +14,8 @@ from nutamill.signals import stop_at_once
 
 if TYPE_CHECKING:
     from nutamill.case import Case
+    from nutamill.cli.screen import Screen
     from nutamill.result import Result
-    from nutamill.screen import Screen
 
 info_app = typer.Typer(no_args_is_help=True, help="Say what the package knows.")
 app.add_typer(info_app, name="info")
@@ -167,7 +167,7 @@ def schema() -> None:
 @told
 def bench() -> None:
     """Measure the speed of this version on this machine; takes about two minutes."""
-    from nutamill.bench import measure
+    from nutamill.cli.bench import measure
 
     for line in measure():
         typer.echo(line)
@@ -175,8 +175,8 @@ def bench() -> None:
 
 def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> None:
     """Run with the live screen, then print the summary and draw the pictures beside the result."""
+    from nutamill.cli.screen import Screen
     from nutamill.result import open_result
-    from nutamill.screen import Screen
 
     missed = None
     try:

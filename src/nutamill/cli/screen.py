@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from nutamill.base.errors import printable
-from nutamill.keys import key_signals, obey_key, single_keys, typed_keys
+from nutamill.cli.keys import key_signals, obey_key, single_keys, typed_keys
 
 if TYPE_CHECKING:
     from rich.live import Live

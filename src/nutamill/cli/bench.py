@@ -126,6 +126,6 @@ def measure() -> Iterator[str]:
     model, cost = statistics_cost(model, state)
     yield f"  statistics of the charge, {round(model.case.run.series_rate)} samples a second: {100 * cost:.0f} % on top"
     yield f"nutamill --help {process_time('-m', 'nutamill', '--help'):.2f} s"
-    yield f"second start to the first row {process_time('-c', 'from nutamill.bench import first_step; first_step()'):.2f} s"
+    yield f"second start to the first row {process_time('-c', 'from nutamill.cli.bench import first_step; first_step()'):.2f} s"
     peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     yield f"peak memory {peak / 1024:.0f} MB"
