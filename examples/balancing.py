@@ -5,7 +5,7 @@ Checked: two planes leave less than one, and the weights' moments come near the 
 
 import nutamill as nm
 from nutamill.design.balancing import balance_lines, balance_mill
-from nutamill.figures.design import draw_balancing
+from nutamill.design.figures import draw_balancing
 
 ONE, TWO = [(0.08, 0.42)], [(0.08, 0.42), (0.08, 0.2)]
 

@@ -6,9 +6,9 @@ Checked: the frame's sway is that of a mass on springs with the foot-to-mass-cen
 import math
 
 import nutamill as nm
+from nutamill.design.figures import draw_campbell, draw_modes
 from nutamill.design.modes import avoid_lines, campbell, machine_modes, modes_lines
 from nutamill.design.sticks import sticks
-from nutamill.figures.design import draw_campbell, draw_modes
 
 case = nm.load_case("numill")
 rest = machine_modes(case)

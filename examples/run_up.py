@@ -8,8 +8,8 @@ import math
 
 import nutamill as nm
 from nutamill.analysis.orders import peaks
+from nutamill.design.figures import draw_run_up
 from nutamill.design.runup import default_sensor, run_up, run_up_lines
-from nutamill.figures.design import draw_run_up
 
 RPM = math.pi / 30.0
 

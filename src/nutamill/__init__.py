@@ -17,7 +17,7 @@ _HOME = {
     "MechanismCase": "nutamill.case",
     "load_case": "nutamill.case",
     "library_names": "nutamill.case",
-    "check": "nutamill.preflight",
+    "check": "nutamill.design.preflight",
     "run": "nutamill.march",
     "resume": "nutamill.march",
     "sweep": "nutamill.campaign.sweep",

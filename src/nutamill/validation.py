@@ -13,6 +13,7 @@ from nutamill.campaign.board import Board
 from nutamill.campaign.sweep import run_all, tell_of_other_kernels
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.cli.screen import duration
+from nutamill.design.preflight import preflight, wall_time
 from nutamill.figures.paper import draw_figure
 from nutamill.figures.saving import save_figure
 from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
@@ -20,7 +21,6 @@ from nutamill.papers.library import read_paper
 from nutamill.papers.model import Paper
 from nutamill.papers.runs import COMPLETE, PlannedRun, chosen, planned_runs, read_modes, run_state, wants_modes, write_modes
 from nutamill.papers.table import csv_text, json_text, markdown
-from nutamill.preflight import preflight, wall_time
 from nutamill.result import MISSING, is_finished, open_result
 
 if TYPE_CHECKING:

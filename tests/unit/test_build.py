@@ -21,7 +21,7 @@ from nutamill.case.machine import CHAMBER, CROSS, SHAFT
 from nutamill.charge.filling.room import cylinder_room
 from nutamill.charge.kernels.team import MOST_THREADS
 from nutamill.charge.model import Status, SurfaceKind
-from nutamill.preflight import preflight
+from nutamill.design.preflight import preflight
 
 
 def mill(*overrides):

@@ -19,7 +19,7 @@ from nutamill.charge.filling.fill import fill_cylinder, near_pairs, random_attit
 from nutamill.charge.model import Status
 from nutamill.charge.particles.particles import check_particles, clumps, joined, spheres
 from nutamill.charge.particles.shapes import clump_shape
-from nutamill.preflight import preflight
+from nutamill.design.preflight import preflight
 
 MIX = """base = "numill-2025"
 [[charge.part]]

@@ -104,7 +104,7 @@ def test_show_prints_a_case_that_is_the_case(invoke):
 def test_check_says_the_contacts_in_other_programs_when_asked(invoke, monkeypatch):
     sheet = types.SimpleNamespace(lines=lambda: ["the sheet"])
     monkeypatch.setattr("nutamill.warm.warm_up", lambda tell, law: None)
-    monkeypatch.setattr("nutamill.preflight.preflight", lambda case: sheet)
+    monkeypatch.setattr("nutamill.design.preflight.preflight", lambda case: sheet)
     assert invoke("check", "numill").stdout == "the sheet\n"
     said = invoke("check", "numill", "--dialects").stdout
     assert said.startswith("the sheet\nsteel-steel: linear x displacement x type_c x none")

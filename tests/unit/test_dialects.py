@@ -7,7 +7,7 @@ import pytest
 
 from nutamill.case import load_case
 from nutamill.charge.laws.impact import damping_ratio_from_restitution
-from nutamill.dialects import dialect_lines, lammps, liggghts, pfc, rocky, touches
+from nutamill.design.dialects import dialect_lines, lammps, liggghts, pfc, rocky, touches
 
 MASS = 7863.7 * math.pi / 6 * 0.005**3
 E, NU, E_WALL, NU_WALL = 2e8, 0.25, 3.2e6, 0.3

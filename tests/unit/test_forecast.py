@@ -5,8 +5,8 @@ import pytest
 from nutamill.base.host import free_disk, total_memory
 from nutamill.build.team import usable_cores
 from nutamill.case import load_case
-from nutamill.forecast import Forecast
-from nutamill.preflight import preflight
+from nutamill.design.forecast import Forecast
+from nutamill.design.preflight import preflight
 
 RIGID = "mechanism.mounting=rigid"
 DAY = 86400.0

@@ -23,8 +23,8 @@ from nutamill.case import Case, load_case
 from nutamill.case.machine import CHAMBER
 from nutamill.charge.laws.impact import scaled_contact_time
 from nutamill.charge.walls.mesh import on_charge_side
+from nutamill.design.preflight import preflight
 from nutamill.drawing import machine_parts
-from nutamill.preflight import preflight
 from nutamill.result import Recorder, open_result
 
 FLOOR, CEILING, RADIUS = -350.0, -122.0, 70.0

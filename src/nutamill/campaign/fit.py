@@ -17,7 +17,7 @@ from nutamill.case import Case, load_mill
 from nutamill.case.campaign_file import case_of, overrides
 from nutamill.case.fit_file import FreeKey, Measured, load_fit, place_of
 from nutamill.case.toml.keys import held, si_at, si_of, unit_at
-from nutamill.preflight import oscillations
+from nutamill.design.preflight import oscillations
 from nutamill.result import is_finished
 
 if TYPE_CHECKING:

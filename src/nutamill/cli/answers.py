@@ -58,9 +58,9 @@ def modes(
 ) -> None:
     """Natural frequencies, damping and shapes of a mill on its mounts, at rest or at speed, or of a mechanism at rest."""
     from nutamill.case import MechanismCase
+    from nutamill.design.figures import draw_modes
     from nutamill.design.modes import machine_modes, mechanism_modes, modes_lines
     from nutamill.design.sticks import sticks
-    from nutamill.figures.design import draw_modes
 
     loaded, turning = load(case, overrides), quantity("--speed", speed, "speed of rotation")
     picture = _place(to, _picture_name(loaded, "modes", speed if turning else None, charge=charge))
@@ -77,9 +77,9 @@ def modes(
 @told
 def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None) -> None:
     """Campbell diagram of the mill, and the speeds to avoid."""
+    from nutamill.design.figures import draw_campbell
     from nutamill.design.modes import avoid_lines
     from nutamill.design.modes import campbell as diagram
-    from nutamill.figures.design import draw_campbell
 
     loaded = load_mill(case, overrides)
     picture = _place(to, _picture_name(loaded, "campbell", charge=charge))
@@ -98,8 +98,8 @@ def runup(
     to: Picture = None,
 ) -> None:
     """How far the empty mill shakes on its way through the resonances, for several ramps."""
+    from nutamill.design.figures import draw_run_up
     from nutamill.design.runup import default_sensor, run_up, run_up_lines
-    from nutamill.figures.design import draw_run_up
 
     loaded = load_mill(case, overrides)
     picture = _place(to, _picture_name(loaded, "runup", *(ramp or ()), sensor, charge=charge))
@@ -113,9 +113,9 @@ def runup(
 @told
 def isolation(case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None) -> None:
     """Which share of the shaking force the mounts pass on to the floor, over speed."""
+    from nutamill.design.figures import draw_isolation
     from nutamill.design.isolation import isolation as passed_on
     from nutamill.design.isolation import isolation_lines
-    from nutamill.figures.design import draw_isolation
 
     loaded = load_mill(case, overrides)
     picture = _place(to, _picture_name(loaded, "isolation", charge=charge))
@@ -136,7 +136,7 @@ def balance(
 ) -> None:
     """Balance masses on the driveshaft that make the machine shake least."""
     from nutamill.design.balancing import balance_lines, balance_mill
-    from nutamill.figures.design import draw_balancing
+    from nutamill.design.figures import draw_balancing
 
     loaded = load_mill(case, overrides)
     picture = _place(to, _picture_name(loaded, "balance", *(plane or ()), speed, charge=charge))

@@ -49,13 +49,13 @@ def check(
     from nutamill.case import MechanismCase
 
     if isinstance(loaded, MechanismCase):
-        from nutamill.mechanism_preflight import mechanism_preflight
+        from nutamill.design.mechanism_preflight import mechanism_preflight
 
         typer.echo("\n".join(mechanism_preflight(loaded).lines()))
         return
     from nutamill.build.chamber_charge import contact_law_of
-    from nutamill.dialects import dialect_lines
-    from nutamill.preflight import preflight
+    from nutamill.design.dialects import dialect_lines
+    from nutamill.design.preflight import preflight
     from nutamill.warm import warm_up
 
     warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded))

@@ -15,10 +15,10 @@ from nutamill.build.described_mechanism import assemble_case
 from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism
 from nutamill.case import Case, MechanismCase
 from nutamill.case.machine import FRAME, SHAFT
+from nutamill.design.mechanism_preflight import UNSTABLE
 from nutamill.mechanism.linear import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running import running_modes
-from nutamill.mechanism_preflight import UNSTABLE
 
 ANGLES = 6
 """Crank angles over which the coefficients of the turning mill are averaged [1]: exact up to the fifth order."""

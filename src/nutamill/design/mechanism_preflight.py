@@ -9,7 +9,7 @@ from nutamill.base.host import free_disk, total_memory
 from nutamill.build.described_mechanism import assemble_case, mechanism_clock, mechanism_parts
 from nutamill.case import MechanismCase
 from nutamill.case.mechanism_checks import series_count
-from nutamill.forecast import RUN_MEMORY, Forecast
+from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.mechanism.constraints import redundancies
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.linear import modes, static_equilibrium

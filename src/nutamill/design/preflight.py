@@ -16,8 +16,8 @@ from nutamill.case import Case
 from nutamill.case.charge import SIZE_KEYS
 from nutamill.charge.filling.room import fill_faults
 from nutamill.charge.particles.sizes import mass_percentiles
+from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.fields import expand
-from nutamill.forecast import RUN_MEMORY, Forecast
 from nutamill.mechanism.linear import modes, static_equilibrium
 
 NANOSECONDS, FAR_NANOSECONDS = 85.0, 160.0
