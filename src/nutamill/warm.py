@@ -26,7 +26,7 @@ from nutamill.charge.model import PairLaw, Surface, SurfaceKind
 from nutamill.cli.screen import COMPILING
 from nutamill.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
 from nutamill.mechanism.assembly import assemble
-from nutamill.mechanism.linear import static_equilibrium
+from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
 from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, sensor_table
 

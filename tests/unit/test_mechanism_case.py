@@ -13,7 +13,7 @@ from nutamill.case import MechanismCase, case_of_text, load_case, load_mill
 from nutamill.design.mechanism_preflight import mechanism_preflight
 from nutamill.figures.mechanism import draw_reactions
 from nutamill.figures.named import figure_of
-from nutamill.mechanism.linear import modes, static_equilibrium
+from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.report import write_report
 from nutamill.result import open_result
 from nutamill.webview import view_page

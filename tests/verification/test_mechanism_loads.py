@@ -8,7 +8,7 @@ import numpy as np
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, drift, finish, march, start
 from nutamill.mechanism.energy import energies
-from nutamill.mechanism.linear import modes, static_equilibrium
+from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
 from nutamill.mechanism.probes import bushing_wrench, drive_torque
 from nutamill.mechanism.rows import matrix_of

@@ -10,7 +10,7 @@ from nutamill.mechanism.assembly import assemble, new_scratch
 from nutamill.mechanism.dynamics import OK, body_motion, copy_mechanism_state, drift, finish, march, solve_again, start
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.equations import place, row_residuals
-from nutamill.mechanism.linear import static_equilibrium
+from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind
 from nutamill.mechanism.probes import joint_reaction
 from nutamill.mechanism.rows import matrix_of

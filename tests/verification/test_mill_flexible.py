@@ -8,7 +8,7 @@ from mill_bench import SMOOTH, march_mill, mill, whole_turns
 
 from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.mechanism.assembly import assemble
-from nutamill.mechanism.linear import modes, static_equilibrium
+from nutamill.mechanism.modes import modes, static_equilibrium
 
 RPM = 2 * math.pi / 60
 

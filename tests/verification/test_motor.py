@@ -12,7 +12,7 @@ from nutamill.march import run as march_run
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import march, start
 from nutamill.mechanism.energy import energies
-from nutamill.mechanism.linear import modes, static_equilibrium
+from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind, Motor
 
 O, Z, INERTIA, DT = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.02, 1e-4

@@ -7,9 +7,9 @@ from nutamill.base.errors import CaseError
 from nutamill.case import load_case
 from nutamill.design.modes import campbell, machine_modes
 from nutamill.mechanism.assembly import assemble
-from nutamill.mechanism.linear import static_equilibrium
+from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
-from nutamill.mechanism.running import running_modes
+from nutamill.mechanism.running_modes import running_modes
 
 O, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 

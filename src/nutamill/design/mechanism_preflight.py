@@ -12,7 +12,7 @@ from nutamill.case.mechanism_checks import series_count
 from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.mechanism.constraints import redundancies
 from nutamill.mechanism.dynamics import OK, start
-from nutamill.mechanism.linear import modes, static_equilibrium
+from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.mechanism.rows import Placement, constraint_tables
 
 ROW_MICROSECONDS = 0.5

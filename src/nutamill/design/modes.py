@@ -16,9 +16,9 @@ from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism
 from nutamill.case import Case, MechanismCase
 from nutamill.case.machine import FRAME, SHAFT
 from nutamill.design.mechanism_preflight import UNSTABLE
-from nutamill.mechanism.linear import Modes, mass_matrix, modes, static_equilibrium
+from nutamill.mechanism.modes import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
-from nutamill.mechanism.running import running_modes
+from nutamill.mechanism.running_modes import running_modes
 
 ANGLES = 6
 """Crank angles over which the coefficients of the turning mill are averaged [1]: exact up to the fifth order."""
@@ -116,7 +116,7 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
     """Modes of a mill with its drive held at rest, or about running at a steady speed.
 
     At speed the coefficients of the motion are averaged over `ANGLES` crank angles, with the frame at its place of rest
-    (`nutamill.mechanism.running`).  Joint friction is left out.
+    (`nutamill.mechanism.running_modes`).  Joint friction is left out.
 
     Parameters
     ----------

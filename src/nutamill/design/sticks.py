@@ -9,7 +9,7 @@ from nutamill.build.described_mechanism import assemble_case, mechanism_parts
 from nutamill.build.mill_mechanism import chamber_rotation, mill_mechanism
 from nutamill.case import Case, MechanismCase
 from nutamill.case.machine import CHAMBER, DRIVESHAFT, FRAME, SHAFT
-from nutamill.mechanism.linear import static_equilibrium
+from nutamill.mechanism.modes import static_equilibrium
 
 
 class Stick(NamedTuple):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from nutamill.base.errors import Fault
-from nutamill.mechanism.drive import evaluate_drives
+from nutamill.mechanism.drives import evaluate_drives
 from nutamill.mechanism.equations import place
 from nutamill.mechanism.solve import DEPENDENT
 

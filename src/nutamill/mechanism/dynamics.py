@@ -18,7 +18,7 @@ import math
 
 from nutamill.base.frames import turn_quaternion
 from nutamill.base.kernel import kernel
-from nutamill.mechanism.drive import advance_motors, driven_rate, evaluate_drives, take_over_drives
+from nutamill.mechanism.drives import advance_motors, driven_rate, evaluate_drives, take_over_drives
 from nutamill.mechanism.equations import (
     copy_rows,
     copy_vector,

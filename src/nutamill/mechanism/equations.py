@@ -8,7 +8,7 @@ Dynamics Algorithms, 2008, section 3.2.
 
 from nutamill.base.frames import cross, rotation_matrix
 from nutamill.base.kernel import kernel
-from nutamill.mechanism.drive import apply_motors
+from nutamill.mechanism.drives import apply_motors
 from nutamill.mechanism.joints import bend_rows, place_rows, row_rate
 from nutamill.mechanism.loads import apply_bushings, apply_given, apply_joint_friction, apply_springs
 from nutamill.mechanism.solve import add_row_reactions, divide_by_mass, divide_rows_by_mass, factor, form_schur, solve_factored

@@ -14,8 +14,8 @@ from nutamill.base.errors import StepError
 from nutamill.base.frames import turn_quaternion
 from nutamill.mechanism.constraints import dense_jacobian
 from nutamill.mechanism.dynamics import solve_again
-from nutamill.mechanism.linear import Modes, displace, modes_of
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
+from nutamill.mechanism.modes import Modes, displace, modes_of
 
 PROBE = 1e-5
 """Displacement [m or rad] and velocity [m/s or rad/s] of the central differences."""

@@ -11,7 +11,7 @@ import numpy as np
 from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.base.frames import turn_quaternion
 from nutamill.mechanism.constraints import dense_jacobian
-from nutamill.mechanism.drive import driven_axis
+from nutamill.mechanism.drives import driven_axis
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.equations import apply_loads
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
