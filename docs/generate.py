@@ -54,7 +54,7 @@ def _cell(text: str) -> str:
 
 def fields_page() -> str:
     """Every recorded quantity."""
-    from nutamill.fields import SERIES, SNAPSHOT, STATISTICS
+    from nutamill.result.fields import SERIES, SNAPSHOT, STATISTICS
 
     lines = ["# Recorded quantities", ""]
     for heading, known in (("Series", SERIES), ("Snapshots", SNAPSHOT), ("Statistics", STATISTICS)):

@@ -104,7 +104,7 @@ def record_first_row(model: Model, state: State) -> None:
 
 
 def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
-    """What is kept of the present state for looking at; see `nutamill.fields.SNAPSHOT`."""
+    """What is kept of the present state for looking at; see `nutamill.result.fields.SNAPSHOT`."""
     kept = {"body_positions": state.mechanism.position[:-1], "body_attitudes": state.mechanism.quaternion[:-1]}
     if model.charge is not None:
         kept["positions"] = positions(model.charge, state.charge, model.clock.substep).astype(np.float32)
@@ -137,7 +137,7 @@ def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndar
 
 
 def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
-    """What the charge has done so far, in SI; see `nutamill.fields.STATISTICS`. None if nothing is summed."""
+    """What the charge has done so far, in SI; see `nutamill.result.fields.STATISTICS`. None if nothing is summed."""
     if model.charge is None or not model.survey.on:
         return None
     scratch = model.charge_scratch

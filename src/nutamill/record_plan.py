@@ -9,7 +9,7 @@ import numpy as np
 from nutamill.base.steady import FEWEST_TURNS, SteadyMean, steady_mean, turn_means, whole_turns
 from nutamill.build.charge_mix import particle_count
 from nutamill.case import Case, MechanismCase
-from nutamill.fields import expand, series_field
+from nutamill.result.fields import expand, series_field
 from nutamill.result.recorder import SERIES_ROOM
 
 WATCHED = ("crank_pin_force_resultant", "driveshaft_torque")

@@ -24,10 +24,10 @@ from nutamill.base.units import rpm
 from nutamill.campaign_report import CampaignFolder, read_campaign
 from nutamill.case import Case
 from nutamill.case.differences import swept_axis
-from nutamill.fields import series_field
 from nutamill.figures.motion import draw_steady_values
 from nutamill.figures.named import FIGURES, caption_of, figure_of
 from nutamill.result import Result, open_result
+from nutamill.result.fields import series_field
 from nutamill.webview import view_page
 
 READINGS = ("crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power", "charge_phase_lag")

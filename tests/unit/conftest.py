@@ -7,8 +7,8 @@ import pytest
 
 from nutamill.case import load_case
 from nutamill.case.machine import BODIES
-from nutamill.fields import expand
 from nutamill.result import Recorder, open_result
+from nutamill.result.fields import expand
 
 TILT = math.atan2(0.039, 0.366)
 SPEED = 60.0

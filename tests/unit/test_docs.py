@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from nutamill.base.errors import ExitCode
-from nutamill.fields import SERIES, SNAPSHOT
+from nutamill.result.fields import SERIES, SNAPSHOT
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))

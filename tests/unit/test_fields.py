@@ -3,7 +3,7 @@
 import pytest
 
 from nutamill.base.errors import CaseError
-from nutamill.fields import SERIES, SNAPSHOT, expand, series_field, snapshot_field
+from nutamill.result.fields import SERIES, SNAPSHOT, expand, series_field, snapshot_field
 
 
 def test_every_name_of_a_mill_has_unit_symbol_and_meaning():

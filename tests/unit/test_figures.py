@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from nutamill.fields import expand
 from nutamill.figures.run import draw_ledger, draw_run
 from nutamill.result import Recorder, open_result
+from nutamill.result.fields import expand
 
 RATE = 1000.0
 

@@ -11,8 +11,8 @@ from nutamill.analysis.rods import rod_tensions, yoke_rods
 from nutamill.analysis.text import hours_text
 from nutamill.base.errors import CaseError, ResultError
 from nutamill.case import load_case
-from nutamill.fields import expand
 from nutamill.result import Recorder, open_result
+from nutamill.result.fields import expand
 
 RATE = 2000.0
 

@@ -11,8 +11,8 @@ from nutamill.analysis.mounts import chamber_clearance, floor_force, mount_readi
 from nutamill.analysis.ratings import load_ratings
 from nutamill.base.errors import CaseError
 from nutamill.case import load_case
-from nutamill.fields import expand
 from nutamill.result import Recorder, open_result
+from nutamill.result.fields import expand
 
 RATE, SPEED, FORCE = 2000.0, 20.0 * math.pi, 500.0
 RATINGS = """

@@ -23,9 +23,9 @@ from nutamill.base.errors import MillError, ResultError
 from nutamill.case import load_case
 from nutamill.case.machine import BODIES
 from nutamill.cli import app
-from nutamill.fields import STATISTICS, expand
 from nutamill.result import Recorder, open_result, verify
 from nutamill.result.checksums import COPIES, Checksums
+from nutamill.result.fields import STATISTICS, expand
 from nutamill.result.layout import FORMAT_VERSION
 
 COMMANDS = ("verify", "orders", "loads", "mounts", "view", "export", "report", "plot", "compare")

@@ -12,8 +12,8 @@ from nutamill.analysis.replay import particle_snapshots, rotation_of
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import ResultError
 from nutamill.base.units import Kind, parse
-from nutamill.fields import STATISTICS, STATISTICS_AXES
 from nutamill.result import Result
+from nutamill.result.fields import STATISTICS, STATISTICS_AXES
 
 if TYPE_CHECKING:
     import xarray

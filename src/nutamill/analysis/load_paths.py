@@ -9,8 +9,8 @@ import xarray
 from nutamill.analysis.replay import rotation_of
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import CaseError, Fault
-from nutamill.fields import JOINTS
 from nutamill.result import Result
+from nutamill.result.fields import JOINTS
 
 AXES = {"ground": None, "frame": "frame", "crank": "driveshaft", "chamber": "chamber"}
 """Axes by name, and the body whose they are."""

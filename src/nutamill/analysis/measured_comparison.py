@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.fields import series_field
 from nutamill.result import Result
+from nutamill.result.fields import series_field
 
 ASIDE = ("time", "crank_angle", "driveshaft_speed")
 """Series that say when, not what."""

@@ -10,8 +10,8 @@ from nutamill.analysis.measured_columns import Column, read_columns
 from nutamill.analysis.measured_mapping import Mapping, load_mapping
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.file_kind import FileKind, refuse_other_kind
-from nutamill.fields import series_field
 from nutamill.result import Recorder, Result
+from nutamill.result.fields import series_field
 
 STATE = "measured"
 """State of a file that holds a test."""

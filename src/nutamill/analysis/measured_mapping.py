@@ -13,7 +13,7 @@ from nutamill.base.schema import Count, Frequency, Number, Quantity, Speed, Tabl
 from nutamill.base.units import UNITS, Kind
 from nutamill.case.toml.layers import Layer, merge
 from nutamill.case.toml.messages import checked
-from nutamill.fields import series_field
+from nutamill.result.fields import series_field
 
 
 class Channel(Table):

@@ -9,8 +9,8 @@ from scipy.signal.windows import hann
 
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.units import rpm
-from nutamill.fields import series_field
 from nutamill.result import Result
+from nutamill.result.fields import series_field
 
 PER_TURN = 128
 """Samples per turn after resampling over the crank angle [1]: orders up to 16 with 8 samples each."""

@@ -11,7 +11,7 @@ from nutamill.base.schema import Angle, Coefficient, Coordinate, Force, Length, 
 from nutamill.base.units import Kind
 from nutamill.case.toml.layers import merge, read_layers
 from nutamill.case.toml.messages import checked
-from nutamill.fields import JOINTS
+from nutamill.result.fields import JOINTS
 
 Bore = Annotated[float, Quantity(Kind.LENGTH, "zero or more")]
 

@@ -10,8 +10,8 @@ import numpy as np
 from nutamill.analysis.windows import PAPER_WINDOW, turns_at_speed
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.steady import FEWEST_TURNS, steady_mean, turn_means, turn_swings
-from nutamill.fields import Field, series_field
 from nutamill.result import Result
+from nutamill.result.fields import Field, series_field
 
 How = Literal["mean", "rms", "swing"]
 """Mean, root mean square, or half of largest less smallest, of each turn."""

@@ -11,8 +11,8 @@ from nutamill.base.errors import ResultError
 from nutamill.base.steady import FEWEST_TURNS, PRECISION, SteadyMean, batch_half_width, steady_mean, turn_means, whole_turns
 from nutamill.base.units import Kind, parse
 from nutamill.case import Case
-from nutamill.fields import series_field
 from nutamill.result import Result
+from nutamill.result.fields import series_field
 
 PAPER_WINDOW = 3.0
 """Length of the averaging window at the end of a run in both NuMill papers [s]."""

@@ -99,7 +99,7 @@ def pair_types(case: Case) -> list[tuple[str, list[int]]]:
 
 
 def statistics_axes(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
-    """What the recorded arrays are laid out along, by the names of `nutamill.fields.STATISTICS_AXES`."""
+    """What the recorded arrays are laid out along, by the names of `nutamill.result.fields.STATISTICS_AXES`."""
     edges = bin_edges()
     radius = np.linspace(0.0, plan.extent[0], plan.cells[0] + 1)
     angle = np.linspace(0.0, math.tau, plan.cells[1] + 1)
@@ -170,7 +170,7 @@ def _rib_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:
 def recorded_sums(case: Case, plan: StatisticsPlan, per_cut: float, sums: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Sums in small units, as `nutamill.charge.measures.statistics.gathered` gives them, as recorded quantities in SI.
 
-    Names and shapes are those of `nutamill.fields.STATISTICS`; `per_cut` [1/J] is the book's.
+    Names and shapes are those of `nutamill.result.fields.STATISTICS`; `per_cut` [1/J] is the book's.
     """
     interval = 1.0 / case.run.series_rate
     book = np.stack([sums["spectra"][types].sum(axis=0) for _, types in pair_types(case)])

@@ -10,11 +10,11 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.build.rigid_parts import RigidPart, chamber_shell, compose, remove, turned, whole_chamber
 from nutamill.case import Case
 from nutamill.case.machine import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, SHAFT, Mounts, ShaftCoupling
-from nutamill.fields import JOINTS, TURNING
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind, Motor
 from nutamill.mechanism.sensors import Sensor, SensorKind
+from nutamill.result.fields import JOINTS, TURNING
 
 Y_AXIS, Z_AXIS = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 

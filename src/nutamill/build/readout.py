@@ -1,4 +1,4 @@
-"""From the rows a compiled march writes to the recorded quantities of `nutamill.fields`.
+"""From the rows a compiled march writes to the recorded quantities of `nutamill.result.fields`.
 
 A row is: time; columns of the sensors; kinetic, potential and elastic energy, drive work, losses of bushings and joints of the
 mechanism; and, with a charge, what `observe` saw, the contact ledger, the mean wrench on the chamber about the nutation point,
@@ -13,7 +13,7 @@ from nutamill.build.charge_mix import charge_mass
 from nutamill.build.mill_mechanism import CHAMBER_PIVOT, COUPLING, CRANK_PIN, DRIVE, FRAME_FIX, LOAD_CELL, NUTATION_POINT, SHAFT_BEARING
 from nutamill.case import Case
 from nutamill.charge.model import Ledger
-from nutamill.fields import JOINTS, TURNING
+from nutamill.result.fields import JOINTS, TURNING
 
 FRICTIONLESS = (FRAME_FIX, SHAFT_BEARING, LOAD_CELL)
 """Joints that no case gives friction: their losses are zero and not recorded."""

@@ -12,7 +12,7 @@ from nutamill.base.library import similar
 from nutamill.base.units import Kind
 from nutamill.case.charge import Portion, portion_faults, stand_ins
 from nutamill.case.touching import wall_keys
-from nutamill.fields import expand
+from nutamill.result.fields import expand
 
 if TYPE_CHECKING:
     from nutamill.case.mill import Case

@@ -132,7 +132,7 @@ def show(case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A c
 @told
 def fields() -> None:
     """List every recorded quantity: name, unit, meaning."""
-    from nutamill.fields import PART_SERIES, SERIES, SNAPSHOT
+    from nutamill.result.fields import PART_SERIES, SERIES, SNAPSHOT
 
     width = max(len(field.name) for field in (*SERIES, *PART_SERIES, *SNAPSHOT))
     for heading, known in (("series", SERIES), ("series of a mechanism's parts", PART_SERIES), ("snapshots", SNAPSHOT)):

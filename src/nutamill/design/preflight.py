@@ -17,8 +17,8 @@ from nutamill.case.charge import SIZE_KEYS
 from nutamill.charge.filling.room import fill_faults
 from nutamill.charge.particles.sizes import mass_percentiles
 from nutamill.design.forecast import RUN_MEMORY, Forecast
-from nutamill.fields import expand
 from nutamill.mechanism.modes import modes, static_equilibrium
+from nutamill.result.fields import expand
 
 NANOSECONDS, FAR_NANOSECONDS = 85.0, 160.0
 """Wall time per sphere and substep on one thread that forecasts count with [ns]: medians of the runs of `nutamill validate`, two at

@@ -8,7 +8,7 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import rpm
 from nutamill.case import Case
 from nutamill.design.empty import empty_series
-from nutamill.fields import series_field
+from nutamill.result.fields import series_field
 
 AFTER = 1.0
 """Time at full speed after the ramp [s]."""

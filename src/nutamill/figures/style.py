@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from nutamill.fields import series_field
+from nutamill.result.fields import series_field
 
 STYLE = Path(__file__).with_name("nutamill.mplstyle")
 BINS = 500

@@ -7,8 +7,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from nutamill.fields import Field
 from nutamill.result.checksums import moment_digest
+from nutamill.result.fields import Field
 from nutamill.result.layout import Checkpoint
 from nutamill.result.opening import refuse_outside_storage
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from nutamill.base.errors import CaseError, ResultError
-from nutamill.fields import statistics_field
 from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import newest_whole
+from nutamill.result.fields import statistics_field
 from nutamill.result.layout import STATES, STATES_WITH_REASON, Checkpoint, WallMesh
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Snapshots(Sequence):
         return len(self.time)
 
     def __getitem__(self, index: int) -> dict[str, Any]:
-        """The arrays of one snapshot and its ``time``; names, units and axes as in `nutamill.fields.SNAPSHOT`."""
+        """The arrays of one snapshot and its ``time``; names, units and axes as in `nutamill.result.fields.SNAPSHOT`."""
         if not -len(self) <= index < len(self):
             raise IndexError(f"snapshot {index}: the result holds {len(self)}")
         return self._archive.moment("snapshots", index % len(self))
@@ -140,7 +140,7 @@ class Result:
 
     @property
     def statistics(self) -> "xarray.Dataset":
-        """What the charge has done, cumulative over ``time`` [s], in memory, as `nutamill.fields.STATISTICS` names it.
+        """What the charge has done, cumulative over ``time`` [s], in memory, as `nutamill.result.fields.STATISTICS` names it.
 
         The difference of two times belongs to the window between them: `nutamill.analysis.flow.window` makes it.
         """

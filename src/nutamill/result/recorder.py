@@ -12,10 +12,10 @@ import numpy as np
 
 from nutamill.base.atomic_file import make_folder, replace_file, tidy
 from nutamill.base.errors import CaseError, DamagedError, Fault, MillError, ResultError
-from nutamill.fields import Field, series_field, snapshot_field, statistics_field
 from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import WholeCheckpoint, whole_at, whole_until
 from nutamill.result.checksums import GROWING, Checksums, array_bytes, new_hash
+from nutamill.result.fields import Field, series_field, snapshot_field, statistics_field
 from nutamill.result.layout import FORMAT, FORMAT_VERSION, Checkpoint, write_attributes
 from nutamill.result.parts import CHECKPOINTS, PACKED, edited, empty_file, write_arrays, write_checkpoint
 from nutamill.result.reader import series_names, series_values
@@ -78,10 +78,10 @@ class Recorder:
         path : the file; its folder is made if needed
         case_toml : the whole case file
         provenance : texts and numbers, as `nutamill.base.provenance.run_provenance` collects them
-        names : recorded quantities of `nutamill.fields`, the first is ``"time"``
+        names : recorded quantities of `nutamill.result.fields`, the first is ``"time"``
         rate : samples per simulated second [Hz]
         overwrite : replace a file of this name
-        axes : what the statistics lie along, by the names of `nutamill.fields.STATISTICS_AXES`; None without statistics
+        axes : what the statistics lie along, by the names of `nutamill.result.fields.STATISTICS_AXES`; None without statistics
         walls : vertices and triangles of meshed walls, as in `WallMesh`, by their key in the case; so pictures need no other file
 
         Raises
@@ -188,13 +188,13 @@ class Recorder:
             self._rows.append(rows)
 
     def snapshot(self, time: float, arrays: Mapping[str, np.ndarray]) -> None:
-        """Add a snapshot: arrays named in `nutamill.fields`, of the same shapes in every snapshot of a file."""
+        """Add a snapshot: arrays named in `nutamill.result.fields`, of the same shapes in every snapshot of a file."""
         for name in arrays:
             snapshot_field(name)
         self._snapshots.append((float(time), {name: np.array(array) for name, array in arrays.items()}))
 
     def statistics(self, time: float, arrays: Mapping[str, np.ndarray]) -> None:
-        """Add what the charge has done by `time` [s]: cumulative arrays named in `nutamill.fields.STATISTICS`."""
+        """Add what the charge has done by `time` [s]: cumulative arrays named in `nutamill.result.fields.STATISTICS`."""
         for name in arrays:
             statistics_field(name)
         self._statistics.append((float(time), {name: np.array(array) for name, array in arrays.items()}))

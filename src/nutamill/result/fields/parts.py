@@ -1,6 +1,6 @@
 """Recorded quantities of the parts of any mechanism, by the names its file gives them."""
 
-from nutamill.fields.field import WORLD, Field, energy, vector
+from nutamill.result.fields.field import WORLD, Field, energy, vector
 
 AXES_A = "axes of the bushing, fixed in its body a"
 SENSOR_AXES = "world, or axes of the body the sensor names"

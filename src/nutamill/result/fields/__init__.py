@@ -14,10 +14,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.fields.charge import SNAPSHOT, STATISTICS, STATISTICS_AXES
-from nutamill.fields.field import Field
-from nutamill.fields.mill import JOINTS, SERIES, TURNING
-from nutamill.fields.parts import PART_SERIES
+from nutamill.result.fields.charge import SNAPSHOT, STATISTICS, STATISTICS_AXES
+from nutamill.result.fields.field import Field
+from nutamill.result.fields.mill import JOINTS, SERIES, TURNING
+from nutamill.result.fields.parts import PART_SERIES
 
 __all__ = [
     "JOINTS",

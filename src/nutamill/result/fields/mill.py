@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from nutamill.fields.field import O_FIXED, WORLD, Field, energy, vector
+from nutamill.result.fields.field import O_FIXED, WORLD, Field, energy, vector
 
 CRANK = "driveshaft: radial towards its axis, tangential in the direction of rotation"
 

@@ -1,6 +1,6 @@
 """Arrays of the charge: what a snapshot may hold, and what the statistics sum."""
 
-from nutamill.fields.field import O_FIXED, WORLD, Field
+from nutamill.result.fields.field import O_FIXED, WORLD, Field
 
 SNAPSHOT: tuple[Field, ...] = (
     Field("positions", "x", "m", "particle positions", "centres of the particles by id", WORLD, f"from the {O_FIXED}", "(n_particles, 3)"),
