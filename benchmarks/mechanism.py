@@ -20,7 +20,7 @@ from nutamill.base.provenance import processor
 from nutamill.build.model import build
 from nutamill.build.team import usable_cores
 from nutamill.cli.bench import mechanism_step
-from nutamill.warm import warm_up
+from nutamill.simulation.warm_up import warm_up
 
 SPEEDS = np.linspace(100.0, 700.0, 11)
 """Speeds of the runs [rpm]."""

@@ -21,8 +21,8 @@ from nutamill.charge.kernels.simd import WIDTH, negated_radii
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
 from nutamill.charge.model import BATCH, Clock, stamp_of
 from nutamill.cli.bench import developed_case, developed_flow
-from nutamill.coupling import hand_out_motion
-from nutamill.warm import warm_up
+from nutamill.simulation.coupling import hand_out_motion
+from nutamill.simulation.warm_up import warm_up
 
 STAGES = ("clear", "filter candidates", "pair contacts", "find walls", "wall contacts", "integrate and publish")
 REPEATS, PIECES = 25, 40

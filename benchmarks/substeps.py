@@ -11,7 +11,6 @@ import time
 
 import numpy as np
 
-from nutamill.advance import enter, record_first_row
 from nutamill.base.provenance import processor
 from nutamill.build.bed import settled_bed
 from nutamill.build.charge_mix import quickest_pebble
@@ -22,6 +21,7 @@ from nutamill.charge.assembly import charge, velocities
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.model import Surface, SurfaceKind
+from nutamill.simulation.entry import enter, record_first_row
 
 SETTINGS = ["mechanism.mounting=rigid", "drive.ramp=1000 rpm/s", "run.until=1.3 s"]
 AVERAGED = 0.5

@@ -20,7 +20,7 @@ from scene import QUANTITIES, Scene, readings
 
 from nutamill.base.provenance import processor
 from nutamill.build.team import usable_cores
-from nutamill.warm import warm_up
+from nutamill.simulation.warm_up import warm_up
 
 RESULTS = Path(__file__).parent.parent / "results" / "peers.txt"
 

@@ -11,8 +11,8 @@ import time
 import pytest
 
 import nutamill
-from nutamill import warm
 from nutamill.base.child import ended, start_child
+from nutamill.simulation import warm_up
 
 PACKAGE = pathlib.Path(nutamill.__file__).parent
 PATIENCE = 60.0
@@ -101,11 +101,11 @@ def test_compiling_that_is_interrupted_leaves_no_compiling_process(tmp_path, mon
     def interrupt():
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(warm, "compiled_mark", lambda *names: tmp_path / "mark")
-    monkeypatch.setattr(warm, "JIT", True)
-    monkeypatch.setattr(warm, "start_child", sleeper)
-    monkeypatch.setattr(warm, "march_turntable", interrupt)
+    monkeypatch.setattr(warm_up, "compiled_mark", lambda *names: tmp_path / "mark")
+    monkeypatch.setattr(warm_up, "JIT", True)
+    monkeypatch.setattr(warm_up, "start_child", sleeper)
+    monkeypatch.setattr(warm_up, "march_turntable", interrupt)
     with pytest.raises(KeyboardInterrupt):
-        warm.warm_up()
+        warm_up.warm_up()
     assert children[0].poll() is not None
     assert not (tmp_path / "mark").exists()

@@ -166,10 +166,10 @@ def test_every_struct_that_a_kernel_is_given_counts(counted):
     from nutamill.charge.laws.tags import STANDARD_LAW, law_names
     from nutamill.charge.measures.observe import charge_reading
     from nutamill.charge.measures.statistics import charge_statistics, statistics_plan
-    from nutamill.coupling import coupling_state
     from nutamill.mechanism.assembly import assemble
     from nutamill.mechanism.parts import Body
-    from nutamill.warm import STEP, ball, plan
+    from nutamill.simulation.coupling import coupling_state
+    from nutamill.simulation.warm_up import STEP, ball, plan
 
     names, _ = counted
     charge = ball(law_names(STANDARD_LAW), started=False)
@@ -188,7 +188,7 @@ def test_every_struct_that_a_kernel_is_given_counts(counted):
 
 
 def test_every_number_in_the_source_of_a_kernel_comes_from_a_file_that_counts(counted):
-    import nutamill.warm  # noqa: F401  loads all kernels
+    import nutamill.simulation.warm_up  # noqa: F401  loads all kernels
 
     _, files = counted
     modules = {name: module for name, module in list(sys.modules.items()) if name.startswith("nutamill.")}

@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from nutamill import cli, march
+from nutamill import cli
 from nutamill.case import load_case
+from nutamill.simulation import march
 
 MECHANISMS = Path(__file__).parents[2] / "examples" / "mechanisms"
 RATINGS = """

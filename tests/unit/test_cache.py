@@ -8,12 +8,12 @@ import sys
 import numpy as np
 import pytest
 
-from nutamill import warm
 from nutamill.base import cache_folder, kernel
 from nutamill.build import bed as beds
 from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
 from nutamill.cli.screen import COMPILING
+from nutamill.simulation import warm_up
 
 
 @pytest.fixture
@@ -32,11 +32,11 @@ def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one_and_said
     assert folder.is_dir() and os.access(folder, os.W_OK)
     assert os.environ[cache_folder.VARIABLE] == str(folder)  # of the processes that this one starts
     said = []
-    monkeypatch.setattr(warm, "compiled_mark", lambda *names: tmp_path / "mark")
-    monkeypatch.setattr(warm, "JIT", True)
-    monkeypatch.setattr(warm, "march_turntable", lambda: None)
-    warm.warm_up_mechanism(said.append)
-    warm.warm_up_mechanism(said.append)
+    monkeypatch.setattr(warm_up, "compiled_mark", lambda *names: tmp_path / "mark")
+    monkeypatch.setattr(warm_up, "JIT", True)
+    monkeypatch.setattr(warm_up, "march_turntable", lambda: None)
+    warm_up.warm_up_mechanism(said.append)
+    warm_up.warm_up_mechanism(said.append)
     assert said == [cache_folder.cache_trouble(), COMPILING]
     assert str(wanted) in said[0] and "\n" not in said[0]
 

@@ -53,8 +53,8 @@ def engine(monkeypatch):
         asked[figure] = path
         return path
 
-    monkeypatch.setitem(sys.modules, "nutamill.march", types.SimpleNamespace(run=run, resume=resume))
-    monkeypatch.setattr("nutamill.march", sys.modules["nutamill.march"], raising=False)
+    monkeypatch.setitem(sys.modules, "nutamill.simulation.march", types.SimpleNamespace(run=run, resume=resume))
+    monkeypatch.setattr("nutamill.simulation.march", sys.modules["nutamill.simulation.march"], raising=False)
     monkeypatch.setitem(
         sys.modules, "nutamill.figures.run", types.SimpleNamespace(draw_run=lambda result: "picture", draw_ledger=lambda result: "power")
     )
@@ -103,7 +103,7 @@ def test_show_prints_a_case_that_is_the_case(invoke):
 
 def test_check_says_the_contacts_in_other_programs_when_asked(invoke, monkeypatch):
     sheet = types.SimpleNamespace(lines=lambda: ["the sheet"])
-    monkeypatch.setattr("nutamill.warm.warm_up", lambda tell, law: None)
+    monkeypatch.setattr("nutamill.simulation.warm_up.warm_up", lambda tell, law: None)
     monkeypatch.setattr("nutamill.design.preflight.preflight", lambda case: sheet)
     assert invoke("check", "numill").stdout == "the sheet\n"
     said = invoke("check", "numill", "--dialects").stdout

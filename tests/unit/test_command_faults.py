@@ -7,10 +7,11 @@ import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from nutamill import cli, march
+from nutamill import cli
 from nutamill.analysis.measured_import import import_test
 from nutamill.base.errors import ExitCode
 from nutamill.case import load_case
+from nutamill.simulation import march
 
 PENDULUM = Path(__file__).parents[2] / "examples/mechanisms/pendulum.toml"
 EMPTY = ("-s", "charge.kind=none", "-s", "mechanism.mounting=rigid", "-s", "run.until=2 ms", "-s", "drive.ramp=7000 rpm/s")

@@ -16,7 +16,7 @@ pty = pytest.importorskip("pty", reason="needs a system with pseudo-terminals")
 
 PROGRAM = """
 import sys, time
-import nutamill.march as march
+import nutamill.simulation.march as march
 from nutamill.cli import app
 
 def settle(case, progress):

@@ -7,11 +7,11 @@ import signal
 import numpy as np
 import pytest
 
-from nutamill import advance, march
 from nutamill.analysis.replay import chosen_snapshots, replay
 from nutamill.base.errors import CaseError, ResultError, StepError
 from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
+from nutamill.simulation import entry, march
 
 OVERRIDES = [
     "mechanism.mounting=rigid",
@@ -40,7 +40,7 @@ def lattice(monkeypatch):
         return places[:n] if n else None
 
     monkeypatch.setattr(march, "settled_bed", bed)
-    monkeypatch.setattr("nutamill.watch.PAUSE", 0.0)  # every entry reports
+    monkeypatch.setattr("nutamill.simulation.progress.PAUSE", 0.0)  # every entry reports
 
 
 def while_marching(act):
@@ -311,13 +311,13 @@ def test_mechanism_that_is_no_longer_finite_stops_the_run(case, tmp_path, states
 
 def test_lists_that_grow_during_a_run_do_not_change_it(case, tmp_path, monkeypatch):
     whole = numbers(march.run(case, tmp_path / "roomy.h5"))
-    grown, grow = [], advance.grow
+    grown, grow = [], entry.grow
 
     def count(*charge):
         grown.append(charge)
         return grow(*charge)
 
-    monkeypatch.setattr(advance, "grow", count)
+    monkeypatch.setattr(entry, "grow", count)
     monkeypatch.setattr("nutamill.charge.assembly.PADDING", 0)
     monkeypatch.setattr("nutamill.charge.assembly.CANDIDATES_PER_PARTICLE", 1)
     tight = numbers(march.run(case, tmp_path / "tight.h5"))

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from nutamill import march
 from nutamill.base.errors import DamagedError, ResultError
 from nutamill.case import load_case
 from nutamill.cli import app
 from nutamill.result import Recorder, open_result, verify
 from nutamill.result.checksums import COPIES, Checksums
 from nutamill.result.fields import expand
+from nutamill.simulation import march
 
 NAMES = ["time", "crank_angle", "driveshaft_torque"]
 CASE = 'title = "a mill"\nschema = 1\n' + "# every word of the case counts\n" * 40

@@ -9,12 +9,13 @@ import pytest
 from typer.testing import CliRunner
 
 import nutamill as nm
-from nutamill import cli, march, signals
+from nutamill import cli
 from nutamill.base.atomic_file import SPARE
 from nutamill.base.errors import CaseError, Interrupted, NotSteadyError, OutputError, ResultError
 from nutamill.case import load_case
 from nutamill.result import Recorder, open_result, recorder
 from nutamill.result.one_writer import one_writer
+from nutamill.simulation import march, signals
 
 PENDULUM = """
 schema = 1
@@ -60,7 +61,7 @@ def case_file(tmp_path):
 @pytest.fixture
 def case(case_file, monkeypatch):
     """The same as a case; every entry of its march reports."""
-    monkeypatch.setattr("nutamill.watch.PAUSE", 0.0)
+    monkeypatch.setattr("nutamill.simulation.progress.PAUSE", 0.0)
     return load_case(case_file)
 
 

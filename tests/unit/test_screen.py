@@ -12,7 +12,7 @@ from rich.console import Console
 
 from nutamill.cli import keys, screen
 from nutamill.cli.screen import COMPILING, Progress, Screen, duration, line, offers, panel
-from nutamill.running import RunningMean
+from nutamill.simulation.running_mean import RunningMean
 
 PROGRESS = Progress(
     phase="ramp",

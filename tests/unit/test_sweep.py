@@ -294,7 +294,7 @@ def test_stopped_workers_ask_their_processes_to_save(tmp_path, monkeypatch):
 def test_worker_whose_campaign_has_died_saves_and_ends(tmp_path):
     case = load_case("numill", [*EMPTY, "run.until=100 s"]).with_("run.threads", 1)
     task = Task("run", case.to_toml(), "numill", str(tmp_path / "a.h5"))
-    program = "import nutamill.march as m; m.warm_up = lambda *a, **k: None\nfrom nutamill.campaign.member import main; main()"
+    program = "import nutamill.simulation.march as m; m.warm_up = lambda *a, **k: None\nfrom nutamill.campaign.member import main; main()"
     process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, text=True)
     process.stdin.write(json.dumps(task) + "\n")
     process.stdin.flush()

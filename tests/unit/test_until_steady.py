@@ -8,10 +8,10 @@ import signal
 import numpy as np
 import pytest
 
-from nutamill import march
 from nutamill.base.errors import CaseError, NotSteadyError
 from nutamill.case import load_case
-from nutamill.record_plan import COLUMNS, Ending
+from nutamill.simulation import march
+from nutamill.simulation.record import COLUMNS, Ending
 
 OVERRIDES = [
     "mechanism.mounting=rigid",
@@ -41,7 +41,7 @@ def test_steady_mill_ends_soon_after_five_turns_and_the_time_of_its_snapshots(ca
 
 
 def test_run_that_stops_and_goes_on_ends_where_the_run_that_never_stopped_does(case, tmp_path, monkeypatch):
-    monkeypatch.setattr("nutamill.watch.PAUSE", 0.0)
+    monkeypatch.setattr("nutamill.simulation.progress.PAUSE", 0.0)
     march.run(case, tmp_path / "whole.h5").close()
 
     def interrupt(progress):

@@ -8,7 +8,6 @@ import signal
 import numpy as np
 import pytest
 
-from nutamill import march
 from nutamill.analysis.windows import warning_lines
 from nutamill.base.errors import CaseError, NotInstalledError
 from nutamill.build import wall_mesh
@@ -26,6 +25,7 @@ from nutamill.charge.walls.mesh import on_charge_side
 from nutamill.design.preflight import preflight
 from nutamill.drawing import machine_parts
 from nutamill.result import Recorder, open_result
+from nutamill.simulation import march
 
 FLOOR, CEILING, RADIUS = -350.0, -122.0, 70.0
 """The chamber of the published mill, in chamber axes from the nutation point [mm]."""
@@ -297,7 +297,7 @@ def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_pat
         return places[: particle_count(case)]
 
     monkeypatch.setattr(march, "settled_bed", bed)
-    monkeypatch.setattr("nutamill.watch.PAUSE", 0.0)
+    monkeypatch.setattr("nutamill.simulation.progress.PAUSE", 0.0)
     case = case_of(folder, MESHED, ["drive.ramp=10000 rpm/s", "run.until=15 ms", "run.checkpoint=5 ms", "run.threads=1"])
 
     def interrupt(progress):

@@ -11,11 +11,11 @@ from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.observe import charge_reading
 from nutamill.charge.measures.statistics import charge_statistics, statistics_plan
 from nutamill.charge.model import Ledger, Surface, SurfaceKind
-from nutamill.coupling import RUNNING, CouplingPlan, Scheme, coupling_state, march_coupled, march_iterated
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
 from nutamill.mechanism.sensors import Sensor, SensorKind, sensor_table
+from nutamill.simulation.coupling import RUNNING, CouplingPlan, Scheme, coupling_state, march_coupled, march_iterated
 
 G = 9.81
 Z = (0.0, 0.0, 1.0)

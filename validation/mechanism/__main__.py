@@ -14,7 +14,7 @@ from pathlib import Path
 
 from nutamill import __version__
 from nutamill.base.provenance import processor
-from nutamill.warm import warm_up_mechanism
+from nutamill.simulation.warm_up import warm_up_mechanism
 from validation.mechanism.problems import PROBLEMS, Problem
 from validation.mechanism.simulate import Run, simulate
 

@@ -12,13 +12,13 @@ from nutamill.build.part_readout import PartReadout
 from nutamill.case import MechanismCase
 from nutamill.case.mechanism import BodyEntry, BushingEntry, JointEntry, Turn
 from nutamill.charge.measures.observe import charge_reading
-from nutamill.coupling import CouplingPlan, Scheme, coupling_state
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import Body, Bushing, Drive, Joint, JointFriction, JointKind, Spring, Torque
 from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, sensor_table
+from nutamill.simulation.coupling import CouplingPlan, Scheme, coupling_state
 
 KINDS = {
     "position": SensorKind.POINT_POSITION,

@@ -18,10 +18,10 @@ from nutamill.charge.assembly import with_patches
 from nutamill.charge.measures.observe import ChargeReading, charge_reading
 from nutamill.charge.measures.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
-from nutamill.coupling import CouplingPlan, CouplingState, Scheme, coupling_state
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.sensors import SensorTable, column_names, sensor_table
+from nutamill.simulation.coupling import CouplingPlan, CouplingState, Scheme, coupling_state
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """From the rows a compiled march writes to the series of a mechanism's parts (`nutamill.result.fields.PART_SERIES`).
 
 A row is: time; columns of the sensors; kinetic, potential and elastic energy; works of the drives, losses of bushings, springs
-and joints, works of the constant moments (`nutamill.coupling.mechanism_row`).
+and joints, works of the constant moments (`nutamill.simulation.coupling.mechanism_row`).
 """
 
 import numpy as np

@@ -14,8 +14,8 @@ from nutamill.base.child import task_of_parent
 from nutamill.base.errors import ExitCode, MillError, NotSteadyError
 from nutamill.build.bed import settled_bed
 from nutamill.case import Case
-from nutamill.march import resume, run
 from nutamill.result import is_finished, open_result, state_of
+from nutamill.simulation.march import resume, run
 
 
 class Task(NamedTuple):

@@ -20,8 +20,8 @@ from nutamill.campaign.table import Outcome, dataset, write_csv
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case
 from nutamill.result import is_finished, open_result, state_of
-from nutamill.signals import requests
-from nutamill.warm import warm_up
+from nutamill.simulation.signals import requests
+from nutamill.simulation.warm_up import warm_up
 
 if TYPE_CHECKING:
     import distributed

@@ -10,14 +10,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from nutamill.advance import enter, record_first_row
 from nutamill.base.provenance import processor
 from nutamill.build.bed import settled_bed
 from nutamill.build.model import Model, State, build
 from nutamill.build.team import usable_cores
 from nutamill.case import Case, load_case
-from nutamill.coupling import coupling_state, march_mechanism
-from nutamill.warm import warm_up
+from nutamill.simulation.coupling import coupling_state, march_mechanism
+from nutamill.simulation.entry import enter, record_first_row
+from nutamill.simulation.warm_up import warm_up
 
 ROWS = 48
 """Rows of the record in one measured piece [1]: 2880 substeps."""

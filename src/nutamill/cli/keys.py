@@ -6,7 +6,7 @@ import signal
 import sys
 from collections.abc import Collection, Iterator
 
-from nutamill.signals import checkpoint_signal
+from nutamill.simulation.signals import checkpoint_signal
 
 
 def key_signals() -> dict[str, signal.Signals]:

@@ -10,7 +10,7 @@ import typer
 from nutamill.base.atomic_file import RESULTS, refuse_suffix
 from nutamill.base.errors import CaseError, ExitCode, Fault, Interrupted, NotSteadyError, printable
 from nutamill.cli.common import CaseName, Overrides, Quick, app, load, told
-from nutamill.signals import stop_at_once
+from nutamill.simulation.signals import stop_at_once
 
 if TYPE_CHECKING:
     from nutamill.case import Case
@@ -56,7 +56,7 @@ def check(
     from nutamill.build.chamber_charge import contact_law_of
     from nutamill.design.dialects import dialect_lines
     from nutamill.design.preflight import preflight
-    from nutamill.warm import warm_up
+    from nutamill.simulation.warm_up import warm_up
 
     warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded))
     typer.echo("\n".join(preflight(loaded).lines() + (dialect_lines(loaded) if dialects else [])))
@@ -92,7 +92,7 @@ def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, agai
         typer.echo(f"warning: {warning}", err=True)
     path = to or loaded.result_file
     refuse_suffix(path, RESULTS)
-    from nutamill import march
+    from nutamill.simulation import march
 
     _watched(
         loaded.title or loaded.name,
@@ -109,7 +109,7 @@ def resume(
 ) -> None:
     """Continue a run from its last checkpoint."""
     with stop_at_once():
-        from nutamill import march
+        from nutamill.simulation import march
 
         _watched(file.stem, file, lambda screen: march.resume(file, until=until, progress=screen, tell=screen.message))
 

@@ -24,11 +24,11 @@ from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.measures.statistics import charge_statistics, sample, statistics_plan
 from nutamill.charge.model import PairLaw, Surface, SurfaceKind
 from nutamill.cli.screen import COMPILING
-from nutamill.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
 from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, sensor_table
+from nutamill.simulation.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
 
 STEP = 1e-6
 """Window of the ball on the turntable [s]."""
@@ -51,7 +51,7 @@ def warm_up(
     if not _begins(compiled_mark(*names), tell):
         return
     with ExitStack() as children:
-        charge_compiler = start_child("from nutamill.warm import compile_charge; compile_charge()", names)
+        charge_compiler = start_child("from nutamill.simulation.warm_up import compile_charge; compile_charge()", names)
         children.enter_context(ended(charge_compiler))
         march_turntable()
         read_ball(names)

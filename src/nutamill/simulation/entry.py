@@ -20,7 +20,7 @@ from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.statistics import gathered, put_back
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import Clock as ChargeClock
-from nutamill.coupling import (
+from nutamill.simulation.coupling import (
     CHARGE_FAILED,
     LISTS_FULL,
     NOT_CONVERGED,

@@ -10,7 +10,7 @@ from nutamill.build.model import Model
 from nutamill.case import Case, MechanismCase
 from nutamill.cli.screen import Progress
 from nutamill.result import Recorder
-from nutamill.running import RunningMean
+from nutamill.simulation.running_mean import RunningMean
 
 PAUSE = 0.5
 """Wall time between two reports [s]."""

@@ -12,17 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from nutamill.advance import (
-    bed_from_checkpoint,
-    checkpoint_groups,
-    enter,
-    keep,
-    record_first_row,
-    restore,
-    snapshot,
-    statistics,
-    statistics_group,
-)
 from nutamill.base.atomic_file import check_room, put_in_place
 from nutamill.base.errors import CaseError, DamagedError, Fault, Interrupted, MillError, NotSteadyError, ResultError, StepError
 from nutamill.base.kernel import kernel_digest
@@ -39,13 +28,24 @@ from nutamill.build.team import team_size
 from nutamill.build.wall_mesh import digests, placed_walls
 from nutamill.case import Case, MechanismCase, case_of_text, load_case
 from nutamill.cli.screen import Progress
-from nutamill.record_plan import COLUMNS, Ending, RecordPlan, room_at_start
 from nutamill.result import NOT_STEADY, Recorder, Result, is_finished, open_result
-from nutamill.result.earlier import earlier_result, place_beside
 from nutamill.result.one_writer import one_writer
-from nutamill.signals import Requests, requests, stop_at_once
-from nutamill.warm import warm_up, warm_up_mechanism
-from nutamill.watch import Watch
+from nutamill.simulation.earlier import earlier_result, place_beside
+from nutamill.simulation.entry import (
+    bed_from_checkpoint,
+    checkpoint_groups,
+    enter,
+    keep,
+    record_first_row,
+    restore,
+    snapshot,
+    statistics,
+    statistics_group,
+)
+from nutamill.simulation.progress import Watch
+from nutamill.simulation.record import COLUMNS, Ending, RecordPlan, room_at_start
+from nutamill.simulation.signals import Requests, requests, stop_at_once
+from nutamill.simulation.warm_up import warm_up, warm_up_mechanism
 
 ROWS_PER_ENTRY = 48
 """Rows recorded in one entry of the compiled march [1]: 10 ms of simulated time at the default rate."""
