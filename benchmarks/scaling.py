@@ -14,7 +14,6 @@ import time
 import numpy as np
 
 from nutamill.base.provenance import processor
-from nutamill.build.team import usable_cores
 from nutamill.charge.assembly import charge_of, grow
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
@@ -22,6 +21,7 @@ from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.model import Clock, PairLaw, Status, Surface, SurfaceKind
 from nutamill.charge.particles.particles import clumps, spheres
 from nutamill.charge.particles.shapes import clump_shape
+from nutamill.simulation.setup.threads import usable_cores
 
 DIAMETER, SUBSTEP = 1.95e-3, 2e-6
 LAW = PairLaw(5e4, 0.0, 0.0, 2 / 3, 0.212, False, 0.5, 0.5, 0.01, 0.05, 0.5)

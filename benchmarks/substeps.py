@@ -12,16 +12,16 @@ import time
 import numpy as np
 
 from nutamill.base.provenance import processor
-from nutamill.build.bed import settled_bed
-from nutamill.build.charge_mix import quickest_pebble
-from nutamill.build.clock import ContactFacts, contact_facts
-from nutamill.build.model import build
 from nutamill.case import Case, load_case
 from nutamill.charge.assembly import charge, velocities
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.model import Surface, SurfaceKind
 from nutamill.simulation.entry import enter, record_first_row
+from nutamill.simulation.setup.bed import settled_bed
+from nutamill.simulation.setup.clock import ContactFacts, contact_facts
+from nutamill.simulation.setup.model import build
+from nutamill.simulation.setup.particles import quickest_pebble
 
 SETTINGS = ["mechanism.mounting=rigid", "drive.ramp=1000 rpm/s", "run.until=1.3 s"]
 AVERAGED = 0.5

@@ -19,7 +19,7 @@ from places import peers, reason
 from scene import QUANTITIES, Scene, readings
 
 from nutamill.base.provenance import processor
-from nutamill.build.team import usable_cores
+from nutamill.simulation.setup.threads import usable_cores
 from nutamill.simulation.warm_up import warm_up
 
 RESULTS = Path(__file__).parent.parent / "results" / "peers.txt"

@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from scene import Law, Record, Scene
 
-from nutamill.build.charge_mix import particle_count
-from nutamill.build.clock import ContactFacts, contact_facts
-from nutamill.build.model import Model, State, build
 from nutamill.case import Case, load_case
 from nutamill.charge.assembly import positions, spins, velocities
 from nutamill.cli.bench import developed_case, developed_flow, on_threads
 from nutamill.simulation.coupling import coupling_state, march_mechanism
 from nutamill.simulation.entry import enter, record_first_row
+from nutamill.simulation.setup.clock import ContactFacts, contact_facts
+from nutamill.simulation.setup.model import Model, State, build
+from nutamill.simulation.setup.particles import particle_count
 
 SAND = (
     "mechanism.mounting=rigid",

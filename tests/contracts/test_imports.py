@@ -77,7 +77,7 @@ AT_HOME = {
     "typer": {"cli"},
     "rich": {"screen.py", "campaign/board.py", "papers"},
     "distributed": {"campaign", "validation.py"},
-    "trimesh": {"build/wall_mesh.py"},
+    "trimesh": {"simulation/setup/walls.py"},
     "rainflow": {"analysis/fatigue.py"},
     "pyvista": {"scene.py"},
     "imageio_ffmpeg": {"scene.py"},

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.case import load_case
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.drives import drive_motion
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, march_recording, sensor_table
+from nutamill.simulation.setup.mill import mill_mechanism
 
 pytest.importorskip("exudyn", reason="the comparison with an independent engine needs: pip install exudyn")
 

@@ -7,21 +7,21 @@ import pytest
 from scipy.spatial import cKDTree
 
 from nutamill.base.errors import CaseError
-from nutamill.build.bed import _filled, settled_bed
-from nutamill.build.chamber_charge import chamber_surfaces, rib_inside
-from nutamill.build.chamber_statistics import chamber_cells, chamber_survey, statistics_axes
-from nutamill.build.charge_mix import particle_count
-from nutamill.build.clock import contact_facts, run_clock
-from nutamill.build.mill_mechanism import mill_mechanism, mill_sensors
-from nutamill.build.model import bed_weight, build
-from nutamill.build.rigid_parts import RigidPart, compose, remove, rib_ring
-from nutamill.build.team import team_size
 from nutamill.case import load_case
 from nutamill.case.machine import CHAMBER, CROSS, SHAFT
 from nutamill.charge.filling.room import cylinder_room
 from nutamill.charge.kernels.team import MOST_THREADS
 from nutamill.charge.model import Status, SurfaceKind
 from nutamill.design.preflight import preflight
+from nutamill.simulation.setup.bed import _filled, settled_bed
+from nutamill.simulation.setup.charge import chamber_surfaces, rib_inside
+from nutamill.simulation.setup.clock import contact_facts, run_clock
+from nutamill.simulation.setup.mill import mill_mechanism, mill_sensors
+from nutamill.simulation.setup.model import bed_weight, build
+from nutamill.simulation.setup.particles import particle_count
+from nutamill.simulation.setup.rigid_parts import RigidPart, compose, remove, rib_ring
+from nutamill.simulation.setup.statistics import chamber_cells, chamber_survey, statistics_axes
+from nutamill.simulation.setup.threads import team_size
 
 
 def mill(*overrides):

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from nutamill.base import cache_folder, kernel
-from nutamill.build import bed as beds
-from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
 from nutamill.cli.screen import COMPILING
 from nutamill.simulation import warm_up
+from nutamill.simulation.setup import bed as beds
+from nutamill.simulation.setup.particles import particle_count
 
 
 @pytest.fixture

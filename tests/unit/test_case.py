@@ -7,9 +7,9 @@ import pytest
 
 from nutamill.base.errors import CaseError
 from nutamill.base.library import mount_sets
-from nutamill.build.charge_mix import particle_count
 from nutamill.case import Case, library_names, load_case
 from nutamill.case.starter import starter
+from nutamill.simulation.setup.particles import particle_count
 
 RPM = 2 * math.pi / 60
 

@@ -10,16 +10,16 @@ import pytest
 
 from nutamill.base.errors import CaseError
 from nutamill.base.library import CHARGES, SHAPES
-from nutamill.build.chamber_charge import pair_laws
-from nutamill.build.charge_mix import charge_mass, charge_particles, particle_count, particle_masses
-from nutamill.build.clock import contact_facts, run_clock
-from nutamill.build.model import bed_weight, build
 from nutamill.case import Case, load_case
 from nutamill.charge.filling.fill import fill_cylinder, near_pairs, random_attitudes, random_fill, size_octaves
 from nutamill.charge.model import Status
 from nutamill.charge.particles.particles import check_particles, clumps, joined, spheres
 from nutamill.charge.particles.shapes import clump_shape
 from nutamill.design.preflight import preflight
+from nutamill.simulation.setup.charge import pair_laws
+from nutamill.simulation.setup.clock import contact_facts, run_clock
+from nutamill.simulation.setup.model import bed_weight, build
+from nutamill.simulation.setup.particles import charge_mass, charge_particles, particle_count, particle_masses
 
 MIX = """base = "numill-2025"
 [[charge.part]]

@@ -3,10 +3,10 @@
 import pytest
 
 from nutamill.base.host import free_disk, total_memory
-from nutamill.build.team import usable_cores
 from nutamill.case import load_case
 from nutamill.design.forecast import Forecast
 from nutamill.design.preflight import preflight
+from nutamill.simulation.setup.threads import usable_cores
 
 RIGID = "mechanism.mounting=rigid"
 DAY = 86400.0

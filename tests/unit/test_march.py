@@ -9,9 +9,9 @@ import pytest
 
 from nutamill.analysis.replay import chosen_snapshots, replay
 from nutamill.base.errors import CaseError, ResultError, StepError
-from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
 from nutamill.simulation import entry, march
+from nutamill.simulation.setup.particles import particle_count
 
 OVERRIDES = [
     "mechanism.mounting=rigid",

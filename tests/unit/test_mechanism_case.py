@@ -8,7 +8,6 @@ import pytest
 import nutamill as nm
 from nutamill.analysis.mechanism import is_mechanism, ledger_share, mechanism_summary_lines, part_loads
 from nutamill.base.errors import CaseError, MillError
-from nutamill.build.described_mechanism import assemble_case, build_mechanism, mechanism_parts
 from nutamill.case import MechanismCase, case_of_text, load_case, load_mill
 from nutamill.design.mechanism_preflight import mechanism_preflight
 from nutamill.figures.mechanism import draw_reactions
@@ -16,6 +15,7 @@ from nutamill.figures.named import figure_of
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.report import write_report
 from nutamill.result import open_result
+from nutamill.simulation.setup.mechanism import assemble_case, build_mechanism, mechanism_parts
 from nutamill.webview import view_page
 
 HEAD = 'schema = 1\ntitle = "pendulum on a spring"\n'

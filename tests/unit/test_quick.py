@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from nutamill.build.clock import contact_facts, run_clock
-from nutamill.build.quick import quick
 from nutamill.case import load_case
+from nutamill.simulation.setup.clock import contact_facts, run_clock
+from nutamill.simulation.setup.quick import quick
 
 
 @pytest.fixture(scope="module")

@@ -10,14 +10,6 @@ import pytest
 
 from nutamill.analysis.windows import warning_lines
 from nutamill.base.errors import CaseError, NotInstalledError
-from nutamill.build import wall_mesh
-from nutamill.build.bed import settled_bed
-from nutamill.build.chamber_charge import chamber_surfaces, pair_law
-from nutamill.build.chamber_statistics import pair_types
-from nutamill.build.charge_mix import charge_particles, particle_count
-from nutamill.build.clock import contact_facts, run_clock
-from nutamill.build.model import build
-from nutamill.build.wall_mesh import chamber_mesh, free_volume, placed_walls, wall_meshes
 from nutamill.case import Case, load_case
 from nutamill.case.machine import CHAMBER
 from nutamill.charge.laws.impact import scaled_contact_time
@@ -26,6 +18,14 @@ from nutamill.design.preflight import preflight
 from nutamill.drawing import machine_parts
 from nutamill.result import Recorder, open_result
 from nutamill.simulation import march
+from nutamill.simulation.setup import walls
+from nutamill.simulation.setup.bed import settled_bed
+from nutamill.simulation.setup.charge import chamber_surfaces, pair_law
+from nutamill.simulation.setup.clock import contact_facts, run_clock
+from nutamill.simulation.setup.model import build
+from nutamill.simulation.setup.particles import charge_particles, particle_count
+from nutamill.simulation.setup.statistics import pair_types
+from nutamill.simulation.setup.walls import chamber_mesh, free_volume, placed_walls, wall_meshes
 
 FLOOR, CEILING, RADIUS = -350.0, -122.0, 70.0
 """The chamber of the published mill, in chamber axes from the nutation point [mm]."""
@@ -87,7 +87,7 @@ def folder(tmp_path, monkeypatch):
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
-    monkeypatch.setattr("nutamill.build.bed.bed_file", lambda case: tmp_path / "beds" / case.digest)
+    monkeypatch.setattr("nutamill.simulation.setup.bed.bed_file", lambda case: tmp_path / "beds" / case.digest)
     stl(home / "tube.stl", tube())
     stl(home / "lifter.stl", block((-5, -5, -5), (5, 5, 100)))
     return home
@@ -246,7 +246,7 @@ def test_volume_for_the_charge_is_that_of_the_meshes(folder):
 @pytest.mark.parametrize("text", [MESHED, 'base = "numill"\n[charge]\nmass = "0.05 kg"\n'], ids=["meshed", "drawn"])
 def test_a_bed_settles_among_meshed_walls(folder, text, monkeypatch):
     # settling itself is tested elsewhere: 5 ms of it, in which pellets fall and meet the walls
-    monkeypatch.setattr("nutamill.build.bed.LONGEST", 0.005)
+    monkeypatch.setattr("nutamill.simulation.setup.bed.LONGEST", 0.005)
     case = case_of(folder, text + LIFTER.format(material="steel"), ["charge.mass=0.3 kg", "run.threads=1"])
     bed = settled_bed(case)
     lifter = wall_meshes(case)[0]
@@ -264,7 +264,7 @@ def test_a_bed_settles_among_meshed_walls(folder, text, monkeypatch):
 
 
 def test_no_pellet_is_placed_in_a_gap_in_which_none_fits(folder, monkeypatch):
-    monkeypatch.setattr("nutamill.build.bed.LONGEST", 0.0005)
+    monkeypatch.setattr("nutamill.simulation.setup.bed.LONGEST", 0.0005)
     stl(folder / "plate.stl", block((-30, 0, -5), (30, 4, 100)))
     # two plates 3 mm apart, where one in eighty of all places is; pellets are 5 mm thick
     plate = '[[walls]]\nfile = "plate.stl"\nunit = "mm"\nat = ["0 mm", "{y} mm", "-350 mm"]\nmaterial = "steel"\n'
@@ -311,7 +311,7 @@ def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_pat
         march.run(case, tmp_path / "parts.h5", interrupt)
     kept = (folder / "tube.stl").read_text()
     stl(folder / "tube.stl", tube(36))
-    wall_mesh._read.cache_clear()  # as in another process
+    walls._read.cache_clear()  # as in another process
     assert "has changed" in refusal(march.resume, tmp_path / "parts.h5")
     (folder / "tube.stl").write_text(kept)
     with march.resume(tmp_path / "parts.h5") as parts:

@@ -14,12 +14,12 @@ import pytest
 from matplotlib.image import imread
 
 from nutamill.base.errors import ResultError
-from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.case import load_case
 from nutamill.case.machine import BODIES
 from nutamill.drawing import box, machine_parts, ring
 from nutamill.result import open_result
 from nutamill.result.checksums import Checksums
+from nutamill.simulation.setup.mill import mill_mechanism
 from nutamill.webview import view_page, write_view
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from nutamill.build.model import build
 from nutamill.case import load_case
 from nutamill.simulation.entry import enter, record_first_row
+from nutamill.simulation.setup.model import build
 
 SMOOTH = ["mechanism.joint_friction=0", "mechanism.joint_friction_viscous=0 N m s/rad"]
 """Joints without friction."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from mill_bench import SMOOTH, march_mill, mill, whole_turns
 
-from nutamill.build.clock import run_clock
+from nutamill.simulation.setup.clock import run_clock
 
 BORE, D, DENSITY = 0.070, 0.046672, 7863.7
 ACRYLIC, STEEL, SOFTENING = 3.2e9, 200e9, 0.1

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from nutamill.build.charge_mix import particle_count
 from nutamill.case import load_case
 from nutamill.papers.quantities import charge_at_pin, superposed
 from nutamill.simulation import march
+from nutamill.simulation.setup.particles import particle_count
 
 SETUP = [
     "mechanism.mounting=rigid",

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from mill_bench import SMOOTH, march_mill, mill, whole_turns
 
-from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.modes import modes, static_equilibrium
+from nutamill.simulation.setup.mill import mill_mechanism
 
 RPM = 2 * math.pi / 60
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from mill_bench import EMPTY, march_mill, mill, whole_turns
 
-from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.sensors import Sensor, SensorKind, march_recording, sensor_table
+from nutamill.simulation.setup.mill import mill_mechanism
 
 RPM = 2 * math.pi / 60
 RIGID = [*EMPTY, "mechanism.mounting=rigid"]

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.build.described_mechanism import build_mechanism
 from nutamill.case import load_case
 from nutamill.mechanism.equations import place, row_residuals
 from nutamill.simulation.entry import enter, record_first_row
+from nutamill.simulation.setup.mechanism import build_mechanism
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "mechanisms"
 

@@ -6,8 +6,6 @@ from typing import Any
 
 from nutamill.analysis.values import DEFAULT, reading_of
 from nutamill.base.errors import CaseError, Fault
-from nutamill.build.quick import banner
-from nutamill.build.quick import quick as quickened
 from nutamill.campaign.axes import axis_values, members
 from nutamill.campaign.board import Board, ended, total
 from nutamill.campaign.fit import fit
@@ -19,6 +17,8 @@ from nutamill.case.sweep_file import is_sweep_file, load_sweep
 from nutamill.figures.campaign import draw_sweep
 from nutamill.figures.saving import save_figure
 from nutamill.result import is_finished
+from nutamill.simulation.setup.quick import banner
+from nutamill.simulation.setup.quick import quick as quickened
 
 
 def workers_of(jobs: int | None, cluster: str | None) -> Callable[[], Workers]:

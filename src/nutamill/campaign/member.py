@@ -12,10 +12,10 @@ from typing import Literal, NamedTuple
 
 from nutamill.base.child import task_of_parent
 from nutamill.base.errors import ExitCode, MillError, NotSteadyError
-from nutamill.build.bed import settled_bed
 from nutamill.case import Case
 from nutamill.result import is_finished, open_result, state_of
 from nutamill.simulation.march import resume, run
+from nutamill.simulation.setup.bed import settled_bed
 
 
 class Task(NamedTuple):

@@ -11,15 +11,15 @@ from nutamill.analysis.values import DEFAULT, Reading, read
 from nutamill.base.atomic_file import make_folder
 from nutamill.base.errors import CaseError, Fault, MillError
 from nutamill.base.kernel import kernel_digest
-from nutamill.build.bed import bed_is_kept, bed_key
-from nutamill.build.chamber_charge import contact_law_of
-from nutamill.build.clock import run_clock
 from nutamill.campaign.axes import Member, changed, members
 from nutamill.campaign.member import Task
 from nutamill.campaign.table import Outcome, dataset, write_csv
 from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case
 from nutamill.result import is_finished, open_result, state_of
+from nutamill.simulation.setup.bed import bed_is_kept, bed_key
+from nutamill.simulation.setup.charge import contact_law_of
+from nutamill.simulation.setup.clock import run_clock
 from nutamill.simulation.signals import requests
 from nutamill.simulation.warm_up import warm_up
 

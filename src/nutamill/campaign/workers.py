@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from nutamill.base.child import start_child
 from nutamill.base.errors import CaseError, ExitCode, Fault, MillError, missing_extra
-from nutamill.build.team import usable_cores
 from nutamill.campaign.member import Task, perform
+from nutamill.simulation.setup.threads import usable_cores
 
 if TYPE_CHECKING:
     import distributed

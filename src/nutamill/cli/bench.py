@@ -11,12 +11,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from nutamill.base.provenance import processor
-from nutamill.build.bed import settled_bed
-from nutamill.build.model import Model, State, build
-from nutamill.build.team import usable_cores
 from nutamill.case import Case, load_case
 from nutamill.simulation.coupling import coupling_state, march_mechanism
 from nutamill.simulation.entry import enter, record_first_row
+from nutamill.simulation.setup.bed import settled_bed
+from nutamill.simulation.setup.model import Model, State, build
+from nutamill.simulation.setup.threads import usable_cores
 from nutamill.simulation.warm_up import warm_up
 
 ROWS = 48

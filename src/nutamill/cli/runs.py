@@ -53,9 +53,9 @@ def check(
 
         typer.echo("\n".join(mechanism_preflight(loaded).lines()))
         return
-    from nutamill.build.chamber_charge import contact_law_of
     from nutamill.design.dialects import dialect_lines
     from nutamill.design.preflight import preflight
+    from nutamill.simulation.setup.charge import contact_law_of
     from nutamill.simulation.warm_up import warm_up
 
     warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded))
@@ -81,8 +81,8 @@ def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, agai
     if (quick or threads is not None) and not hasattr(loaded, "charge"):
         raise CaseError(Fault("--quick" if quick else "--threads", "is for mills with a charge, this is a mechanism", "Leave it out"))
     if quick:
-        from nutamill.build.quick import banner
-        from nutamill.build.quick import quick as quickened
+        from nutamill.simulation.setup.quick import banner
+        from nutamill.simulation.setup.quick import quick as quickened
 
         typer.echo(banner(loaded))
         loaded = quickened(loaded)

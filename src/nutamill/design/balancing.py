@@ -8,11 +8,11 @@ import numpy as np
 from nutamill.analysis.source import vector
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import rpm
-from nutamill.build.mill_mechanism import mill_mechanism
 from nutamill.case import Case
 from nutamill.case.machine import FRAME, SHAFT
 from nutamill.design.empty import once_per_turn, steady_series
 from nutamill.design.isolation import shaking_unbalance
+from nutamill.simulation.setup.mill import mill_mechanism
 
 TRIAL = 0.2
 """Share of the shaking unbalance that a trial mass has [1]; the mill answers linearly within a per cent or so."""

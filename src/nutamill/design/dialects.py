@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from nutamill.build.chamber_charge import Meeting, contact_law_of, pair_law, quickest_meeting
 from nutamill.case import Case
 from nutamill.charge.laws.impact import (
     hysteretic_restitution,
@@ -20,6 +19,7 @@ from nutamill.charge.laws.impact import (
 )
 from nutamill.charge.laws.tags import law_names
 from nutamill.charge.model import PairLaw
+from nutamill.simulation.setup.charge import Meeting, contact_law_of, pair_law, quickest_meeting
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from nutamill.build.charge_mix import with_charge_mass
-from nutamill.build.model import build
 from nutamill.case import Case
 from nutamill.simulation.entry import enter, record_first_row
+from nutamill.simulation.setup.model import build
+from nutamill.simulation.setup.particles import with_charge_mass
 
 RAMP_TIME, TAKEN = 0.5, 1.0
 """Time to reach a speed, and the end of a steady run from which readings are taken [s]."""

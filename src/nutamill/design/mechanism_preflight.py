@@ -6,7 +6,6 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, StepError
 from nutamill.base.host import free_disk, total_memory
-from nutamill.build.described_mechanism import assemble_case, mechanism_clock, mechanism_parts
 from nutamill.case import MechanismCase
 from nutamill.case.mechanism_checks import series_count
 from nutamill.design.forecast import RUN_MEMORY, Forecast
@@ -14,6 +13,7 @@ from nutamill.mechanism.constraints import redundancies
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.mechanism.rows import Placement, constraint_tables
+from nutamill.simulation.setup.mechanism import assemble_case, mechanism_clock, mechanism_parts
 
 ROW_MICROSECONDS = 0.5
 """Wall time per constraint row and step that forecasts count with [us]."""

@@ -10,15 +10,15 @@ from scipy.optimize import linear_sum_assignment
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import rpm
-from nutamill.build.charge_mix import with_charge_mass
-from nutamill.build.described_mechanism import assemble_case
-from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism
 from nutamill.case import Case, MechanismCase
 from nutamill.case.machine import FRAME, SHAFT
 from nutamill.design.mechanism_preflight import UNSTABLE
 from nutamill.mechanism.modes import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running_modes import running_modes
+from nutamill.simulation.setup.mechanism import assemble_case
+from nutamill.simulation.setup.mill import assemble_mill, mill_mechanism
+from nutamill.simulation.setup.particles import with_charge_mass
 
 ANGLES = 6
 """Crank angles over which the coefficients of the turning mill are averaged [1]: exact up to the fifth order."""

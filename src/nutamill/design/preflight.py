@@ -7,11 +7,6 @@ import numpy as np
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.host import free_disk, total_memory
 from nutamill.base.units import rpm
-from nutamill.build.charge_mix import charge_particles, charge_parts, with_charge_mass
-from nutamill.build.clock import Clock, ContactFacts, contact_facts, crank_circle_speed, run_clock
-from nutamill.build.mill_mechanism import assemble_mill, mill_mechanism, nutation_angle
-from nutamill.build.team import team_size, usable_cores
-from nutamill.build.wall_mesh import MeshFacts, charge_room, free_volume, mesh_facts
 from nutamill.case import Case
 from nutamill.case.charge import SIZE_KEYS
 from nutamill.charge.filling.room import fill_faults
@@ -19,6 +14,11 @@ from nutamill.charge.particles.sizes import mass_percentiles
 from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.result.fields import expand
+from nutamill.simulation.setup.clock import Clock, ContactFacts, contact_facts, crank_circle_speed, run_clock
+from nutamill.simulation.setup.mill import assemble_mill, mill_mechanism, nutation_angle
+from nutamill.simulation.setup.particles import charge_particles, charge_parts, with_charge_mass
+from nutamill.simulation.setup.threads import team_size, usable_cores
+from nutamill.simulation.setup.walls import MeshFacts, charge_room, free_volume, mesh_facts
 
 NANOSECONDS, FAR_NANOSECONDS = 85.0, 160.0
 """Wall time per sphere and substep on one thread that forecasts count with [ns]: medians of the runs of `nutamill validate`, two at

@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from nutamill.build.described_mechanism import assemble_case, mechanism_parts
-from nutamill.build.mill_mechanism import chamber_rotation, mill_mechanism
 from nutamill.case import Case, MechanismCase
 from nutamill.case.machine import CHAMBER, DRIVESHAFT, FRAME, SHAFT
 from nutamill.mechanism.modes import static_equilibrium
+from nutamill.simulation.setup.mechanism import assemble_case, mechanism_parts
+from nutamill.simulation.setup.mill import chamber_rotation, mill_mechanism
 
 
 class Stick(NamedTuple):

@@ -6,12 +6,6 @@ import numpy as np
 
 from nutamill.base.errors import ResultError, StepError
 from nutamill.base.frames import quaternion_product, rotation_matrix
-from nutamill.build.chamber_charge import CHAMBER_CARRIER, chamber_surfaces
-from nutamill.build.chamber_statistics import recorded_sums
-from nutamill.build.charge_mix import charge_particles, particle_count
-from nutamill.build.model import Model, State
-from nutamill.build.rigid_parts import whole_chamber
-from nutamill.build.team import team_size
 from nutamill.case import Case
 from nutamill.case.machine import CHAMBER
 from nutamill.charge.assembly import attitudes, contact_forces, grow, positions, spins, velocities
@@ -32,6 +26,12 @@ from nutamill.simulation.coupling import (
     march_mechanism,
     mechanism_row,
 )
+from nutamill.simulation.setup.charge import CHAMBER_CARRIER, chamber_surfaces
+from nutamill.simulation.setup.model import Model, State
+from nutamill.simulation.setup.particles import charge_particles, particle_count
+from nutamill.simulation.setup.rigid_parts import whole_chamber
+from nutamill.simulation.setup.statistics import recorded_sums
+from nutamill.simulation.setup.threads import team_size
 
 LARGEST_KEPT = 2**28
 """Largest state of which a run keeps a copy at every entry of the march [bytes]; a larger one falls back on its newest checkpoint."""

@@ -17,15 +17,6 @@ from nutamill.base.errors import CaseError, DamagedError, Fault, Interrupted, Mi
 from nutamill.base.kernel import kernel_digest
 from nutamill.base.provenance import run_provenance
 from nutamill.base.units import Kind, UnitError, parse
-from nutamill.build.bed import bed_is_kept, settle_apart, settled_bed
-from nutamill.build.chamber_charge import contact_law_of
-from nutamill.build.chamber_statistics import statistics_axes
-from nutamill.build.clock import run_clock
-from nutamill.build.described_mechanism import build_mechanism
-from nutamill.build.mill_mechanism import mill_mechanism
-from nutamill.build.model import Model, State, build
-from nutamill.build.team import team_size
-from nutamill.build.wall_mesh import digests, placed_walls
 from nutamill.case import Case, MechanismCase, case_of_text, load_case
 from nutamill.cli.screen import Progress
 from nutamill.result import NOT_STEADY, Recorder, Result, is_finished, open_result
@@ -44,6 +35,15 @@ from nutamill.simulation.entry import (
 )
 from nutamill.simulation.progress import Watch
 from nutamill.simulation.record import COLUMNS, Ending, RecordPlan, room_at_start
+from nutamill.simulation.setup.bed import bed_is_kept, settle_apart, settled_bed
+from nutamill.simulation.setup.charge import contact_law_of
+from nutamill.simulation.setup.clock import run_clock
+from nutamill.simulation.setup.mechanism import build_mechanism
+from nutamill.simulation.setup.mill import mill_mechanism
+from nutamill.simulation.setup.model import Model, State, build
+from nutamill.simulation.setup.statistics import statistics_axes
+from nutamill.simulation.setup.threads import team_size
+from nutamill.simulation.setup.walls import digests, placed_walls
 from nutamill.simulation.signals import Requests, requests, stop_at_once
 from nutamill.simulation.warm_up import warm_up, warm_up_mechanism
 

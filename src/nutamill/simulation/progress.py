@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nutamill.build.model import Model
 from nutamill.case import Case, MechanismCase
 from nutamill.cli.screen import Progress
 from nutamill.result import Recorder
 from nutamill.simulation.running_mean import RunningMean
+from nutamill.simulation.setup.model import Model
 
 PAUSE = 0.5
 """Wall time between two reports [s]."""

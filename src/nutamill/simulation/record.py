@@ -7,10 +7,10 @@ from typing import Self
 import numpy as np
 
 from nutamill.base.steady import FEWEST_TURNS, SteadyMean, steady_mean, turn_means, whole_turns
-from nutamill.build.charge_mix import particle_count
 from nutamill.case import Case, MechanismCase
 from nutamill.result.fields import expand, series_field
 from nutamill.result.recorder import SERIES_ROOM
+from nutamill.simulation.setup.particles import particle_count
 
 WATCHED = ("crank_pin_force_resultant", "driveshaft_torque")
 """Series that must be steady for a run that ends when it is."""

@@ -6,9 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.errors import StepError
-from nutamill.build.clock import Clock, refuse_endless
-from nutamill.build.model import Model, State
-from nutamill.build.part_readout import PartReadout
 from nutamill.case import MechanismCase
 from nutamill.case.mechanism import BodyEntry, BushingEntry, JointEntry, Turn
 from nutamill.charge.measures.observe import charge_reading
@@ -19,6 +16,9 @@ from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import Body, Bushing, Drive, Joint, JointFriction, JointKind, Spring, Torque
 from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, sensor_table
 from nutamill.simulation.coupling import CouplingPlan, Scheme, coupling_state
+from nutamill.simulation.setup.clock import Clock, refuse_endless
+from nutamill.simulation.setup.model import Model, State
+from nutamill.simulation.setup.part_readout import PartReadout
 
 KINDS = {
     "position": SensorKind.POINT_POSITION,

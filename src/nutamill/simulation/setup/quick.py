@@ -3,9 +3,9 @@
 import itertools
 import math
 
-from nutamill.build.chamber_charge import material_order, pair_law, quickest_meeting
 from nutamill.case import Case
 from nutamill.charge.laws.impact import spring_stiffness
+from nutamill.simulation.setup.charge import material_order, pair_law, quickest_meeting
 
 RAMP_TIME = 0.2
 """Time from rest to full speed in a demonstration [s]."""

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.build.rigid_parts import RigidPart, chamber_shell, compose, remove, turned, whole_chamber
 from nutamill.case import Case
 from nutamill.case.machine import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, SHAFT, Mounts, ShaftCoupling
 from nutamill.mechanism.assembly import assemble
@@ -15,6 +14,7 @@ from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind, Motor
 from nutamill.mechanism.sensors import Sensor, SensorKind
 from nutamill.result.fields import JOINTS, TURNING
+from nutamill.simulation.setup.rigid_parts import RigidPart, chamber_shell, compose, remove, turned, whole_chamber
 
 Y_AXIS, Z_AXIS = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -190,7 +190,7 @@ def _body(name: str, part: RigidPart, case: Case) -> Body:
 
 
 def mill_sensors(case: Case) -> list[Sensor]:
-    """What every run of a mill reads at each row, before `nutamill.build.readout` gives it the names of the series.
+    """What every run of a mill reads at each row, before `nutamill.simulation.setup.readout` gives it the names of the series.
 
     The crank's forces are written in driveshaft axes (x from the axis to the pin), those at the nutation point in world axes.
     """

@@ -6,9 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.frames import quaternion_product, rotation_matrix
-from nutamill.build.charge_mix import charge_particles, quickest_pebble
-from nutamill.build.rigid_parts import whole_chamber
-from nutamill.build.wall_mesh import chamber_mesh, meshes_surfaces, room_box
 from nutamill.case import Case
 from nutamill.case.materials import ContactPair
 from nutamill.case.touching import wall_keys
@@ -18,6 +15,9 @@ from nutamill.charge.laws.impact import Impact, damping_ratio_from_restitution, 
 from nutamill.charge.laws.tags import ContactLaw, contact_law
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, Surface, SurfaceKind
 from nutamill.charge.particles.particles import Particles
+from nutamill.simulation.setup.particles import charge_particles, quickest_pebble
+from nutamill.simulation.setup.rigid_parts import whole_chamber
+from nutamill.simulation.setup.walls import chamber_mesh, meshes_surfaces, room_box
 
 CHAMBER_CARRIER = 0
 """Number of the chamber among the bodies that carry surfaces."""

@@ -9,11 +9,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nutamill.build.charge_mix import charge_mass
-from nutamill.build.mill_mechanism import CHAMBER_PIVOT, COUPLING, CRANK_PIN, DRIVE, FRAME_FIX, LOAD_CELL, NUTATION_POINT, SHAFT_BEARING
 from nutamill.case import Case
 from nutamill.charge.model import Ledger
 from nutamill.result.fields import JOINTS, TURNING
+from nutamill.simulation.setup.mill import CHAMBER_PIVOT, COUPLING, CRANK_PIN, DRIVE, FRAME_FIX, LOAD_CELL, NUTATION_POINT, SHAFT_BEARING
+from nutamill.simulation.setup.particles import charge_mass
 
 FRICTIONLESS = (FRAME_FIX, SHAFT_BEARING, LOAD_CELL)
 """Joints that no case gives friction: their losses are zero and not recorded."""

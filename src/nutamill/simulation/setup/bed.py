@@ -21,18 +21,18 @@ from nutamill.base.cache_folder import beds_folder
 from nutamill.base.child import start_child, task_of_parent
 from nutamill.base.frames import MOTION_SIZE, quaternion_product
 from nutamill.base.source_code import code_digest, definition_of, reached
-from nutamill.build.chamber_charge import chamber_charge, chamber_surfaces, rib_inside
-from nutamill.build.charge_mix import charge_particles, particle_count
-from nutamill.build.clock import run_clock
-from nutamill.build.mill_mechanism import chamber_quaternion, chamber_rotation
-from nutamill.build.rigid_parts import whole_chamber
-from nutamill.build.team import team_size
-from nutamill.build.wall_mesh import charge_room, room_box
 from nutamill.case import Case
 from nutamill.charge.assembly import attitudes, positions
 from nutamill.charge.filling.fill import fill_cylinder, random_attitudes, settle
 from nutamill.charge.filling.fill_walls import fill_between
 from nutamill.charge.particles.particles import Particles
+from nutamill.simulation.setup.charge import chamber_charge, chamber_surfaces, rib_inside
+from nutamill.simulation.setup.clock import run_clock
+from nutamill.simulation.setup.mill import chamber_quaternion, chamber_rotation
+from nutamill.simulation.setup.particles import charge_particles, particle_count
+from nutamill.simulation.setup.rigid_parts import whole_chamber
+from nutamill.simulation.setup.threads import team_size
+from nutamill.simulation.setup.walls import charge_room, room_box
 
 STILL = 1e-6
 """Kinetic energy per mass at which a bed is settled [J/kg]: a mean speed of 1.4 mm/s."""
@@ -102,7 +102,7 @@ def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> 
 
 def settle_apart(case: Case) -> subprocess.Popen:
     """Start a process that settles the bed of a case into the cache; a fault shows when `settled_bed` is asked again."""
-    return start_child("from nutamill.build.bed import settle_for_parent; settle_for_parent()", case.with_("run.threads", 1).to_toml())
+    return start_child("from nutamill.simulation.setup.bed import settle_for_parent; settle_for_parent()", case.with_("run.threads", 1).to_toml())
 
 
 def settle_for_parent() -> None:

@@ -4,14 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nutamill.build.chamber_charge import chamber_charge
-from nutamill.build.chamber_statistics import chamber_patches, chamber_survey
-from nutamill.build.charge_mix import particle_masses
-from nutamill.build.clock import Clock, run_clock
-from nutamill.build.mill_mechanism import DRIVE, assemble_mill, chamber_rotation, mill_mechanism, mill_sensors
-from nutamill.build.part_readout import PartReadout
-from nutamill.build.readout import Readout
-from nutamill.build.rigid_parts import whole_chamber
 from nutamill.case import Case, MechanismCase
 from nutamill.case.machine import CHAMBER, CROSS
 from nutamill.charge.assembly import with_patches
@@ -22,6 +14,14 @@ from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.sensors import SensorTable, column_names, sensor_table
 from nutamill.simulation.coupling import CouplingPlan, CouplingState, Scheme, coupling_state
+from nutamill.simulation.setup.charge import chamber_charge
+from nutamill.simulation.setup.clock import Clock, run_clock
+from nutamill.simulation.setup.mill import DRIVE, assemble_mill, chamber_rotation, mill_mechanism, mill_sensors
+from nutamill.simulation.setup.part_readout import PartReadout
+from nutamill.simulation.setup.particles import particle_masses
+from nutamill.simulation.setup.readout import Readout
+from nutamill.simulation.setup.rigid_parts import whole_chamber
+from nutamill.simulation.setup.statistics import chamber_patches, chamber_survey
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
     ----------
     case : what is asked
     bed : places of the particles [m] (n, 3), or places and attitudes (n, 7), in chamber axes from the nutation point, by
-        `nutamill.build.bed.settled_bed`; None for an empty chamber
+        `nutamill.simulation.setup.bed.settled_bed`; None for an empty chamber
 
     Raises
     ------

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.build.wall_mesh import free_volume
 from nutamill.case import Case
 from nutamill.case.charge import Portion
 from nutamill.charge.particles.particles import Particles, clumps, joined, spheres
 from nutamill.charge.particles.shapes import ClumpShape, clump_shape
+from nutamill.simulation.setup.walls import free_volume
 
 
 class Pebble(NamedTuple):

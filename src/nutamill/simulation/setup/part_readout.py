@@ -15,7 +15,7 @@ class PartReadout:
     Parameters
     ----------
     case : the mechanism
-    sensor_columns : names of the sensor columns, as `nutamill.build.described_mechanism.case_sensors` makes them
+    sensor_columns : names of the sensor columns, as `nutamill.simulation.setup.mechanism.case_sensors` makes them
     """
 
     def __init__(self, case: MechanismCase, sensor_columns: list[str]):

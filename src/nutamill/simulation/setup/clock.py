@@ -4,11 +4,11 @@ import math
 from typing import NamedTuple
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.build.chamber_charge import impact_of, pair_law, quickest_meeting
 from nutamill.case import Case
 from nutamill.case.touching import TouchingPair
 from nutamill.charge.laws.impact import SUBSTEPS_PER_CONTACT, cohesive_softening, spring_stiffness
 from nutamill.charge.model import PairLaw
+from nutamill.simulation.setup.charge import impact_of, pair_law, quickest_meeting
 
 FEWEST_SUBSTEPS = 10
 """Substeps in the shortest contact below which a case is refused [1]."""
