@@ -75,7 +75,7 @@ AT_HOME = {
     "pydantic": {"case", "machine.py", "materials.py", "tables.py", "papers"},
     "pydantic_core": {"tables.py"},
     "typer": {"cli"},
-    "rich": {"screen.py", "campaign/board.py", "papers"},
+    "rich": {"screen.py", "studies/board.py", "papers"},
     "distributed": {"campaign", "validation.py"},
     "trimesh": {"simulation/setup/walls.py"},
     "rainflow": {"analysis/fatigue.py"},

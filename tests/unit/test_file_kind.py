@@ -11,10 +11,10 @@ from nutamill.analysis.ratings import load_ratings
 from nutamill.base.errors import CaseError, ResultError
 from nutamill.base.file_kind import FileKind, file_kind
 from nutamill.case import load_case
-from nutamill.case.fit_file import load_fit
-from nutamill.case.sweep_file import is_sweep_file, load_sweep
 from nutamill.papers.library import read_paper
 from nutamill.result import open_result
+from nutamill.studies.fit_file import load_fit
+from nutamill.studies.sweep_file import is_sweep_file, load_sweep
 
 ROOT = Path(__file__).parents[2]
 TEXTS = {

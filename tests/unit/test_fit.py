@@ -7,9 +7,9 @@ import pytest
 
 from nutamill.analysis.values import Reading, Value
 from nutamill.base.errors import CaseError, StepError
-from nutamill.campaign import fit as fitting
-from nutamill.campaign.least_squares import Free, fitted
-from nutamill.campaign.table import Outcome
+from nutamill.studies import fit as fitting
+from nutamill.studies.least_squares import Free, fitted
+from nutamill.studies.table import Outcome
 
 MATRIX = np.array([[1.0, 2.0], [3.0, -1.0], [0.5, 0.5], [2.0, 2.0]])
 TRUTH, SIGMA = np.array([0.4, -1.2]), np.array([0.1, 0.2, 0.1, 0.4])

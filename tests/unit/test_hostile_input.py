@@ -9,9 +9,9 @@ from nutamill.analysis.mount_test import read_mount_test
 from nutamill.base.errors import CaseError, Fault, printable
 from nutamill.base.schema import SIZES
 from nutamill.base.units import UNITS, Kind
-from nutamill.campaign.axes import axis_values
 from nutamill.case import load_case
 from nutamill.simulation.setup.clock import run_clock
+from nutamill.studies.axes import axis_values
 
 BASE = 'base = "numill"\n'
 

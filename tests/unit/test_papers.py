@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from nutamill import validation as room
 from nutamill.analysis.values import Value
 from nutamill.base.errors import CaseError, ResultError, StepError
-from nutamill.campaign.sweep import result_path
 from nutamill.case import Case
 from nutamill.cli import app
 from nutamill.figures.paper import draw_over_speed, draw_particles
@@ -25,6 +23,8 @@ from nutamill.papers.runs import planned_runs
 from nutamill.papers.table import csv_text, json_text, markdown, tally, verdict
 from nutamill.result import Recorder, open_result
 from nutamill.result.checksums import Checksums
+from nutamill.studies import validate as room
+from nutamill.studies.sweep import result_path
 
 RATE = 2000.0
 RPM = math.pi / 30.0
@@ -287,7 +287,7 @@ def marched(monkeypatch):
     """Names of the runs that `AtOnce` was given."""
     STARTED.clear()
     monkeypatch.setattr(room, "LocalProcesses", lambda jobs: AtOnce())
-    monkeypatch.setattr("nutamill.campaign.sweep.warm_up", lambda tell, law: None)
+    monkeypatch.setattr("nutamill.studies.sweep.warm_up", lambda tell, law: None)
     monkeypatch.setattr(room, "read_paper", lambda name: parse_paper(PAPER, "paper.toml"))
     return STARTED
 

@@ -18,14 +18,14 @@ from typer.testing import CliRunner
 from nutamill import cli
 from nutamill.analysis.values import Reading, Value, read, reading_of
 from nutamill.base.errors import CaseError, StepError
-from nutamill.campaign import board, member, sweep
-from nutamill.campaign.axes import axis_values, changed, members
-from nutamill.campaign.member import Task, perform, state_of
-from nutamill.campaign.table import Outcome
-from nutamill.campaign.workers import LocalProcesses, WorkerError
 from nutamill.case import load_case
-from nutamill.figures.campaign import draw_sweep
 from nutamill.result import Recorder, open_result
+from nutamill.studies import board, member, sweep
+from nutamill.studies.axes import axis_values, changed, members
+from nutamill.studies.figures import draw_sweep
+from nutamill.studies.member import Task, perform, state_of
+from nutamill.studies.table import Outcome
+from nutamill.studies.workers import LocalProcesses, WorkerError
 
 EMPTY = ["charge.kind=none", "mechanism.mounting=rigid", "drive.ramp=10000 rpm/s", "run.until=50 ms", "run.checkpoint=10 ms"]
 FORCE, TORQUE = Reading("crank_pin_force_resultant"), Reading("driveshaft_torque")
@@ -263,12 +263,12 @@ def test_file_killed_before_its_first_checkpoint_is_begun_anew(tmp_path, engine)
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX systems")
 def test_killed_process_is_named_and_leaves_the_next_task_alone(tmp_path, monkeypatch):
-    monkeypatch.setattr("nutamill.campaign.workers.PROGRAM", "import os, sys; sys.stdin.readline() and os.kill(os.getpid(), 9)")
+    monkeypatch.setattr("nutamill.studies.workers.PROGRAM", "import os, sys; sys.stdin.readline() and os.kill(os.getpid(), 9)")
     workers = LocalProcesses(1)
     killed = workers.submit(Task("run", "", "", ""))
     with pytest.raises(WorkerError, match=r"its process was killed \(SIGKILL\)"):
         killed.result()
-    monkeypatch.setattr("nutamill.campaign.workers.PROGRAM", "import sys; sys.stdin.readline()")
+    monkeypatch.setattr("nutamill.studies.workers.PROGRAM", "import sys; sys.stdin.readline()")
     workers.submit(Task("run", "", "", "")).result()
     workers.stop()
 
@@ -279,7 +279,7 @@ def test_stopped_workers_ask_their_processes_to_save(tmp_path, monkeypatch):
         "import signal, sys\nsignal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})\n"
         f"open({str(tmp_path / 'begun')!r}, 'w').close()\nsignal.sigwait({{signal.SIGTERM}})\nsys.exit(130)"
     )
-    monkeypatch.setattr("nutamill.campaign.workers.PROGRAM", program)
+    monkeypatch.setattr("nutamill.studies.workers.PROGRAM", program)
     workers = LocalProcesses(1)
     first, second = workers.submit(Task("run", "", "", "")), workers.submit(Task("run", "", "", ""))
     while not (tmp_path / "begun").exists():
@@ -294,7 +294,7 @@ def test_stopped_workers_ask_their_processes_to_save(tmp_path, monkeypatch):
 def test_worker_whose_campaign_has_died_saves_and_ends(tmp_path):
     case = load_case("numill", [*EMPTY, "run.until=100 s"]).with_("run.threads", 1)
     task = Task("run", case.to_toml(), "numill", str(tmp_path / "a.h5"))
-    program = "import nutamill.simulation.march as m; m.warm_up = lambda *a, **k: None\nfrom nutamill.campaign.member import main; main()"
+    program = "import nutamill.simulation.march as m; m.warm_up = lambda *a, **k: None\nfrom nutamill.studies.member import main; main()"
     process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, text=True)
     process.stdin.write(json.dumps(task) + "\n")
     process.stdin.flush()
@@ -339,7 +339,7 @@ def test_reading_that_does_not_exist_is_refused():
 
 def test_command_runs_a_sweep_file_and_prints_its_table(tmp_path, engine, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("nutamill.campaign.command.LocalProcesses", lambda jobs: Here())
+    monkeypatch.setattr("nutamill.studies.command.LocalProcesses", lambda jobs: Here())
     (tmp_path / "speeds.toml").write_text(
         'case = "numill"\n[set]\n"charge.kind" = "none"\n"mechanism.mounting" = "rigid"\n"drive.ramp" = "10000 rpm/s"\n'
         '[sweep]\n"drive.speed" = "300..500 rpm step 100 rpm"\n"chamber.bars.mass" = ["0 kg", "1 kg"]\n'

@@ -109,7 +109,7 @@ def test_copies_left_by_a_killed_writer_of_a_name_with_brackets_are_removed_and_
 
 
 def test_folder_that_cannot_be_made_is_reported_before_a_sweep_begins(tmp_path):
-    from nutamill.campaign.sweep import run_all
+    from nutamill.studies.sweep import run_all
 
     (tmp_path / "file").touch()
     with pytest.raises(ResultError, match=r"file.sweep.table\.csv: cannot be written"):

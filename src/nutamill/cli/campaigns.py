@@ -25,7 +25,7 @@ def sweep(
     quick: Quick = False,
 ) -> None:
     """Run a case with all combinations of some values; the same call again does what is left."""
-    from nutamill.campaign.command import run_sweep
+    from nutamill.studies.command import run_sweep
 
     if not run_sweep(case, changes or [], jobs, cluster, to, quick, typer.echo):
         raise typer.Exit(ExitCode.FAILED)
@@ -40,7 +40,7 @@ def fit(
     to: Annotated[Path | None, typer.Option(help="Folder for results; else fits/<file>.")] = None,
 ) -> None:
     """Identify keys of a case from measured values, with their uncertainty and correlation."""
-    from nutamill.campaign.command import run_fit
+    from nutamill.studies.command import run_fit
 
     typer.echo("\n".join(run_fit(file, jobs, cluster, to)))
 
@@ -79,9 +79,9 @@ def validate(
     ] = None,
 ) -> None:
     """Compare a published paper with runs of all its configurations, row by row."""
-    from nutamill import validation as room
-    from nutamill.campaign.workers import cluster_client
     from nutamill.papers.table import print_table
+    from nutamill.studies import validate as room
+    from nutamill.studies.workers import cluster_client
 
     client = None if cluster is None or stored else cluster_client(cluster, jobs)
     done = room.validate(paper, quick, only or [], results, not stored, jobs, client, typer.echo)

@@ -11,10 +11,6 @@ from nutamill.analysis.values import DEFAULT, Reading, read
 from nutamill.base.atomic_file import make_folder
 from nutamill.base.errors import CaseError, Fault, MillError
 from nutamill.base.kernel import kernel_digest
-from nutamill.campaign.axes import Member, changed, members
-from nutamill.campaign.member import Task
-from nutamill.campaign.table import Outcome, dataset, write_csv
-from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case
 from nutamill.result import is_finished, open_result, state_of
 from nutamill.simulation.setup.bed import bed_is_kept, bed_key
@@ -22,6 +18,10 @@ from nutamill.simulation.setup.charge import contact_law_of
 from nutamill.simulation.setup.clock import run_clock
 from nutamill.simulation.signals import requests
 from nutamill.simulation.warm_up import warm_up
+from nutamill.studies.axes import Member, changed, members
+from nutamill.studies.member import Task
+from nutamill.studies.table import Outcome, dataset, write_csv
+from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
 
 if TYPE_CHECKING:
     import distributed

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Self
 
 from nutamill.analysis.values import Reading, Value
 from nutamill.analysis.windows import with_interval
-from nutamill.campaign.table import Outcome
 from nutamill.result import is_finished
+from nutamill.studies.table import Outcome
 
 if TYPE_CHECKING:
     from rich.live import Live

@@ -8,10 +8,6 @@ from typing import TYPE_CHECKING
 
 from nutamill.base.atomic_file import io_errors, write_whole
 from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
-from nutamill.campaign.axes import Member
-from nutamill.campaign.board import Board
-from nutamill.campaign.sweep import run_all, tell_of_other_kernels
-from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.cli.screen import duration
 from nutamill.design.preflight import preflight, wall_time
 from nutamill.figures.paper import draw_figure
@@ -22,6 +18,10 @@ from nutamill.papers.model import Paper
 from nutamill.papers.runs import COMPLETE, PlannedRun, chosen, planned_runs, read_modes, run_state, wants_modes, write_modes
 from nutamill.papers.table import csv_text, json_text, markdown
 from nutamill.result import MISSING, is_finished, open_result
+from nutamill.studies.axes import Member
+from nutamill.studies.board import Board
+from nutamill.studies.sweep import run_all, tell_of_other_kernels
+from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
 
 if TYPE_CHECKING:
     import distributed

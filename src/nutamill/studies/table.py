@@ -11,9 +11,9 @@ import xarray
 
 from nutamill.analysis.values import NOTHING, Reading, Value
 from nutamill.base.atomic_file import write_whole
-from nutamill.campaign.axes import Member
 from nutamill.case.toml.keys import held as held_at
 from nutamill.case.toml.keys import unit_at
+from nutamill.studies.axes import Member
 
 PARTS = {"": "mean", "_half_width": "half_width", "_window": "window"}
 """Variables of a reading in the dataset, by what is added to its name."""

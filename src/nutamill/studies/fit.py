@@ -9,16 +9,16 @@ import numpy as np
 from nutamill.analysis.values import Reading, reading_of
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault, StepError
-from nutamill.campaign.axes import Member, changed
-from nutamill.campaign.least_squares import Fitted, Free, fitted
-from nutamill.campaign.sweep import Report, run_all
-from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.case import Case, load_mill
-from nutamill.case.campaign_file import case_of, overrides
-from nutamill.case.fit_file import FreeKey, Measured, load_fit, place_of
 from nutamill.case.toml.keys import held, si_at, si_of, unit_at
 from nutamill.design.preflight import oscillations
 from nutamill.result import is_finished
+from nutamill.studies.axes import Member, changed
+from nutamill.studies.campaign_file import case_of, overrides
+from nutamill.studies.fit_file import FreeKey, Measured, load_fit, place_of
+from nutamill.studies.least_squares import Fitted, Free, fitted
+from nutamill.studies.sweep import Report, run_all
+from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
 
 if TYPE_CHECKING:
     import distributed
@@ -97,7 +97,7 @@ def fit(
     ----------
     file : the fit file (TOML)
     folder : for result files; ``fits/<file>`` if None
-    jobs, client, report, tell : as for `nutamill.campaign.sweep.sweep`
+    jobs, client, report, tell : as for `nutamill.studies.sweep.sweep`
 
     Raises
     ------

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Protocol
 
 from nutamill.base.child import start_child
 from nutamill.base.errors import CaseError, ExitCode, Fault, MillError, missing_extra
-from nutamill.campaign.member import Task, perform
 from nutamill.simulation.setup.threads import usable_cores
+from nutamill.studies.member import Task, perform
 
 if TYPE_CHECKING:
     import distributed
 
-PROGRAM = "from nutamill.campaign.member import main; main()"
+PROGRAM = "from nutamill.studies.member import main; main()"
 
 
 class WorkerError(MillError, RuntimeError):

@@ -6,19 +6,19 @@ from typing import Any
 
 from nutamill.analysis.values import DEFAULT, reading_of
 from nutamill.base.errors import CaseError, Fault
-from nutamill.campaign.axes import axis_values, members
-from nutamill.campaign.board import Board, ended, total
-from nutamill.campaign.fit import fit
-from nutamill.campaign.sweep import run_all
-from nutamill.campaign.table import dataset
-from nutamill.campaign.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
 from nutamill.case import Case, load_mill
-from nutamill.case.sweep_file import is_sweep_file, load_sweep
-from nutamill.figures.campaign import draw_sweep
 from nutamill.figures.saving import save_figure
 from nutamill.result import is_finished
 from nutamill.simulation.setup.quick import banner
 from nutamill.simulation.setup.quick import quick as quickened
+from nutamill.studies.axes import axis_values, members
+from nutamill.studies.board import Board, ended, total
+from nutamill.studies.figures import draw_sweep
+from nutamill.studies.fit import fit
+from nutamill.studies.sweep import run_all
+from nutamill.studies.sweep_file import is_sweep_file, load_sweep
+from nutamill.studies.table import dataset
+from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
 
 
 def workers_of(jobs: int | None, cluster: str | None) -> Callable[[], Workers]:
@@ -43,7 +43,7 @@ def run_sweep(
 
     Raises
     ------
-    CaseError : no key has several values; it and KeyboardInterrupt also as `nutamill.campaign.sweep.sweep`
+    CaseError : no key has several values; it and KeyboardInterrupt also as `nutamill.studies.sweep.sweep`
     """
     fixed, axes, named = [], {}, ()
     if is_sweep_file(name):
@@ -89,7 +89,7 @@ def run_sweep(
 
 
 def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) -> list[str]:
-    """Fit, and say what was found; parameters as typed, errors as of `nutamill.campaign.fit.fit`."""
+    """Fit, and say what was found; parameters as typed, errors as of `nutamill.studies.fit.fit`."""
     folder = to or Path("fits") / file.stem
     client = None if cluster is None else cluster_client(cluster, jobs)
     with Board(DEFAULT) as board:
