@@ -11,9 +11,9 @@ from nutamill.analysis.ratings import load_ratings
 from nutamill.base.errors import CaseError, ResultError
 from nutamill.base.file_kind import FileKind, file_kind
 from nutamill.case import load_case
-from nutamill.papers.library import read_paper
 from nutamill.result import open_result
 from nutamill.studies.fit_file import load_fit
+from nutamill.studies.papers.library import read_paper
 from nutamill.studies.sweep_file import is_sweep_file, load_sweep
 
 ROOT = Path(__file__).parents[2]

@@ -15,15 +15,15 @@ from nutamill.analysis.values import Value
 from nutamill.base.errors import CaseError, ResultError, StepError
 from nutamill.case import Case
 from nutamill.cli import app
-from nutamill.figures.paper import draw_over_speed, draw_particles
-from nutamill.papers.compare import Key, Measured, _together, compare
-from nutamill.papers.library import paper_names, parse_paper, read_paper
-from nutamill.papers.quantities import QUANTITIES, charge_at_pin
-from nutamill.papers.runs import planned_runs
-from nutamill.papers.table import csv_text, json_text, markdown, tally, verdict
 from nutamill.result import Recorder, open_result
 from nutamill.result.checksums import Checksums
 from nutamill.studies import validate as room
+from nutamill.studies.papers.compare import Key, Measured, _together, compare
+from nutamill.studies.papers.figures import draw_over_speed, draw_particles
+from nutamill.studies.papers.library import paper_names, parse_paper, read_paper
+from nutamill.studies.papers.quantities import QUANTITIES, charge_at_pin
+from nutamill.studies.papers.runs import planned_runs
+from nutamill.studies.papers.table import csv_text, json_text, markdown, tally, verdict
 from nutamill.studies.sweep import result_path
 
 RATE = 2000.0

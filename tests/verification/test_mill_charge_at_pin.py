@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from nutamill.case import load_case
-from nutamill.papers.quantities import charge_at_pin, superposed
 from nutamill.simulation import march
 from nutamill.simulation.setup.particles import particle_count
+from nutamill.studies.papers.quantities import charge_at_pin, superposed
 
 SETUP = [
     "mechanism.mounting=rigid",

@@ -79,8 +79,8 @@ def validate(
     ] = None,
 ) -> None:
     """Compare a published paper with runs of all its configurations, row by row."""
-    from nutamill.papers.table import print_table
     from nutamill.studies import validate as room
+    from nutamill.studies.papers.table import print_table
     from nutamill.studies.workers import cluster_client
 
     client = None if cluster is None or stored else cluster_client(cluster, jobs)

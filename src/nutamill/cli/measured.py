@@ -39,8 +39,8 @@ def compare(
     from nutamill.base.units import Kind
     from nutamill.figures.measured import draw_comparison
     from nutamill.figures.saving import save_figure
-    from nutamill.papers.library import paper_names
     from nutamill.result import open_result
+    from nutamill.studies.papers.library import paper_names
 
     window, edge = quantity("--last", last, Kind.TIME), None if cut is None else quantity("--filter", cut, Kind.FREQUENCY)
     if str(measured) in paper_names():

@@ -10,16 +10,16 @@ from nutamill.base.atomic_file import io_errors, write_whole
 from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.cli.screen import duration
 from nutamill.design.preflight import preflight, wall_time
-from nutamill.figures.paper import draw_figure
 from nutamill.figures.saving import save_figure
-from nutamill.papers.compare import Finding, Key, Measured, compare, keys_of, measure
-from nutamill.papers.library import read_paper
-from nutamill.papers.model import Paper
-from nutamill.papers.runs import COMPLETE, PlannedRun, chosen, planned_runs, read_modes, run_state, wants_modes, write_modes
-from nutamill.papers.table import csv_text, json_text, markdown
 from nutamill.result import MISSING, is_finished, open_result
 from nutamill.studies.axes import Member
 from nutamill.studies.board import Board
+from nutamill.studies.papers.compare import Finding, Key, Measured, compare, keys_of, measure
+from nutamill.studies.papers.figures import draw_figure
+from nutamill.studies.papers.library import read_paper
+from nutamill.studies.papers.model import Paper
+from nutamill.studies.papers.runs import COMPLETE, PlannedRun, chosen, planned_runs, read_modes, run_state, wants_modes, write_modes
+from nutamill.studies.papers.table import csv_text, json_text, markdown
 from nutamill.studies.sweep import run_all, tell_of_other_kernels
 from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
 

@@ -9,10 +9,10 @@ import numpy as np
 from nutamill.analysis.values import Value
 from nutamill.base.errors import DamagedError, ResultError
 from nutamill.base.units import Kind
-from nutamill.papers.model import Paper, Row
-from nutamill.papers.quantities import MODES, QUANTITIES
-from nutamill.papers.runs import COMPLETE, PlannedRun, read_modes, run_state
 from nutamill.result import MISSING, open_result
+from nutamill.studies.papers.model import Paper, Row
+from nutamill.studies.papers.quantities import MODES, QUANTITIES
+from nutamill.studies.papers.runs import COMPLETE, PlannedRun, read_modes, run_state
 
 
 class Key(NamedTuple):
@@ -27,7 +27,7 @@ class Key(NamedTuple):
 
     @classmethod
     def of(cls, configuration: str, speed: float, quantity: str) -> "Key":
-        """The key of a need (`nutamill.papers.model.Row.needs`)."""
+        """The key of a need (`nutamill.studies.papers.model.Row.needs`)."""
         return cls(configuration, round(speed, 6), quantity)
 
 

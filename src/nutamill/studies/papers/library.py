@@ -8,7 +8,7 @@ from nutamill.base.files import MOST_CASE_TEXT, is_file, read_text
 from nutamill.base.library import similar
 from nutamill.case.toml.layers import Layer
 from nutamill.case.toml.messages import checked
-from nutamill.papers.model import Paper
+from nutamill.studies.papers.model import Paper
 
 FOLDER = Path(__file__).parent
 

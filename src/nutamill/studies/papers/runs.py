@@ -10,9 +10,9 @@ from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.base.library import similar
 from nutamill.base.units import rpm
 from nutamill.case import Case, load_case
-from nutamill.papers.model import Paper, Row, same_speed
-from nutamill.papers.quantities import MODES
 from nutamill.result import state_of
+from nutamill.studies.papers.model import Paper, Row, same_speed
+from nutamill.studies.papers.quantities import MODES
 
 COMPLETE = "complete"
 """State of a result file whose run is done (`nutamill.result.Result.state`)."""

@@ -8,13 +8,13 @@ from pydantic import Field, model_validator
 from nutamill.base import units
 from nutamill.base.schema import Coefficient, Count, Number, Speed, Table, Time, refusal
 from nutamill.base.units import Kind
-from nutamill.papers.quantities import MODES, QUANTITIES
+from nutamill.studies.papers.quantities import MODES, QUANTITIES
 
 SAME_SPEED = 1e-6
 """Share by which two speeds may differ and still be the same."""
 
 QuantityName = Literal[tuple(QUANTITIES)]
-"""Name of a quantity of `nutamill.papers.quantities`."""
+"""Name of a quantity of `nutamill.studies.papers.quantities`."""
 
 
 def same_speed(a: float, b: float) -> bool:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from nutamill import __version__
 from nutamill.base.units import Kind, rpm
-from nutamill.papers.compare import Finding
-from nutamill.papers.model import Paper, Row, same_speed
-from nutamill.papers.quantities import QUANTITIES
+from nutamill.studies.papers.compare import Finding
+from nutamill.studies.papers.model import Paper, Row, same_speed
+from nutamill.studies.papers.quantities import QUANTITIES
 
 if TYPE_CHECKING:
     from rich.table import Table
