@@ -1,7 +1,7 @@
 """A hundred pellets thrown about for a fifth of a second, and a page in which they move."""
 
 import nutamill as nm
-from nutamill.webview import write_view
+from nutamill.view.webview import write_view
 
 CASE = [
     "mechanism.mounting=rigid",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nutamill.base.errors import ResultError
-from nutamill.export.vtkhdf import write_vtkhdf
+from nutamill.view.vtkhdf import write_vtkhdf
 
 VTK = pytest.importorskip("vtkmodules.vtkIOHDF", reason='needs VTK, of the extra "view"')
 

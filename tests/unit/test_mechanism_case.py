@@ -13,10 +13,10 @@ from nutamill.design.mechanism_preflight import mechanism_preflight
 from nutamill.figures.mechanism import draw_reactions
 from nutamill.figures.named import figure_of
 from nutamill.mechanism.modes import modes, static_equilibrium
-from nutamill.report import write_report
 from nutamill.result import open_result
 from nutamill.simulation.setup.mechanism import assemble_case, build_mechanism, mechanism_parts
-from nutamill.webview import view_page
+from nutamill.view.report import write_report
+from nutamill.view.webview import view_page
 
 HEAD = 'schema = 1\ntitle = "pendulum on a spring"\n'
 ARM = """

@@ -7,15 +7,15 @@ import shutil
 
 import pytest
 
-from nutamill import report
 from nutamill.base.errors import CaseError, ResultError
 from nutamill.case import load_case
 from nutamill.case.differences import swept_axis
 from nutamill.figures.motion import draw_steady_values
 from nutamill.figures.named import caption_of
 from nutamill.figures.run import draw_run
-from nutamill.report import report_page, write_report
 from nutamill.result import open_result
+from nutamill.view import report
+from nutamill.view.report import report_page, write_report
 
 
 def test_page_of_a_run_holds_means_ledger_figures_motion_and_case(filmed):

@@ -9,7 +9,7 @@ from matplotlib.image import imread
 from nutamill.analysis.replay import chosen_snapshots, replay
 from nutamill.base.errors import CaseError, MillError, ResultError
 from nutamill.case import Case
-from nutamill.scene import camera_of, draw_scene, film_scene
+from nutamill.view.scene import camera_of, draw_scene, film_scene
 
 pytest.importorskip("pyvista", reason='needs the extra "view"')
 

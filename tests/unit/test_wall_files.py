@@ -15,7 +15,6 @@ from nutamill.case.machine import CHAMBER
 from nutamill.charge.laws.impact import scaled_contact_time
 from nutamill.charge.walls.mesh import on_charge_side
 from nutamill.design.preflight import preflight
-from nutamill.drawing import machine_parts
 from nutamill.result import Recorder, open_result
 from nutamill.simulation import march
 from nutamill.simulation.setup import walls
@@ -26,6 +25,7 @@ from nutamill.simulation.setup.model import build
 from nutamill.simulation.setup.particles import charge_particles, particle_count
 from nutamill.simulation.setup.statistics import pair_types
 from nutamill.simulation.setup.walls import chamber_mesh, free_volume, placed_walls, wall_meshes
+from nutamill.view.drawing import machine_parts
 
 FLOOR, CEILING, RADIUS = -350.0, -122.0, 70.0
 """The chamber of the published mill, in chamber axes from the nutation point [mm]."""

@@ -16,11 +16,11 @@ from matplotlib.image import imread
 from nutamill.base.errors import ResultError
 from nutamill.case import load_case
 from nutamill.case.machine import BODIES
-from nutamill.drawing import box, machine_parts, ring
 from nutamill.result import open_result
 from nutamill.result.checksums import Checksums
 from nutamill.simulation.setup.mill import mill_mechanism
-from nutamill.webview import view_page, write_view
+from nutamill.view.drawing import box, machine_parts, ring
+from nutamill.view.webview import view_page, write_view
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 

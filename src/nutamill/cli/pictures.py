@@ -35,7 +35,7 @@ def picture(
 ) -> None:
     """Draw the last snapshot in three dimensions; needs the extra "view"."""
     from nutamill.result import open_result
-    from nutamill.scene import draw_scene
+    from nutamill.view.scene import draw_scene
 
     with open_result(file) as result:
         typer.echo(draw_scene(result, png, camera, colour))
@@ -52,7 +52,7 @@ def movie(
 ) -> None:
     """Film all snapshots in three dimensions; needs the extra "view"."""
     from nutamill.result import open_result
-    from nutamill.scene import film_scene
+    from nutamill.view.scene import film_scene
 
     with open_result(file) as result:
         typer.echo(film_scene(result, mp4, camera, colour, slow, tell=lambda text: typer.echo(text, err=True)))
@@ -67,7 +67,7 @@ def view(
 ) -> None:
     """Write one HTML file in which the mill turns and the charge moves; it opens in any browser, without a network."""
     from nutamill.result import open_result
-    from nutamill.webview import write_view
+    from nutamill.view.webview import write_view
 
     with open_result(file) as result:
         page = write_view(result, html or file.with_suffix(".html"), frames)
@@ -78,8 +78,8 @@ def view(
 @told
 def export(file: ResultFile, vtkhdf: Annotated[Path, typer.Option(help="File for ParaView: charge and machine over time.")]) -> None:
     """Write the snapshots of a result for another program."""
-    from nutamill.export.vtkhdf import write_vtkhdf
     from nutamill.result import open_result
+    from nutamill.view.vtkhdf import write_vtkhdf
 
     with open_result(file) as result:
         typer.echo(write_vtkhdf(result, vtkhdf))
@@ -94,7 +94,7 @@ def report(
     to: Annotated[Path | None, typer.Option(help="The page; else beside the first result, or in the folder.")] = None,
 ) -> None:
     """Write one HTML page: case, steady values, where the power goes, figures, the moving charge, provenance; or a campaign's tables."""
-    from nutamill.report import write_report
+    from nutamill.view.report import write_report
 
     beside = files[0] / "report.html" if files[0].is_dir() else files[0].with_name(f"{files[0].stem}-report.html")
     page = write_report(files, to or beside)

@@ -21,14 +21,14 @@ from nutamill.analysis.windows import power_split, steady_line, steady_part, ste
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.units import rpm
-from nutamill.campaign_report import CampaignFolder, read_campaign
 from nutamill.case import Case
 from nutamill.case.differences import swept_axis
 from nutamill.figures.motion import draw_steady_values
 from nutamill.figures.named import FIGURES, caption_of, figure_of
 from nutamill.result import Result, open_result
 from nutamill.result.fields import series_field
-from nutamill.webview import view_page
+from nutamill.view.report_folder import CampaignFolder, read_campaign
+from nutamill.view.webview import view_page
 
 READINGS = ("crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power", "charge_phase_lag")
 """Series whose steady means are tabulated, where a result holds them."""

@@ -18,8 +18,8 @@ from nutamill.base.atomic_file import check_writable, io_errors
 from nutamill.base.errors import CaseError, Fault, NotInstalledError, OutputError, ResultError, missing_extra
 from nutamill.case import Case
 from nutamill.case.machine import CHAMBER
-from nutamill.drawing import Part, machine_parts
 from nutamill.result import Result
+from nutamill.view.drawing import Part, machine_parts
 
 if TYPE_CHECKING:
     import pyvista

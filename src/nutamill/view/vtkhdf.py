@@ -15,8 +15,8 @@ import numpy as np
 from nutamill.analysis.replay import Frame, chosen_snapshots, replay
 from nutamill.base.atomic_file import check_writable, replace_file
 from nutamill.case import Case
-from nutamill.drawing import Part, machine_parts
 from nutamill.result import Result
+from nutamill.view.drawing import Part, machine_parts
 
 VERSION = (2, 3)
 SUFFIXES = (".vtkhdf", ".hdf")

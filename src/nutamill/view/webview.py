@@ -18,9 +18,9 @@ import numpy as np
 from nutamill.analysis.replay import Frame, chosen_snapshots, replay
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
 from nutamill.case import Case
-from nutamill.drawing import Part, machine_parts
 from nutamill.result import Result
 from nutamill.result.fields import series_field
+from nutamill.view.drawing import Part, machine_parts
 
 MOST_FRAMES = 200
 """Frames in a page unless told otherwise [1]."""
