@@ -5,7 +5,7 @@ The force grows with the square of the speed (published: 14.7 N at 100 rpm, 235 
 
 import nutamill as nm
 from nutamill.analysis.windows import steady_window
-from nutamill.figures.named import write_figures
+from nutamill.view.figures.named import write_figures
 
 FORCE = "crank_pin_force_resultant_tared"
 

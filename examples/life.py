@@ -10,7 +10,7 @@ import nutamill as nm
 from nutamill.analysis.bearings import bearing_life, bearings_lines
 from nutamill.analysis.fatigue import section_life, sections_lines
 from nutamill.analysis.ratings import load_ratings
-from nutamill.figures.reading import draw_lives
+from nutamill.view.figures.reading import draw_lives
 
 ratings = load_ratings(Path(__file__).with_name("ratings.toml"))
 case = nm.load_case("numill", ["charge.kind=none", "drive.ramp=350 rpm/s", "run.until=8 s"])

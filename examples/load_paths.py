@@ -11,7 +11,7 @@ import numpy as np
 import nutamill as nm
 from nutamill.analysis.load_paths import hodograph, load_paths, loads_lines
 from nutamill.analysis.rods import rods_lines, yoke_rods
-from nutamill.figures.reading import draw_loads
+from nutamill.view.figures.reading import draw_loads
 
 case = nm.load_case("numill-2025", ["charge.kind=none", "run.until=2.5 s"])
 with tempfile.TemporaryDirectory() as folder, nm.run(case, to=Path(folder) / "empty.h5") as result:

@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 import nutamill as nm
-from nutamill.figures.motion import draw_histories
+from nutamill.view.figures.motion import draw_histories
 
 RPM = math.pi / 30.0
 

@@ -10,7 +10,7 @@ import nutamill as nm
 from nutamill.analysis.mounts import chamber_clearance, clearance_line, floor_force, mounts_lines
 from nutamill.design.figures import draw_isolation
 from nutamill.design.isolation import isolation, isolation_lines
-from nutamill.figures.reading import draw_floor
+from nutamill.view.figures.reading import draw_floor
 
 case = nm.load_case("numill", ["charge.kind=none", "drive.ramp=350 rpm/s", "run.until=8 s"])
 with tempfile.TemporaryDirectory() as folder, nm.run(case, to=Path(folder) / "empty.h5") as result:

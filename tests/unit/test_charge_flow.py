@@ -18,9 +18,9 @@ from nutamill.analysis.flow import (
     window,
 )
 from nutamill.base.errors import ResultError
-from nutamill.figures.charge import draw_flow, draw_spectra, draw_wall
 from nutamill.result import Recorder, open_result
 from nutamill.result.fields import STATISTICS
+from nutamill.view.figures.charge import draw_flow, draw_spectra, draw_wall
 
 RADII = np.array([0.01, 0.03, 0.05])
 AZIMUTH = (np.arange(36) + 0.5) * math.tau / 36

@@ -56,9 +56,9 @@ def engine(monkeypatch):
     monkeypatch.setitem(sys.modules, "nutamill.simulation.march", types.SimpleNamespace(run=run, resume=resume))
     monkeypatch.setattr("nutamill.simulation.march", sys.modules["nutamill.simulation.march"], raising=False)
     monkeypatch.setitem(
-        sys.modules, "nutamill.figures.run", types.SimpleNamespace(draw_run=lambda result: "picture", draw_ledger=lambda result: "power")
+        sys.modules, "nutamill.view.figures.run", types.SimpleNamespace(draw_run=lambda result: "picture", draw_ledger=lambda result: "power")
     )
-    monkeypatch.setitem(sys.modules, "nutamill.figures.saving", types.SimpleNamespace(save_figure=save_figure))
+    monkeypatch.setitem(sys.modules, "nutamill.view.figures.saving", types.SimpleNamespace(save_figure=save_figure))
     monkeypatch.setitem(
         sys.modules,
         "nutamill.analysis.windows",
@@ -68,7 +68,7 @@ def engine(monkeypatch):
     names = ("mechanism_summary_lines", "mechanism_warning_lines", "draw_reactions")
     mechanism = types.SimpleNamespace(is_mechanism=lambda result: False, **dict.fromkeys(names))
     monkeypatch.setitem(sys.modules, "nutamill.analysis.mechanism", mechanism)
-    monkeypatch.setitem(sys.modules, "nutamill.figures.mechanism", mechanism)
+    monkeypatch.setitem(sys.modules, "nutamill.view.figures.mechanism", mechanism)
     return asked
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from nutamill.figures.run import draw_ledger, draw_run
 from nutamill.result import Recorder, open_result
 from nutamill.result.fields import expand
+from nutamill.view.figures.run import draw_ledger, draw_run
 
 RATE = 1000.0
 

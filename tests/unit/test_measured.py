@@ -11,8 +11,8 @@ from nutamill.analysis.measured_comparison import compare, comparison_lines, low
 from nutamill.analysis.measured_import import import_test
 from nutamill.analysis.measured_mapping import load_mapping
 from nutamill.base.errors import CaseError, MillError
-from nutamill.figures.measured import draw_comparison
 from nutamill.result import open_result
+from nutamill.view.figures.measured import draw_comparison
 
 RATE = 2000.0
 TIME = np.arange(2000) / RATE

@@ -10,11 +10,11 @@ from nutamill.analysis.mechanism import is_mechanism, ledger_share, mechanism_su
 from nutamill.base.errors import CaseError, MillError
 from nutamill.case import MechanismCase, case_of_text, load_case, load_mill
 from nutamill.design.mechanism_preflight import mechanism_preflight
-from nutamill.figures.mechanism import draw_reactions
-from nutamill.figures.named import figure_of
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.result import open_result
 from nutamill.simulation.setup.mechanism import assemble_case, build_mechanism, mechanism_parts
+from nutamill.view.figures.mechanism import draw_reactions
+from nutamill.view.figures.named import figure_of
 from nutamill.view.report import write_report
 from nutamill.view.webview import view_page
 

@@ -7,8 +7,8 @@ import pytest
 
 from nutamill.analysis.spectra import spectrum
 from nutamill.base.errors import CaseError, ResultError
-from nutamill.figures.named import figure_of, write_figures
 from nutamill.result import Recorder, open_result
+from nutamill.view.figures.named import figure_of, write_figures
 
 RATE = 1000.0
 TIME = np.arange(4000) / RATE

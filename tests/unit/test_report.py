@@ -10,11 +10,11 @@ import pytest
 from nutamill.base.errors import CaseError, ResultError
 from nutamill.case import load_case
 from nutamill.case.differences import swept_axis
-from nutamill.figures.motion import draw_steady_values
-from nutamill.figures.named import caption_of
-from nutamill.figures.run import draw_run
 from nutamill.result import open_result
 from nutamill.view import report
+from nutamill.view.figures.motion import draw_steady_values
+from nutamill.view.figures.named import caption_of
+from nutamill.view.figures.run import draw_run
 from nutamill.view.report import report_page, write_report
 
 

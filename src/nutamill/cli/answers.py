@@ -21,7 +21,7 @@ Last = Annotated[str, typer.Option(help="Length of the steady window.")]
 def _place(picture: Path | None, stem: str, folder: Path = RESULTS) -> Path:
     """Return where a picture goes, that of a case among the results, that of a result beside it; refuse a place that cannot be written."""
     from nutamill.base.atomic_file import check_writable
-    from nutamill.figures.saving import SUFFIXES
+    from nutamill.view.figures.saving import SUFFIXES
 
     path = picture or folder / f"{stem}.png"
     check_writable(path, SUFFIXES)
@@ -30,7 +30,7 @@ def _place(picture: Path | None, stem: str, folder: Path = RESULTS) -> Path:
 
 def _answer(lines: list[str], figure: Any, picture: Path) -> None:
     """Print a table, save its figure and say where."""
-    from nutamill.figures.saving import save_figure
+    from nutamill.view.figures.saving import save_figure
 
     typer.echo("\n".join(lines))
     typer.echo(f"picture {save_figure(figure, picture)}")
@@ -158,7 +158,7 @@ def orders(
     """Amplitude and phase of a series once and twice per turn over a run, and its waterfall."""
     from nutamill.analysis.orders import orders_lines, sensor_orders, waterfall
     from nutamill.analysis.source import open_mill_result
-    from nutamill.figures.reading import draw_orders
+    from nutamill.view.figures.reading import draw_orders
 
     with open_mill_result(file) as result:
         picture = _place(to, _picture_name(file, "orders", sensor), file.parent)
@@ -179,7 +179,7 @@ def loads(
     from nutamill.analysis.rods import rods_lines, yoke_rods
     from nutamill.analysis.source import open_mill_result
     from nutamill.case import Case
-    from nutamill.figures.reading import draw_loads
+    from nutamill.view.figures.reading import draw_loads
 
     with open_mill_result(file) as result:
         figure = draw_loads(result, axes, last)
@@ -204,7 +204,7 @@ def mounts(
     """Travel and force of the mounts, the force on the floor, and the clearance of the chamber."""
     from nutamill.analysis.mounts import chamber_clearance, clearance_line, mounts_lines
     from nutamill.analysis.source import open_mill_result
-    from nutamill.figures.reading import draw_floor
+    from nutamill.view.figures.reading import draw_floor
 
     lengths = [quantity("--ring", text, "length") for text in ring or ()]
     with open_mill_result(file) as result:
@@ -229,7 +229,7 @@ def life(
     from nutamill.analysis.fatigue import section_life, sections_lines
     from nutamill.analysis.ratings import load_ratings
     from nutamill.analysis.source import open_mill_result
-    from nutamill.figures.reading import draw_lives
+    from nutamill.view.figures.reading import draw_lives
 
     rated = load_ratings(ratings)
     with open_mill_result(file) as result:

@@ -55,8 +55,8 @@ def mount_test(
 ) -> None:
     """Stiffness and damping of a mount from a force-displacement test at one frequency."""
     from nutamill.analysis.mount_test import mount_properties, read_mount_test
-    from nutamill.figures.mount import draw_loop
-    from nutamill.figures.saving import save_figure
+    from nutamill.view.figures.mount import draw_loop
+    from nutamill.view.figures.saving import save_figure
 
     test = read_mount_test(file)
     found = mount_properties(test)

@@ -37,10 +37,10 @@ def compare(
     """Lay measured data over a run: steady values with errors, and a figure."""
     from nutamill.analysis.measured_comparison import compare, comparison_lines
     from nutamill.base.units import Kind
-    from nutamill.figures.measured import draw_comparison
-    from nutamill.figures.saving import save_figure
     from nutamill.result import open_result
     from nutamill.studies.papers.library import paper_names
+    from nutamill.view.figures.measured import draw_comparison
+    from nutamill.view.figures.saving import save_figure
 
     window, edge = quantity("--last", last, Kind.TIME), None if cut is None else quantity("--filter", cut, Kind.FREQUENCY)
     if str(measured) in paper_names():

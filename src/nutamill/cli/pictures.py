@@ -21,8 +21,8 @@ def plot(
     to: Annotated[Path | None, typer.Option(help="Folder of the pictures; else that of the result.")] = None,
 ) -> None:
     """Draw figures of a result."""
-    from nutamill.figures.named import write_figures
     from nutamill.result import open_result
+    from nutamill.view.figures.named import write_figures
 
     with open_result(file) as result:
         typer.echo("\n".join(map(str, write_figures(result, what, to or file.parent))))

@@ -233,12 +233,12 @@ def _facts(result: "Result") -> list[str]:
 def _draw(result: "Result", path: Path) -> list[Path]:
     """Draw the pictures of a run beside its result; their files."""
     from nutamill.analysis.mechanism import is_mechanism
-    from nutamill.figures.run import draw_ledger, draw_run
-    from nutamill.figures.saving import save_figure
+    from nutamill.view.figures.run import draw_ledger, draw_run
+    from nutamill.view.figures.saving import save_figure
 
     picture, ledger = path.with_suffix(".png"), path.with_name(f"{path.stem}-power.png")
     if is_mechanism(result):
-        from nutamill.figures.mechanism import draw_reactions
+        from nutamill.view.figures.mechanism import draw_reactions
 
         return [save_figure(draw_reactions(result), picture)]
     return [save_figure(draw_run(result), picture), save_figure(draw_ledger(result), ledger)]

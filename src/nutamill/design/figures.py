@@ -14,8 +14,8 @@ from nutamill.design.isolation import Isolation
 from nutamill.design.modes import ORDERS, Campbell, MachineModes
 from nutamill.design.runup import RunUp
 from nutamill.design.sticks import Stick
-from nutamill.figures.style import PALETTE, STYLE, WIDTH, unit_of
 from nutamill.result.fields import series_field
+from nutamill.view.figures.style import PALETTE, STYLE, WIDTH, unit_of
 
 GREY, MOVED, ORBIT = "#B8B8B8", "#0072B2", "#D55E00"
 LARGEST = 0.1

@@ -7,7 +7,6 @@ from typing import Any
 from nutamill.analysis.values import DEFAULT, reading_of
 from nutamill.base.errors import CaseError, Fault
 from nutamill.case import Case, load_mill
-from nutamill.figures.saving import save_figure
 from nutamill.result import is_finished
 from nutamill.simulation.setup.quick import banner
 from nutamill.simulation.setup.quick import quick as quickened
@@ -19,6 +18,7 @@ from nutamill.studies.sweep import run_all
 from nutamill.studies.sweep_file import is_sweep_file, load_sweep
 from nutamill.studies.table import dataset
 from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers, cluster_client
+from nutamill.view.figures.saving import save_figure
 
 
 def workers_of(jobs: int | None, cluster: str | None) -> Callable[[], Workers]:

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from nutamill.analysis.values import Reading
 from nutamill.base import units
-from nutamill.figures.style import STYLE, WIDTH
+from nutamill.view.figures.style import STYLE, WIDTH
 
 if TYPE_CHECKING:
     import xarray

@@ -10,7 +10,6 @@ from nutamill.base.atomic_file import io_errors, write_whole
 from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.cli.screen import duration
 from nutamill.design.preflight import preflight, wall_time
-from nutamill.figures.saving import save_figure
 from nutamill.result import MISSING, is_finished, open_result
 from nutamill.studies.axes import Member
 from nutamill.studies.board import Board
@@ -22,6 +21,7 @@ from nutamill.studies.papers.runs import COMPLETE, PlannedRun, chosen, planned_r
 from nutamill.studies.papers.table import csv_text, json_text, markdown
 from nutamill.studies.sweep import run_all, tell_of_other_kernels
 from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
+from nutamill.view.figures.saving import save_figure
 
 if TYPE_CHECKING:
     import distributed

@@ -23,10 +23,10 @@ from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.units import rpm
 from nutamill.case import Case
 from nutamill.case.differences import swept_axis
-from nutamill.figures.motion import draw_steady_values
-from nutamill.figures.named import FIGURES, caption_of, figure_of
 from nutamill.result import Result, open_result
 from nutamill.result.fields import series_field
+from nutamill.view.figures.motion import draw_steady_values
+from nutamill.view.figures.named import FIGURES, caption_of, figure_of
 from nutamill.view.report_folder import CampaignFolder, read_campaign
 from nutamill.view.webview import view_page
 

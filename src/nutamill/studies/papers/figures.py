@@ -15,14 +15,14 @@ from nutamill.base.errors import ResultError
 from nutamill.base.units import Kind, parse, rpm
 from nutamill.case import Case
 from nutamill.case.machine import DrawnMechanism
-from nutamill.figures.run import draw_run
-from nutamill.figures.style import STYLE, WIDTH
 from nutamill.result import Result, open_result
 from nutamill.studies.papers.compare import Key, Measured
 from nutamill.studies.papers.model import Curve, FigurePlan, Paper, same_speed
 from nutamill.studies.papers.quantities import QUANTITIES
 from nutamill.studies.papers.runs import COMPLETE, PlannedRun, run_name, run_state
 from nutamill.studies.papers.table import UNIT
+from nutamill.view.figures.run import draw_run
+from nutamill.view.figures.style import STYLE, WIDTH
 
 ARM_POSITIONS = (0.0, 90.0, 180.0, 270.0)
 """Crank angles at which particles are shown [deg]."""

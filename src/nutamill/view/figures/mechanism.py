@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from nutamill.analysis.mechanism import magnitude, part_loads
-from nutamill.figures.style import PALETTE, STYLE, WIDTH
 from nutamill.result import Result
+from nutamill.view.figures.style import PALETTE, STYLE, WIDTH
 
 MOST_LINES = 5
 """Joints drawn at most: those with the largest peaks."""

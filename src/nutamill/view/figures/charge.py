@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from nutamill.analysis.flow import crest, flow_fields, impact_spectra, surface_heights, wear_table, window
 from nutamill.analysis.windows import PAPER_WINDOW
-from nutamill.figures.style import STYLE, WIDTH
 from nutamill.result import Result
+from nutamill.view.figures.style import STYLE, WIDTH
 
 RARE = 1e-2
 """Bins with less than this share of the fullest bin's impacts are not shown [1]."""

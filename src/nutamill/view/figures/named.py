@@ -8,12 +8,12 @@ from matplotlib.figure import Figure
 from nutamill.analysis.mechanism import is_mechanism
 from nutamill.analysis.orders import sensor_orders, waterfall
 from nutamill.base.errors import CaseError, Fault, ResultError
-from nutamill.figures.charge import draw_flow, draw_spectra, draw_wall
-from nutamill.figures.motion import draw_histories, draw_orbit, draw_spectrum
-from nutamill.figures.reading import draw_orders
-from nutamill.figures.run import draw_ledger, draw_run
-from nutamill.figures.saving import save_figure
 from nutamill.result import Result
+from nutamill.view.figures.charge import draw_flow, draw_spectra, draw_wall
+from nutamill.view.figures.motion import draw_histories, draw_orbit, draw_spectrum
+from nutamill.view.figures.reading import draw_orders
+from nutamill.view.figures.run import draw_ledger, draw_run
+from nutamill.view.figures.saving import save_figure
 
 FIGURES: dict[str, tuple[Callable[[Result], Figure], str]] = {
     "run": (draw_run, "{panels} over the run"),

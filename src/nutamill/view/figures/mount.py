@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nutamill.analysis.mount_test import MountProperties, MountTest
-from nutamill.figures.style import MEAN, STYLE, WIDTH
+from nutamill.view.figures.style import MEAN, STYLE, WIDTH
 
 
 def draw_loop(test: MountTest, found: MountProperties) -> Figure:

@@ -14,9 +14,9 @@ from nutamill.analysis.flow import mass_centre_orbit, refuse_empty
 from nutamill.analysis.spectra import spectrum
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import CaseError, Fault
-from nutamill.figures.style import MARK, MEAN, RMS, STYLE, WIDTH, label_of
 from nutamill.result import Result
 from nutamill.result.fields import series_field
+from nutamill.view.figures.style import MARK, MEAN, RMS, STYLE, WIDTH, label_of
 
 HIGHEST = 500.0
 """Highest frequency drawn [Hz]."""

@@ -6,9 +6,9 @@ from matplotlib.figure import Figure
 
 from nutamill.analysis.measured_comparison import series_in_window
 from nutamill.analysis.spectra import spectrum
-from nutamill.figures.motion import HIGHEST, density_unit
-from nutamill.figures.style import STYLE, label_of
 from nutamill.result import Result
+from nutamill.view.figures.motion import HIGHEST, density_unit
+from nutamill.view.figures.style import STYLE, label_of
 
 SHOWN_TURNS = 0.5
 """Time shown of the histories [s]: the turns can be told apart."""

@@ -10,8 +10,8 @@ from matplotlib.ticker import MaxNLocator
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from nutamill.analysis.windows import ledger_groups, ramp_end
-from nutamill.figures.style import BINS, ENVELOPE, MARK, MEAN, RMS, STYLE, WIDTH, unit_of
 from nutamill.result import Result
+from nutamill.view.figures.style import BINS, ENVELOPE, MARK, MEAN, RMS, STYLE, WIDTH, unit_of
 
 STILL = 1e-6
 """Acceleration below which a frame on rigid mounts stands still, round-off apart [m/s^2]."""

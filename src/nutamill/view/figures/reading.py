@@ -16,9 +16,9 @@ from nutamill.analysis.orders import Orders, Waterfall
 from nutamill.analysis.text import LONGEST, hours_text
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base.units import rpm
-from nutamill.figures.style import PALETTE, STYLE, WIDTH, unit_of
 from nutamill.result import Result
 from nutamill.result.fields import series_field
+from nutamill.view.figures.style import PALETTE, STYLE, WIDTH, unit_of
 
 NO_FORCE = 1e-9
 """Share of the largest force below which a joint carries none but round-off [1]."""
