@@ -17,10 +17,12 @@ from nutamill.base.provenance import processor
 from nutamill.charge.assembly import charge_of, grow
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.measures.observe import charge_reading, observe
-from nutamill.charge.model import Clock, PairLaw, Status, Surface, SurfaceKind
+from nutamill.charge.model import Clock, Status
 from nutamill.charge.particles.particles import clumps, spheres
 from nutamill.charge.particles.shapes import clump_shape
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.simulation.setup.threads import usable_cores
 
 DIAMETER, SUBSTEP = 1.95e-3, 2e-6

@@ -19,7 +19,8 @@ from nutamill.charge.kernels.neighbours import rebuild, slots_of_chunk, turning
 from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
 from nutamill.charge.kernels.simd import WIDTH, negated_radii
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
-from nutamill.charge.model import BATCH, Clock, stamp_of
+from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.model import Clock, stamp_of
 from nutamill.cli.bench import developed_case, developed_flow
 from nutamill.simulation.coupling import hand_out_motion
 from nutamill.simulation.warm_up import warm_up

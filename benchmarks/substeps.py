@@ -16,7 +16,7 @@ from nutamill.case import Case, load_case
 from nutamill.charge.assembly import charge, velocities
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
-from nutamill.charge.model import Surface, SurfaceKind
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.setup.bed import settled_bed
 from nutamill.simulation.setup.clock import ContactFacts, contact_facts

@@ -22,7 +22,7 @@ ASPECTS = np.linspace(1.2, 1.6, SHAPES)
 CLUMPS, MASS, DENSITY, BULK = 39534, 1.34, 2480.0, 1403.0
 MEAN_DIAMETER, SIEVES = 3.38e-3, (3e-3, 5e-3)
 DEVIATION = 0.3e-3
-MACHINES = Path(__file__).parents[1] / "src" / "nutamill" / "machines"
+MACHINES = Path(__file__).parents[1] / "src" / "nutamill" / "data" / "machines"
 
 SHAPES_HEAD = """\
 # STAND-IN, not measured: ten clumps of three spheres in place of the scanned grains of coarse sand of van Tonder, Bredell, Coetzee

@@ -30,7 +30,7 @@ print(energy[0], sum(stored_energy.stats.cache_hits.values()))
 def copied(tmp_path):
     """A copy of the package, and a call of a kernel in it with a compiler cache of its own."""
     package = tmp_path / "nutamill"
-    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "machines", "papers", "figures"))
+    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "data"))
 
     def energy():
         surroundings = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
@@ -60,7 +60,7 @@ def test_an_edited_law_is_compiled_anew_and_an_edited_sentence_is_not(copied):
 
 SMALL_PACKAGE = {
     "__init__.py": "",
-    "kernel.py": "FAST = 1\ndef kernel(function): return function\ndef by_type(table): return table\n",
+    "base/kernel.py": "FAST = 1\ndef kernel(function): return function\ndef by_type(table): return table\n",
     "tags.py": "from typing import NamedTuple\nclass Tag(NamedTuple):\n    pass\n",
     "numbers.py": "import math\nHALF = 0.5\nTABLE = {}\nTABLE[1] = 2\ndef unused():\n    return 1\n",
     "kinds.py": "from enum import IntEnum\nclass Kind(IntEnum):\n    A = 0\n",
@@ -118,7 +118,7 @@ def digest(tmp_path, monkeypatch):
         ("tags.py", "    pass", "    a: int = 0"),
         ("structs.py", "a: int", "b: int"),
         ("structs.py", "WIDTH = 3", "WIDTH = 4"),
-        ("kernel.py", "return function", "return fast(function)"),
+        ("base/kernel.py", "return function", "return fast(function)"),
         ("room/new.py", "", "from nutamill.base.kernel import kernel\n@kernel\ndef double(x):\n    return 2 * x\n"),
         ("room/new.py", "", "import numba\n\ndef made(f):\n    return numba.njit(f)\n"),
     ],

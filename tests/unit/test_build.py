@@ -11,7 +11,8 @@ from nutamill.case import load_case
 from nutamill.case.machine import CHAMBER, CROSS, SHAFT
 from nutamill.charge.filling.room import cylinder_room
 from nutamill.charge.kernels.team import MOST_THREADS
-from nutamill.charge.model import Status, SurfaceKind
+from nutamill.charge.model import Status
+from nutamill.charge.walls.surface import SurfaceKind
 from nutamill.design.preflight import preflight
 from nutamill.simulation.setup.bed import _filled, settled_bed
 from nutamill.simulation.setup.charge import chamber_surfaces, rib_inside

@@ -10,8 +10,8 @@ import pytest
 
 from nutamill.base import cache_folder, kernel
 from nutamill.case import load_case
-from nutamill.cli.screen import COMPILING
 from nutamill.simulation import warm_up
+from nutamill.simulation.progress_report import COMPILING
 from nutamill.simulation.setup import bed as beds
 from nutamill.simulation.setup.particles import particle_count
 

@@ -17,12 +17,14 @@ from nutamill.charge.filling.room import cylinder_room, largest_fill
 from nutamill.charge.kernels import simd
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.normal import dashpot_speed, linear_force, pair_stiffness
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.rolling import constant_rolling, spring_rolling
 from nutamill.charge.laws.tags import LinearSpring, RollingTypeA, RollingTypeC, StoredDisplacement
 from nutamill.charge.laws.tangential import displacement_friction
-from nutamill.charge.model import BATCH, PairLaw, Surface, SurfaceKind
 from nutamill.charge.particles.particles import LOOSE_PACKING
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.charge.walls.surfaces import surface_contact
 
 LAW = PairLaw(1e5, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.1)

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from nutamill.base.durations import duration
 from nutamill.cli import keys, screen
-from nutamill.cli.screen import COMPILING, Progress, Screen, duration, line, offers, panel
+from nutamill.cli.screen import Screen, line, offers, panel
+from nutamill.simulation.progress_report import COMPILING, Progress
 from nutamill.simulation.running_mean import RunningMean
 
 PROGRESS = Progress(

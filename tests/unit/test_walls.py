@@ -8,9 +8,10 @@ import pytest
 from nutamill.base.errors import CaseError
 from nutamill.base.kernel import JIT, kernel
 from nutamill.charge.assembly import charge
-from nutamill.charge.model import PairLaw, Surface, SurfaceKind
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.walls.mesh import CREASE, closed_mesh, on_charge_side
 from nutamill.charge.walls.mesh_patches import mesh_surfaces, mesh_walls
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.charge.walls.surfaces import cap_contact, cone_contact, place_surfaces
 from nutamill.charge.walls.touching import touch_surface
 from nutamill.charge.walls.triangles import winding_number

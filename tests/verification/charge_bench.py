@@ -5,8 +5,9 @@ import numpy as np
 from nutamill.charge.assembly import charge, positions, spins, velocities
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.measures.observe import charge_reading, observe
-from nutamill.charge.model import PairLaw, Surface, SurfaceKind
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 
 REST = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
 """Reference frame that does not turn."""

@@ -7,7 +7,7 @@ import numpy as np
 from nutamill.base.kernel import kernel
 from nutamill.charge.laws.composition import contact
 from nutamill.charge.laws.numbers import law_numbers
-from nutamill.charge.model import PairLaw
+from nutamill.charge.laws.pair import PairLaw
 
 R, M = 0.0025, 5e-4
 

@@ -10,7 +10,8 @@ from nutamill.charge.kernels.dynamics import start as start_charge
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.observe import charge_reading
 from nutamill.charge.measures.statistics import charge_statistics, statistics_plan
-from nutamill.charge.model import Ledger, Surface, SurfaceKind
+from nutamill.charge.model import Ledger
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind

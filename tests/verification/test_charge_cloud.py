@@ -8,7 +8,8 @@ from nutamill.charge.assembly import grow
 from nutamill.charge.kernels.copying import copy_state
 from nutamill.charge.kernels.dynamics import window
 from nutamill.charge.messages import status_text, status_time
-from nutamill.charge.model import Clock, Ledger, Status, Surface, SurfaceKind
+from nutamill.charge.model import Clock, Ledger, Status
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 
 R = 0.0025
 M = sphere_mass(R)

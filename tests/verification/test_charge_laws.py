@@ -7,8 +7,10 @@ import pytest
 from charge_bench import FLOOR, Bench, law, sphere_mass
 
 from nutamill.charge.laws.impact import impact
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import contact_law
-from nutamill.charge.model import Ledger, PairLaw, Surface, SurfaceKind
+from nutamill.charge.model import Ledger
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 
 R = 0.0025
 M = sphere_mass(R)

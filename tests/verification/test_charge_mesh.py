@@ -10,10 +10,10 @@ from mesh_bench import box, cylinder, plate
 
 from nutamill.base.kernel import JIT, kernel
 from nutamill.charge.filling.fill import random_fill
-from nutamill.charge.model import Surface, SurfaceKind
 from nutamill.charge.walls.mesh import closed_mesh
 from nutamill.charge.walls.mesh_contact import mesh_overlap
 from nutamill.charge.walls.mesh_patches import mesh_surfaces, mesh_walls
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.charge.walls.surfaces import surface_contact
 from nutamill.charge.walls.triangles import signed_volumes
 

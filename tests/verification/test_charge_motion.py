@@ -6,7 +6,7 @@ import pytest
 from charge_bench import FLOOR, Bench, law, sphere_mass
 
 from nutamill.charge.laws.tags import ContactLaw, RollingTypeA
-from nutamill.charge.model import Surface, SurfaceKind
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 
 R, G = 0.0025, 9.81
 M = sphere_mass(R)

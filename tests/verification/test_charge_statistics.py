@@ -10,8 +10,9 @@ from nutamill.charge.assembly import with_patches
 from nutamill.charge.kernels.impacts import FINE, LOWEST, cutting_energy
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.statistics import FIELD_SUMS, WALL_SUMS, charge_statistics, gathered, sample, statistics_plan
-from nutamill.charge.model import Ledger, Surface, SurfaceKind
+from nutamill.charge.model import Ledger
 from nutamill.charge.walls.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, patch_table
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 
 R, K = 0.0025, 1e5
 M = sphere_mass(R)

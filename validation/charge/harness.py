@@ -8,8 +8,10 @@ import numpy as np
 from nutamill.charge.assembly import charge, grow, positions, spins, velocities
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import contact_law
-from nutamill.charge.model import Clock, PairLaw, Status, Surface, SurfaceKind
+from nutamill.charge.model import Clock, Status
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 
 G = 9.81
 DOWN = (0.0, 0.0, -G)

@@ -1,0 +1,1 @@
+"""Foundations that know no machine: errors, units, compile decorator, frames, steadiness, files."""

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-ROOT = str(Path(__file__).parents[1])
+ROOT = str(Path(__file__).parents[2])
 """Folder that this package is imported from; last on a child's path, in case the child would not find it otherwise."""
 
 DISCARD = subprocess.DEVNULL

@@ -7,10 +7,11 @@ from typing import Any
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.library import library_file
-from nutamill.case.mechanism import PARTS
 
 MOST = 5_000_000
 """Bytes of a file that are examined; a longer text is none of the files that commands take [1]."""
+MECHANISM = ("bodies", "joints", "bushings", "springs", "torques", "drives")
+"""Lists of tables of a mechanism."""
 MILL = ("mechanism", "chamber", "drive", "charge", "contact", "materials", "mounts", "frame", "run")
 """Tables of a case of a mill."""
 SIGNATURES = {b"\x89PNG": "PICTURE", b"\xff\xd8\xff": "PICTURE", b"%PDF": "DOCUMENT", b"<!DOC": "DOCUMENT"}
@@ -93,7 +94,7 @@ def _kind_of_bytes(content: bytes, suffix: str) -> FileKind | None:
 
 def kind_of_tables(tables: dict[str, Any]) -> FileKind | None:
     """Return the kind of a TOML file by its tables; None for a file that has none of those that tell."""
-    if any(isinstance(tables.get(part), list) for part in PARTS):
+    if any(isinstance(tables.get(part), list) for part in MECHANISM):
         return FileKind.MECHANISM
     if any(isinstance(tables.get(table), dict) for table in MILL):
         return FileKind.CASE

@@ -5,7 +5,7 @@ from pathlib import Path
 
 LONGEST_WORD = 100
 """Characters of a word that are compared with the known ones [1]."""
-FOLDER = Path(__file__).parents[1] / "machines"
+FOLDER = Path(__file__).parents[1] / "data" / "machines"
 MOUNTS = FOLDER / "mounts"
 CHARGES = FOLDER / "charges"
 SHAPES = FOLDER / "shapes"

@@ -7,7 +7,7 @@ import platform
 import subprocess
 from pathlib import Path
 
-PACKAGE = Path(__file__).parent
+PACKAGE = Path(__file__).parents[1]
 
 
 def run_provenance(kernel_digest: str, seed: int, threads: int) -> dict[str, str | int]:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-PACKAGE = Path(__file__).parent
+PACKAGE = Path(__file__).parents[1]
 
 COMPILING = {"nutamill.base.kernel": {"kernel", "by_type", "like"}}
 """What compiles a function, by the module that has it; so does all that is imported from Numba."""

@@ -34,9 +34,6 @@ from nutamill.case.case_file import CaseFile, SnapshotPlan
 from nutamill.case.drive import DriveProgramme
 from nutamill.case.mechanism_checks import findings
 
-PARTS = ("bodies", "joints", "bushings", "springs", "torques", "drives")
-"""Lists that make a file a `MechanismCase`."""
-
 
 def _name(given: Any) -> Any:
     if not isinstance(given, str) or not re.fullmatch("[a-z][a-z0-9_]*", given):

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.base.file_kind import FileKind, refuse_other_kind
+from nutamill.base.file_kind import MECHANISM, FileKind, refuse_other_kind
 from nutamill.base.schema import AutoTime, Coordinate, Count, EndTime, Frequency, Seed, Share, Table, Time, refusal, spelled
 from nutamill.case import mill_checks
 from nutamill.case.case_file import CaseFile, SnapshotPlan, validated
@@ -27,7 +27,7 @@ from nutamill.case.machine import (
     TopFrame,
 )
 from nutamill.case.materials import ContactLaws, Material
-from nutamill.case.mechanism import PARTS, MechanismCase
+from nutamill.case.mechanism import MechanismCase
 from nutamill.case.toml.layers import Layer, override_layer, read_layers
 from nutamill.case.touching import TouchingPair, touching_pairs
 
@@ -189,4 +189,4 @@ def case_of_text(text: str, name: str = "case") -> Case | MechanismCase:
 
 def _kind_of(layers: list[Layer]) -> type[CaseFile]:
     """What a file describes: parts one by one, or a mill."""
-    return MechanismCase if any(isinstance(layer.content.get(key), list) for layer in layers for key in PARTS) else Case
+    return MechanismCase if any(isinstance(layer.content.get(key), list) for layer in layers for key in MECHANISM) else Case

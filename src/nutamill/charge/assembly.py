@@ -14,25 +14,16 @@ from nutamill.charge.kernels.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, 
 from nutamill.charge.kernels.columns import ROWS
 from nutamill.charge.kernels.impacts import impact_book
 from nutamill.charge.kernels.team import MOST_THREADS
+from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.numbers import law_faults, law_numbers
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw
-from nutamill.charge.model import (
-    BATCH,
-    PADDING,
-    ChargeModel,
-    ChargeScratch,
-    ChargeState,
-    Clock,
-    Ledger,
-    ListScratch,
-    PairLaw,
-    Status,
-    Surface,
-)
+from nutamill.charge.model import PADDING, ChargeModel, ChargeScratch, ChargeState, Clock, Ledger, ListScratch, Status
 from nutamill.charge.particles.particles import Particles, check_particles, motion_faults
 from nutamill.charge.pebbles import Pebbles, pebbles, rotation_matrices
 from nutamill.charge.walls.mesh_patches import mesh_walls
 from nutamill.charge.walls.patches import ANGLE_HEIGHT, PatchTable, patch_table
+from nutamill.charge.walls.surface import Surface
 
 SMALLEST_CHUNK, LARGEST_CHUNK, CHUNKS = 64, 672, 4
 """Slots in a chunk, at least and at most, and the number of chunks that there should be between [1].

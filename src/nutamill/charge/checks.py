@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from nutamill.base.errors import Fault
-from nutamill.charge.model import LawColumn, SurfaceKind
+from nutamill.charge.laws.pair import LawColumn
 from nutamill.charge.walls.mesh import on_charge_side
+from nutamill.charge.walls.surface import SurfaceKind
 from nutamill.charge.walls.surfaces import place_surfaces
 from nutamill.charge.walls.walls import wall_overlaps
 

@@ -9,7 +9,6 @@ at any number of threads.  ``M`` is the number of slots (particles, and padding 
 Time is staggered (docs/conventions.md): velocities belong to the end of a substep, positions to half a substep later.
 """
 
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,35 +16,13 @@ import numpy as np
 
 from nutamill.base.kernel import kernel
 from nutamill.charge.laws.tags import ContactLaw
-from nutamill.charge.walls.mesh import Mesh
 from nutamill.charge.walls.mesh_model import MeshWalls
 
 if TYPE_CHECKING:
     from nutamill.charge.kernels.impacts import ImpactBook
 
-BATCH = 32
-"""Contacts that one pass of the vector law takes [1]."""
-
-
 PADDING = 64
 """Entries behind the last candidate of a chunk that the vector filter may read [1]."""
-
-
-class SurfaceKind(IntEnum):
-    """Shape of a wall piece, in its own axes."""
-
-    PLANE = 0
-    """Plane z = 0; the charge is on the side of +z."""
-    CYLINDER = 1
-    """Inside of an endless cylinder about z, of radius ``size[0]``."""
-    BOX = 2
-    """Outside of a box about the origin with half sizes ``size``; faces, edges and corners."""
-    CONE = 3
-    """Inside of a cone about z, from radius ``size[0]`` at z = 0 to radius ``size[1]`` at z = ``size[2]``."""
-    SPHERE_CAP = 4
-    """Inside of a sphere about the origin of radius ``size[0]``, as far as ``size[1]`` [rad] from -z: a bowl that opens to +z."""
-    MESH_PATCH = 5
-    """A smooth patch of a triangle mesh; ``Surface.mesh`` and ``Surface.patch`` say which."""
 
 
 class Status(IntEnum):
@@ -102,103 +79,10 @@ class Clock(IntEnum):
     """1: a list is more than three quarters full; `grow` when convenient."""
 
 
-class LawColumn(IntEnum):
-    """Columns of `ChargeModel.laws`: the numbers of a pair law as the vector law wants them."""
-
-    COMPLIANCE = 0
-    """Linear and hysteretic: 1/k of a stiffness given directly, else 0 [m/N].  Hertz: contact modulus E* [Pa]."""
-    COMPLIANCE_A = 1
-    """Inverse of stiffness per diameter of the first material [m^2/N]."""
-    COMPLIANCE_B = 2
-    TANGENTIAL = 3
-    """Tangential over normal stiffness [1]; Hertz: 4 G*/E*."""
-    DAMPING = 4
-    """Linear: twice the damping ratio [1].  Hysteretic: loading over unloading stiffness [1].  Hertz: 2 sqrt(5/6) damping ratio [1]."""
-    FLOOR = 5
-    """Least normal force [N]: 0, or minus infinity where tension is kept.  Hysteretic: least force over that of loading [1]."""
-    STATIC = 6
-    DYNAMIC = 7
-    ROLLING = 8
-    LIMIT = 9
-    """Inverse of overlap_stop [1]."""
-    PRESSURE = 10
-    """Cohesive pressure [Pa]."""
-
-
-LAW_NUMBERS = len(LawColumn)
-"""Numbers of a pair law [1]."""
-
-
 @kernel(inline="always")
 def stamp_of(step):
     """Mark that a contact alive in substep `step` carries in its memory [1]: whole, from 1, and exact in single precision."""
     return (step & 0xFFFFFF) + 1
-
-
-@dataclass(frozen=True, slots=True)
-class Surface:
-    """A smooth wall piece carried by a body.
-
-    Attributes
-    ----------
-    name : for messages
-    kind : shape
-    body : index of the carrying body
-    material : index of its material
-    origin : [m] (3,), in the body's axes, from the body's mass centre
-    rotation : [1] (3, 3), from surface axes to the body's axes
-    size : [m], angles [rad] (3,), as `SurfaceKind` says
-    mesh, patch : for MESH_PATCH, the mesh in surface axes and the number of the patch; see `mesh_surfaces`
-    """
-
-    name: str
-    kind: SurfaceKind
-    body: int
-    material: int
-    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    rotation: object = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    size: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    mesh: Mesh | None = None
-    patch: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class PairLaw:
-    """Numbers of the contact of two materials, a and b (for a wall: a the particle, b the surface).
-
-    Which of them count is for the charge's `ContactLaw` to say.
-
-    Attributes
-    ----------
-    stiffness_direct : normal (hysteretic: loading) stiffness [N/m]; 0 to take the series of the bodies' own
-    stiffness_per_diameter_a, stiffness_per_diameter_b : own stiffness of each body over the particle's diameter [N/m^2]
-    tangential_ratio : tangential over normal (hysteretic: loading) stiffness [1]; Hertz: over Mindlin's 8 G* sqrt(R* d)
-    damping_ratio : of critical damping [1]; not for hysteretic
-    tension_cut : True clips the normal force at zero on release; not for hysteretic, which never pulls
-    static_friction, dynamic_friction : Coulomb coefficient before and while sliding [1]
-    rolling_friction : lever of the rolling moment over the reduced radius [1]
-    overlap_warn, overlap_stop : share of the (smaller) particle's diameter [1]
-    unloading_ratio : hysteretic: unloading over loading stiffness [1]
-    contact_modulus : Hertz: E*, 1/E* = (1 - nu_a^2)/E_a + (1 - nu_b^2)/E_b [Pa]
-    contact_shear_modulus : Hertz: G*, 1/G* = (2 - nu_a)/G_a + (2 - nu_b)/G_b [Pa]
-    cohesive_pressure : area cohesion: pull over contact area [Pa]
-    """
-
-    stiffness_direct: float
-    stiffness_per_diameter_a: float
-    stiffness_per_diameter_b: float
-    tangential_ratio: float
-    damping_ratio: float
-    tension_cut: bool
-    static_friction: float
-    dynamic_friction: float
-    rolling_friction: float
-    overlap_warn: float
-    overlap_stop: float
-    unloading_ratio: float = 1.0
-    contact_modulus: float = 0.0
-    contact_shear_modulus: float = 0.0
-    cohesive_pressure: float = 0.0
 
 
 class ChargeModel(NamedTuple):

@@ -5,10 +5,12 @@ import sys
 import time as clock
 from contextlib import ExitStack, suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Self
 
+from nutamill.base.durations import duration
 from nutamill.base.errors import printable
 from nutamill.cli.keys import key_signals, obey_key, single_keys, typed_keys
+from nutamill.simulation.progress_report import Progress
 
 if TYPE_CHECKING:
     from rich.live import Live
@@ -27,52 +29,6 @@ ANSWERS = {"q": "stopping; the run is saved after this step", "c": "a checkpoint
 """What the screen says when such a key was pressed."""
 SPINNER = "dots"
 """Form of the moving sign that the program is at work."""
-COMPILING = "compiling kernels, once for this version, about 40 s"
-
-
-class Progress(NamedTuple):
-    """Where a run stands; numbers that are not known yet are NaN."""
-
-    phase: str
-    """``settle``, ``ramp`` or ``steady``."""
-    time: float
-    """Simulated time [s]."""
-    end_time: float
-    """Simulated time at which the run ends [s]."""
-    fraction: float
-    """Share of the phase that is done [1]."""
-    rate: float
-    """Simulated seconds per second of wall time [1]."""
-    nanoseconds: float
-    """Wall time per particle and charge substep [ns]."""
-    time_left: float
-    """Expected wall time to the end of the run [s]."""
-    crank_pin_force: float
-    """Present resultant at the load cell [N]."""
-    shaft_torque: float
-    """Present motor torque on the driveshaft [N m]."""
-    mean_force: float
-    """Mean crank-pin force over the whole turns at constant speed so far [N]."""
-    mean_force_half_width: float
-    """Half width of its 95 % interval [N]."""
-    mean_torque: float
-    """Mean torque over the same turns [N m]."""
-    mean_torque_half_width: float
-    """Half width of its 95 % interval [N m]."""
-    largest_pair_overlap: float
-    """Largest overlap of two particles lately, share of the particle diameter [1]."""
-    largest_wall_overlap: float
-    """Largest overlap of a particle with a surface lately, share of the particle diameter [1]."""
-    ledger_residual: float
-    """Residual of the energy ledger, share of the motor work [1]."""
-    contacts: int
-    """Particle contacts at present [1]."""
-    dt: float
-    """Charge substep [s]."""
-    file_size: int
-    """Size of the result file [bytes]."""
-
-
 class Screen:
     """Shows `Progress`; a context manager, called with each new one: ``with Screen("numill") as show: show(progress)``.
 
@@ -231,14 +187,6 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
         f"file {progress.file_size / 1e6:.1f} MB"
     )
     return Panel(Group(bars, "", readings, "", times, work), title=named, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1))
-
-
-def duration(seconds: float) -> str:
-    """Wall time as ``h:mm:ss``; a dash if it is not known."""
-    if not math.isfinite(seconds):
-        return "-"
-    whole = round(max(0.0, seconds))
-    return f"{whole // 3600}:{whole // 60 % 60:02}:{whole % 60:02}"
 
 
 def _of_mill(progress: Progress) -> bool:

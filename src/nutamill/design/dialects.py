@@ -17,8 +17,8 @@ from nutamill.charge.laws.impact import (
     restitution_from_damping_ratio,
     spring_stiffness,
 )
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import law_names
-from nutamill.charge.model import PairLaw
 from nutamill.simulation.setup.charge import Meeting, contact_law_of, pair_law, quickest_meeting
 
 

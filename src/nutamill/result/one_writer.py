@@ -2,7 +2,7 @@
 
 The lock is an exclusive transaction of SQLite on an empty file beside the result.  Python brings SQLite along, it locks on POSIX
 systems and on Windows alike, and the system ends the lock with its process, however that dies
-(docs/decisions/014-one-writer.md).
+(docs/decisions/015-one-writer.md).
 """
 
 import contextlib

@@ -18,7 +18,6 @@ from nutamill.base.kernel import kernel_digest
 from nutamill.base.provenance import run_provenance
 from nutamill.base.units import Kind, UnitError, parse
 from nutamill.case import Case, MechanismCase, case_of_text, load_case
-from nutamill.cli.screen import Progress
 from nutamill.result import NOT_STEADY, Recorder, Result, is_finished, open_result
 from nutamill.result.one_writer import one_writer
 from nutamill.simulation.earlier import earlier_result, place_beside
@@ -34,6 +33,7 @@ from nutamill.simulation.entry import (
     statistics_group,
 )
 from nutamill.simulation.progress import Watch
+from nutamill.simulation.progress_report import Progress
 from nutamill.simulation.record import COLUMNS, Ending, RecordPlan, room_at_start
 from nutamill.simulation.setup.bed import bed_is_kept, settle_apart, settled_bed
 from nutamill.simulation.setup.charge import contact_law_of

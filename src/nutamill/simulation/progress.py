@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from nutamill.case import Case, MechanismCase
-from nutamill.cli.screen import Progress
 from nutamill.result import Recorder
+from nutamill.simulation.progress_report import Progress
 from nutamill.simulation.running_mean import RunningMean
 from nutamill.simulation.setup.model import Model
 

@@ -19,16 +19,17 @@ from nutamill.base.kernel import JIT, compiled_mark
 from nutamill.charge.assembly import charge
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw, contact_law, law_names
 from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.measures.statistics import charge_statistics, sample, statistics_plan
-from nutamill.charge.model import PairLaw, Surface, SurfaceKind
-from nutamill.cli.screen import COMPILING
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
 from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, sensor_table
 from nutamill.simulation.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
+from nutamill.simulation.progress_report import COMPILING
 
 STEP = 1e-6
 """Window of the ball on the turntable [s]."""

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nutamill.base.atomic_file import io_errors, write_whole
+from nutamill.base.durations import duration
 from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
-from nutamill.cli.screen import duration
 from nutamill.design.preflight import preflight, wall_time
 from nutamill.result import MISSING, is_finished, open_result
 from nutamill.studies.axes import Member

@@ -2,7 +2,7 @@
 
 Or for the folder of a sweep or of a comparison with a paper: its tables, pictures and runs.
 
-The page is `pages/report.html`; here it is filled.  It holds everything it shows and prints well.
+The page is `data/pages/report.html`; here it is filled.  It holds everything it shows and prints well.
 """
 
 import base64
@@ -155,10 +155,10 @@ def report_page(paths: Sequence[str | Path]) -> str:
 
 
 def _filled(**fields: object) -> str:
-    """`pages/report.html` with these fields."""
+    """`data/pages/report.html` with these fields."""
     from jinja2 import Environment  # a tenth of a second
 
-    text = (resources.files("nutamill") / "pages" / "report.html").read_text(encoding="utf-8")
+    text = (resources.files("nutamill") / "data" / "pages" / "report.html").read_text(encoding="utf-8")
     template = Environment(autoescape=True, trim_blocks=True).from_string(text)
     return template.render(version=__version__, citation=CITATION, sources=SOURCES, **fields)
 

@@ -1,6 +1,6 @@
 """One HTML file in which the mill turns: no server, no network, opens in any browser with WebGL 2.
 
-The page is `pages/viewer.html` with `pages/viewer.js`; here it is filled.  Positions are whole numbers of 16 bits in chamber axes, written
+The page is `data/pages/viewer.html` with `data/pages/viewer.js`; here it is filled.  Positions are whole numbers of 16 bits in chamber axes, written
 as differences from frame to frame and deflated: 200 frames of 2618 pellets are about 4 MB.
 """
 
@@ -66,7 +66,7 @@ def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
         **scales,
         **_traces(result, moments[0].time, moments[-1].time),
     }
-    pages = resources.files("nutamill") / "pages"
+    pages = resources.files("nutamill") / "data" / "pages"
     return Template((pages / "viewer.html").read_text(encoding="utf-8")).substitute(
         title=html.escape(case.title or result.path.stem),
         packed=packed,

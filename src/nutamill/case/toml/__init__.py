@@ -1,0 +1,1 @@
+"""Case files: layers, positions of faults, messages, schema."""

@@ -12,11 +12,11 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.kernel import kernel
 from nutamill.charge.filling.fill import COLUMN_PACKING, MARGIN, relaxed
 from nutamill.charge.filling.room import Room, fill_faults
-from nutamill.charge.model import Surface, SurfaceKind
 from nutamill.charge.particles.particles import LOOSE_PACKING
 from nutamill.charge.walls.mesh import on_charge_side
 from nutamill.charge.walls.mesh_model import MeshWalls
 from nutamill.charge.walls.mesh_patches import mesh_walls
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.charge.walls.surfaces import place_surfaces
 from nutamill.charge.walls.walls import wall_overlap, wall_overlaps
 

@@ -6,7 +6,8 @@ from nutamill.base.frames import cross
 from nutamill.base.kernel import kernel
 from nutamill.charge.kernels.clumps import ID, PLACE
 from nutamill.charge.kernels.neighbours import slots_of_chunk
-from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, LawColumn, Status
+from nutamill.charge.laws.pair import LawColumn
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, Status
 from nutamill.charge.walls.walls import wall_overlap
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)

@@ -32,7 +32,8 @@ from nutamill.charge.kernels.clumps import (
     spin_of,
 )
 from nutamill.charge.kernels.publish import fixed_point
-from nutamill.charge.model import BATCH, Clock, Ledger
+from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.model import Clock, Ledger
 
 PUBLISHED = int(Clock.PUBLISHED)
 GRAVITY, SCHEME = int(Ledger.GRAVITY), int(Ledger.SCHEME)

@@ -9,7 +9,7 @@ import math
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.kernels.impacts import BEGUN, ENERGY_N, ENERGY_T, impact_energies
 from nutamill.charge.laws.composition import contact
-from nutamill.charge.model import BATCH
+from nutamill.charge.laws.lanes import BATCH
 
 # rows of `columns`, pairs: distance vector and sum of radii, first particle, second particle, memory (8 rows each)
 A = 4

@@ -22,7 +22,9 @@ from nutamill.charge.kernels.publish import publish
 from nutamill.charge.kernels.simd import WIDTH, negated_radii
 from nutamill.charge.kernels.team import barrier
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
-from nutamill.charge.model import BATCH, LAW_NUMBERS, ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
+from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.laws.pair import LAW_NUMBERS
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.walls.surfaces import place_surfaces
 
 STEP, PUBLISHED, LIST, LISTED, SINCE_SORT, REBUILDS, REBUILD, KEPT, DONE, CROWDED = (int(c) for c in Clock)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.model import BATCH
+from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.walls.patches import PatchTable, patch_of, whole
 
 LOWEST = -56

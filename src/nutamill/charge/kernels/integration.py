@@ -7,7 +7,8 @@ import numpy as np
 
 from nutamill.base.kernel import kernel
 from nutamill.charge.kernels.simd import WIDTH, copy_lanes, gather_rows, set_points, set_rows
-from nutamill.charge.model import BATCH, Clock, Ledger
+from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.model import Clock, Ledger
 
 PUBLISHED = int(Clock.PUBLISHED)
 GRAVITY, SCHEME = int(Ledger.GRAVITY), int(Ledger.SCHEME)

@@ -6,7 +6,8 @@ from nutamill.base.kernel import kernel, like
 from nutamill.charge.kernels.columns import HELD, LAW, MEMORY, WEIGHT, A, B, pair_batch
 from nutamill.charge.kernels.impacts import note_pair_impacts
 from nutamill.charge.kernels.simd import WIDTH, add_rows, gather_differences, gather_rows, set_rows, touching
-from nutamill.charge.model import BATCH, LAW_NUMBERS
+from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.laws.pair import LAW_NUMBERS
 
 PLACES = np.array([([e for e in range(WIDTH) if mask >> e & 1] + [0] * WIDTH)[:WIDTH] for mask in range(1 << WIDTH)], np.uint32)
 """Places of the bits that are set in each mask of eight, then zeros [1]."""

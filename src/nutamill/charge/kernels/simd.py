@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
 
-from nutamill.charge.model import BATCH
+from nutamill.charge.laws.lanes import BATCH
 
 WIDTH = 8
 """Contacts moved at a time [1]."""

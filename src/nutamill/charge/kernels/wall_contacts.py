@@ -10,7 +10,8 @@ from nutamill.charge.kernels.columns import ARM, BODY, BODY_V, MEMORY, WEIGHT, A
 from nutamill.charge.kernels.impacts import note_wall_impacts
 from nutamill.charge.kernels.pair_contacts import hold_law
 from nutamill.charge.kernels.simd import WIDTH, add_rows, copy_lanes, gather_rows, set_rows
-from nutamill.charge.model import BATCH, SurfaceKind
+from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.walls.surface import SurfaceKind
 from nutamill.charge.walls.touching import touch_surface
 from nutamill.charge.walls.walls import wall_near, wall_overlap
 

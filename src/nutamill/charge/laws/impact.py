@@ -19,8 +19,8 @@ from scipy.optimize import brentq
 from nutamill.charge.laws.cohesion import AREA_PER_DEPTH, cohesive_pull
 from nutamill.charge.laws.normal import normal_force
 from nutamill.charge.laws.numbers import LEAST_FORCE, law_numbers
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import AreaCohesion, ContactLaw, HertzSpring, HystereticSpring
-from nutamill.charge.model import PairLaw
 
 SUBSTEPS_PER_CONTACT = 20
 """Substeps that the shortest time to resolve of a charge is cut into [1]."""

@@ -2,8 +2,8 @@
 
 import math
 
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import AreaCohesion, ContactLaw, HertzSpring, HystereticSpring
-from nutamill.charge.model import PairLaw
 
 LEAST_FORCE = 0.001
 """Least force of a hysteretic contact over that of loading [1]. Source: Ansys Rocky, DEM Technical Manual."""

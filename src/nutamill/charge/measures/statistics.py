@@ -23,7 +23,8 @@ from nutamill.charge.kernels.dynamics import move_bodies
 from nutamill.charge.kernels.neighbours import slots_of_chunk, thread_share
 from nutamill.charge.kernels.pair_contacts import filter_pairs
 from nutamill.charge.kernels.wall_contacts import OVERLAP, find_walls, lay_walls
-from nutamill.charge.model import BATCH, ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
+from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.walls.patches import part_of, patch_of, sector_of, whole
 from nutamill.charge.walls.surfaces import place_surfaces
 

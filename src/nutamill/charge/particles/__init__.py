@@ -1,0 +1,1 @@
+"""What the particles are: shapes, sizes, numbers; plain NumPy."""

@@ -1,0 +1,1 @@
+"""Walls of exact shapes and of closed meshes."""

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import ndimage
 
-from nutamill.charge.model import Surface, SurfaceKind
 from nutamill.charge.walls.mesh import Mesh
 from nutamill.charge.walls.mesh_model import MeshGrid, MeshShape, MeshWalls
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.charge.walls.triangles import cells_near, directed_edges, normals_and_areas
 
 MOST_CELLS = 400_000

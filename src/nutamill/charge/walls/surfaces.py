@@ -10,7 +10,7 @@ import math
 
 from nutamill.base.frames import rotate
 from nutamill.base.kernel import kernel
-from nutamill.charge.model import SurfaceKind
+from nutamill.charge.walls.surface import SurfaceKind
 
 PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)

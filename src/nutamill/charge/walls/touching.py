@@ -3,8 +3,8 @@
 import math
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.model import SurfaceKind
 from nutamill.charge.walls.mesh_contact import touch_mesh
+from nutamill.charge.walls.surface import SurfaceKind
 from nutamill.charge.walls.surfaces import cone_frame
 
 PLANE = int(SurfaceKind.PLANE)

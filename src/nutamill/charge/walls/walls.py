@@ -1,8 +1,8 @@
 """Any surface of a charge, simple shape or patch of a mesh: its contact with a particle, and the quick tests before."""
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.model import SurfaceKind
 from nutamill.charge.walls.mesh_contact import mesh_near, mesh_overlap
+from nutamill.charge.walls.surface import SurfaceKind
 from nutamill.charge.walls.surfaces import surface_near, surface_overlap
 
 MESH_PATCH = int(SurfaceKind.MESH_PATCH)

@@ -12,9 +12,11 @@ from nutamill.case.touching import wall_keys
 from nutamill.charge.assembly import charge_of
 from nutamill.charge.kernels.dynamics import start
 from nutamill.charge.laws.impact import Impact, damping_ratio_from_restitution, impact
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import ContactLaw, contact_law
-from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, PairLaw, Surface, SurfaceKind
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.charge.particles.particles import Particles
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.simulation.setup.particles import charge_particles, quickest_pebble
 from nutamill.simulation.setup.rigid_parts import whole_chamber
 from nutamill.simulation.setup.walls import chamber_mesh, meshes_surfaces, room_box

@@ -7,7 +7,7 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.case import Case
 from nutamill.case.touching import TouchingPair
 from nutamill.charge.laws.impact import SUBSTEPS_PER_CONTACT, cohesive_softening, spring_stiffness
-from nutamill.charge.model import PairLaw
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.simulation.setup.charge import impact_of, pair_law, quickest_meeting
 
 FEWEST_SUBSTEPS = 10

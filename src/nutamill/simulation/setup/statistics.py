@@ -10,8 +10,9 @@ import numpy as np
 from nutamill.case import Case
 from nutamill.charge.kernels.impacts import FINE, bin_edges
 from nutamill.charge.measures.statistics import FIELD_SUMS, MOST_NEIGHBOURS, WALL_SUMS, StatisticsPlan, statistics_plan
-from nutamill.charge.model import ChargeModel, ChargeState, Surface, SurfaceKind
+from nutamill.charge.model import ChargeModel, ChargeState
 from nutamill.charge.walls.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, PatchTable, patch_table
+from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.simulation.setup.charge import CHAMBER_CARRIER, chamber_surfaces, material_order
 from nutamill.simulation.setup.particles import charge_particles
 from nutamill.simulation.setup.rigid_parts import whole_chamber

@@ -16,9 +16,9 @@ from nutamill.base.units import UNITS, Kind
 from nutamill.case import Case
 from nutamill.case.machine import MeshFile
 from nutamill.charge.filling.room import Room, cylinder_room
-from nutamill.charge.model import Surface
 from nutamill.charge.walls.mesh import Mesh, closed_mesh
 from nutamill.charge.walls.mesh_patches import mesh_surfaces
+from nutamill.charge.walls.surface import Surface
 from nutamill.charge.walls.triangles import normals_and_areas
 
 FORMATS = (".stl", ".obj")

@@ -10,7 +10,7 @@ from nutamill.case.toml.layers import Layer
 from nutamill.case.toml.messages import checked
 from nutamill.studies.papers.model import Paper
 
-FOLDER = Path(__file__).parent
+FOLDER = Path(__file__).parents[2] / "data" / "papers"
 
 
 def paper_names() -> list[str]:

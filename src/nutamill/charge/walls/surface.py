@@ -1,0 +1,48 @@
+"""A wall piece in the axes of the body that carries it."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from nutamill.charge.walls.mesh import Mesh
+
+class SurfaceKind(IntEnum):
+    """Shape of a wall piece, in its own axes."""
+
+    PLANE = 0
+    """Plane z = 0; the charge is on the side of +z."""
+    CYLINDER = 1
+    """Inside of an endless cylinder about z, of radius ``size[0]``."""
+    BOX = 2
+    """Outside of a box about the origin with half sizes ``size``; faces, edges and corners."""
+    CONE = 3
+    """Inside of a cone about z, from radius ``size[0]`` at z = 0 to radius ``size[1]`` at z = ``size[2]``."""
+    SPHERE_CAP = 4
+    """Inside of a sphere about the origin of radius ``size[0]``, as far as ``size[1]`` [rad] from -z: a bowl that opens to +z."""
+    MESH_PATCH = 5
+    """A smooth patch of a triangle mesh; ``Surface.mesh`` and ``Surface.patch`` say which."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A smooth wall piece carried by a body.
+
+    Attributes
+    ----------
+    name : for messages
+    kind : shape
+    body : index of the carrying body
+    material : index of its material
+    origin : [m] (3,), in the body's axes, from the body's mass centre
+    rotation : [1] (3, 3), from surface axes to the body's axes
+    size : [m], angles [rad] (3,), as `SurfaceKind` says
+    mesh, patch : for MESH_PATCH, the mesh in surface axes and the number of the patch; see `mesh_surfaces`
+    """
+
+    name: str
+    kind: SurfaceKind
+    body: int
+    material: int
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotation: object = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    size: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mesh: Mesh | None = None
+    patch: int = 0
