@@ -3,13 +3,15 @@
 import time
 
 import pytest
+from typer.testing import CliRunner
 
 from nutamill.analysis.measured_mapping import load_mapping
 from nutamill.analysis.mount_test import read_mount_test
-from nutamill.base.errors import CaseError, Fault, printable
+from nutamill.base.errors import CaseError, ExitCode, Fault, printable
 from nutamill.base.schema import SIZES
 from nutamill.base.units import UNITS, Kind
 from nutamill.case import load_case
+from nutamill.cli import app
 from nutamill.simulation.setup.clock import run_clock
 from nutamill.studies.axes import axis_values
 
@@ -250,3 +252,24 @@ def test_nothing_in_a_case_is_evaluated(tmp_path):
 def test_units_are_read_with_bounds_that_their_own_example_keeps():
     for kind, (smallest, largest) in SIZES.items():
         assert all(smallest <= factor <= largest for factor in UNITS[kind].values())
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["check", LONG],
+        ["show", f"{LONG}.h5"],
+        ["resume", f"{LONG}.h5"],
+        ["report", f"{LONG}.h5"],
+        ["new", f"{LONG}.toml"],
+        ["import", f"{LONG}.csv", "--map", f"{LONG}.toml"],
+        ["mount-test", f"{LONG}.csv"],
+        ["run", "numill", "--to", f"{LONG}.h5"],
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_command_with_a_name_that_no_file_can_have_says_so(words):
+    done = CliRunner().invoke(app, words)
+    assert isinstance(done.exception, SystemExit)
+    assert done.exit_code in (ExitCode.BAD_INPUT, ExitCode.NOT_WRITTEN)
+    assert LONG in done.output

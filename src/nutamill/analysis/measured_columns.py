@@ -10,6 +10,7 @@ import numpy as np
 
 from nutamill.analysis.measured_mapping import Mapping
 from nutamill.base.errors import CaseError, Fault, missing_extra
+from nutamill.base.files import is_file
 from nutamill.base.library import similar
 
 
@@ -31,7 +32,7 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
     NotInstalledError : a library of the extra ``daq`` is missing
     """
     path = Path(path)
-    if not path.is_file():
+    if not is_file(path):
         raise CaseError(Fault(str(path), "must be a test file, there is none of this name", "Check the path"))
     reader = READERS.get(path.suffix.lower())
     if reader is None:

@@ -10,6 +10,7 @@ from nutamill.analysis.measured_columns import Column, read_columns
 from nutamill.analysis.measured_mapping import Mapping, load_mapping
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.file_kind import FileKind, refuse_other_kind
+from nutamill.base.files import exists
 from nutamill.result import Recorder, Result
 from nutamill.result.fields import series_field
 
@@ -29,7 +30,7 @@ def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> P
     ResultError : the file exists, or cannot be written
     """
     refuse_other_kind(path, FileKind.RECORD, FileKind.MOUNT_TEST)
-    if Path(to).exists():
+    if exists(to):
         raise ResultError(f"{to}: must be a new file, it exists. Choose another name with --to.")
     mapping = load_mapping(mapping_file)
     columns = read_columns(path, mapping)

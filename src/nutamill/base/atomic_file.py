@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from nutamill.base.errors import CaseError, Fault, OutputError, ResultError
+from nutamill.base.files import exists
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of the system that mean: no room."""
@@ -97,7 +98,7 @@ def check_writable(path: Path, suffixes: Sequence[str]) -> None:
     refuse_suffix(path, suffixes)
     make_folder(path)
     with io_errors(path):
-        new = not path.exists()
+        new = not exists(path)
         path.open("ab").close()
         if new:
             path.unlink()
@@ -147,7 +148,7 @@ def megabytes(size: int) -> str:
 
 
 def _no_room(path: Path, why: str) -> OutputError:
-    unchanged = " The file is unchanged since it was last saved." if path.exists() else ""
+    unchanged = " The file is unchanged since it was last saved." if exists(path) else ""
     return OutputError(f"{path}: saving {why}. Free some room, or choose another place.{unchanged}")
 
 

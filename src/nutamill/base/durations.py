@@ -2,6 +2,7 @@
 
 import math
 
+
 def duration(seconds: float) -> str:
     """Wall time as ``h:mm:ss``; a dash if it is not known."""
     if not math.isfinite(seconds):

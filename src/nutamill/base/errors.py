@@ -8,8 +8,10 @@ from enum import IntEnum
 from pathlib import Path
 from typing import NamedTuple
 
-_UNSHOWABLE = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
-"""Control characters but the tab, line and paragraph ends, marks that turn the direction of writing, half characters."""
+_UNSHOWABLE = re.compile(
+    r"[\x00-\x08\x0a-\x1f\x7f-\x9f\xad\u200b\u200e\u200f\u2028-\u202e\u2060-\u2064\u2066-\u206f\ufeff\ud800-\udfff]"
+)
+"""Control characters but the tab, line ends, marks that turn the writing or are not seen, half characters."""
 
 
 def printable(text: str) -> str:

@@ -17,6 +17,14 @@ def is_file(path: str | Path) -> bool:
         return False
 
 
+def exists(path: str | Path) -> bool:
+    """Return whether there is anything of this name; nothing has a name that the system cannot hold."""
+    try:
+        return Path(path).exists()
+    except (OSError, ValueError):
+        return False
+
+
 def is_folder(path: str | Path) -> bool:
     """Return whether there is a folder of this name; a name the system cannot hold names none."""
     try:

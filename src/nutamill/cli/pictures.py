@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from nutamill.base.files import is_folder
 from nutamill.cli.common import ResultFile, app, told
 
 Camera = Annotated[str, typer.Option(help="front, inside (riding on the chamber) or axis (down the shaft).")]
@@ -96,6 +97,6 @@ def report(
     """Write one HTML page: case, steady values, where the power goes, figures, the moving charge, provenance; or a campaign's tables."""
     from nutamill.view.report import write_report
 
-    beside = files[0] / "report.html" if files[0].is_dir() else files[0].with_name(f"{files[0].stem}-report.html")
+    beside = files[0] / "report.html" if is_folder(files[0]) else files[0].with_name(f"{files[0].stem}-report.html")
     page = write_report(files, to or beside)
     typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB")

@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 
 from nutamill.base.errors import ResultError
+from nutamill.base.files import is_file
 from nutamill.result.layout import FORMAT, FORMAT_VERSION
 
 
@@ -16,7 +17,7 @@ def opened(path: Path) -> h5py.File:
     ------
     ResultError : no such file, cut off, no result of this package, written by a newer one, or referring to other files
     """
-    if not path.is_file():
+    if not is_file(path):
         raise ResultError(
             f"{path}: must be a result file, there is none of this name. Look in results/ or run the case first."
         )

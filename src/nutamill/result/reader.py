@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from nutamill.base.errors import CaseError, ResultError
+from nutamill.base.files import exists
 from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import newest_whole
 from nutamill.result.fields import statistics_field
@@ -255,7 +256,7 @@ def is_finished(state: str) -> bool:
 
 def state_of(path: Path) -> str:
     """State of a result file as `Result.state` tells it; `MISSING` if there is none. Raises ResultError as `open_result`."""
-    if not path.exists():
+    if not exists(path):
         return MISSING
     with open_result(path) as result:
         return result.state

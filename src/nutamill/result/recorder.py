@@ -12,6 +12,7 @@ import numpy as np
 
 from nutamill.base.atomic_file import make_folder, replace_file, tidy
 from nutamill.base.errors import CaseError, DamagedError, Fault, MillError, ResultError
+from nutamill.base.files import exists
 from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import WholeCheckpoint, whole_at, whole_until
 from nutamill.result.checksums import GROWING, Checksums, array_bytes, new_hash
@@ -91,7 +92,7 @@ class Recorder:
         """
         path = Path(path)
         fields = _checked_fields(names)
-        if path.exists() and not overwrite:
+        if exists(path) and not overwrite:
             raise ResultError(f"{path}: exists already. Choose another name.")
         make_folder(path)
         tidy(path)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from nutamill.base.errors import CaseError, DamagedError, ResultError
+from nutamill.base.files import exists
 from nutamill.case import case_of_text
 from nutamill.case.case_file import CaseFile
 from nutamill.result.reader import Result, is_finished, open_result
@@ -16,7 +17,7 @@ def earlier_result(path: Path, case: CaseFile) -> Result | None:
     ResultError : the file is no readable result, holds another case, or is incomplete
     DamagedError : the result is damaged
     """
-    if not path.exists():
+    if not exists(path):
         return None
     result = _readable(path)
     try:
@@ -45,7 +46,7 @@ def place_beside(path: Path) -> Path:
     ------
     ResultError : the file at `path` is no readable result, which no run replaces
     """
-    if not path.exists():
+    if not exists(path):
         return path
     with _readable(path) as result:
         try:

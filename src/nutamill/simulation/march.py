@@ -14,6 +14,7 @@ import numpy as np
 
 from nutamill.base.atomic_file import check_room, put_in_place
 from nutamill.base.errors import CaseError, DamagedError, Fault, Interrupted, MillError, NotSteadyError, ResultError, StepError
+from nutamill.base.files import exists
 from nutamill.base.kernel import kernel_digest
 from nutamill.base.provenance import run_provenance
 from nutamill.base.units import Kind, UnitError, parse
@@ -149,7 +150,7 @@ def run_beside(
         try:
             run_to(case, place, progress, tell)
         except (Interrupted, MillError):
-            if tell is not None and place.exists():
+            if tell is not None and exists(place):
                 tell(f"{path} is unchanged, the new run so far is in {place}")
             raise
         put_in_place(place, path)

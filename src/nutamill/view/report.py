@@ -20,6 +20,7 @@ from nutamill.analysis.mechanism import is_mechanism
 from nutamill.analysis.windows import power_split, steady_line, steady_part, steady_window, too_few_turns, warning_lines
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
 from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.files import is_folder
 from nutamill.base.units import rpm
 from nutamill.case import Case
 from nutamill.case.differences import swept_axis
@@ -123,7 +124,7 @@ def write_report(paths: Sequence[str | Path], to: str | Path) -> Path:
 
 def report_page(paths: Sequence[str | Path]) -> str:
     """The page as text."""
-    if Path(paths[0]).is_dir():
+    if is_folder(paths[0]):
         if len(paths) > 1:
             what = f"one folder, or results only, can be reported at a time, got {len(paths)} of both"
             raise CaseError(Fault("report", what, "Report them one after another"))

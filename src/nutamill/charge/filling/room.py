@@ -55,7 +55,7 @@ def fill_faults(radii: np.ndarray, room: Room) -> list[Fault]:
         float((4.0 / 3.0 * math.pi * np.asarray(radii, float) ** 3).sum()),
         largest_fill(radii, room),
     )
-    if solid <= most:
+    if solid <= most * (1.0 + 1e-9):
         return []
     what = f"must be placed without overlaps, got {1e6 * solid:.0f} cm^3 of spheres where {1e6 * most:.0f} cm^3 can be"
     return [Fault("charge", what, "Take less charge, smaller particles or a larger chamber")]

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from enum import IntEnum
 
+
 class LawColumn(IntEnum):
     """Columns of `ChargeModel.laws`: the numbers of a pair law as the vector law wants them."""
 

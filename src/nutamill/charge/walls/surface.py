@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
+
 from nutamill.charge.walls.mesh import Mesh
+
 
 class SurfaceKind(IntEnum):
     """Shape of a wall piece, in its own axes."""

@@ -5,6 +5,7 @@ The only room that imports trimesh, which is an optional package.
 
 import functools
 import hashlib
+import logging
 import math
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -166,12 +167,17 @@ def _triangles(path: Path, metres: float) -> tuple[np.ndarray, np.ndarray]:
         import trimesh
     except ImportError:
         raise missing_extra(f"{path.name}: reading a mesh", "the package trimesh", "mesh") from None
+    logger = logging.getLogger("trimesh")
+    level = logger.level
     try:
+        logger.setLevel(logging.CRITICAL)  # it logs tracebacks of its attempts
         # neither merged nor repaired: triangles keep their number, and what is wrong is refused
         loaded = trimesh.load_mesh(path, process=False)
         vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, int)
     except Exception as error:  # trimesh has no class for a bad file
         raise CaseError(Fault(path.name, f"cannot be read as a mesh: {error}")) from None
+    finally:
+        logger.setLevel(level)
     if not len(faces):
         raise CaseError(Fault(path.name, "must hold triangles, it holds none", "Is it a mesh file, and whole?"))
     return metres * vertices, faces
