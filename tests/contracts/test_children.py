@@ -18,7 +18,10 @@ PACKAGE = pathlib.Path(nutamill.__file__).parent
 PATIENCE = 60.0
 """Longest wait for a process on a busy machine [s]."""
 
-SLEEPER = "import os, time; from nutamill.base.child import task_of_parent; open(task_of_parent(), 'w').write(str(os.getpid())); time.sleep(600)"
+SLEEPER = (
+    "import os, time; from nutamill.base.child import task_of_parent;"
+    " open(task_of_parent(), 'w').write(str(os.getpid())); time.sleep(600)"
+)
 """A child that writes its number into a file and would then stay for ten minutes."""
 
 

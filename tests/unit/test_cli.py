@@ -55,9 +55,8 @@ def engine(monkeypatch):
 
     monkeypatch.setitem(sys.modules, "nutamill.simulation.march", types.SimpleNamespace(run=run, resume=resume))
     monkeypatch.setattr("nutamill.simulation.march", sys.modules["nutamill.simulation.march"], raising=False)
-    monkeypatch.setitem(
-        sys.modules, "nutamill.view.figures.run", types.SimpleNamespace(draw_run=lambda result: "picture", draw_ledger=lambda result: "power")
-    )
+    drawn = types.SimpleNamespace(draw_run=lambda result: "picture", draw_ledger=lambda result: "power")
+    monkeypatch.setitem(sys.modules, "nutamill.view.figures.run", drawn)
     monkeypatch.setitem(sys.modules, "nutamill.view.figures.saving", types.SimpleNamespace(save_figure=save_figure))
     monkeypatch.setitem(
         sys.modules,

@@ -1,7 +1,7 @@
 """One HTML file in which the mill turns: no server, no network, opens in any browser with WebGL 2.
 
-The page is `data/pages/viewer.html` with `data/pages/viewer.js`; here it is filled.  Positions are whole numbers of 16 bits in chamber axes, written
-as differences from frame to frame and deflated: 200 frames of 2618 pellets are about 4 MB.
+The page is `data/pages/viewer.html` with `data/pages/viewer.js`; here it is filled.  Positions are whole numbers of 16
+bits in chamber axes, written as differences from frame to frame and deflated: 200 frames of 2618 pellets are about 4 MB.
 """
 
 import base64

@@ -102,7 +102,8 @@ def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> 
 
 def settle_apart(case: Case) -> subprocess.Popen:
     """Start a process that settles the bed of a case into the cache; a fault shows when `settled_bed` is asked again."""
-    return start_child("from nutamill.simulation.setup.bed import settle_for_parent; settle_for_parent()", case.with_("run.threads", 1).to_toml())
+    task = "from nutamill.simulation.setup.bed import settle_for_parent; settle_for_parent()"
+    return start_child(task, case.with_("run.threads", 1).to_toml())
 
 
 def settle_for_parent() -> None:
