@@ -193,7 +193,7 @@ def test_info_fields_names_each_recorded_quantity_with_its_unit(invoke):
 def test_the_schema_knows_every_key_of_a_published_mill(invoke):
     schema = json.loads(invoke("schema").stdout)
     written = load_case("numill").model_dump(mode="json", by_alias=True, exclude_none=True)
-    assert set(written) | {"base"} == set(schema["properties"])
+    assert set(written) | {"base", "changed_from"} == set(schema["properties"])
     assert set(written["chamber"]) <= set(schema["$defs"]["Chamber"]["properties"])
     assert "required" not in schema["$defs"]["Chamber"]
 

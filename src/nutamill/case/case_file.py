@@ -3,13 +3,15 @@
 import functools
 import hashlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeVar
 
 from pydantic import PrivateAttr
 
 from nutamill.base.errors import Fault
 from nutamill.base.schema import Frequency, Table, Time
+from nutamill.case.titles import Origin, leaves, written_keys
 from nutamill.case.toml.layers import Layer, merge, python_layer
 from nutamill.case.toml.messages import checked
 from nutamill.case.toml.write import written
@@ -34,6 +36,7 @@ class CaseFile(Table):
     """Keys that name files known by their content elsewhere in the case, as pydantic excludes them: no part of the identity."""
 
     _name: str = PrivateAttr("case")
+    _origin: Origin | None = PrivateAttr(None)
 
     @property
     def name(self) -> str:
@@ -53,8 +56,15 @@ class CaseFile(Table):
     @functools.cached_property
     def digest(self) -> str:
         """SHA-256 of the content, in hexadecimal: the identity of the case, whatever units or base it was written with."""
-        content = json.dumps(_rounded(self.model_dump(by_alias=True, exclude_none=True, exclude=self.files)), sort_keys=True)
+        content = json.dumps(_rounded(self._plain(exclude=self.files)), sort_keys=True)
         return hashlib.sha256(content.encode()).hexdigest()
+
+    def _plain(self, **how: Any) -> dict[str, Any]:
+        """Return the values of the case; a title that says what was changed gives way to the one that it was derived from."""
+        content = self.model_dump(by_alias=True, exclude_none=True, **how)
+        if "changed_from" in content:
+            content["title"] = content.pop("changed_from")
+        return content
 
     def with_(self, key: str | None = None, value: Any = None, /, **changes: Any) -> Self:
         """The case with other values: ``case.with_("drive.speed", "500 rpm")`` or ``case.with_(drive__speed=52.36)``.
@@ -72,8 +82,14 @@ class CaseFile(Table):
         given = {name.replace("__", "."): new for name, new in changes.items()}
         if key is not None:
             given[key] = value
-        now = Layer(self.model_dump(by_alias=True, exclude_none=True), {}, Path.cwd())
-        return validated(type(self), [now, python_layer(given)], self.name, [], from_file=False)
+        plain = self._plain()
+        changes = python_layer(given)
+        keys = written_keys([changes.content])
+        case = validated(type(self), [Layer(plain, {}, Path.cwd()), changes], self.name, [], from_file=False)
+        if "title" in given:
+            return case
+        origin = self._origin or Origin(self.name, plain.get("title", ""), dict(leaves(self._plain(mode="json"))))
+        return titled(case, origin._replace(changed=tuple(dict.fromkeys((*origin.changed, *keys)))), dict(leaves(changes.content)))
 
     def to_toml(self) -> str:
         """The complete case file, every default written out; `Case.from_toml` reads back an equal case."""
@@ -96,11 +112,23 @@ class CaseFile(Table):
         return hash(self.digest)
 
 
+Case = TypeVar("Case", bound=CaseFile)
+
+
 def validated(kind: type[CaseFile], layers: list[Layer], name: str, faults: list[Fault], *, from_file: bool = True) -> Any:
     """Merge the layers and make the case of that `kind`, or raise the faults found so far with all others."""
     content, places, more = merge(layers)
     case = checked(kind, content, places, [*faults, *more], from_file)
     case._name = name
+    return case
+
+
+def titled(case: Case, origin: Origin, typed: Mapping[str, Any]) -> Case:
+    """Return the case with a title that says in what it differs from its origin; `typed` are values by the keys as they were written."""
+    title = origin.title_with(dict(leaves(case._plain(mode="json"))), typed) if origin.title else ""
+    if title != origin.title:
+        case = case.model_copy(update={"title": title, "changed_from": origin.title})
+    case._origin = origin
     return case
 
 

@@ -1,13 +1,14 @@
 """In what cases differ: values by dotted key, and the one number in which runs of a sweep differ."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from nutamill.base import units
 from nutamill.case.case_file import CaseFile
+from nutamill.case.titles import leaves
 from nutamill.case.toml.keys import quantity_at
 
-ASIDE = ("title", "schema", "drive.ramp", "run.")
+ASIDE = ("title", "changed_from", "schema", "drive.ramp", "run.")
 """Beginnings of keys that steady means do not depend on: the words of a case, and how it is brought to speed and run."""
 
 
@@ -22,7 +23,7 @@ class SweptAxis(NamedTuple):
 
 def values_by_key(case: CaseFile) -> dict[str, Any]:
     """Return every value of a case by its dotted key, SI; entries of lists of tables by their number."""
-    return dict(_leaves(case.model_dump(by_alias=True, exclude_none=True, exclude=case.files), ""))
+    return dict(leaves(case.model_dump(by_alias=True, exclude_none=True, exclude=case.files)))
 
 
 def swept_axis(cases: Sequence[CaseFile]) -> SweptAxis | None:
@@ -45,13 +46,3 @@ def swept_axis(cases: Sequence[CaseFile]) -> SweptAxis | None:
         return SweptAxis(key, [float(number) for number in numbers])
     unit = units.EXAMPLES[quantity.kind].split(" ", 1)[1]
     return SweptAxis(f"{key} ({unit})", [number / units.UNITS[quantity.kind][unit] for number in numbers])
-
-
-def _leaves(content: Any, above: str) -> list[tuple[str, Any]]:
-    """Pairs of dotted key and value below a table or a list of tables."""
-    found = []
-    for key, value in content.items() if isinstance(content, Mapping) else enumerate(content):
-        dotted = f"{above}[{key}]" if isinstance(key, int) else f"{above}.{key}".lstrip(".")
-        tables = isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, Mapping) for inner in value)
-        found += _leaves(value, dotted) if isinstance(value, Mapping) or tables else [(dotted, value)]
-    return found

@@ -234,6 +234,8 @@ class MechanismCase(CaseFile):
     """Version of the form of this file."""
     title: str = ""
     """One line that says what it is."""
+    changed_from: str | None = None
+    """Title of the case that this one was changed from, where its own title was made to say what was changed."""
     gravity: tuple[AnyAcceleration, AnyAcceleration, AnyAcceleration] = (0.0, 0.0, -9.81)
     """Acceleration of gravity, world axes [m/s^2]."""
     redundant: Literal["refuse", "allow"] = "refuse"

@@ -9,7 +9,7 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.file_kind import MECHANISM, FileKind, refuse_other_kind
 from nutamill.base.schema import AutoTime, Coordinate, Count, EndTime, Frequency, Seed, Share, Table, Time, refusal, spelled
 from nutamill.case import mill_checks
-from nutamill.case.case_file import CaseFile, SnapshotPlan, validated
+from nutamill.case.case_file import CaseFile, SnapshotPlan, titled, validated
 from nutamill.case.charge import ChargeRecipe
 from nutamill.case.drive import DriveProgramme
 from nutamill.case.machine import (
@@ -28,6 +28,7 @@ from nutamill.case.machine import (
 )
 from nutamill.case.materials import ContactLaws, Material
 from nutamill.case.mechanism import MechanismCase
+from nutamill.case.titles import leaves, origin_of
 from nutamill.case.toml.layers import Layer, override_layer, read_layers
 from nutamill.case.touching import TouchingPair, touching_pairs
 
@@ -102,6 +103,8 @@ class Case(CaseFile):
     """Version of the form of this file."""
     title: str = ""
     """One line that says what is asked."""
+    changed_from: str | None = None
+    """Title of the case that this one was changed from, where its own title was made to say what was changed."""
     mechanism: DrawnMechanism
     chamber: Chamber
     walls: tuple[MeshedWall, ...] = ()
@@ -163,7 +166,9 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
     refuse_other_kind(name_or_path, FileKind.CASE, FileKind.MECHANISM)
     layer, faults = override_layer(list(overrides))
     layers = [*read_layers(name_or_path), layer]
-    return validated(_kind_of(layers), layers, Path(name_or_path).name.removesuffix(".toml"), faults)
+    origin, typed = origin_of(layers), dict(leaves(layer.content))
+    case = validated(_kind_of(layers), layers, Path(name_or_path).name.removesuffix(".toml"), faults)
+    return case if origin is None else titled(case, origin, typed)
 
 
 def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case:
