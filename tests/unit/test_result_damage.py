@@ -185,6 +185,26 @@ def test_older_checkpoint_is_used_when_the_newest_is_damaged_and_the_damage_is_n
     assert verify(path).faults == []
 
 
+def test_checkpoint_whose_header_is_damaged_is_passed_over_and_never_used_again(path):
+    with h5py.File(path, "r") as file:
+        newest = max("ab", key=lambda slot: file[f"checkpoints/{slot}"].attrs["time"])
+        headers = [h5py.h5o.get_info(file[f"checkpoints/{newest}{name}"].id).addr for name in ("", "/charge", "/charge/x")]
+    whole = path.read_bytes()
+    for header in headers:
+        path.write_bytes(whole)
+        flip(path, header)
+        with open_result(path) as result:
+            assert result.checkpoint().time == 2.0
+            assert len(result.damaged_checkpoints()) == 1
+        resumed = Recorder.reopen(path, 2.0)
+        for time in (3.0, 4.0):
+            resumed.checkpoint(time, {"charge": {"x": np.full(3, time)}})
+            resumed.commit(force=True)
+        resumed.close()
+        assert verify(path).faults == []
+        assert verify(path).continues_from == 4.0
+
+
 def test_result_with_no_whole_checkpoint_is_not_continued(path):
     for slot in "ab":
         flip(path, places_of(path, f"checkpoints/{slot}/charge/x")[0][0])

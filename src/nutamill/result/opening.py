@@ -9,6 +9,9 @@ from nutamill.base.errors import ResultError
 from nutamill.base.files import is_file
 from nutamill.result.layout import FORMAT, FORMAT_VERSION
 
+DEEPEST = 8
+"""Groups inside each other that a file may have [1]; a result has four."""
+
 
 def opened(path: Path) -> h5py.File:
     """Return the file, open for reading.
@@ -70,26 +73,8 @@ def refuse_outside_storage(file: h5py.File, path: Path) -> None:
     HDF5 follows external links, external storage and virtual datasets to any file of the user who opens the file, for writing
     as well.  A result needs none of them, nor soft links, and links are examined here without following them.
     """
-    faults: list[str] = []
-
-    def examine(name: bytes, link: h5py.h5l.LinkInfo) -> None:
-        text = name.decode("utf-8", "replace")
-        if link.type != h5py.h5l.TYPE_HARD:
-            faults.append(f"{text} is a link" + (" to another file" if link.type == h5py.h5l.TYPE_EXTERNAL else ""))
-            return
-        try:
-            thing = h5py.h5o.open(file.id, name)
-        except Exception:  # damaged: it cannot be opened for reading either
-            return
-        if isinstance(thing, h5py.h5d.DatasetID):
-            storage = thing.get_create_plist()
-            if storage.get_layout() == h5py.h5d.VIRTUAL:
-                faults.append(f"{text} is a virtual dataset")
-            elif storage.get_external_count():
-                faults.append(f"{text} stores its numbers in another file")
-
     try:
-        file.id.links.visit(examine, info=True)
+        faults = _outside_storage(file.id, b"")
     except Exception as fault:
         raise ResultError(
             f"{path}: is damaged: its groups cannot be listed ({fault}). Copy it again, or run the case again."
@@ -98,3 +83,35 @@ def refuse_outside_storage(file: h5py.File, path: Path) -> None:
         raise ResultError(
             f"{path}: must hold all its numbers itself, {faults[0]}. Do not use this file: it could read or overwrite other files."
         )
+
+
+def _outside_storage(group: h5py.h5g.GroupID, above: bytes) -> list[str]:
+    """Return what in a group, and in the groups inside it, refers to something outside; `above` is its path."""
+    faults: list[str] = []
+    try:
+        names = list(group)
+    except Exception:
+        if above.startswith(b"/checkpoints/"):  # a checkpoint that cannot be listed is neither read nor written, only deleted
+            return []
+        raise
+    for name in names:
+        place = (above + b"/" + name).decode("utf-8", "replace").lstrip("/")
+        link = group.links.get_info(name)
+        if link.type != h5py.h5l.TYPE_HARD:
+            faults.append(f"{place} is a link" + (" to another file" if link.type == h5py.h5l.TYPE_EXTERNAL else ""))
+            continue
+        try:
+            thing = h5py.h5o.open(group, name)
+        except Exception:  # damaged: what cannot be opened here cannot be read or written later
+            continue
+        if isinstance(thing, h5py.h5g.GroupID):
+            if above.count(b"/") >= DEEPEST:
+                raise ValueError(f"{place} stands in more than {DEEPEST} groups")
+            faults += _outside_storage(thing, above + b"/" + name)
+        elif isinstance(thing, h5py.h5d.DatasetID):
+            storage = thing.get_create_plist()
+            if storage.get_layout() == h5py.h5d.VIRTUAL:
+                faults.append(f"{place} is a virtual dataset")
+            elif storage.get_external_count():
+                faults.append(f"{place} stores its numbers in another file")
+    return faults

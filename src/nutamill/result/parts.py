@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from string import ascii_lowercase
 from typing import Any
 
 import h5py
@@ -42,13 +43,15 @@ def write_arrays(
     return moments
 
 
-def write_checkpoint(group: h5py.Group, checkpoint: Checkpoint, before: Mapping[str, int]) -> str:
-    """Write a checkpoint over the older of the two and return its path.
+def write_checkpoint(group: h5py.Group, checkpoint: Checkpoint, before: Mapping[str, int], whole: set[str]) -> str:
+    """Write a checkpoint over the older of the two in `whole`, the slots in use, and return its path.
 
-    Arrays of unchanged size keep their place, so that the file does not grow.
+    Arrays of unchanged size keep their place, so that the file does not grow.  A slot that is there and not in use is damaged.
     """
-    free = [name for name in CHECKPOINTS if name not in group]
-    slot = group.require_group(free[0] if free else min(group, key=lambda name: group[name].attrs["time"]))
+    if len(whole) < len(CHECKPOINTS):
+        slot = group.create_group(next(name for name in ascii_lowercase if name not in group))
+    else:
+        slot = group[min(whole, key=lambda name: group[name].attrs["time"])]
     for name in set(slot) - set(checkpoint.groups):
         del slot[name]
     for name, arrays in checkpoint.groups.items():

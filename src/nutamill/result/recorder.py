@@ -172,7 +172,8 @@ class Recorder:
                     if isinstance(data, h5py.Dataset):
                         data.resize(length, axis=0)
             for slot in set(file["checkpoints"]) - kept:
-                del file["checkpoints"][slot]
+                with contextlib.suppress(Exception):  # too damaged even for that: it stays, and is never used again
+                    del file["checkpoints"][slot]
             file.attrs["state"] = "running"
             checksums.take_one(file, "")
             checksums.write(file)
@@ -316,7 +317,7 @@ class Recorder:
             if waiting:
                 checksums.append_moments(file, group, write_arrays(file[group], waiting, field))
         for checkpoint in self._checkpoints:
-            checksums.take(file, write_checkpoint(file["checkpoints"], *checkpoint))
+            checksums.take(file, write_checkpoint(file["checkpoints"], *checkpoint, checksums.members("checkpoints")))
         if self._summary is not None:
             if "summary" in file:
                 del file["summary"]
