@@ -10,7 +10,7 @@ The names below are loaded when they are first used: to read a result needs no c
 import importlib
 from typing import Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOME = {
     "Case": "nutamill.case",
