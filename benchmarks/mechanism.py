@@ -1,9 +1,11 @@
-"""What the mechanism costs: its step beside a charge and alone, and the empty runs of MCA 2026 as an engineer would sweep them.
+"""What the mechanism costs: its step beside a charge and alone, and the empty runs of MCA 2026 as an engineer
+would sweep them.
 
     python benchmarks/mechanism.py [--processes N]
 
-22 runs, empty and with rigid bars at 11 speeds from 100 to 700 rpm, flexible mounts, each ramped at 70 rpm/s and held for 3 s,
-every one written to a result file.  The step beside a charge is measured by `nutamill bench`.
+22 runs, empty and with rigid bars at 11 speeds from 100 to 700 rpm, flexible mounts, each ramped at 70 rpm/s
+and held for 3 s, every one written to a result file.  The step beside a charge is measured by
+`nutamill bench`.
 """
 
 import argparse
@@ -37,18 +39,25 @@ def sweep_case(name: str, rpm: float) -> nm.Case:
 
 
 def swept(name: str, rpm: float, folder: str) -> tuple[str, float, float, float, float]:
-    """Run one case to a file: configuration, speed [rpm], mean force [N] and torque [N m] over the hold, processor time [s]."""
+    """Run one case to a file: configuration, speed [rpm], mean force [N] and torque [N m] over the hold,
+    processor time [s].
+    """
     begun = time.process_time()
     with nm.run(sweep_case(name, rpm), to=Path(folder) / f"{name}-{rpm:g}.h5") as result:
         series = result.series
         held = series["time"].values > series["time"].values[-1] - HOLD
-        force, torque = (float(series[key].values[held].mean()) for key in ("crank_pin_force_resultant_tared", "driveshaft_torque"))
+        force, torque = (
+            float(series[key].values[held].mean())
+            for key in ("crank_pin_force_resultant_tared", "driveshaft_torque")
+        )
     return name, rpm, force, torque, time.process_time() - begun
 
 
 def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--processes", type=int, default=usable_cores(), help="runs at a time")
     processes = parser.parse_args().processes
     warm_up()
@@ -56,7 +65,10 @@ def main() -> None:
     model, state = build(sweep_case("empty", 700.0), None)
     steps = [mechanism_step(model, state) for _ in range(3)]
     clock, alone = model.clock, 1e6 * statistics.median(steps)
-    print(f"mechanism step alone {alone:.1f} us, {len(model.mechanism.rows)} constraints, {model.readout.n_columns} columns every")
+    print(
+        f"mechanism step alone {alone:.1f} us, {len(model.mechanism.rows)} constraints, "
+        f"{model.readout.n_columns} columns every"
+    )
     print(f"{clock.windows_per_row} steps of {1e6 * clock.window:.0f} us")
     begun = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(processes) as pool:
@@ -68,7 +80,10 @@ def main() -> None:
         print(f"{name:6} {rpm:5.0f} {force:10.1f} {torque:13.3f} {cpu:9.1f}")
     simulated = sum(2 * (rpm / 70.0 + HOLD) for rpm in SPEEDS)
     cpu = sum(run[4] for run in done)
-    print(f"\n{len(done)} runs, {simulated:.0f} s simulated, {processes} at a time: {whole:.0f} s ({cpu:.0f} s of processor time)")
+    print(
+        f"\n{len(done)} runs, {simulated:.0f} s simulated, {processes} at a time: {whole:.0f} s "
+        f"({cpu:.0f} s of processor time)"
+    )
 
 
 if __name__ == "__main__":

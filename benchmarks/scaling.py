@@ -1,8 +1,10 @@
-"""Cost of the charge engine from a thousand to a million spheres, and of clumps, in the same packing: ``python benchmarks/scaling.py``.
+"""Cost of the charge engine from a thousand to a million spheres, and of clumps, in the same packing:
+``python benchmarks/scaling.py``.
 
-Spheres lie on a cubic lattice, just overlapping (52 % solids), in a closed box, each moved a little and with a velocity of its own: the
-same contacts per sphere at every number.  Clumps of three spheres stand side by side on a lattice of their own.  Figures are
-medians of several pieces; memory is the peak of a process of its own.
+Spheres lie on a cubic lattice, just overlapping (52 % solids), in a closed box, each moved a little and with
+a velocity of its own: the same contacts per sphere at every number.  Clumps of three spheres stand side by
+side on a lattice of their own.  Figures are medians of several pieces; memory is the peak of a process of its
+own.
 """
 
 import resource
@@ -41,7 +43,9 @@ def box(half: np.ndarray) -> list[Surface]:
             normal[axis] = -sign
             first = np.roll(np.abs(normal), 1)
             rotation = np.column_stack([first, np.cross(normal, first), normal])
-            planes.append(Surface(f"side {len(planes)}", SurfaceKind.PLANE, 0, 0, tuple(-half * normal), rotation))
+            planes.append(
+                Surface(f"side {len(planes)}", SurfaceKind.PLANE, 0, 0, tuple(-half * normal), rotation)
+            )
     return planes
 
 
@@ -57,7 +61,9 @@ def packing(kind: str, side: int):
     rng = np.random.default_rng(1)
     n = side**3
     particles = (
-        spheres(np.full(n, DIAMETER)) if kind == "spheres" else clumps([GRAIN], np.full(n, GRAIN.equivalent_diameter * DIAMETER / 2))
+        spheres(np.full(n, DIAMETER))
+        if kind == "spheres"
+        else clumps([GRAIN], np.full(n, GRAIN.equivalent_diameter * DIAMETER / 2))
     )
     sizes = particles.shapes[0].extents * particles.scale[0]
     attitudes = None if kind == "spheres" else np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
@@ -107,7 +113,10 @@ def main() -> None:
     print(f"{processor()}, {usable_cores()} cores for this process, {time.strftime('%Y-%m-%d')}")
     print("                              ns per sphere and substep      contacts  substeps     peak")
     heads = "  ".join(f"{count:7}" for count in sorted({1, usable_cores()}))
-    print(f"kind     particles   spheres  {heads}  per sphere  a list   MB     (columns of times: threads)", flush=True)
+    print(
+        f"kind     particles   spheres  {heads}  per sphere  a list   MB     (columns of times: threads)",
+        flush=True,
+    )
     sizes = [("spheres", side) for side in (10, 22, 46, 100)] + [("clumps", side) for side in (7, 15, 34)]
     for kind, side in sizes:
         subprocess.run([sys.executable, __file__, kind, str(side)], check=True)

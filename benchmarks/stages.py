@@ -1,8 +1,10 @@
-"""Where the time of a substep goes, and how far it is from what the machine could do: ``python benchmarks/stages.py``.
+"""Where the time of a substep goes, and how far it is from what the machine could do:
+``python benchmarks/stages.py``.
 
-A developed flow of the pellets at 700 rpm is held still, and a substep is run again and again up to its first, second ... stage on one
-thread; differences are the stages.  Contacts count as lasting.  Beside it the two limits: the law alone, on lanes that lie in the nearest
-cache, and the bytes that a substep reads and writes, at the rate at which this machine copies a block of that size.
+A developed flow of the pellets at 700 rpm is held still, and a substep is run again and again up to its
+first, second ... stage on one thread; differences are the stages.  Contacts count as lasting.  Beside it the
+two limits: the law alone, on lanes that lie in the nearest cache, and the bytes that a substep reads and
+writes, at the rate at which this machine copies a block of that size.
 """
 
 import statistics
@@ -25,14 +27,22 @@ from nutamill.cli.bench import developed_case, developed_flow
 from nutamill.simulation.coupling import hand_out_motion
 from nutamill.simulation.warm_up import warm_up
 
-STAGES = ("clear", "filter candidates", "pair contacts", "find walls", "wall contacts", "integrate and publish")
+STAGES = (
+    "clear",
+    "filter candidates",
+    "pair contacts",
+    "find walls",
+    "wall contacts",
+    "integrate and publish",
+)
 REPEATS, PIECES = 25, 40
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
 
 
 @kernel(fast=True)
 def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
-    """`n` times a substep of all chunks up to `last_stage`, on one thread, without turning the clock; as `charge.dynamics` has it.
+    """`n` times a substep of all chunks up to `last_stage`, on one thread, without turning the clock; as
+    `charge.dynamics` has it.
 
     ``counts``: pair contacts and wall contacts found last.
     """
@@ -42,8 +52,18 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
             lo, hi = slots_of_chunk(state, c)
             clock = state.clock
             buffer, lst = clock[PUBLISHED], clock[LIST]
-            points, rows, partners, memory = state.points[buffer], state.rows[buffer], state.partners[lst, c], state.memory[lst, c]
-            local, lanes, forces, work = scratch.local[0], scratch.lanes[0], scratch.forces[0], scratch.work[c]
+            points, rows, partners, memory = (
+                state.points[buffer],
+                state.rows[buffer],
+                state.partners[lst, c],
+                state.memory[lst, c],
+            )
+            local, lanes, forces, work = (
+                scratch.local[0],
+                scratch.lanes[0],
+                scratch.forces[0],
+                scratch.work[c],
+            )
             real = rows[0, 0]
             now, step = like(stamp_of(clock[STEP]), real), like(dt, real)
             empty = forces.reshape(forces.size)
@@ -53,27 +73,69 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
                 negated_radii(points, scratch.slots, lo + l, local, l)
             if last_stage < 1:
                 continue
-            found = filter_pairs(points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes)
+            found = filter_pairs(
+                points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes
+            )
             counts[0] += found
             if last_stage < 2:
                 continue
             pair_contacts(
-                model, points, rows, memory, state.material, found, lanes, local, scratch.columns[0, 0], now, now, step, forces,
-                scratch.impacts, 0,
-            )  # fmt: skip
+                model,
+                points,
+                rows,
+                memory,
+                state.material,
+                found,
+                lanes,
+                local,
+                scratch.columns[0, 0],
+                now,
+                now,
+                step,
+                forces,
+                scratch.impacts,
+                0,
+            )
             if last_stage < 3:
                 continue
             placed, measured = scratch.placed[0], scratch.measured[0]
             found = find_walls(
-                model, state.x, state.body[0], local, scratch.motion[0], placed, lo, hi - lo, lanes, measured, scratch.test[0]
+                model,
+                state.x,
+                state.body[0],
+                local,
+                scratch.motion[0],
+                placed,
+                lo,
+                hi - lo,
+                lanes,
+                measured,
+                scratch.test[0],
             )
             counts[1] += found
             if last_stage < 4:
                 continue
             wall_contacts(
-                model, state.x, state.body[0], rows, state.wall_memory, state.material, scratch.twists[0], placed, found, lanes, measured,
-                scratch.columns[0, 1], now, now, step, forces, scratch.sums[c], scratch.impacts, 0,
-            )  # fmt: skip
+                model,
+                state.x,
+                state.body[0],
+                rows,
+                state.wall_memory,
+                state.material,
+                scratch.twists[0],
+                placed,
+                found,
+                lanes,
+                measured,
+                scratch.columns[0, 1],
+                now,
+                now,
+                step,
+                forces,
+                scratch.sums[c],
+                scratch.impacts,
+                0,
+            )
             if last_stage < 5:
                 continue
             integrate_spheres(model, state, scratch, lo, hi, forces, 0, reference, dt, work)
@@ -81,7 +143,9 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
 
 @kernel(fast=True)
 def law_alone(model, columns, unit, dt, n, times):
-    """`n` times: lay the lanes of a batch anew from a copy, and put the pair law to them `times` times, once or not at all."""
+    """`n` times: lay the lanes of a batch anew from a copy, and put the pair law to them `times` times, once
+    or not at all.
+    """
     sums = like(0.0, dt)
     for _ in range(n):
         for k in range(columns.shape[1]):
@@ -102,7 +166,9 @@ def fastest(act, *arguments) -> float:
 
 
 def bytes_of(state, pairs: float, walls: float, candidates: float) -> float:
-    """Bytes read and written per particle and substep: every array once, however often a cache gives it again."""
+    """Bytes read and written per particle and substep: every array once, however often a cache gives it
+    again.
+    """
     listed, memory = candidates * 2 * 4, 2 * (pairs + walls) * 8 * state.rows.itemsize
     seen = 2 * (8 * state.rows.itemsize + 4 * state.points.itemsize)
     moving = 2 * (3 * 3) * 8 + (3 + state.body.shape[0]) * 8
@@ -125,7 +191,12 @@ def main() -> None:
         # integration runs without time, so that nothing moves
         step = 0.0 if stage == len(STAGES) - 1 else dt
         substeps(charge, state, scratch, reference, step, stage, 1, counts)
-        total = 1e9 * fastest(substeps, charge, state, scratch, reference, step, stage, REPEATS, counts) / REPEATS / n
+        total = (
+            1e9
+            * fastest(substeps, charge, state, scratch, reference, step, stage, REPEATS, counts)
+            / REPEATS
+            / n
+        )
         rows.append((name, total - before))
         before = total
     every = statistics.median(rebuild_times(charge, state, scratch, reference)) / n * 1e9
@@ -136,7 +207,10 @@ def main() -> None:
         print(f"{name:42} {taken:6.2f} ns per particle and substep  {100 * taken / whole:3.0f} %")
     pairs, walls = counts / n
     candidates = state.listed[state.clock[LIST]].sum() / n
-    print(f"{'all':42} {whole:6.2f}, with {pairs:.2f} pair and {walls:.2f} wall contacts and {candidates:.2f} candidates per particle")
+    print(
+        f"{'all':42} {whole:6.2f}, with {pairs:.2f} pair and {walls:.2f} wall contacts and "
+        f"{candidates:.2f} candidates per particle"
+    )
     real = state.rows.dtype.type
     columns = np.ones((2, ROWS * BATCH), real)
     columns[1] = scratch.columns[0, 0]
@@ -149,7 +223,8 @@ def main() -> None:
     block = np.zeros(round(moved * n / 2), np.uint8)
     rate = 2 * block.size / fastest(np.copyto, block.copy(), block)
     print(
-        f"memory: {moved:.0f} bytes per particle and substep; copied at {rate / 1e9:.0f} GB/s they would take {moved / rate * 1e9:.1f} ns"
+        f"memory: {moved:.0f} bytes per particle and substep; copied at {rate / 1e9:.0f} GB/s they "
+        f"would take {moved / rate * 1e9:.1f} ns"
     )
 
 

@@ -1,6 +1,8 @@
-"""How often the 95 % interval of a steady mean holds the true mean: `python benchmarks/steady.py`, about ten seconds.
+"""How often the 95 % interval of a steady mean holds the true mean: `python benchmarks/steady.py`, about ten
+seconds.
 
-Records of one number per turn, autoregressive of first order with coefficient phi, whose correlation length is (1 + phi)/(1 - phi).
+Records of one number per turn, autoregressive of first order with coefficient phi, whose correlation length
+is (1 + phi)/(1 - phi).
 """
 
 import numpy as np
@@ -23,7 +25,10 @@ def main() -> None:
                 records[:, k] = phi * records[:, k - 1] + noise[:, k]
             found = [steady_mean(record[BEFORE:]) for record in records]
             held = np.mean([abs(one.mean) < one.half_width for one in found])
-            print(f"| {turns} | {(1 + phi) / (1 - phi):.0f} | {100 * held:.0f} % | {100 * np.mean([one.steady for one in found]):.0f} % |")
+            print(
+                f"| {turns} | {(1 + phi) / (1 - phi):.0f} | {100 * held:.0f} % | "
+                f"{100 * np.mean([one.steady for one in found]):.0f} % |"
+            )
 
 
 if __name__ == "__main__":

@@ -2,9 +2,9 @@
 
     python benchmarks/substeps.py
 
-The pellets on rigid mounts, from rest to 700 rpm in 0.7 s and 0.6 s of steady running; means of the last 0.5 s.  The flow is chaotic:
-the scatter of a mean is that of five tenths of a second, over sqrt(5).  Restitution errors are those of single impacts, single precision,
-at eight phases of the first substep.
+The pellets on rigid mounts, from rest to 700 rpm in 0.7 s and 0.6 s of steady running; means of the last 0.5
+s.  The flow is chaotic: the scatter of a mean is that of five tenths of a second, over sqrt(5).  Restitution
+errors are those of single impacts, single precision, at eight phases of the first substep.
 """
 
 import time
@@ -28,8 +28,12 @@ AVERAGED = 0.5
 FIXED = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
 
 
-def restitution_errors(fact: ContactFacts, density: float, radius: float, wall: bool, dt: float) -> np.ndarray:
-    """Restitution of a pellet that strikes a wall or another pellet at 1 m/s, less the one asked for, at eight phases (8,)."""
+def restitution_errors(
+    fact: ContactFacts, density: float, radius: float, wall: bool, dt: float
+) -> np.ndarray:
+    """Restitution of a pellet that strikes a wall or another pellet at 1 m/s, less the one asked for, at
+    eight phases (8,).
+    """
     errors = []
     for phase in (np.arange(8) + 0.3) / 8:
         gap = (3 + phase) * dt
@@ -37,9 +41,16 @@ def restitution_errors(fact: ContactFacts, density: float, radius: float, wall: 
         x = [[0, 0, radius + gap]] if wall else [[0, 0, 0], [0, 0, 2 * radius + gap]]
         v = [[0, 0, -1.0]] if wall else [[0, 0, 0.5], [0, 0, -0.5]]
         parts = charge(
-            np.array(x), np.full(len(x), radius), np.zeros(len(x), int), [density], {(0, 0): fact.law}, surfaces, 1, (0.0, 0.0, 0.0),
+            np.array(x),
+            np.full(len(x), radius),
+            np.zeros(len(x), int),
+            [density],
+            {(0, 0): fact.law},
+            surfaces,
+            1,
+            (0.0, 0.0, 0.0),
             velocities=np.array(v),
-        )  # fmt: skip
+        )
         start(*parts, dt)
         motions = np.zeros((1, 19))
         motions[0, 3] = 1.0
@@ -65,8 +76,14 @@ def main() -> None:
     facts = contact_facts(case)
     shortest = min(fact.time for fact in facts)
     print(f"{processor()}, {time.strftime('%Y-%m-%d', time.gmtime())}\n")
-    print(f"Means of the last {AVERAGED} s of {case.run.until} s, and their scatter; shortest contact {shortest * 1e6:.3g} us.\n")
-    print("| substeps per contact | substep [us] | crank-pin force [N] | torque [N m] | power [W] | ledger over work | overlap [%] |")
+    print(
+        f"Means of the last {AVERAGED} s of {case.run.until} s, and their scatter; shortest contact "
+        f"{shortest * 1e6:.3g} us.\n"
+    )
+    print(
+        "| substeps per contact | substep [us] | crank-pin force [N] | torque [N m] | power [W] | "
+        "ledger over work | overlap [%] |"
+    )
     print("|---|---|---|---|---|---|---|")
     for number in (10, 20, 40):
         series = march(case.with_("run.dt", shortest / number), bed)
@@ -87,8 +104,13 @@ def main() -> None:
     density = case.materials[case.charge.materials[0]].density
     for number in (10, 20, 40):
         for fact in facts:
-            errors = restitution_errors(fact, density, pellet.diameter / 2, "wall" in fact.pair, fact.time / number)
-            print(f"| {number} | {fact.pair} | {fact.restitution:.2f} | {errors.mean():+.4f} | {np.abs(errors).max():.4f} |")
+            errors = restitution_errors(
+                fact, density, pellet.diameter / 2, "wall" in fact.pair, fact.time / number
+            )
+            print(
+                f"| {number} | {fact.pair} | {fact.restitution:.2f} | {errors.mean():+.4f} | "
+                f"{np.abs(errors).max():.4f} |"
+            )
 
 
 if __name__ == "__main__":

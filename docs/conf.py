@@ -22,6 +22,8 @@ myst_heading_anchors = 3
 html_theme = "pydata_sphinx_theme"
 html_title = "nutamill"
 exclude_patterns = ["build"]
-suppress_warnings = ["myst.xref_missing"]  # links into the source tree, which a reader of the repository follows
+suppress_warnings = [
+    "myst.xref_missing"
+]  # links into the source tree, which a reader of the repository follows
 
 write_pages(HERE.parent, HERE / "generated")

@@ -1,4 +1,6 @@
-"""Pages of the site that are written from the code: keys of a case, recorded quantities, commands, laws and their tests, gallery."""
+"""Pages of the site that are written from the code: keys of a case, recorded quantities, commands, laws and
+their tests, gallery.
+"""
 
 import ast
 import re
@@ -24,13 +26,28 @@ def case_page() -> str:
     from nutamill.case.toml.schema import case_schema
 
     schema = case_schema()
-    lines = ["# Keys of a case file", "", "A quantity is text with a unit. `nutamill show CASE` prints every value of a case.", ""]
+    lines = [
+        "# Keys of a case file",
+        "",
+        "A quantity is text with a unit. `nutamill show CASE` prints every value of a case.",
+        "",
+    ]
     tables = {"(top)": schema} | schema.get("$defs", {})
     for name, table in tables.items():
         if "properties" not in table:
             continue
-        lines += [f"## {name}", "", _cell(table.get("description", "").split("\n")[0]), "", "| key | value | meaning |", "|---|---|---|"]
-        lines += [f"| `{key}` | {_kind(part)} | {_cell(part.get('description', ''))} |" for key, part in table["properties"].items()]
+        lines += [
+            f"## {name}",
+            "",
+            _cell(table.get("description", "").split("\n")[0]),
+            "",
+            "| key | value | meaning |",
+            "|---|---|---|",
+        ]
+        lines += [
+            f"| `{key}` | {_kind(part)} | {_cell(part.get('description', ''))} |"
+            for key, part in table["properties"].items()
+        ]
         lines.append("")
     return "\n".join(lines)
 
@@ -42,7 +59,9 @@ def _kind(part: dict) -> str:
         return ", ".join(f"`{choice}`" for choice in choices)
     if "$ref" in part:
         return f"table {part['$ref'].split('/')[-1]}"
-    kinds = [part.get("type")] + [inner.get("type") or inner.get("$ref", "").split("/")[-1] for inner in part.get("anyOf", [])]
+    kinds = [part.get("type")] + [
+        inner.get("type") or inner.get("$ref", "").split("/")[-1] for inner in part.get("anyOf", [])
+    ]
     text = " or ".join(str(kind) for kind in kinds if kind) or "any"
     examples = part.get("examples")
     return _cell(f'{text}, e.g. `"{examples[0]}"`' if examples else text)
@@ -68,7 +87,14 @@ def commands_page() -> str:
     from nutamill.base.errors import ExitCode
     from nutamill.cli import app
 
-    lines = ["# Commands", "", "`nutamill COMMAND --help` lists the options.", "", "| command | what it does |", "|---|---|"]
+    lines = [
+        "# Commands",
+        "",
+        "`nutamill COMMAND --help` lists the options.",
+        "",
+        "| command | what it does |",
+        "|---|---|",
+    ]
     for command in app.registered_commands:
         name = command.name or command.callback.__name__.replace("_", "-")
         lines.append(f"| `nutamill {name}` | {_cell((command.callback.__doc__ or '').strip())} |")
@@ -83,7 +109,11 @@ def laws_page(root: Path) -> str:
     lines = ["# Contact laws and their tests", ""]
     for path in sorted((root / "src/nutamill/charge/laws").glob("*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
-        told = [(node.name, ast.get_docstring(node)) for node in tree.body if isinstance(node, ast.FunctionDef) and ast.get_docstring(node)]
+        told = [
+            (node.name, ast.get_docstring(node))
+            for node in tree.body
+            if isinstance(node, ast.FunctionDef) and ast.get_docstring(node)
+        ]
         if told:
             lines += [f"## {path.stem}", "", *_prose(ast.get_docstring(tree) or ""), ""]
             for name, text in told:
@@ -92,7 +122,12 @@ def laws_page(root: Path) -> str:
     for name in ("test_contact_laws", "test_charge_laws", "test_charge_published"):
         path = root / f"tests/verification/{name}.py"
         names = re.findall(r"^def test_(\w+)", path.read_text(encoding="utf-8"), re.MULTILINE)
-        lines += [f"`tests/verification/{name}.py` holds that", "", *(f"- {test.replace('_', ' ')}" for test in names), ""]
+        lines += [
+            f"`tests/verification/{name}.py` holds that",
+            "",
+            *(f"- {test.replace('_', ' ')}" for test in names),
+            "",
+        ]
     return "\n".join(lines)
 
 

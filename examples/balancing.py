@@ -1,6 +1,7 @@
 """The balance mass the NuMill needs: one plane, two planes, and two planes with the charge's mass.
 
-Checked: two planes leave less than one, and the weights' moments come near the machine's unbalance of 0.16 kg m.
+Checked: two planes leave less than one, and the weights' moments come near the machine's unbalance of 0.16 kg
+m.
 """
 
 import nutamill as nm

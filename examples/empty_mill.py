@@ -1,6 +1,7 @@
 """The empty mill on rigid mounts: how hard the crank pulls on the chamber, over speed.
 
-The force grows with the square of the speed (published: 14.7 N at 100 rpm, 235 N at 400 rpm). This prints 14.5 N and 231.7 N.
+The force grows with the square of the speed (published: 14.7 N at 100 rpm, 235 N at 400 rpm). This prints
+14.5 N and 231.7 N.
 """
 
 import nutamill as nm
@@ -14,7 +15,10 @@ def main(folder: str = "results") -> dict[float, float]:
     """Run two speeds, print and return the mean force [N] at each speed [rpm]."""
     forces = {}
     for rpm in (100.0, 400.0):
-        case = nm.load_case("numill", ["mechanism.mounting=rigid", "charge.kind=none", "drive.ramp=1000 rpm/s", "run.until=2 s"])
+        case = nm.load_case(
+            "numill",
+            ["mechanism.mounting=rigid", "charge.kind=none", "drive.ramp=1000 rpm/s", "run.until=2 s"],
+        )
         with nm.run(case.with_("drive.speed", f"{rpm:g} rpm"), to=f"{folder}/empty-{rpm:g}.h5") as result:
             forces[rpm] = steady_window(result, "1 s", names=[FORCE]).values[FORCE].mean
             print(f"{rpm:g} rpm: {forces[rpm]:.1f} N")

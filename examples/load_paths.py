@@ -1,4 +1,5 @@
-"""Where the forces of the empty NuMill of 2025 go: every joint, in crank axes, and the six rods that hold the yoke.
+"""Where the forces of the empty NuMill of 2025 go: every joint, in crank axes, and the six rods that hold the
+yoke.
 
 Checked: the rods together carry what the yoke pivot passes on.
 """
@@ -21,5 +22,7 @@ with tempfile.TemporaryDirectory() as folder, nm.run(case, to=Path(folder) / "em
     draw_loads(result, "crank", "1 s").savefig("load_paths.png")
     pivot = hodograph(result, "yoke_pivot", "frame", "1 s").reaction[:, :3]
 
-carried = np.column_stack([rods.tension[:, 5], rods.tension[:, 3:5].sum(axis=1), rods.tension[:, :3].sum(axis=1)])
+carried = np.column_stack(
+    [rods.tension[:, 5], rods.tension[:, 3:5].sum(axis=1), rods.tension[:, :3].sum(axis=1)]
+)
 assert np.abs(carried - pivot).max() < 1e-9 * np.abs(pivot).max()

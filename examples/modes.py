@@ -1,6 +1,7 @@
 """Natural frequencies of the NuMill on its mounts, with and without charge, and the speeds to avoid.
 
-Checked: the frame's sway is that of a mass on springs with the foot-to-mass-centre coupling, the torsion that of one inertia.
+Checked: the frame's sway is that of a mass on springs with the foot-to-mass-centre coupling, the torsion that
+of one inertia.
 """
 
 import math

@@ -1,7 +1,7 @@
 """A motor of 370 W that is asked for 700 rpm, and a power cut.
 
-The empty mill has no charge to slow it; viscous friction stands in for the pellets, chosen so that it takes 6.31 N m at 560 rpm,
-which is where 0.37 kW ended the tests of SAIMM 2025.
+The empty mill has no charge to slow it; viscous friction stands in for the pellets, chosen so that it takes
+6.31 N m at 560 rpm, which is where 0.37 kW ended the tests of SAIMM 2025.
 Checked: the mill ends at 560 rpm, and coasts down after the cut.
 """
 
@@ -14,7 +14,9 @@ from nutamill.view.figures.motion import draw_histories
 
 RPM = math.pi / 30.0
 
-case = nm.load_case("numill-2025", ["charge.kind=none", "drive.speed=700 rpm", "drive.ramp=350 rpm/s", "run.until=6 s"]).with_(
+case = nm.load_case(
+    "numill-2025", ["charge.kind=none", "drive.speed=700 rpm", "drive.ramp=350 rpm/s", "run.until=6 s"]
+).with_(
     mechanism__joint_friction=0.0,
     mechanism__joint_friction_viscous=0.5 * 6.31 / (560.0 * RPM),  # each of two bearings
     drive__motor={"power": 370.0, "cut": 5.0},

@@ -1,4 +1,5 @@
-"""What the mounts of the empty NuMill do at 700 rpm, what they pass on over speed, and whether the chamber clears its opening.
+"""What the mounts of the empty NuMill do at 700 rpm, what they pass on over speed, and whether the chamber
+clears its opening.
 
 Checked: the force on the floor at speed, from a run, is the one of the slow run-up.
 """
@@ -16,7 +17,10 @@ case = nm.load_case("numill", ["charge.kind=none", "drive.ramp=350 rpm/s", "run.
 with tempfile.TemporaryDirectory() as folder, nm.run(case, to=Path(folder) / "empty.h5") as result:
     print("\n".join(mounts_lines(result)))
     for body in ("frame", "ground"):
-        print(f"opening of 125 mm in the {body}: {clearance_line(chamber_clearance(result, (0.08, 0.33), 0.125, body))}")
+        print(
+            f"opening of 125 mm in the {body}: "
+            f"{clearance_line(chamber_clearance(result, (0.08, 0.33), 0.125, body))}"
+        )
     floor = floor_force(result)
     draw_floor(result).savefig("mounts.png")
 found = isolation(case)

@@ -1,6 +1,7 @@
 """How far the frame of the NuMill shakes on its way through the resonance, for four ramps.
 
-Checked: a quicker ramp passes the resonance later and with a lower peak (Lewis, Trans. ASME 54, 253-261, 1932).
+Checked: a quicker ramp passes the resonance later and with a lower peak (Lewis, Trans. ASME 54, 253-261,
+1932).
 """
 
 import itertools
@@ -20,4 +21,7 @@ print("\n".join(run_up_lines(runs, name)))
 draw_run_up(runs, name).savefig("run_up.png")
 
 once = [peaks(run.orders)[0] for run in runs]
-assert all(later.amplitude < sooner.amplitude and later.speed > sooner.speed for sooner, later in itertools.pairwise(once))
+assert all(
+    later.amplitude < sooner.amplitude and later.speed > sooner.speed
+    for sooner, later in itertools.pairwise(once)
+)

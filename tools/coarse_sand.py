@@ -1,8 +1,9 @@
 """Make the stand-in for the coarse sand of SAIMM 2025: ten clumps of three spheres, and their sizes.
 
-The paper's ten scanned grains and its measured size distribution are not public.  What is: three spheres to a clump, ten shapes,
-39534 clumps that weigh 1.34 kg at 2480 kg/m^3, grains of 3 to 5 mm with a mean diameter of 3.38 mm, bulk density 1403 kg/m^3.
-The rest is chosen here: random triangles of spheres with aspect ratios (longest over shortest side) from 1.2 to 1.6, mean 1.4.
+The paper's ten scanned grains and its measured size distribution are not public.  What is: three spheres to a
+clump, ten shapes, 39534 clumps that weigh 1.34 kg at 2480 kg/m^3, grains of 3 to 5 mm with a mean diameter of
+3.38 mm, bulk density 1403 kg/m^3. The rest is chosen here: random triangles of spheres with aspect ratios
+(longest over shortest side) from 1.2 to 1.6, mean 1.4.
 
     python tools/coarse_sand.py         writes the two files beside the machines
 """
@@ -53,16 +54,24 @@ largest   = "{largest:.3f} mm"                    # A mass has the volume of a {
 
 
 def random_clump(rng: np.random.Generator, aspect: float) -> np.ndarray:
-    """Three spheres (3, 4) of which each overlaps the next, drawn apart until the clump has the aspect ratio asked for."""
+    """Three spheres (3, 4) of which each overlaps the next, drawn apart until the clump has the aspect ratio
+    asked for.
+    """
     while True:
         radii = rng.uniform(0.75, 1.0, SPHERES)
         centres = rng.normal(size=(SPHERES, 3)) * (1.0, 0.6, 0.3)
         centres -= centres.mean(axis=0)
         apart = np.linalg.norm(centres - np.roll(centres, 1, axis=0), axis=1)
-        # between spheres that just do not hide each other and spheres that overlap by a fifth of the sum of their radii
+        # between spheres that just do not hide each other and spheres that overlap by a fifth of the sum of
+        # their radii
         least = 1.05 * float((np.abs(radii - np.roll(radii, 1)) / apart).max())
         most = 0.8 * float(((radii + np.roll(radii, 1)) / apart).min())
-        if least < most and clump_shape(least * centres, radii).aspect_ratio < aspect < clump_shape(most * centres, radii).aspect_ratio:
+        if (
+            least < most
+            and clump_shape(least * centres, radii).aspect_ratio
+            < aspect
+            < clump_shape(most * centres, radii).aspect_ratio
+        ):
             return _drawn_apart(centres, radii, aspect, least, most)
 
 
@@ -77,13 +86,18 @@ def shapes_text() -> str:
     rng = np.random.default_rng(SEED)
     text = SHAPES_HEAD.format(seed=SEED)
     for aspect in ASPECTS:
-        rows = ", ".join(f"[{', '.join(f'{number:.5f}' for number in sphere.round(5) + 0.0)}]" for sphere in random_clump(rng, aspect))
+        rows = ", ".join(
+            f"[{', '.join(f'{number:.5f}' for number in sphere.round(5) + 0.0)}]"
+            for sphere in random_clump(rng, aspect)
+        )
         text += f"  [{rows}],\n"
     return text + "]\n"
 
 
 def charge_text() -> str:
-    """The file of the charge: its mean diameter is such that the mean clump weighs what the published one does."""
+    """The file of the charge: its mean diameter is such that the mean clump weighs what the published one
+    does.
+    """
     volume = MASS / DENSITY / CLUMPS
     sphere = (6.0 * volume / math.pi) ** (1.0 / 3.0)
     factor = sphere / MEAN_DIAMETER
@@ -94,8 +108,19 @@ def charge_text() -> str:
         return float(sphere_volume(sizes).mean()) / volume - 1.0
 
     mean = brentq(excess, 2e-3, 4e-3, xtol=1e-12)
-    lengths = {"mean": mean, "deviation": DEVIATION, "smallest": smallest, "largest": largest, "sphere": sphere}
-    return CHARGE.format(count=CLUMPS, packing=BULK / DENSITY, factor=factor, **{name: 1e3 * value for name, value in lengths.items()})
+    lengths = {
+        "mean": mean,
+        "deviation": DEVIATION,
+        "smallest": smallest,
+        "largest": largest,
+        "sphere": sphere,
+    }
+    return CHARGE.format(
+        count=CLUMPS,
+        packing=BULK / DENSITY,
+        factor=factor,
+        **{name: 1e3 * value for name, value in lengths.items()},
+    )
 
 
 if __name__ == "__main__":

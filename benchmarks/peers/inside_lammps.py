@@ -1,8 +1,8 @@
 """Runs inside the Python of a LAMMPS, one process per thread: `peer_lammps` writes what it reads.
 
-LAMMPS cannot tilt a region about a turning axis.  So it sees the chamber at rest, and the particles feel the forces of the moving
-frame: a callback adds ``m (g - W x (W x r) - W' x r - 2 W x v)`` and the torque ``-I (W' + W x w)``.  The time inside the callback is
-counted and told, so that it can be taken off.
+LAMMPS cannot tilt a region about a turning axis.  So it sees the chamber at rest, and the particles feel the
+forces of the moving frame: a callback adds ``m (g - W x (W x r) - W' x r - 2 W x v)`` and the torque
+``-I (W' + W x w)``.  The time inside the callback is counted and told, so that it can be taken off.
 """
 
 import json
@@ -32,7 +32,10 @@ class MovingFrame:
         given = self.given
         theta, speed = given["angle"] + given["speed"] * step * given["substep"], given["speed"]
         s, c = math.sin(given["tilt"]), math.cos(given["tilt"])
-        along, across = np.array([math.cos(theta), math.sin(theta), 0.0]), np.array([-math.sin(theta), math.cos(theta), 0.0])
+        along, across = (
+            np.array([math.cos(theta), math.sin(theta), 0.0]),
+            np.array([-math.sin(theta), math.cos(theta), 0.0]),
+        )
         axis = np.array([0.0, 0.0, 1.0])
         turn, faster = crossing(speed * (s * along + (c - 1.0) * axis)), crossing(speed**2 * s * across)
         mass, inertia = given["mass"], 0.1 * given["mass"] * given["diameter"] ** 2
@@ -40,7 +43,9 @@ class MovingFrame:
         v, w, torque = (atoms.extract_atom(name)[:n] for name in ("v", "omega", "torque"))
         if self.sample and step % self.sample == 0:
             f = atoms.extract_atom("f")[:n]
-            self.samples.append([step * given["substep"], *f.sum(axis=0), *(np.cross(x, f) + torque).sum(axis=0)])
+            self.samples.append(
+                [step * given["substep"], *f.sum(axis=0), *(np.cross(x, f) + torque).sum(axis=0)]
+            )
         np.matmul(x, (-mass * (turn @ turn + faster)).T, out=out)
         out += v @ (-2.0 * mass * turn).T
         out -= mass * given["gravity"] * (s * along + c * axis)
@@ -71,7 +76,13 @@ def main():
             snapshots.append(snapshot(engine, engine.extract_global("nlocal")))
     rank = engine.extract_setting("world_rank")
     told = {f"piece_{number}": taken for number, taken in enumerate(snapshots)}
-    np.savez(f"rank_{rank}.npz", seconds=seconds, spent=frame.spent, samples=np.array(frame.samples).reshape(-1, 7), **told)
+    np.savez(
+        f"rank_{rank}.npz",
+        seconds=seconds,
+        spent=frame.spent,
+        samples=np.array(frame.samples).reshape(-1, 7),
+        **told,
+    )
     engine.close()
 
 

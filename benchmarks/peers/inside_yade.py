@@ -1,4 +1,6 @@
-"""Runs inside YADE: `peer_yade` writes what it reads.  One rotation engine, told a new axis and speed in every step, makes the nutation."""
+"""Runs inside YADE: `peer_yade` writes what it reads.  One rotation engine, told a new axis and speed in
+every step, makes the nutation.
+"""
 
 import json
 import math
@@ -46,12 +48,21 @@ def material(name, density):
 
 
 grain, plate = material("sphere", given["density"]), material("plate", given["density"])
-spheres = O.bodies.append([utils.sphere(tuple(p[:3]), given["diameter"] / 2, material=grain) for p in particles])
+spheres = O.bodies.append(
+    [utils.sphere(tuple(p[:3]), given["diameter"] / 2, material=grain) for p in particles]
+)
 for number, p in zip(spheres, particles, strict=True):
     O.bodies[number].state.vel = tuple(p[3:6])
     O.bodies[number].state.angVel = tuple(p[6:])
-facets = O.bodies.append([utils.facet([tuple(corner) for corner in triangle], material=plate) for triangle in np.load("triangles.npy")])
-turn = RotationEngine(ids=facets, rotationAxis=(0, 0, 1), angularVelocity=0, rotateAroundZero=True, zeroPoint=(0, 0, 0))
+facets = O.bodies.append(
+    [
+        utils.facet([tuple(corner) for corner in triangle], material=plate)
+        for triangle in np.load("triangles.npy")
+    ]
+)
+turn = RotationEngine(
+    ids=facets, rotationAxis=(0, 0, 1), angularVelocity=0, rotateAroundZero=True, zeroPoint=(0, 0, 0)
+)
 samples = []
 
 
@@ -66,7 +77,9 @@ def nutate():
 def note():
     if O.iter >= given["before"]:
         axes = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
-        wrench = [utils.sumForces(facets, a) for a in axes] + [utils.sumTorques(facets, a, (0, 0, 0)) for a in axes]
+        wrench = [utils.sumForces(facets, a) for a in axes] + [
+            utils.sumTorques(facets, a, (0, 0, 0)) for a in axes
+        ]
         samples.append([O.iter * given["substep"], *wrench])
 
 
@@ -95,6 +108,8 @@ for _ in range(given["pieces"]):
         states = [O.bodies[number].state for number in spheres]
         seen.append([[*state.pos, *state.vel, *state.angVel] for state in states])
         moments.append(O.iter * given["substep"])
-np.savez("told.npz", seconds=seconds, samples=np.array(samples), seen=np.array(seen), moments=np.array(moments))
+np.savez(
+    "told.npz", seconds=seconds, samples=np.array(samples), seen=np.array(seen), moments=np.array(moments)
+)
 sys.stdout.flush()
 O.pause()

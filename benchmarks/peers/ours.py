@@ -29,7 +29,9 @@ SAND = (
     "run.dt=5 us",
     "run.until=0.13 s",
 )
-"""Spheres of the size of the published sand, at speed within 50 ms: the pellets' coefficients, softer, at the density of quartz."""
+"""Spheres of the size of the published sand, at speed within 50 ms: the pellets' coefficients, softer, at the
+density of quartz.
+"""
 
 
 @dataclass(slots=True)
@@ -72,13 +74,19 @@ class Ours:
         return taken
 
     def record(self, begin: float, end: float) -> Record:
-        """What was written from `begin` to `end` after the scene's state [s]; a wrench is a mean over a row and belongs to its middle."""
+        """What was written from `begin` to `end` after the scene's state [s]; a wrench is a mean over a row
+        and belongs to its middle.
+        """
         half = 0.5 / self.model.case.run.series_rate
         names, rows = self.model.readout.names, np.vstack(self.written)
-        wrench = [rows[:, names.index(f"charge_{part}_{axis}")] for part in ("force", "moment") for axis in "xyz"]
+        wrench = [
+            rows[:, names.index(f"charge_{part}_{axis}")] for part in ("force", "moment") for axis in "xyz"
+        ]
         time = rows[:, names.index("time")] - self.begun - half
         inside = (time > begin) & (time < end)
-        times, snapshots = zip(*(seen for seen in self.snapshots if begin < seen[0] <= end + 2 * half), strict=True)
+        times, snapshots = zip(
+            *(seen for seen in self.snapshots if begin < seen[0] <= end + 2 * half), strict=True
+        )
         return Record(time[inside], np.column_stack(wrench)[inside], np.array(times), np.array(snapshots))
 
 
@@ -100,7 +108,9 @@ def sand() -> Ours:
 
 
 def _loose_layers(case: Case) -> np.ndarray:
-    """Places of equal spheres [m] (n, 3) in layers from the floor up, chamber axes; shaken a little, they fall as they start."""
+    """Places of equal spheres [m] (n, 3) in layers from the floor up, chamber axes; shaken a little, they
+    fall as they start.
+    """
     diameter, chamber, n = case.charge.diameter, case.chamber, particle_count(case)
     pitch = 1.03 * diameter
     steps = np.arange(-int(chamber.inner_diameter / pitch), int(chamber.inner_diameter / pitch) + 1) * pitch
@@ -161,11 +171,19 @@ def _law(facts: ContactFacts, reduced_mass: float) -> Law:
 def particles(model: Model, state: State) -> np.ndarray:
     """Position, velocity and spin (n, 9) of all particles, world axes, at one time."""
     charge = state.charge
-    return np.hstack([positions(model.charge, charge, model.clock.substep), velocities(model.charge, charge), spins(model.charge, charge)])
+    return np.hstack(
+        [
+            positions(model.charge, charge, model.clock.substep),
+            velocities(model.charge, charge),
+            spins(model.charge, charge),
+        ]
+    )
 
 
 def _mechanism_window(model: Model, state: State) -> float:
-    """Wall time of one window of the mechanism alone with its share of the record [s], median: no part of a charge engine."""
+    """Wall time of one window of the mechanism alone with its share of the record [s], median: no part of a
+    charge engine.
+    """
     rows = 48
     windows = rows * model.plan.windows_per_row
     out = np.empty((rows, model.readout.n_columns))
@@ -173,6 +191,15 @@ def _mechanism_window(model: Model, state: State) -> float:
     times = []
     for _ in range(5):
         begun = wall.perf_counter()
-        march_mechanism(model.mechanism, apart, model.mechanism_scratch, model.sensors, model.plan, coupling_state(1), windows, out)
+        march_mechanism(
+            model.mechanism,
+            apart,
+            model.mechanism_scratch,
+            model.sensors,
+            model.plan,
+            coupling_state(1),
+            windows,
+            out,
+        )
         times.append((wall.perf_counter() - begun) / windows)
     return statistics.median(times)

@@ -20,7 +20,9 @@ class Job:
     pieces: int = 1
     """Measured pieces [1]."""
     sample: int = 0
-    """Steps between two samples of the wrench, with a snapshot after each piece; 0: time is measured and nothing else [1]."""
+    """Steps between two samples of the wrench, with a snapshot after each piece; 0: time is measured and
+    nothing else [1].
+    """
     patience: float = 600.0
     """Wall time after which the run is given up [s]."""
 

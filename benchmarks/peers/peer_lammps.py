@@ -45,7 +45,8 @@ class Lammps:
     def note(self) -> str:
         """What it runs."""
         return (
-            f"version {self.version}; {PAIR_STYLES[self.style]}; sees the chamber at rest in a moving frame, the cost of which is taken off"
+            f"version {self.version}; {PAIR_STYLES[self.style]}; sees the chamber at rest in a moving "
+            "frame, the cost of which is taken off"
         )
 
     def run(self, scene: Scene, job: Job) -> Outcome:
@@ -59,12 +60,29 @@ class Lammps:
             folder = Path(name)
             write_data(folder / "particles", scene)
             (folder / "input").write_text(commands(scene, self.style, job.threads))
-            given = {part: getattr(scene, part) for part in ("angle", "speed", "tilt", "gravity", "mass", "diameter", "substep")}
+            given = {
+                part: getattr(scene, part)
+                for part in ("angle", "speed", "tilt", "gravity", "mass", "diameter", "substep")
+            }
             given |= {"before": job.before, "steps": job.steps, "pieces": job.pieces, "sample": job.sample}
             given |= {"input": "input"}
             (folder / "given").write_text(json.dumps(given))
-            call = [*self.launcher, str(job.threads), self.python, str(Path(__file__).with_name("inside_lammps.py")), "given"]
-            subprocess.run(call, cwd=folder, env=self.environment, capture_output=True, text=True, check=True, timeout=job.patience)
+            call = [
+                *self.launcher,
+                str(job.threads),
+                self.python,
+                str(Path(__file__).with_name("inside_lammps.py")),
+                "given",
+            ]
+            subprocess.run(
+                call,
+                cwd=folder,
+                env=self.environment,
+                capture_output=True,
+                text=True,
+                check=True,
+                timeout=job.patience,
+            )
             return outcome(scene, job, [np.load(folder / f"rank_{rank}.npz") for rank in range(job.threads)])
 
 
@@ -72,18 +90,30 @@ def write_data(file: Path, scene: Scene) -> None:
     """The particles as LAMMPS data, in chamber axes."""
     local = scene.to_chamber(scene.particles, scene.angle)
     r, low, high = 1.1 * scene.bore, scene.floor - scene.diameter, scene.ceiling + scene.diameter
-    head = f"particles\n\n{scene.n} atoms\n1 atom types\n\n{-r} {r} xlo xhi\n{-r} {r} ylo yhi\n{low} {high} zlo zhi\n\nAtoms\n\n"
-    atoms = (f"{i} 1 {scene.diameter} {scene.density} {p[0]:.15g} {p[1]:.15g} {p[2]:.15g}" for i, p in enumerate(local, 1))
+    head = (
+        f"particles\n\n{scene.n} atoms\n1 atom types\n\n{-r} {r} xlo xhi\n{-r} {r} ylo yhi\n{low} {high} "
+        "zlo zhi\n\nAtoms\n\n"
+    )
+    atoms = (
+        f"{i} 1 {scene.diameter} {scene.density} {p[0]:.15g} {p[1]:.15g} {p[2]:.15g}"
+        for i, p in enumerate(local, 1)
+    )
     motions = (f"{i} " + " ".join(f"{value:.15g}" for value in p[3:]) for i, p in enumerate(local, 1))
     file.write_text(head + "\n".join(atoms) + "\n\nVelocities\n\n" + "\n".join(motions) + "\n")
 
 
 def commands(scene: Scene, style: str, threads: int) -> str:
-    """LAMMPS input; processes share the chamber by height, as the charge goes round in every other direction."""
+    """LAMMPS input; processes share the chamber by height, as the charge goes round in every other
+    direction.
+    """
     if style == "granular":
         pair_style, coefficients, wall = "granular", granular(scene.pair), f"granular {granular(scene.wall)}"
     else:
-        pair_style, coefficients, wall = f"{style} {hooke(scene.pair)}", "", f"granular {granular(scene.wall, rolling=False)}"
+        pair_style, coefficients, wall = (
+            f"{style} {hooke(scene.pair)}",
+            "",
+            f"granular {granular(scene.wall, rolling=False)}",
+        )
     return f"""units si
 atom_style sphere
 boundary f f f
@@ -107,10 +137,13 @@ thermo 1000000
 
 
 def granular(law: Law, rolling: bool = True) -> str:
-    """Coefficients of ``granular``: linear spring and dashpot, tangential spring, and the spring against rolling."""
+    """Coefficients of ``granular``: linear spring and dashpot, tangential spring, and the spring against
+    rolling.
+    """
     rolls = f"rolling sds {law.tangential} 0.0 {law.rolling}" if rolling else ""
     return (
-        f"hooke {law.stiffness} {law.damping_rate} tangential linear_history {law.tangential} 0.0 {law.sliding}"
+        f"hooke {law.stiffness} {law.damping_rate} tangential linear_history {law.tangential} 0.0 "
+        f"{law.sliding}"
         f" {rolls} damping mass_velocity"
     )
 
@@ -130,7 +163,10 @@ def outcome(scene: Scene, job: Job, ranks: list) -> Outcome:
     times = ranks[0]["samples"][:, 0]
     # what acts on the particles, chamber axes; the chamber gets the opposite
     wrench = np.array(
-        [-(scene.attitude(scene.crank_angle(t)) @ row.reshape(2, 3).T).T.ravel() for t, row in zip(times, samples[:, 1:], strict=True)]
+        [
+            -(scene.attitude(scene.crank_angle(t)) @ row.reshape(2, 3).T).T.ravel()
+            for t, row in zip(times, samples[:, 1:], strict=True)
+        ]
     )
     moments = job.snapshot_times(scene)
     local = [np.vstack([rank[f"piece_{number}"] for rank in ranks]) for number in range(job.pieces)]

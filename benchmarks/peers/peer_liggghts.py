@@ -1,8 +1,9 @@
 """LIGGGHTS: input of a scene, and runs of it.
 
-Its exact walls cannot move, and a moving mesh of flat faces kicks the fast charge at every edge.  So it sees the chamber at rest, and
-``fix addforce`` adds the forces of the moving frame, ``m (g - W x (W x r) - W' x r - 2 W x v)``.  What that costs is measured by adding
-nothing several times more, and taken off.
+Its exact walls cannot move, and a moving mesh of flat faces kicks the fast charge at every edge.  So it sees
+the chamber at rest, and ``fix addforce`` adds the forces of the moving frame,
+``m (g - W x (W x r) - W' x r - 2 W x v)``.  What that costs is measured by adding nothing several times more,
+and taken off.
 """
 
 import re
@@ -28,7 +29,10 @@ class Liggghts:
     environment: dict[str, str]
     """Environment of its processes."""
     name: str = "LIGGGHTS Debian, hooke/stiffness + epsd2"
-    note: str = "version 3.8.0; the same law; sees the chamber at rest in a moving frame, the cost of which is taken off"
+    note: str = (
+        "version 3.8.0; the same law; sees the chamber at rest in a moving frame, the cost of which "
+        "is taken off"
+    )
     pace: float = 1500.0
 
     def run(self, scene: Scene, job: Job) -> Outcome:
@@ -43,10 +47,14 @@ class Liggghts:
             write_data(folder / "particles", scene)
             (folder / "input").write_text(commands(scene, job))
             call = [*self.launcher, str(job.threads), "liggghts", "-in", "input", "-log", "none"]
-            said = subprocess.run(call, cwd=folder, env=self.environment, capture_output=True, text=True, timeout=job.patience)
+            said = subprocess.run(
+                call, cwd=folder, env=self.environment, capture_output=True, text=True, timeout=job.patience
+            )
             loops = [float(found) for found in re.findall(r"Loop time of ([0-9.e+-]+)", said.stdout)]
             if said.returncode or len(loops) < 3 - bool(job.sample):
-                raise subprocess.CalledProcessError(said.returncode, call, said.stdout, said.stdout[-2000:] + said.stderr)
+                raise subprocess.CalledProcessError(
+                    said.returncode, call, said.stdout, said.stdout[-2000:] + said.stderr
+                )
             frame = 0.0 if job.sample else (loops[2] - loops[1]) / IDLE
             time = 1e9 * (loops[1] - frame) / job.pieces / job.steps / scene.n
             return Outcome(time, record(scene, folder) if job.sample else None)
@@ -57,8 +65,14 @@ def write_data(file: Path, scene: Scene) -> None:
     local = scene.to_chamber(scene.particles, scene.angle)
     r, high = 1.1 * scene.bore, scene.ceiling + scene.diameter
     low = min(2 * np.median(local[:, 2]) - high, scene.floor - scene.diameter)
-    head = f"particles\n\n{scene.n} atoms\n2 atom types\n\n{-r} {r} xlo xhi\n{-r} {r} ylo yhi\n{low} {high} zlo zhi\n\nAtoms\n\n"
-    atoms = (f"{i} 1 {scene.diameter} {scene.density} {a[0]:.15g} {a[1]:.15g} {a[2]:.15g}" for i, a in enumerate(local, 1))
+    head = (
+        f"particles\n\n{scene.n} atoms\n2 atom types\n\n{-r} {r} xlo xhi\n{-r} {r} ylo yhi\n{low} {high} "
+        "zlo zhi\n\nAtoms\n\n"
+    )
+    atoms = (
+        f"{i} 1 {scene.diameter} {scene.density} {a[0]:.15g} {a[1]:.15g} {a[2]:.15g}"
+        for i, a in enumerate(local, 1)
+    )
     motions = (f"{i} " + " ".join(f"{value:.15g}" for value in a[3:]) for i, a in enumerate(local, 1))
     file.write_text(head + "\n".join(atoms) + "\n\nVelocities\n\n" + "\n".join(motions) + "\n")
 
@@ -70,7 +84,9 @@ def commands(scene: Scene, job: Job) -> str:
     switches = "tangential_damping off limitForce off absolute_damping off"
 
     def of_pairs(name: str, of_pair: float, of_wall: float) -> str:
-        return f"fix {name} all property/global {name} peratomtypepair 2 {of_pair} {of_wall} {of_wall} {of_pair}"
+        return (
+            f"fix {name} all property/global {name} peratomtypepair 2 {of_pair} {of_wall} {of_wall} {of_pair}"
+        )
 
     walls = "\n".join(
         f"fix {name} all wall/gran {model} primitive type 2 {shape} {switches}"
@@ -80,7 +96,10 @@ def commands(scene: Scene, job: Job) -> str:
             ("ceiling", f"zplane {scene.ceiling}"),
         )
     )
-    idle = "\n".join(f"fix idle_{number} all addforce v_zx v_zy v_zz" for number in range(IDLE)) + f"\nrun {job.steps * job.pieces}"
+    idle = (
+        "\n".join(f"fix idle_{number} all addforce v_zx v_zy v_zz" for number in range(IDLE))
+        + f"\nrun {job.steps * job.pieces}"
+    )
     return f"""units si
 atom_style granular
 atom_modify map array
@@ -168,7 +187,9 @@ def record(scene: Scene, folder: Path) -> Record:
     rows = np.loadtxt(folder / "sums")
     times = scene.substep * rows[:, 0]
     on_charge = (rows[:, 1:7] - rows[:, 7:13]).reshape(-1, 2, 3)
-    wrench = np.array([-(w @ scene.attitude(scene.crank_angle(t)).T).ravel() for t, w in zip(times, on_charge, strict=True)])
+    wrench = np.array(
+        [-(w @ scene.attitude(scene.crank_angle(t)).T).ravel() for t, w in zip(times, on_charge, strict=True)]
+    )
     blocks = (folder / "seen").read_text().split("ITEM: TIMESTEP\n")[1:]
     moments = [scene.substep * int(block.split("\n", 1)[0]) for block in blocks]
     local = [np.array(block.split("omegaz", 1)[1].split(), float).reshape(-1, 9) for block in blocks]

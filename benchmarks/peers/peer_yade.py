@@ -20,7 +20,8 @@ class Yade:
     """Environment of its process."""
     name: str = "YADE Debian, ViscElMat"
     note: str = (
-        "version 2023.02; no rolling resistance, tension cut; the chamber is a mesh that nutates, and a sphere at an edge between two"
+        "version 2023.02; no rolling resistance, tension cut; the chamber is a mesh that nutates, "
+        "and a sphere at an edge between two"
         " facets touches both"
     )
     pace: float = 6000.0
@@ -35,15 +36,25 @@ class Yade:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             np.save(folder / "particles.npy", scene.particles)
-            corners = chamber_triangles(scene.bore, scene.floor, scene.ceiling) @ scene.attitude(scene.angle).T
+            corners = (
+                chamber_triangles(scene.bore, scene.floor, scene.ceiling) @ scene.attitude(scene.angle).T
+            )
             np.save(folder / "triangles.npy", corners)
             (folder / "given").write_text(json.dumps(numbers(scene, job)))
             call = ["yade", "-n", "-x", f"-j{job.threads}", str(Path(__file__).with_name("inside_yade.py"))]
             said = subprocess.run(
-                call, cwd=folder, env=self.environment, capture_output=True, text=True, timeout=job.patience, stdin=subprocess.DEVNULL
+                call,
+                cwd=folder,
+                env=self.environment,
+                capture_output=True,
+                text=True,
+                timeout=job.patience,
+                stdin=subprocess.DEVNULL,
             )
             if not (folder / "told.npz").is_file():
-                raise subprocess.CalledProcessError(said.returncode, call, said.stdout, said.stdout[-2000:] + said.stderr)
+                raise subprocess.CalledProcessError(
+                    said.returncode, call, said.stdout, said.stdout[-2000:] + said.stderr
+                )
             told = np.load(folder / "told.npz")
             time = 1e9 * float(told["seconds"]) / job.pieces / job.steps / scene.n
             record = None
@@ -54,12 +65,21 @@ class Yade:
 
 
 def numbers(scene: Scene, job: Job) -> dict:
-    """The scene and the job as plain numbers; YADE puts the springs, and the dashpots, of two bodies in series."""
+    """The scene and the job as plain numbers; YADE puts the springs, and the dashpots, of two bodies in
+    series.
+    """
     of_pair, of_wall = (
-        {"kn": law.stiffness, "ks": law.tangential, "cn": law.damping_rate * law.reduced_mass} for law in (scene.pair, scene.wall)
+        {"kn": law.stiffness, "ks": law.tangential, "cn": law.damping_rate * law.reduced_mass}
+        for law in (scene.pair, scene.wall)
     )
     sphere = {name: 2 * value for name, value in of_pair.items()}
     plate = {name: own * of_wall[name] / (own - of_wall[name]) for name, own in sphere.items()}
-    given = {part: getattr(scene, part) for part in ("angle", "speed", "tilt", "gravity", "density", "diameter", "substep")}
+    given = {
+        part: getattr(scene, part)
+        for part in ("angle", "speed", "tilt", "gravity", "density", "diameter", "substep")
+    }
     given |= {"before": job.before, "steps": job.steps, "pieces": job.pieces, "sample": job.sample}
-    return given | {"sphere": sphere | {"friction": scene.pair.sliding}, "plate": plate | {"friction": scene.wall.sliding}}
+    return given | {
+        "sphere": sphere | {"friction": scene.pair.sliding},
+        "plate": plate | {"friction": scene.wall.sliding},
+    }

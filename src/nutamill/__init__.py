@@ -4,7 +4,8 @@
     case = nm.load_case("numill").with_(drive__speed="500 rpm")
     result = nm.run(case, to="first.h5")
 
-The names below are loaded when they are first used: to read a result needs no compiler, and ``--help`` no NumPy.
+The names below are loaded when they are first used: to read a result needs no compiler, and ``--help`` no
+NumPy.
 """
 
 import importlib

@@ -1,4 +1,6 @@
-"""Processes that the package starts: they load nothing from the working folder, and none outlives its parent."""
+"""Processes that the package starts: they load nothing from the working folder, and none outlives its
+parent.
+"""
 
 import os
 import pathlib
@@ -62,7 +64,10 @@ def test_every_child_is_started_without_the_working_folder_on_its_path():
 def test_a_module_beside_the_cases_is_not_run_in_a_child(tmp_path, monkeypatch):
     (tmp_path / "numpy.py").write_text("open('taken', 'w')", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    program = "import numpy; from nutamill.base.child import task_of_parent; open(task_of_parent(), 'w').write(numpy.__version__)"
+    program = (
+        "import numpy; from nutamill.base.child import task_of_parent; open(task_of_parent(), "
+        "'w').write(numpy.__version__)"
+    )
     child = start_child(program, "told")
     with child.stdin:
         assert child.wait(PATIENCE) == 0
@@ -74,7 +79,10 @@ def test_a_module_beside_the_cases_is_not_run_in_a_child(tmp_path, monkeypatch):
 @pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
 def test_a_child_ends_with_its_parent(tmp_path, end):
     task = str(tmp_path / "number")
-    program = f"import time; from nutamill.base.child import start_child; start_child({SLEEPER!r}, {task!r}); time.sleep(600)"
+    program = (
+        f"import time; from nutamill.base.child import start_child; start_child({SLEEPER!r}, "
+        f"{task!r}); time.sleep(600)"
+    )
     parent = subprocess.Popen([sys.executable, "-c", program])
     try:
         assert until(lambda: number_in(tmp_path / "number"))

@@ -75,11 +75,15 @@ def foreign(path):
     """Return what a file imports although its room may not."""
     here = room(path)
     assert here in FLOOR, f"{named(path)}: give {here} a place in LEFT_TO_RIGHT"
-    taken = {name for name in imports(path) if name.startswith("nutamill.") and name != "nutamill.__version__"}
+    taken = {
+        name for name in imports(path) if name.startswith("nutamill.") and name != "nutamill.__version__"
+    }
     rooms = {name: name.split(".")[1] for name in taken}
     bad = {name for name, there in rooms.items() if there != here and FLOOR[there] >= FLOOR[here]}
     if here == "case":
-        bad |= {n for n, there in rooms.items() if there == "charge" and not n.startswith(CASE_TAKES_FROM_CHARGE)}
+        bad |= {
+            n for n, there in rooms.items() if there == "charge" and not n.startswith(CASE_TAKES_FROM_CHARGE)
+        }
     return bad
 
 

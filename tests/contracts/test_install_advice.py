@@ -1,4 +1,6 @@
-"""What the README, the documentation and the messages advise a user to install can be installed from a clone."""
+"""What the README, the documentation and the messages advise a user to install can be installed from a
+clone.
+"""
 
 import re
 import tomllib
@@ -13,7 +15,9 @@ TEXTS = [
     *(ROOT / "src").rglob("*.py"),
     *(ROOT / "examples").rglob("*.py"),
 ]
-EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
+    "optional-dependencies"
+]
 ASKED = re.compile(r"""(?:pip install [^\n]*?\.\[|missing_extra\([^\n]*, ")([a-z, ]+)(?:\]|"\))""")
 
 
@@ -22,12 +26,23 @@ def blocks(text):
 
 
 def test_nobody_is_sent_to_an_index_that_does_not_have_the_package():
-    assert [path.name for path in TEXTS if re.search(r"pip install [\"']?nutamill", path.read_text(encoding="utf-8"))] == []
-    assert str(missing_extra("a film", "ffmpeg", "view")).endswith('Type in your clone of the nutamill repository: pip install ".[view]"')
+    assert [
+        path.name
+        for path in TEXTS
+        if re.search(r"pip install [\"']?nutamill", path.read_text(encoding="utf-8"))
+    ] == []
+    assert str(missing_extra("a film", "ffmpeg", "view")).endswith(
+        'Type in your clone of the nutamill repository: pip install ".[view]"'
+    )
 
 
 def test_every_extra_that_is_advised_exists():
-    advised = {extra.strip() for path in TEXTS for found in ASKED.findall(path.read_text(encoding="utf-8")) for extra in found.split(",")}
+    advised = {
+        extra.strip()
+        for path in TEXTS
+        for found in ASKED.findall(path.read_text(encoding="utf-8"))
+        for extra in found.split(",")
+    }
     assert {"view", "mesh", "life", "daq", "cluster", "dev"} <= advised <= set(EXTRAS)
 
 
@@ -36,9 +51,17 @@ def test_the_readme_names_every_extra():
     assert named == set(EXTRAS)
 
 
-def test_the_first_commands_of_the_readme_activate_the_environment_that_they_make_before_they_use_the_package():
-    commands = [line.split("#")[0].strip() for line in blocks((ROOT / "README.md").read_text(encoding="utf-8"))[0].splitlines()]
-    assert commands == ["python3 -m venv .venv", ". .venv/bin/activate", "pip install .", "nutamill run numill"]
+def test_the_first_commands_of_the_readme_activate_the_environment_before_they_use_the_package():
+    commands = [
+        line.split("#")[0].strip()
+        for line in blocks((ROOT / "README.md").read_text(encoding="utf-8"))[0].splitlines()
+    ]
+    assert commands == [
+        "python3 -m venv .venv",
+        ". .venv/bin/activate",
+        "pip install .",
+        "nutamill run numill",
+    ]
 
 
 def test_the_readme_and_the_continuous_integration_run_the_same_test_command():

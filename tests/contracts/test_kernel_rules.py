@@ -30,7 +30,9 @@ def decorators(function):
 
 
 def functions(path):
-    return [node for node in ast.walk(tree(path)) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
+    return [
+        node for node in ast.walk(tree(path)) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
+    ]
 
 
 def kernels(path):
@@ -54,15 +56,23 @@ def test_a_kernel_has_plain_arguments_and_raises_nothing(path):
     for function in kernels(path):
         arguments = function.args
         assert not arguments.defaults, f"{function.name}: no defaults"
-        assert not arguments.kwonlyargs and not arguments.vararg and not arguments.kwarg, f"{function.name}: plain arguments only"
-        assert not [node for node in ast.walk(function) if isinstance(node, ast.Raise)], f"{function.name}: return a status"
+        assert not arguments.kwonlyargs and not arguments.vararg and not arguments.kwarg, (
+            f"{function.name}: plain arguments only"
+        )
+        assert not [node for node in ast.walk(function) if isinstance(node, ast.Raise)], (
+            f"{function.name}: return a status"
+        )
 
 
 @pytest.mark.parametrize("path", FILES, ids=named)
 def test_every_public_thing_says_what_it_is(path):
     body = tree(path)
     assert ast.get_docstring(body) or not body.body, "the file says what it is for"
-    public = [node for node in body.body if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not node.name.startswith("_")]
+    public = [
+        node
+        for node in body.body
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not node.name.startswith("_")
+    ]
     inner = [
         node
         for outer in public
@@ -78,17 +88,27 @@ def test_every_field_of_a_struct_is_explained_below_it(path):
     for struct in structs(path):
         for field, below in zip(struct.body, [*struct.body[1:], None], strict=True):
             if isinstance(field, ast.AnnAssign):
-                explained = isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant) and isinstance(below.value.value, str)
+                explained = (
+                    isinstance(below, ast.Expr)
+                    and isinstance(below.value, ast.Constant)
+                    and isinstance(below.value.value, str)
+                )
                 assert explained, f"{struct.name}.{field.target.id}"
 
 
 def test_structs_are_small_and_their_names_unique():
     # two struct classes of one name make a compiled call about two hundred times dearer
-    found = [(struct.name, sum(isinstance(field, ast.AnnAssign) for field in struct.body)) for path in FILES for struct in structs(path)]
+    found = [
+        (struct.name, sum(isinstance(field, ast.AnnAssign) for field in struct.body))
+        for path in FILES
+        for struct in structs(path)
+    ]
     assert not [name for name, fields in found if fields > MOST_FIELDS]
     assert not [name for name, times in collections.Counter(name for name, _ in found).items() if times > 1]
 
 
 @pytest.mark.parametrize("path", FILES, ids=named)
 def test_nothing_is_left_to_do(path):
-    assert not re.findall(r"\b(?:TODO|FIXME|XXX|HACK|NotImplementedError)\b", path.read_text(encoding="utf-8"))
+    assert not re.findall(
+        r"\b(?:TODO|FIXME|XXX|HACK|NotImplementedError)\b", path.read_text(encoding="utf-8")
+    )

@@ -13,7 +13,9 @@ import pytest
 from nutamill.base.errors import ResultError
 from nutamill.result import Recorder, open_result
 
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="kill signals and file size limits are those of POSIX systems")
+pytestmark = pytest.mark.skipif(
+    os.name != "posix", reason="kill signals and file size limits are those of POSIX systems"
+)
 
 WRITER = """
 import sys
@@ -84,7 +86,9 @@ def test_killed_writer_leaves_a_readable_file(tmp_path):
 
 
 def test_full_disk_leaves_the_earlier_file_and_the_samples_can_still_be_saved(tmp_path):
-    done = subprocess.run([sys.executable, "-c", LIMITED, str(tmp_path / "a.h5")], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", LIMITED, str(tmp_path / "a.h5")], capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     message, before, after = done.stdout.splitlines()
     assert f"{tmp_path / 'a.h5'}: saving needs" in message
@@ -96,7 +100,9 @@ def test_full_disk_leaves_the_earlier_file_and_the_samples_can_still_be_saved(tm
 def test_commit_is_not_begun_when_the_disk_has_too_little_room(tmp_path, monkeypatch):
     recorder = Recorder.create(tmp_path / "a.h5", "", {}, ["time"], 1.0)
     recorder.append(np.ones((3, 1)))
-    monkeypatch.setattr("nutamill.base.atomic_file.shutil.disk_usage", lambda folder: type("Usage", (), {"free": 12345})())
+    monkeypatch.setattr(
+        "nutamill.base.atomic_file.shutil.disk_usage", lambda folder: type("Usage", (), {"free": 12345})()
+    )
     with pytest.raises(ResultError, match=r"a\.h5: saving needs \S+ MB, 0\.0 MB are free"):
         recorder.commit(force=True)
     monkeypatch.undo()

@@ -1,4 +1,6 @@
-"""A kernel has the same bits in the process that compiles it as in all that load it, whatever else they have loaded."""
+"""A kernel has the same bits in the process that compiles it as in all that load it, whatever else they have
+loaded.
+"""
 
 import os
 import subprocess
@@ -30,7 +32,9 @@ def batch(a, b, k):
         t0, t1, t2 = b[i] - vn * n0, b[LANES + i] - vn * n1, b[2 * LANES + i] - vn * n2
         t = math.sqrt(t0 * t0 + t1 * t1 + t2 * t2)
         share = f * np.float32(0.1) / t if t * k > f else k
-        a[3 * LANES + i], a[4 * LANES + i], a[5 * LANES + i] = f * n0 - share * t0, f * n1 - share * t1, f * n2 - share * t2
+        a[3 * LANES + i] = f * n0 - share * t0
+        a[4 * LANES + i] = f * n1 - share * t1
+        a[5 * LANES + i] = f * n2 - share * t2
         total += f * vn + share * t * t
     return total
 

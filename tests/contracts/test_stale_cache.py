@@ -1,4 +1,6 @@
-"""No compiled function outlives the source that it was made of, and none is thrown away for a change of words."""
+"""No compiled function outlives the source that it was made of, and none is thrown away for a change of
+words.
+"""
 
 import ast
 import os
@@ -23,7 +25,9 @@ numbers = np.array([1e-4, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0.0])
 energy = stored_energy(STANDARD_LAW, numbers, np.zeros(8), 1.0, 1e-3, 0.01, 0.01, 0.005)
 print(energy[0], sum(stored_energy.stats.cache_hits.values()))
 """
-"""Prints the normal energy of a linear spring of 1e4 N/m at an overlap of 1 mm [J], and how often it came from the cache."""
+"""Prints the normal energy of a linear spring of 1e4 N/m at an overlap of 1 mm [J], and how often it came
+from the cache.
+"""
 
 
 @pytest.fixture
@@ -35,7 +39,11 @@ def copied(tmp_path):
     def energy():
         surroundings = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
         printed = subprocess.run(
-            [sys.executable, "-c", ENERGY_OF_A_CONTACT], env=surroundings, capture_output=True, text=True, check=True
+            [sys.executable, "-c", ENERGY_OF_A_CONTACT],
+            env=surroundings,
+            capture_output=True,
+            text=True,
+            check=True,
         ).stdout.split()
         return float(printed[0]), int(printed[1])
 
@@ -119,7 +127,11 @@ def digest(tmp_path, monkeypatch):
         ("structs.py", "a: int", "b: int"),
         ("structs.py", "WIDTH = 3", "WIDTH = 4"),
         ("base/kernel.py", "return function", "return fast(function)"),
-        ("room/new.py", "", "from nutamill.base.kernel import kernel\n@kernel\ndef double(x):\n    return 2 * x\n"),
+        (
+            "room/new.py",
+            "",
+            "from nutamill.base.kernel import kernel\n@kernel\ndef double(x):\n    return 2 * x\n",
+        ),
         ("room/new.py", "", "import numba\n\ndef made(f):\n    return numba.njit(f)\n"),
     ],
 )
@@ -144,9 +156,14 @@ def test_what_no_kernel_is_made_of_does_not_count(digest, path, before, now):
 
 @pytest.fixture(scope="module")
 def counted():
-    """File and name of every function and class that counts, and the files that have something that counts."""
+    """File and name of every function and class that counts, and the files that have something that
+    counts.
+    """
     places = source_code.reached(source_code.compiled_definitions())
-    names = {(path, getattr(source_code.source_file(path).definitions[number], "name", "")) for path, number in places}
+    names = {
+        (path, getattr(source_code.source_file(path).definitions[number], "name", ""))
+        for path, number in places
+    }
     return names, {path for path, _ in names}
 
 
@@ -155,7 +172,12 @@ def test_every_function_under_a_compiling_decorator_counts(counted):
     found = 0
     for source in PACKAGE.rglob("*.py"):
         for node in ast.parse(source.read_bytes()).body:
-            words = {word.id for item in getattr(node, "decorator_list", []) for word in ast.walk(item) if isinstance(word, ast.Name)}
+            words = {
+                word.id
+                for item in getattr(node, "decorator_list", [])
+                for word in ast.walk(item)
+                if isinstance(word, ast.Name)
+            }
             if words & {"kernel", "overload", "intrinsic"}:
                 found += 1
                 assert (source.relative_to(PACKAGE).as_posix(), node.name) in names
@@ -174,8 +196,18 @@ def test_every_struct_that_a_kernel_is_given_counts(counted):
     names, _ = counted
     charge = ball(law_names(STANDARD_LAW), started=False)
     survey = statistics_plan(*charge[:2], STEP)
-    mechanism = assemble([Body("shaft", 1.0, [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]], (0.0, 0.0, 0.0))], [], [])
-    waiting = [*charge, *mechanism, survey, charge_statistics(survey, charge[2]), charge_reading(), plan(), coupling_state(1)]
+    mechanism = assemble(
+        [Body("shaft", 1.0, [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]], (0.0, 0.0, 0.0))], [], []
+    )
+    waiting = [
+        *charge,
+        *mechanism,
+        survey,
+        charge_statistics(survey, charge[2]),
+        charge_reading(),
+        plan(),
+        coupling_state(1),
+    ]
     found = set()
     while waiting:
         item = waiting.pop()
@@ -184,7 +216,10 @@ def test_every_struct_that_a_kernel_is_given_counts(counted):
             waiting += item
     assert len(found) > 15
     for struct in found:
-        assert (struct.__module__.removeprefix("nutamill.").replace(".", "/") + ".py", struct.__name__) in names
+        assert (
+            struct.__module__.removeprefix("nutamill.").replace(".", "/") + ".py",
+            struct.__name__,
+        ) in names
 
 
 def test_every_number_in_the_source_of_a_kernel_comes_from_a_file_that_counts(counted):
@@ -192,7 +227,10 @@ def test_every_number_in_the_source_of_a_kernel_comes_from_a_file_that_counts(co
 
     _, files = counted
     modules = {name: module for name, module in list(sys.modules.items()) if name.startswith("nutamill.")}
-    paths = {name: pathlib.Path(module.__file__).relative_to(PACKAGE).as_posix() for name, module in modules.items()}
+    paths = {
+        name: pathlib.Path(module.__file__).relative_to(PACKAGE).as_posix()
+        for name, module in modules.items()
+    }
     homes = {}
     for module, path in paths.items():
         for node in ast.parse((PACKAGE / path).read_bytes()).body:
@@ -203,7 +241,10 @@ def test_every_number_in_the_source_of_a_kernel_comes_from_a_file_that_counts(co
         (name, id(plain.__globals__[name]), paths[plain.__module__])
         for module in modules.values()
         for plain in [value.py_func for value in vars(module).values() if hasattr(value, "py_func")]
-        for code in [plain.__code__, *(part for part in plain.__code__.co_consts if isinstance(part, types.CodeType))]
+        for code in [
+            plain.__code__,
+            *(part for part in plain.__code__.co_consts if isinstance(part, types.CodeType)),
+        ]
         for name in code.co_names
         if name in plain.__globals__
     }

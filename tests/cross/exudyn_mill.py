@@ -1,6 +1,7 @@
 """A mill in Exudyn, body by body and joint by joint from the same descriptions, and its readings over time.
 
-Gerstmayr, Multibody System Dynamics 60, 321-348, 2024 (Exudyn): index-3 constraints, generalized-alpha method.
+Gerstmayr, Multibody System Dynamics 60, 321-348, 2024 (Exudyn): index-3 constraints, generalized-alpha
+method.
 """
 
 import exudyn
@@ -31,8 +32,9 @@ def exudyn_mill(mill, first, drive_angle, step, steps, every):
 
     Returns
     -------
-    readings : minus the force of each joint on its body b (n_rows, 3), in axes of its body a; "torque" (n_rows,) on the driven joint;
-        position of each body ("body ..."), (n_rows, 3), world; "time" (n_rows,)
+    readings : minus the force of each joint on its body b (n_rows, 3), in axes of its body a; "torque"
+        (n_rows,) on the driven joint; position of each body ("body ..."), (n_rows, 3), world; "time"
+        (n_rows,)
     """
     container = exudyn.SystemContainer()
     system = container.AddSystem()
@@ -53,7 +55,9 @@ def exudyn_mill(mill, first, drive_angle, step, steps, every):
         """A marker at a world point as assembled, and the turn from the body's axes to `axes`."""
         place, attitude = as_built[name]
         local = attitude.T @ (np.asarray(point) - place)
-        return system.AddMarker(items.MarkerBodyRigid(bodyNumber=number[name], localPosition=local.tolist())), attitude.T @ axes
+        return system.AddMarker(
+            items.MarkerBodyRigid(bodyNumber=number[name], localPosition=local.tolist())
+        ), attitude.T @ axes
 
     driven, sensors, frames = mill.drives[0].joint, {}, {}
     for joint in mill.joints:
@@ -63,18 +67,38 @@ def exudyn_mill(mill, first, drive_angle, step, steps, every):
         held, moved, frames[joint.name] = HELD[joint.kind], {}, turn_one
         if joint.name == driven:
             held = [1] * 6
-            moved["offsetUserFunction"] = lambda _system, t, _item, _parameters: [0, 0, 0, 0, 0, drive_angle(t)[0]]
-            moved["offsetUserFunction_t"] = lambda _system, t, _item, _parameters: [0, 0, 0, 0, 0, drive_angle(t)[1]]
+            moved["offsetUserFunction"] = lambda _system, t, _item, _parameters: [
+                0,
+                0,
+                0,
+                0,
+                0,
+                drive_angle(t)[0],
+            ]
+            moved["offsetUserFunction_t"] = lambda _system, t, _item, _parameters: [
+                0,
+                0,
+                0,
+                0,
+                0,
+                drive_angle(t)[1],
+            ]
         built = system.AddObject(
             items.ObjectJointGeneric(
-                markerNumbers=[one, two], constrainedAxes=held, rotationMarker0=turn_one, rotationMarker1=turn_two, **moved
+                markerNumbers=[one, two],
+                constrainedAxes=held,
+                rotationMarker0=turn_one,
+                rotationMarker1=turn_two,
+                **moved,
             )
         )
         kinds = {joint.name: exudyn.OutputVariableType.ForceLocal}
         if joint.name == driven:
             kinds["torque"] = exudyn.OutputVariableType.TorqueLocal
         for name, kind in kinds.items():
-            sensors[name] = system.AddSensor(items.SensorObject(objectNumber=built, outputVariableType=kind, storeInternal=True))
+            sensors[name] = system.AddSensor(
+                items.SensorObject(objectNumber=built, outputVariableType=kind, storeInternal=True)
+            )
     for bushing in mill.bushings:
         axes = frame_along(bushing.axis)
         one, turn_one = marker(bushing.body_a, bushing.point, axes)
@@ -82,12 +106,20 @@ def exudyn_mill(mill, first, drive_angle, step, steps, every):
         k, c = ([r[0], r[0], r[1], r[2], r[2], r[3]] for r in (bushing.stiffness, bushing.damping))
         system.AddObject(
             items.ObjectConnectorRigidBodySpringDamper(
-                markerNumbers=[one, two], stiffness=np.diag(k), damping=np.diag(c), rotationMarker0=turn_one, rotationMarker1=turn_two
+                markerNumbers=[one, two],
+                stiffness=np.diag(k),
+                damping=np.diag(c),
+                rotationMarker0=turn_one,
+                rotationMarker1=turn_two,
             )
         )
     for body in mill.bodies:
         sensors[f"body {body.name}"] = system.AddSensor(
-            items.SensorBody(bodyNumber=number[body.name], outputVariableType=exudyn.OutputVariableType.Position, storeInternal=True)
+            items.SensorBody(
+                bodyNumber=number[body.name],
+                outputVariableType=exudyn.OutputVariableType.Position,
+                storeInternal=True,
+            )
         )
     system.Assemble()
     settings = exudyn.SimulationSettings()
@@ -105,5 +137,7 @@ def exudyn_mill(mill, first, drive_angle, step, steps, every):
     system.SolveDynamic(settings)
     stored = {name: system.GetSensorStoredData(sensor) for name, sensor in sensors.items()}
     time = next(iter(stored.values()))[:, 0]
-    readings = {name: rows[:, 1:] @ frames[name].T if name in frames else rows[:, 1:] for name, rows in stored.items()}
+    readings = {
+        name: rows[:, 1:] @ frames[name].T if name in frames else rows[:, 1:] for name, rows in stored.items()
+    }
     return readings | {"torque": stored["torque"][:, 3], "time": time}

@@ -16,9 +16,13 @@ RATE = 1000.0
 
 
 def tilted(crank_angle):
-    """Attitude (w, x, y, z) of a chamber whose lower end is swung towards the crank and that does not spin."""
+    """Attitude (w, x, y, z) of a chamber whose lower end is swung towards the crank and that does not
+    spin.
+    """
     half = -0.5 * TILT
-    return np.array([math.cos(half), -math.sin(crank_angle) * math.sin(half), math.cos(crank_angle) * math.sin(half), 0.0])
+    return np.array(
+        [math.cos(half), -math.sin(crank_angle) * math.sin(half), math.cos(crank_angle) * math.sin(half), 0.0]
+    )
 
 
 def turned(crank_angle):
@@ -32,7 +36,9 @@ def matrix(q):
 
 
 def write_film(path, snapshots=20, pellets=300, seed=1, changes=(), shakes=True, seconds=0.5):
-    """Write a result of half a second at 60 rad/s with the last moments filmed at 200 Hz; `changes` of the case are in its text only."""
+    """Write a result of half a second at 60 rad/s with the last moments filmed at 200 Hz; `changes` of the
+    case are in its text only.
+    """
     case = load_case("numill", ["mechanism.mounting=rigid", *changes])
     names = expand(sensors=("frame_corner",))
     time = np.arange(round(seconds * RATE) + 1) / RATE
@@ -62,14 +68,23 @@ def write_film(path, snapshots=20, pellets=300, seed=1, changes=(), shakes=True,
         crank = SPEED * at
         chamber = tilted(crank)
         azimuth = crank - 0.7 + around
-        own = np.column_stack([(0.066 - inwards) * np.cos(azimuth), (0.066 - inwards) * np.sin(azimuth), up - 0.350])
+        own = np.column_stack(
+            [(0.066 - inwards) * np.cos(azimuth), (0.066 - inwards) * np.sin(azimuth), up - 0.350]
+        )
         places = own @ matrix(chamber).T
-        attitudes = {"chamber": chamber, "driveshaft": turned(crank), "carriage": turned(crank), "intermediate_shaft": turned(crank)}
+        attitudes = {
+            "chamber": chamber,
+            "driveshaft": turned(crank),
+            "carriage": turned(crank),
+            "intermediate_shaft": turned(crank),
+        }
         recorder.snapshot(
             at,
             {
                 "positions": places.astype(np.float32),
-                "velocities": (SPEED * np.column_stack([-places[:, 1], places[:, 0], 0 * up])).astype(np.float32),
+                "velocities": (SPEED * np.column_stack([-places[:, 1], places[:, 0], 0 * up])).astype(
+                    np.float32
+                ),
                 "radii": np.full(pellets, 0.0025, np.float32),
                 "chamber_floor": matrix(chamber) @ [0.0, 0.0, -0.350],
                 "chamber_attitude": chamber,

@@ -14,7 +14,9 @@ SPEED = 2.0 * math.pi * 10.0  # ten turns a second
 
 
 def record(path, end: float, ramp: float = 1.0, **series):
-    """A result with a ramp of `ramp` seconds to ten turns a second; `series` are functions of time and crank angle."""
+    """A result with a ramp of `ramp` seconds to ten turns a second; `series` are functions of time and crank
+    angle.
+    """
     time = np.arange(round(end * RATE) + 1) / RATE
     speed = SPEED * np.minimum(time / ramp, 1.0) if ramp else np.full_like(time, SPEED)
     angle = SPEED * (np.where(time < ramp, 0.5 * time**2 / ramp, time - 0.5 * ramp) if ramp else time)
@@ -33,9 +35,12 @@ def test_ramp_ends_where_the_speed_is_reached(tmp_path):
 
 
 def test_mean_over_whole_turns_leaves_no_part_of_the_ripple(tmp_path):
-    # 0.987 s hold 9.87 turns.  Trapezoids over whole turns are exact for a sine but for the two broken samples at the turn
+    # 0.987 s hold 9.87 turns. Trapezoids over whole turns are exact for a sine but for the two broken samples
+    # at the turn
     # that begins between samples: below ripple x (phase step)^2 / turns = 50 (2 pi / 100)^2 / 9 = 0.022.
-    result = record(tmp_path / "a.h5", 4.0037, crank_pin_force_resultant=lambda t, a: 700.0 + 50.0 * np.sin(a))
+    result = record(
+        tmp_path / "a.h5", 4.0037, crank_pin_force_resultant=lambda t, a: 700.0 + 50.0 * np.sin(a)
+    )
     steady = steady_window(result, last=0.987)
     force = steady.values["crank_pin_force_resultant"]
     assert len(steady.turns) == 10
@@ -57,10 +62,16 @@ def test_window_is_cut_where_the_speed_still_changed(tmp_path):
 
 
 def test_interval_is_that_of_student_for_the_scatter_of_the_turns(tmp_path):
-    # 20 turns, each with its own constant level: ten batches of two.  Levels jump between two samples, so that a trapezoid
+    # 20 turns, each with its own constant level: ten batches of two. Levels jump between two samples, so that
+    # a trapezoid
     # smears a jump over one sample of a hundred: 1 % of a jump at most.
     levels = np.random.default_rng(5).normal(10.0, 1.0, 100)
-    result = record(tmp_path / "a.h5", 2.0, ramp=0.0, driveshaft_torque=lambda t, a: levels[(a / math.tau + 1e-9).astype(int)])
+    result = record(
+        tmp_path / "a.h5",
+        2.0,
+        ramp=0.0,
+        driveshaft_torque=lambda t, a: levels[(a / math.tau + 1e-9).astype(int)],
+    )
     found = steady_window(result, last=2.0).values["driveshaft_torque"]
     batches = levels[:20].reshape(10, 2).mean(axis=1)
     student = 2.262157  # two-sided 95 %, 9 degrees of freedom (tables)
@@ -102,7 +113,8 @@ def test_power_is_split_as_the_ledger_says(tmp_path):
 
 
 def test_few_turns_give_one_plain_mean_and_no_interval(tmp_path):
-    # three turns at speed whose force rises: an interval from three numbers would say nothing, two different means would puzzle
+    # three turns at speed whose force rises: an interval from three numbers would say nothing, two different
+    # means would puzzle
     series = {
         "crank_pin_force_resultant": lambda t, a: 800.0 + 100.0 * t,
         "driveshaft_torque": lambda t, a: 9.0 + 0.0 * t,

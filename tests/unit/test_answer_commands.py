@@ -1,4 +1,6 @@
-"""Commands that answer a designer: a table with its units, a picture, and clear words for what cannot be answered."""
+"""Commands that answer a designer: a table with its units, a picture, and clear words for what cannot be
+answered.
+"""
 
 from pathlib import Path
 
@@ -22,7 +24,9 @@ dynamic_rating = "22 kN"
 def folder(tmp_path_factory):
     """The empty NuMill of 2025, 0.6 s from rest to 700 rpm and on."""
     place = tmp_path_factory.mktemp("answers")
-    case = load_case("numill-2025", ["charge.kind=none", "drive.speed=700 rpm", "drive.ramp=7000 rpm/s", "run.until=0.6 s"])
+    case = load_case(
+        "numill-2025", ["charge.kind=none", "drive.speed=700 rpm", "drive.ramp=7000 rpm/s", "run.until=0.6 s"]
+    )
     march.run(case, place / "empty.h5").close()
     (place / "ratings.toml").write_text(RATINGS)
     return place
@@ -41,7 +45,10 @@ def invoke(folder, monkeypatch):
         (("orders", "empty.h5"), "crank-pin force (N)"),
         (("loads", "empty.h5", "--axes", "crank"), "joint reactions on the second body, crank axes (N, N m)"),
         (("loads", "empty.h5"), "rod forces (N), positive in tension"),
-        (("mounts", "empty.h5", "--ring", "80 mm", "330 mm", "--opening", "125 mm"), "clearance: 10.5 mm left"),
+        (
+            ("mounts", "empty.h5", "--ring", "80 mm", "330 mm", "--opening", "125 mm"),
+            "clearance: 10.5 mm left",
+        ),
         (("life", "empty.h5", "ratings.toml"), "L10 (h)"),
         (("modes", "numill-2025"), "torsion of the drive train"),
     ],
@@ -58,8 +65,14 @@ def test_answer_prints_its_table_and_saves_a_picture(invoke, folder, words, said
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("loads", "empty.h5", "--axes", "moon"), "axes moon: must be axes of the mill, Known are ground, frame, crank, chamber"),
-        (("life", "empty.h5", "ratings.toml", "--bearing", "yoke_pivot"), "bearing yoke_pivot: must have a rating, the file has none"),
+        (
+            ("loads", "empty.h5", "--axes", "moon"),
+            "axes moon: must be axes of the mill, Known are ground, frame, crank, chamber",
+        ),
+        (
+            ("life", "empty.h5", "ratings.toml", "--bearing", "yoke_pivot"),
+            "bearing yoke_pivot: must have a rating, the file has none",
+        ),
         (("orders", "empty.h5", "--sensor", "mount_1_travel_x"), "mount_1_travel_x: must be recorded"),
         (("modes", "numill", "--speed", "700"), "--speed: needs a unit"),
         (("balance", "numill", "--plane", "80 mm"), "--plane: must be a radius and a depth"),
@@ -69,7 +82,9 @@ def test_answer_prints_its_table_and_saves_a_picture(invoke, folder, words, said
 )
 def test_question_without_an_answer_is_refused(invoke, words, said):
     told = invoke(*words)
-    assert told.exit_code == 2 and said.replace(", Known", ". Known") in told.stderr.replace(", Known", ". Known")
+    assert told.exit_code == 2 and said.replace(", Known", ". Known") in told.stderr.replace(
+        ", Known", ". Known"
+    )
 
 
 def test_modes_of_a_mechanism_of_listed_parts(invoke, folder):
@@ -89,17 +104,27 @@ def test_mechanism_of_listed_parts_is_no_mill(invoke, folder):
     assert told.exit_code == 2 and "must be a mill, it lists the parts of a mechanism" in told.stderr
     march.run(load_case(crank, ["run.until=5 ms"]), folder / "crank.h5").close()
     told = invoke("loads", "crank.h5")
-    assert told.exit_code == 2 and "crank.h5: must be the run of a mill with its joint reactions" in told.stderr
+    assert (
+        told.exit_code == 2 and "crank.h5: must be the run of a mill with its joint reactions" in told.stderr
+    )
 
 
 def test_picture_of_a_changed_case_or_of_another_option_leaves_the_earlier_one(invoke, folder):
     pendulum, changes = str(MECHANISMS / "pendulum.toml"), ["bodies.bob.mass=7 kg"]
-    for words in (("modes", pendulum), ("modes", pendulum, "-s", changes[0]), *(("orders", "empty.h5", "--sensor", s) for s in SENSORS)):
+    for words in (
+        ("modes", pendulum),
+        ("modes", pendulum, "-s", changes[0]),
+        *(("orders", "empty.h5", "--sensor", s) for s in SENSORS),
+    ):
         told = invoke(*words)
         assert told.exit_code == 0, told.output
     cases = load_case(pendulum), load_case(pendulum, changes)
-    assert {file.name for file in (folder / "results").iterdir()} == {f"{case.result_file.stem}-modes.png" for case in cases}
-    assert {file.name for file in folder.glob("empty-orders-*.png")} == {f"empty-orders-{sensor}.png" for sensor in SENSORS}
+    assert {file.name for file in (folder / "results").iterdir()} == {
+        f"{case.result_file.stem}-modes.png" for case in cases
+    }
+    assert {file.name for file in folder.glob("empty-orders-*.png")} == {
+        f"empty-orders-{sensor}.png" for sensor in SENSORS
+    }
 
 
 SENSORS = ("driveshaft_torque", "crank_pin_force_resultant")

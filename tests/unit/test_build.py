@@ -30,7 +30,9 @@ def mill(*overrides):
 
 
 def layer(case):
-    """Pellets 5.5 mm apart on the chamber's floor, rows of ten, layer on layer, in chamber axes from the nutation point."""
+    """Pellets 5.5 mm apart on the chamber's floor, rows of ten, layer on layer, in chamber axes from the
+    nutation point.
+    """
     rows = np.arange(10) * 0.0055 - 0.02475
     heights = -0.3475 + 0.0055 * np.arange(20)
     places = np.stack(np.meshgrid(heights, rows, rows, indexing="ij"), axis=-1).reshape(-1, 3)[:, [1, 2, 0]]
@@ -60,11 +62,14 @@ def test_bed_that_reaches_through_the_chamber_is_refused_by_surface_and_pellet()
         build(case, bed)
     said = {fault.where: fault.what for fault in refused.value.faults}
     assert set(said) == {'surface "floor"', 'surface "bore"'}
-    assert said['surface "floor"'].endswith("behind it: 5") and said['surface "bore"'].endswith("behind it: 6")
+    assert said['surface "floor"'].endswith("behind it: 5") and said['surface "bore"'].endswith(
+        "behind it: 6"
+    )
 
 
 def test_substep_too_long_for_the_contacts_is_refused_with_what_would_do():
-    # steel on steel: k = 1e-3 x 200 GPa x 5 mm / 2 = 5e5 N/m, half a pellet's mass 2.57e-4 kg: contact pi sqrt(m/k)/sqrt(1 - z^2)
+    # steel on steel: k = 1e-3 x 200 GPa x 5 mm / 2 = 5e5 N/m, half a pellet's mass 2.57e-4 kg: contact pi
+    # sqrt(m/k)/sqrt(1 - z^2)
     # with z = ln 2/hypot(pi, ln 2) lasts 73 us; 10 us are 7.3 substeps
     zeta = math.log(2) / math.hypot(math.pi, math.log(2))
     mass = 7863.7 * math.pi * 0.005**3 / 6
@@ -73,14 +78,18 @@ def test_substep_too_long_for_the_contacts_is_refused_with_what_would_do():
         run_clock(mill(SMALL, "run.dt=10 us"))
     said = str(refused.value)
     assert said.startswith("run.dt = 10 us: a steel-steel contact lasts")
-    assert f"lasts {contact * 1e6:.3g} us, {contact / 10e-6:.2g} substeps; it needs 10, better 20 ({contact / 20 * 1e6:.2g} us)" in said
+    assert (
+        f"lasts {contact * 1e6:.3g} us, {contact / 10e-6:.2g} substeps; it needs 10, better 20 "
+        f"({contact / 20 * 1e6:.2g} us)" in said
+    )
     assert 'Use dt = "auto"' in said
     run_clock(mill(SMALL, f"run.dt={contact / 10.01 * 1e6} us"))
 
 
 def test_radii_of_gyration_that_leave_the_frame_no_inertia_are_refused():
     with pytest.raises(
-        CaseError, match=r"radii of gyration of the whole machine leave the frame moments of inertia of .* which no body has"
+        CaseError,
+        match=r"radii of gyration of the whole machine leave the frame moments of inertia of .* no body has",
     ):
         mill_mechanism(mill("frame.gyration_yaw=10 mm"))
 
@@ -88,7 +97,9 @@ def test_radii_of_gyration_that_leave_the_frame_no_inertia_are_refused():
 # ---- the clock
 
 
-@pytest.mark.parametrize("overrides", [["charge.kind=none"], [SMALL], [SMALL, "run.window=7"], [SMALL, "run.series_rate=44100 Hz"]])
+@pytest.mark.parametrize(
+    "overrides", [["charge.kind=none"], [SMALL], [SMALL, "run.window=7"], [SMALL, "run.series_rate=44100 Hz"]]
+)
 def test_row_of_the_record_is_a_whole_number_of_windows(overrides):
     case = mill(*overrides)
     clock = run_clock(case)
@@ -110,12 +121,15 @@ def test_hysteretic_substep_resolves_the_unloading_spring():
     # unloading is 1/e times quicker than loading, pi sqrt(m*/K_u) for a half period
     mass = 7863.7 * math.pi * 0.005**3 / 6
     shortest = math.pi * math.sqrt(mass / 2 / (5e5 / 0.5**2))
-    assert contact_facts(mill(SMALL, "contact.normal=hysteretic"))[0].resolve == pytest.approx(shortest, rel=1e-12)
+    assert contact_facts(mill(SMALL, "contact.normal=hysteretic"))[0].resolve == pytest.approx(
+        shortest, rel=1e-12
+    )
     assert run_clock(mill(SMALL, "contact.normal=hysteretic")).substep <= shortest / 20
 
 
 def test_hertz_contact_takes_the_modulus_and_poissons_ratio_of_the_softened_solids():
-    # 2.868 (m*^2/(R* E*^2 v))^(1/5) for e = 1 at the speed of the crank circle, E* = E/(2 (1 - nu^2)) of two equal solids
+    # 2.868 (m*^2/(R* E*^2 v))^(1/5) for e = 1 at the speed of the crank circle, E* = E/(2 (1 - nu^2)) of two
+    # equal solids
     facts = contact_facts(mill(SMALL, "contact.normal=hertz", "contact.pairs.steel-steel.restitution=1.0"))[0]
     mass, modulus, v = 7863.7 * math.pi * 0.005**3 / 12, 2e8 / (2 * (1 - 0.25**2)), 700 * math.pi / 30 * 0.039
     assert facts.time == pytest.approx(2.8683 * (mass**2 / (0.00125 * modulus**2 * v)) ** 0.2, rel=1e-4)
@@ -137,7 +151,10 @@ def test_softening_that_the_refusal_of_a_substep_asks_for_would_do():
 
 def test_cohesion_stronger_than_the_spring_is_refused():
     pressure = [f"contact.pairs.{name}.cohesive_pressure=1 MPa" for name in ("steel-steel", "steel-acrylic")]
-    with pytest.raises(CaseError, match=r"steel-acrylic: cohesion takes 31\.4 kN/m from a spring of 15\.7 kN/m: .* below 0\.501 MPa"):
+    with pytest.raises(
+        CaseError,
+        match=r"steel-acrylic: cohesion takes 31\.4 kN/m from a spring of 15\.7 kN/m: .* below 0\.501 MPa",
+    ):
         run_clock(mill(SMALL, "contact.cohesion=area", *pressure))
 
 
@@ -154,7 +171,10 @@ def test_part_taken_out_of_a_composed_body_leaves_the_other():
 
 
 def test_two_balls_on_a_rod_compose_to_the_reduced_mass_times_distance_squared():
-    part = compose(RigidPart(2.0, np.zeros(3), np.zeros((3, 3))), RigidPart(3.0, np.array([0.5, 0.0, 0.0]), np.zeros((3, 3))))
+    part = compose(
+        RigidPart(2.0, np.zeros(3), np.zeros((3, 3))),
+        RigidPart(3.0, np.array([0.5, 0.0, 0.0]), np.zeros((3, 3))),
+    )
     assert part.mass_centre == pytest.approx((0.3, 0.0, 0.0), abs=1e-15)
     assert part.inertia == pytest.approx(np.diag([0.0, 0.3, 0.3]), abs=1e-15)  # 2 x 3/5 x 0.25
 
@@ -164,7 +184,9 @@ def test_ribs_weigh_and_turn_like_a_sum_of_boxes():
     total = []
     for k in range(12):
         angle = 2 * math.pi * k / 12
-        turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+        turn = np.array(
+            [[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]]
+        )
         m, a, l = 7450 * 0.01 * 0.01 * 0.23, 0.01, 0.23
         box = m / 12 * np.diag([a**2 + l**2, a**2 + l**2, 2 * a**2])
         total.append(RigidPart(m, turn @ np.array([0.065, 0.0, -0.350 + 0.115]), turn @ box @ turn.T))
@@ -189,7 +211,8 @@ def test_bars_add_to_the_total_and_leave_the_frame_alone():
 
 
 def test_surfaces_of_the_chamber_are_where_the_file_says():
-    # distances from the nutation point along the chamber axis; surfaces count from the mass centre, 240 mm below it
+    # distances from the nutation point along the chamber axis; surfaces count from the mass centre, 240 mm
+    # below it
     surfaces = {surface.name: surface for surface in chamber_surfaces(mill())}
     assert set(surfaces) == {"bore", "floor", "ceiling"}
     assert surfaces["floor"].origin == pytest.approx((0, 0, -0.350 + 0.240), abs=1e-15)
@@ -206,7 +229,8 @@ def test_mill_at_rest_carries_the_weight_of_its_charge():
     pellets = 98 * 7863.7 * math.pi * 0.005**3 / 6
     assert weight[2] == pytest.approx(-pellets * 9.81, rel=1e-12)
     sag = state.mechanism.position[0, 2] - mill_mechanism(case).bodies[0].position[2]
-    # four mounts, and the coupling to the shaft on the ground, of axial stiffness 542 and 374 N/mm; tilts are of second order
+    # four mounts, and the coupling to the shaft on the ground, of axial stiffness 542 and 374 N/mm; tilts are
+    # of second order
     assert sag == pytest.approx(-(84.54 + pellets) * 9.81 / (4 * 542e3 + 374e3), rel=1e-3)
     assert state.charge.status[0] == Status.OK and model.charge.n_particles == 98
 
@@ -219,7 +243,8 @@ def test_chamber_is_assembled_with_its_foot_towards_the_crank():
 
 
 def test_a_sensor_on_the_chamber_sits_where_the_chamber_axes_say():
-    # 350 mm down the chamber's axis lies the middle of the floor: R_WC (0, 0, -0.350), the axis tilted by atan(39/366) towards +x
+    # 350 mm down the chamber's axis lies the middle of the floor: R_WC (0, 0, -0.350), the axis tilted by
+    # atan(39/366) towards +x
     case = mill("sensors={ floor = { body = 'chamber', at = ['0 mm', '0 mm', '-350 mm'] } }")
     tilt = math.atan2(0.039, 0.366)
     (sensor,) = [sensor for sensor in mill_sensors(case) if sensor.name == "floor"]
@@ -244,7 +269,10 @@ def test_patches_cover_the_free_walls_and_cells_the_chamber():
     case = mill("chamber.ribs=12", SMALL)
     bore, height, rib = case.chamber.inner_diameter, case.chamber.height, case.chamber.rib
     axes = statistics_axes(case, chamber_survey(case, *built_charge(case), 3e-6))
-    area = {name: axes["patch_area"][axes["patch_surface"] == name].sum() for name in ("bore", "floor", "ceiling", "rib 7")}
+    area = {
+        name: axes["patch_area"][axes["patch_surface"] == name].sum()
+        for name in ("bore", "floor", "ceiling", "rib 7")
+    }
     assert area["bore"] == pytest.approx(math.pi * bore * height)
     assert area["floor"] == area["ceiling"] == pytest.approx(math.pi * bore**2 / 4)
     long = min(rib.length, height)
@@ -266,9 +294,16 @@ def built_charge(case):
 
 @pytest.mark.parametrize("act", [preflight, settled_bed], ids=["check", "run"])
 def test_a_bed_too_dense_to_be_placed_is_refused_alike_by_check_and_run(act):
-    """Balls of 20 mm: 0.63 - 0.12 x 0.02 m x (4/0.14 + 2/0.228)/m = 0.54 of 3.51 L, against the 0.99 x 0.62 of it asked for."""
-    case = mill("charge.fill=0.99", "charge.packing=0.62", "charge.diameter=20 mm", "mechanism.mounting=rigid")
-    with pytest.raises(CaseError, match=r"^charge: must be placed without overlaps, got 2157 cm\^3 of spheres where 1897 cm\^3 can be"):
+    """Balls of 20 mm: 0.63 - 0.12 x 0.02 m x (4/0.14 + 2/0.228)/m = 0.54 of 3.51 L, against the 0.99 x 0.62
+    of it asked for.
+    """
+    case = mill(
+        "charge.fill=0.99", "charge.packing=0.62", "charge.diameter=20 mm", "mechanism.mounting=rigid"
+    )
+    with pytest.raises(
+        CaseError,
+        match=r"^charge: must be placed without overlaps, got 2157 cm\^3 of spheres where 1897 cm\^3 can be",
+    ):
         act(case)
 
 
@@ -276,7 +311,9 @@ def test_a_chamber_can_be_filled_to_the_brim_where_check_says_so():
     """Check accepts a whole chamber of bed, and one denser than 0.58; run places it."""
     full = mill("charge.fill=1.0", "charge.diameter=15 mm", "charge.packing=0.55", "mechanism.mounting=rigid")
     assert preflight(full).filling == pytest.approx(1.0, abs=1e-3)
-    dense = mill("charge.fill=0.99", "charge.packing=0.59", "charge.diameter=10 mm", "mechanism.mounting=rigid")
+    dense = mill(
+        "charge.fill=0.99", "charge.packing=0.59", "charge.diameter=10 mm", "mechanism.mounting=rigid"
+    )
     particles = _filled(dense)
     assert particles.volume.sum() > 0.584 * dense.chamber.free_volume
     assert len(cKDTree(particles.centre).query_pairs(0.010)) == 0

@@ -1,4 +1,6 @@
-"""Compiled kernels and settled beds in the cache: where they are, and what becomes of a run when they cannot be there."""
+"""Compiled kernels and settled beds in the cache: where they are, and what becomes of a run when they cannot
+be there.
+"""
 
 import os
 import pathlib
@@ -26,7 +28,9 @@ def wanted(tmp_path, monkeypatch):
     cache_folder._chosen.cache_clear()
 
 
-def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one_and_said_in_one_sentence(wanted, tmp_path, monkeypatch):
+def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one_and_said_in_one_sentence(
+    wanted, tmp_path, monkeypatch
+):
     folder = cache_folder.cache_folder()
     assert folder != wanted
     assert folder.is_dir() and os.access(folder, os.W_OK)
@@ -54,7 +58,9 @@ print(double(21), sum(double.stats.cache_hits.values()), double.stats.cache_path
 
 @pytest.fixture
 def doubled(tmp_path):
-    """What a program with a kernel prints, the kernel's double and how often it came from the cache, and whether there is one."""
+    """What a program with a kernel prints, the kernel's double and how often it came from the cache, and
+    whether there is one.
+    """
     (tmp_path / "double.py").write_text(DOUBLE, encoding="utf-8")
     (tmp_path / "temporary").mkdir()
 
@@ -86,7 +92,9 @@ def test_a_damaged_file_of_the_cache_is_compiled_anew(doubled, tmp_path):
 def test_the_mark_of_compiled_kernels_is_of_one_installation(monkeypatch):
     here = kernel.compiled_mark("linear")
     assert here == kernel.compiled_mark("linear") != kernel.compiled_mark("hertz")
-    monkeypatch.setattr(kernel, "__file__", str(pathlib.Path(kernel.__file__).parents[1] / "elsewhere" / "kernel.py"))
+    monkeypatch.setattr(
+        kernel, "__file__", str(pathlib.Path(kernel.__file__).parents[1] / "elsewhere" / "kernel.py")
+    )
     assert kernel.compiled_mark("linear") != here
 
 
@@ -123,7 +131,9 @@ def flipped(content):
     return content[:-9] + bytes([content[-9] ^ 1]) + content[-8:]
 
 
-@pytest.mark.parametrize("damage", [lambda content: content[:-20], lambda content: b"", flipped], ids=["cut", "empty", "a bit"])
+@pytest.mark.parametrize(
+    "damage", [lambda content: content[:-20], lambda content: b"", flipped], ids=["cut", "empty", "a bit"]
+)
 def test_a_damaged_bed_is_settled_anew(case, settled, damage):
     beds.settled_bed(case)
     file = beds.bed_file(case)
@@ -134,7 +144,9 @@ def test_a_damaged_bed_is_settled_anew(case, settled, damage):
     assert len(settled) == 2
 
 
-@pytest.mark.parametrize("bed", [np.full((20, 3), np.nan), np.zeros((1, 3)), np.zeros(3)], ids=["NaN", "too few", "a row"])
+@pytest.mark.parametrize(
+    "bed", [np.full((20, 3), np.nan), np.zeros((1, 3)), np.zeros(3)], ids=["NaN", "too few", "a row"]
+)
 def test_a_bed_that_is_none_is_not_used(case, settled, bed):
     if len(bed) == 20:
         bed = np.full((particle_count(case), 3), np.nan)

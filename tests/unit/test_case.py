@@ -27,7 +27,11 @@ def case_of(folder, text, *overrides):
 
 def test_a_case_holds_si_floats(mill):
     assert mill.drive.speed == pytest.approx(700 * RPM, rel=1e-15)
-    assert (mill.chamber.inner_diameter, mill.mounts.shear_stiffness, mill.mounts.bending_damping) == (0.140, 72200.0, 30.0)
+    assert (mill.chamber.inner_diameter, mill.mounts.shear_stiffness, mill.mounts.bending_damping) == (
+        0.140,
+        72200.0,
+        30.0,
+    )
     assert (mill.materials["steel"].density, mill.contact.pairs["steel-acrylic"].restitution) == (7863.7, 0.4)
 
 
@@ -51,7 +55,8 @@ def test_a_case_with_sizes_profile_ribs_and_texts_round_trips_bit_for_bit(mill, 
     (tmp_path / "speed.csv").write_text("time [s],speed [rpm]\n0,0\n0.1,13.37\n7,701.23\n")
     case = case_of(
         tmp_path,
-        'base = "numill"\ntitle = "a \\"quoted\\" \\\\ title\\t"\n[chamber]\nribs = 12\n[drive]\nprofile = "speed.csv"\n'
+        'base = "numill"\ntitle = "a \\"quoted\\" \\\\ title\\t"\n[chamber]\nribs = '
+        '12\n[drive]\nprofile = "speed.csv"\n'
         '[charge]\nsizes = [["3.3333 mm", 0.3], ["5 mm", 0.7]]\n[run]\ndt = "3.1 us"\nthreads = 2\n'
         '[sensors."odd name"]\nbody = "chamber"\nat = ["1 mm", "-2.2 mm", "0 mm"]\n',
     )
@@ -73,20 +78,38 @@ def test_a_base_may_be_a_file_beside_the_file(tmp_path):
 
 
 def test_overrides_win_over_the_file_and_may_leave_out_quotes(tmp_path):
-    case = case_of(tmp_path, 'base = "numill"\n[drive]\nspeed = "600 rpm"\n', "drive.speed=500 rpm", "chamber.ribs=8", 'run.dt="3 us"')
-    assert (case.drive.speed, case.chamber.ribs, case.run.dt) == (pytest.approx(500 * RPM, rel=1e-15), 8, 3e-6)
+    case = case_of(
+        tmp_path,
+        'base = "numill"\n[drive]\nspeed = "600 rpm"\n',
+        "drive.speed=500 rpm",
+        "chamber.ribs=8",
+        'run.dt="3 us"',
+    )
+    assert (case.drive.speed, case.chamber.ribs, case.run.dt) == (
+        pytest.approx(500 * RPM, rel=1e-15),
+        8,
+        3e-6,
+    )
 
 
 def test_a_change_in_python_is_an_si_float_or_text_with_a_unit(mill):
     assert mill.with_(drive__speed=50.0).drive.speed == 50.0
-    assert mill.with_("drive.speed", "500 rpm") == mill.with_(drive__speed="500 rpm") == mill.with_(drive__speed=500 * RPM)
+    assert (
+        mill.with_("drive.speed", "500 rpm")
+        == mill.with_(drive__speed="500 rpm")
+        == mill.with_(drive__speed=500 * RPM)
+    )
     assert mill.drive.speed == pytest.approx(700 * RPM, rel=1e-15)
 
 
 def test_a_wrong_change_in_python_is_refused_by_its_key(mill):
     with pytest.raises(CaseError) as error:
         mill.with_(drive__sped=50.0, charge__diameter="5 kg", chamber__nutation_angle="nan deg")
-    assert [fault.where for fault in error.value.faults] == ["chamber.nutation_angle", "drive.sped", "charge.diameter"]
+    assert [fault.where for fault in error.value.faults] == [
+        "chamber.nutation_angle",
+        "drive.sped",
+        "charge.diameter",
+    ]
 
 
 def test_the_same_case_in_other_units_has_the_same_digest(mill):
@@ -128,7 +151,8 @@ def test_an_empty_chamber_needs_neither_spheres_nor_their_pairs(mill):
 
 
 def test_the_frame_weighs_what_the_other_parts_leave(mill):
-    # 84.54 - 5.29 (chamber) - 0.63 (carriage) - 5.71 (driveshaft) - 0.5 (bearing cross); the intermediate shaft stands on the ground
+    # 84.54 - 5.29 (chamber) - 0.63 (carriage) - 5.71 (driveshaft) - 0.5 (bearing cross); the intermediate
+    # shaft stands on the ground
     assert mill.frame_mass == pytest.approx(72.41, rel=1e-12)
 
 
@@ -139,7 +163,9 @@ def test_twelve_ribs_weigh_the_published_difference(mill):
 
 def test_a_rib_takes_room_only_up_to_the_ceiling(mill):
     ribbed = mill.with_(chamber__ribs=12).chamber
-    assert ribbed.free_volume == pytest.approx(math.pi / 4 * 0.14**2 * 0.228 - 12 * 0.01 * 0.01 * 0.228, rel=1e-12)
+    assert ribbed.free_volume == pytest.approx(
+        math.pi / 4 * 0.14**2 * 0.228 - 12 * 0.01 * 0.01 * 0.228, rel=1e-12
+    )
 
 
 def test_four_mounts_stand_at_plus_and_minus_the_half_spacing(mill):
@@ -150,8 +176,14 @@ def test_four_mounts_stand_at_plus_and_minus_the_half_spacing(mill):
 @pytest.mark.parametrize("name", mount_sets())
 def test_a_named_set_of_mounts_gives_its_values_unless_a_key_beside_it_does(name, tmp_path):
     case = case_of(tmp_path, f'base = "numill"\n[mounts]\nset = "{name}"\naxial_damping = "1 N s/m"\n')
-    expected = {"printed": (72200.0, 30.0, 0.145), "bending-0.030": (72200.0, 0.03, 0.145), "343": (72250.0, 0.0, 0.164)}
-    assert (case.mounts.shear_stiffness, case.mounts.bending_damping, case.mounts.half_spacing) == expected[name]
+    expected = {
+        "printed": (72200.0, 30.0, 0.145),
+        "bending-0.030": (72200.0, 0.03, 0.145),
+        "343": (72250.0, 0.0, 0.164),
+    }
+    assert (case.mounts.shear_stiffness, case.mounts.bending_damping, case.mounts.half_spacing) == expected[
+        name
+    ]
     assert case.mounts.axial_damping == 1.0
     assert load_case("numill", [f"mounts.set={name}"]).mounts.set == name
 
@@ -159,7 +191,10 @@ def test_a_named_set_of_mounts_gives_its_values_unless_a_key_beside_it_does(name
 def test_the_2025_mill_takes_its_contacts_from_its_own_paper():
     case = load_case("numill-2025")
     # SAIMM 2025 Table 3: 499 and 333 kN/m, critical damping ratios 0.22 and 0.28
-    found = {name: (pair.normal_stiffness, pair.damping_ratio, pair.restitution) for name, pair in case.contact.pairs.items()}
+    found = {
+        name: (pair.normal_stiffness, pair.damping_ratio, pair.restitution)
+        for name, pair in case.contact.pairs.items()
+    }
     assert found == {
         "steel-steel": (499e3, 0.22, None),
         "steel-acrylic": (499e3, 0.28, None),
@@ -178,7 +213,9 @@ def test_a_ramp_is_two_points(mill):
 
 
 def test_a_profile_stays_at_the_cap_while_it_exceeds_it(mill):
-    profiled = mill.with_(drive__speed=60.0, drive__profile=[(0.0, 0.0), (10.0, 80.0), (14.0, 80.0), (18.0, 40.0), (20.0, 60.0)])
+    profiled = mill.with_(
+        drive__speed=60.0, drive__profile=[(0.0, 0.0), (10.0, 80.0), (14.0, 80.0), (18.0, 40.0), (20.0, 60.0)]
+    )
     times, speeds = profiled.drive.breakpoints()
     # crosses the cap 60 on the way up at 10 x 60/80 = 7.5 s and on the way down halfway between 14 and 18 s
     assert times.tolist() == [0.0, 7.5, 10.0, 14.0, 16.0, 18.0, 20.0]
@@ -188,20 +225,29 @@ def test_a_profile_stays_at_the_cap_while_it_exceeds_it(mill):
 
 def test_a_run_that_ends_before_its_speed_is_reached_is_warned_of(mill):
     (warning,) = [str(found) for found in mill.with_(run__until=2.0).warnings if found.where == "run.until"]
-    assert warning == "run.until: the run ends at 2 s, before the speed is reached at 10 s. There will be no steady mean"
+    assert (
+        warning
+        == "run.until: the run ends at 2 s, before the speed is reached at 10 s. There will be no steady mean"
+    )
     assert not [found for found in mill.warnings if found.where == "run.until"]
 
 
 @pytest.mark.parametrize(
-    ("written", "agrees"), [("6 deg", True), ("6.1 deg", True), ("6.08 deg", True), ("6.04 deg", False), ("5.5 deg", False)]
+    ("written", "agrees"),
+    [("6 deg", True), ("6.1 deg", True), ("6.08 deg", True), ("6.04 deg", False), ("5.5 deg", False)],
 )
 def test_a_nutation_angle_is_warned_of_unless_it_is_the_rounded_angle_of_the_crank(mill, written, agrees):
     # atan(39/366) = 6.0823 deg, which the papers print as 6 deg
     warnings = mill.with_(chamber__nutation_angle=written).warnings
-    assert [str(found) for found in warnings] == [] if agrees else [
-        f"chamber.nutation_angle: {written} is not used: crank_radius and nutation_point_to_crank give 6.082 deg."
-        ' Write nutation_angle = "6.082 deg", or change the lengths'
-    ]
+    assert (
+        [str(found) for found in warnings] == []
+        if agrees
+        else [
+            f"chamber.nutation_angle: {written} is not used: crank_radius and "
+            "nutation_point_to_crank give 6.082 deg."
+            ' Write nutation_angle = "6.082 deg", or change the lengths'
+        ]
+    )
 
 
 def test_no_published_mill_warns_of_itself():
@@ -211,8 +257,13 @@ def test_no_published_mill_warns_of_itself():
 def test_number_of_a_pair_that_the_chosen_law_does_not_read_is_warned_of(mill):
     stiff = mill.with_("contact.pairs.steel-acrylic.normal_stiffness", "500 kN/m")
     (warning,) = [str(found) for found in stiff.warnings if found.where.startswith("contact")]
-    assert warning == 'contact.pairs.steel-acrylic.normal_stiffness: does not count, with contact.stiffness = "young"'
-    both = stiff.with_("contact.pairs.steel-steel.normal_stiffness", "500 kN/m").with_("contact.stiffness", "direct")
+    assert (
+        warning
+        == 'contact.pairs.steel-acrylic.normal_stiffness: does not count, with contact.stiffness = "young"'
+    )
+    both = stiff.with_("contact.pairs.steel-steel.normal_stiffness", "500 kN/m").with_(
+        "contact.stiffness", "direct"
+    )
     assert not [found for found in both.warnings if found.where.startswith("contact")]
 
 

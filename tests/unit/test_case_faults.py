@@ -22,11 +22,17 @@ def refused(text, overrides=(), name="mill.toml"):
     return str(error.value).splitlines()
 
 
-# keys and values ------------------------------------------------------------------------------------------------------
+# keys and values --------------------------------------------------------------------------------------------
 
 ONE_FAULT = {
-    "typo": ("[chamber]\nrib_count = 12", 'mill.toml:3: chamber.rib_count: unknown key. Did you mean "ribs"?'),
-    "key of another table": ("[mechanism]\nribs = 12", "mill.toml:3: mechanism.ribs: unknown key. It belongs in [chamber]"),
+    "typo": (
+        "[chamber]\nrib_count = 12",
+        'mill.toml:3: chamber.rib_count: unknown key. Did you mean "ribs"?',
+    ),
+    "key of another table": (
+        "[mechanism]\nribs = 12",
+        "mill.toml:3: mechanism.ribs: unknown key. It belongs in [chamber]",
+    ),
     "misspelt table": ("[chambr]\nribs = 2", 'mill.toml:2: chambr: unknown key. Did you mean "chamber"?'),
     "number for a quantity": (
         "[drive]\nspeed = 700",
@@ -36,12 +42,19 @@ ONE_FAULT = {
         '[charge]\ndiameter = "5 kg"',
         'mill.toml:3: charge.diameter: "5 kg" is a mass, this needs a length, e.g. "5 mm"',
     ),
-    "unknown unit": ('[run]\nuntil = "3 sec"', 'mill.toml:3: run.until: unknown unit "sec". Did you mean "s"?'),
+    "unknown unit": (
+        '[run]\nuntil = "3 sec"',
+        'mill.toml:3: run.until: unknown unit "sec". Did you mean "s"?',
+    ),
     "frequency for a speed": (
         '[drive]\nspeed = "11.7 Hz"',
-        'mill.toml:3: drive.speed: "11.7 Hz" is a frequency; write "11.7 rev/s" or "702 rpm" (we do not guess between Hz and rad/s)',
+        'mill.toml:3: drive.speed: "11.7 Hz" is a frequency; write "11.7 rev/s" or "702 rpm" (we do '
+        "not guess between Hz and rad/s)",
     ),
-    "negative length": ('[chamber]\nheight = "-1 mm"', 'mill.toml:3: chamber.height: must be positive, got "-1 mm"'),
+    "negative length": (
+        '[chamber]\nheight = "-1 mm"',
+        'mill.toml:3: chamber.height: must be positive, got "-1 mm"',
+    ),
     "zero mass": ('[carriage]\nmass = "0 kg"', 'mill.toml:3: carriage.mass: must be positive, got "0 kg"'),
     "quantity that is not a number": (
         '[drive]\nspeed = "nan rpm"',
@@ -49,7 +62,8 @@ ONE_FAULT = {
     ),
     "not a number without a unit": (
         "[mechanism]\ngravity = inf",
-        'mill.toml:3: mechanism.gravity: must be a finite number with a unit, got inf. Write e.g. "9.81 m/s^2"',
+        "mill.toml:3: mechanism.gravity: must be a finite number with a unit, got inf. Write e.g. "
+        '"9.81 m/s^2"',
     ),
     "ratio that is not a number": (
         "[mechanism]\njoint_friction = nan",
@@ -59,7 +73,10 @@ ONE_FAULT = {
         '[mechanism]\njoint_friction = "0.3"',
         'mill.toml:3: mechanism.joint_friction: must be a plain number, got "0.3"',
     ),
-    "truth for a count": ("[chamber]\nribs = true", "mill.toml:3: chamber.ribs: must be a plain number, got true"),
+    "truth for a count": (
+        "[chamber]\nribs = true",
+        "mill.toml:3: chamber.ribs: must be a plain number, got true",
+    ),
     "negative friction": (
         "[mechanism]\njoint_friction = -1",
         "mill.toml:3: mechanism.joint_friction: must be at least 0, got -1",
@@ -74,7 +91,8 @@ ONE_FAULT = {
     ),
     "unknown normal law": (
         '[contact]\nnormal = "herz"',
-        'mill.toml:3: contact.normal: must be one of "linear", "hysteretic", "hertz", got "herz". Did you mean "hertz"?',
+        'mill.toml:3: contact.normal: must be one of "linear", "hysteretic", "hertz", got "herz". '
+        'Did you mean "hertz"?',
     ),
     "solid without Poisson's ratio": (
         '[materials.rubber]\ndensity = "1100 kg/m^3"\nyoung_modulus = "5 MPa"',
@@ -82,13 +100,23 @@ ONE_FAULT = {
         "Add e.g. poisson_ratio under [materials.rubber]",
     ),
     "half a window": ("[run]\nwindow = 2.5", "mill.toml:3: run.window: must be a whole number, got 2.5"),
-    "no threads": ("[run]\nthreads = 0", 'mill.toml:3: run.threads: must be "auto" or a whole number from 1 to 1000, got 0'),
-    "substep of a wrong kind": ('[run]\ndt = "3 mm"', 'mill.toml:3: run.dt: "3 mm" is a length, this needs a time, e.g. "2 s"'),
+    "no threads": (
+        "[run]\nthreads = 0",
+        'mill.toml:3: run.threads: must be "auto" or a whole number from 1 to 1000, got 0',
+    ),
+    "substep of a wrong kind": (
+        '[run]\ndt = "3 mm"',
+        'mill.toml:3: run.dt: "3 mm" is a length, this needs a time, e.g. "2 s"',
+    ),
     "unknown coupling": (
         '[run]\ncoupling = "stagered"',
-        'mill.toml:3: run.coupling: must be one of "prescribed", "staggered", "iterated", got "stagered". Did you mean "staggered"?',
+        'mill.toml:3: run.coupling: must be one of "prescribed", "staggered", "iterated", got '
+        '"stagered". Did you mean "staggered"?',
     ),
-    "scalar for a nested table": ("[run]\nsnapshots = 3", "mill.toml:3: run.snapshots: must be a table, got 3. Its keys: rate, last"),
+    "scalar for a nested table": (
+        "[run]\nsnapshots = 3",
+        "mill.toml:3: run.snapshots: must be a table, got 3. Its keys: rate, last",
+    ),
     "list for a quantity": (
         "[drive]\nspeed = [1, 2]",
         'mill.toml:3: drive.speed: must be text with a unit, got a list. Write e.g. "700 rpm"',
@@ -99,11 +127,13 @@ ONE_FAULT = {
     ),
     "scalar for the materials": (
         "[materials]\nsteel = 3",
-        "mill.toml:3: materials.steel: must be a table, got 3. Its keys: density, young_modulus, poisson_ratio",
+        "mill.toml:3: materials.steel: must be a table, got 3. Its keys: density, young_modulus, "
+        "poisson_ratio",
     ),
     "sensor on no part": (
         '[sensors]\nx = { body = "fram", at = ["1 mm", "2 mm", "3 mm"] }',
-        'mill.toml:3: sensors.x.body: must be one of "frame", "chamber", "carriage", "driveshaft", "bearing_cross", '
+        'mill.toml:3: sensors.x.body: must be one of "frame", "chamber", "carriage", "driveshaft", '
+        '"bearing_cross", '
         '"intermediate_shaft", got "fram". Did you mean "frame"?',
     ),
     "sensor with two coordinates": (
@@ -116,7 +146,8 @@ ONE_FAULT = {
     ),
     "newer schema": (
         "schema = 2",
-        "mill.toml:2: schema: must be 1, got 2. This version of the package reads schema 1; update it, or write schema = 1",
+        "mill.toml:2: schema: must be 1, got 2. This version of the package reads schema 1; update "
+        "it, or write schema = 1",
     ),
     "unknown mount set": (
         '[mounts]\nset = "34"',
@@ -131,7 +162,7 @@ def test_a_wrong_key_or_value_is_located_and_named(name):
     assert refused(BASE + text) == [message]
 
 
-# what contradicts -----------------------------------------------------------------------------------------------------
+# what contradicts -------------------------------------------------------------------------------------------
 
 CONTRADICTIONS = {
     "Hertz with a direct stiffness": (
@@ -148,17 +179,20 @@ CONTRADICTIONS = {
     ),
     "pressure without cohesion": (
         '[contact.pairs]\nsteel-steel = { cohesive_pressure = "1 MPa" }',
-        'mill.toml:3: contact.pairs.steel-steel.cohesive_pressure: would do nothing, with contact.cohesion = "none". '
+        "mill.toml:3: contact.pairs.steel-steel.cohesive_pressure: would do nothing, with "
+        'contact.cohesion = "none". '
         'Write cohesion = "area" in [contact], or leave it out',
     ),
     "nutation angle": (
         '[chamber]\nnutation_angle = "9 deg"',
-        "mill.toml:3: chamber.nutation_angle: crank_radius 39 mm and nutation_point_to_crank 366 mm give 6.08 deg, but nutation_angle "
+        "mill.toml:3: chamber.nutation_angle: crank_radius 39 mm and nutation_point_to_crank 366 mm "
+        "give 6.08 deg, but nutation_angle "
         'is 9 deg. One of the three is wrong; with these lengths write nutation_angle = "6.082 deg"',
     ),
     "ceiling above the nutation point": (
         '[chamber]\nheight = "400 mm"',
-        "mill.toml:3: chamber.height: must be less than floor_depth 350 mm, got 400 mm. The ceiling has to lie below the nutation point",
+        "mill.toml:3: chamber.height: must be less than floor_depth 350 mm, got 400 mm. The ceiling "
+        "has to lie below the nutation point",
     ),
     "rib deeper than the bore": (
         '[chamber]\nribs = 12\n[chamber.rib]\ndepth = "80 mm"',
@@ -167,22 +201,26 @@ CONTRADICTIONS = {
     # 40 ribs: half the pitch angle is 4.5 deg; 2 x 60 mm x tan(4.5 deg) = 9.444 mm
     "too many ribs": (
         "[chamber]\nribs = 40",
-        "mill.toml:3: chamber.ribs: 40 ribs of 10 mm by 10 mm do not fit: there is room for 9.444 mm each. Fewer or narrower ribs",
+        "mill.toml:3: chamber.ribs: 40 ribs of 10 mm by 10 mm do not fit: there is room for 9.444 mm "
+        "each. Fewer or narrower ribs",
     ),
     "parts heavier than the whole": (
         '[mechanism]\ntotal_mass = "10 kg"',
-        "mill.toml:3: mechanism.total_mass: must exceed the 12.13 kg of chamber, carriage, driveshaft and bearing cross, got 10 kg. "
+        "mill.toml:3: mechanism.total_mass: must exceed the 12.13 kg of chamber, carriage, "
+        "driveshaft and bearing cross, got 10 kg. "
         "The frame takes what the other parts leave",
     ),
     # 5.29 kg x (0.24 m)^2 = 0.3047 kg m^2
     "inertia below its mass's share": (
         '[chamber]\ninertia_transverse = "0.3 kg m^2"',
-        "mill.toml:3: chamber.inertia_transverse: must exceed mass x mass_centre_depth^2 = 0.3047 kg m^2, got 0.3 kg m^2. "
+        "mill.toml:3: chamber.inertia_transverse: must exceed mass x mass_centre_depth^2 = 0.3047 kg "
+        "m^2, got 0.3 kg m^2. "
         "It is taken about the nutation point",
     ),
     "inertia no body has": (
         '[driveshaft]\ninertia_axial = "0.05 kg m^2"',
-        "mill.toml:3: driveshaft.inertia_axial: must be at most twice inertia_transverse, 0.04 kg m^2, got 0.05 kg m^2",
+        "mill.toml:3: driveshaft.inertia_axial: must be at most twice inertia_transverse, 0.04 kg "
+        "m^2, got 0.05 kg m^2",
     ),
     "unknown material": (
         '[charge]\nmaterial = "stel"',
@@ -190,27 +228,35 @@ CONTRADICTIONS = {
     ),
     "pair of an unknown material": (
         "[contact.pairs.steel-sand]\nsliding_friction = 0.5",
-        'mill.toml:2: contact.pairs.steel-sand: must name two materials of the file. Did you mean "steel-steel"?',
+        "mill.toml:2: contact.pairs.steel-sand: must name two materials of the file. Did you mean "
+        '"steel-steel"?',
     ),
     "missing pair": (
-        '[chamber]\nmaterial = "rubber"\n[materials.rubber]\ndensity = "1100 kg/m^3"\nyoung_modulus = "5 MPa"\npoisson_ratio = 0.4',
+        '[chamber]\nmaterial = "rubber"\n[materials.rubber]\ndensity = "1100 kg/m^3"\nyoung_modulus '
+        '= "5 MPa"\npoisson_ratio = 0.4',
         "numill-2026.toml: contact.pairs.steel-rubber: is missing: the charge is steel and touches rubber. "
         "Add a table [contact.pairs.steel-rubber]",
     ),
     "pair given twice": (
         "[contact.pairs.acrylic-steel]\nsliding_friction = 0.5\nrestitution = 0.5",
-        "numill-2026.toml: contact.pairs.steel-acrylic: this pair stands twice, also as acrylic-steel. Keep one of the two",
+        "numill-2026.toml: contact.pairs.steel-acrylic: this pair stands twice, also as "
+        "acrylic-steel. Keep one of the two",
     ),
     "limits of the overlap": (
         "[contact.pairs.steel-steel]\noverlap_warn = 0.2",
         "mill.toml:3: contact.pairs.steel-steel.overlap_warn: must be less than overlap_stop 0.1, got 0.2",
     ),
-    # 20 kg / (7863.7 kg/m^3 x 0.58) = 4.385 L; pi/4 (0.14 m)^2 0.228 m - 12 x 0.01 x 0.01 x 0.228 m^3 = 3.236 L, 14.76 kg
+    # 20 kg / (7863.7 kg/m^3 x 0.58) = 4.385 L; pi/4 (0.14 m)^2 0.228 m - 12 x 0.01 x 0.01 x 0.228 m^3 = 3.236
+    # L, 14.76 kg
     "too much charge": (
         '[charge]\nmass = "20 kg"\n[chamber]\nribs = 12',
-        "mill.toml:3: charge.mass: 20 kg needs 4.39 L loose, the ribbed chamber holds 3.24 L. Largest mass that settles: 14.76 kg",
+        "mill.toml:3: charge.mass: 20 kg needs 4.39 L loose, the ribbed chamber holds 3.24 L. "
+        "Largest mass that settles: 14.76 kg",
     ),
-    "no charge": ('[charge]\nmass = "0 kg"', 'mill.toml:3: charge.mass: must be positive. For an empty chamber write kind = "none"'),
+    "no charge": (
+        '[charge]\nmass = "0 kg"',
+        'mill.toml:3: charge.mass: must be positive. For an empty chamber write kind = "none"',
+    ),
     "balls wider than the chamber": (
         '[charge]\ndiameter = "150 mm"',
         "mill.toml:3: charge.diameter: must be less than the chamber's 140 mm, got 150 mm",
@@ -241,15 +287,23 @@ def test_keys_that_contradict_each_other_are_named_with_the_cure(name):
 )
 def test_the_number_that_a_contact_law_needs_is_asked_for_in_every_pair(key, needs):
     lines = refused(f"{BASE}[contact]\n{key}")
-    assert [line.split(": ")[1] for line in lines] == [f"contact.pairs.{pair}.{needs}" for pair in ("steel-steel", "steel-acrylic")]
+    assert [line.split(": ")[1] for line in lines] == [
+        f"contact.pairs.{pair}.{needs}" for pair in ("steel-steel", "steel-acrylic")
+    ]
     assert all(line.endswith(f"with contact.{key}. Add {needs} to the pair") for line in lines)
 
 
-# the text -------------------------------------------------------------------------------------------------------------
+# the text ---------------------------------------------------------------------------------------------------
 
 SYNTAX = {
-    "unit without quotes": ("[charge]\ndiameter = 5 mm", 'mill.toml:3:14: units need quotes. Write diameter = "5 mm"'),
-    "text without quotes": ("[charge]\nkind = spheres", 'mill.toml:3:8: text needs quotes. Write kind = "spheres"'),
+    "unit without quotes": (
+        "[charge]\ndiameter = 5 mm",
+        'mill.toml:3:14: units need quotes. Write diameter = "5 mm"',
+    ),
+    "text without quotes": (
+        "[charge]\nkind = spheres",
+        'mill.toml:3:8: text needs quotes. Write kind = "spheres"',
+    ),
     "no value": ("[charge]\ndiameter =", "mill.toml:3:11: after = comes a value"),
     "key twice": (
         '[charge]\nmass = "1 kg"\nmass = "2 kg"',
@@ -267,7 +321,10 @@ def test_a_slip_of_syntax_is_shown_with_line_and_column(name):
 
 
 def test_all_faults_are_reported_at_once():
-    lines = refused(f'{BASE}[drive]\nspeed = 700\n[charge]\ndiameter = "5 kg"\n[run]\nseed = -1', ["chamber.rib=3", "nothing"])
+    lines = refused(
+        f'{BASE}[drive]\nspeed = 700\n[charge]\ndiameter = "5 kg"\n[run]\nseed = -1',
+        ["chamber.rib=3", "nothing"],
+    )
     assert [line.split(": ")[0:2] for line in lines] == [
         ["--set", 'must be key=value, got "nothing". Write e.g. --set drive.speed="500 rpm"'],
         ["--set chamber.rib", "must be a table, got 3. Its keys"],
@@ -280,12 +337,14 @@ def test_all_faults_are_reported_at_once():
 def test_the_line_is_found_behind_lists_and_texts_of_many_lines():
     text = 'title = """\n[drive]\nspeed = 1\n"""\n[charge]\nsizes = [\n  ["3 mm", 1.0],  # [\n]\nmass = 3'
     assert refused(BASE + text) == [
-        r'mill.toml:2: title: must be one line of at most 1000 characters without control characters, '
+        r"mill.toml:2: title: must be one line of at most 1000 characters without control characters, "
         r'got "[drive]\nspeed = 1\n"'
     ]
     # in one line it is no fault, and the line behind it is still right
     text = text.replace('"""\n[drive]\nspeed = 1\n"""', '"""[drive] speed = 1"""')
-    assert refused(BASE + text) == ['mill.toml:7: charge.mass: needs a unit: write "3 kg" (a plain number is ambiguous)']
+    assert refused(BASE + text) == [
+        'mill.toml:7: charge.mass: needs a unit: write "3 kg" (a plain number is ambiguous)'
+    ]
 
 
 def test_an_empty_file_is_told_to_take_a_base():
@@ -297,9 +356,15 @@ def test_an_empty_file_is_told_to_take_a_base():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('base = "numil"', 'mill.toml:1: base: no mill and no file is called "numil". Did you mean "numill"?'),
+        (
+            'base = "numil"',
+            'mill.toml:1: base: no mill and no file is called "numil". Did you mean "numill"?',
+        ),
         ('base = "mill.toml"', 'mill.toml:1: base: "mill.toml" leads back to this file. Break the circle'),
-        ("base = 3", f"mill.toml:1: base: must be a name or a file, got 3. Known: {', '.join(library_names())}"),
+        (
+            "base = 3",
+            f"mill.toml:1: base: must be a name or a file, got 3. Known: {', '.join(library_names())}",
+        ),
     ],
 )
 def test_a_base_that_is_none_is_refused(text, message):
@@ -327,7 +392,7 @@ def test_a_file_that_is_no_text_is_refused(tmp_path):
         load_case("mill.toml")
 
 
-# the speed profile ----------------------------------------------------------------------------------------------------
+# the speed profile ------------------------------------------------------------------------------------------
 
 HEAD = "time [s],speed [rpm]\n"
 PROFILES = {
@@ -335,7 +400,8 @@ PROFILES = {
         f"{HEAD}0,0\n1,70\n2,\n3,nan\n4,-5\n",
         [
             'speed.csv:4: column "speed [rpm]" is empty. Interpolate or leave the row out',
-            'speed.csv:5: column "speed [rpm]" must be a finite number, got "nan". Interpolate or leave the row out',
+            'speed.csv:5: column "speed [rpm]" must be a finite number, got "nan". Interpolate or '
+            "leave the row out",
             'speed.csv:6: column "speed [rpm]" must be zero or more, got -5',
         ],
     ),
@@ -343,17 +409,29 @@ PROFILES = {
         f"{HEAD}0,0\n1,70\n1,80\n",
         ["speed.csv:4: times must rise, got 1 s after 1 s. Sort the rows and let the time begin at 0"],
     ),
-    "late start": (f"{HEAD}2,0\n3,70\n", ["speed.csv:2: must begin at 0 s, got 2 s. Sort the rows and let the time begin at 0"]),
-    "no header": ("0,0\n1,70\n", ['speed.csv:1: must name two columns with their units, got "0,0". Write "time [s],speed [rpm]"']),
+    "late start": (
+        f"{HEAD}2,0\n3,70\n",
+        ["speed.csv:2: must begin at 0 s, got 2 s. Sort the rows and let the time begin at 0"],
+    ),
+    "no header": (
+        "0,0\n1,70\n",
+        ['speed.csv:1: must name two columns with their units, got "0,0". Write "time [s],speed [rpm]"'],
+    ),
     "unit of another kind": (
         "time [s],speed [Hz]\n0,0\n",
-        ['speed.csv:1: must name two columns with their units, got "time [s],speed [Hz]". Write "time [s],speed [rpm]"'],
+        [
+            'speed.csv:1: must name two columns with their units, got "time [s],speed [Hz]". Write '
+            '"time [s],speed [rpm]"'
+        ],
     ),
     "decimal commas": (
         f"{HEAD}0,0\n1,5,70,2\n",
         ["speed.csv:3: must have 2 cells, got 4. Write numbers with a decimal point, cells apart by a comma"],
     ),
-    "header only": (HEAD, ["speed.csv:1: needs at least two points, got 0. Sort the rows and let the time begin at 0"]),
+    "header only": (
+        HEAD,
+        ["speed.csv:1: needs at least two points, got 0. Sort the rows and let the time begin at 0"],
+    ),
 }
 
 
@@ -367,4 +445,6 @@ def test_a_wrong_speed_profile_is_refused_with_its_line(name, tmp_path):
 def test_a_missing_speed_profile_is_refused_with_similar_names(tmp_path):
     (tmp_path / "speeds.csv").write_text(HEAD)
     (line,) = refused(f'{BASE}[drive]\nprofile = "speed.csv"')
-    assert line == f"mill.toml:3: drive.profile: speed.csv not found (looked in {tmp_path}). Similar: speeds.csv"
+    assert (
+        line == f"mill.toml:3: drive.profile: speed.csv not found (looked in {tmp_path}). Similar: speeds.csv"
+    )

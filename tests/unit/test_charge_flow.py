@@ -40,7 +40,9 @@ AXES = {
     "patch_along": np.array([0.05, 0.15] * 4 + [0.03]),
     "patch_area": np.array([2.0] * 8 + [0.0]),
 }
-SIZES = {name: len(AXES[name]) for name in ("pair", "part", "energy", "radius", "azimuth", "height", "neighbours")} | {"patch": 9}
+SIZES = {
+    name: len(AXES[name]) for name in ("pair", "part", "energy", "radius", "azimuth", "height", "neighbours")
+} | {"patch": 9}
 
 
 def sums(time, **known):
@@ -59,7 +61,9 @@ TILT = 0.08 + 0.03 * np.cos(AZIMUTH - 2.0)
 
 @pytest.fixture
 def result(tmp_path):
-    """Four seconds at one turn a second; a bed of solids fraction 0.5 up to `TILT`, turning at 2 rad/s with some agitation."""
+    """Four seconds at one turn a second; a bed of solids fraction 0.5 up to `TILT`, turning at 2 rad/s with
+    some agitation.
+    """
     filled = np.clip((TILT[:, None] - (HEIGHT - 0.005)) / 0.01, 0.0, 1.0) * np.ones((3, 1, 1))
     volume = 0.5 * AXES["cell_volume"][:, None, :] * filled
     mass = 1000.0 * volume
@@ -80,7 +84,14 @@ def result(tmp_path):
     time = np.arange(4001) / 1000.0
     angle = math.tau * time
     names = ["time", "crank_angle", "driveshaft_speed", *(f"charge_mass_centre_{axis}" for axis in "xyz")]
-    columns = [time, angle, np.full_like(time, math.tau), 0.05 * np.cos(angle - 0.7), 0.05 * np.sin(angle - 0.7), np.full_like(time, -0.25)]
+    columns = [
+        time,
+        angle,
+        np.full_like(time, math.tau),
+        0.05 * np.cos(angle - 0.7),
+        0.05 * np.sin(angle - 0.7),
+        np.full_like(time, -0.25),
+    ]
     recorder = Recorder.create(tmp_path / "a.h5", "", {}, names, 1000.0, axes=AXES)
     recorder.append(np.stack(columns, axis=1))
     for k in range(5):
@@ -100,7 +111,9 @@ def test_statistics_come_back_with_units_and_axes(result):
     assert stored["time"].values.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
 
 
-@pytest.mark.parametrize(("last", "start"), [(2.0, 2.0), ("1500 ms", 2.0), (1.0, 3.0), (0.1, 3.0), (100.0, 0.0)])
+@pytest.mark.parametrize(
+    ("last", "start"), [(2.0, 2.0), ("1500 ms", 2.0), (1.0, 3.0), (0.1, 3.0), (100.0, 0.0)]
+)
 def test_window_begins_at_a_recorded_time_at_least_as_long_ago_as_asked(result, last, start):
     done = window(result, last)
     assert (done.attrs["start"], done.attrs["end"]) == (start, 4.0)
@@ -112,7 +125,9 @@ def test_spectra_wear_and_fields_are_rates_per_area_volume_and_mass(result):
     done = window(result, 2.0)
     spectra = impact_spectra(done)
     assert float(spectra["rate"].sum()) == pytest.approx(2 * 2 * 8 * 10.0)
-    assert (spectra["power"] / spectra["rate"]).values == pytest.approx(np.broadcast_to(AXES["energy"], (2, 2, 8)))
+    assert (spectra["power"] / spectra["rate"]).values == pytest.approx(
+        np.broadcast_to(AXES["energy"], (2, 2, 8))
+    )
     wear = wear_table(done)
     assert wear["pressure"].values[:8] == pytest.approx(np.full(8, 2.0))
     assert wear["shear_intensity"].values[:8] == pytest.approx(np.full(8, 3.0))
@@ -121,14 +136,17 @@ def test_spectra_wear_and_fields_are_rates_per_area_volume_and_mass(result):
     fields = flow_fields(done)
     low = fields.isel(height=slice(0, 4))
     assert low["solids_fraction"].values == pytest.approx(np.full((3, 36, 4), 0.5))
-    assert low["velocity_a"].transpose("radius", "azimuth", "height").values[:, 0, 0] == pytest.approx(2.0 * RADII)
+    assert low["velocity_a"].transpose("radius", "azimuth", "height").values[:, 0, 0] == pytest.approx(
+        2.0 * RADII
+    )
     assert low["granular_temperature"].values == pytest.approx(np.full((3, 36, 4), 0.04))
     assert low["coordination"].values == pytest.approx(np.full((3, 36, 4), 6.0))
     assert np.isnan(fields["velocity_a"].isel(height=-1)).all()
 
 
 def test_crest_and_phase_lag_of_a_tilted_surface(result):
-    # Columns are filled evenly up to TILT: 95 % lie below 0.95 of it.  A cell of 10 mm that is filled to a share f counts as spread
+    # Columns are filled evenly up to TILT: 95 % lie below 0.95 of it. A cell of 10 mm that is filled to a
+    # share f counts as spread
     # evenly, which puts the height too high by at most max f (1 - f) of it, 2.5 mm; the amplitude is 28.5 mm.
     heights = surface_heights(window(result, 2.0))
     assert heights == pytest.approx(0.95 * TILT, abs=2.5e-3)
@@ -147,15 +165,21 @@ def attitude(axis, angle):
 
 
 def tilted_plane(crank_angle):
-    """Balls of a cubic lattice below a plane that rises 0.5 m/m towards the azimuth 2 rad ahead of the crank, in a tilted chamber."""
+    """Balls of a cubic lattice below a plane that rises 0.5 m/m towards the azimuth 2 rad ahead of the crank,
+    in a tilted chamber.
+    """
     step = 0.002
     grid = np.arange(-24, 24) * step + step / 2
-    x, y, z = (part.ravel() for part in np.meshgrid(grid, grid, np.arange(60) * step + step / 2, indexing="ij"))
+    x, y, z = (
+        part.ravel() for part in np.meshgrid(grid, grid, np.arange(60) * step + step / 2, indexing="ij")
+    )
     ahead = crank_angle + 2.0
     inside = (np.hypot(x, y) < 0.045) & (z < 0.05 + 0.5 * (x * math.cos(ahead) + y * math.sin(ahead)))
     places = np.stack([x, y, z], axis=1)[inside]
     tilt = 0.1
-    turned = places @ np.array([[math.cos(tilt), 0.0, -math.sin(tilt)], [0.0, 1.0, 0.0], [math.sin(tilt), 0.0, math.cos(tilt)]])
+    turned = places @ np.array(
+        [[math.cos(tilt), 0.0, -math.sin(tilt)], [0.0, 1.0, 0.0], [math.sin(tilt), 0.0, math.cos(tilt)]]
+    )
     floor = np.array([0.03, -0.01, -0.3])
     return {
         "positions": turned + floor,
@@ -167,8 +191,10 @@ def tilted_plane(crank_angle):
 
 @pytest.mark.parametrize("crank_angle", [0.0, 4.0])
 def test_crest_of_a_tilted_plane_of_particles_is_found_in_chamber_axes(crank_angle):
-    # A sector's 95 % height follows from the volume of a wedge under the plane, integrated here on a fine grid of radii.  A layer
-    # of balls is 2 mm high, its edge is ragged by as much: heights to 2 mm, the phase of their harmonic, 0.015 m, to 2/15/sqrt(36)
+    # A sector's 95 % height follows from the volume of a wedge under the plane, integrated here on a fine
+    # grid of radii. A layer
+    # of balls is 2 mm high, its edge is ragged by as much: heights to 2 mm, the phase of their harmonic,
+    # 0.015 m, to 2/15/sqrt(36)
     found = snapshot_heights(tilted_plane(crank_angle), crank_angle)
     r = (np.arange(300) + 0.5) / 300 * 0.045
     z = np.linspace(0.0, 0.08, 2001)
@@ -187,7 +213,9 @@ def test_a_few_flying_particles_make_no_surface():
     ahead = np.arctan2(*(low["positions"] - low["chamber_floor"])[:, 1::-1].T)
     kept = np.abs(ahead) < 1.0
     kept[np.flatnonzero(~kept)[::200]] = True
-    heights = snapshot_heights({name: array[kept] if len(array) == len(kept) else array for name, array in low.items()}, 0.0)
+    heights = snapshot_heights(
+        {name: array[kept] if len(array) == len(kept) else array for name, array in low.items()}, 0.0
+    )
     assert not heights[np.cos(AZIMUTH) < 0.3].any()
     assert heights[np.cos(AZIMUTH) > 0.7].all()
 
@@ -198,7 +226,9 @@ def test_crest_history_follows_the_crank(tmp_path):
     names = ("positions", "radii", "chamber_floor", "chamber_attitude")
     for time, angle in ((0.0, 0.0), (1.0, 4.0)):
         plane = tilted_plane(angle)
-        number = len(tilted_plane(0.0)["radii"])  # lattices of two angles differ by a few balls, snapshots of a file do not
+        number = len(
+            tilted_plane(0.0)["radii"]
+        )  # lattices of two angles differ by a few balls, snapshots of a file do not
         plane["positions"] = np.resize(plane["positions"], (number, 3))
         plane["radii"] = np.resize(plane["radii"], number)
         recorder.snapshot(time, {name: plane[name] for name in names})
@@ -216,12 +246,18 @@ def test_orbit_of_the_mass_centre_is_its_circle_behind_the_crank(result):
 
 @pytest.mark.parametrize(
     ("names", "advice"),
-    [(["time", "charge_mass_centre_x"], "Run it with run.statistics = true"), (["time"], "its chamber is empty. Run a case with a charge")],
+    [
+        (["time", "charge_mass_centre_x"], "Run it with run.statistics = true"),
+        (["time"], "its chamber is empty. Run a case with a charge"),
+    ],
 )
 def test_a_result_without_statistics_says_how_to_get_them(tmp_path, names, advice):
     recorder = Recorder.create(tmp_path / "a.h5", "", {}, names, 1.0)
     recorder.close()
-    with open_result(tmp_path / "a.h5") as result, pytest.raises(ResultError, match=advice.replace(".", r"\.")):
+    with (
+        open_result(tmp_path / "a.h5") as result,
+        pytest.raises(ResultError, match=advice.replace(".", r"\.")),
+    ):
         window(result)
 
 

@@ -11,7 +11,13 @@ import pytest
 from nutamill.base.errors import CaseError
 from nutamill.base.library import CHARGES, SHAPES
 from nutamill.case import Case, load_case
-from nutamill.charge.filling.fill import fill_cylinder, near_pairs, random_attitudes, random_fill, size_octaves
+from nutamill.charge.filling.fill import (
+    fill_cylinder,
+    near_pairs,
+    random_attitudes,
+    random_fill,
+    size_octaves,
+)
 from nutamill.charge.model import Status
 from nutamill.charge.particles.particles import check_particles, clumps, joined, spheres
 from nutamill.charge.particles.shapes import clump_shape
@@ -54,12 +60,13 @@ def refused(folder, text, *overrides):
     return [line.removeprefix(f"{folder}/") for line in str(error.value).splitlines()]
 
 
-# the sand of 2025 -----------------------------------------------------------------------------------------------------
+# the sand of 2025 -------------------------------------------------------------------------------------------
 
 
 def test_the_sand_is_as_many_clumps_of_three_spheres_as_the_paper_counts_and_weighs(sand):
     particles, masses = charge_particles(sand), particle_masses(sand)
-    # SAIMM 2025 Table 3: 39534 clumps, 1.34 kg, so 33.9 mg each; the mean of the file is printed to a nanometre of 2.8 mm: 1e-6 in volume
+    # SAIMM 2025 Table 3: 39534 clumps, 1.34 kg, so 33.9 mg each; the mean of the file is printed to a
+    # nanometre of 2.8 mm: 1e-6 in volume
     assert (particles.number, particles.pebbles, len(particles.shapes)) == (39534, 118602, 10)
     assert masses.sum() == pytest.approx(1.34, rel=2e-6)
     assert 1e6 * masses.mean() == pytest.approx(33.9, abs=0.05)
@@ -82,7 +89,9 @@ def test_each_shape_of_the_sand_is_as_frequent_and_as_large_as_another(sand):
 
 def test_the_sand_is_flagged_as_a_stand_in(sand):
     (found,) = [str(warning) for warning in sand.warnings if warning.where == "charge.shapes"]
-    assert found.startswith('charge.shapes: "coarse-sand" is a stand-in: the scanned grains of SAIMM 2025 are not public')
+    assert found.startswith(
+        'charge.shapes: "coarse-sand" is a stand-in: the scanned grains of SAIMM 2025 are not public'
+    )
 
 
 def test_the_files_of_the_sand_are_what_their_script_makes():
@@ -97,7 +106,9 @@ def test_the_files_of_the_sand_are_what_their_script_makes():
 def test_the_bed_of_the_sand_fills_what_the_paper_says(sand):
     # SAIMM 2025 Table 2 gives 0.27; 1.34 kg over 1403 kg/m^3 in 140 mm x 228 mm is 0.2721
     part = sand.charge.parts[0]
-    assert charge_mass(sand) / (2480 * part.packing * sand.chamber.free_volume) == pytest.approx(0.2721, abs=1e-4)
+    assert charge_mass(sand) / (2480 * part.packing * sand.chamber.free_volume) == pytest.approx(
+        0.2721, abs=1e-4
+    )
 
 
 def test_turning_clumps_shorten_the_contact_that_rules_the_substep(sand):
@@ -110,7 +121,7 @@ def test_turning_clumps_shorten_the_contact_that_rules_the_substep(sand):
     assert run_clock(sand).substep <= quickest.time / 20
 
 
-# amounts --------------------------------------------------------------------------------------------------------------
+# amounts ----------------------------------------------------------------------------------------------------
 
 
 def test_a_fill_is_the_share_of_the_chamber_that_the_settled_bed_takes_up():
@@ -121,8 +132,15 @@ def test_a_fill_is_the_share_of_the_chamber_that_the_settled_bed_takes_up():
 
 
 def test_a_count_is_exactly_that_many_whatever_the_sizes():
-    law = 'charge.distribution={ law = "normal", by = "mass", mean = "5 mm", deviation = "1 mm", smallest = "3 mm", largest = "7 mm" }'
-    for sizes in ("charge.diameter=3 mm", 'charge.sizes=[["3 mm", 0.21], ["4 mm", 0.33], ["5 mm", 0.46]]', law):
+    law = (
+        'charge.distribution={ law = "normal", by = "mass", mean = "5 mm", deviation = "1 mm", smallest '
+        '= "3 mm", largest = "7 mm" }'
+    )
+    for sizes in (
+        "charge.diameter=3 mm",
+        'charge.sizes=[["3 mm", 0.21], ["4 mm", 0.33], ["5 mm", 0.46]]',
+        law,
+    ):
         assert particle_count(load_case("numill", [sizes, "charge.count=777"])) == 777
 
 
@@ -140,7 +158,7 @@ def test_the_later_of_two_amounts_takes_the_place_of_the_earlier():
     assert case.with_("charge.mass", 0.1).charge.count is None
 
 
-# parts ----------------------------------------------------------------------------------------------------------------
+# parts ------------------------------------------------------------------------------------------------------
 
 
 def test_parts_follow_each_other_each_of_its_material(tmp_path):
@@ -160,14 +178,24 @@ def test_every_pair_of_materials_has_its_law_and_its_facts(tmp_path):
     # numbers: steel 0, sand 1, acrylic 2
     assert set(pair_laws(case)) == {(0, 0), (0, 1), (0, 2), (1, 1), (1, 2)}
     facts = {found.pair: found for found in contact_facts(case)}
-    assert list(facts) == ["steel-steel", "steel-sand", "sand-sand", "steel-acrylic wall", "sand-acrylic wall"]
+    assert list(facts) == [
+        "steel-steel",
+        "steel-sand",
+        "sand-sand",
+        "steel-acrylic wall",
+        "sand-acrylic wall",
+    ]
     assert facts["steel-sand"].law.damping_ratio == 0.2
     steel = 7864 * math.pi / 6 * 0.00499**3
-    assert facts["steel-acrylic wall"].time == pytest.approx(math.pi * math.sqrt(steel / 499e3) / math.sqrt(1 - 0.28**2), rel=1e-12)
+    assert facts["steel-acrylic wall"].time == pytest.approx(
+        math.pi * math.sqrt(steel / 499e3) / math.sqrt(1 - 0.28**2), rel=1e-12
+    )
     # a ball and a clump: reduced mass of each one's own, found again from the facts of the like pairs
     clump = 2 * 500e3 * (facts["sand-sand"].time / math.pi) ** 2 * (1 - 0.212**2)
     reduced = steel * clump / (steel + clump)
-    assert facts["steel-sand"].time == pytest.approx(math.pi * math.sqrt(reduced / 500e3) / math.sqrt(1 - 0.2**2), rel=1e-12)
+    assert facts["steel-sand"].time == pytest.approx(
+        math.pi * math.sqrt(reduced / 500e3) / math.sqrt(1 - 0.2**2), rel=1e-12
+    )
 
 
 def test_a_bed_of_two_materials_weighs_where_its_mass_is(tmp_path):
@@ -178,7 +206,8 @@ def test_a_bed_of_two_materials_weighs_where_its_mass_is(tmp_path):
     steel, sand = particle_masses(case)[:500].sum(), particle_masses(case)[500:].sum()
     wrench = bed_weight(case, bed)
     assert wrench[2] == pytest.approx(-9.81 * (steel + sand), rel=1e-12)
-    # moment about the mass centre of the chamber, 240 mm down its tilted axis: only the place along the tilt's axis x counts
+    # moment about the mass centre of the chamber, 240 mm down its tilted axis: only the place along the
+    # tilt's axis x counts
     tilt = math.atan2(39, 366)
     x = (steel * 0.01 - sand * 0.02) / (steel + sand)
     lever = x * math.cos(tilt) + 0.06 * math.sin(tilt)
@@ -201,9 +230,13 @@ def test_one_key_of_a_part_may_be_changed_by_its_number(tmp_path):
 
 def test_a_charge_of_one_part_takes_the_place_of_parts_and_back(tmp_path):
     case = case_of(tmp_path, MIX)
-    single = case.with_(charge__kind="spheres", charge__material="steel", charge__diameter=0.005, charge__count=10)
+    single = case.with_(
+        charge__kind="spheres", charge__material="steel", charge__diameter=0.005, charge__count=10
+    )
     assert (len(single.charge.parts), particle_count(single)) == (1, 10)
-    again = single.with_("charge.part", [{"kind": "spheres", "material": "steel", "diameter": "5 mm", "fill": 0.05}])
+    again = single.with_(
+        "charge.part", [{"kind": "spheres", "material": "steel", "diameter": "5 mm", "fill": 0.05}]
+    )
     assert again.charge.kind is None and len(again.charge.parts) == 1
 
 
@@ -222,11 +255,13 @@ PELLETS = 'base = "numill"\n[charge]\n'
 FAULTS = {
     "two sizes": (
         'diameter = "5 mm"\nsizes = [["4 mm", 1.0]]',
-        'mill.toml:4: charge.sizes: needs one of diameter, sizes, distribution, got diameter and sizes. Write e.g. diameter = "5 mm"',
+        "mill.toml:4: charge.sizes: needs one of diameter, sizes, distribution, got diameter and "
+        'sizes. Write e.g. diameter = "5 mm"',
     ),
     "two amounts": (
         'mass = "1 kg"\nfill = 0.1',
-        'mill.toml:4: charge.fill: needs one of mass, count, fill, got mass and fill. Write e.g. mass = "1 kg"',
+        "mill.toml:4: charge.fill: needs one of mass, count, fill, got mass and fill. Write e.g. "
+        'mass = "1 kg"',
     ),
     "clumps without shapes": (
         'kind = "clumps"',
@@ -234,11 +269,13 @@ FAULTS = {
     ),
     "spheres with shapes": (
         'kind = "spheres"\nshapes = "coarse-sand"',
-        'mill.toml:4: charge.shapes: belongs to kind = "clumps", got kind = "spheres". Leave one of the two out',
+        'mill.toml:4: charge.shapes: belongs to kind = "clumps", got kind = "spheres". Leave one of '
+        "the two out",
     ),
     "unknown shapes": (
         'kind = "clumps"\nshapes = "coarse-sands"',
-        'mill.toml:4: charge.shapes: no set of shapes and no file is called "coarse-sands". Did you mean "coarse-sand"?',
+        'mill.toml:4: charge.shapes: no set of shapes and no file is called "coarse-sands". Did you '
+        'mean "coarse-sand"?',
     ),
     "unknown set": (
         'set = "coarsesand"',
@@ -246,37 +283,47 @@ FAULTS = {
     ),
     "shapes that fall apart": (
         'kind = "clumps"\nshapes = [[[0, 0, 0, 1], [3, 0, 0, 1]]]',
-        "mill.toml:4: charge.shapes: clump 0, spheres: must hang together, no chain of overlaps leads from sphere 0 to 1. Move them closer",
+        "mill.toml:4: charge.shapes: clump 0, spheres: must hang together, no chain of overlaps "
+        "leads from sphere 0 to 1. Move them closer",
     ),
     "key of the other law": (
-        'distribution = { law = "normal", mean = "5 mm", deviation = "1 mm", by = "mass", size = "3 mm", smallest = "3 mm", '
+        'distribution = { law = "normal", mean = "5 mm", deviation = "1 mm", by = "mass", size = "3 '
+        'mm", smallest = "3 mm", '
         'largest = "7 mm" }',
-        'mill.toml:3: charge.distribution: size does not belong to law = "normal". Its keys: mean, deviation, by',
+        'mill.toml:3: charge.distribution: size does not belong to law = "normal". Its keys: mean, '
+        "deviation, by",
     ),
     "number or mass": (
-        'distribution = { law = "normal", mean = "5 mm", deviation = "1 mm", smallest = "3 mm", largest = "7 mm" }',
+        'distribution = { law = "normal", mean = "5 mm", deviation = "1 mm", smallest = "3 mm", '
+        'largest = "7 mm" }',
         'mill.toml:3: charge.distribution: by is missing, with law = "normal". Its keys: mean, deviation, by',
     ),
     "cuts the wrong way round": (
-        'distribution = { law = "rosin_rammler", size = "5 mm", exponent = 3, smallest = "7 mm", largest = "3 mm" }',
+        'distribution = { law = "rosin_rammler", size = "5 mm", exponent = 3, smallest = "7 mm", '
+        'largest = "3 mm" }',
         "mill.toml:3: charge.distribution: smallest must be less than largest, got 0.007 m and 0.003 m",
     ),
     "cuts beyond the law": (
-        'distribution = { law = "rosin_rammler", size = "1 mm", exponent = 9, smallest = "6 mm", largest = "7 mm" }',
-        "mill.toml:3: charge.distribution: nothing of the law lies between the cuts. Move smallest and largest",
+        'distribution = { law = "rosin_rammler", size = "1 mm", exponent = 9, smallest = "6 mm", '
+        'largest = "7 mm" }',
+        "mill.toml:3: charge.distribution: nothing of the law lies between the cuts. Move smallest "
+        "and largest",
     ),
     # 100000 x pi/6 (5 mm)^3 / 0.58 = 11.28 L; pi/4 (140 mm)^2 x 228 mm = 3.51 L hold 31102.8 of them
     "too many": (
         "count = 100000",
-        "mill.toml:3: charge.count: 100000 particles need 11.3 L loose, the chamber holds 3.51 L. Largest number that settles: 31102",
+        "mill.toml:3: charge.count: 100000 particles need 11.3 L loose, the chamber holds 3.51 L. "
+        "Largest number that settles: 31102",
     ),
     # 1.347 kg / 7863.7 kg/m^3 / (pi/6 (1 um)^3) = 3.3e14
     "dust": (
         'diameter = "1 um"',
-        "numill-2026.toml: charge.mass: makes 3.3e+14 particles, at most 1e+08 can be meant. Take less, or coarser particles",
+        "numill-2026.toml: charge.mass: makes 3.3e+14 particles, at most 1e+08 can be meant. Take "
+        "less, or coarser particles",
     ),
     "parts and keys of their own": (
-        'material = "steel"\n[[charge.part]]\nkind = "spheres"\nmaterial = "steel"\ndiameter = "5 mm"\ncount = 1',
+        'material = "steel"\n[[charge.part]]\nkind = "spheres"\nmaterial = "steel"\ndiameter = "5 '
+        'mm"\ncount = 1',
         "mill.toml:3: charge.material: a charge has either parts or keys of its own, got parts and material. "
         "Move it into a [[charge.part]]",
     ),
@@ -296,17 +343,20 @@ def test_faults_of_parts_are_found_in_their_lines(tmp_path):
     text = MIX.replace("count = 500\n", "").replace("count = 2000\n[contact", 'material = "snad"\n[contact')
     assert refused(tmp_path, text) == [
         'mill.toml:8: charge.part[1].material: no material is called "snad". Did you mean "sand"?',
-        'mill.toml:2: charge.part[0].mass: needs one of mass, count, fill, got none. Write e.g. mass = "1 kg"',
+        "mill.toml:2: charge.part[0].mass: needs one of mass, count, fill, got none. Write e.g. mass "
+        '= "1 kg"',
     ]
     assert refused(tmp_path, MIX.replace('kind = "spheres"', 'kind = "sphere"')) == [
-        'mill.toml:3: charge.part[0].kind: must be one of "spheres", "clumps", got "sphere". Did you mean "spheres"?'
+        'mill.toml:3: charge.part[0].kind: must be one of "spheres", "clumps", got "sphere". Did you '
+        'mean "spheres"?'
     ]
     assert refused(tmp_path, MIX.split("[contact")[0])[0].endswith(
-        "contact.pairs.steel-sand: is missing: the charge is steel and touches sand. Add a table [contact.pairs.steel-sand]"
+        "contact.pairs.steel-sand: is missing: the charge is steel and touches sand. Add a table "
+        "[contact.pairs.steel-sand]"
     )
 
 
-# particles and their places -------------------------------------------------------------------------------------------
+# particles and their places ---------------------------------------------------------------------------------
 
 DUMBBELL = clump_shape([[0, 0, 0], [1, 0, 0]], [0.8, 0.7])
 
@@ -315,7 +365,9 @@ def test_clumps_and_spheres_join_into_one_charge():
     both = joined([spheres(np.array([4e-3, 5e-3]), 1), clumps([DUMBBELL], np.array([3e-3]), 0)])
     assert both.number == 3 and both.pebbles == 4 and not both.spheres_only
     assert both.diameter == pytest.approx([4e-3, 5e-3, 3e-3], rel=1e-12)
-    assert both.mass([2000.0, 3000.0]) == pytest.approx(np.array([3000, 3000, 2000]) * math.pi / 6 * both.diameter**3, rel=1e-12)
+    assert both.mass([2000.0, 3000.0]) == pytest.approx(
+        np.array([3000, 3000, 2000]) * math.pi / 6 * both.diameter**3, rel=1e-12
+    )
     assert both.bounding_radius[2] == pytest.approx(DUMBBELL.scaled(3e-3).bounding_radius, rel=1e-12)
 
 
@@ -353,7 +405,8 @@ def test_filled_clumps_keep_clear_of_each_other_and_of_the_chamber():
 def test_random_attitudes_favour_no_direction():
     w, x, y, z = random_attitudes(20_000, seed=2).T
     up = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
-    # a direction of no preference has mean 0 and mean square 1/3 in each axis; five standard errors, of variances 1/3 and 1/5 - 1/9
+    # a direction of no preference has mean 0 and mean square 1/3 in each axis; five standard errors, of
+    # variances 1/3 and 1/5 - 1/9
     assert np.abs(up.mean(axis=1)).max() < 5 * math.sqrt(1 / 3 / 20_000)
     assert np.abs((up**2).mean(axis=1) - 1 / 3).max() < 5 * math.sqrt((1 / 5 - 1 / 9) / 20_000)
 
@@ -379,11 +432,27 @@ def test_a_fill_of_many_sizes_is_free_of_overlaps():
 
 SPOILED = {
     "no size": ("scale", [1e-3, 0.0, 1e-3], "particles.scale: must be positive, not so for particles 1"),
-    "no such shape": ("shape_of", [0, 0, 5], "particles.shape_of: must be from 0 to 0, not so for particles 2"),
-    "no such material": ("material", [0, -1, 0], "particles.material: must be from 0 to 0, not so for particles 1"),
-    "nowhere": ("centre", [[0, 0, 0], [0, 0, 1], [0, math.nan, 0]], "particles.centre: must be finite, not so for particles 2"),
+    "no such shape": (
+        "shape_of",
+        [0, 0, 5],
+        "particles.shape_of: must be from 0 to 0, not so for particles 2",
+    ),
+    "no such material": (
+        "material",
+        [0, -1, 0],
+        "particles.material: must be from 0 to 0, not so for particles 1",
+    ),
+    "nowhere": (
+        "centre",
+        [[0, 0, 0], [0, 0, 1], [0, math.nan, 0]],
+        "particles.centre: must be finite, not so for particles 2",
+    ),
     "no attitude": ("attitude", None, "particles.attitude: is missing, and not all particles are spheres"),
-    "no unit quaternion": ("attitude", [[1, 0, 0, 0], [0, 0, 0, 0], [1, 0, 0, 0]], "must be unit quaternions, not so for particles 1"),
+    "no unit quaternion": (
+        "attitude",
+        [[1, 0, 0, 0], [0, 0, 0, 0], [1, 0, 0, 0]],
+        "must be unit quaternions, not so for particles 1",
+    ),
     "too few": ("centre", [[0, 0, 0]], "particles.centre: must have shape (3, 3), got (1, 3)"),
 }
 
@@ -391,9 +460,14 @@ SPOILED = {
 @pytest.mark.parametrize("name", SPOILED)
 def test_particles_that_cannot_be_are_refused_by_id(name):
     field, value, said = SPOILED[name]
-    good = clumps([DUMBBELL], np.full(3, 1e-3)).placed(np.zeros((3, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (3, 1)))
+    good = clumps([DUMBBELL], np.full(3, 1e-3)).placed(
+        np.zeros((3, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
+    )
     check_particles(good, [2500.0])
-    fields = {name: getattr(good, name) for name in ("shapes", "shape_of", "scale", "material", "centre", "attitude")}
+    fields = {
+        name: getattr(good, name)
+        for name in ("shapes", "shape_of", "scale", "material", "centre", "attitude")
+    }
     fields[field] = None if value is None else np.array(value)
     with pytest.raises(CaseError) as error:
         check_particles(type(good)(**fields), [2500.0])
@@ -405,7 +479,7 @@ def test_particles_without_mass_are_refused_by_id():
         check_particles(spheres(np.full(2, 1e-3)).placed(np.zeros((2, 3))), [0.0])
 
 
-# in the mill ----------------------------------------------------------------------------------------------------------
+# in the mill ------------------------------------------------------------------------------------------------
 
 TWO_SIZES = """base = "numill-2025"
 [[charge.part]]
@@ -442,7 +516,8 @@ def test_the_sheet_tells_number_mass_sizes_and_fill_of_each_part(tmp_path):
     assert (steel.name, sand.name) == ("spheres of steel", "spheres of sand")
     # the fewest that weigh 0.1 kg; the largest weighs 7864 pi/6 (7 mm)^3 = 1.4 g
     assert 0.1 <= steel.mass < 0.1 + 7864 * math.pi / 6 * 0.007**3
-    # half the mass below the median of the cut law, (d/5 mm)^5 = -ln(1 - F) with F half way between the cuts; the
+    # half the mass below the median of the cut law, (d/5 mm)^5 = -ln(1 - F) with F half way between the cuts;
+    # the
     # sample is off by three masses of the largest at most (as in the tests of sizes), the percentile by one
     below = [1 - math.exp(-((d / 5) ** 5)) for d in (3, 7)]
     median = 5e-3 * (-math.log(1 - sum(below) / 2)) ** 0.2
@@ -451,7 +526,14 @@ def test_the_sheet_tells_number_mass_sizes_and_fill_of_each_part(tmp_path):
     # 1 % of the chamber, up to one particle of 14 mm^3 at 0.58
     assert 0.01 <= sand.filling < 0.01 + 14.2e-9 / 0.58 / 3.5e-3
     assert sheet.filling == steel.filling + sand.filling
-    lines = [line for line in sheet.lines() if " of steel" in line or " of sand" in line or "together" in line]
-    assert lines[0].startswith(f"charge    {steel.particles} spheres of steel, 0.1") and "d10/50/90" in lines[0]
-    assert f"{sand.particles} spheres of sand" in lines[1] and "d 3 mm, fill 1.0 % loose at solids fraction 0.58" in lines[1]
+    lines = [
+        line for line in sheet.lines() if " of steel" in line or " of sand" in line or "together" in line
+    ]
+    assert (
+        lines[0].startswith(f"charge    {steel.particles} spheres of steel, 0.1") and "d10/50/90" in lines[0]
+    )
+    assert (
+        f"{sand.particles} spheres of sand" in lines[1]
+        and "d 3 mm, fill 1.0 % loose at solids fraction 0.58" in lines[1]
+    )
     assert f"together {steel.particles + sand.particles}, " in lines[2]

@@ -32,7 +32,9 @@ LAW = PairLaw(1e5, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.1)
 
 def test_stiffness_is_direct_or_in_series():
     assert pair_stiffness(1 / 5e5, 0.0, 0.0, 0.005, 0.003) == pytest.approx(5e5)
-    assert pair_stiffness(0.0, 1 / 2e8, 1 / 3e6, 0.005, 0.003) == pytest.approx(1 / (1 / (2e8 * 0.005) + 1 / (3e6 * 0.003)))
+    assert pair_stiffness(0.0, 1 / 2e8, 1 / 3e6, 0.005, 0.003) == pytest.approx(
+        1 / (1 / (2e8 * 0.005) + 1 / (3e6 * 0.003))
+    )
 
 
 def test_normal_force_is_cut_at_its_floor():
@@ -61,7 +63,9 @@ def test_friction_never_exceeds_its_limit_and_goes_over_to_the_dynamic_coefficie
 
 
 def test_friction_spring_lies_in_the_tangent_plane():
-    out = displacement_friction(StoredDisplacement(), 1e-6, 2e-6, 3e-6, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 9.0, 1.0, 1.0, 1e-6)
+    out = displacement_friction(
+        StoredDisplacement(), 1e-6, 2e-6, 3e-6, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 9.0, 1.0, 1.0, 1e-6
+    )
     assert out[2] == 0.0
     # trapezoidal: force with half the slip, memory with all of it
     assert out[0] == pytest.approx(-1e5 * (1e-6 + 0.05e-6))
@@ -70,12 +74,16 @@ def test_friction_spring_lies_in_the_tangent_plane():
 
 def test_constant_rolling_moment_opposes_the_spin():
     # far above the spin that a tenth of the inertia would stop in a substep
-    out = constant_rolling(RollingTypeA(), 0.0, 0.0, 0.0, 3.0, 0.0, 4.0, 0.0, 0.0, 1.0, 1e5, 1.0, 1.0, 2e-5, 1e-6)
+    out = constant_rolling(
+        RollingTypeA(), 0.0, 0.0, 0.0, 3.0, 0.0, 4.0, 0.0, 0.0, 1.0, 1e5, 1.0, 1.0, 2e-5, 1e-6
+    )
     assert out == pytest.approx((-2e-5 * 0.6, 0.0, -2e-5 * 0.8, 0.0, 0.0, 0.0))
 
 
 def test_rolling_spring_ignores_twist_about_the_normal():
-    out = spring_rolling(RollingTypeC(), 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 1.0, 1e-3, 1.0, 1.0, 1.0, 1e-6)
+    out = spring_rolling(
+        RollingTypeC(), 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 1.0, 1e-3, 1.0, 1.0, 1.0, 1e-6
+    )
     assert out == pytest.approx((0.0,) * 6)
 
 
@@ -85,14 +93,19 @@ coordinate = st.floats(-0.03, 0.03)
 @settings(max_examples=60, deadline=None)
 @given(coordinate, coordinate, coordinate)
 def test_box_gives_the_distance_to_its_nearest_point(x, y, z):
-    # brute force: the nearest of all points of the solid box is the clamped one; sampled here on a grid of each face
+    # brute force: the nearest of all points of the solid box is the clamped one; sampled here on a grid of
+    # each face
     half = np.array([0.01, 0.015, 0.005])
     r = 0.0025
     centre = np.array([x, y, z])
     overlap, *normal = surface_contact(int(SurfaceKind.BOX), x, y, z, r, *half)
     grid = np.linspace(-1.0, 1.0, 41)
     a, b = np.meshgrid(grid, grid)
-    faces = [np.stack([s * np.ones_like(a), a, b], -1).reshape(-1, 3)[:, np.roll([0, 1, 2], k)] for k in range(3) for s in (-1, 1)]
+    faces = [
+        np.stack([s * np.ones_like(a), a, b], -1).reshape(-1, 3)[:, np.roll([0, 1, 2], k)]
+        for k in range(3)
+        for s in (-1, 1)
+    ]
     nearest = np.linalg.norm(np.concatenate(faces) * half - centre, axis=1).min()
     inside = (np.abs(centre) < half).all()
     assert np.linalg.norm(normal) == pytest.approx(1.0)
@@ -147,7 +160,12 @@ def test_vector_moves_do_what_their_plain_twins_do():
 
 def refuse(*words, **changes):
     """Build a small charge with `changes`, expect a CaseError that has all `words`."""
-    given = {"positions": [[0, 0, 0], [0, 0, 0.01]], "radii": [0.0025, 0.0025], "materials": [0, 0], "densities": [7800.0]}
+    given = {
+        "positions": [[0, 0, 0], [0, 0, 0.01]],
+        "radii": [0.0025, 0.0025],
+        "materials": [0, 0],
+        "densities": [7800.0],
+    }
     given |= {"pair_laws": {(0, 0): LAW}, "surfaces": (), "n_bodies": 1}
     with pytest.raises(CaseError) as caught:
         charge(**(given | changes))
@@ -166,7 +184,12 @@ def test_particle_outside_is_named():
 
 def test_sizes_densities_and_laws_that_cannot_be_are_refused_together():
     refuse("radii", "density of material 0", radii=[0.0025, -1.0], densities=[0.0])
-    refuse("materials 0 and 1", materials=[0, 1], densities=[7800.0, 2500.0], pair_laws={(0, 0): LAW, (1, 1): LAW})
+    refuse(
+        "materials 0 and 1",
+        materials=[0, 1],
+        densities=[7800.0, 2500.0],
+        pair_laws={(0, 0): LAW, (1, 1): LAW},
+    )
     refuse("finite", positions=[[0, 0, math.nan], [0, 0, 0.01]])
 
 
@@ -211,27 +234,40 @@ def test_too_much_charge_is_refused():
 @pytest.mark.parametrize("v_n", [0.0, 1e-38, -1e-38])
 def test_a_contact_at_rest_on_the_verge_of_touching_has_a_finite_force(overlap, v_n):
     # k = 1e5 N/m: at most 1e5 * 1e-10 = 1e-5 N of spring, and no dashpot at no speed
-    single = [np.float32(x) for x in (overlap, v_n, 0.0, 1e-3, 1e-3, 5e-3, 5e-3, 1e-5, 0.0, 0.0, 0.4, -np.inf, 3e-6)]
+    single = [
+        np.float32(x) for x in (overlap, v_n, 0.0, 1e-3, 1e-3, 5e-3, 5e-3, 1e-5, 0.0, 0.0, 0.4, -np.inf, 3e-6)
+    ]
     assert abs(linear_force(LinearSpring(), *single)[0]) <= 1.1e-5
 
 
 def test_balls_that_just_touch_at_rest_stay_at_rest():
-    # whatever the rounding of their distance: forces are at most k times the rounding of a coordinate in single precision
+    # whatever the rounding of their distance: forces are at most k times the rounding of a coordinate in
+    # single precision
     rng = np.random.default_rng(3)
     r, k, dt = 0.0025, 5e5, 3e-6
-    first = 0.02 * np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3) + 1e-4 * rng.random((216, 3))
+    first = 0.02 * np.stack(np.meshgrid(*[np.arange(6.0)] * 3), axis=-1).reshape(-1, 3) + 1e-4 * rng.random(
+        (216, 3)
+    )
     n, way = len(first), rng.normal(size=(216, 3))
     second = first + 2.0 * r * way / np.linalg.norm(way, axis=1)[:, None]
     law = PairLaw(k, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.1)
     built = charge(
-        np.concatenate([first, second]), np.full(2 * n, r), np.zeros(2 * n, int), [7800.0], {(0, 0): law}, [], 1, gravity=(0, 0, 0)
+        np.concatenate([first, second]),
+        np.full(2 * n, r),
+        np.zeros(2 * n, int),
+        [7800.0],
+        {(0, 0): law},
+        [],
+        1,
+        gravity=(0, 0, 0),
     )
     model, state, _ = built
     start(*built, dt)
     still = np.zeros((1, 19))
     still[0, 3] = 1.0
     run_team(window, (*built, still, np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]), 1, dt), 1)
-    # three coordinates of two balls and their two radii are each half a fixed-point unit off, and the distance is a float32
+    # three coordinates of two balls and their two radii are each half a fixed-point unit off, and the
+    # distance is a float32
     rounding = (math.sqrt(3.0) + 1.0) / model.scale + 2.0 * r * 2.0**-23
     assert state.status[0] == 0
     assert np.abs(velocities(model, state)).max() <= k * rounding * dt / state.body[1, 0]

@@ -1,4 +1,6 @@
-"""The command line: what it prints, where, and with which exit code; the runs behind it are tested elsewhere."""
+"""The command line: what it prints, where, and with which exit code; the runs behind it are tested
+elsewhere.
+"""
 
 import json
 import subprocess
@@ -53,15 +55,21 @@ def engine(monkeypatch):
         asked[figure] = path
         return path
 
-    monkeypatch.setitem(sys.modules, "nutamill.simulation.march", types.SimpleNamespace(run=run, resume=resume))
+    monkeypatch.setitem(
+        sys.modules, "nutamill.simulation.march", types.SimpleNamespace(run=run, resume=resume)
+    )
     monkeypatch.setattr("nutamill.simulation.march", sys.modules["nutamill.simulation.march"], raising=False)
     drawn = types.SimpleNamespace(draw_run=lambda result: "picture", draw_ledger=lambda result: "power")
     monkeypatch.setitem(sys.modules, "nutamill.view.figures.run", drawn)
-    monkeypatch.setitem(sys.modules, "nutamill.view.figures.saving", types.SimpleNamespace(save_figure=save_figure))
+    monkeypatch.setitem(
+        sys.modules, "nutamill.view.figures.saving", types.SimpleNamespace(save_figure=save_figure)
+    )
     monkeypatch.setitem(
         sys.modules,
         "nutamill.analysis.windows",
-        types.SimpleNamespace(summary_lines=lambda result: ["crank-pin force 981 N"], warning_lines=lambda result: []),
+        types.SimpleNamespace(
+            summary_lines=lambda result: ["crank-pin force 981 N"], warning_lines=lambda result: []
+        ),
     )
     # what a run of a mechanism prints and draws is not asked for here
     names = ("mechanism_summary_lines", "mechanism_warning_lines", "draw_reactions")
@@ -72,14 +80,26 @@ def engine(monkeypatch):
 
 
 def test_help_is_answered_without_any_heavy_import():
-    heavy = ["numba", "numpy", "scipy", "scipy.signal", "xarray", "matplotlib", "h5py", "pydantic", "llvmlite"]
+    heavy = [
+        "numba",
+        "numpy",
+        "scipy",
+        "scipy.signal",
+        "xarray",
+        "matplotlib",
+        "h5py",
+        "pydantic",
+        "llvmlite",
+    ]
     program = f"import sys, nutamill, nutamill.cli; print([name for name in {heavy} if name in sys.modules])"
     said = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert said.stdout.strip() == "[]"
 
 
 def test_the_package_itself_is_the_command():
-    said = subprocess.run([sys.executable, "-m", "nutamill", "--version"], capture_output=True, text=True, check=True)
+    said = subprocess.run(
+        [sys.executable, "-m", "nutamill", "--version"], capture_output=True, text=True, check=True
+    )
     assert said.stdout.startswith("nutamill ")
 
 
@@ -88,7 +108,10 @@ def test_new_writes_a_file_that_loads_and_never_over_another(invoke, tmp_path):
     text = (tmp_path / "mymill.toml").read_text()
     assert load_case(tmp_path / "mymill.toml").drive == load_case("numill-2025").drive
     again = invoke("new", "mymill.toml")
-    assert (again.exit_code, again.stderr) == (2, "mymill.toml: is there already and is not written over. Take another name\n")
+    assert (again.exit_code, again.stderr) == (
+        2,
+        "mymill.toml: is there already and is not written over. Take another name\n",
+    )
     assert (tmp_path / "mymill.toml").read_text() == text
 
 
@@ -110,7 +133,9 @@ def test_check_says_the_contacts_in_other_programs_when_asked(invoke, monkeypatc
     assert "pair_coeff i j hooke 500000 0.5" in said
 
 
-@pytest.mark.parametrize(("command", "held"), [("mount-test", ("time [s]", "displacement [mm]")), ("mounts", ("RADIUS DEPTH",))])
+@pytest.mark.parametrize(
+    ("command", "held"), [("mount-test", ("time [s]", "displacement [mm]")), ("mounts", ("RADIUS DEPTH",))]
+)
 def test_help_swallows_no_brackets(invoke, command, held):
     said = " ".join(invoke(command, "--help").stdout.replace("│", " ").split())
     assert all(text in said for text in held)
@@ -142,7 +167,10 @@ def test_a_quick_run_is_rigid_and_says_that_it_is_a_demonstration(invoke, engine
 def test_a_run_that_fails_exits_with_1(invoke, engine):
     engine["fault"] = StepError("t=0.4 s: particle 812 overlaps. Take a smaller step.")
     said = invoke("run", "numill")
-    assert (said.exit_code, said.stderr.splitlines()[-1]) == (1, "t=0.4 s: particle 812 overlaps. Take a smaller step.")
+    assert (said.exit_code, said.stderr.splitlines()[-1]) == (
+        1,
+        "t=0.4 s: particle 812 overlaps. Take a smaller step.",
+    )
 
 
 @pytest.mark.parametrize(
@@ -165,11 +193,16 @@ def test_resume_takes_a_new_end_with_its_unit(invoke, engine):
 
 def test_resume_refuses_an_end_without_unit(invoke):
     wrong = invoke("resume", "a.h5", "--until", "20")
-    assert (wrong.exit_code, wrong.stderr) == (2, '--until: needs a unit: write "20 s" (a plain number is ambiguous)\n')
+    assert (wrong.exit_code, wrong.stderr) == (
+        2,
+        '--until: needs a unit: write "20 s" (a plain number is ambiguous)\n',
+    )
 
 
 def test_show_of_a_result_says_its_means_its_state_and_where_it_comes_from(invoke, engine, monkeypatch):
-    monkeypatch.setitem(sys.modules, "nutamill.result", types.SimpleNamespace(open_result=lambda path: OneResult()))
+    monkeypatch.setitem(
+        sys.modules, "nutamill.result", types.SimpleNamespace(open_result=lambda path: OneResult())
+    )
     assert invoke("show", "a.h5").stdout.split() == [
         "crank-pin",
         "force",

@@ -1,4 +1,6 @@
-"""Every command, given a missing file, a wrong file, an unwritable place or an unknown suffix: one sentence and its exit code."""
+"""Every command, given a missing file, a wrong file, an unwritable place or an unknown suffix: one sentence
+and its exit code.
+"""
 
 import math
 from pathlib import Path
@@ -14,7 +16,16 @@ from nutamill.case import load_case
 from nutamill.simulation import march
 
 PENDULUM = Path(__file__).parents[2] / "examples/mechanisms/pendulum.toml"
-EMPTY = ("-s", "charge.kind=none", "-s", "mechanism.mounting=rigid", "-s", "run.until=2 ms", "-s", "drive.ramp=7000 rpm/s")
+EMPTY = (
+    "-s",
+    "charge.kind=none",
+    "-s",
+    "mechanism.mounting=rigid",
+    "-s",
+    "run.until=2 ms",
+    "-s",
+    "drive.ramp=7000 rpm/s",
+)
 FILES = {
     "fit.toml": """
 case = "numill"
@@ -64,13 +75,18 @@ source = "page 1"
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, film):
-    """A file of each kind that commands take, results of a mill with and without charge, and files that are wrong."""
+    """A file of each kind that commands take, results of a mill with and without charge, and files that are
+    wrong.
+    """
     place = tmp_path_factory.mktemp("commands")
     for name, text in FILES.items():
         (place / name).write_text(text)
     (place / "junk.h5").write_bytes(bytes(range(256)) * 8)
     film(place / "film.h5", 2, 5)
-    case = load_case("numill-2025", ["charge.kind=none", "drive.speed=700 rpm", "drive.ramp=70000 rpm/s", "run.until=0.2 s"])
+    case = load_case(
+        "numill-2025",
+        ["charge.kind=none", "drive.speed=700 rpm", "drive.ramp=70000 rpm/s", "run.until=0.2 s"],
+    )
     march.run(case, place / "empty.h5").close()
     march.run(load_case(PENDULUM, ["run.until=50 ms"]), place / "pendulum.h5").close()
     import_test(place / "test.csv", place / "map.toml", place / "measured.h5")
@@ -141,7 +157,16 @@ OUTPUTS = {
     "compare": ("empty.h5", "measured.h5", "--picture", "{}.png"),
 }
 """A call of each command that writes a file, with its place left open."""
-WRONG = ("missing.toml", "missing.h5", "junk.h5", "words.txt", "a_folder.png", "fit.toml", "measured.h5", "pendulum.h5")
+WRONG = (
+    "missing.toml",
+    "missing.h5",
+    "junk.h5",
+    "words.txt",
+    "a_folder.png",
+    "fit.toml",
+    "measured.h5",
+    "pendulum.h5",
+)
 """Files that no command can use, but those of `RIGHT`."""
 RIGHT = {
     "measured.h5": ("show", "verify", "plot", "compare"),
@@ -153,7 +178,9 @@ WITHOUT_FILES = {"schema", "bench", "info"}
 
 
 def refused(told, code):
-    """Whether a command ended with this code and with a few plain lines, none of them of a traceback or of another program."""
+    """Whether a command ended with this code and with a few plain lines, none of them of a traceback or of
+    another program.
+    """
     assert told.exception is None or isinstance(told.exception, SystemExit), repr(told.exception)
     assert told.exit_code == code, told.output
     lines = told.stderr.strip().splitlines()
@@ -187,7 +214,9 @@ def test_a_place_that_cannot_be_written_is_named(invoke, command):
     assert "words.txt/x" in refused(told, ExitCode.NOT_WRITTEN)
 
 
-@pytest.mark.parametrize("command", [name for name, words in OUTPUTS.items() if any("{}." in word for word in words)])
+@pytest.mark.parametrize(
+    "command", [name for name, words in OUTPUTS.items() if any("{}." in word for word in words)]
+)
 def test_a_file_to_be_written_with_the_suffix_of_nothing_is_bad_input(invoke, folder, command):
     told = invoke(command, *("a.xyz" if "{}." in word else word for word in OUTPUTS[command]))
     assert refused(told, ExitCode.BAD_INPUT).startswith("a.xyz: must end with ")

@@ -23,12 +23,15 @@ def number(text, after):
 
 
 def test_lammps_line_has_the_stiffness_and_the_dashpot_of_the_pair():
-    # hooke k e: eta = sqrt(4 m k/(1 + (pi/ln e)^2)) must be 2 zeta sqrt(m k); the spring of two steel pellets is E d/2
+    # hooke k e: eta = sqrt(4 m k/(1 + (pi/ln e)^2)) must be 2 zeta sqrt(m k); the spring of two steel pellets
+    # is E d/2
     line = lammps(touch())[0]
     k, e = number(line, "hooke"), float(line.split()[line.split().index("hooke") + 2])
     assert k == pytest.approx(E * 0.005 / 2)
     zeta = damping_ratio_from_restitution(0.5, False)
-    assert math.sqrt(4 * MASS / 2 * k / (1 + (math.pi / math.log(e)) ** 2)) == pytest.approx(2 * zeta * math.sqrt(MASS / 2 * k), rel=1e-5)
+    assert math.sqrt(4 * MASS / 2 * k / (1 + (math.pi / math.log(e)) ** 2)) == pytest.approx(
+        2 * zeta * math.sqrt(MASS / 2 * k), rel=1e-5
+    )
     assert line.endswith("tangential linear_history 500000 0 0.5 rolling sds 500000 0 0.01")
 
 
@@ -85,6 +88,14 @@ def test_a_law_that_a_program_lacks_is_said_to_be_missing(program):
 
 def test_every_pair_is_said_in_every_program_and_an_empty_mill_in_none():
     lines = dialect_lines(load_case("numill"))
-    assert [line.split(":")[0] for line in lines if not line.startswith(" ")] == ["steel-steel", "steel-acrylic wall"]
-    assert [line.split()[0] for line in lines if re.match(r"  \w", line)] == ["Rocky", "PFC", "LAMMPS", "LIGGGHTS"] * 2
+    assert [line.split(":")[0] for line in lines if not line.startswith(" ")] == [
+        "steel-steel",
+        "steel-acrylic wall",
+    ]
+    assert [line.split()[0] for line in lines if re.match(r"  \w", line)] == [
+        "Rocky",
+        "PFC",
+        "LAMMPS",
+        "LIGGGHTS",
+    ] * 2
     assert dialect_lines(load_case("numill", ["charge.kind=none"])) == []

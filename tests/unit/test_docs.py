@@ -28,7 +28,10 @@ def pages(tmp_path):
 
 def test_reference_names_every_recorded_quantity_and_every_key(pages):
     assert all(f"`{field.name}`" in pages["fields"] for field in (*SERIES, *SNAPSHOT))
-    assert all(f"`{key}`" in pages["case"] for key in ("crank_radius", "tangential_ratio", "snapshots", "shear_stiffness"))
+    assert all(
+        f"`{key}`" in pages["case"]
+        for key in ("crank_radius", "tangential_ratio", "snapshots", "shear_stiffness")
+    )
     assert all(f"`nutamill {name}`" in pages["commands"] for name in ("run", "view", "import", "report"))
     assert "hertz_force" in pages["laws"]
     assert all(f"| {code.value} | {code.meaning} |" in pages["commands"] for code in ExitCode)
@@ -48,7 +51,18 @@ def test_example_is_short_says_what_it_does_and_imports_what_there_is(path):
 def test_site_builds_without_a_warning(tmp_path):
     for name in ("sphinx", "myst_parser", "pydata_sphinx_theme"):
         pytest.importorskip(name, reason='needs the extra "docs"')
-    build = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", str(ROOT / "docs"), str(tmp_path / "site")]
+    build = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-W",
+        "--keep-going",
+        "-q",
+        "-b",
+        "html",
+        str(ROOT / "docs"),
+        str(tmp_path / "site"),
+    ]
     told = subprocess.run(build, capture_output=True, text=True, timeout=300)
     assert told.returncode == 0, told.stderr
     assert (tmp_path / "site/generated/gallery.html").stat().st_size > 5000

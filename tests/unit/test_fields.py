@@ -14,7 +14,9 @@ def test_every_name_of_a_mill_has_unit_symbol_and_meaning():
         field = series_field(name)
         assert field.name == name
         assert all((field.unit, field.symbol, field.label, field.meaning))
-        assert not any("{mount}" in text or "{sensor}" in text for text in (field.label, field.meaning, field.point))
+        assert not any(
+            "{mount}" in text or "{sensor}" in text for text in (field.label, field.meaning, field.point)
+        )
 
 
 def test_part_of_the_machine_is_filled_in_where_people_read():
@@ -26,7 +28,10 @@ def test_machine_without_mounts_has_no_mount_series():
     assert not [name for name in expand(mounts=0) if name.startswith("mount_")]
 
 
-@pytest.mark.parametrize(("wrong", "right"), [("crankpin_force_radial", "crank_pin_force_radial"), ("mount_0_force_x", "mount_._force_x")])
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [("crankpin_force_radial", "crank_pin_force_radial"), ("mount_0_force_x", "mount_._force_x")],
+)
 def test_unknown_name_is_refused_with_the_nearest_one(wrong, right):
     with pytest.raises(CaseError, match=right):
         series_field(wrong)

@@ -56,7 +56,8 @@ def test_band_holds_every_sample_and_line_is_the_mean_over_a_turn(result):
     assert band.y0 == pytest.approx(result.series["driveshaft_torque"].values.min())
     assert band.y1 == pytest.approx(result.series["driveshaft_torque"].values.max())
     mean = next(line for line in axes.lines if line.get_label() == "mean over a turn").get_ydata()
-    # at ten turns a second 100 samples make a turn: a linear interpolation of the integral is wrong by (0.063)^2 / 8 at most
+    # at ten turns a second 100 samples make a turn: a linear interpolation of the integral is wrong by
+    # (0.063)^2 / 8 at most
     assert np.abs(mean[len(mean) // 2 :] - 5.0).max() < 5e-4
 
 

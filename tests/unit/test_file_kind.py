@@ -1,4 +1,6 @@
-"""A file of another kind than a command takes is recognised, called what it is, and sent to the command that takes it."""
+"""A file of another kind than a command takes is recognised, called what it is, and sent to the command that
+takes it.
+"""
 
 from pathlib import Path
 
@@ -21,7 +23,8 @@ TEXTS = {
     FileKind.CASE: 'base = "numill"\n[drive]\nspeed = "500 rpm"\n',
     FileKind.MECHANISM: '[[bodies]]\nname = "arm"\n',
     FileKind.SWEEP: 'case = "numill"\n[sweep]\n"drive.speed" = "1..2 rpm / 2"\n',
-    FileKind.FIT: 'case = "numill"\n[free]\n"drive.speed" = { start = "1 rpm", low = "1 rpm", high = "2 rpm" }\n',
+    FileKind.FIT: 'case = "numill"\n[free]\n"drive.speed" = { start = "1 rpm", low = "1 rpm", high = "2 '
+    'rpm" }\n',
     FileKind.RATINGS: '[bearings.crank_pin]\nkind = "ball"\n',
     FileKind.MAPPING: '[channel.driveshaft_torque]\ncolumn = "Mz"\n',
     FileKind.PAPER: '[configurations.empty]\ntitle = "empty"\n',
@@ -32,7 +35,13 @@ TEXTS = {
     FileKind.DOCUMENT: "<!DOCTYPE html>",
     FileKind.RESULT: "",
 }
-SUFFIX = {FileKind.RECORD: ".csv", FileKind.MOUNT_TEST: ".csv", FileKind.MESH: ".stl", FileKind.PICTURE: ".png", FileKind.RESULT: ".h5"}
+SUFFIX = {
+    FileKind.RECORD: ".csv",
+    FileKind.MOUNT_TEST: ".csv",
+    FileKind.MESH: ".stl",
+    FileKind.PICTURE: ".png",
+    FileKind.RESULT: ".h5",
+}
 READERS = {
     load_case: (FileKind.CASE, FileKind.MECHANISM),
     load_sweep: (FileKind.SWEEP,),
@@ -85,7 +94,7 @@ def test_a_reader_refuses_every_other_kind_by_name_and_says_which_command_takes_
 @pytest.mark.parametrize(
     ("text", "kind"),
     [
-        ('schema = 1\n[sweep]\nx = 1\n[chamber]\nribs = 2\n', FileKind.CASE),
+        ("schema = 1\n[sweep]\nx = 1\n[chamber]\nribs = 2\n", FileKind.CASE),
         ("", None),
         ("a = 1\n", None),
         ("not = toml = at all", None),
@@ -104,7 +113,9 @@ def test_what_nothing_tells_is_left_to_the_reader_and_a_mill_stays_a_mill(tmp_pa
 def test_a_name_of_the_library_and_a_missing_file(tmp_path):
     assert file_kind("numill") is FileKind.CASE
     assert file_kind(tmp_path / "nothing.toml") is None
-    with pytest.raises(CaseError, match=r"numill: must be a fit file, got a case of a mill\. It is for: nutamill run numill"):
+    with pytest.raises(
+        CaseError, match=r"numill: must be a fit file, got a case of a mill\. It is for: nutamill run numill"
+    ):
         load_fit("numill")
 
 

@@ -1,4 +1,6 @@
-"""Fits: a linear model must give the textbook answer, a fit file its runs, and what cannot be fitted is refused."""
+"""Fits: a linear model must give the textbook answer, a fit file its runs, and what cannot be fitted is
+refused.
+"""
 
 from pathlib import Path
 
@@ -26,10 +28,13 @@ def test_linear_model_gives_the_weighted_least_squares_answer():
     weighted = MATRIX / SIGMA[:, None]
     covariance = np.linalg.inv(weighted.T @ weighted)
     expected = covariance @ weighted.T @ (measured / SIGMA)
-    # the search ends when a step is below 1e-3 of its size, and on a linear problem each step is the whole way
+    # the search ends when a step is below 1e-3 of its size, and on a linear problem each step is the whole
+    # way
     assert found.values == pytest.approx(expected, abs=1e-3)
     assert found.uncertainty == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-6)
-    assert found.correlation[0, 1] == pytest.approx(covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1]), rel=1e-6)
+    assert found.correlation[0, 1] == pytest.approx(
+        covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1]), rel=1e-6
+    )
     assert (found.freedom, found.converged) == (2, True)
     assert found.chi_squared == pytest.approx(np.sum(((MATRIX @ expected - measured) / SIGMA) ** 2), rel=1e-3)
 
@@ -56,7 +61,10 @@ def test_point_and_its_differences_are_computed_in_one_call():
 
 
 def test_no_point_beyond_the_bounds_is_ever_computed():
-    free = [Free("a", 1.999, -2.0, 2.0), Free("b", -2.999, -3.0, 3.0)]  # within one difference of an upper and a lower bound
+    free = [
+        Free("a", 1.999, -2.0, 2.0),
+        Free("b", -2.999, -3.0, 3.0),
+    ]  # within one difference of an upper and a lower bound
 
     def guarded(points):
         assert np.all(points >= [-2.0, -3.0]) and np.all(points <= [2.0, 3.0])
@@ -75,7 +83,12 @@ def test_keys_that_no_target_depends_on_or_that_act_alike_are_named():
     with pytest.raises(CaseError, match="free b: no target depends on it"):
         fitted(FREE, np.ones(4), SIGMA, lambda points: points[:, :1] * np.ones(4))
     with pytest.raises(CaseError, match="the targets do not tell apart: a, b"):
-        fitted(FREE, np.ones(4), SIGMA, lambda points: (points[:, :1] + 2.0 * points[:, 1:]) * np.arange(1.0, 5.0))
+        fitted(
+            FREE,
+            np.ones(4),
+            SIGMA,
+            lambda points: (points[:, :1] + 2.0 * points[:, 1:]) * np.arange(1.0, 5.0),
+        )
 
 
 def test_too_few_targets_and_guesses_out_of_bounds_are_refused_together():
@@ -111,15 +124,26 @@ set = { "mechanism.mounting" = "flexible" }
 
 @pytest.fixture
 def bench(tmp_path, monkeypatch):
-    """A fit file, and runs replaced by a torque of constant + friction x 10 x (speed/100)^2 and a frequency of 8 Hz - friction."""
+    """A fit file, and runs replaced by a torque of constant + friction x 10 x (speed/100)^2 and a frequency
+    of 8 Hz - friction.
+    """
     (tmp_path / "fit.toml").write_text(FILE)
 
     def run_all(found, folder, workers, readings, report, tell):
         def torque(case):
-            return case.mechanism.joint_friction_constant + 10.0 * case.mechanism.joint_friction * (case.drive.speed / 100.0) ** 2
+            return (
+                case.mechanism.joint_friction_constant
+                + 10.0 * case.mechanism.joint_friction * (case.drive.speed / 100.0) ** 2
+            )
 
         return [
-            Outcome(one, folder, "complete", {Reading("driveshaft_torque"): Value(torque(one.case), 0.0, 0.0, 9, True)}) for one in found
+            Outcome(
+                one,
+                folder,
+                "complete",
+                {Reading("driveshaft_torque"): Value(torque(one.case), 0.0, 0.0, 9, True)},
+            )
+            for one in found
         ]
 
     monkeypatch.setattr(fitting, "run_all", run_all)
@@ -130,7 +154,8 @@ def bench(tmp_path, monkeypatch):
 def test_fit_file_finds_two_keys_from_runs_and_a_mode(bench, tmp_path):
     result = fitting.fit(bench, tmp_path)
     speed = np.array([400.0, 700.0]) * np.pi / 30.0 / 100.0
-    # two torques, two keys: solved exactly but for the frequency, which is one part in a thousand of the weight
+    # two torques, two keys: solved exactly but for the frequency, which is one part in a thousand of the
+    # weight
     friction = (0.67 - 0.35) / (10.0 * (speed[1] ** 2 - speed[0] ** 2))
     assert result.found.values == pytest.approx([friction, 0.35 - 10.0 * friction * speed[0] ** 2], rel=0.02)
     said = "\n".join(result.lines())
@@ -141,7 +166,9 @@ def test_fit_file_finds_two_keys_from_runs_and_a_mode(bench, tmp_path):
 
 def test_run_that_does_not_end_stops_the_fit_and_is_named(bench, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        fitting, "run_all", lambda found, *_: [Outcome(one, tmp_path, "its process was killed (SIGKILL)", {}) for one in found]
+        fitting,
+        "run_all",
+        lambda found, *_: [Outcome(one, tmp_path, "its process was killed (SIGKILL)", {}) for one in found],
     )
     with pytest.raises(StepError, match=r"joint_friction=0\.02 .*its process was killed"):
         fitting.fit(bench, tmp_path)
@@ -153,7 +180,11 @@ def test_run_that_does_not_end_stops_the_fit_and_is_named(bench, tmp_path, monke
         ("joint_friction_constant", "joint_frction_constant", "unknown key"),
         ('"0.1 N m", low', "0.1, low", 'needs a unit, got 0.1. Write e.g. "5 N m"'),
         ('"0.35 N m"', '"0.35 N"', '"0.35 N" is a force, this needs a torque'),
-        ('"driveshaft_torque"\nvalue = "0.35', '"driveshaft_torqe"\nvalue = "0.35', 'Did you mean "driveshaft_torque"?'),
+        (
+            '"driveshaft_torque"\nvalue = "0.35',
+            '"driveshaft_torqe"\nvalue = "0.35',
+            'Did you mean "driveshaft_torque"?',
+        ),
         ("natural_frequency 1", "natural_frequency first", "must number the mode from 1"),
         ("uncertainty = ", "uncertanty = ", "unknown key. Did you mean"),
         ('set = { "drive.speed"', 'set = { "drive.sped"', 'Did you mean "speed"?'),

@@ -28,7 +28,8 @@ DAY = 86400.0
             4e9,
             51e9,
             [
-                "the file takes about 51 GB, more than half of the 100 GB free on the disk. Key F brings it down"
+                "the file takes about 51 GB, more than half of the 100 GB free on the disk. Key F "
+                "brings it down"
             ],
         ),
     ],
@@ -46,7 +47,13 @@ def test_the_sheet_warns_of_a_run_of_months_and_of_threads_that_are_not_there():
     cores = usable_cores()
     case = load_case(
         "numill",
-        [RIGID, "charge.count=2000", "run.until=20000 s", f"run.threads={cores + 1}", "run.series_rate=10 Hz"],
+        [
+            RIGID,
+            "charge.count=2000",
+            "run.until=20000 s",
+            f"run.threads={cores + 1}",
+            "run.series_rate=10 Hz",
+        ],
     )
     sheet = preflight(case)
     assert [warning.where for warning in sheet.warnings] == ["run.threads", "forecast"]

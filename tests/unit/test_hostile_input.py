@@ -38,7 +38,7 @@ def refused(text):
     return refusal(load_case, "mill.toml")
 
 
-# magnitudes -----------------------------------------------------------------------------------------------------------
+# magnitudes -------------------------------------------------------------------------------------------------
 
 
 def test_every_kind_of_quantity_has_a_smallest_and_a_largest_size():
@@ -77,7 +77,8 @@ def test_every_kind_of_quantity_has_a_smallest_and_a_largest_size():
         ("chamber.ribs=1001", "chamber.ribs: must be at most 1000, got 1001"),
         (
             "run.series_rate=1e8 Hz",
-            "run.series_rate: makes 1.8e+11 numbers to record, at most 1e+10 can be meant. Lower it, or end the run sooner",
+            "run.series_rate: makes 1.8e+11 numbers to record, at most 1e+10 can be meant. Lower it, "
+            "or end the run sooner",
         ),
         (
             "run.series_rate=1e-3 Hz",
@@ -127,7 +128,7 @@ def test_a_sweep_from_what_is_no_number_is_refused_as_a_range():
     assert axis_values("charge.shapes", "../shapes.toml") == ["../shapes.toml"]
 
 
-# text -----------------------------------------------------------------------------------------------------------------
+# text -------------------------------------------------------------------------------------------------------
 
 DEEP = 600
 
@@ -213,7 +214,7 @@ def test_a_device_that_never_ends_is_no_test_of_a_mount():
     assert "it is longer than 5 MB" in refusal(load_mapping, "/dev/zero")[0]
 
 
-# what a terminal obeys ------------------------------------------------------------------------------------------------
+# what a terminal obeys --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

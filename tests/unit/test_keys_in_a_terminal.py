@@ -1,4 +1,6 @@
-"""Keys and signals of a run on a real pseudo-terminal: while the charge settles, while the mill turns, and when the terminal goes."""
+"""Keys and signals of a run on a real pseudo-terminal: while the charge settles, while the mill turns, and
+when the terminal goes.
+"""
 
 import os
 import re
@@ -59,7 +61,9 @@ class Terminal:
         while not (found := re.search(pattern, self.text, re.DOTALL)):
             assert time.monotonic() < end, f"no {pattern!r} in {self.text[-2000:]}"
             if select.select([self._master], [], [], 0.1)[0]:
-                self.text += re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", os.read(self._master, 65536).decode(errors="replace"))
+                self.text += re.sub(
+                    r"\x1b\[[0-9;?]*[a-zA-Z]", "", os.read(self._master, 65536).decode(errors="replace")
+                )
         before, self.text = self.text[: found.end()], self.text[found.end() :]
         return before
 
@@ -91,7 +95,9 @@ def terminal(tmp_path):
         started.process.wait()
 
 
-def test_checkpoint_while_settling_does_no_harm_later_it_is_saved_and_a_closed_terminal_saves_all(terminal, tmp_path):
+def test_checkpoint_while_settling_does_no_harm_later_it_is_saved_and_a_closed_terminal_saves_all(
+    terminal, tmp_path
+):
     screen = terminal.wait_for("50 %.*nothing to save yet")
     assert "q stop (nothing to save yet)" in screen
     assert "c checkpoint" not in screen

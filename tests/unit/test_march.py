@@ -1,4 +1,6 @@
-"""A run that stops and goes on is the run that never stopped; a run that fails says why and keeps what it has."""
+"""A run that stops and goes on is the run that never stopped; a run that fails says why and keeps what it
+has.
+"""
 
 import os
 import re
@@ -67,7 +69,11 @@ def numbers(result):
     with result:
         series = result.series
         kept = result.checkpoint()
-        bits = {f"{part}/{name}": array.tobytes() for part, arrays in kept.groups.items() for name, array in arrays.items()}
+        bits = {
+            f"{part}/{name}": array.tobytes()
+            for part, arrays in kept.groups.items()
+            for name, array in arrays.items()
+        }
         return np.vstack([series["time"], *(series[name] for name in series)]), bits, result.state
 
 
@@ -159,7 +165,8 @@ def test_run_without_statistics_is_the_same_run(case, tmp_path):
 
 
 def test_repeated_windows_book_their_impacts_once(tmp_path):
-    # an iterated run marches a window again when its impacts move the chamber; a contact begins in every pass and counts once.
+    # an iterated run marches a window again when its impacts move the chamber; a contact begins in every pass
+    # and counts once.
     # The mounts must give, or nothing moves; booked in every pass, the impacts here would be twice as many.
     violent = load_case("numill", [*OVERRIDES, "mechanism.mounting=flexible", "drive.ramp=100000 rpm/s"])
     with march.run(violent.with_(run__coupling="iterated"), tmp_path / "a.h5") as iterated:
@@ -167,7 +174,8 @@ def test_repeated_windows_book_their_impacts_once(tmp_path):
         assert iterated.summary["passes"] > 1.1 * iterated.summary["windows"]
     with march.run(violent, tmp_path / "b.h5") as staggered:
         once = float(staggered.statistics["impact_number"][-1].sel(part="normal").sum())
-    # the two motions differ by the coupling's error: a tenth of the impacts is far more, and far less than twice
+    # the two motions differ by the coupling's error: a tenth of the impacts is far more, and far less than
+    # twice
     assert impacts == pytest.approx(once, rel=0.1)
 
 
@@ -232,8 +240,10 @@ def test_run_of_other_kernels_is_not_continued(case, tmp_path, monkeypatch):
 
 
 def test_ledger_and_interface_of_a_run_close(case, tmp_path):
-    # The ledger's bound is the project's, 0.1 %, of all energy that came in.  Contact forces are of single precision: each of the
-    # 98 pellets rounds its few contacts once a substep, 2^-24 of a force; together the forces carry the weight and the swing,
+    # The ledger's bound is the project's, 0.1 %, of all energy that came in. Contact forces are of single
+    # precision: each of the
+    # 98 pellets rounds its few contacts once a substep, 2^-24 of a force; together the forces carry the
+    # weight and the swing,
     # m (g t + v) with the crank's speed.
     with march.run(case, tmp_path / "run.h5") as result:
         series = result.series
@@ -245,7 +255,9 @@ def test_ledger_and_interface_of_a_run_close(case, tmp_path):
 
 
 def failed(case, path, meddle):
-    """The message of a run that fails because `meddle` spoils it while it runs, and the series left in its file."""
+    """The message of a run that fails because `meddle` spoils it while it runs, and the series left in its
+    file.
+    """
     with pytest.raises(StepError) as raised:
         march.run(case, path, while_marching(meddle))
     with march.open_result(path) as result:
@@ -259,9 +271,13 @@ def test_pellet_whose_place_is_no_number_stops_the_run_and_is_named(case, tmp_pa
         charge.v[0, np.flatnonzero(charge.ids == 17)[0]] = np.nan
 
     message, series = failed(case, tmp_path / "lost.h5", lose)
-    assert re.search(r"particle 17, at 0\.\d+ m/s, left the chamber, or its position is not a number", message)
+    assert re.search(
+        r"particle 17, at 0\.\d+ m/s, left the chamber, or its position is not a number", message
+    )
     assert "try run.dt" in message
-    assert series.sizes["time"] == 49 and np.all(np.isfinite(series["crank_pin_force_radial"]))  # 10 ms and the start
+    assert series.sizes["time"] == 49 and np.all(
+        np.isfinite(series["crank_pin_force_radial"])
+    )  # 10 ms and the start
 
 
 def test_pellet_that_sinks_too_deep_into_a_wall_stops_the_run_and_is_named(case, tmp_path, states):
@@ -271,7 +287,9 @@ def test_pellet_that_sinks_too_deep_into_a_wall_stops_the_run_and_is_named(case,
 
     message, series = failed(case, tmp_path / "deep.h5", shoot)
     # it has lost to the soft wall up to k d^2/2, d 40 % of the diameter; stopped soon after 40 %
-    assert re.search(r'particle 44, at 3\d\.?\d* m/s, overlaps surface "floor", there at 0\.\d+ m/s, by 4', message)
+    assert re.search(
+        r'particle 44, at 3\d\.?\d* m/s, overlaps surface "floor", there at 0\.\d+ m/s, by 4', message
+    )
     assert "overlap_stop" in message
     assert series.sizes["time"] >= 49
 
@@ -292,7 +310,9 @@ def test_state_before_a_failure_is_in_the_file_and_runs_into_the_same_failure_ag
         assert result.snapshots.time[-1] == at
     # an entry is 48 rows: the state is sound, at most 10 ms old, and the pellet is where it was before it hit
     assert bad - march.ROWS_PER_ENTRY / case.run.series_rate < at < bad
-    assert all(np.isfinite(array).all() for array in kept.groups["charge"].values() if array.dtype.kind == "f")
+    assert all(
+        np.isfinite(array).all() for array in kept.groups["charge"].values() if array.dtype.kind == "f"
+    )
     assert snapshot["velocities"][55, 2] == pytest.approx(-25.0, abs=1e-5)
     with pytest.raises(StepError) as again:
         march.resume(path)
@@ -326,14 +346,17 @@ def test_lists_that_grow_during_a_run_do_not_change_it(case, tmp_path, monkeypat
 
 
 def test_snapshot_says_that_the_floor_pushes_a_resting_pellet_by_its_weight(case, tmp_path):
-    """On a floor tilted by 6 deg friction (0.2) holds it.  The bounces of the start have died after 20 ms (thirty contact times); the
-    force is read from velocities in single precision, with the tilt's 1 mm/s or so: 2^-24 x 2/dt x v x m, and a hundredth left over."""
+    """On a floor tilted by 6 deg friction (0.2) holds it.  The bounces of the start have died after 20 ms
+    (thirty contact times); the force is read from velocities in single precision, with the tilt's 1 mm/s or
+    so: 2^-24 x 2/dt x v x m, and a hundredth left over.
+    """
     still = case.with_(drive__speed="1 rpm", drive__ramp="1 rpm/s")
     with march.run(still, tmp_path / "rest.h5") as result:
         snapshot = result.snapshots[-1]
         weight = 7863.7 * 4 / 3 * np.pi * 0.0025**3 * 9.81
         assert np.abs(snapshot["contact_forces"] / weight - 1.0).max() < 0.02
         assert not snapshot["materials"].any()
-        # the replay finds the nutation point by the bearing cross: the floor is its depth away, along the chamber's axis
+        # the replay finds the nutation point by the bearing cross: the floor is its depth away, along the
+        # chamber's axis
         pose = next(replay(result, chosen_snapshots(result, 1))).bodies["chamber"]
         assert np.allclose(pose.origin - 0.350 * pose.rotation[:, 2], snapshot["chamber_floor"], atol=1e-9)

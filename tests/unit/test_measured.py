@@ -41,7 +41,10 @@ def mapping(folder, text=MAPPING):
 
 def write_csv(folder):
     path = folder / "test.csv"
-    rows = [f"{t:.6f};{1e3 * torque:.6f};{-1e-3 * force:.9f}" for t, torque, force in zip(TIME, TORQUE, FORCE, strict=True)]
+    rows = [
+        f"{t:.6f};{1e3 * torque:.6f};{-1e-3 * force:.9f}"
+        for t, torque, force in zip(TIME, TORQUE, FORCE, strict=True)
+    ]
     path.write_text("bench 3, test 12\nt;Mz;F\n" + "\n".join(rows) + "\n")
     return path, 'skip = 1\nseparator = ";"' + MAPPING
 
@@ -60,7 +63,10 @@ def write_tdms(folder):
     clock = {"wf_increment": 1 / RATE, "wf_start_offset": 0.0}
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment(
-            [nptdms.ChannelObject("bench", "Mz", 1e3 * TORQUE, clock), nptdms.ChannelObject("bench", "F", -1e-3 * FORCE, clock)]
+            [
+                nptdms.ChannelObject("bench", "Mz", 1e3 * TORQUE, clock),
+                nptdms.ChannelObject("bench", "F", -1e-3 * FORCE, clock),
+            ]
         )
     return path, UNCLOCKED.replace('"F"', '"bench/F"')
 
@@ -69,7 +75,14 @@ def write_uff(folder):
     pyuff = pytest.importorskip("pyuff", reason='needs pyuff, of the extra "daq"')
     path = folder / "test.uff"
     for name, values in (("Mz", 1e3 * TORQUE), ("F", -1e-3 * FORCE)):
-        given = {"id1": name, "func_type": 1, "ord_data_type": 4, "num_pts": len(TIME), "abscissa_spacing": 1, "abscissa_inc": 1 / RATE}
+        given = {
+            "id1": name,
+            "func_type": 1,
+            "ord_data_type": 4,
+            "num_pts": len(TIME),
+            "abscissa_spacing": 1,
+            "abscissa_inc": 1 / RATE,
+        }
         empty = pyuff.prepare_58(id1=name, return_full_dict=True)
         found = {key: "NONE" if key[:2] == "id" or key[-3:] in ("lab", "ame") else 0 for key in empty}
         found |= given | {"type": 58, "binary": 0, "data": values, "x": TIME}
@@ -91,7 +104,9 @@ def test_file_of_each_kind_comes_in_with_its_units_signs_and_clock(tmp_path, wri
 
 
 def test_run_and_test_are_averaged_alike_and_the_error_is_that_of_the_run(filmed, tmp_path):
-    """The film: 9 + sin N m and 700 + 20 cos N; the test: 9.9 and 770.  Whole turns to a sample: 1/100 of the swing at most."""
+    """The film: 9 + sin N m and 700 + 20 cos N; the test: 9.9 and 770.  Whole turns to a sample: 1/100 of the
+    swing at most.
+    """
     path, text = write_csv(tmp_path)
     with open_result(import_test(path, mapping(tmp_path, text), tmp_path / "m.h5")) as test:
         rows = {row.name: row for row in compare(filmed, test, 3.0)}
@@ -115,14 +130,19 @@ def test_show_of_a_test_gives_the_means_of_its_channels_and_report_says_what_it_
     import_test(path, mapping(tmp_path, text), tmp_path / "m.h5")
     monkeypatch.chdir(tmp_path)
     said = CliRunner().invoke(cli.app, ["show", "m.h5"]).stdout
-    assert f"driveshaft_torque          mean {TORQUE.mean():.4g}, r.m.s. about it {TORQUE.std():.4g} N m" in said
+    assert (
+        f"driveshaft_torque          mean {TORQUE.mean():.4g}, r.m.s. about it {TORQUE.std():.4g} N m" in said
+    )
     refused = CliRunner().invoke(cli.app, ["report", "m.h5"])
-    assert (refused.exit_code, refused.stderr.split(". ")[0]) == (2, "m.h5: must be the result of a run, it is measured data")
+    assert (refused.exit_code, refused.stderr.split(". ")[0]) == (
+        2,
+        "m.h5: must be the result of a run, it is measured data",
+    )
 
 
 def test_filter_keeps_what_is_slow_in_its_place_and_takes_what_is_fast():
-    """Butterworth of fourth order, forth and back: 1/(1 + (f/f_c)^8); at a fifth and at five times the cut-off 2.6e-6 is
-    lost and left."""
+    """Butterworth of fourth order, forth and back: 1/(1 + (f/f_c)^8); at a fifth and at five times the
+    cut-off 2.6e-6 is lost and left."""
     slow, fast = np.sin(math.tau * 10.0 * TIME), np.sin(math.tau * 250.0 * TIME)
     kept = low_pass(slow + fast, RATE, 50.0)[400:-400]
     assert np.abs(kept - slow[400:-400]).max() < 1e-4  # and what the bilinear transform bends
@@ -132,14 +152,20 @@ def test_filter_keeps_what_is_slow_in_its_place_and_takes_what_is_fast():
 
 def test_clock_of_the_test_is_moved_by_the_offset(tmp_path):
     path, text = write_csv(tmp_path)
-    with open_result(import_test(path, mapping(tmp_path, 'offset = "-0.25 s"\n' + text), tmp_path / "m.h5")) as test:
+    with open_result(
+        import_test(path, mapping(tmp_path, 'offset = "-0.25 s"\n' + text), tmp_path / "m.h5")
+    ) as test:
         assert test.series["time"].values[0] == pytest.approx(-0.25)
 
 
 @pytest.mark.parametrize(
     ("wrong", "right", "says"),
     [
-        ('"N mm"', '"Nmm2"', r'map\.toml.*channel\.driveshaft_torque\.unit: unknown unit "N mm2"\. Did you mean "N mm"'),
+        (
+            '"N mm"',
+            '"Nmm2"',
+            r'map\.toml.*channel\.driveshaft_torque\.unit: unknown unit "N mm2"\. Did you mean "N mm"',
+        ),
         ('"kN"', '"J"', r'"1 J" is an energy, this needs a force'),
         ("driveshaft_torque]", "driveshaft_torqe]", r'no such name\. Did you mean "driveshaft_torque"'),
         ("sensor =", "senser =", r'map\.toml:\d+: .*unknown key\. Did you mean "sensor"'),

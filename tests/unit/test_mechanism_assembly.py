@@ -26,7 +26,12 @@ def refusal(*parts, **options) -> str:
 
 def test_all_faults_are_told_at_once():
     said = refusal(
-        [box("a", mass=-1.0), box("a"), box("flat", inertia=(1.0, 1.0, 3.0)), box("thin", inertia=(1.0, 1.0, 0.0))],
+        [
+            box("a", mass=-1.0),
+            box("a"),
+            box("flat", inertia=(1.0, 1.0, 3.0)),
+            box("thin", inertia=(1.0, 1.0, 0.0)),
+        ],
         [
             Joint("hinge", JointKind.REVOLUTE, "a", "nowhere", O),
             Joint("weld", JointKind.FIXED, "a", "flat", O, friction=JointFriction(0.1, 0.1)),
@@ -36,17 +41,27 @@ def test_all_faults_are_told_at_once():
         drives=[Drive("motor", "weld", (0.0, 0.0), (1.0, 2.0)), Drive("other", "nothing", (0.0,), (1.0,))],
     )
     for words in (
-        "mass must be positive, got -1 kg", "body 'a': names must be unique", "body 'flat': the largest principal inertia",
-        "body 'thin': inertia must be positive definite", "got 'nowhere'", "joint 'hinge': a REVOLUTE joint needs an axis",
-        "joint 'weld': a FIXED joint does not turn", "bushing 'mount': stiffness and damping must not be negative",
-        "spring 'spring': the two ends must be apart", "drive 'motor': must turn a REVOLUTE", "drive 'motor': times must begin at 0",
+        "mass must be positive, got -1 kg",
+        "body 'a': names must be unique",
+        "body 'flat': the largest principal inertia",
+        "body 'thin': inertia must be positive definite",
+        "got 'nowhere'",
+        "joint 'hinge': a REVOLUTE joint needs an axis",
+        "joint 'weld': a FIXED joint does not turn",
+        "bushing 'mount': stiffness and damping must not be negative",
+        "spring 'spring': the two ends must be apart",
+        "drive 'motor': must turn a REVOLUTE",
+        "drive 'motor': times must begin at 0",
         "drive 'other': must turn a known joint",
-    ):  # fmt: skip
+    ):
         assert words in said
 
 
 def test_gap_in_a_joint_is_refused_with_its_size_and_the_point_that_closes_it():
-    said = refusal([box("a")], [Joint("pin", JointKind.SPHERICAL, GROUND, "a", (0.1, 0.0, 0.0), point_b=(0.1, 0.0, 0.002))])
+    said = refusal(
+        [box("a")],
+        [Joint("pin", JointKind.SPHERICAL, GROUND, "a", (0.1, 0.0, 0.0), point_b=(0.1, 0.0, 0.002))],
+    )
     assert "joint 'pin'" in said and "gap of 2 mm" in said and "(100, 0, 0) mm" in said
 
 
@@ -56,9 +71,14 @@ def test_gap_along_the_axis_a_joint_slides_on_is_no_gap():
 
 
 def test_redundant_constraints_are_refused_by_name():
-    joints = [Joint("left", JointKind.REVOLUTE, GROUND, "a", O, Z), Joint("right", JointKind.REVOLUTE, GROUND, "a", (0.0, 0.0, 1.0), Z)]
+    joints = [
+        Joint("left", JointKind.REVOLUTE, GROUND, "a", O, Z),
+        Joint("right", JointKind.REVOLUTE, GROUND, "a", (0.0, 0.0, 1.0), Z),
+    ]
     said = refusal([box("a")], joints)
-    assert "joint 'right'" in said and "already held by joint 'left'" in said and 'redundant = "allow"' in said
+    assert (
+        "joint 'right'" in said and "already held by joint 'left'" in said and 'redundant = "allow"' in said
+    )
 
 
 def test_allowed_redundancy_marks_the_reactions_it_leaves_open():

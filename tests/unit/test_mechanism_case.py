@@ -1,4 +1,6 @@
-"""Any mechanism as data: what a file says is what is built, what is wrong is told with its line, a run goes on bit for bit."""
+"""Any mechanism as data: what a file says is what is built, what is wrong is told with its line, a run goes
+on bit for bit.
+"""
 
 import math
 
@@ -102,7 +104,11 @@ def test_a_part_is_changed_by_its_name(file):
 def test_what_shows_mills_says_that_a_mechanism_is_none(file, tmp_path):
     nm.run(load_case(file), to=tmp_path / "a.h5").close()
     with open_result(tmp_path / "a.h5") as result:
-        for ask in (lambda: figure_of(result, "run"), lambda: view_page(result), lambda: write_report([result.path], tmp_path / "a.html")):
+        for ask in (
+            lambda: figure_of(result, "run"),
+            lambda: view_page(result),
+            lambda: write_report([result.path], tmp_path / "a.html"),
+        ):
             with pytest.raises(MillError, match="must be the run of a mill"):
                 ask()
         assert len(figure_of(result, "history:tip_velocity_x").axes) == 1
@@ -119,12 +125,22 @@ def test_a_run_records_every_part_and_its_ledger_closes(file, tmp_path):
     with nm.run(load_case(file), to=tmp_path / "a.h5") as result:
         assert is_mechanism(result)
         names = set(map(str, result.series.data_vars))
-        assert {"joint_pin_force_z", "tip_velocity_x", "spring_coil_loss", "joint_pin_loss", "ledger_residual"} <= names
-        # at rest: the spring, 0.1 m long of its 0.9 m, pulls with 50 x 0.1 N = 5 N at half the arm; gravity has no moment
+        assert {
+            "joint_pin_force_z",
+            "tip_velocity_x",
+            "spring_coil_loss",
+            "joint_pin_loss",
+            "ledger_residual",
+        } <= names
+        # at rest: the spring, 0.1 m long of its 0.9 m, pulls with 50 x 0.1 N = 5 N at half the arm; gravity
+        # has no moment
         inertia = 0.1 + 2.0 * 0.5**2
         acceleration = result.series["tip_velocity_y"].values[1] / 1e-3
-        # arm axes are turned by 90 deg: world x is the arm's -y; after 1 ms the speed has grown by the first acceleration
-        assert acceleration == pytest.approx(-5.0 * 0.5 / inertia, rel=2e-2)  # damping 0.2 + 3 x 0.25 over the inertia: 1.6 /s x 1 ms
+        # arm axes are turned by 90 deg: world x is the arm's -y; after 1 ms the speed has grown by the first
+        # acceleration
+        assert acceleration == pytest.approx(
+            -5.0 * 0.5 / inertia, rel=2e-2
+        )  # damping 0.2 + 3 x 0.25 over the inertia: 1.6 /s x 1 ms
         assert ledger_share(result) < 1e-5  # second order: (6 rad/s x 250 us)^2
         assert [load.part for load in part_loads(result)] == ["joint_pin"]
         assert any("joint_pin" in line for line in mechanism_summary_lines(result))
@@ -145,7 +161,8 @@ def test_check_tells_masses_freedom_and_modes(file):
     said = "\n".join(sheet.lines())
     assert "arm 2" in said
     assert sheet.freedoms == 1 and sheet.driven == 0
-    # about rest near straight down: (m g l + k l^2 to first order) / (I + m l^2), the spring pulling along its own axis
+    # about rest near straight down: (m g l + k l^2 to first order) / (I + m l^2), the spring pulling along
+    # its own axis
     frequency = math.sqrt((2.0 * 9.81 * 0.5 + 50.0 * 0.25) / (0.1 + 2.0 * 0.25)) / (2 * math.pi)
     # at rest the spring has turned the arm by 0.11 rad, which changes both terms by some per cent
     assert sheet.modes[0][0] == pytest.approx(frequency, rel=0.05)
@@ -153,7 +170,9 @@ def test_check_tells_masses_freedom_and_modes(file):
 
 def test_check_names_what_is_held_twice(tmp_path):
     path = tmp_path / "two.toml"
-    second = PIN.replace('"pin"', '"second"').replace('point    = ["0 mm", "0 mm"', 'point    = ["0 mm", "100 mm"')
+    second = PIN.replace('"pin"', '"second"').replace(
+        'point    = ["0 mm", "0 mm"', 'point    = ["0 mm", "100 mm"'
+    )
     path.write_text(HEAD + 'redundant = "allow"\n' + ARM + PIN + second + REST)
     sheet = mechanism_preflight(load_case(path))
     assert len(sheet.redundant) == 5 and sheet.freedoms == 1
@@ -164,10 +183,14 @@ def test_check_names_what_is_held_twice(tmp_path):
 def test_a_body_that_nothing_holds_is_named_by_the_search_for_modes(file):
     case = load_case(file)
     engine = assemble_case(
-        MechanismCase.model_validate({**case.model_dump(by_alias=True), "joints": (), "springs": (), "gravity": (0, 0, 0)})
+        MechanismCase.model_validate(
+            {**case.model_dump(by_alias=True), "joints": (), "springs": (), "gravity": (0, 0, 0)}
+        )
     )
     static_equilibrium(*engine)
-    with pytest.raises(CaseError, match=r"every motion must be held by something, the (shift|turn) of body 'arm'"):
+    with pytest.raises(
+        CaseError, match=r"every motion must be held by something, the (shift|turn) of body 'arm'"
+    ):
         modes(*engine)
     assert mechanism_preflight(load_case(file)).modes
 
@@ -178,7 +201,8 @@ def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
         HEAD
         + ARM.replace('mass     = "2 kg"', 'mass     = "0 kg"')
         + PIN.replace('"arm"', '"amr"').replace("axis     = [0, 1, 0]\n", "")
-        + '[[bushings]]\nname = "mount"\nbetween = ["ground", "arm"]\npoint = ["0 mm", "0 mm", "0 mm"]\naxis = [0, 0, 0]\n'
+        + '[[bushings]]\nname = "mount"\nbetween = ["ground", "arm"]\npoint = ["0 mm", "0 mm", "0 '
+        'mm"]\naxis = [0, 0, 0]\n'
         + '[[drives]]\nname = "motor"\njoint = "pim"\nspeed = "10 rpm"\nramp = "10 rpm/s"\n'
         + REST.replace('point_b     = ["0 mm",', 'point_b     = ["1 m",'),
     )

@@ -1,4 +1,6 @@
-"""Mount properties from a hysteresis loop: a spring with loss must come back, and what is no such test is refused."""
+"""Mount properties from a hysteresis loop: a spring with loss must come back, and what is no such test is
+refused.
+"""
 
 import math
 
@@ -19,7 +21,9 @@ def moved_mount(rate=1000.0, seconds=2.0, noise=0.0, cubic=0.0, preload=150.0):
     phase = 2.0 * math.pi * FREQUENCY * time + 0.3
     moved, speed = AMPLITUDE * np.sin(phase), AMPLITUDE * 2.0 * math.pi * FREQUENCY * np.cos(phase)
     force = STIFFNESS * moved + DAMPING * speed + cubic * moved**3 + preload
-    return MountTest(time, moved + 0.5e-3, force + noise * np.random.default_rng(1).standard_normal(len(time)))
+    return MountTest(
+        time, moved + 0.5e-3, force + noise * np.random.default_rng(1).standard_normal(len(time))
+    )
 
 
 def test_spring_and_dashpot_come_back_exactly():
@@ -28,7 +32,9 @@ def test_spring_and_dashpot_come_back_exactly():
     # least squares without noise: the frequency is found to about the solver's 1e-8
     assert found.frequency == pytest.approx(FREQUENCY, rel=1e-7)
     assert found.storage == pytest.approx(STIFFNESS, rel=1e-6)
-    assert found.loss == pytest.approx(loss, rel=1e-4)  # a phase error of 1e-8 x 100 rad falls on it with K'/K'' = 43
+    assert found.loss == pytest.approx(
+        loss, rel=1e-4
+    )  # a phase error of 1e-8 x 100 rad falls on it with K'/K'' = 43
     assert found.damping == pytest.approx(DAMPING, rel=1e-4)
     assert found.loss_factor == pytest.approx(loss / STIFFNESS, rel=1e-4)
     assert found.dynamic == pytest.approx(math.hypot(STIFFNESS, loss), rel=1e-6)
@@ -37,7 +43,8 @@ def test_spring_and_dashpot_come_back_exactly():
 
 def test_area_of_the_loop_gives_the_same_loss():
     found = mount_properties(moved_mount(rate=5000.0))
-    # trapezoids of an ellipse: (phase step)^2/6 = (0.01)^2/6; the loop is open by one sample of 9500, and by K' over it: 43 x 1e-3
+    # trapezoids of an ellipse: (phase step)^2/6 = (0.01)^2/6; the loop is open by one sample of 9500, and by
+    # K' over it: 43 x 1e-3
     assert found.loop_loss == pytest.approx(found.loss, rel=0.05)
 
 
@@ -45,31 +52,44 @@ def test_noise_of_the_force_averages_out_and_shows_in_the_scatter():
     found = mount_properties(moved_mount(noise=5.0))
     # 5 N over 2000 samples: amplitude known to 5 sqrt(2/2000) = 0.16 N of 144 N; times 3
     assert found.storage == pytest.approx(STIFFNESS, rel=3 * 0.16 / 144)
-    # a cycle has 127 samples: 5 sqrt(2/127) = 0.63 N over 2 mm = 314 N/m; a deviation from 15 cycles is known to 20 %, times 2.5
+    # a cycle has 127 samples: 5 sqrt(2/127) = 0.63 N over 2 mm = 314 N/m; a deviation from 15 cycles is known
+    # to 20 %, times 2.5
     assert found.storage_scatter == pytest.approx(314.0, rel=0.5)
 
 
 def test_stiffening_mount_shows_its_distortion_and_the_stiffness_of_the_first_harmonic():
     cubic = 1e10
     found = mount_properties(moved_mount(cubic=cubic))
-    # x^3 of a sine: 3/4 of it at the first harmonic, 1/4 at the third; about a mean displacement the spring does not know
+    # x^3 of a sine: 3/4 of it at the first harmonic, 1/4 at the third; about a mean displacement the spring
+    # does not know
     assert found.storage == pytest.approx(STIFFNESS + 0.75 * cubic * AMPLITUDE**2, rel=1e-3)
-    assert found.distortion == pytest.approx(0.25 * cubic * AMPLITUDE**3 / (found.dynamic * AMPLITUDE), rel=0.02)
+    assert found.distortion == pytest.approx(
+        0.25 * cubic * AMPLITUDE**3 / (found.dynamic * AMPLITUDE), rel=0.02
+    )
 
 
 @pytest.mark.parametrize(
     ("spoiled", "said"),
     [
-        (lambda t: t._replace(force=-t.force), "force: must lead the displacement by less than a quarter cycle"),
+        (
+            lambda t: t._replace(force=-t.force),
+            "force: must lead the displacement by less than a quarter cycle",
+        ),
         (lambda t: MountTest(*(column[:250] for column in t)), "test: must hold 3 whole cycles, it holds 1"),
-        (lambda t: MountTest(*(column[::20] for column in t)), "test: must have 12 samples in a cycle, it has 6.3"),
+        (
+            lambda t: MountTest(*(column[::20] for column in t)),
+            "test: must have 12 samples in a cycle, it has 6.3",
+        ),
         (lambda t: t._replace(time=t.time[::-1]), "time: must rise, it does not after sample 1"),
         (lambda t: t._replace(displacement=np.zeros_like(t.time)), "displacement: must move, it does not"),
         (
             lambda t: t._replace(displacement=t.displacement + 1e-3 * np.sin(700.0 * t.time)),
             "displacement: must be a sine of one frequency",
         ),
-        (lambda t: t._replace(force=np.where(t.time == 0.005, math.nan, t.force)), "force: must be finite numbers, sample 6 is not"),
+        (
+            lambda t: t._replace(force=np.where(t.time == 0.005, math.nan, t.force)),
+            "force: must be finite numbers, sample 6 is not",
+        ),
     ],
     ids=["sign", "short", "coarse", "backwards", "still", "two frequencies", "nan"],
 )

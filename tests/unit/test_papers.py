@@ -1,4 +1,6 @@
-"""Published papers as data: files refused when wrong, rows compared, tables and figures written, missing results named."""
+"""Published papers as data: files refused when wrong, rows compared, tables and figures written, missing
+results named.
+"""
 
 import csv
 import json
@@ -97,33 +99,54 @@ def test_every_run_of_a_published_paper_is_a_sound_case_of_its_own(name, tmp_pat
 
 def test_like_is_compared_with_like_where_experiment_and_simulation_had_other_speeds():
     rows = {row.id: row for row in read_paper("mca2026").rows}
-    assert [rows[name].speed / RPM for name in ("table7-pellets-force", "table7-ribbed-torque")] == pytest.approx([723.0, 688.0])
+    assert [
+        rows[name].speed / RPM for name in ("table7-pellets-force", "table7-ribbed-torque")
+    ] == pytest.approx([723.0, 688.0])
     assert rows["table7-pellets-force"].simulation_speed / RPM == pytest.approx(700.0)
-    assert rows["table6-ribs-force"].needs == [("ribbed", 700 * RPM, "force"), ("pellets", 700 * RPM, "force")]
+    assert rows["table6-ribs-force"].needs == [
+        ("ribbed", 700 * RPM, "force"),
+        ("pellets", 700 * RPM, "force"),
+    ]
 
 
 def test_wrong_numbers_of_a_paper_are_refused_all_at_once_with_their_lines():
     text = (
-        PAPER.replace('"600 N"', '"600 rpm"').replace("experiment = 0.3", 'experiment = "30 %"').replace('title = "bars"', 'titel = "bars"')
+        PAPER.replace('"600 N"', '"600 rpm"')
+        .replace("experiment = 0.3", 'experiment = "30 %"')
+        .replace('title = "bars"', 'titel = "bars"')
     )
     said = faults(text)
     assert len(said) == 4
-    assert said[0] == "paper.toml:11: configurations.bars.title: is missing. Add e.g. title under [configurations.bars]"
+    assert (
+        said[0]
+        == "paper.toml:11: configurations.bars.title: is missing. Add e.g. title under [configurations.bars]"
+    )
     assert any(line.startswith("paper.toml:12: configurations.bars.titel: unknown key") for line in said)
     assert any(line.startswith("paper.toml:15: rows[0]: experiment: ") and "rpm" in line for line in said)
-    assert any('must be a plain number, got "30 %"' in line and ": rows[1]: experiment" in line for line in said)
+    assert any(
+        'must be a plain number, got "30 %"' in line and ": rows[1]: experiment" in line for line in said
+    )
 
 
 def test_rows_that_name_what_is_not_there_are_refused():
-    said = faults(PAPER.replace('configuration = "bars"', 'configuration = "bar"').replace('id = "more"', 'id = "force"'))
+    said = faults(
+        PAPER.replace('configuration = "bars"', 'configuration = "bar"').replace(
+            'id = "more"', 'id = "force"'
+        )
+    )
     assert any('no configuration is called "bar"' in line for line in said)
     assert any('"force" is used before' in line for line in said)
-    assert "must be a speed of bars, got 650 rpm" in faults(PAPER.replace('bars"\nspeed = "700', 'bars"\nspeed = "650'))[0]
+    assert (
+        "must be a speed of bars, got 650 rpm"
+        in faults(PAPER.replace('bars"\nspeed = "700', 'bars"\nspeed = "650'))[0]
+    )
 
 
 def test_a_change_no_case_knows_is_refused_before_anything_runs(tmp_path):
     with pytest.raises(CaseError, match=r"configurations.bars: .*chamber.bar: unknown key"):
-        planned_runs(parse_paper(PAPER.replace("chamber.bars.mass", "chamber.bar.mass"), "paper.toml"), tmp_path)
+        planned_runs(
+            parse_paper(PAPER.replace("chamber.bars.mass", "chamber.bar.mass"), "paper.toml"), tmp_path
+        )
 
 
 def test_an_unknown_name_after_only_is_refused_with_the_nearest(tmp_path, monkeypatch):
@@ -132,7 +155,8 @@ def test_an_unknown_name_after_only_is_refused_with_the_nearest(tmp_path, monkey
         room.validate("paper", only=["emtpy"], folder=tmp_path)
 
 
-# ------------------------------------------------------------------------------------------------ rows from numbers
+# ------------------------------------------------------------------------------------------------ rows from
+# numbers
 
 
 def number(mean, half_width=math.nan, scatter=math.nan):
@@ -159,7 +183,9 @@ def test_change_between_two_runs_carries_both_uncertainties(paper):
 
 
 def test_seeds_are_averaged_and_their_scatter_is_told_apart_from_the_interval():
-    together = _together([Value(9.0, 0.3, 9.5, 20, True), Value(11.0, 0.4, 11.5, 20, False), "not run. Do: it"])
+    together = _together(
+        [Value(9.0, 0.3, 9.5, 20, True), Value(11.0, 0.4, 11.5, 20, False), "not run. Do: it"]
+    )
     assert (together.mean, together.runs, together.window_mean) == (10.0, 2, 10.5)
     assert together.half_width == pytest.approx(0.25)  # sqrt(0.3^2 + 0.4^2) / 2
     assert together.scatter == pytest.approx(math.sqrt(2.0))
@@ -174,23 +200,32 @@ def test_tables_hold_the_same_numbers_in_si(paper):
     assert (stored["unit"], stored["speed_rpm"], stored["simulation_speed_rpm"]) == ("N", 700.0, 600.0)
     shown = markdown(findings, paper).splitlines()[2]
     assert (
-        shown == "| crank-pin force, empty, 700 rpm | 600 N | 660 N at 600 rpm | +10 % | 624.0 ± 3.0 N | +4.0 % | 5 % | within, predicted |"
+        shown
+        == "| crank-pin force, empty, 700 rpm | 600 N | 660 N at 600 rpm | +10 % | 624.0 ± 3.0 N | +4.0 "
+        "% | 5 % | within, predicted |"
     )
 
 
 def test_rows_of_a_mill_changed_on_purpose_are_shown_and_not_counted():
-    changed = parse_paper(PAPER.replace('title = "bars"', 'title = "bars"\nsensitivity = "bars instead of nothing"'), "paper.toml")
+    changed = parse_paper(
+        PAPER.replace('title = "bars"', 'title = "bars"\nsensitivity = "bars instead of nothing"'),
+        "paper.toml",
+    )
     findings = compared(changed, empty=number(624.0), bars=number(800.0))
     assert [verdict(finding, changed) for finding in findings] == ["within, predicted", "within, sensitivity"]
-    assert tally(findings, changed).startswith("2 of 2 rows have a result; 1 of 1 with a target meet it; 1 of 1 are nearer")
+    assert tally(findings, changed).startswith(
+        "2 of 2 rows have a result; 1 of 1 with a target meet it; 1 of 1 are nearer"
+    )
     assert json.loads(json_text(findings, changed))["rows"][1]["sensitivity"] == "bars instead of nothing"
 
 
-# --------------------------------------------------------------------------------------------- numbers from results
+# --------------------------------------------------------------------------------------------- numbers from
+# results
 
 
 def write_result(path, case, force=620.0, moment=(0.0, 0.0, 0.0), state="complete", snapshots=(), slower=0.0):
-    """A synthetic result of a case: one second at its speed; `moment` is the charge's in axes that turn with the crank.
+    """A synthetic result of a case: one second at its speed; `moment` is the charge's in axes that turn with
+    the crank.
 
     Before the last sample the speed is said to be `slower` [rad/s]: a ramp.
     """
@@ -223,7 +258,8 @@ def run(paper, tmp_path):
 
 
 def test_pin_force_of_the_charge_balances_its_moment_about_the_nutation_point(run):
-    # reference: the chamber without mass, held by a force at O, a torsion about its axis, and a pin force in the plane of the crank
+    # reference: the chamber without mass, held by a force at O, a torsion about its axis, and a pin force in
+    # the plane of the crank
     down, out = 0.366, 0.039
     place, push = np.array([0.03, 0.05, -0.28]), np.array([-40.0, 25.0, -12.0])
     moment = np.cross(place, push)
@@ -233,7 +269,8 @@ def test_pin_force_of_the_charge_balances_its_moment_about_the_nutation_point(ru
     radial, tangential, _ = np.linalg.solve(balance, -moment)
     with write_result(run.path, run.case, moment=moment) as result:
         force = charge_at_pin(result)
-        # the horizontal pin force lies within 6 deg of the plane across the axis; along e_t both are the same to round-off
+        # the horizontal pin force lies within 6 deg of the plane across the axis; along e_t both are the same
+        # to round-off
         assert np.allclose(force.radial, radial, rtol=1e-9)
         assert np.allclose(force.tangential, tangential, rtol=1e-9)
         lag = QUANTITIES["charge_lag"].measure(result, 1.0).mean
@@ -242,9 +279,13 @@ def test_pin_force_of_the_charge_balances_its_moment_about_the_nutation_point(ru
 
 def test_largest_sway_on_the_ramp_is_found_with_its_turn(run):
     with write_result(run.path, run.case, slower=1.0) as result:
-        time, travel = (QUANTITIES[name].measure(result, 1.0) for name in ("resonance_time", "resonance_travel"))
+        time, travel = (
+            QUANTITIES[name].measure(result, 1.0) for name in ("resonance_time", "resonance_travel")
+        )
     turn, sample = math.tau / run.case.drive.speed, 1.0 / RATE
-    assert time.mean == pytest.approx(6.5 * turn, abs=sample) and time.half_width == pytest.approx(0.5 * turn, abs=sample)
+    assert time.mean == pytest.approx(6.5 * turn, abs=sample) and time.half_width == pytest.approx(
+        0.5 * turn, abs=sample
+    )
     # the samples next to the crests are off them by half a sample at most
     assert travel.mean == pytest.approx(3e-3, rel=0.5 * (math.pi * sample / turn) ** 2)
 
@@ -254,11 +295,14 @@ def test_superposition_is_refused_where_the_charge_acted_on_the_mill(run):
         QUANTITIES["superposed_force"].measure(result, 1.0)
 
 
-# ------------------------------------------------------------------------------------------------- the whole command
+# ------------------------------------------------------------------------------------------------- the whole
+# command
 
 
 class AtOnce:
-    """Stands for processes, and writes synthetic results: 600 rpm is interrupted once, bars always blow up."""
+    """Stands for processes, and writes synthetic results: 600 rpm is interrupted once, bars always blow
+    up.
+    """
 
     def submit(self, task):
         future = Future()
@@ -308,7 +352,12 @@ def test_finished_runs_are_read_begun_ones_resumed_and_a_failure_does_not_stop_t
 def test_quick_starts_the_decisive_runs_only_and_every_file_holds_all_rows(marched, tmp_path):
     done = room.validate("paper", quick=True, folder=tmp_path, tell=lambda line: None)
     assert marched == ["empty-700rpm"]
-    assert [file.name for file in done.files] == ["comparison.csv", "comparison.json", "comparison.md", "figure-1.png"]
+    assert [file.name for file in done.files] == [
+        "comparison.csv",
+        "comparison.json",
+        "comparison.md",
+        "figure-1.png",
+    ]
     assert len(json.loads((tmp_path / "comparison.json").read_text())["rows"]) == 2
 
 
@@ -318,7 +367,12 @@ def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_no
     readme.write_text("above\n<!-- validate paper -->\nold\n<!-- end paper -->\nbelow\n")
     room.write_short(readme, done, "paper")
     lines = readme.read_text().splitlines()
-    assert (lines[0], lines[1], lines[-2], lines[-1]) == ("above", "<!-- validate paper -->", "<!-- end paper -->", "below")
+    assert (lines[0], lines[1], lines[-2], lines[-1]) == (
+        "above",
+        "<!-- validate paper -->",
+        "<!-- end paper -->",
+        "below",
+    )
     assert lines[4].startswith("| crank-pin force, empty, 700 rpm | 600 N |") and "old" not in lines
     nothing = done.__class__(done.paper, [f._replace(value=math.nan) for f in done.findings], [], [], [])
     room.write_short(readme, nothing, "paper")
@@ -349,20 +403,33 @@ def test_stored_results_are_evaluated_without_a_run(marched, tmp_path):
 
 
 def test_the_command_prints_the_table_and_says_what_makes_a_missing_row(tmp_path):
-    said = CliRunner().invoke(app, ["validate", "saimm2025", "--stored", "--only", "motor-limit-560", "--results", str(tmp_path)])
+    said = CliRunner().invoke(
+        app, ["validate", "saimm2025", "--stored", "--only", "motor-limit-560", "--results", str(tmp_path)]
+    )
     assert said.exit_code == 0
-    assert "6.45 N m" in said.output and "not run. Do: nutamill validate saimm2025 --only pellets-560rpm" in said.output
+    assert (
+        "6.45 N m" in said.output
+        and "not run. Do: nutamill validate saimm2025 --only pellets-560rpm" in said.output
+    )
     assert (tmp_path / "comparison.md").read_text().count("\n") == 2 + len(read_paper("saimm2025").rows)
 
 
-# ------------------------------------------------------------------------------------------------------------ figures
+# ------------------------------------------------------------------------------------------------------------
+# figures
 
 
 def test_published_numbers_stand_at_their_own_speeds_over_the_centrifugal_number(paper, tmp_path):
     runs = planned_runs(paper, tmp_path)
-    measured = {Key.of("empty", speed * RPM, "force"): number(force, 2.0) for speed, force in ((600.0, 450.0), (700.0, 620.0))}
+    measured = {
+        Key.of("empty", speed * RPM, "force"): number(force, 2.0)
+        for speed, force in ((600.0, 450.0), (700.0, 620.0))
+    }
     figure = draw_over_speed(paper.figures[0], paper, runs, measured)
-    drawn = {line.get_marker(): line.get_xydata() for line in figure.axes[0].lines if line.get_linestyle() == "None"}
+    drawn = {
+        line.get_marker(): line.get_xydata()
+        for line in figure.axes[0].lines
+        if line.get_linestyle() == "None"
+    }
     ours = figure.axes[0].containers[0].lines[0].get_xydata()
     assert ours[:, 1] == pytest.approx([450.0, 620.0])
     # lambda = L12 w^2 / g: 21.4 at 700 rpm in the paper
@@ -382,5 +449,7 @@ def test_particles_are_seen_in_chamber_axes_and_coloured_by_world_height(run):
     with write_result(run.path, run.case, snapshots=[(0.5, snapshot)]) as result:
         figure = draw_particles(result, positions=(0.0,))
     balls = figure.axes[0].collections[0]
-    assert np.allclose(balls.get_offsets(), [[30.0, 20.0], [0.0, 10.0]])  # the nearer, at chamber y = -10 mm, is drawn last
+    assert np.allclose(
+        balls.get_offsets(), [[30.0, 20.0], [0.0, 10.0]]
+    )  # the nearer, at chamber y = -10 mm, is drawn last
     assert np.allclose(balls.get_array(), [-350.0, -340.0])

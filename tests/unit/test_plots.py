@@ -15,7 +15,9 @@ TIME = np.arange(4000) / RATE
 
 
 def test_area_under_a_spectrum_is_the_variance():
-    """A sine of amplitude 3 has variance 4.5 wherever its mean is; noise of variance 4 adds to it, itself within 4 sqrt(2/4000)."""
+    """A sine of amplitude 3 has variance 4.5 wherever its mean is; noise of variance 4 adds to it, itself
+    within 4 sqrt(2/4000).
+    """
     noise = 2.0 * np.random.default_rng(2).standard_normal(4000)
     found = spectrum(7.0 + 3.0 * np.sin(math.tau * 50.0 * TIME) + noise, RATE)
     assert np.trapezoid(found.density, found.frequency) == pytest.approx(8.5, abs=4 * 4 * math.sqrt(2 / 4000))
@@ -26,11 +28,20 @@ def test_orbit_points_to_the_mean_of_the_mass_centre_behind_the_crank(filmed):
     """The film's mass centre goes round at 50 mm, 0.7 rad behind the crank."""
     axes = figure_of(filmed, "orbit").axes[0]
     mean = next(line for line in axes.lines if line.get_label() == "mean")
-    assert (mean.get_xdata()[1], mean.get_ydata()[1]) == pytest.approx((50 * math.cos(0.7), -50 * math.sin(0.7)), rel=1e-3)
+    assert (mean.get_xdata()[1], mean.get_ydata()[1]) == pytest.approx(
+        (50 * math.cos(0.7), -50 * math.sin(0.7)), rel=1e-3
+    )
 
 
 def test_figures_are_written_beside_each_other_with_their_names(filmed, tmp_path):
-    wanted = ["run", "power", "orbit", "history:driveshaft_torque,crank_angle", "spectrum:driveshaft_torque", "orders:driveshaft_torque"]
+    wanted = [
+        "run",
+        "power",
+        "orbit",
+        "history:driveshaft_torque,crank_angle",
+        "spectrum:driveshaft_torque",
+        "orders:driveshaft_torque",
+    ]
     files = write_figures(filmed, wanted, tmp_path / "here")
     assert [file.name for file in files][3] == "filmed-history-driveshaft_torque-crank_angle.png"
     assert all(5_000 < file.stat().st_size < 1_000_000 for file in files)
@@ -39,7 +50,9 @@ def test_figures_are_written_beside_each_other_with_their_names(filmed, tmp_path
 def test_torque_of_the_film_repeats_twice_a_turn(filmed):
     axes = figure_of(filmed, "spectrum:driveshaft_torque").axes[0]
     frequency, density = axes.lines[0].get_data()
-    assert frequency[np.nanargmax(density)] == pytest.approx(2 * 60.0 / math.tau, abs=4.0)  # a quarter of 0.5 s: lines every 8 Hz
+    assert frequency[np.nanargmax(density)] == pytest.approx(
+        2 * 60.0 / math.tau, abs=4.0
+    )  # a quarter of 0.5 s: lines every 8 Hz
 
 
 def test_orders_are_drawn_over_time_where_the_speed_stays_and_over_speed_where_it_changes(filmed, tmp_path):
@@ -51,10 +64,14 @@ def test_orders_are_drawn_over_time_where_the_speed_stays_and_over_speed_where_i
     with open_result(tmp_path / "a.h5") as run_up:
         axes = figure_of(run_up, "orders:driveshaft_torque").axes[0]
     assert axes.get_xlabel() == "driveshaft speed (rpm)"
-    assert axes.get_xlim()[1] == pytest.approx(20.0 * 4.0 * 30.0 / math.pi, rel=0.2)  # the last window ends at 80 rad/s
+    assert axes.get_xlim()[1] == pytest.approx(
+        20.0 * 4.0 * 30.0 / math.pi, rel=0.2
+    )  # the last window ends at 80 rad/s
 
 
-@pytest.mark.parametrize("what", ["runn", "spectrum", "run:driveshaft_torque", "spectrum:torque", "history:mount_1_force_x"])
+@pytest.mark.parametrize(
+    "what", ["runn", "spectrum", "run:driveshaft_torque", "spectrum:torque", "history:mount_1_force_x"]
+)
 def test_figure_or_series_that_is_not_there_is_named(filmed, what):
     with pytest.raises(CaseError, match="must be"):
         figure_of(filmed, what)

@@ -19,14 +19,17 @@ def test_a_demonstration_keeps_the_speed_and_makes_three_turns_at_it(mill):
     assert short.drive.speed == mill.drive.speed
     rows = (short.run.until - short.drive.ramp_end) * short.run.series_rate
     turn = 2 * math.pi / short.drive.speed * short.run.series_rate
-    assert 3 * turn <= math.floor(rows) - 1 <= 3 * turn + 2  # whole turns are looked for between rows, one at each end may be lost
+    assert (
+        3 * turn <= math.floor(rows) - 1 <= 3 * turn + 2
+    )  # whole turns are looked for between rows, one at each end may be lost
 
 
 def test_a_demonstration_softens_contacts_between_particles_ninefold_and_no_other(mill):
     (pair, wall), (soft, same) = contact_facts(mill), contact_facts(quick(mill))
     assert soft.stiffness == pytest.approx(pair.stiffness / 9, rel=1e-12)
     assert same.stiffness == pytest.approx(wall.stiffness, rel=1e-12)
-    # a contact lasts as sqrt(1/k), and the substep goes with it, rounded to whole windows in a row of the record
+    # a contact lasts as sqrt(1/k), and the substep goes with it, rounded to whole windows in a row of the
+    # record
     assert run_clock(quick(mill)).substep > 2.5 * run_clock(mill).substep
 
 

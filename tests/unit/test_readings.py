@@ -19,16 +19,27 @@ RATE = 2000.0
 
 @pytest.fixture
 def result(tmp_path):
-    """Two seconds at ten turns a second: at every joint 100 N out along the crank and 20 N m about z, 7 N down, frame yawed by 30 deg."""
+    """Two seconds at ten turns a second: at every joint 100 N out along the crank and 20 N m about z, 7 N
+    down, frame yawed by 30 deg.
+    """
     names = expand(mounts=4, sensors=())
     time = np.arange(4001) / RATE
     angle = 62.832 * time
     half = np.radians(15.0)
     known = {"time": time, "crank_angle": angle, "driveshaft_speed": np.full_like(time, 62.832)}
     for joint in ("load_cell", "yoke_pivot"):
-        known |= {f"{joint}_reaction_force_x": 100 * np.cos(angle), f"{joint}_reaction_force_y": 100 * np.sin(angle)}
-        known |= {f"{joint}_reaction_force_z": np.full_like(time, -7.0), f"{joint}_reaction_moment_z": np.full_like(time, 20.0)}
-    known |= {"frame_attitude_w": np.full_like(time, np.cos(half)), "frame_attitude_z": np.full_like(time, np.sin(half))}
+        known |= {
+            f"{joint}_reaction_force_x": 100 * np.cos(angle),
+            f"{joint}_reaction_force_y": 100 * np.sin(angle),
+        }
+        known |= {
+            f"{joint}_reaction_force_z": np.full_like(time, -7.0),
+            f"{joint}_reaction_moment_z": np.full_like(time, 20.0),
+        }
+    known |= {
+        "frame_attitude_w": np.full_like(time, np.cos(half)),
+        "frame_attitude_z": np.full_like(time, np.sin(half)),
+    }
     known |= {
         "driveshaft_attitude_w": np.cos(angle / 2),
         "driveshaft_attitude_z": np.sin(angle / 2),
@@ -43,19 +54,24 @@ def result(tmp_path):
 
 
 def test_orders_of_a_run_up_are_those_of_the_signal():
-    # 3 cos(angle - 0.7) + 2 cos(2 angle + 1) + 5 while the speed rises from 2 to 20 turns a second: the window is whole turns, so
-    # that only linear interpolation between samples is left, (order x 20 turns x 2 pi / 4800 s)^2 / 12 < 3e-4 of 3
+    # 3 cos(angle - 0.7) + 2 cos(2 angle + 1) + 5 while the speed rises from 2 to 20 turns a second: the
+    # window is whole turns, so
+    # that only linear interpolation between samples is left, (order x 20 turns x 2 pi / 4800 s)^2 / 12 < 3e-4
+    # of 3
     time = np.arange(0.0, 8.0, 1 / 4800)
     angle = 2 * np.pi * (2.0 * time + 9.0 / 8.0 * time**2)
     value = 3.0 * np.cos(angle - 0.7) + 2.0 * np.cos(2 * angle + 1.0) + 5.0
     found = track(time, angle, value)
     assert found.amplitude[0] == pytest.approx(3.0, abs=1e-3) and found.lag[0] == pytest.approx(0.7, abs=1e-3)
-    assert found.amplitude[1] == pytest.approx(2.0, abs=2e-3) and found.lag[1] == pytest.approx(-1.0, abs=2e-3)
+    assert found.amplitude[1] == pytest.approx(2.0, abs=2e-3) and found.lag[1] == pytest.approx(
+        -1.0, abs=2e-3
+    )
     assert found.speed == pytest.approx(2 * np.pi * (2.0 + 2.25 * found.time), rel=1e-3)
 
 
 def test_peak_of_an_order_is_found_at_its_speed():
-    # a bell over time: four turns at ten a second are 0.4 s, Hann-weighted 0.15 s wide, and flatten a bell of 1 s by (0.07/1)^2 / 2
+    # a bell over time: four turns at ten a second are 0.4 s, Hann-weighted 0.15 s wide, and flatten a bell of
+    # 1 s by (0.07/1)^2 / 2
     time = np.arange(0.0, 10.0, 1 / 2000)
     angle = 2 * np.pi * time**2
     value = np.exp(-0.5 * (time - 5.0) ** 2) * np.cos(angle)
@@ -83,7 +99,9 @@ def test_series_that_is_not_recorded_is_refused(result):
 
 
 def test_reaction_that_turns_with_the_crank_stands_still_in_crank_axes(result):
-    assert joint_reaction(result, "load_cell", "crank") == pytest.approx(np.tile([100, 0, -7, 0, 0, 20], (4001, 1)), abs=1e-9)
+    assert joint_reaction(result, "load_cell", "crank") == pytest.approx(
+        np.tile([100, 0, -7, 0, 0, 20], (4001, 1)), abs=1e-9
+    )
     yawed = joint_reaction(result, "load_cell", "frame")[0, :2]
     assert yawed == pytest.approx([100 * np.cos(np.radians(30)), -100 * np.sin(np.radians(30))])
 
@@ -92,11 +110,19 @@ def test_statistics_of_a_turning_force(result):
     # interpolation between samples of a turn of 200: (pi / 200)^2 / 2 = 1.2e-4
     found = load_paths(result)
     x = found.sel(joint="load_cell", axes="ground", part="force_x")
-    assert x.sel(statistic="mean") == pytest.approx(0.0, abs=0.02) and x.sel(statistic="1x") == pytest.approx(100.0, rel=2e-4)
-    assert x.sel(statistic="rms") == pytest.approx(100 / np.sqrt(2), rel=2e-4) and x.sel(statistic="2x") == pytest.approx(0.0, abs=0.02)
+    assert x.sel(statistic="mean") == pytest.approx(0.0, abs=0.02) and x.sel(statistic="1x") == pytest.approx(
+        100.0, rel=2e-4
+    )
+    assert x.sel(statistic="rms") == pytest.approx(100 / np.sqrt(2), rel=2e-4) and x.sel(
+        statistic="2x"
+    ) == pytest.approx(0.0, abs=0.02)
     crank = found.sel(joint="load_cell", axes="crank", part="force_x")
-    assert crank.sel(statistic="mean") == pytest.approx(100.0, rel=2e-4) and crank.sel(statistic="1x") == pytest.approx(0.0, abs=0.02)
-    assert found.sel(joint="load_cell", axes="frame", part="force", statistic="peak") == pytest.approx(np.hypot(100, 7), rel=2e-4)
+    assert crank.sel(statistic="mean") == pytest.approx(100.0, rel=2e-4) and crank.sel(
+        statistic="1x"
+    ) == pytest.approx(0.0, abs=0.02)
+    assert found.sel(joint="load_cell", axes="frame", part="force", statistic="peak") == pytest.approx(
+        np.hypot(100, 7), rel=2e-4
+    )
 
 
 @pytest.mark.parametrize(("joint", "axes"), [("crankpin", "frame"), ("crank_pin", "moon")])
@@ -106,7 +132,8 @@ def test_unknown_joint_or_axes_are_refused(result, joint, axes):
 
 
 def test_rods_share_a_load_as_the_laws_of_the_lever_say(result):
-    # 100 N along x at the nutation point goes into the rod along x alone; 20 N m about z into the pair along y, 0.3 m apart; a
+    # 100 N along x at the nutation point goes into the rod along x alone; 20 N m about z into the pair along
+    # y, 0.3 m apart; a
     # pull of 7 N up is shared by the three upright rods, whose centre is the point
     found = yoke_rods(result)
     along_x = found.tension[:, found.names.index("along_x")]

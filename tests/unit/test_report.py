@@ -21,11 +21,14 @@ from nutamill.view.report import report_page, write_report
 def test_page_of_a_run_holds_means_ledger_figures_motion_and_case(filmed):
     page = report_page([filmed.path])
     assert "crank-pin force (N)" in page
-    # the film: 700 + 20 cos(2 angle) N over whole turns of 105 samples; the trapezoid of a cosine is exact to 20 (2 pi/52)^2 / 12
+    # the film: 700 + 20 cos(2 angle) N over whole turns of 105 samples; the trapezoid of a cosine is exact to
+    # 20 (2 pi/52)^2 / 12
     mean = float(re.search(r"crank-pin force \(N\)</td><td class=\"number\">([\d.]+)", page)[1])
     assert mean == pytest.approx(700.0, abs=0.1)
     assert re.search(r"pellet-pellet</td><td class=\"number\">540</td><td class=\"number\">100\.00", page)
-    assert page.count("data:image/png;base64,") == 3  # run, power, orbit: this film has no statistics of impacts
+    assert (
+        page.count("data:image/png;base64,") == 3
+    )  # run, power, orbit: this film has no statistics of impacts
     inner = html.unescape(re.search(r'srcdoc="(.*?)"></iframe>', page, re.DOTALL)[1])
     assert '<canvas id="scene">' in inner
     assert "[chamber]" in page
@@ -57,13 +60,20 @@ def test_a_run_of_too_few_turns_is_not_called_steady_and_has_no_interval(film, t
     assert "plain mean of 4 turns, without an interval" in short
     assert "95 %" not in short and "±" not in short and "steady mean" not in short
     long = report_page([film(tmp_path / "long.h5", snapshots=0, seconds=2.0)])
-    assert "steady since t = " in long and "steady mean and 95 % interval" in long and "too few turns" not in long
+    assert (
+        "steady since t = " in long
+        and "steady mean and 95 % interval" in long
+        and "too few turns" not in long
+    )
 
 
 @pytest.mark.parametrize(
     ("shakes", "caption"),
     [
-        (True, "crank-pin force, driveshaft torque, horizontal acceleration, vertical acceleration over the run"),
+        (
+            True,
+            "crank-pin force, driveshaft torque, horizontal acceleration, vertical acceleration over the run",
+        ),
         (False, "crank-pin force, driveshaft torque over the run"),
     ],
 )
@@ -75,12 +85,20 @@ def test_the_caption_of_a_run_names_the_panels_that_are_drawn(film, tmp_path, sh
 @pytest.mark.parametrize(
     ("changes", "label", "values"),
     [
-        ([("drive.speed=500 rpm",), ("drive.speed=600 rpm", "run.seed=2", "drive.ramp=35 rpm/s")], "drive.speed (rpm)", [500.0, 600.0]),
+        (
+            [("drive.speed=500 rpm",), ("drive.speed=600 rpm", "run.seed=2", "drive.ramp=35 rpm/s")],
+            "drive.speed (rpm)",
+            [500.0, 600.0],
+        ),
         ([("chamber.ribs=0",), ("chamber.ribs=12",)], "chamber.ribs", [0.0, 12.0]),
         ([("chamber.ribs=0",), ("chamber.ribs=12", "drive.speed=500 rpm")], None, None),
         ([("mechanism.mounting=rigid",), ("mechanism.mounting=flexible",)], None, None),
         ([("run.seed=1",), ("run.seed=2",)], None, None),
-        ([("drive.speed=500 rpm",), ("drive.speed=600 rpm",), ("drive.speed=500 rpm", "run.seed=2")], None, None),
+        (
+            [("drive.speed=500 rpm",), ("drive.speed=600 rpm",), ("drive.speed=500 rpm", "run.seed=2")],
+            None,
+            None,
+        ),
     ],
 )
 def test_runs_are_joined_by_a_line_only_if_they_differ_in_one_number(changes, label, values):
@@ -98,8 +116,12 @@ def test_unrelated_runs_are_drawn_as_points(film, tmp_path, monkeypatch, ribs, j
 
     monkeypatch.setattr(report, "draw_steady_values", draw)
     first = film(tmp_path / "a.h5", snapshots=0, changes=("drive.speed=500 rpm",))
-    page = report_page([first, film(tmp_path / "b.h5", snapshots=0, changes=("drive.speed=600 rpm", f"chamber.ribs={ribs}"))])
-    assert {line.get_linestyle() for line in drawn[0].axes[0].get_lines() if line.get_marker() == "o"} == ({"-"} if joined else {"None"})
+    page = report_page(
+        [first, film(tmp_path / "b.h5", snapshots=0, changes=("drive.speed=600 rpm", f"chamber.ribs={ribs}"))]
+    )
+    assert {line.get_linestyle() for line in drawn[0].axes[0].get_lines() if line.get_marker() == "o"} == (
+        {"-"} if joined else {"None"}
+    )
     assert ("over drive.speed (rpm);" in page) == joined
 
 
@@ -122,7 +144,9 @@ def test_folder_of_a_sweep_is_reported_with_its_table_pictures_and_runs(filmed, 
 
 
 def test_folder_of_a_comparison_is_reported_with_its_table(tmp_path):
-    (tmp_path / "comparison.md").write_text("| row | ours |\n|---|---|\n| force | 1 & 2 N |\n\n| not | this |\n|---|---|\n| 1 | 2 |\n")
+    (tmp_path / "comparison.md").write_text(
+        "| row | ours |\n|---|---|\n| force | 1 & 2 N |\n\n| not | this |\n|---|---|\n| 1 | 2 |\n"
+    )
     page = report_page([tmp_path])
     assert "<td>force</td><td>1 &amp; 2 N</td></tr>" in page
     assert "not" not in page[page.index("<td>force") : page.index("<h2>Citation")]

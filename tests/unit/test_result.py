@@ -46,7 +46,10 @@ def test_xarray_opens_the_series_without_this_package(tmp_path):
     recorder = new(tmp_path / "a.h5")
     recorder.append(samples(0, 100))
     recorder.close()
-    with xarray.open_dataset(tmp_path / "a.h5", group="series", engine="h5netcdf") as series, open_result(tmp_path / "a.h5") as result:
+    with (
+        xarray.open_dataset(tmp_path / "a.h5", group="series", engine="h5netcdf") as series,
+        open_result(tmp_path / "a.h5") as result,
+    ):
         assert "time" in series.coords
         assert series["time"].dtype == np.float64
         assert series["crank_angle"].attrs["long_name"] == "crank angle"
@@ -94,7 +97,11 @@ def test_checkpoint_restores_every_bit(tmp_path):
             "list": np.arange(4, dtype=np.int32),
             "rows": random.random((2, 8), dtype=np.float32),
         },
-        "mechanism": {"time": np.array([0.1 + 0.2]), "odd": np.array([np.nan, -0.0, 5e-324]), "none": np.empty((0, 2))},
+        "mechanism": {
+            "time": np.array([0.1 + 0.2]),
+            "odd": np.array([np.nan, -0.0, 5e-324]),
+            "none": np.empty((0, 2)),
+        },
     }
     recorder = new(tmp_path / "a.h5")
     recorder.checkpoint(0.1 + 0.2, groups, {"windows": 12})
@@ -185,7 +192,9 @@ def test_resume_from_a_time_without_checkpoint_is_refused(tmp_path):
 
 def test_names_that_are_no_quantities_are_refused_all_at_once(tmp_path):
     with pytest.raises(CaseError) as caught:
-        Recorder.create(tmp_path / "a.h5", CASE, {}, ["crank_angle", "crank_angle", "crank_pin_force_radiall"], 1000.0)
+        Recorder.create(
+            tmp_path / "a.h5", CASE, {}, ["crank_angle", "crank_angle", "crank_pin_force_radiall"], 1000.0
+        )
     text = str(caught.value)
     assert len(caught.value.faults) == 3
     assert 'Did you mean "crank_pin_force_radial"?' in text
@@ -235,7 +244,9 @@ def test_file_of_a_newer_version_asks_for_an_update(tmp_path):
     new(tmp_path / "a.h5").close()
     with h5py.File(tmp_path / "a.h5", "r+") as file:
         file.attrs["format_version"] = 99
-    with pytest.raises(ResultError, match=r"written by format 99, this version reads up to 2\. Update the package"):
+    with pytest.raises(
+        ResultError, match=r"written by format 99, this version reads up to 2\. Update the package"
+    ):
         open_result(tmp_path / "a.h5")
 
 

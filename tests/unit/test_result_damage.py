@@ -1,4 +1,6 @@
-"""A damaged or hostile result: refused in one sentence, never used without a word, and resumed from what is whole."""
+"""A damaged or hostile result: refused in one sentence, never used without a word, and resumed from what is
+whole.
+"""
 
 import random
 import warnings
@@ -32,7 +34,9 @@ def path(tmp_path):
         recorder.append(np.stack([rows / 1000.0, 10.0 * rows, numbers.standard_normal(1000)], axis=1))
         recorder.snapshot(k + 0.5, {"positions": numbers.random((50, 3), np.float32)})
         recorder.statistics(k + 1.0, {"impact_number": numbers.random((2, 2, 8))})
-        recorder.checkpoint(k + 1.0, {"charge": {"x": numbers.random((100, 3)), "ids": np.arange(100)}}, {"windows": k})
+        recorder.checkpoint(
+            k + 1.0, {"charge": {"x": numbers.random((100, 3)), "ids": np.arange(100)}}, {"windows": k}
+        )
     recorder.summary({"power": 663.0, "shares": {"mounts": 0.05}})
     recorder.state("complete")
     recorder.close()
@@ -48,7 +52,11 @@ def content(path):
             [(str(name), one.values.tobytes(), one.attrs) for name, one in series.variables.items()],
             [(str(name), one.values.tolist(), one.attrs) for name, one in statistics.variables.items()],
             [{name: array.tobytes() for name, array in snapshot.items()} for snapshot in result.snapshots],
-            (kept.time, kept.attributes, [array.tobytes() for group in kept.groups.values() for array in group.values()]),
+            (
+                kept.time,
+                kept.attributes,
+                [array.tobytes() for group in kept.groups.values() for array in group.values()],
+            ),
         ]
 
 
@@ -74,7 +82,9 @@ def flip(path, byte, bit=3):
 
 def external(file, victim):
     del file["checkpoints/a/charge/x"]
-    file["checkpoints/a/charge"].create_dataset("x", (100, 3), "f8", external=[(str(victim), 0, h5py.h5f.UNLIMITED)])
+    file["checkpoints/a/charge"].create_dataset(
+        "x", (100, 3), "f8", external=[(str(victim), 0, h5py.h5f.UNLIMITED)]
+    )
 
 
 def linked(file, victim):
@@ -103,14 +113,21 @@ HOSTILE += [(virtual, "is a virtual dataset"), (soft, "is a link")]
 
 
 @pytest.mark.parametrize(("craft", "words"), HOSTILE, ids=[craft.__name__ for craft, _ in HOSTILE])
-def test_result_that_refers_to_another_file_is_refused_by_every_reader_and_writer(path, tmp_path, craft, words):
+def test_result_that_refers_to_another_file_is_refused_by_every_reader_and_writer(
+    path, tmp_path, craft, words
+):
     victim = tmp_path / "victim.txt"
     victim.write_bytes(b"mine " * 1000)
     earlier = Recorder.reopen(path, 3.0)  # a writer at work when the file is put in its place
     with h5py.File(path, "r+") as file:
         craft(file, victim)
     earlier.append(np.array([[3.0, 0.0, 0.0]]))
-    acts = [open_result, verify, lambda path: Recorder.reopen(path, 3.0), lambda path: earlier.commit(force=True)]
+    acts = [
+        open_result,
+        verify,
+        lambda path: Recorder.reopen(path, 3.0),
+        lambda path: earlier.commit(force=True),
+    ]
     for act in acts:
         with pytest.raises(ResultError, match=words):
             act(path)
@@ -131,7 +148,12 @@ def test_no_flipped_bit_is_used_without_a_word(path, tmp_path, part):
     if part == "case":
         places = [(whole.index(CASE.encode()), len(CASE))]
     elif part == "checkpoints":
-        places = [place for slot in "ab" for name in ("x", "ids") for place in places_of(path, f"checkpoints/{slot}/charge/{name}")]
+        places = [
+            place
+            for slot in "ab"
+            for name in ("x", "ids")
+            for place in places_of(path, f"checkpoints/{slot}/charge/{name}")
+        ]
     elif part == "statistics":
         names = ("impact_number", "time", "axes/energy", "axes/pair")
         places = [place for name in names for place in places_of(path, f"statistics/{name}")]
@@ -188,7 +210,10 @@ def test_older_checkpoint_is_used_when_the_newest_is_damaged_and_the_damage_is_n
 def test_checkpoint_whose_header_is_damaged_is_passed_over_and_never_used_again(path):
     with h5py.File(path, "r") as file:
         newest = max("ab", key=lambda slot: file[f"checkpoints/{slot}"].attrs["time"])
-        headers = [h5py.h5o.get_info(file[f"checkpoints/{newest}{name}"].id).addr for name in ("", "/charge", "/charge/x")]
+        headers = [
+            h5py.h5o.get_info(file[f"checkpoints/{newest}{name}"].id).addr
+            for name in ("", "/charge", "/charge/x")
+        ]
     whole = path.read_bytes()
     for header in headers:
         path.write_bytes(whole)
@@ -213,7 +238,12 @@ def test_result_with_no_whole_checkpoint_is_not_continued(path):
 
 
 def test_run_is_resumed_from_the_older_checkpoint_to_the_bits_it_would_have_had(tmp_path):
-    settings = ["charge.kind=none", "mechanism.mounting=rigid", "drive.ramp=7000 rpm/s", "run.checkpoint=5 ms"]
+    settings = [
+        "charge.kind=none",
+        "mechanism.mounting=rigid",
+        "drive.ramp=7000 rpm/s",
+        "run.checkpoint=5 ms",
+    ]
     case = load_case("numill", [*settings, "run.until=10 ms"])
     march.run(case, tmp_path / "whole.h5").close()
     true = (tmp_path / "whole.h5").read_bytes()

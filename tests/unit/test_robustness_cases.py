@@ -1,4 +1,6 @@
-"""300 hostile inputs of each kind: used, or refused in words; `python -m validation.robustness cases` has more."""
+"""300 hostile inputs of each kind: used, or refused in words; `python -m validation.robustness cases` has
+more.
+"""
 
 import importlib
 
@@ -36,7 +38,9 @@ def test_hostile_meshes_are_used_or_refused_in_words(caplog):
 
 
 def test_a_fault_in_the_bounds_would_be_found(monkeypatch):
-    """Without bounds of magnitude some extremes end in a traceback or a warning: the sample is sharp enough to see it."""
+    """Without bounds of magnitude some extremes end in a traceback or a warning: the sample is sharp enough
+    to see it.
+    """
     monkeypatch.setattr("nutamill.base.schema.Quantity._beyond", lambda self, si: "")
     named = ((case.name, lambda case=case: cases.read(case)) for case in cases.sampled(300, seed=11))
     assert bad_ones(named)

@@ -1,8 +1,12 @@
-"""300 damaged results: each is refused in a sentence or read as it was written; `python -m validation.robustness results` has more."""
+"""300 damaged results: each is refused in a sentence or read as it was written;
+`python -m validation.robustness results` has more.
+"""
 
 import importlib
 
-outcomes, results = (importlib.import_module(f"validation.robustness.{name}") for name in ("outcome", "results"))
+outcomes, results = (
+    importlib.import_module(f"validation.robustness.{name}") for name in ("outcome", "results")
+)
 
 
 def test_damaged_results_are_refused_in_a_sentence_and_never_used_without_a_word():

@@ -1,4 +1,6 @@
-"""Where a run writes: a complete result is shown, nothing is overwritten unasked, two runs do not write one file, nothing is lost."""
+"""Where a run writes: a complete result is shown, nothing is overwritten unasked, two runs do not write one
+file, nothing is lost.
+"""
 
 import signal
 import subprocess
@@ -149,7 +151,9 @@ def test_complete_result_is_returned_from_a_folder_that_cannot_be_written(case, 
 def test_run_again_keeps_the_old_file_until_the_new_one_is_whole(case, path):
     nm.run(case, path).close()
     before, during = path.stat(), []
-    nm.run(case, path, again=True, progress=lambda progress: during.append((path.stat(), numbers(path)[0]))).close()
+    nm.run(
+        case, path, again=True, progress=lambda progress: during.append((path.stat(), numbers(path)[0]))
+    ).close()
     assert during
     assert all((state, whole) == (before, "complete") for state, whole in during)
     assert path.stat().st_ino != before.st_ino
@@ -176,7 +180,10 @@ def test_incomplete_result_is_not_overwritten_and_the_message_says_how_to_go_on(
         nm.run(case, path)
     said = str(raised.value)
     assert f"{path}: is incomplete, it ends at " in said
-    assert f" s of 2 s (interrupted). Continue it with: nutamill resume {path}. Or begin anew with --again." in said
+    assert (
+        f" s of 2 s (interrupted). Continue it with: nutamill resume {path}. Or begin anew with --again."
+        in said
+    )
     nm.run(case, path, again=True).close()
     assert numbers(path)[0] == "complete"
 
@@ -184,7 +191,9 @@ def test_incomplete_result_is_not_overwritten_and_the_message_says_how_to_go_on(
 def test_result_of_another_case_is_not_overwritten_unless_it_is_asked_for(case, path):
     nm.run(case, path).close()
     other = case.with_("run.until", 1.0)
-    with pytest.raises(ResultError, match=r"holds another case\. Choose another file with --to, or replace it with --again"):
+    with pytest.raises(
+        ResultError, match=r"holds another case\. Choose another file with --to, or replace it with --again"
+    ):
         nm.run(other, path)
     with nm.run(other, path, again=True) as result:
         assert result.reached == pytest.approx(1.0)
@@ -194,7 +203,9 @@ def test_result_of_another_case_is_not_overwritten_unless_it_is_asked_for(case, 
 def test_file_that_is_no_result_is_never_overwritten(case, path, again):
     path.parent.mkdir()
     path.write_text("my notes")
-    with pytest.raises(ResultError, match="No run replaces this file: choose another with --to, or remove it"):
+    with pytest.raises(
+        ResultError, match="No run replaces this file: choose another with --to, or remove it"
+    ):
         nm.run(case, path, again=again)
     assert path.read_text() == "my notes"
 
@@ -214,14 +225,20 @@ def test_run_that_never_became_steady_says_so_again(path, tmp_path, monkeypatch)
     empty.state("not steady: fewer than 5 whole turns at full speed")
     empty.close()
     for ask in (lambda: nm.run(mill, path), lambda: nm.resume(path)):
-        with pytest.raises(NotSteadyError, match=r"it is not after 3 s: fewer than 5 whole turns at full speed\. Go on with"):
+        with pytest.raises(
+            NotSteadyError, match=r"it is not after 3 s: fewer than 5 whole turns at full speed\. Go on with"
+        ):
             ask()
 
 
 def test_two_runs_do_not_write_one_file(case, path):
     stopped(case, path)
     with one_writer(path):
-        for act in (lambda: nm.run(case, path), lambda: nm.run(case, path, again=True), lambda: nm.resume(path)):
+        for act in (
+            lambda: nm.run(case, path),
+            lambda: nm.run(case, path, again=True),
+            lambda: nm.resume(path),
+        ):
             with pytest.raises(ResultError, match="is being written by another run"):
                 act()
     nm.resume(path).close()
@@ -229,7 +246,9 @@ def test_two_runs_do_not_write_one_file(case, path):
 
 
 def test_lock_is_seen_by_another_process_and_dies_with_its_own(path):
-    holder = subprocess.Popen([sys.executable, "-P", "-c", HOLDER, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    holder = subprocess.Popen(
+        [sys.executable, "-P", "-c", HOLDER, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
     assert holder.stdout.readline() == b"locked\n"
     with pytest.raises(ResultError, match="is being written by another run"), one_writer(path):
         pass
@@ -280,7 +299,9 @@ def test_run_that_has_ended_is_resumed_to_its_result_and_to_a_later_end_given_as
     assert same(path, path.with_name("whole.h5"))
 
 
-@pytest.mark.parametrize(("until", "said"), [("20", "needs a unit"), ("2 m", "s"), (float("nan"), "must be a finite time")])
+@pytest.mark.parametrize(
+    ("until", "said"), [("20", "needs a unit"), ("2 m", "s"), (float("nan"), "must be a finite time")]
+)
 def test_end_that_is_no_time_is_refused(until, said, path):
     with pytest.raises(CaseError, match=f"--until: .*{said}"):
         nm.resume(path, until=until)
@@ -301,8 +322,14 @@ def test_run_takes_a_name_or_a_file_and_refuses_what_is_no_case(case_file, path,
 def test_too_little_room_is_reported_before_the_charge_settles(path, monkeypatch):
     mill = load_case("numill", ["charge.mass=2 kg"])
     monkeypatch.setattr(march, "warm_up", lambda *args: pytest.fail("the kernels were compiled first"))
-    monkeypatch.setattr("nutamill.base.atomic_file.shutil.disk_usage", lambda folder: type("Usage", (), {"free": SPARE + 1000})())
-    with pytest.raises(OutputError, match=r"saving needs 1\d\.\d MB, 16\.8 MB are free, and a reserve of 16\.8 MB must stay free"):
+    monkeypatch.setattr(
+        "nutamill.base.atomic_file.shutil.disk_usage",
+        lambda folder: type("Usage", (), {"free": SPARE + 1000})(),
+    )
+    with pytest.raises(
+        OutputError,
+        match=r"saving needs 1\d\.\d MB, 16\.8 MB are free, and a reserve of 16\.8 MB must stay free",
+    ):
         nm.run(mill, path)
 
 

@@ -15,11 +15,15 @@ pytest.importorskip("pyvista", reason='needs the extra "view"')
 
 
 def test_camera_inside_rides_on_the_chamber(filmed):
-    """In chamber axes it stands still, 2 % of the height under the ceiling, and looks at the middle of the floor."""
+    """In chamber axes it stands still, 2 % of the height under the ceiling, and looks at the middle of the
+    floor.
+    """
     case = Case.from_toml(filmed.case_text)
     for frame in replay(filmed, chosen_snapshots(filmed)):
         pose, camera = frame.bodies["chamber"], camera_of("inside", frame, case)
-        assert (camera.eye - pose.origin) @ pose.rotation == pytest.approx([0.0, -0.028, -0.122 - 0.02 * 0.228])
+        assert (camera.eye - pose.origin) @ pose.rotation == pytest.approx(
+            [0.0, -0.028, -0.122 - 0.02 * 0.228]
+        )
         assert (camera.target - pose.origin) @ pose.rotation == pytest.approx([0.0, 0.0, -0.350])
 
 
@@ -31,7 +35,8 @@ def test_picture_from_each_camera_shows_the_coloured_charge(filmed, tmp_path, vi
         pytest.skip(str(error))
     assert picture.shape == (960, 1280, 3)
     coloured = np.ptp(picture[:800], axis=-1) > 0.35  # viridis; the machine is grey, the colour bar below
-    # the nearest pellets are 300 circles of 2.5 mm seen from about 1.6 m at 30 deg, 960 pixels high: 4 pixels across at least
+    # the nearest pellets are 300 circles of 2.5 mm seen from about 1.6 m at 30 deg, 960 pixels high: 4 pixels
+    # across at least
     assert coloured.sum() > 300
     assert coloured.mean() < 0.6
 

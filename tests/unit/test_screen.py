@@ -97,7 +97,19 @@ def test_table_shows_phases_and_readings_within_80_columns():
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(panel("numill", PROGRESS, {"ramp": 112.0}))
     text = console.export_text()
-    for part in ("settle", "done", "47 %", "0:01:52", "left 0:08:12", "512", "4.13", "6904 contacts", "41 ns", "41.0 MB", "dt = 3.60 µs"):
+    for part in (
+        "settle",
+        "done",
+        "47 %",
+        "0:01:52",
+        "left 0:08:12",
+        "512",
+        "4.13",
+        "6904 contacts",
+        "41 ns",
+        "41.0 MB",
+        "dt = 3.60 µs",
+    ):
         assert part in text
     assert max(map(len, text.splitlines())) <= 80
 
@@ -107,7 +119,9 @@ def test_durations_are_hours_minutes_seconds():
     assert duration(math.nan) == "-"
 
 
-KNOWN = PROGRESS._replace(phase="steady", mean_force=981.4, mean_force_half_width=6.2, mean_torque=9.05, mean_torque_half_width=0.21)
+KNOWN = PROGRESS._replace(
+    phase="steady", mean_force=981.4, mean_force_half_width=6.2, mean_torque=9.05, mean_torque_half_width=0.21
+)
 
 
 def test_means_and_their_intervals_are_shown_once_they_are_known():
@@ -122,7 +136,9 @@ def test_means_and_their_intervals_are_shown_once_they_are_known():
 
 
 def test_key_on_a_terminal_raises_the_signal_that_asks_the_same(monkeypatch):
-    """A real pseudo-terminal: what is typed on one end arrives as a signal, and the terminal is as it was afterwards."""
+    """A real pseudo-terminal: what is typed on one end arrives as a signal, and the terminal is as it was
+    afterwards.
+    """
     pty = pytest.importorskip("pty", reason="needs a system with pseudo-terminals")
     import termios
 
@@ -168,10 +184,14 @@ def test_screen_whose_terminal_is_gone_goes_quiet_and_leaves_the_run_alone(monke
 
 
 def test_mean_while_running_is_that_of_the_whole_turns():
-    """Sampled 400 times a turn, 5 + sin(2 angle) + turn number: turns 1 to 6 of a record that begins within turn 0 have the means
-    6 to 11, the trapezoidal rule being exact for a sine over whole turns; Student's t of 5 degrees is 2.5706."""
+    """Sampled 400 times a turn, 5 + sin(2 angle) + turn number: turns 1 to 6 of a record that begins within
+    turn 0 have the means 6 to 11, the trapezoidal rule being exact for a sine over whole turns; Student's t
+    of 5 degrees is 2.5706.
+    """
     angle = np.arange(150, 2801) * 2 * math.pi / 400
-    values = np.stack([5.0 + np.sin(2.0 * angle) + np.floor(angle / (2 * math.pi) + 1e-9), np.ones_like(angle)], axis=1)
+    values = np.stack(
+        [5.0 + np.sin(2.0 * angle) + np.floor(angle / (2 * math.pi) + 1e-9), np.ones_like(angle)], axis=1
+    )
     means = RunningMean(2)
     for part in np.array_split(np.arange(len(angle)), 17):
         means.add(0.01 * angle[part], angle[part] + 1e-9, values[part])
@@ -184,7 +204,11 @@ def test_mean_while_running_is_that_of_the_whole_turns():
 
 def test_what_is_not_known_yet_is_a_dash_and_a_sign_moves():
     unknown = {name: math.nan for name, value in PROGRESS._asdict().items() if isinstance(value, float)}
-    table = panel("numill", PROGRESS._replace(**unknown)._replace(phase="settle", time=0.0, end_time=1.0, fraction=0.0), {"settle": 1.0})
+    table = panel(
+        "numill",
+        PROGRESS._replace(**unknown)._replace(phase="settle", time=0.0, end_time=1.0, fraction=0.0),
+        {"settle": 1.0},
+    )
     drawn = []
     for moment in (0.0, 1.0):
         console = Console(width=100, record=True, file=io.StringIO(), get_time=lambda moment=moment: moment)

@@ -5,7 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from nutamill.base.steady import correlation_length, drift, interval, steady_mean, truncation, turn_means, turn_swings, whole_turns
+from nutamill.base.steady import (
+    correlation_length,
+    drift,
+    interval,
+    steady_mean,
+    truncation,
+    turn_means,
+    turn_swings,
+    whole_turns,
+)
 
 
 def autoregressive(phi: float, turns: int, records: int, seed: int = 1) -> np.ndarray:
@@ -25,22 +34,26 @@ def variance_of_mean(phi: float, n: int) -> float:
 
 @pytest.mark.parametrize("phi", [0.0, 0.5, 0.8])
 def test_correlation_length_is_that_of_an_autoregressive_record(phi):
-    # (1 + phi)/(1 - phi); 20 records of 4000 turns.  The estimate scatters by about sqrt(4 tau/n) ~ 10 % each at phi = 0.8
-    # (Sokal 1997, eq. 3.19 with a window of some tau), 2.2 % together, and the monotone sequence errs upwards by a few per cent.
+    # (1 + phi)/(1 - phi); 20 records of 4000 turns. The estimate scatters by about sqrt(4 tau/n) ~ 10 % each
+    # at phi = 0.8
+    # (Sokal 1997, eq. 3.19 with a window of some tau), 2.2 % together, and the monotone sequence errs upwards
+    # by a few per cent.
     found = np.mean([correlation_length(y) for y in autoregressive(phi, 4000, 20)])
     assert found == pytest.approx((1 + phi) / (1 - phi), rel=0.1)
 
 
 @pytest.mark.parametrize(("phi", "turns"), [(0.0, 40), (0.5, 200)])
 def test_interval_is_as_wide_as_the_mean_scatters(phi, turns):
-    # half width over 1.96 standard deviations of the mean: Student's law and the estimated correlation widen or narrow it by less than 15 %
+    # half width over 1.96 standard deviations of the mean: Student's law and the estimated correlation widen
+    # or narrow it by less than 15 %
     records = autoregressive(phi, turns, 400)
     widths = [interval(y, correlation_length(y)) for y in records]
     assert np.median(widths) == pytest.approx(1.96 * math.sqrt(variance_of_mean(phi, turns)), rel=0.15)
 
 
 def test_interval_holds_the_true_mean_as_often_as_it_says():
-    # 400 records: 95 % of them, within three standard deviations of a binomial law, 3 x 1.1 %, and 4 % for the estimated correlation
+    # 400 records: 95 % of them, within three standard deviations of a binomial law, 3 x 1.1 %, and 4 % for
+    # the estimated correlation
     records = 7.0 + autoregressive(0.5, 200, 400)
     held = np.mean([abs((found := steady_mean(y)).mean - 7.0) < found.half_width for y in records])
     assert 0.95 - 0.033 - 0.04 < held <= 0.95 + 0.033
@@ -50,7 +63,9 @@ def test_correlated_turns_give_a_wider_interval_than_independent_ones():
     y = autoregressive(0.8, 500, 1)[0]
     shuffled = np.random.default_rng(2).permutation(y)
     ratio = interval(y, correlation_length(y)) / interval(shuffled, correlation_length(shuffled))
-    assert ratio == pytest.approx(3.0, rel=0.35)  # sqrt((1 + 0.8)/(1 - 0.8)) = 3; each correlation is known to about 30 %
+    assert ratio == pytest.approx(
+        3.0, rel=0.35
+    )  # sqrt((1 + 0.8)/(1 - 0.8)) = 3; each correlation is known to about 30 %
 
 
 def test_transient_is_cut_off_and_the_rest_is_steady():
@@ -107,6 +122,7 @@ def test_turns_are_counted_back_from_the_end_and_ripple_leaves_no_trace():
     turns = whole_turns(time, angle)
     assert turns == pytest.approx([0.5 / 3.5, 1.5 / 3.5, 2.5 / 3.5, 1.0])
     value = 4.0 + np.sin(angle)
-    # trapezoids of a sine: (phase step)^2/12 of its size, and broken samples at the ends of a turn, (phase step)^2/2 per turn
+    # trapezoids of a sine: (phase step)^2/12 of its size, and broken samples at the ends of a turn, (phase
+    # step)^2/2 per turn
     assert turn_means(time, value, turns) == pytest.approx([4.0] * 3, abs=(0.0035 * 2 * math.pi) ** 2)
     assert turn_swings(time, value, turns) == pytest.approx([1.0] * 3, abs=(0.0035 * 2 * math.pi) ** 2)

@@ -1,4 +1,6 @@
-"""Sweeps: what values a text stands for, which cases are made, what is run and what is left, and what the table says."""
+"""Sweeps: what values a text stands for, which cases are made, what is run and what is left, and what the
+table says.
+"""
 
 import csv
 import io
@@ -27,7 +29,13 @@ from nutamill.studies.member import Task, perform, state_of
 from nutamill.studies.table import Outcome
 from nutamill.studies.workers import LocalProcesses, WorkerError
 
-EMPTY = ["charge.kind=none", "mechanism.mounting=rigid", "drive.ramp=10000 rpm/s", "run.until=50 ms", "run.checkpoint=10 ms"]
+EMPTY = [
+    "charge.kind=none",
+    "mechanism.mounting=rigid",
+    "drive.ramp=10000 rpm/s",
+    "run.until=50 ms",
+    "run.checkpoint=10 ms",
+]
 FORCE, TORQUE = Reading("crank_pin_force_resultant"), Reading("driveshaft_torque")
 
 
@@ -55,7 +63,11 @@ def test_text_stands_for_its_values(text, values):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("100..700 rpm", 'sweep key: needs a step or a number of values, got "100..700 rpm". Write e.g. "100..700 rpm / 11"'),
+        (
+            "100..700 rpm",
+            'sweep key: needs a step or a number of values, got "100..700 rpm". Write e.g. "100..700 '
+            'rpm / 11"',
+        ),
         ("700..100 rpm / 3", "must rise"),
         ("1 rev/s..700 rpm / 3", "must have one unit"),
         ("1..2 step 0", "must have a step above zero"),
@@ -73,7 +85,10 @@ def test_range_that_makes_no_sense_is_refused(text, said):
     [
         ("300..700", 'must have a unit, got "300..700". Write e.g. "300..700 rpm / 5"'),
         ("700..300 rpm / 3", 'must rise, got "700..300 rpm / 3". Write "300..700 rpm / 3"'),
-        ("700..300 rpm step 50 rpm", 'must rise, got "700..300 rpm step 50 rpm". Write "300..700 rpm step 50 rpm"'),
+        (
+            "700..300 rpm step 50 rpm",
+            'must rise, got "700..300 rpm step 50 rpm". Write "300..700 rpm step 50 rpm"',
+        ),
         ("300..300 rpm / 3", 'must rise, got "300..300 rpm / 3". Write "300 rpm"'),
     ],
 )
@@ -86,7 +101,12 @@ def test_a_faulty_range_of_a_key_is_one_fault_with_a_cure_that_works(text, said)
 
 
 def made(axes, *more):
-    return members(axes, lambda values: load_case("numill", [*EMPTY, *more, *(f"{key}={value}" for key, value in values.items())]))
+    return members(
+        axes,
+        lambda values: load_case(
+            "numill", [*EMPTY, *more, *(f"{key}={value}" for key, value in values.items())]
+        ),
+    )
 
 
 def test_members_are_all_combinations_on_one_thread():
@@ -117,7 +137,10 @@ def test_many_faults_alike_are_counted_not_listed():
 def test_command_without_a_key_to_sweep_is_refused_before_any_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = CliRunner().invoke(cli.app, ["sweep", "numill", "-s", "chamber.ribs=0"])
-    assert (said.exit_code, said.stderr.split(". ")[0]) == (2, "sweep: needs a key with several values, got none")
+    assert (said.exit_code, said.stderr.split(". ")[0]) == (
+        2,
+        "sweep: needs a key with several values, got none",
+    )
 
 
 def test_same_case_twice_is_refused():
@@ -162,7 +185,12 @@ def engine(monkeypatch):
     def write(case, path, state="complete", end=2.0):
         time = np.arange(round(end * 1000.0) + 1) / 1000.0
         recorder = Recorder.create(
-            path, case.to_toml(), {}, ["time", "crank_angle", "driveshaft_speed", FORCE.series, TORQUE.series], 1000.0, overwrite=True
+            path,
+            case.to_toml(),
+            {},
+            ["time", "crank_angle", "driveshaft_speed", FORCE.series, TORQUE.series],
+            1000.0,
+            overwrite=True,
         )  # as a run does, which has looked at the file there
         speed = np.full_like(time, case.drive.speed)
         ripple = 1.0 + 0.1 * np.sin(speed * time)
@@ -210,7 +238,11 @@ def test_same_call_again_runs_only_what_is_missing_and_resumes_what_was_begun(tm
     assert [outcome.state for outcome in outcomes] == ["complete"] * 4
     with open_result(outcomes[1].file) as result:
         assert result.reached == 2.0
-    assert not (again := Here()).asked and sweep.run_all(found, tmp_path, again, (TORQUE,)) == outcomes and not again.asked
+    assert (
+        not (again := Here()).asked
+        and sweep.run_all(found, tmp_path, again, (TORQUE,)) == outcomes
+        and not again.asked
+    )
 
 
 def test_run_that_fails_is_named_and_the_rest_goes_on(tmp_path, engine):
@@ -221,7 +253,11 @@ def test_run_that_fails_is_named_and_the_rest_goes_on(tmp_path, engine):
             raise StepError("t = 0.1 s: particle 17 left the chamber")
 
     outcomes = sweep.run_all(found, tmp_path, Here(spoil), (TORQUE,))
-    assert [outcome.state for outcome in outcomes] == ["complete", "t = 0.1 s: particle 17 left the chamber", "complete"]
+    assert [outcome.state for outcome in outcomes] == [
+        "complete",
+        "t = 0.1 s: particle 17 left the chamber",
+        "complete",
+    ]
     with (tmp_path / "table.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [row["drive.speed"] for row in rows] == ["300 rpm", "400 rpm", "500 rpm"]
@@ -229,9 +265,13 @@ def test_run_that_fails_is_named_and_the_rest_goes_on(tmp_path, engine):
     assert float(rows[2]["driveshaft_torque [N m]"]) == pytest.approx(500 * np.pi / 30, rel=4e-4)
 
 
-def test_bed_that_several_runs_share_is_settled_once_before_them_and_any_other_by_its_run(tmp_path, engine, monkeypatch):
+def test_bed_that_several_runs_share_is_settled_once_before_them_and_any_other_by_its_run(
+    tmp_path, engine, monkeypatch
+):
     case = load_case("numill", ["charge.mass=0.05 kg"])
-    found = members({"drive.speed": ["300 rpm", "600 rpm"], "run.seed": [1, 2]}, lambda values: changed(case, values))
+    found = members(
+        {"drive.speed": ["300 rpm", "600 rpm"], "run.seed": [1, 2]}, lambda values: changed(case, values)
+    )
     monkeypatch.setattr(sweep, "bed_is_kept", lambda case: False)
     monkeypatch.setattr(member, "settled_bed", lambda case: None)
     sweep.run_all(found, tmp_path, here := Here(), (TORQUE,))
@@ -263,7 +303,9 @@ def test_file_killed_before_its_first_checkpoint_is_begun_anew(tmp_path, engine)
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX systems")
 def test_killed_process_is_named_and_leaves_the_next_task_alone(tmp_path, monkeypatch):
-    monkeypatch.setattr("nutamill.studies.workers.PROGRAM", "import os, sys; sys.stdin.readline() and os.kill(os.getpid(), 9)")
+    monkeypatch.setattr(
+        "nutamill.studies.workers.PROGRAM", "import os, sys; sys.stdin.readline() and os.kill(os.getpid(), 9)"
+    )
     workers = LocalProcesses(1)
     killed = workers.submit(Task("run", "", "", ""))
     with pytest.raises(WorkerError, match=r"its process was killed \(SIGKILL\)"):
@@ -294,7 +336,10 @@ def test_stopped_workers_ask_their_processes_to_save(tmp_path, monkeypatch):
 def test_worker_whose_campaign_has_died_saves_and_ends(tmp_path):
     case = load_case("numill", [*EMPTY, "run.until=100 s"]).with_("run.threads", 1)
     task = Task("run", case.to_toml(), "numill", str(tmp_path / "a.h5"))
-    program = "import nutamill.simulation.march as m; m.warm_up = lambda *a, **k: None\nfrom nutamill.studies.member import main; main()"
+    program = (
+        "import nutamill.simulation.march as m; m.warm_up = lambda *a, **k: None\nfrom "
+        "nutamill.studies.member import main; main()"
+    )
     process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, text=True)
     process.stdin.write(json.dumps(task) + "\n")
     process.stdin.flush()
@@ -310,10 +355,14 @@ def test_same_sweep_runs_on_a_dask_cluster(tmp_path, engine):
     distributed = pytest.importorskip("distributed", reason="pip install '.[cluster]'")
     case = load_case("numill", EMPTY)
     with (
-        distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster,
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+        ) as cluster,
         distributed.Client(cluster) as client,
     ):
-        campaign = sweep.sweep(case, {"drive.speed": ["300 rpm", "600 rpm"]}, tmp_path, client=client, readings=(TORQUE,))
+        campaign = sweep.sweep(
+            case, {"drive.speed": ["300 rpm", "600 rpm"]}, tmp_path, client=client, readings=(TORQUE,)
+        )
     assert campaign.table[TORQUE.name].values == pytest.approx([10 * np.pi, 20 * np.pi], rel=4e-4)
     assert [outcome.state for outcome in campaign.outcomes] == ["complete"] * 2
 
@@ -321,7 +370,12 @@ def test_same_sweep_runs_on_a_dask_cluster(tmp_path, engine):
 def test_readings_are_means_root_mean_squares_and_swings_of_turns(tmp_path, engine):
     with engine(load_case("numill", [*EMPTY, "drive.speed=600 rpm"]), tmp_path / "a.h5") as result:
         speed = 20.0 * np.pi
-        asked = [TORQUE, Reading(TORQUE.series, "rms"), Reading(TORQUE.series, "swing"), Reading("mount_1_travel_x")]
+        asked = [
+            TORQUE,
+            Reading(TORQUE.series, "rms"),
+            Reading(TORQUE.series, "swing"),
+            Reading("mount_1_travel_x"),
+        ]
         values = read(result, asked)
     # torque = speed (1 + 0.1 sin): its mean, its root mean square, half its swing
     expected = [speed, speed * np.sqrt(1.0 + 0.5 * 0.1**2), 0.1 * speed]
@@ -341,7 +395,8 @@ def test_command_runs_a_sweep_file_and_prints_its_table(tmp_path, engine, monkey
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("nutamill.studies.command.LocalProcesses", lambda jobs: Here())
     (tmp_path / "speeds.toml").write_text(
-        'case = "numill"\n[set]\n"charge.kind" = "none"\n"mechanism.mounting" = "rigid"\n"drive.ramp" = "10000 rpm/s"\n'
+        'case = "numill"\n[set]\n"charge.kind" = "none"\n"mechanism.mounting" = '
+        '"rigid"\n"drive.ramp" = "10000 rpm/s"\n'
         '[sweep]\n"drive.speed" = "300..500 rpm step 100 rpm"\n"chamber.bars.mass" = ["0 kg", "1 kg"]\n'
     )
     said = CliRunner().invoke(cli.app, ["sweep", "speeds.toml", "-s", "chamber.bars.mass=1 kg"])
@@ -354,16 +409,26 @@ def test_command_runs_a_sweep_file_and_prints_its_table(tmp_path, engine, monkey
 
 def test_command_refuses_a_wrong_sweep_file_with_its_line(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "speeds.toml").write_text('case = "numill"\nsets = { a = 1 }\n[sweep]\n"drive.speed" = ["300 rpm"]\n')
+    (tmp_path / "speeds.toml").write_text(
+        'case = "numill"\nsets = { a = 1 }\n[sweep]\n"drive.speed" = ["300 rpm"]\n'
+    )
     said = CliRunner().invoke(cli.app, ["sweep", "speeds.toml"])
     assert (said.exit_code, said.stderr) == (2, 'speeds.toml:2: sets: unknown key. Did you mean "set"?\n')
 
 
 def outcomes_of(*states):
-    """Outcomes of speeds 100, 200, ... in these states; a finished one has a torque of a hundredth of its speed in rpm."""
+    """Outcomes of speeds 100, 200, ... in these states; a finished one has a torque of a hundredth of its
+    speed in rpm.
+    """
     found = made({"drive.speed": [f"{100 * (k + 1)} rpm" for k in range(len(states))]})
-    values = [{TORQUE: Value(k + 1.0, 0.021, k + 1.0, 9, True)} if state == "complete" else {} for k, state in enumerate(states)]
-    return [Outcome(one, Path(f"{k}.h5"), state, read) for k, (one, state, read) in enumerate(zip(found, states, values, strict=True))]
+    values = [
+        {TORQUE: Value(k + 1.0, 0.021, k + 1.0, 9, True)} if state == "complete" else {}
+        for k, state in enumerate(states)
+    ]
+    return [
+        Outcome(one, Path(f"{k}.h5"), state, read)
+        for k, (one, state, read) in enumerate(zip(found, states, values, strict=True))
+    ]
 
 
 def test_live_table_shows_every_run_and_the_total():
@@ -371,11 +436,23 @@ def test_live_table_shows_every_run_and_the_total():
 
     console = Console(width=140, record=True, file=io.StringIO())
     console.print(
-        board.table(outcomes_of("complete", "running, t = 0.50 of 2 s", "its process was killed (SIGKILL)", "waiting"), (TORQUE,))
+        board.table(
+            outcomes_of(
+                "complete", "running, t = 0.50 of 2 s", "its process was killed (SIGKILL)", "waiting"
+            ),
+            (TORQUE,),
+        )
     )
     said = console.export_text()
     assert "1 of 4 done, 1 not finished" in said
-    assert next(line for line in said.splitlines() if "100 rpm" in line).split()[1:7] == ["100", "rpm", "│", "1.000", "±", "0.021"]
+    assert next(line for line in said.splitlines() if "100 rpm" in line).split()[1:7] == [
+        "100",
+        "rpm",
+        "│",
+        "1.000",
+        "±",
+        "0.021",
+    ]
     assert "running, t = 0.50 of 2 s" in said and "killed (SIGKILL)" in said
 
 
@@ -395,13 +472,17 @@ def test_results_of_other_kernels_are_told(tmp_path, engine):
     sweep.run_all(found, tmp_path, Here(), (TORQUE,))
     told = []
     sweep.run_all(found, tmp_path, Here(), (TORQUE,), tell=told.append)
-    assert len(told) == 1 and told[0].startswith("made by other kernels than this version has")  # the record here names no kernels
+    assert len(told) == 1 and told[0].startswith(
+        "made by other kernels than this version has"
+    )  # the record here names no kernels
 
 
 def test_picture_has_a_panel_for_each_reading_and_a_line_for_each_other_value(tmp_path):
     outcomes, axes = outcomes_of("complete", "complete"), {"drive.speed": ["100 rpm", "200 rpm"]}
     figure = draw_sweep(sweep.dataset(outcomes, axes, (TORQUE, FORCE)), (TORQUE, FORCE))
-    assert [axes.get_ylabel() for axes in figure.axes] == ["driveshaft torque\n(N m)"]  # nothing was read of the force
+    assert [axes.get_ylabel() for axes in figure.axes] == [
+        "driveshaft torque\n(N m)"
+    ]  # nothing was read of the force
     assert figure.axes[0].get_xlabel() == "drive.speed (rpm)"
     assert figure.axes[0].lines[0].get_xdata() == pytest.approx([100.0, 200.0])
     assert draw_sweep(sweep.dataset(outcomes[:1], {"drive.speed": ["100 rpm"]}, (TORQUE,)), (TORQUE,)) is None

@@ -1,4 +1,6 @@
-"""A changed case says what was changed: it never keeps a title that its values contradict, and its identity stays what it was."""
+"""A changed case says what was changed: it never keeps a title that its values contradict, and its identity
+stays what it was.
+"""
 
 import pytest
 
@@ -19,11 +21,27 @@ CHANGED = "numill-2026 with chamber.ribs = 12, mechanism.mounting = rigid, drive
         (["mounts.set=343"], "numill-2026 with mounts.set = 343"),  # one word, not the ten values behind it
         (["charge.count=100"], "numill-2026 with charge.count = 100"),  # instead of the mass
         (["chamber.ribs=12", "title=Ribs"], "Ribs"),
-        ([f"run.{key}" for key in ("seed=2", "window=5", "until=2 s", "dt=1 us", "checkpoint=2 s", "series_rate=2400 Hz")], None),
+        (
+            [
+                f"run.{key}"
+                for key in (
+                    "seed=2",
+                    "window=5",
+                    "until=2 s",
+                    "dt=1 us",
+                    "checkpoint=2 s",
+                    "series_rate=2400 Hz",
+                )
+            ],
+            None,
+        ),
     ],
 )
 def test_a_title_says_what_differs_from_the_case_it_belonged_to(changes, title):
-    many = "numill-2026 with run.seed = 2, run.window = 5, run.until = 2 s, run.dt = 1 us, run.checkpoint = 2 s and 1 more"
+    many = (
+        "numill-2026 with run.seed = 2, run.window = 5, run.until = 2 s, run.dt = 1 us, run.checkpoint = "
+        "2 s and 1 more"
+    )
     assert load_case("numill", changes).title == (title or many)
 
 
@@ -35,7 +53,10 @@ def test_changes_in_python_are_changes_too_and_can_be_taken_back():
     assert slow.with_("drive.speed", mill.drive.speed).title == NUMILL
     assert slow.with_("title", "Slow").title == "Slow"
     typed = load_case("numill", ["chamber.ribs=12"])
-    assert typed.with_("drive.speed", "300 rpm").title == "numill-2026 with chamber.ribs = 12, drive.speed = 300 rpm"
+    assert (
+        typed.with_("drive.speed", "300 rpm").title
+        == "numill-2026 with chamber.ribs = 12, drive.speed = 300 rpm"
+    )
 
 
 def test_a_title_is_the_users_word_where_he_changed_the_values_himself(tmp_path):
@@ -49,7 +70,9 @@ def test_a_title_is_the_users_word_where_he_changed_the_values_himself(tmp_path)
 
 
 def test_a_derived_title_is_no_part_of_the_identity_and_travels_with_the_case():
-    """The name of a result holds the digest: it is that of the same values under the title they were changed from."""
+    """The name of a result holds the digest: it is that of the same values under the title they were changed
+    from.
+    """
     changed = load_case("numill", CHANGES)
     assert changed.digest == load_case("numill", [*CHANGES, f"title={NUMILL}"]).digest
     assert changed.digest != load_case("numill", [*CHANGES, "title=Mine"]).digest

@@ -48,13 +48,18 @@ def test_a_torque_may_be_spelled_as_engineers_do(text):
         ("9 J", Kind.TORQUE, '"9 J" is an energy, this needs a torque, e.g. "5 N m"'),
         ("3 sec", Kind.TIME, 'unknown unit "sec". Did you mean "s"?'),
         ("3 RPM", Kind.SPEED, 'unknown unit "RPM". Did you mean "rpm"?'),
-        ("12 hz", Kind.SPEED, '"12 hz" is a frequency; write "12 rev/s" or "720 rpm" (we do not guess between Hz and rad/s)'),
+        (
+            "12 hz",
+            Kind.SPEED,
+            '"12 hz" is a frequency; write "12 rev/s" or "720 rpm" (we do not guess between Hz and rad/s)',
+        ),
         ("5 KG", Kind.LENGTH, '"5 KG" is a mass, this needs a length, e.g. "5 mm"'),
         ("3 furlong", Kind.MASS, 'unknown unit "furlong". Units of a mass: kg, g, mg, t, lb; e.g. "5 kg"'),
         (
             "11.7 Hz",
             Kind.SPEED,
-            '"11.7 Hz" is a frequency; write "11.7 rev/s" or "702 rpm" (we do not guess between Hz and rad/s)',
+            '"11.7 Hz" is a frequency; write "11.7 rev/s" or "702 rpm" (we do not guess between Hz '
+            "and rad/s)",
         ),
         ("3,5 mm", Kind.LENGTH, '"3,5 mm" has a decimal comma. Write "3.5 mm"'),
         ("nan mm", Kind.LENGTH, 'must be a finite number with a unit, got "nan mm". Write e.g. "5 mm"'),
@@ -93,7 +98,9 @@ def test_any_text_is_either_a_finite_number_or_refused_politely(text, kind):
         assert math.isfinite(value)
 
 
-@given(number=st.floats(1e-6, 1e6), given_kind=st.sampled_from(Kind), asked=st.sampled_from(Kind), data=st.data())
+@given(
+    number=st.floats(1e-6, 1e6), given_kind=st.sampled_from(Kind), asked=st.sampled_from(Kind), data=st.data()
+)
 def test_a_unit_of_another_kind_is_never_taken(number, given_kind, asked, data):
     unit = data.draw(st.sampled_from(sorted(units.UNITS[given_kind])))
     text = f"{number!r} {unit}"
@@ -106,7 +113,12 @@ def test_a_unit_of_another_kind_is_never_taken(number, given_kind, asked, data):
 
 @pytest.mark.parametrize(
     ("value", "kind", "text"),
-    [(0.366, Kind.LENGTH, "366 mm"), (0.0, Kind.TORQUE, "0 N m"), (3.6e-6, Kind.TIME, "3.6 us"), (2e11, Kind.PRESSURE, "200 GPa")],
+    [
+        (0.366, Kind.LENGTH, "366 mm"),
+        (0.0, Kind.TORQUE, "0 N m"),
+        (3.6e-6, Kind.TIME, "3.6 us"),
+        (2e11, Kind.PRESSURE, "200 GPa"),
+    ],
 )
 def test_a_value_is_written_as_engineers_type_it(value, kind, text):
     assert units.format(value, kind) == text

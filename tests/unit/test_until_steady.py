@@ -1,4 +1,6 @@
-"""A run that ends when it is steady: where it ends, that it ends there however often it stops, and what it says if it never does."""
+"""A run that ends when it is steady: where it ends, that it ends there however often it stops, and what it
+says if it never does.
+"""
 
 import math
 import os
@@ -26,14 +28,17 @@ OVERRIDES = [
 
 @pytest.fixture
 def case():
-    """The empty mill on rigid mounts, at 700 rpm after 0.07 s: a turn lasts 86 ms, and five whole turns end before 0.5 s."""
+    """The empty mill on rigid mounts, at 700 rpm after 0.07 s: a turn lasts 86 ms, and five whole turns end
+    before 0.5 s.
+    """
     return load_case("numill", OVERRIDES)
 
 
 def test_steady_mill_ends_soon_after_five_turns_and_the_time_of_its_snapshots(case, tmp_path):
     with march.run(case, tmp_path / "a.h5") as result:
         assert result.state == "complete"
-        # ramp 0.07 s and five turns of 0.0857 s: at the checkpoint of 0.5 s at the earliest; then snapshots for 0.05 s
+        # ramp 0.07 s and five turns of 0.0857 s: at the checkpoint of 0.5 s at the earliest; then snapshots
+        # for 0.05 s
         end = result.series["time"].values[-1]
         assert 0.55 - 1e-9 <= end < 1.0
         assert 10.0 * (end - 0.05) == pytest.approx(round(10.0 * (end - 0.05)), abs=1e-6)
@@ -58,7 +63,9 @@ def test_run_that_stops_and_goes_on_ends_where_the_run_that_never_stopped_does(c
 
 def test_run_that_is_never_steady_says_so_is_kept_and_goes_on(case, tmp_path):
     short = case.with_(run__max=0.3)
-    with pytest.raises(NotSteadyError, match=r"not after 0\.3 s: fewer than 5 whole turns at full speed\. Go on with") as raised:
+    with pytest.raises(
+        NotSteadyError, match=r"not after 0\.3 s: fewer than 5 whole turns at full speed\. Go on with"
+    ) as raised:
         march.run(short, tmp_path / "a.h5")
     assert raised.value.exit_code == 3
     with march.open_result(tmp_path / "a.h5") as result:
@@ -76,7 +83,9 @@ def test_run_found_steady_goes_on_to_a_time_that_is_asked_for(case, tmp_path):
 
 
 def played(case, force, torque, end=2.0):
-    """An ending that has seen a record of `end` seconds, looked at as a march does; `force` and `torque` are functions of time."""
+    """An ending that has seen a record of `end` seconds, looked at as a march does; `force` and `torque` are
+    functions of time.
+    """
     time = np.arange(round(end * case.run.series_rate) + 1) / case.run.series_rate
     angle = case.drive.speed * np.maximum(time - 0.5 * case.drive.ramp_end, 0.0)
     ending = Ending(case, case.run.end)
@@ -88,7 +97,8 @@ def test_drifting_torque_keeps_a_run_from_ending_and_is_named(case):
     # 10 N m + 5 N m/s: over the kept half of the record, about 1 s, it rises by 5 of some 17 N m
     ending = played(case, lambda t: np.full_like(t, 700.0), lambda t: 10.0 + 5.0 * t)
     assert not ending.found
-    # at the last look half of the record is cut off, and its mean is near 10 + 5 x 1.5 N m; a turn of 0.0857 s adds 0.43 N m, 2.4 %
+    # at the last look half of the record is cut off, and its mean is near 10 + 5 x 1.5 N m; a turn of 0.0857
+    # s adds 0.43 N m, 2.4 %
     assert re.fullmatch(r"driveshaft torque still drifts \+2\.[2-5] % per turn", ending.missed)
 
 
@@ -98,13 +108,17 @@ def test_scatter_keeps_a_run_from_ending_until_the_mean_is_known_well_enough(cas
     noisy = lambda t: levels[(case.drive.speed * t / math.tau).astype(int)]  # noqa: E731
     ending = played(case, lambda t: np.full_like(t, 700.0), noisy)
     assert not ending.found
-    assert "driveshaft torque is known to ± " in ending.missed and "run.precision asks for 0.01" in ending.missed
+    assert (
+        "driveshaft torque is known to ± " in ending.missed and "run.precision asks for 0.01" in ending.missed
+    )
     assert played(case.with_(run__precision=0.1), lambda t: np.full_like(t, 700.0), noisy).found
 
 
 def test_torque_that_is_none_does_not_keep_a_run_from_ending(case):
     noise = np.random.default_rng(1)
-    assert played(case, lambda t: np.full_like(t, 700.0), lambda t: 1e-9 * noise.standard_normal(len(t))).found
+    assert played(
+        case, lambda t: np.full_like(t, 700.0), lambda t: 1e-9 * noise.standard_normal(len(t))
+    ).found
 
 
 def test_record_is_looked_at_in_the_columns_it_was_written_in(case):
@@ -114,7 +128,9 @@ def test_record_is_looked_at_in_the_columns_it_was_written_in(case):
 
 
 def test_record_that_is_replayed_is_the_record_row_by_row(case):
-    columns = np.random.default_rng(2).standard_normal((1100, len(COLUMNS)))  # two checkpoints of 480 rows, and more
+    columns = np.random.default_rng(2).standard_normal(
+        (1100, len(COLUMNS))
+    )  # two checkpoints of 480 rows, and more
     ending = Ending(case, case.run.end)
     ending.replay(columns)
     assert np.array_equal(np.concatenate(ending._columns), columns)

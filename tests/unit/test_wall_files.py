@@ -39,13 +39,20 @@ def tube(n=48, scale=1.0):
     out = []
     for i in range(n):
         j = (i + 1) % n
-        out += [(low[i], low[j], high[j]), (low[i], high[j], high[i]), ((0, 0, FLOOR), low[j], low[i]), ((0, 0, CEILING), high[i], high[j])]
+        out += [
+            (low[i], low[j], high[j]),
+            (low[i], high[j], high[i]),
+            ((0, 0, FLOOR), low[j], low[i]),
+            ((0, 0, CEILING), high[i], high[j]),
+        ]
     return scale * np.array(out)
 
 
 def block(low, high):
     """Triangles of an upright box, normals outwards."""
-    corner = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])], float)
+    corner = np.array(
+        [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])], float
+    )
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     return np.array([[corner[k] for k in t] for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
 
@@ -54,7 +61,13 @@ def stl(path, triangles):
     """Write an STL file."""
     text = ["solid made"]
     for triangle in triangles:
-        text += ["facet normal 0 0 0", "outer loop", *(f"vertex {x!r} {y!r} {z!r}" for x, y, z in triangle.tolist()), "endloop", "endfacet"]
+        text += [
+            "facet normal 0 0 0",
+            "outer loop",
+            *(f"vertex {x!r} {y!r} {z!r}" for x, y, z in triangle.tolist()),
+            "endloop",
+            "endfacet",
+        ]
     path.write_text("\n".join([*text, "endsolid made", ""]))
     return path
 
@@ -81,13 +94,17 @@ material = "{material}"
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder of the case apart from the present one, with a tube and a lifter of 10 mm by 10 mm in its middle."""
+    """A folder of the case apart from the present one, with a tube and a lifter of 10 mm by 10 mm in its
+    middle.
+    """
     home = tmp_path / "home"
     home.mkdir()
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
-    monkeypatch.setattr("nutamill.simulation.setup.bed.bed_file", lambda case: tmp_path / "beds" / case.digest)
+    monkeypatch.setattr(
+        "nutamill.simulation.setup.bed.bed_file", lambda case: tmp_path / "beds" / case.digest
+    )
     stl(home / "tube.stl", tube())
     stl(home / "lifter.stl", block((-5, -5, -5), (5, 5, 100)))
     return home
@@ -121,15 +138,18 @@ def test_a_mesh_is_found_beside_the_case_and_known_by_its_content(folder):
     assert load_case(moved / "mill.toml") != case
     # one key is enough for another file
     stl(folder / "fine.stl", tube(96))
-    assert case_of(folder, MESHED + "[run]\nseed = 2\n").with_("chamber.mesh.file", str(folder / "fine.stl")).chamber.mesh.sha256 != (
-        case.chamber.mesh.sha256
-    )
+    assert case_of(folder, MESHED + "[run]\nseed = 2\n").with_(
+        "chamber.mesh.file", str(folder / "fine.stl")
+    ).chamber.mesh.sha256 != (case.chamber.mesh.sha256)
 
 
 @pytest.mark.parametrize(
     "text, line",
     [
-        ('[chamber.mesh]\nfile = "tub.stl"\nunit = "mm"', "mill.toml:3: chamber.mesh.file: tub.stl not found (looked in "),
+        (
+            '[chamber.mesh]\nfile = "tub.stl"\nunit = "mm"',
+            "mill.toml:3: chamber.mesh.file: tub.stl not found (looked in ",
+        ),
         (
             '[chamber.mesh]\nfile = "tube.stl"',
             'mill.toml:2: chamber.mesh.unit: is missing. Add e.g. unit = "m" under [chamber.mesh]',
@@ -138,7 +158,10 @@ def test_a_mesh_is_found_beside_the_case_and_known_by_its_content(folder):
             '[chamber.mesh]\nfile = "tube.stl"\nunit = "ft"',
             'mill.toml:4: chamber.mesh.unit: must be one of "m", "cm", "mm", "um", "in", got "ft"',
         ),
-        (LIFTER.format(material="stele"), 'walls[0].material: no material is called "stele". Did you mean "steel"?'),
+        (
+            LIFTER.format(material="stele"),
+            'walls[0].material: no material is called "stele". Did you mean "steel"?',
+        ),
         ('[[walls]]\nfile = "lifter.stl"\nunit = "mm"', "walls[0].material: is missing"),
     ],
 )
@@ -147,10 +170,14 @@ def test_wrong_keys_of_a_mesh_are_refused(folder, text, line):
 
 
 def test_a_similar_file_is_suggested(folder):
-    assert "Similar: tube.stl" in refusal(case_of, folder, 'base = "numill"\n[chamber.mesh]\nfile = "tub.stl"\nunit = "mm"')
+    assert "Similar: tube.stl" in refusal(
+        case_of, folder, 'base = "numill"\n[chamber.mesh]\nfile = "tub.stl"\nunit = "mm"'
+    )
 
 
-@pytest.mark.parametrize("unit, scale, said", [("m", 1.0, "tube.stl in m is 302 m"), ("mm", 1e-3, "tube.stl in mm is 0.000302 m")])
+@pytest.mark.parametrize(
+    "unit, scale, said", [("m", 1.0, "tube.stl in m is 302 m"), ("mm", 1e-3, "tube.stl in mm is 0.000302 m")]
+)
 def test_a_mesh_in_another_unit_is_refused_with_the_unit_to_write(folder, unit, scale, said):
     stl(folder / "tube.stl", tube(scale=scale))
     case = case_of(folder, MESHED.replace('"mm"', f'"{unit}"'))
@@ -162,10 +189,13 @@ def test_a_mesh_in_another_unit_is_refused_with_the_unit_to_write(folder, unit, 
 
 def test_a_lifter_in_another_unit_is_refused_too(folder):
     text = MESHED + LIFTER.format(material="steel").replace('unit = "mm"', 'unit = "{}"')
-    assert 'walls[0].unit: lifter.stl in m is 106 m large, the chamber is 0.302 m. In mm? Write unit = "mm"' in refusal(
-        preflight, case_of(folder, text.format("m"))
+    assert (
+        'walls[0].unit: lifter.stl in m is 106 m large, the chamber is 0.302 m. In mm? Write unit = "mm"'
+        in refusal(preflight, case_of(folder, text.format("m")))
     )
-    assert "walls[0].unit: lifter.stl in um is 0.000106 m large" in refusal(preflight, case_of(folder, text.format("um")))
+    assert "walls[0].unit: lifter.stl in um is 0.000106 m large" in refusal(
+        preflight, case_of(folder, text.format("um"))
+    )
 
 
 def test_a_lifter_outside_the_chamber_is_refused_with_where_it_is(folder):
@@ -195,7 +225,9 @@ def test_files_that_are_no_meshes_are_refused(folder):
 def test_a_mesh_that_has_changed_or_gone_since_is_refused(folder):
     case = case_of(folder)
     stl(folder / "tube.stl", tube(36))
-    assert refusal(preflight, case).startswith("tube.stl: has changed since the case was read. Put back the file")
+    assert refusal(preflight, case).startswith(
+        "tube.stl: has changed since the case was read. Put back the file"
+    )
     (folder / "tube.stl").unlink()
     said = refusal(preflight, Case.from_toml(case.to_toml()))
     assert said.startswith("tube.stl: cannot be read: No such file or directory (")
@@ -217,7 +249,9 @@ def test_an_obj_file_gives_the_same_mesh(folder):
     stl_mesh = chamber_mesh(case_of(folder))
     lines = []
     for k, triangle in enumerate(tube()):
-        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in triangle.tolist()] + [f"f {3 * k + 1} {3 * k + 2} {3 * k + 3}"]
+        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in triangle.tolist()] + [
+            f"f {3 * k + 1} {3 * k + 2} {3 * k + 3}"
+        ]
     (folder / "tube.obj").write_text("\n".join(lines))
     obj_mesh = chamber_mesh(case_of(folder, MESHED.replace("tube.stl", "tube.obj")))
     assert len(obj_mesh.faces) == len(stl_mesh.faces)
@@ -227,9 +261,12 @@ def test_an_obj_file_gives_the_same_mesh(folder):
 
 def test_check_tells_triangles_patches_volume_and_how_far_the_mesh_is_from_the_drawing(folder):
     sheet = "\n".join(preflight(with_lifter(folder)).lines())
-    # prism over circle: sin(2 pi/48)/(2 pi/48) = 0.99715; the middle of a facet is 70 (1 - cos(pi/48)) = 0.150 mm inside the bore
+    # prism over circle: sin(2 pi/48)/(2 pi/48) = 0.99715; the middle of a facet is 70 (1 - cos(pi/48)) =
+    # 0.150 mm inside the bore
     volume = np.pi * 0.07**2 * 0.228 * 0.99715e3
-    expected = f"mesh      tube.stl: 192 triangles, 3 smooth patches, {volume:.4g} L (-0.285 % of the drawn chamber)"
+    expected = (
+        f"mesh      tube.stl: 192 triangles, 3 smooth patches, {volume:.4g} L (-0.285 % of the drawn chamber)"
+    )
     assert f"{expected}, within 0.15 mm of the drawing" in sheet
     assert "          lifter.stl: 12 triangles, 6 smooth patches, 0.0105 L" in sheet
 
@@ -243,7 +280,9 @@ def test_volume_for_the_charge_is_that_of_the_meshes(folder):
     assert "charge: must fit as a loose bed, got 3.7" in refusal(preflight, heavy)
 
 
-@pytest.mark.parametrize("text", [MESHED, 'base = "numill"\n[charge]\nmass = "0.05 kg"\n'], ids=["meshed", "drawn"])
+@pytest.mark.parametrize(
+    "text", [MESHED, 'base = "numill"\n[charge]\nmass = "0.05 kg"\n'], ids=["meshed", "drawn"]
+)
 def test_a_bed_settles_among_meshed_walls(folder, text, monkeypatch):
     # settling itself is tested elsewhere: 5 ms of it, in which pellets fall and meet the walls
     monkeypatch.setattr("nutamill.simulation.setup.bed.LONGEST", 0.005)
@@ -267,8 +306,14 @@ def test_no_pellet_is_placed_in_a_gap_in_which_none_fits(folder, monkeypatch):
     monkeypatch.setattr("nutamill.simulation.setup.bed.LONGEST", 0.0005)
     stl(folder / "plate.stl", block((-30, 0, -5), (30, 4, 100)))
     # two plates 3 mm apart, where one in eighty of all places is; pellets are 5 mm thick
-    plate = '[[walls]]\nfile = "plate.stl"\nunit = "mm"\nat = ["0 mm", "{y} mm", "-350 mm"]\nmaterial = "steel"\n'
-    case = case_of(folder, 'base = "numill"\n' + plate.format(y=0) + plate.format(y=7), ["charge.mass=0.3 kg", "run.threads=1"])
+    plate = (
+        '[[walls]]\nfile = "plate.stl"\nunit = "mm"\nat = ["0 mm", "{y} mm", "-350 mm"]\nmaterial = "steel"\n'
+    )
+    case = case_of(
+        folder,
+        'base = "numill"\n' + plate.format(y=0) + plate.format(y=7),
+        ["charge.mass=0.3 kg", "run.threads=1"],
+    )
     bed = settled_bed(case)
     assert len(bed) == particle_count(case)
     between = (np.abs(bed[:, 0]) < 0.03) & (bed[:, 1] > 0.0) & (bed[:, 1] < 0.011) & (bed[:, 2] < -0.25)
@@ -298,7 +343,9 @@ def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_pat
 
     monkeypatch.setattr(march, "settled_bed", bed)
     monkeypatch.setattr("nutamill.simulation.progress.PAUSE", 0.0)
-    case = case_of(folder, MESHED, ["drive.ramp=10000 rpm/s", "run.until=15 ms", "run.checkpoint=5 ms", "run.threads=1"])
+    case = case_of(
+        folder, MESHED, ["drive.ramp=10000 rpm/s", "run.until=15 ms", "run.checkpoint=5 ms", "run.threads=1"]
+    )
 
     def interrupt(progress):
         if progress.phase in ("ramp", "steady"):
@@ -333,11 +380,15 @@ def test_result_keeps_meshed_walls_in_their_place_for_pictures_without_the_files
     with open_result(folder / "run.h5") as result:
         walls = result.walls
         parts = {part.name: part for part in machine_parts(Case.from_toml(result.case_text), walls=walls)}
-        cut = {part.name: part for part in machine_parts(Case.from_toml(result.case_text), opening=math.pi, walls=walls)}
+        cut = {
+            part.name: part
+            for part in machine_parts(Case.from_toml(result.case_text), opening=math.pi, walls=walls)
+        }
     assert enclosed(*walls["walls[0]"]) == pytest.approx(0.01 * 0.01 * 0.105)
     assert np.ptp(walls["walls[0]"].vertices, axis=0) == pytest.approx([0.01, 0.01, 0.105])
     assert walls["walls[0]"].vertices[:, 2].min() == pytest.approx(-0.355)
-    # a prism of 48 facets; of a room too the triangles face outwards, though those that the charge meets face inwards
+    # a prism of 48 facets; of a room too the triangles face outwards, though those that the charge meets face
+    # inwards
     drawn = 24 * np.sin(2 * np.pi / 48) * 1e-9 * RADIUS**2 * (CEILING - FLOOR)
     assert enclosed(*walls["chamber.mesh"]) == pytest.approx(drawn)
     assert len(parts["walls[0]"].triangles) == 12 and parts["walls[0]"].body == CHAMBER

@@ -21,17 +21,24 @@ R = 0.0025
 LAW = PairLaw(1e5, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.9)
 
 
-# simple shapes --------------------------------------------------------------------------------------------------------
+# simple shapes ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("r0, r1, h", [(0.02, 0.05, 0.03), (0.05, 0.02, 0.03), (0.04, 0.04, 0.05), (0.0, 0.03, 0.04)])
+@pytest.mark.parametrize(
+    "r0, r1, h", [(0.02, 0.05, 0.03), (0.05, 0.02, 0.03), (0.04, 0.04, 0.05), (0.0, 0.03, 0.04)]
+)
 def test_cone_gives_the_distance_to_its_side_and_ends_at_its_rims(r0, r1, h):
-    # the side sampled finely in the half-plane of the axis; the nearest sample is at most half a step along it from the foot
+    # the side sampled finely in the half-plane of the axis; the nearest sample is at most half a step along
+    # it from the foot
     share = np.linspace(0.0, 1.0, 20001)
     side = np.stack([r0 + (r1 - r0) * share, h * share], axis=1)
     rng = np.random.default_rng(1)
-    for angle, z, distance in zip(rng.uniform(0, 7, 200), rng.uniform(-0.3 * h, 1.3 * h, 200), rng.uniform(0, 0.05, 200), strict=True):
-        overlap, *normal = cone_contact(distance * math.cos(angle), distance * math.sin(angle), z, R, r0, r1, h)
+    for angle, z, distance in zip(
+        rng.uniform(0, 7, 200), rng.uniform(-0.3 * h, 1.3 * h, 200), rng.uniform(0, 0.05, 200), strict=True
+    ):
+        overlap, *normal = cone_contact(
+            distance * math.cos(angle), distance * math.sin(angle), z, R, r0, r1, h
+        )
         gaps = np.linalg.norm(side - (distance, z), axis=1)
         nearest = int(gaps.argmin())
         if 0 < nearest < 20000:
@@ -56,7 +63,9 @@ def test_two_cones_end_to_end_share_no_point_of_their_seam():
 def test_cap_touches_within_its_angle_of_the_bottom(angle):
     radius = 0.06
     rng = np.random.default_rng(2)
-    for polar, turn, depth in zip(rng.uniform(0, math.pi, 200), rng.uniform(0, 7, 200), rng.uniform(0.2, 1.02, 200), strict=True):
+    for polar, turn, depth in zip(
+        rng.uniform(0, math.pi, 200), rng.uniform(0, 7, 200), rng.uniform(0.2, 1.02, 200), strict=True
+    ):
         way = np.array([math.sin(polar) * math.cos(turn), math.sin(polar) * math.sin(turn), -math.cos(polar)])
         overlap, *normal = cap_contact(*(depth * radius * way), R, radius, angle)
         if polar < angle:
@@ -67,14 +76,18 @@ def test_cap_touches_within_its_angle_of_the_bottom(angle):
 
 
 def test_ball_passes_from_a_cone_to_the_cap_that_meets_it_in_its_tangent_without_a_step():
-    # a cone of half-angle 30 deg about z standing on a bowl of radius s: their tangents meet where the polar angle is 60 deg from -z
+    # a cone of half-angle 30 deg about z standing on a bowl of radius s: their tangents meet where the polar
+    # angle is 60 deg from -z
     s, slope = 0.03, math.radians(30)
     rim, low = s * math.cos(slope), -s * math.sin(slope)
     h = 0.04
     r1 = rim + h * math.tan(slope)
     for polar in (math.radians(60) - 1e-9, math.radians(60) + 1e-9):
         c = (s - 0.9 * R) * np.array([math.sin(polar), 0.0, -math.cos(polar)])
-        cap, cone = cap_contact(*c, R, s, math.pi / 2 - slope), cone_contact(c[0], c[1], c[2] - low, R, rim, r1, h)
+        cap, cone = (
+            cap_contact(*c, R, s, math.pi / 2 - slope),
+            cone_contact(c[0], c[1], c[2] - low, R, rim, r1, h),
+        )
         assert (cap[0] > 0) + (cone[0] > 0) == 1
         overlap, *normal = cap if cap[0] > 0 else cone
         assert overlap == pytest.approx(0.1 * R, abs=1e-10)
@@ -84,7 +97,8 @@ def test_ball_passes_from_a_cone_to_the_cap_that_meets_it_in_its_tangent_without
 def octahedron(size=0.02):
     vertices = size * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
     faces = [
-        (a, b, c) if s > 0 else (a, c, b) for a, b, c, s in ((i, 2 + j, 4 + k, (-1) ** (i + j + k)) for i, j, k in np.ndindex(2, 2, 2))
+        (a, b, c) if s > 0 else (a, c, b)
+        for a, b, c, s in ((i, 2 + j, 4 + k, (-1) ** (i + j + k)) for i, j, k in np.ndindex(2, 2, 2))
     ]
     return vertices, np.array(faces)
 
@@ -108,7 +122,9 @@ def quick_tests(model, placed, x, radius, s, overlaps, near, test):
     for i in range(n):
         c0, c1, c2 = c0 + x[0, i] / n, c1 + x[1, i] / n, c2 + x[2, i] / n
     for i in range(n):
-        overlaps[i] = wall_overlap(model.surface_kind[s], model, placed, s, x[0, i], x[1, i], x[2, i], radius[i])[0]
+        overlaps[i] = wall_overlap(
+            model.surface_kind[s], model, placed, s, x[0, i], x[1, i], x[2, i], radius[i]
+        )[0]
         around = max(around, ((x[0, i] - c0) ** 2 + (x[1, i] - c1) ** 2 + (x[2, i] - c2) ** 2) ** 0.5)
     near[0] = wall_near(model, placed, s, c0, c1, c2, around + model.largest_radius)
     touch_surface(model, x, radius, 0, n, s, placed[s], test)
@@ -142,7 +158,9 @@ def test_quick_tests_lose_no_contact(s):
 
 
 def _with_walls(model, walls):
-    """A model of one particle far off with these walls, which would refuse none of the places a test tries."""
+    """A model of one particle far off with these walls, which would refuse none of the places a test
+    tries.
+    """
     return model._replace(
         surface_kind=np.array([int(w.kind) for w in walls]),
         surface_body=np.zeros(len(walls), np.int64),
@@ -157,10 +175,18 @@ def _with_walls(model, walls):
 @pytest.mark.parametrize(
     "kind, size, words",
     [
-        (SurfaceKind.CONE, (0.0, 0.0, 0.1), 'surface "wall": must have two radii of at least 0, not both 0, and a positive height'),
+        (
+            SurfaceKind.CONE,
+            (0.0, 0.0, 0.1),
+            'surface "wall": must have two radii of at least 0, not both 0, and a positive height',
+        ),
         (SurfaceKind.CONE, (0.1, -0.1, 0.1), "got 0.1, -0.1 and 0.1 m"),
         (SurfaceKind.CONE, (0.1, 0.2, 0.0), "A flat ring is a PLANE"),
-        (SurfaceKind.SPHERE_CAP, (0.1, 4.0, 0.0), "a positive radius and an angle from 0 to pi rad, got 0.1 m and 4.0 rad"),
+        (
+            SurfaceKind.SPHERE_CAP,
+            (0.1, 4.0, 0.0),
+            "a positive radius and an angle from 0 to pi rad, got 0.1 m and 4.0 rad",
+        ),
         (SurfaceKind.SPHERE_CAP, (math.nan, 1.0, 0.0), "got nan m"),
         (SurfaceKind.CYLINDER, (0.0, 0.0, 0.0), "radius must be positive, got 0.0 m"),
         (SurfaceKind.BOX, (0.1, 0.1, 0.0), "half sizes must be positive"),
@@ -173,7 +199,7 @@ def test_sizes_that_no_surface_has_are_refused(kind, size, words):
     assert words in str(caught.value)
 
 
-# meshes ---------------------------------------------------------------------------------------------------------------
+# meshes -----------------------------------------------------------------------------------------------------
 
 
 def refusal(vertices, faces, keep="outside"):
@@ -187,7 +213,10 @@ def test_open_mesh_names_the_triangles_at_the_hole():
     # triangle 3 is gone: its neighbours across its edges have none there
     said = refusal(vertices, np.delete(faces, 2, axis=0))
     assert said.startswith("rib.stl: triangle ")
-    assert "the mesh must be closed: each edge must have two triangles, this one has no neighbour, from (" in said
+    assert (
+        "the mesh must be closed: each edge must have two triangles, this one has no neighbour, from ("
+        in said
+    )
     assert ") mm; triangles with such edges: 1, 3, 6. Close the holes" in said
 
 
@@ -195,7 +224,8 @@ def test_a_triangle_turned_over_is_named():
     vertices, faces = octahedron()
     faces[4] = faces[4, ::-1]
     assert refusal(vertices, faces) == (
-        "rib.stl: triangle 5: all triangles must turn the same way, these are inverted against their neighbours: 5."
+        "rib.stl: triangle 5: all triangles must turn the same way, these are inverted against their "
+        "neighbours: 5."
         " Make the normals consistent, out of the solid"
     )
 
@@ -203,7 +233,8 @@ def test_a_triangle_turned_over_is_named():
 def test_a_mesh_inside_out_is_refused():
     vertices, faces = octahedron()
     assert refusal(vertices, faces[:, ::-1]) == (
-        "rib.stl: triangle 1: the normals must point out of the solid, this shell of 8 triangles is inverted. Flip the normals"
+        "rib.stl: triangle 1: the normals must point out of the solid, this shell of 8 triangles is "
+        "inverted. Flip the normals"
     )
 
 
@@ -213,11 +244,13 @@ def test_degenerate_and_double_triangles_are_named_together():
     faces = np.concatenate([faces, [(0, 6, 4), faces[5, [1, 2, 0]]]])
     first, second = refusal(vertices, faces).splitlines()
     assert first == (
-        "rib.stl: triangle 9: every triangle must have an area, these are degenerate (two corners the same, or all in a line): 9."
+        "rib.stl: triangle 9: every triangle must have an area, these are degenerate (two corners "
+        "the same, or all in a line): 9."
         " Clean the mesh of degenerate faces"
     )
     assert second == (
-        "rib.stl: triangle 10: a triangle must stand once, this one repeats triangle 6; repeated: 10. Clean the mesh of double faces"
+        "rib.stl: triangle 10: a triangle must stand once, this one repeats triangle 6; repeated: "
+        "10. Clean the mesh of double faces"
     )
 
 
@@ -237,8 +270,14 @@ def test_a_cavity_is_no_inverted_shell_and_a_solid_in_a_solid_is_refused():
     vessel = closed_mesh("vessel", both, np.concatenate([faces, faces[:, ::-1] + 6]), "outside", R)
     # octahedron of half diagonal a: 4/3 a^3
     assert vessel.volume == pytest.approx(4 / 3 * 0.02**3 * (1 - 1 / 8))
-    assert on_charge_side(vessel, np.array([[0, 0, 0.0], [0, 0, 0.015], [0, 0, 0.03]])).tolist() == [True, False, True]
-    assert "shells must not lie in each other, this shell of 8 triangles does" in refusal(both, np.concatenate([faces, faces + 6]))
+    assert on_charge_side(vessel, np.array([[0, 0, 0.0], [0, 0, 0.015], [0, 0, 0.03]])).tolist() == [
+        True,
+        False,
+        True,
+    ]
+    assert "shells must not lie in each other, this shell of 8 triangles does" in refusal(
+        both, np.concatenate([faces, faces + 6])
+    )
 
 
 def test_numbers_that_are_none_and_no_triangles_are_refused():
@@ -273,8 +312,9 @@ def test_particles_that_start_behind_a_mesh_are_named_however_far_behind():
     room = mesh_surfaces(closed_mesh("room.stl", *octahedron(), "inside", R), 0, 0)
     with pytest.raises(CaseError) as caught:
         charge([[0, 0, 0], [0.1, 0, 0]], [R] * 2, [0] * 2, [7800.0], {(0, 0): LAW}, room, 1)
-    assert 'mesh "room.stl": particles must start inside of it, these do not: 1. Check its unit and place, and the fill' in str(
-        caught.value
+    assert (
+        'mesh "room.stl": particles must start inside of it, these do not: 1. Check its unit and '
+        "place, and the fill" in str(caught.value)
     )
 
 
@@ -284,6 +324,9 @@ def test_edges_part_patches_from_the_crease_angle_on():
         h = 0.01 * math.tan(slope)
         outline = [(-0.01, 0.0), (0.01, 0.0), (0.0, h)]
         vertices = np.array([(x, y, z) for y in (-0.01, 0.01) for x, z in outline])
-        faces = np.array([(0, 1, 2), (3, 5, 4), (0, 3, 4), (0, 4, 1), (1, 4, 5), (1, 5, 2), (2, 5, 3), (2, 3, 0)])
-        # ends, bottom and roof; the sharp eaves part the roof from the bottom only if they bend enough, and they do: pi - slope
+        faces = np.array(
+            [(0, 1, 2), (3, 5, 4), (0, 3, 4), (0, 4, 1), (1, 4, 5), (1, 5, 2), (2, 5, 3), (2, 3, 0)]
+        )
+        # ends, bottom and roof; the sharp eaves part the roof from the bottom only if they bend enough, and
+        # they do: pi - slope
         assert closed_mesh("roof", vertices, faces, "outside", R).n_patches == patches

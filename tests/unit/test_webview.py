@@ -1,4 +1,6 @@
-"""The page in which the mill turns holds the run, stays small, and shows pellets inside the chamber in a real browser."""
+"""The page in which the mill turns holds the run, stays small, and shows pellets inside the chamber in a real
+browser.
+"""
 
 import base64
 import json
@@ -41,7 +43,9 @@ def test_parts_of_the_drawing_are_closed_and_face_outwards():
     whole = math.pi * (0.05**2 - 0.03**2) * 0.4 * 0.99715
     assert enclosed(ring(0.03, 0.05, -0.1, 0.3)) == pytest.approx(whole, rel=1e-4)
     assert enclosed(ring(0.03, 0.05, -0.1, 0.3, opening=math.pi)) == pytest.approx(whole / 2, rel=1e-4)
-    assert enclosed(ring(0.0, 0.05, 0.0, 1.0).lying("x")) == pytest.approx(math.pi * 0.05**2 * 0.99715, rel=1e-4)
+    assert enclosed(ring(0.0, 0.05, 0.0, 1.0).lying("x")) == pytest.approx(
+        math.pi * 0.05**2 * 0.99715, rel=1e-4
+    )
     case = load_case("numill", ["chamber.ribs=12", "chamber.bars.mass=1 kg", "balance.mass=1 kg"])
     for part in machine_parts(case, opening=2.0):
         assert enclosed(part) > 0.0, part.name
@@ -58,7 +62,8 @@ def test_page_holds_every_place_to_sixteen_bits(filmed):
     rows = raw.reshape(frames, 7 * n).astype(np.uint32)
     whole = np.cumsum(256 * rows[:, : 3 * n] + rows[:, 3 * n : 6 * n], axis=0) % 65536
     places = facts["low"] + whole.reshape(frames, n, 3) / 65535.0 * facts["span"]
-    # the pellets of the film stand in the chamber as (0.046..0.066 m, azimuth, height); a step of 16 bits is 0.15 m / 65535
+    # the pellets of the film stand in the chamber as (0.046..0.066 m, azimuth, height); a step of 16 bits is
+    # 0.15 m / 65535
     radius = np.hypot(places[..., 0], places[..., 1])
     assert radius.min() > 0.046 - 1e-5
     assert radius.max() < 0.066 + 1e-5
@@ -70,7 +75,9 @@ def test_page_holds_every_place_to_sixteen_bits(filmed):
 
 
 def test_two_hundred_frames_of_2618_pellets_stay_under_six_megabytes(tmp_path, film):
-    """Seven bytes for each pellet and frame, four thirds of them as text, if nothing could be compressed: 4.9 MB, and the page itself."""
+    """Seven bytes for each pellet and frame, four thirds of them as text, if nothing could be compressed: 4.9
+    MB, and the page itself.
+    """
     with open_result(film(tmp_path / "a.h5", snapshots=2, pellets=2000)) as result:
         bare = len(view_page(result).encode()) - 2 * 2000 * 7 * 4 // 3
     assert bare + 200 * 2618 * 7 * 4 // 3 < 6e6
@@ -83,7 +90,9 @@ def test_of_many_snapshots_evenly_spaced_ones_are_shown(filmed):
 
 
 def test_no_name_in_a_result_can_end_the_facts_or_hide_the_rest_of_the_page(tmp_path, film):
-    """A browser leaves a script at "</script>", and after "<!--<script>" it takes all that follows for a part of it."""
+    """A browser leaves a script at "</script>", and after "<!--<script>" it takes all that follows for a part
+    of it.
+    """
     path, name = film(tmp_path / "a.h5", snapshots=1, pellets=1), "<!--<script>x</script>"
     with h5py.File(path, "a") as file:
         mesh = file.create_group(f"walls/{name.replace('/', '|')}")
@@ -108,27 +117,52 @@ def test_browser_shows_pellets_inside_the_chamber_and_complains_of_nothing(tmp_p
     with open_result(film(tmp_path / "a.h5", snapshots=1, pellets=300)) as result:
         page = write_view(result, tmp_path / "a.html")
         facts = json.loads(block(page.read_text(), "facts"))
-    alone = page.read_text().replace("</head>", "<style>header, footer, #legend, #traces { display: none !important }</style></head>")
+    alone = page.read_text().replace(
+        "</head>", "<style>header, footer, #legend, #traces { display: none !important }</style></head>"
+    )
     page.write_text(alone.replace('id="machine" type="checkbox" checked', 'id="machine" type="checkbox"'))
     picture = tmp_path / "a.png"
-    flags = ["--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"]
-    flags += [f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={width},{height}", "--virtual-time-budget=3000"]
+    flags = [
+        "--headless",
+        "--no-sandbox",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        "--hide-scrollbars",
+    ]
+    flags += [
+        f"--user-data-dir={tmp_path / 'profile'}",
+        f"--window-size={width},{height}",
+        "--virtual-time-budget=3000",
+    ]
     told = subprocess.run(
-        [BROWSER, *flags, "--enable-logging=stderr", f"--screenshot={picture}", page.as_uri()], capture_output=True, text=True, timeout=120
+        [BROWSER, *flags, "--enable-logging=stderr", f"--screenshot={picture}", page.as_uri()],
+        capture_output=True,
+        text=True,
+        timeout=120,
     ).stderr
     assert "CONSOLE" not in told
     seen = imread(picture)[..., :3]
     coloured = np.argwhere(np.ptp(seen, axis=-1) > 0.25)
     # a pinhole camera at the place the page gives: the chamber's corners in pixels, from the camera's axes
     view = facts["views"]["front"]
-    direction = np.array([math.cos(view["height"]) * math.cos(view["azimuth"]), math.cos(view["height"]) * math.sin(view["azimuth"]), 0.0])
+    direction = np.array(
+        [
+            math.cos(view["height"]) * math.cos(view["azimuth"]),
+            math.cos(view["height"]) * math.sin(view["azimuth"]),
+            0.0,
+        ]
+    )
     direction[2] = math.sin(view["height"])
     right = np.cross([0.0, 0.0, 1.0], direction) / math.cos(view["height"])
     up = np.cross(direction, right)
     chamber = np.array(facts["bodies"]["chamber"][0])
     w, v = chamber[3], chamber[4:]
     corners = np.array([[x, y, z] for x in (-0.07, 0.07) for y in (-0.07, 0.07) for z in (-0.350, -0.122)])
-    corners = corners + 2 * np.cross(v, np.cross(v, corners) + w * corners) - (np.array(view["target"]) + view["distance"] * direction)
+    corners = (
+        corners
+        + 2 * np.cross(v, np.cross(v, corners) + w * corners)
+        - (np.array(view["target"]) + view["distance"] * direction)
+    )
     pixels = 0.5 * height / math.tan(0.5 * view["angle"])
     across = 0.5 * width + pixels * (corners @ right) / -(corners @ direction)
     down = 0.5 * height - pixels * (corners @ up) / -(corners @ direction)

@@ -14,7 +14,9 @@ from nutamill.base.errors import ResultError
 
 def free_bytes(monkeypatch, number):
     """Let the disk have so many bytes free."""
-    monkeypatch.setattr(atomic_file.shutil, "disk_usage", lambda folder: type("Usage", (), {"free": number})())
+    monkeypatch.setattr(
+        atomic_file.shutil, "disk_usage", lambda folder: type("Usage", (), {"free": number})()
+    )
 
 
 def refuse(monkeypatch, error):
@@ -27,10 +29,14 @@ def refuse(monkeypatch, error):
     monkeypatch.setattr(Path, "unlink", refused)
 
 
-def test_link_made_beforehand_under_the_hidden_name_is_neither_followed_nor_put_in_place(tmp_path, monkeypatch):
+def test_link_made_beforehand_under_the_hidden_name_is_neither_followed_nor_put_in_place(
+    tmp_path, monkeypatch
+):
     victim, page = tmp_path / "victim.txt", tmp_path / "page.html"
     victim.write_text("mine")
-    monkeypatch.setattr(atomic_file.secrets, "token_hex", lambda n: "0" * 2 * n)  # the attacker has guessed the name
+    monkeypatch.setattr(
+        atomic_file.secrets, "token_hex", lambda n: "0" * 2 * n
+    )  # the attacker has guessed the name
     for name in (f".page.html.{os.getpid()}.part", f".page.html.{os.getpid()}-00000000.part"):
         (tmp_path / name).symlink_to(victim)
     with pytest.raises(ResultError, match="File exists"):
@@ -42,7 +48,9 @@ def test_link_made_beforehand_under_the_hidden_name_is_neither_followed_nor_put_
 
 def test_system_without_the_flag_for_links_still_refuses_them(tmp_path, monkeypatch):
     monkeypatch.delattr(os, "O_NOFOLLOW", raising=False)
-    test_link_made_beforehand_under_the_hidden_name_is_neither_followed_nor_put_in_place(tmp_path, monkeypatch)
+    test_link_made_beforehand_under_the_hidden_name_is_neither_followed_nor_put_in_place(
+        tmp_path, monkeypatch
+    )
 
 
 def test_read_only_file_system_is_reported_in_one_sentence(tmp_path, monkeypatch):
@@ -50,11 +58,14 @@ def test_read_only_file_system_is_reported_in_one_sentence(tmp_path, monkeypatch
     with pytest.raises(ResultError) as raised:
         write_whole(tmp_path / "page.html", "<html>")
     assert str(raised.value) == (
-        f'{tmp_path / "page.html"}: cannot be written, the system reports "Read-only file system". Choose another place.'
+        f'{tmp_path / "page.html"}: cannot be written, the system reports "Read-only file system". '
+        "Choose another place."
     )
 
 
-def test_failure_of_the_system_while_a_copy_is_changed_is_reported_though_the_copy_cannot_be_removed(tmp_path, monkeypatch):
+def test_failure_of_the_system_while_a_copy_is_changed_is_reported_though_the_copy_cannot_be_removed(
+    tmp_path, monkeypatch
+):
     def edit(part):
         refuse(monkeypatch, errno.EROFS)
         raise OSError(errno.EIO, os.strerror(errno.EIO))
@@ -68,7 +79,8 @@ def test_reserve_of_the_disk_is_named_and_the_file_spoken_of_only_if_there_is_on
     with pytest.raises(ResultError) as first:
         replace_file(tmp_path / "a.h5", lambda part: None, 1_000_000, b"")
     assert str(first.value) == (
-        f"{tmp_path / 'a.h5'}: saving needs 1.0 MB, 17.8 MB are free, and a reserve of 16.8 MB must stay free."
+        f"{tmp_path / 'a.h5'}: saving needs 1.0 MB, 17.8 MB are free, and a reserve of 16.8 MB must "
+        "stay free."
         " Free some room, or choose another place."
     )
     (tmp_path / "a.h5").write_bytes(b"old")

@@ -1,4 +1,6 @@
-"""A small test bench for the charge: particles, surfaces on bodies at rest or in steady motion, and a march."""
+"""A small test bench for the charge: particles, surfaces on bodies at rest or in steady motion, and a
+march.
+"""
 
 import numpy as np
 
@@ -15,9 +17,13 @@ REST = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
 FLOOR = Surface("floor", SurfaceKind.PLANE, 0, 0)
 
 
-def law(k=5e5, zeta=0.0, ratio=1.0, cut=False, friction=0.0, dynamic=None, rolling=0.0, stop=0.9, a=0.0, b=0.0):
+def law(
+    k=5e5, zeta=0.0, ratio=1.0, cut=False, friction=0.0, dynamic=None, rolling=0.0, stop=0.9, a=0.0, b=0.0
+):
     """A pair law with the things a test does not speak of switched off."""
-    return PairLaw(k, a, b, ratio, zeta, cut, friction, friction if dynamic is None else dynamic, rolling, 0.1, stop)
+    return PairLaw(
+        k, a, b, ratio, zeta, cut, friction, friction if dynamic is None else dynamic, rolling, 0.1, stop
+    )
 
 
 def at_rest(n_bodies=1):
@@ -30,7 +36,17 @@ def at_rest(n_bodies=1):
 class Bench:
     """A charge with its clock."""
 
-    def __init__(self, positions, pair_laws, dt, surfaces=(), radius=0.0025, density=7863.7, gravity=(0.0, 0.0, 0.0), **options):
+    def __init__(
+        self,
+        positions,
+        pair_laws,
+        dt,
+        surfaces=(),
+        radius=0.0025,
+        density=7863.7,
+        gravity=(0.0, 0.0, 0.0),
+        **options,
+    ):
         positions = np.atleast_2d(np.array(positions, float))
         n = len(positions)
         laws = pair_laws if isinstance(pair_laws, dict) else {(0, 0): pair_laws}

@@ -15,10 +15,20 @@ R, M = 0.0025, 5e-4
 def pair(**changes):
     """Numbers of a pair with the things a test does not speak of switched off."""
     given = {
-        "stiffness_direct": 1e5, "stiffness_per_diameter_a": 0.0, "stiffness_per_diameter_b": 0.0, "tangential_ratio": 1.0,
-        "damping_ratio": 0.0, "tension_cut": False, "static_friction": 0.0, "dynamic_friction": 0.0, "rolling_friction": 0.0,
-        "overlap_warn": 0.3, "overlap_stop": 0.4, "contact_modulus": 1e8, "contact_shear_modulus": 4e7,
-    }  # fmt: skip
+        "stiffness_direct": 1e5,
+        "stiffness_per_diameter_a": 0.0,
+        "stiffness_per_diameter_b": 0.0,
+        "tangential_ratio": 1.0,
+        "damping_ratio": 0.0,
+        "tension_cut": False,
+        "static_friction": 0.0,
+        "dynamic_friction": 0.0,
+        "rolling_friction": 0.0,
+        "overlap_warn": 0.3,
+        "overlap_stop": 0.4,
+        "contact_modulus": 1e8,
+        "contact_shear_modulus": 4e7,
+    }
     return PairLaw(**(given | changes))
 
 
@@ -26,9 +36,32 @@ def pair(**changes):
 def evaluate(law, n, overlap, u, w, s, t, sliding, history, m_eff, r_eff, diameters, numbers, dt):
     """The composed law; vectors are tuples."""
     return contact(
-        law, n[0], n[1], n[2], overlap, u[0], u[1], u[2], w[0], w[1], w[2], s[0], s[1], s[2], t[0], t[1], t[2], sliding, history,
-        m_eff, r_eff, diameters[0], diameters[1], numbers, dt,
-    )  # fmt: skip
+        law,
+        n[0],
+        n[1],
+        n[2],
+        overlap,
+        u[0],
+        u[1],
+        u[2],
+        w[0],
+        w[1],
+        w[2],
+        s[0],
+        s[1],
+        s[2],
+        t[0],
+        t[1],
+        t[2],
+        sliding,
+        history,
+        m_eff,
+        r_eff,
+        diameters[0],
+        diameters[1],
+        numbers,
+        dt,
+    )
 
 
 def plain(law, n, overlap, u, w, s, t, sliding, history, m_eff, r_eff, diameters, numbers, dt):
@@ -50,11 +83,25 @@ class Probe:
         self.s, self.t, self.sliding, self.history = ZERO, ZERO, 0.0, 0.0
 
     def step(self, overlap, u, w=ZERO):
-        """Force and moment [N, N m] at this overlap [m] with these mid-substep velocities; memory goes on by one substep."""
+        """Force and moment [N, N m] at this overlap [m] with these mid-substep velocities; memory goes on by
+        one substep.
+        """
         out = plain(
-            self.law, UP, float(overlap), tuple(map(float, u)), tuple(map(float, w)), self.s, self.t, self.sliding, self.history,
-            self.m, self.r, (2 * self.r, 2 * self.r), self.numbers, self.dt,
-        )  # fmt: skip
+            self.law,
+            UP,
+            float(overlap),
+            tuple(map(float, u)),
+            tuple(map(float, w)),
+            self.s,
+            self.t,
+            self.sliding,
+            self.history,
+            self.m,
+            self.r,
+            (2 * self.r, 2 * self.r),
+            self.numbers,
+            self.dt,
+        )
         self.s, self.t, self.sliding, self.history = out[9:12], out[12:15], out[15], out[16]
         self.powers = out[17:20]
         return np.array(out[:3]), np.array(out[6:9])

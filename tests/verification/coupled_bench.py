@@ -1,4 +1,6 @@
-"""A small test bench for the coupling: a rigid body with walls inside or on top, particles, and the march of both."""
+"""A small test bench for the coupling: a rigid body with walls inside or on top, particles, and the march of
+both.
+"""
 
 import math
 
@@ -16,7 +18,14 @@ from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
 from nutamill.mechanism.sensors import Sensor, SensorKind, sensor_table
-from nutamill.simulation.coupling import RUNNING, CouplingPlan, Scheme, coupling_state, march_coupled, march_iterated
+from nutamill.simulation.coupling import (
+    RUNNING,
+    CouplingPlan,
+    Scheme,
+    coupling_state,
+    march_coupled,
+    march_iterated,
+)
 
 G = 9.81
 Z = (0.0, 0.0, 1.0)
@@ -28,7 +37,9 @@ SENSORS = [
     Sensor("velocity", SensorKind.POINT_VELOCITY, "box"),
 ]
 PLACE_Z, VELOCITY_Z = 3, 6
-"""Columns of a row; column 0 is the time, 7 to 9 are kinetic, potential and elastic energy of the mechanism."""
+"""Columns of a row; column 0 is the time, 7 to 9 are kinetic, potential and elastic energy of the
+mechanism.
+"""
 KINETIC, POTENTIAL, ELASTIC, DRIVE_WORK, BUSHING_LOSS = 7, 8, 9, 10, 11
 
 FLOOR = Surface("floor", SurfaceKind.PLANE, 0, 0)
@@ -44,7 +55,10 @@ def inside_of_a_box(half):
         "front": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
         "back": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
     }
-    return [Surface(name, SurfaceKind.PLANE, 0, 0, tuple(-np.asarray(half) * rotation[:, 2]), rotation) for name, rotation in turns.items()]
+    return [
+        Surface(name, SurfaceKind.PLANE, 0, 0, tuple(-np.asarray(half) * rotation[:, 2]), rotation)
+        for name, rotation in turns.items()
+    ]
 
 
 class CoupledBench:
@@ -89,7 +103,11 @@ class CoupledBench:
             joints.append(Joint("guide", JointKind.PRISMATIC, GROUND, "box", ORIGIN, Z))
         bushings = []
         if stiffness > 0.0:
-            bushings = [Bushing("spring", GROUND, "box", ORIGIN, Z, (0.0, stiffness, 0.0, 0.0), (0.0, damping, 0.0, 0.0))]
+            bushings = [
+                Bushing(
+                    "spring", GROUND, "box", ORIGIN, Z, (0.0, stiffness, 0.0, 0.0), (0.0, damping, 0.0, 0.0)
+                )
+            ]
         drives = [Drive("motor", "bearing", (0.0,), (0.0,))]
         self.mechanism = assemble(bodies, joints, bushings, drives=drives, gravity=gravity)
         self.sensors = sensor_table(*self.mechanism[:2], SENSORS)
@@ -101,7 +119,17 @@ class CoupledBench:
             if name in options:
                 options[name] = np.broadcast_to(np.array(options[name], float), (n, 3))
         radii = np.broadcast_to(np.asarray(radius, float), (n,))
-        self.charge = charge(places, radii, np.zeros(n, int), [density], {(0, 0): pair_law}, surfaces, 1, gravity=gravity, **options)
+        self.charge = charge(
+            places,
+            radii,
+            np.zeros(n, int),
+            [density],
+            {(0, 0): pair_law},
+            surfaces,
+            1,
+            gravity=gravity,
+            **options,
+        )
         start_charge(*self.charge, window / substeps)
         numbers = np.array([[body.name for body in bodies].index(name) for name in carriers])
         self.plan = CouplingPlan(int(scheme), substeps, window, windows_per_row, numbers, 0, np.zeros(3), 0)
@@ -112,7 +140,13 @@ class CoupledBench:
         """March `n_windows` windows; `rows` are those of this march."""
         reading = charge_reading()
         first = 1 + len(SENSORS) * 3
-        columns = first + 3 + len(self.mechanism[1].drive_work) + len(self.mechanism[1].bushing_loss) + len(self.mechanism[1].joint_loss)
+        columns = (
+            first
+            + 3
+            + len(self.mechanism[1].drive_work)
+            + len(self.mechanism[1].bushing_loss)
+            + len(self.mechanism[1].joint_loss)
+        )
         self.charge_column = columns
         total = columns + 16 + 1 + len(Ledger) + 14
         self.rows = np.zeros((n_windows // self.plan.windows_per_row, total))
@@ -120,7 +154,9 @@ class CoupledBench:
         seen = (reading, survey, charge_statistics(survey, self.charge[2]))
         parts = (*self.mechanism, self.sensors, *self.charge, self.plan, self.coupling, *seen)
         if self.plan.scheme == Scheme.ITERATED:
-            kept = [part._make(np.copy(array) for array in part) for part in (self.mechanism[1], self.charge[1])]
+            kept = [
+                part._make(np.copy(array) for array in part) for part in (self.mechanism[1], self.charge[1])
+            ]
             kept += [np.copy(page) for page in self.charge[2].impacts[:2]]
             run_team(march_iterated, (*parts, *kept, n_windows, self.rows), threads)
         else:
@@ -154,10 +190,26 @@ class CoupledBench:
         return spins(self.charge[0], self.charge[1])
 
     def energy(self):
-        """Mechanical energy in every row of the last march [J]: of the box, its spring, the charge and its contacts."""
+        """Mechanical energy in every row of the last march [J]: of the box, its spring, the charge and its
+        contacts.
+        """
         c = self.charge_column
         mechanism = self.rows[:, KINETIC : ELASTIC + 1].sum(axis=1)
-        return mechanism + self.rows[:, c : c + 8].sum(axis=1) - self.rows[:, c + 17 + 7]  # the last is the work of gravity
+        return (
+            mechanism + self.rows[:, c : c + 8].sum(axis=1) - self.rows[:, c + 17 + 7]
+        )  # the last is the work of gravity
 
 
-__all__ = ["FLOOR", "KINETIC", "PLACE_Z", "VELOCITY_Z", "CoupledBench", "G", "Scheme", "inside_of_a_box", "law", "math", "sphere_mass"]
+__all__ = [
+    "FLOOR",
+    "KINETIC",
+    "PLACE_Z",
+    "VELOCITY_Z",
+    "CoupledBench",
+    "G",
+    "Scheme",
+    "inside_of_a_box",
+    "law",
+    "math",
+    "sphere_mass",
+]

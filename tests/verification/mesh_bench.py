@@ -21,7 +21,11 @@ def cylinder_corners(radius, bottom, top, n):
     angle = 2 * np.pi * np.arange(n) / n
     ring = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     vertices = np.concatenate(
-        [np.column_stack([ring, np.full(n, bottom)]), np.column_stack([ring, np.full(n, top)]), [[0, 0, bottom], [0, 0, top]]]
+        [
+            np.column_stack([ring, np.full(n, bottom)]),
+            np.column_stack([ring, np.full(n, top)]),
+            [[0, 0, bottom], [0, 0, top]],
+        ]
     )
     faces = []
     for i in range(n):
@@ -35,7 +39,9 @@ def cylinder(radius, bottom, top, n, keep="inside", particle_radius=0.0025):
 
 
 def plate(half, depth, cuts, radius=0.0025, seed=4):
-    """A plate with its top in z = 0, of 2 half by 2 half, the top cut into ``2 cuts^2`` triangles at random places."""
+    """A plate with its top in z = 0, of 2 half by 2 half, the top cut into ``2 cuts^2`` triangles at random
+    places.
+    """
     rng = np.random.default_rng(seed)
     line = np.linspace(-half, half, cuts + 1)
     x, y = np.meshgrid(line, line, indexing="ij")
@@ -53,4 +59,6 @@ def plate(half, depth, cuts, radius=0.0025, seed=4):
     # round about, against the way of the triangles, and down to one corner below the middle
     rim = [*number[:-1, 0], *number[-1, :-1], *number[:0:-1, -1], *number[0, :0:-1]]
     faces += [(b, a, x.size) for a, b in zip(rim, [*rim[1:], rim[0]], strict=True)]
-    return closed_mesh("plate", np.concatenate([top, [[0.0, 0.0, -depth]]]), np.array(faces), "outside", radius)
+    return closed_mesh(
+        "plate", np.concatenate([top, [[0.0, 0.0, -depth]]]), np.array(faces), "outside", radius
+    )

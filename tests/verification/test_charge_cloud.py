@@ -1,4 +1,6 @@
-"""What a crowd of particles must keep: momentum, energy ledger, the same bits; and independent ways to its forces."""
+"""What a crowd of particles must keep: momentum, energy ledger, the same bits; and independent ways to its
+forces.
+"""
 
 import numpy as np
 import pytest
@@ -42,7 +44,8 @@ def angular_momentum(bench):
 
 @pytest.mark.parametrize(("precision", "epsilon"), [("single", 2.0**-23), ("double", 2.0**-40)])
 def test_isolated_cloud_keeps_momentum_and_angular_momentum(precision, epsilon):
-    # action and reaction are the same number; a sum of a cloud's impulses is off by rounding, sqrt(steps) of it at random
+    # action and reaction are the same number; a sum of a cloud's impulses is off by rounding, sqrt(steps) of
+    # it at random
     bench = cloud(precision=precision)
     before, scale = bench.read().momentum.copy(), M * np.abs(bench.v).sum()
     spin_before = angular_momentum(bench)
@@ -54,7 +57,8 @@ def test_isolated_cloud_keeps_momentum_and_angular_momentum(precision, epsilon):
 
 
 def test_energy_error_of_an_undamped_cloud_is_of_second_order():
-    # a spring sampled at mid-substep is wrong by up to (w0 dt)^2/8 of the energy that goes through it, at most all that moves;
+    # a spring sampled at mid-substep is wrong by up to (w0 dt)^2/8 of the energy that goes through it, at
+    # most all that moves;
     # frictionless, so that no tangential spring holds energy
     for part in (1, 2, 4):
         bench = cloud(60, dt=8e-6 / part, pair=law(1e5), spread=0.3)
@@ -66,7 +70,8 @@ def test_energy_error_of_an_undamped_cloud_is_of_second_order():
 
 
 def test_ledger_closes_to_rounding_in_kinetic_energy():
-    # work of all contacts, of the surfaces' motion and of gravity is the change of kinetic energy: an identity of the scheme
+    # work of all contacts, of the surfaces' motion and of gravity is the change of kinetic energy: an
+    # identity of the scheme
     bench = cloud(surfaces=BOX, gravity=(0, 0, -9.81))
     bench.motions[0, 7:13] = [0.1, 0.2, 0.0, 0.0, 0.0, 3.0]
     before = bench.read().energy[:2].sum()
@@ -74,7 +79,9 @@ def test_ledger_closes_to_rounding_in_kinetic_energy():
     after = bench.read()
     assert after.contacts[1] > 0
     assert bench.state.ledger.sum() == pytest.approx(after.energy[:2].sum() - before, abs=1e-10 * before)
-    assert (bench.state.ledger[[Ledger.PAIR_NORMAL, Ledger.PAIR_TANGENTIAL, Ledger.WALL_TANGENTIAL]] < 0).all()
+    assert (
+        bench.state.ledger[[Ledger.PAIR_NORMAL, Ledger.PAIR_TANGENTIAL, Ledger.WALL_TANGENTIAL]] < 0
+    ).all()
 
 
 def test_impulse_on_the_body_is_what_the_charge_lost():
@@ -105,7 +112,8 @@ def test_restored_window_repeats_the_same_bits():
 
 @pytest.mark.parametrize("threads", [2, 3, 4])
 def test_window_repeated_many_times_by_a_team_always_gives_the_bits_of_one_thread(threads):
-    # a race shows as bits that change from time to time: a window with a rebuild of the list, from the same state, 25 times
+    # a race shows as bits that change from time to time: a window with a rebuild of the list, from the same
+    # state, 25 times
     bench = cloud(400, surfaces=BOX, gravity=(0, 0, -9.81), precision="single").march(100)
     start, rebuilds = [np.copy(array) for array in bench.state], bench.state.clock[Clock.REBUILDS]
 
@@ -113,7 +121,11 @@ def test_window_repeated_many_times_by_a_team_always_gives_the_bits_of_one_threa
         for array, first in zip(bench.state, start, strict=True):
             np.copyto(array, first)
         bench.march(60, n_threads)
-        return {name: array.tobytes() for name, array in bench.state._asdict().items() if name not in ("kept", "kept_with")}
+        return {
+            name: array.tobytes()
+            for name, array in bench.state._asdict().items()
+            if name not in ("kept", "kept_with")
+        }
 
     one = again(1)
     assert bench.state.clock[Clock.REBUILDS] > rebuilds
@@ -122,10 +134,13 @@ def test_window_repeated_many_times_by_a_team_always_gives_the_bits_of_one_threa
 
 
 def test_window_goes_on_after_the_lists_have_grown():
-    # one list made too small by hand stops the march; after `grow` the window ends with the bits of an undisturbed one
+    # one list made too small by hand stops the march; after `grow` the window ends with the bits of an
+    # undisturbed one
     whole = cloud(surfaces=BOX, precision="single").march(100)
     bench = cloud(surfaces=BOX, precision="single")
-    small = bench.state._replace(**{name: getattr(bench.state, name)[:, :, :160].copy() for name in ("partners", "owners", "memory")})
+    small = bench.state._replace(
+        **{name: getattr(bench.state, name)[:, :, :160].copy() for name in ("partners", "owners", "memory")}
+    )
     arguments = (bench.motions, REST, 100, bench.dt, 0, 1)
     window(bench.model, small, bench.scratch, *arguments)
     assert small.status[0] == Status.LISTS_FULL
@@ -137,7 +152,8 @@ def test_window_goes_on_after_the_lists_have_grown():
 
 
 def test_candidates_hold_every_touching_pair_and_forces_are_those_of_all_pairs():
-    # frictionless and undamped: accelerations from the definition, over all pairs, against one substep of the engine
+    # frictionless and undamped: accelerations from the definition, over all pairs, against one substep of the
+    # engine
     k = 1e5
     bench = cloud(pair=law(k), spread=0.5).march(250)
     x = bench.state.x[:, :200].T.copy()
@@ -153,7 +169,8 @@ def test_candidates_hold_every_touching_pair_and_forces_are_those_of_all_pairs()
 
 
 def test_single_precision_forces_are_those_of_double():
-    # float32 law on exact differences: overlaps to 2^-24 of a diameter or the fixed-point unit, k times that a contact
+    # float32 law on exact differences: overlaps to 2^-24 of a diameter or the fixed-point unit, k times that
+    # a contact
     k = 5e5
     single = cloud(k=k, precision="single", dt=1e-6).march(1)
     double = cloud(k=k, precision="double", dt=1e-6).march(1)
@@ -164,7 +181,9 @@ def test_single_precision_forces_are_those_of_double():
 def test_heap_at_rest_weighs_what_it_weighs():
     # after the fall has died away, bore, floor and rib together carry the weight; averaged over 1000 substeps
     still = {"velocities": np.zeros((80, 3)), "spins": np.zeros((80, 3))}
-    bench = cloud(80, BOX, gravity=(0, 0, -9.81), pair=law(2e4, 0.4, friction=0.5, rolling=0.02), dt=1.5e-5, **still)
+    bench = cloud(
+        80, BOX, gravity=(0, 0, -9.81), pair=law(2e4, 0.4, friction=0.5, rolling=0.02), dt=1.5e-5, **still
+    )
     bench.march(40000)
     kinetic = bench.read().energy[:2].sum()
     bench.march(1000)
@@ -176,19 +195,29 @@ def test_heap_at_rest_weighs_what_it_weighs():
 
 
 def test_too_deep_overlap_stops_with_the_names_of_the_particles():
-    bench = Bench([[0, 0, 0], [2.1 * R, 0, 0], [9 * R, 0, 0]], law(1e3, stop=0.05), 1e-6, velocities=[[10, 0, 0], [-10, 0, 0], [0, 0, 0]])
+    bench = Bench(
+        [[0, 0, 0], [2.1 * R, 0, 0], [9 * R, 0, 0]],
+        law(1e3, stop=0.05),
+        1e-6,
+        velocities=[[10, 0, 0], [-10, 0, 0], [0, 0, 0]],
+    )
     window(*bench.charge, bench.motions, REST, 500, bench.dt, 0, 1)
     assert bench.state.status[0] == Status.PAIR_OVERLAP
     assert sorted(bench.state.status[1:3]) == [0, 1]
     # 0.2 mm of gap at 20 m/s, then 5 % of the diameter: 17 to 25 substeps
     assert 10 < bench.state.status[3] < 30
     assert bench.state.largest_overlap[2] == pytest.approx(0.05, abs=0.02)
-    # a spring of 1 kN/m has stopped next to nothing by then: they come at 10 m/s each, and close at 20 m/s; in 5 % of the diameter
-    # it takes k d^2/2 of the energy m_eff u^2/2, k d^2/(2 m_eff u^2) of the speed, and the velocity is predicted for mid-substep
+    # a spring of 1 kN/m has stopped next to nothing by then: they come at 10 m/s each, and close at 20 m/s;
+    # in 5 % of the diameter
+    # it takes k d^2/2 of the energy m_eff u^2/2, k d^2/(2 m_eff u^2) of the speed, and the velocity is
+    # predicted for mid-substep
     lost = 1e3 * (0.07 * 2 * R) ** 2 / (M * 20.0**2)
     assert bench.scratch.stopped_by == pytest.approx([10.0, 10.0, 20.0], rel=lost)
     said = status_text(bench.state, bench.scratch)
-    assert "particles 0 and 1, at 10 and 10 m/s, overlap by 5." in said or "particles 1 and 0, at 10 and 10 m/s, overlap by 5." in said
+    assert (
+        "particles 0 and 1, at 10 and 10 m/s, overlap by 5." in said
+        or "particles 1 and 0, at 10 and 10 m/s, overlap by 5." in said
+    )
     assert said.endswith("and close at 20 m/s")
     # touch after 0.5 mm less one radius tenth of gap: (2.1 - 2) R at 20 m/s, then 5 % of the diameter
     assert status_time(bench.state, bench.dt) == pytest.approx((0.1 * R + 0.05 * 2 * R) / 20.0, abs=2e-6)
@@ -202,7 +231,9 @@ def test_too_deep_overlap_with_a_moving_wall_tells_the_speeds_of_both():
     assert list(bench.state.status[:3]) == [Status.WALL_OVERLAP, 0, 0]
     lost = 1e3 * (0.07 * 2 * R) ** 2 / (2 * M * 40.0**2) * 4
     assert bench.scratch.stopped_by == pytest.approx([np.hypot(5.0, 10.0), 30.0, 40.0], rel=lost)
-    assert "particle 0, at 11.2 m/s, overlaps surface number 0, there at 30 m/s" in status_text(bench.state, bench.scratch)
+    assert "particle 0, at 11.2 m/s, overlaps surface number 0, there at 30 m/s" in status_text(
+        bench.state, bench.scratch
+    )
 
 
 def test_particle_that_leaves_is_named():

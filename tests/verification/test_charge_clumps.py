@@ -1,4 +1,6 @@
-"""Rigid clumps: free rotation, impacts, conservation, and the same answers as spheres where a clump is one."""
+"""Rigid clumps: free rotation, impacts, conservation, and the same answers as spheres where a clump is
+one.
+"""
 
 import numpy as np
 import pytest
@@ -24,11 +26,24 @@ UPRIGHT = [1.0, 0.0, 0.0, 0.0]
 class ClumpBench:
     """Clumps with their clock."""
 
-    def __init__(self, shape, centre, dt, pair_law=None, attitude=None, surfaces=(), gravity=(0.0, 0.0, 0.0), scale=None, **motion):
+    def __init__(
+        self,
+        shape,
+        centre,
+        dt,
+        pair_law=None,
+        attitude=None,
+        surfaces=(),
+        gravity=(0.0, 0.0, 0.0),
+        scale=None,
+        **motion,
+    ):
         centre = np.atleast_2d(np.array(centre, float))
         n = len(centre)
         sizes = np.full(n, shape.equivalent_diameter) if scale is None else scale
-        particles = clumps([shape], sizes).placed(centre, np.tile(UPRIGHT, (n, 1)) if attitude is None else np.asarray(attitude, float))
+        particles = clumps([shape], sizes).placed(
+            centre, np.tile(UPRIGHT, (n, 1)) if attitude is None else np.asarray(attitude, float)
+        )
         self.mass = particles.mass([DENSITY])
         laws = {(0, 0): law() if pair_law is None else pair_law}
         motion.setdefault("precision", "double")
@@ -73,7 +88,8 @@ def test_free_clump_tumbles_as_euler_says_with_second_order():
         bench = ClumpBench(GRAIN, [0, 0, 0], time / n, spins=[spin], velocities=[[0.1, 0, 0]]).march(n)
         rotation = rotation_matrices(attitudes(*bench.charge[:2]))[0]
         errors.append(np.abs(rotation.T @ spins(*bench.charge[:2])[0] - expected).max())
-    # a step of 200 rad/s x 2e-5 s turns by 4e-3 rad: its square is 1.6e-5 of 200 rad/s, 80 steps of memory at most
+    # a step of 200 rad/s x 2e-5 s turns by 4e-3 rad: its square is 1.6e-5 of 200 rad/s, 80 steps of memory at
+    # most
     assert errors[1] < 200.0 * 1.6e-5 * 4
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
@@ -91,10 +107,14 @@ def test_one_sphere_clump_moves_as_the_sphere():
     options = {"surfaces": [FLOOR], "gravity": (0.0, 0.0, -9.81)}
     sphere = Bench(start_at, ball, 1e-6, density=DENSITY, velocities=v, spins=w, **options).march(1500)
     # a charge of spheres alone takes another path, so a dumbbell flies along far away
-    particles = Particles((DUMBBELL, sphere_shape(0.005)), np.array([0, 1]), np.ones(2), np.zeros(2, np.int32))
+    particles = Particles(
+        (DUMBBELL, sphere_shape(0.005)), np.array([0, 1]), np.ones(2), np.zeros(2, np.int32)
+    )
     placed = particles.placed(np.array([[0.1, 0.1, 0.1], start_at]), np.tile(UPRIGHT, (2, 1)))
     motion = np.array([np.zeros(3), v]), np.array([np.zeros(3), w])
-    built = charge_of(placed, [DENSITY], {(0, 0): ball}, [FLOOR], 1, *motion, gravity=(0, 0, -9.81), precision="double")
+    built = charge_of(
+        placed, [DENSITY], {(0, 0): ball}, [FLOOR], 1, *motion, gravity=(0, 0, -9.81), precision="double"
+    )
     start(*built, 1e-6)
     window(*built, at_rest(), REST, 1500, 1e-6, 0, 1)
     # rotation goes through a quaternion: round-off of 1500 substeps
@@ -111,19 +131,24 @@ def test_dumbbell_that_lands_flat_bounces_as_one_body_on_two_springs():
     contact = np.pi * np.sqrt(mass / (2 * k))
     bench.march(round((0.5 * contact + 1e-6 / v) / 1e-6))
     # the sampled maximum of a cosine: off by at most half the square of half a step's phase
-    assert bench.state.largest_overlap[1] * 0.005 == pytest.approx(overlap, rel=0.5 * (np.pi * 1e-6 / contact) ** 2 + 1e-3)
+    assert bench.state.largest_overlap[1] * 0.005 == pytest.approx(
+        overlap, rel=0.5 * (np.pi * 1e-6 / contact) ** 2 + 1e-3
+    )
     bench.march(round(contact / 1e-6))
     assert velocities(*bench.charge[:2])[0] == pytest.approx([0, 0, v], abs=2e-4 * v)
     assert np.abs(spins(*bench.charge[:2])).max() < 1e-6
 
 
 def test_dumbbell_hit_at_one_end_leaves_with_the_spin_of_a_free_rod():
-    # frictionless impact at one pebble, normal through its centre: impulse J = 2 v / (1/m + c^2/I) for an elastic bounce
+    # frictionless impact at one pebble, normal through its centre: impulse J = 2 v / (1/m + c^2/I) for an
+    # elastic bounce
     k, v, tilt = 1e7, 0.5, 0.3
     attitude = [np.cos(-tilt / 2), 0.0, np.sin(-tilt / 2), 0.0]
     centre = 0.0025 + 0.002 * np.sin(tilt) + 1e-7
     shape = DUMBBELL
-    bench = ClumpBench(shape, [0, 0, centre], 2e-8, law(k=k), attitude=[attitude], surfaces=[FLOOR], velocities=[[0, 0, -v]])
+    bench = ClumpBench(
+        shape, [0, 0, centre], 2e-8, law(k=k), attitude=[attitude], surfaces=[FLOOR], velocities=[[0, 0, -v]]
+    )
     rotation = rotation_matrices(np.array([attitude]))[0]
     ends = shape.offsets @ rotation.T
     low = ends[np.argmin(ends[:, 2])]
@@ -148,9 +173,14 @@ def cloud(precision="double"):
     centre = (np.stack(np.meshgrid(*[np.arange(side)] * 3), -1).reshape(-1, 3) - 3) * 0.0031
     attitude = rng.normal(size=(side**3, 4))
     attitude /= np.linalg.norm(attitude, axis=1)[:, None]
-    motion = {"velocities": rng.normal(size=centre.shape) * 0.3 - 40 * centre, "spins": rng.normal(size=centre.shape) * 100}
+    motion = {
+        "velocities": rng.normal(size=centre.shape) * 0.3 - 40 * centre,
+        "spins": rng.normal(size=centre.shape) * 100,
+    }
     pair = law(k=1e4, zeta=0.1, friction=0.5, rolling=0.01)
-    return ClumpBench(GRAIN, centre, 1e-6, pair, attitude, precision=precision, domain=((0, 0, 0), 0.5), **motion)
+    return ClumpBench(
+        GRAIN, centre, 1e-6, pair, attitude, precision=precision, domain=((0, 0, 0), 0.5), **motion
+    )
 
 
 def moments(bench):
@@ -159,7 +189,11 @@ def moments(bench):
     clump = state.clumps[np.argsort(state.clumps[:, 18])]
     x, v = positions(model, state, bench.dt), velocities(model, state)
     momentum = clump[:, 13, None] * v
-    return momentum.sum(axis=0), (np.cross(x, momentum) + clump[:, 6:9]).sum(axis=0), bench.read().energy[:2].sum()
+    return (
+        momentum.sum(axis=0),
+        (np.cross(x, momentum) + clump[:, 6:9]).sum(axis=0),
+        bench.read().energy[:2].sum(),
+    )
 
 
 def test_cloud_of_clumps_keeps_momentum_and_closes_its_ledger():
@@ -170,7 +204,8 @@ def test_cloud_of_clumps_keeps_momentum_and_closes_its_ledger():
     for _ in range(8):
         bench.march(250)
     p_end, h_end, energy_end = moments(bench)
-    # the positions the law sees are rounded to 1e-18 of the domain in double precision: only sums are left to round
+    # the positions the law sees are rounded to 1e-18 of the domain in double precision: only sums are left to
+    # round
     assert np.abs(p_end - p).max() < 1e-12 * scale
     assert np.abs(h_end - h).max() < 1e-12 * scale * 0.03
     assert energy - energy_end > 0.05 * energy

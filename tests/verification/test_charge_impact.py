@@ -18,13 +18,28 @@ M = sphere_mass(R)
 
 
 def bounce(zeta, cut, m_eff, pair, dt, phase=0.3, precision="double", k_law=None):
-    """Speed after an impact at V = 1 m/s; contact begins a share `phase` of a substep after a sampling instant."""
+    """Speed after an impact at V = 1 m/s; contact begins a share `phase` of a substep after a sampling
+    instant.
+    """
     gap = (7.0 + phase) * dt * V
     if pair:
         x = [[-R - gap / 2, 0, 0], [R + gap / 2, 0, 0]]
-        bench = Bench(x, k_law or law(K, zeta, cut=cut), dt, velocities=[[V / 2, 0, 0], [-V / 2, 0, 0]], precision=precision)
+        bench = Bench(
+            x,
+            k_law or law(K, zeta, cut=cut),
+            dt,
+            velocities=[[V / 2, 0, 0], [-V / 2, 0, 0]],
+            precision=precision,
+        )
     else:
-        bench = Bench([0, 0, R + gap], k_law or law(K, zeta, cut=cut), dt, [FLOOR], velocities=[0, 0, -V], precision=precision)
+        bench = Bench(
+            [0, 0, R + gap],
+            k_law or law(K, zeta, cut=cut),
+            dt,
+            [FLOOR],
+            velocities=[0, 0, -V],
+            precision=precision,
+        )
     n = int(1.5 * contact_time(K, m_eff, zeta, False) / dt) + 12
     bench.march(n)
     return (bench.v[1, 0] - bench.v[0, 0] if pair else bench.v[0, 2]), bench
@@ -34,8 +49,10 @@ def bounce(zeta, cut, m_eff, pair, dt, phase=0.3, precision="double", k_law=None
 @pytest.mark.parametrize("pair", [False, True])
 @pytest.mark.parametrize("wanted", [0.9, 0.5, 0.3])
 def test_ball_leaves_with_the_restitution_it_was_given(wanted, pair, cut):
-    # Tension kept: ln e = -pi zeta/sqrt(1 - zeta^2).  Tension cut: Schwager and Poeschel 2007.  The scheme is of second order in
-    # a = w0 dt: each end of the contact is wrong by at most (a^2/8)(1 + 4 zeta) of the impulse, and the oscillation by a^2/24 pi.
+    # Tension kept: ln e = -pi zeta/sqrt(1 - zeta^2). Tension cut: Schwager and Poeschel 2007. The scheme is
+    # of second order in
+    # a = w0 dt: each end of the contact is wrong by at most (a^2/8)(1 + 4 zeta) of the impulse, and the
+    # oscillation by a^2/24 pi.
     zeta = damping_ratio_from_restitution(wanted, cut)
     m_eff = M / 2 if pair else M
     dt = contact_time(K, m_eff, zeta, cut) / 100
@@ -46,23 +63,30 @@ def test_ball_leaves_with_the_restitution_it_was_given(wanted, pair, cut):
 
 
 def test_restitution_error_falls_with_the_square_of_the_substep():
-    # mean error of eight phases at h, h/2, h/4: order 2 means a factor of 4 each, first order would give 2.  A phase that samples
-    # the very touch is left out (rounding decides it); in a share 2 zeta w0 dt of the others the release is met twice, by half a substep.
+    # mean error of eight phases at h, h/2, h/4: order 2 means a factor of 4 each, first order would give 2. A
+    # phase that samples
+    # the very touch is left out (rounding decides it); in a share 2 zeta w0 dt of the others the release is
+    # met twice, by half a substep.
     zeta = damping_ratio_from_restitution(0.5, False)
     mean = []
     for n in (20, 40, 80):
         dt = contact_time(K, M, zeta, False) / n
-        mean.append(sum(abs(bounce(zeta, False, M, False, dt, (phase + 0.3) / 8)[0] - 0.5) for phase in range(8)) / 8)
+        mean.append(
+            sum(abs(bounce(zeta, False, M, False, dt, (phase + 0.3) / 8)[0] - 0.5) for phase in range(8)) / 8
+        )
     order = math.log2(mean[0] / mean[2]) / 2
     assert 1.8 < order < 2.6
 
 
 def test_restitution_at_the_automatic_substep_in_single_precision():
-    # a = w0 dt = 0.153: the second-order bound above, and a release met twice: half a substep of the dashpot's impulse, zeta a e
+    # a = w0 dt = 0.153: the second-order bound above, and a release met twice: half a substep of the
+    # dashpot's impulse, zeta a e
     zeta = damping_ratio_from_restitution(0.5, False)
     dt = contact_time(K, M / 2, zeta, False) / 20
     a = math.sqrt(2 * K / M) * dt
-    errors = [bounce(zeta, False, M / 2, True, dt, (phase + 0.3) / 8, "single")[0] - 0.5 for phase in range(8)]
+    errors = [
+        bounce(zeta, False, M / 2, True, dt, (phase + 0.3) / 8, "single")[0] - 0.5 for phase in range(8)
+    ]
     second_order = a * a * (0.25 * (1 + 4 * zeta) * 1.5 + math.pi / 24)
     assert max(map(abs, errors)) < second_order + zeta * a * 0.5
     assert np.median(np.abs(errors)) < second_order
@@ -72,7 +96,8 @@ def test_largest_overlap_is_that_of_the_damped_oscillator():
     zeta = 0.2
     dt = contact_time(K, M, zeta, False) / 200
     _, bench = bounce(zeta, False, M, False, dt)
-    # sampled twice in a step of the maximum: second order, (w0 dt)^2/8; the start adds (w0 dt)^2/8 (1 + 4 zeta)
+    # sampled twice in a step of the maximum: second order, (w0 dt)^2/8; the start adds (w0 dt)^2/8 (1 + 4
+    # zeta)
     a2 = K / M * dt * dt
     assert bench.state.largest_overlap[1] * 2 * R == pytest.approx(largest_overlap(K, M, zeta, V), rel=a2)
 
@@ -89,22 +114,29 @@ def test_contact_lasts_as_long_as_the_closed_form_says():
 
 @pytest.mark.parametrize("cut", [False, True])
 def test_stiffness_from_the_bodies_is_their_series(cut):
-    # 1/k = 1/(E_a d_a) + 1/(E_b d_b); the wall takes the particle's diameter.  Peak overlap V sqrt(M/k) without damping.
+    # 1/k = 1/(E_a d_a) + 1/(E_b d_b); the wall takes the particle's diameter. Peak overlap V sqrt(M/k)
+    # without damping.
     per_a, per_b, d = 2e8, 3e6, 2 * R
     k = 1 / (1 / (per_a * d) + 1 / (per_b * d))
     dt = contact_time(k, M, 0.0, False) / 200
-    bench = Bench([0, 0, R + 1e-9], law(0.0, 0.0, a=per_a, b=per_b, cut=cut), dt, [FLOOR], velocities=[0, 0, -V])
+    bench = Bench(
+        [0, 0, R + 1e-9], law(0.0, 0.0, a=per_a, b=per_b, cut=cut), dt, [FLOOR], velocities=[0, 0, -V]
+    )
     bench.march(150)
     assert bench.state.largest_overlap[1] * d == pytest.approx(V * math.sqrt(M / k), rel=(math.pi / 200) ** 2)
 
 
 def test_gross_sliding_impact_is_that_of_hard_spheres():
-    # Slip never stops if |slip| > 7/2 mu (1 + e) v_n: v_t' = v_t - mu (1 + e) v_n, w' = 5/2 mu (1 + e) v_n/R (Walton 1993).
-    # The torque's arm is R less half an overlap: 1 % of R here; the spring loads friction within mu kn/kt of the overlap: both in 2 %.
+    # Slip never stops if |slip| > 7/2 mu (1 + e) v_n: v_t' = v_t - mu (1 + e) v_n, w' = 5/2 mu (1 + e) v_n/R
+    # (Walton 1993).
+    # The torque's arm is R less half an overlap: 1 % of R here; the spring loads friction within mu kn/kt of
+    # the overlap: both in 2 %.
     mu, e, v_n, v_t, k = 0.1, 0.8, 0.1, 1.0, K
     zeta = damping_ratio_from_restitution(e, True)
     dt = contact_time(k, M, zeta, True) / 200
-    bench = Bench([0, 0, R + 1e-9], law(k, zeta, friction=mu, cut=True), dt, [FLOOR], velocities=[v_t, 0, -v_n])
+    bench = Bench(
+        [0, 0, R + 1e-9], law(k, zeta, friction=mu, cut=True), dt, [FLOOR], velocities=[v_t, 0, -v_n]
+    )
     bench.march(260)
     change = mu * (1 + e) * v_n
     assert bench.v[0, 0] - v_t == pytest.approx(-change, rel=0.02)
@@ -112,11 +144,15 @@ def test_gross_sliding_impact_is_that_of_hard_spheres():
 
 
 def test_sticking_impact_turns_the_slip_by_the_cosine():
-    # Undamped springs without slip: slip' = slip cos(pi sqrt(7/2 kt/kn)) (Walton 1993).  The arm differs from R by half an
-    # overlap, at most V sqrt(M/k)/2 = 0.3 % of R, so the frequency and the cosine's argument by less: 0.01 of the slip.
+    # Undamped springs without slip: slip' = slip cos(pi sqrt(7/2 kt/kn)) (Walton 1993). The arm differs from
+    # R by half an
+    # overlap, at most V sqrt(M/k)/2 = 0.3 % of R, so the frequency and the cosine's argument by less: 0.01 of
+    # the slip.
     ratio, v_n, v_t = 2 / 7, 0.5, 0.01
     dt = contact_time(K, M, 0.0, False) / 200
-    bench = Bench([0, 0, R + 1e-9], law(K, 0.0, ratio, friction=100.0), dt, [FLOOR], velocities=[v_t, 0, -v_n])
+    bench = Bench(
+        [0, 0, R + 1e-9], law(K, 0.0, ratio, friction=100.0), dt, [FLOOR], velocities=[v_t, 0, -v_n]
+    )
     bench.march(230)
     slip = bench.v[0, 0] - R * bench.w[0, 1]
     assert slip == pytest.approx(v_t * math.cos(math.pi * math.sqrt(3.5 * ratio)), abs=0.01 * v_t)
@@ -125,11 +161,14 @@ def test_sticking_impact_turns_the_slip_by_the_cosine():
 def test_damping_ratio_and_restitution_are_inverse():
     for cut in (False, True):
         for e in (0.05, 0.3, 0.5, 0.99, 1.0):
-            assert restitution_from_damping_ratio(damping_ratio_from_restitution(e, cut), cut) == pytest.approx(e, rel=1e-9)
+            assert restitution_from_damping_ratio(
+                damping_ratio_from_restitution(e, cut), cut
+            ) == pytest.approx(e, rel=1e-9)
 
 
 def test_cut_tension_matches_the_published_ratios():
-    # e = 0.5 -> 0.2155 over the full half period, 0.255 with the force cut at zero (Schwager and Poeschel 2007)
+    # e = 0.5 -> 0.2155 over the full half period, 0.255 with the force cut at zero (Schwager and Poeschel
+    # 2007)
     assert damping_ratio_from_restitution(0.5, False) == pytest.approx(0.2155, abs=5e-5)
     assert damping_ratio_from_restitution(0.5, True) == pytest.approx(0.255, abs=5e-4)
 
@@ -142,7 +181,15 @@ def test_unequal_balls_of_two_materials_follow_a_two_body_integration():
     dt = contact_time(k, m_eff, zeta, False) / 100
     laws = {(0, 0): law(1.0), (1, 1): law(2.0), (0, 1): law(k, zeta)}
     x = [[0, 0, 0], [ra + rb + 1e-7, 0, 0]]
-    bench = Bench(x, laws, dt, radius=[ra, rb], materials=np.array([0, 1]), densities=[rho_a, rho_b], velocities=[[1, 0, 0], [0, 0, 0]])
+    bench = Bench(
+        x,
+        laws,
+        dt,
+        radius=[ra, rb],
+        materials=np.array([0, 1]),
+        densities=[rho_a, rho_b],
+        velocities=[[1, 0, 0], [0, 0, 0]],
+    )
     bench.march(60)
     c, h = 2 * zeta * math.sqrt(m_eff * k), dt / 10
     d, u, va, vb = -1e-7, 1.0, 1.0, 0.0

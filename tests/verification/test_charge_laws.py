@@ -21,7 +21,12 @@ WALLS = (FLOOR, Surface("bore", SurfaceKind.CYLINDER, 0, 0, size=(0.015, 0, 0)))
 
 def numbers(**changes):
     given = law(1e5, 0.2, 0.8, friction=0.5, rolling=0.05)
-    shared = {"unloading_ratio": 3.0, "contact_modulus": 2e7, "contact_shear_modulus": 8e6, "cohesive_pressure": 0.0}
+    shared = {
+        "unloading_ratio": 3.0,
+        "contact_modulus": 2e7,
+        "contact_shear_modulus": 8e6,
+        "cohesive_pressure": 0.0,
+    }
     return PairLaw(**({name: getattr(given, name) for name in given.__slots__} | shared | changes))
 
 
@@ -32,7 +37,12 @@ def crowd(composed, precision="single", surfaces=WALLS):
     x = grid * 2.1 * R + [0, 0, 1.2 * R] + rng.uniform(-0.04, 0.04, (60, 3)) * R
     v = rng.normal(size=(60, 3)) - 40.0 * (x - x.mean(axis=0))
     pair = numbers(cohesive_pressure=2e5 if composed is HERTZ else 0.0)
-    options = {"velocities": v, "spins": 50.0 * rng.normal(size=(60, 3)), "law": composed, "precision": precision}
+    options = {
+        "velocities": v,
+        "spins": 50.0 * rng.normal(size=(60, 3)),
+        "law": composed,
+        "precision": precision,
+    }
     return Bench(x, pair, 3e-6, surfaces, gravity=(0, 0, -9.81) if surfaces else (0, 0, 0), **options)
 
 
@@ -42,7 +52,10 @@ def test_isolated_crowd_keeps_momentum_and_angular_momentum(composed):
     bench = crowd(composed, surfaces=())
     scale = M * np.abs(bench.v).sum()
     energy = bench.read().energy[0]
-    before = bench.read().momentum.copy(), (M * np.cross(bench.x, bench.v) + 0.4 * M * R * R * bench.w).sum(axis=0)
+    before = (
+        bench.read().momentum.copy(),
+        (M * np.cross(bench.x, bench.v) + 0.4 * M * R * R * bench.w).sum(axis=0),
+    )
     bench.march(400)
     after = bench.read().momentum, (M * np.cross(bench.x, bench.v) + 0.4 * M * R * R * bench.w).sum(axis=0)
     assert -bench.state.ledger[Ledger.PAIR_NORMAL] > 0.1 * energy
@@ -52,7 +65,8 @@ def test_isolated_crowd_keeps_momentum_and_angular_momentum(composed):
 
 @pytest.mark.parametrize("composed", [HYSTERETIC, HERTZ])
 def test_ledger_closes_and_contacts_take_energy_out(composed):
-    # work of contacts, walls and gravity is the change of kinetic energy, to rounding; what contacts took and do not hold is lost
+    # work of contacts, walls and gravity is the change of kinetic energy, to rounding; what contacts took and
+    # do not hold is lost
     bench = crowd(composed)
     before = bench.read().energy[:2].sum()
     bench.march(600)
@@ -72,14 +86,19 @@ def test_two_threads_give_the_bits_of_one_with_a_law_that_remembers():
 @pytest.mark.parametrize("pair", [False, True])
 @pytest.mark.parametrize("composed", [HYSTERETIC, HERTZ])
 def test_engine_gives_the_impact_of_the_law(composed, pair):
-    # reduced mass and radius of two spheres, and of a sphere and a wall; second order of w0 dt, and float32 overlaps of 1e-4 of the largest
+    # reduced mass and radius of two spheres, and of a sphere and a wall; second order of w0 dt, and float32
+    # overlaps of 1e-4 of the largest
     given = numbers(cohesive_pressure=2e5 if composed is HERTZ else 0.0, tension_cut=False)
     m, r = (M / 2, R / 2) if pair else (M, R)
     met = impact(composed, given, m, r, 2 * R, 2 * R, 1.0)
     dt = met.resolve / 100
     gap = 7.3 * dt
     if pair:
-        places, speeds, surfaces = [[-R - gap / 2, 0, 0], [R + gap / 2, 0, 0]], [[0.5, 0, 0], [-0.5, 0, 0]], ()
+        places, speeds, surfaces = (
+            [[-R - gap / 2, 0, 0], [R + gap / 2, 0, 0]],
+            [[0.5, 0, 0], [-0.5, 0, 0]],
+            (),
+        )
     else:
         places, speeds, surfaces = [0, 0, R + gap], [0, 0, -1.0], [FLOOR]
     bench = Bench(places, given, dt, surfaces, velocities=speeds, law=composed, precision="single")
@@ -87,4 +106,6 @@ def test_engine_gives_the_impact_of_the_law(composed, pair):
     left = bench.v[1, 0] - bench.v[0, 0] if pair else bench.v[0, 2]
     ratio = given.unloading_ratio if composed is HYSTERETIC else 1.0
     assert left == pytest.approx(met.restitution, abs=met.stiffness * ratio / m * dt * dt + 1e-4)
-    assert bench.state.largest_overlap[int(not pair)] * 2 * R == pytest.approx(met.overlap, rel=met.stiffness / m * dt * dt + 1e-4)
+    assert bench.state.largest_overlap[int(not pair)] * 2 * R == pytest.approx(
+        met.overlap, rel=met.stiffness / m * dt * dt + 1e-4
+    )

@@ -82,7 +82,8 @@ def test_outer_edge_and_corner_give_one_contact_along_the_line_to_them(way):
 
 
 def test_nothing_is_lost_and_nothing_counts_twice_where_regions_meet():
-    # centres exactly above edges and corners, where the regions of faces, edges and corners share their borders
+    # centres exactly above edges and corners, where the regions of faces, edges and corners share their
+    # borders
     half = 0.0078125  # exact in binary, as are its sums with the heights
     heights = np.array([0.25, 0.5, 0.75]) * 0.001953125
     outside = box(np.full(3, half), radius=R)
@@ -96,7 +97,8 @@ def test_nothing_is_lost_and_nothing_counts_twice_where_regions_meet():
 
 
 def test_centre_behind_a_thin_plate_is_not_pushed_by_its_far_side():
-    # a plate thinner than a ball: above it, the centre is nearer to the top than to the bottom, which faces away
+    # a plate thinner than a ball: above it, the centre is nearer to the top than to the bottom, which faces
+    # away
     thin = box((0.02, 0.02, 0.2 * R))
     overlap, normal = contacts(thin, [0.001, 0.002, 0.2 * R + 0.9 * R])
     assert overlap[overlap > 0] == pytest.approx([0.1 * R])
@@ -116,7 +118,9 @@ def rolled(surfaces, steps, floor=0.0):
     out = []
     for _ in range(steps // 50):
         bench.march(50)
-        out.append(np.concatenate([bench.x[0], bench.v[0], R * bench.w[0], bench.state.impulse[0] / (50 * bench.dt)]))
+        out.append(
+            np.concatenate([bench.x[0], bench.v[0], R * bench.w[0], bench.state.impulse[0] / (50 * bench.dt)])
+        )
     return np.array(out)
 
 
@@ -125,7 +129,8 @@ def test_seams_in_a_plane_do_not_show():
     steps = 5000 if JIT else 100
     meshed = rolled(mesh_surfaces(plate(0.02, 0.01, 16), 0, 0), steps)
     smooth = rolled([FLOOR], steps)
-    # heights over a triangle are rounded like the sizes of the plate: 0.02 x 2^-53 = 2e-18 m, through a stiffness of 5e5 N/m and
+    # heights over a triangle are rounded like the sizes of the plate: 0.02 x 2^-53 = 2e-18 m, through a
+    # stiffness of 5e5 N/m and
     # a memory that adds up over 5000 steps 1e-8 of the weight; forces are summed in double precision
     weight = M * 9.81
     assert meshed[:, :9] == pytest.approx(smooth[:, :9], abs=1e-10)
@@ -135,39 +140,49 @@ def test_seams_in_a_plane_do_not_show():
 
 
 def test_ball_bounces_straight_off_the_tip_of_a_corner_and_keeps_its_energy():
-    # a pyramid with its tip at the origin; linear spring without damping: it leaves after pi sqrt(m/k) as fast as it came
+    # a pyramid with its tip at the origin; linear spring without damping: it leaves after pi sqrt(m/k) as
+    # fast as it came
 
     corners = np.array([[0, 0, 0], [0.01, 0, -0.02], [0, 0.01, -0.02], [-0.01, 0, -0.02], [0, -0.01, -0.02]])
     faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1), (1, 4, 3), (1, 3, 2)])
     surfaces = mesh_surfaces(closed_mesh("pyramid", corners, faces, "outside", R), 0, 0)
     time = math.pi * math.sqrt(M / K)
     dt = time / 200
-    bench = Bench([0, 0, R + 0.5 * dt], law(K), dt, surfaces, velocities=[0, 0, -1.0], domain=((0, 0, 0), 0.5))
+    bench = Bench(
+        [0, 0, R + 0.5 * dt], law(K), dt, surfaces, velocities=[0, 0, -1.0], domain=((0, 0, 0), 0.5)
+    )
     bench.march(100)
     assert R - bench.x[0, 2] == pytest.approx(time / math.pi, rel=1e-3)  # deepest at half time: v sqrt(m/k)
     bench.march(104)
-    # leapfrog keeps a spring's energy to (w dt)^2/24 = 1e-5; the two ends of the contact fall between steps: w dt = 0.016 of a
+    # leapfrog keeps a spring's energy to (w dt)^2/24 = 1e-5; the two ends of the contact fall between steps:
+    # w dt = 0.016 of a
     # step's force at zero overlap, twice squared
     assert bench.v[0] == pytest.approx([0, 0, 1.0], abs=3e-4)
 
 
 def test_ball_on_a_slanting_edge_is_pushed_at_right_angles_to_it():
     half, angle = np.array([0.01, 0.01, 0.01]), math.pi / 4
-    turn = np.array([[math.cos(angle), 0, math.sin(angle)], [0, 1, 0], [-math.sin(angle), 0, math.cos(angle)]])
+    turn = np.array(
+        [[math.cos(angle), 0, math.sin(angle)], [0, 1, 0], [-math.sin(angle), 0, math.cos(angle)]]
+    )
     surfaces = mesh_surfaces(box(half), 0, 0, (0.003, 0.0, -0.01 * math.sqrt(2)), turn)
     # the edge is along y, through (0.003, y, 0); the centre stands 30 degrees off the upright over it
     off = math.radians(30)
     centre = [0.003 + 0.99 * R * math.sin(off), 0.002, 0.99 * R * math.cos(off)]
     bench = Bench(centre, law(K), 1e-7, surfaces, domain=((0, 0, 0), 0.5)).march(1)
     push = bench.v[0] * M / 1e-7
-    assert push == pytest.approx(K * 0.01 * R * np.array([math.sin(off), 0, math.cos(off)]), rel=1e-9, abs=1e-9 * K * R)
+    assert push == pytest.approx(
+        K * 0.01 * R * np.array([math.sin(off), 0, math.cos(off)]), rel=1e-9, abs=1e-9 * K * R
+    )
 
 
 BORE, HEIGHT = 0.03, 0.05
 
 
 def packed():
-    """A bed in a cylinder, pressed against its walls: random, the outermost balls 2 % of the diameter into them."""
+    """A bed in a cylinder, pressed against its walls: random, the outermost balls 2 % of the diameter into
+    them.
+    """
     n = 500 if JIT else 40
     x = random_fill(np.full(n, R), BORE, 0.0, HEIGHT, seed=3)
     out = np.hypot(x[:, 0], x[:, 1])
@@ -221,7 +236,8 @@ def test_forces_on_a_meshed_chamber_converge_to_those_on_the_exact_one():
         overlap = 0.04 * R
         each = K * (BORE * (1 - math.cos(math.pi / n)) + overlap * math.pi / n)
         assert np.abs((bench.v - reference.v) * M / 1e-7).max() <= each
-        # facets turn the forces both ways alike: their sum is off by the root of the number of balls and not by the number
+        # facets turn the forces both ways alike: their sum is off by the root of the number of balls and not
+        # by the number
         first = K * overlap * math.pi / n * math.sqrt(touching.sum())
         second = K * BORE * (1 - math.cos(math.pi / n)) * touching.sum()
         assert np.linalg.norm(force[:3] - exact[:3]) <= first + second
@@ -233,7 +249,14 @@ def test_a_charge_moves_in_a_meshed_chamber_as_in_the_exact_one():
     steps = 1000 if JIT else 20
 
     def kinetic(surfaces):
-        bench = Bench(x, law(K, 0.2, 0.8, friction=0.3), 4e-6, surfaces, gravity=(0, 0, -9.81), domain=((0, 0, 0.02), 0.2))
+        bench = Bench(
+            x,
+            law(K, 0.2, 0.8, friction=0.3),
+            4e-6,
+            surfaces,
+            gravity=(0, 0, -9.81),
+            domain=((0, 0, 0.02), 0.2),
+        )
         bench.motions[0, 7:10] = 1.0, 0.5, 0.0
         bench.march(steps)
         return 0.5 * M * (bench.v**2).sum(), bench.state.ledger[6]
@@ -241,7 +264,8 @@ def test_a_charge_moves_in_a_meshed_chamber_as_in_the_exact_one():
     exact = [Surface("bore", SurfaceKind.CYLINDER, 0, 0, size=(0.02, 0, 0)), FLOOR]
     energy, work = kinetic(exact)
     fine = kinetic(mesh_surfaces(cylinder(0.02, 0.0, 0.06, 720), 0, 0))
-    # balls are met earlier by the sagitta 0.02 (pi/720)^2/2 = 1.9e-7 m of some 4e-3 m the chamber moves, and pushed up to pi/720
+    # balls are met earlier by the sagitta 0.02 (pi/720)^2/2 = 1.9e-7 m of some 4e-3 m the chamber moves, and
+    # pushed up to pi/720
     # off the radius; a few collisions multiply that by ten
     assert fine == (pytest.approx(energy, rel=0.05), pytest.approx(work, rel=0.05))
 
@@ -261,14 +285,23 @@ def test_overlap_is_continuous_over_the_seams_of_a_tessellated_cylinder():
     x[:, :2] *= (BORE + 0.9 * R) / rho
     overlap, _ = contacts(post, x)
     assert ((overlap > 0).sum(axis=0) == 1).all()
-    assert np.abs(np.diff(overlap[int(post.patch[0])])).max() <= (BORE + R) * 1e-4 * math.sin(math.pi / 60) * 1.01
+    assert (
+        np.abs(np.diff(overlap[int(post.patch[0])])).max()
+        <= (BORE + R) * 1e-4 * math.sin(math.pi / 60) * 1.01
+    )
 
 
 def test_a_round_smaller_than_a_ball_leaves_it_both_flanks():
-    # a floor and a wall joined by a round of half the ball's radius, as a bent sheet 4 cm wide: the ball touches both flanks
+    # a floor and a wall joined by a round of half the ball's radius, as a bent sheet 4 cm wide: the ball
+    # touches both flanks
     fillet, size = 0.5 * R, 0.02
     arc = np.linspace(0.0, 0.5 * np.pi, 10)
-    line = [(size, 0.0), *[(fillet - fillet * math.sin(a), fillet - fillet * math.cos(a)) for a in arc], (0.0, size), (size, size)]
+    line = [
+        (size, 0.0),
+        *[(fillet - fillet * math.sin(a), fillet - fillet * math.cos(a)) for a in arc],
+        (0.0, size),
+        (size, size),
+    ]
     n = len(line)
     vertices = np.array([(x, y, z) for y in (-size, size) for x, z in line])
     faces = []
@@ -287,13 +320,21 @@ def test_a_round_smaller_than_a_ball_leaves_it_both_flanks():
     assert sorted(overlap[overlap > 0]) == pytest.approx([0.02 * R, 0.05 * R])
     # to a ball of a tenth of the size the same mesh is one smooth bend
     assert closed_mesh("sheet", vertices, faces, "inside", 0.1 * R).n_patches < room.n_patches
-    overlap, _ = contacts(closed_mesh("sheet", vertices, faces, "inside", 0.1 * R), [fillet * 0.5, 0.0, fillet * 0.5], 0.1 * R)
+    overlap, _ = contacts(
+        closed_mesh("sheet", vertices, faces, "inside", 0.1 * R), [fillet * 0.5, 0.0, fillet * 0.5], 0.1 * R
+    )
     assert (overlap > 0).sum() <= 1
 
 
 def test_fast_ball_that_has_gone_through_a_mesh_is_named():
-    bench = Bench([0.0, 0.0, 2 * R], law(1.0, stop=0.3), 1e-5, mesh_surfaces(box((0.02, 0.02, 0.01), centre=(0, 0, -0.01)), 0, 0),
-                  velocities=[0, 0, -5.0], domain=((0, 0, 0), 0.5))  # fmt: skip
+    bench = Bench(
+        [0.0, 0.0, 2 * R],
+        law(1.0, stop=0.3),
+        1e-5,
+        mesh_surfaces(box((0.02, 0.02, 0.01), centre=(0, 0, -0.01)), 0, 0),
+        velocities=[0, 0, -5.0],
+        domain=((0, 0, 0), 0.5),
+    )
     with pytest.raises(AssertionError, match="2"):
         bench.march(200)
     assert bench.state.status[:3].tolist() == [2, 0, bench.state.status[2]]

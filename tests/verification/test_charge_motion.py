@@ -18,7 +18,8 @@ SAG = M * G / K
 
 
 def test_sliding_ball_rolls_at_five_sevenths_of_its_speed():
-    # friction mu m g until v = R w: v = 5/7 v0 after 2 v0/(7 mu g), over 12 v0^2/(49 mu g); arm R less half the sag: 2e-7 of R
+    # friction mu m g until v = R w: v = 5/7 v0 after 2 v0/(7 mu g), over 12 v0^2/(49 mu g); arm R less half
+    # the sag: 2e-7 of R
     mu, v0 = 0.3, 0.05
     t = 2 * v0 / (7 * mu * G)
     bench = Bench([0, 0, R - SAG], law(K, 0.1, friction=mu), DT, [FLOOR], gravity=DOWN, velocities=[v0, 0, 0])
@@ -41,13 +42,23 @@ def test_ball_rolls_to_and_fro_in_a_cylinder_at_the_frequency_of_rolling():
         [arm * math.sin(angle), 0, -arm * math.cos(angle)],
         law(K, 0.1, friction=0.5),
         1e-5,
-        [Surface("bore", SurfaceKind.CYLINDER, 0, 0, size=(bore, 0, 0), rotation=((1, 0, 0), (0, 0, -1), (0, 1, 0)))],
+        [
+            Surface(
+                "bore",
+                SurfaceKind.CYLINDER,
+                0,
+                0,
+                size=(bore, 0, 0),
+                rotation=((1, 0, 0), (0, 0, -1), (0, 1, 0)),
+            )
+        ],
         gravity=DOWN,
     )
     quarter = 0.5 * math.pi / math.sqrt(5 * G / (7 * (bore - R)))
     n = round(quarter / 1e-5)
     bench.march(n)
-    # amplitude: quarter period longer by angle^2/16 = 1.6e-4; the swing of the springs adds less than mu SAG/2R = 1e-4 of the amplitude
+    # amplitude: quarter period longer by angle^2/16 = 1.6e-4; the swing of the springs adds less than mu
+    # SAG/2R = 1e-4 of the amplitude
     assert abs(bench.x[0, 0]) < 1e-3 * arm * angle + bench.v[0, 0] ** 2
     assert bench.v[0, 0] == pytest.approx(-arm * angle * math.sqrt(5 * G / (7 * (bore - R))), rel=2e-3)
 
@@ -59,7 +70,8 @@ def test_rolling_spring_holds_a_ball_on_an_incline_up_to_its_limit(slope, rolls)
     bench = Bench([0, 0, R - SAG], law(K, 0.3, friction=0.8, rolling=0.1), 4e-6, [FLOOR], gravity=gravity)
     bench.march(25000)
     t = 0.1
-    # rolling freely with the limit moment: a = 5/7 g (sin - mu_r cos); holding: the spring gives by some g sin/w^2 and swings undamped
+    # rolling freely with the limit moment: a = 5/7 g (sin - mu_r cos); holding: the spring gives by some g
+    # sin/w^2 and swings undamped
     free = 5 / 7 * G * (math.sin(slope) - 0.1 * math.cos(slope)) * t * t / 2
     give = 10 * G * math.sin(slope) * M / K
     # until the spring reaches its limit the ball gains the speed sqrt(10/7 mu_r g x mu_r m g/k)
@@ -93,9 +105,12 @@ def test_two_stacked_balls_rest_at_their_static_overlaps():
 
 
 def test_two_squeezed_balls_move_as_the_two_mass_chain():
-    # MFiX DEM03: floor, ball, ball, ceiling, all springs compressed: m x1'' = k(R - x1) - k(2R - (x2 - x1)) - m g, and so on
+    # MFiX DEM03: floor, ball, ball, ceiling, all springs compressed: m x1'' = k(R - x1) - k(2R - (x2 - x1)) -
+    # m g, and so on
     gap, k = 3.6 * R, 1e4
-    ceiling = Surface("ceiling", SurfaceKind.PLANE, 0, 0, origin=(0, 0, gap), rotation=((1, 0, 0), (0, -1, 0), (0, 0, -1)))
+    ceiling = Surface(
+        "ceiling", SurfaceKind.PLANE, 0, 0, origin=(0, 0, gap), rotation=((1, 0, 0), (0, -1, 0), (0, 0, -1))
+    )
     x1, x2, v1, v2 = 0.25 * gap, 0.75 * gap, 0.0, 0.0
     bench = Bench([[0, 0, x1], [0, 0, x2]], law(k), 2e-6, [FLOOR, ceiling], gravity=DOWN)
     n, h = 300, 2e-7
@@ -112,7 +127,8 @@ def test_two_squeezed_balls_move_as_the_two_mass_chain():
 
 @pytest.mark.parametrize("k", [1e5, 1e6])
 def test_ball_that_falls_on_an_edge_leaves_along_the_line_to_it(k):
-    # head-on at 45 degrees to the edge of a box: the normal is the line from the edge to the centre, the speed is turned round
+    # head-on at 45 degrees to the edge of a box: the normal is the line from the edge to the centre, the
+    # speed is turned round
     box = Surface("rib", SurfaceKind.BOX, 0, 0, origin=(-0.01, 0, -0.01), size=(0.01, 0.02, 0.01))
     d = (R + 1e-5) / math.sqrt(2)
     dt = math.pi * math.sqrt(M / k) / 100
@@ -131,9 +147,17 @@ def test_belt_takes_a_ball_along_at_two_sevenths_of_its_speed():
 
 
 def test_impulse_on_a_body_is_the_momentum_a_ball_lost_about_the_moving_mass_centre():
-    # floor carried by a body whose mass centre lies at (0.1, 0, 0): impulse J, moment (r - c) x J at the contact
+    # floor carried by a body whose mass centre lies at (0.1, 0, 0): impulse J, moment (r - c) x J at the
+    # contact
     floor = Surface("floor", SurfaceKind.PLANE, 0, 0, origin=(-0.1, 0.0, 0.0))
-    bench = Bench([0, 0.02, R + 1e-6], law(5e5, 0.0), 1e-6, [floor], velocities=[0, 0, -1.0], poses=[[0.1, 0, 0, 1, 0, 0, 0]])
+    bench = Bench(
+        [0, 0.02, R + 1e-6],
+        law(5e5, 0.0),
+        1e-6,
+        [floor],
+        velocities=[0, 0, -1.0],
+        poses=[[0.1, 0, 0, 1, 0, 0, 0]],
+    )
     bench.motions[0, 0] = 0.1
     bench.march(150)
     lost = M * (-1.0 - bench.v[0, 2])

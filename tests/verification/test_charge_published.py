@@ -1,7 +1,8 @@
-"""Published tests of single particles, as `python -m validation.charge` runs them: every row that should agree does.
+"""Published tests of single particles, as `python -m validation.charge` runs them: every row that should
+agree does.
 
-References, sources and tolerances stand with the cases, in `validation/charge`.  Rows that miss for a known reason are named here, so
-that one more miss, and one less, is noticed.
+References, sources and tolerances stand with the cases, in `validation/charge`.  Rows that miss for a known
+reason are named here, so that one more miss, and one less, is noticed.
 """
 
 import importlib
@@ -12,13 +13,16 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
 chung_ooi, hysteretic, mfix, recorded, rolling = (
-    importlib.import_module(f"validation.charge.{name}") for name in ("chung_ooi", "hysteretic", "mfix", "recorded", "rolling")
+    importlib.import_module(f"validation.charge.{name}")
+    for name in ("chung_ooi", "hysteretic", "mfix", "recorded", "rolling")
 )
 
 
 def missed(rows):
     """Quantities of the rows that do not pass, with what was got and allowed."""
-    return {row.quantity: (row.source, row.ours - row.reference, row.tolerance) for row in rows if not row.passes}
+    return {
+        row.quantity: (row.source, row.ours - row.reference, row.tolerance) for row in rows if not row.passes
+    }
 
 
 @pytest.mark.parametrize("name", [name for name in chung_ooi.CASES if name[-1] not in "56"])
@@ -27,10 +31,13 @@ def test_impacts_of_chung_and_ooi_are_those_of_the_paper(name):
 
 
 def test_impacts_at_constant_normal_speed_are_those_of_the_paper_with_its_half_shear_modulus():
-    # test 5: the paper's curves are those of half the shear modulus of a rigid plane; with all of it they are missed
+    # test 5: the paper's curves are those of half the shear modulus of a rigid plane; with all of it they are
+    # missed
     wrong = missed(chung_ooi.test_5())
     assert len(wrong) == 4
-    assert all("rigid plane" in quantity and source == chung_ooi.FIGURE for quantity, (source, *_) in wrong.items())
+    assert all(
+        "rigid plane" in quantity and source == chung_ooi.FIGURE for quantity, (source, *_) in wrong.items()
+    )
 
 
 def test_spinning_impact_misses_the_paper_where_its_tangential_dashpot_counts():

@@ -16,9 +16,11 @@ CLOSE = 1e-9
 
 
 def revolved(pieces):
-    """Volume, first moment, axial and transverse second moments of a solid turned about x, from ``(a, b, y^2(x))`` pieces.
+    """Volume, first moment, axial and transverse second moments of a solid turned about x, from
+    ``(a, b, y^2(x))`` pieces.
 
-    V = int pi y^2, M = int pi y^2 x, I_axial = int pi/2 y^4, I_transverse about x = 0 = int (pi/4 y^4 + pi y^2 x^2).
+    V = int pi y^2, M = int pi y^2 x, I_axial = int pi/2 y^4, I_transverse about x = 0 = int (pi/4 y^4 + pi
+    y^2 x^2).
     """
     x = Polynomial([0.0, 1.0])
 
@@ -57,13 +59,18 @@ def test_two_spheres_have_the_volume_of_both_less_their_lens():
         assert solid.volume == pytest.approx(4 / 3 * math.pi * (r**3 + s**3) - lens, rel=CLOSE)
 
 
-@pytest.mark.parametrize(("places", "radii"), [((0.0, 1.3), (1.0, 0.7)), ((-1.1, 0.0, 0.9), (0.8, 1.0, 0.6)), ((0.0, 1.7), (1.0, 0.7))])
+@pytest.mark.parametrize(
+    ("places", "radii"),
+    [((0.0, 1.3), (1.0, 0.7)), ((-1.1, 0.0, 0.9), (0.8, 1.0, 0.6)), ((0.0, 1.7), (1.0, 0.7))],
+)
 def test_spheres_in_a_line_have_the_moments_of_a_turned_solid(places, radii):
     cuts = [places[0] - radii[0]]
     for (p, r), (q, s) in itertools.pairwise(zip(places, radii, strict=True)):
         cuts.append(p + radical(q - p, r, s))
     cuts.append(places[-1] + radii[-1])
-    pieces = [(a, b, ball(p, r)) for (a, b), p, r in zip(itertools.pairwise(cuts), places, radii, strict=True)]
+    pieces = [
+        (a, b, ball(p, r)) for (a, b), p, r in zip(itertools.pairwise(cuts), places, radii, strict=True)
+    ]
     volume, first, axial, transverse = revolved(pieces)
     solid = union_properties([[x, 0.2, -0.5] for x in places], radii)
     assert solid.error < CLOSE
@@ -74,7 +81,9 @@ def test_spheres_in_a_line_have_the_moments_of_a_turned_solid(places, radii):
 
 
 def lens_properties(p, r, q, s):
-    """Volume, mass centre and inertia about it of what two spheres share, by turning two caps about the line of centres."""
+    """Volume, mass centre and inertia about it of what two spheres share, by turning two caps about the line
+    of centres.
+    """
     d = np.linalg.norm(q - p)
     axis, meet = (q - p) / d, radical(d, r, s)
     volume, first, axial, transverse = revolved([(d - s, meet, ball(d, s)), (meet, r, ball(0.0, r))])
@@ -87,7 +96,10 @@ def test_three_spheres_in_a_ring_are_the_sum_of_spheres_less_the_lenses_of_pairs
     angles = np.array([0.1, 2.1, 4.3])
     centres = 1.1 * np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
     radii = np.array([1.02, 1.0, 1.05])
-    parts = [(1.0, 4 / 3 * math.pi * r**3, c, 8 / 15 * math.pi * r**5 * np.eye(3)) for c, r in zip(centres, radii, strict=True)]
+    parts = [
+        (1.0, 4 / 3 * math.pi * r**3, c, 8 / 15 * math.pi * r**5 * np.eye(3))
+        for c, r in zip(centres, radii, strict=True)
+    ]
     for i, j in itertools.combinations(range(3), 2):
         assert np.linalg.norm(centres[i] - centres[j]) < radii[i] + radii[j]
         parts.append((-1.0, *lens_properties(centres[i], radii[i], centres[j], radii[j])))
@@ -124,7 +136,10 @@ def test_mass_properties_turn_and_move_with_the_spheres():
     rng = np.random.default_rng(5)
     centres, radii = rng.normal(size=(4, 3)) * 0.6, rng.uniform(0.6, 1.0, 4)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    here, there = union_properties(centres, radii), union_properties(centres @ turn.T + (3.0, -2.0, 1.0), radii)
+    here, there = (
+        union_properties(centres, radii),
+        union_properties(centres @ turn.T + (3.0, -2.0, 1.0), radii),
+    )
     assert there.volume == pytest.approx(here.volume, rel=CLOSE)
     assert there.mass_centre == pytest.approx(turn @ here.mass_centre + (3.0, -2.0, 1.0), abs=CLOSE)
     assert there.inertia == pytest.approx(turn @ here.inertia @ turn.T, abs=CLOSE * np.trace(here.inertia))
@@ -174,7 +189,9 @@ def test_a_sphere_is_the_clump_of_one():
 def test_a_push_across_a_dumbbell_at_its_end_meets_least_mass():
     # equal spheres at +-a on a rod: 1/m_n = 1/m + a^2/I across the rod, the whole mass along it
     shape = clump_shape([[-1.0, 0, 0], [1.0, 0, 0]], [1.2, 1.2])
-    assert shape.push_mass() == pytest.approx(np.full(2, 1 / (1 / shape.volume + 1 / shape.inertia[2])), rel=1e-9)
+    assert shape.push_mass() == pytest.approx(
+        np.full(2, 1 / (1 / shape.volume + 1 / shape.inertia[2])), rel=1e-9
+    )
 
 
 def test_no_direction_of_a_push_meets_less_mass_than_stated():
@@ -193,9 +210,21 @@ def test_no_direction_of_a_push_meets_less_mass_than_stated():
 REFUSED = {
     "zero radius": ([[0, 0, 0], [1, 0, 0]], [1.0, 0.0], "sphere 1: the radius must be positive, got 0"),
     "not a number": ([[0, 0, math.nan]], [1.0], "sphere 0: the centre must be finite"),
-    "apart": ([[0, 0, 0], [1, 0, 0], [9, 0, 0]], [0.6, 0.6, 0.6], "must hang together, no chain of overlaps leads from sphere 0 to 2"),
-    "inside another": ([[0, 0, 0], [0.2, 0, 0]], [1.0, 0.5], "sphere 1: must not lie wholly inside another, it lies in sphere 0"),
-    "twice the same": ([[0, 0, 0], [0, 0, 0]], [1.0, 1.0], "sphere 1: must not lie wholly inside another, it lies in sphere 0"),
+    "apart": (
+        [[0, 0, 0], [1, 0, 0], [9, 0, 0]],
+        [0.6, 0.6, 0.6],
+        "must hang together, no chain of overlaps leads from sphere 0 to 2",
+    ),
+    "inside another": (
+        [[0, 0, 0], [0.2, 0, 0]],
+        [1.0, 0.5],
+        "sphere 1: must not lie wholly inside another, it lies in sphere 0",
+    ),
+    "twice the same": (
+        [[0, 0, 0], [0, 0, 0]],
+        [1.0, 1.0],
+        "sphere 1: must not lie wholly inside another, it lies in sphere 0",
+    ),
     "no spheres": (np.zeros((0, 3)), [], "must be (k, 3) centres and (k,) radii"),
 }
 

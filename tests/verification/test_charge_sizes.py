@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from scipy.special import gamma, gammainc, ndtr
 
-from nutamill.charge.particles.sizes import CELLS, SizeClasses, mass_percentiles, normal_sizes, rosin_rammler_sizes
+from nutamill.charge.particles.sizes import (
+    CELLS,
+    SizeClasses,
+    mass_percentiles,
+    normal_sizes,
+    rosin_rammler_sizes,
+)
 
 MM = 1e-3
 
@@ -24,7 +30,9 @@ def between(below, smallest, largest):
 
 
 def table_error(law, below):
-    """Half the steepest step of a law over one cell of its table: what linear interpolation may be wrong by at most."""
+    """Half the steepest step of a law over one cell of its table: what linear interpolation may be wrong by
+    at most.
+    """
     d = np.geomspace(law.diameter[0], law.diameter[-1], CELLS + 1)
     return 0.5 * np.diff(below(d)).max()
 
@@ -40,7 +48,8 @@ def test_a_normal_law_of_numbers_is_met_within_half_a_particle():
 
 
 def test_a_rosin_rammler_law_of_mass_is_met_within_half_a_particle():
-    # shares of number are those of mass over d^3: with x = (d/d')^k the density of number is x^(-3/k) exp(-x), an incomplete gamma
+    # shares of number are those of mass over d^3: with x = (d/d')^k the density of number is x^(-3/k)
+    # exp(-x), an incomplete gamma
     # function of index 1 - 3/k
     size, k, smallest, largest = 3 * MM, 5.0, 1 * MM, 5 * MM
     below = between(lambda d: gammainc(1 - 3 / k, (d / size) ** k), smallest, largest)
@@ -50,7 +59,9 @@ def test_a_rosin_rammler_law_of_mass_is_met_within_half_a_particle():
 
 
 def by_mass(sizes, below):
-    """Largest distance of the staircase of a sample, each particle counting with its mass, from a distribution."""
+    """Largest distance of the staircase of a sample, each particle counting with its mass, from a
+    distribution.
+    """
     sizes = np.sort(sizes)
     steps = np.concatenate([[0.0], np.cumsum(sizes**3) / (sizes**3).sum()])
     exact = below(sizes)
@@ -63,8 +74,10 @@ def test_a_sample_of_a_rosin_rammler_law_weighs_as_it_says(exponent):
     below = between(lambda d: -np.expm1(-((d / size) ** exponent)), smallest, largest)
     law = rosin_rammler_sizes(size, exponent, smallest, largest)
     sizes = law.of_number(n)
-    # of the n equal shares of the number each is one particle of a size within the share: their masses are off by no more than the mass
-    # at the two ends of the share, summed by no more than that of the largest less that of the smallest; whole and part: twice; and the
+    # of the n equal shares of the number each is one particle of a size within the share: their masses are
+    # off by no more than the mass
+    # at the two ends of the share, summed by no more than that of the largest less that of the smallest;
+    # whole and part: twice; and the
     # staircase has a step of the largest
     span = 2 * (largest**3 - smallest**3) + largest**3
     assert by_mass(sizes, below) <= span / (sizes**3).sum() + table_error(law, below)
@@ -76,7 +89,8 @@ def test_a_normal_law_may_give_shares_of_the_mass():
     sizes = law.of_number(n)
     span = 2 * (4**3 - 2**3) + 4**3
     assert by_mass(sizes, below) <= span / ((sizes / MM) ** 3).sum() + table_error(law, below)
-    # a law of mass has more small particles than the same law of numbers: half the mass is below 3 mm, more than half the number
+    # a law of mass has more small particles than the same law of numbers: half the mass is below 3 mm, more
+    # than half the number
     assert (sizes < 3 * MM).mean() > 0.6
 
 
@@ -92,7 +106,10 @@ def test_the_mean_volume_of_a_law_is_its_third_moment():
 
 @pytest.mark.parametrize("volume", [1e-9, 3.3e-7, 1e-5])
 def test_a_volume_is_met_by_the_fewest_particles(volume):
-    for law in (rosin_rammler_sizes(3 * MM, 3.0, 1 * MM, 5 * MM), normal_sizes(3 * MM, 0.3 * MM, 2 * MM, 4 * MM, "number")):
+    for law in (
+        rosin_rammler_sizes(3 * MM, 3.0, 1 * MM, 5 * MM),
+        normal_sizes(3 * MM, 0.3 * MM, 2 * MM, 4 * MM, "number"),
+    ):
         sizes = law.of_volume(volume)
         solid = math.pi / 6 * (sizes**3).sum()
         fewer = math.pi / 6 * (law.of_number(len(sizes) - 1) ** 3).sum()
@@ -112,7 +129,9 @@ def test_classes_of_a_number_of_particles_share_it_by_mass_over_volume():
         sizes = classes.of_number(number)
         assert len(sizes) == number
         assert abs((sizes == 4 * MM).sum() - number * 0.0046875 / 0.0102875) < 1
-    assert classes.mean_volume == pytest.approx(math.pi / 6 / (0.3 / (4 * MM) ** 3 + 0.7 / (5 * MM) ** 3), rel=1e-14)
+    assert classes.mean_volume == pytest.approx(
+        math.pi / 6 / (0.3 / (4 * MM) ** 3 + 0.7 / (5 * MM) ** 3), rel=1e-14
+    )
 
 
 def test_percentiles_are_of_mass():

@@ -9,7 +9,14 @@ from charge_bench import FLOOR, Bench, at_rest, law, sphere_mass
 from nutamill.charge.assembly import with_patches
 from nutamill.charge.kernels.impacts import FINE, LOWEST, cutting_energy
 from nutamill.charge.kernels.team import run_team
-from nutamill.charge.measures.statistics import FIELD_SUMS, WALL_SUMS, charge_statistics, gathered, sample, statistics_plan
+from nutamill.charge.measures.statistics import (
+    FIELD_SUMS,
+    WALL_SUMS,
+    charge_statistics,
+    gathered,
+    sample,
+    statistics_plan,
+)
 from nutamill.charge.model import Ledger
 from nutamill.charge.walls.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, patch_table
 from nutamill.charge.walls.surface import Surface, SurfaceKind
@@ -66,7 +73,8 @@ def bin_of(energy):
 
 @pytest.mark.parametrize("v", [1.0, 0.3, 0.001])
 def test_bouncing_balls_are_counted_in_the_bin_of_their_energy(v):
-    # free flight without gravity: the ball meets the floor with the speed it was given, along and across.  Energies are rounded to
+    # free flight without gravity: the ball meets the floor with the speed it was given, along and across.
+    # Energies are rounded to
     # 2^-16 of the lower edge of the bin
     n, along = 5, 0.4 * v
     x = np.column_stack([np.arange(n) * 3 * R, np.zeros(n), np.full(n, R + 1e-7)])
@@ -82,7 +90,8 @@ def test_bouncing_balls_are_counted_in_the_bin_of_their_energy(v):
 
 
 def test_pairs_are_counted_once_wherever_they_lie_in_the_arrays():
-    # more pairs than a chunk of 64 holds, some of them across two chunks; the relative motion of a pair carries m v^2/4 of each part
+    # more pairs than a chunk of 64 holds, some of them across two chunks; the relative motion of a pair
+    # carries m v^2/4 of each part
     n, v, slip = 90, 0.5, 0.2
     first = np.array([[a, b, 0] for a in range(9) for b in range(10)]) * 8 * R
     x = np.concatenate([first, first + np.array([2 * R + 1e-7, 0, 0])])
@@ -92,7 +101,8 @@ def test_pairs_are_counted_once_wherever_they_lie_in_the_arrays():
     for part, speed in ((0, v), (1, slip)):
         counts, energies = spectrum(bench, 0, part)
         assert counts.sum() == n
-        # the normal turns by slip over distance while the gap closes, 1e-5: the parts mix by that share of the other speed
+        # the normal turns by slip over distance while the gap closes, 1e-5: the parts mix by that share of
+        # the other speed
         assert energies.sum() == pytest.approx(n * 0.25 * M * speed**2, rel=2.0**-16 + 4e-5 * v / slip)
 
 
@@ -113,14 +123,18 @@ def test_cutting_energy_is_that_of_finnie(degrees):
 def test_an_impact_wears_the_patch_it_hits():
     # onto the bore at azimuth 100 deg, height 13 mm, at 30 deg to the wall
     azimuth, a, v = math.radians(100.0), math.radians(30.0), 1.0
-    out, tangent = np.array([math.cos(azimuth), math.sin(azimuth), 0]), np.array([-math.sin(azimuth), math.cos(azimuth), 0])
+    out, tangent = (
+        np.array([math.cos(azimuth), math.sin(azimuth), 0]),
+        np.array([-math.sin(azimuth), math.cos(azimuth), 0]),
+    )
     at = (0.02 - R - 1e-7) * out + [0, 0, 0.013]
     bench = Bench(at, law(K), 1e-6, [BORE], velocities=v * (math.sin(a) * out + math.cos(a) * tangent))
     survey = Survey(bench, [(ANGLE_HEIGHT, 36, 10, 0.0, 0.1)])
     bench.march(20)
     cut = survey.kept["cut"] / bench.scratch.impacts.per_cut
     assert np.flatnonzero(cut).tolist() == [10 * 10 + 1]
-    # the wall curves by 1e-7/0.02 on the way: both parts are right to that, and to the small unit of 2^-30 of the mass
+    # the wall curves by 1e-7/0.02 on the way: both parts are right to that, and to the small unit of 2^-30 of
+    # the mass
     assert cut.sum() == pytest.approx(0.5 * M * v**2 * math.cos(a) ** 2 / 3, rel=1e-4)
 
 
@@ -140,12 +154,21 @@ def test_an_impact_on_a_rib_wears_its_face(place, face):
 
 
 def test_shear_work_of_a_sliding_ball_is_friction_times_distance_patch_by_patch():
-    # A ball slides on a floor in its dent m g/k: friction mu m g brakes it and spins it up, so that the slip is v - 7/2 mu g t
-    # (Coulomb).  Sampled every 20 us the work in a ring of the floor is right to one sample at its entry and one at its exit,
+    # A ball slides on a floor in its dent m g/k: friction mu m g brakes it and spins it up, so that the slip
+    # is v - 7/2 mu g t
+    # (Coulomb). Sampled every 20 us the work in a ring of the floor is right to one sample at its entry and
+    # one at its exit,
     # and the friction, whose arm is half a dent (2e-7 m) short of R, to 1e-4.
     mu, g, v0, every, k = 0.3, 9.81, 1.0, 10, 1e5
     dt = 2e-6
-    bench = Bench([0.011, 1e-9, R - M * g / k], law(k, friction=mu), dt, [FLOOR], velocities=[v0, 0, 0], gravity=(0, 0, -g))
+    bench = Bench(
+        [0.011, 1e-9, R - M * g / k],
+        law(k, friction=mu),
+        dt,
+        [FLOOR],
+        velocities=[v0, 0, 0],
+        gravity=(0, 0, -g),
+    )
     survey = Survey(bench, [(ANGLE_RADIUS, 8, 10, 0.0, 0.05)])
     samples = 1500
     for _ in range(samples):
@@ -172,15 +195,19 @@ def tumbling(n=150, precision="double", seed=3):
     x = (grid - [2.5, 2.5, 0.0]) * 2.1 * R + [-0.002, 0, 1.2 * R]
     speeds = rng.normal(size=(n, 3)) - 20.0 * (x - x.mean(axis=0))
     pair = law(K, 0.2, 0.8, friction=0.5, rolling=0.05)
-    return Bench(x, pair, 3e-6, [FLOOR, BORE, RIB], velocities=speeds, precision=precision, gravity=(0, 0, -50.0))
+    return Bench(
+        x, pair, 3e-6, [FLOOR, BORE, RIB], velocities=speeds, precision=precision, gravity=(0, 0, -50.0)
+    )
 
 
 CUTS = [(ANGLE_RADIUS, 12, 4, 0.0, 0.02), (ANGLE_HEIGHT, 12, 8, 0.0, 0.08), (FACE_HEIGHT, 6, 4, -0.006, 0.01)]
 
 
 def test_work_over_all_patches_is_the_ledgers_within_the_error_of_sampling():
-    # 30 blocks of 50 samples, each several contacts long and thus on its own: the scatter of what sampling misses in a block gives
-    # the standard error of the whole; 4 of them leave one chance in a thousand (Student's t, 29 degrees of freedom)
+    # 30 blocks of 50 samples, each several contacts long and thus on its own: the scatter of what sampling
+    # misses in a block gives
+    # the standard error of the whole; 4 of them leave one chance in a thousand (Student's t, 29 degrees of
+    # freedom)
     bench = tumbling()
     survey, every, blocks = Survey(bench, CUTS), 5, 30
     places = (Ledger.WALL_NORMAL, Ledger.WALL_TANGENTIAL, Ledger.WALL_ROLLING)
@@ -207,21 +234,30 @@ def test_statistics_have_the_same_bits_on_one_and_two_threads():
             bench.march(10, threads)
             survey.take(0.1 * k, threads)
         kept.append(survey.kept)
-    assert kept[0]["spectra"].any() and kept[0]["cut"].any() and kept[0]["walls"].any() and kept[0]["fields"].any()
+    assert (
+        kept[0]["spectra"].any()
+        and kept[0]["cut"].any()
+        and kept[0]["walls"].any()
+        and kept[0]["fields"].any()
+    )
     assert all(np.array_equal(kept[0][name], kept[1][name]) for name in kept[0])
 
 
 def packed(spin=0.0, layers=6):
     """A square lattice of touching balls around the z axis, turning about it as one body."""
-    grid = np.array([[a + 0.5, b + 0.5, c + 0.5] for c in range(layers) for a in range(-4, 4) for b in range(-4, 4)])
+    grid = np.array(
+        [[a + 0.5, b + 0.5, c + 0.5] for c in range(layers) for a in range(-4, 4) for b in range(-4, 4)]
+    )
     x = grid * 2 * R
     w = np.array([0.0, 0.0, spin])
     return x, Bench(x, law(K), 1e-6, velocities=np.cross(w, x), spins=np.tile(w, (len(x), 1)))
 
 
 def test_fields_of_a_turning_packing_are_omega_times_r_and_its_solids_fraction():
-    # Each ball's volume runs through all points of its sphere in 1024 samples.  By symmetry a sector of 90 deg holds a quarter,
-    # and a cell that ends in the middle of a layer half of it: pi/6 of the lattice's volume, exactly but for rounding.
+    # Each ball's volume runs through all points of its sphere in 1024 samples. By symmetry a sector of 90 deg
+    # holds a quarter,
+    # and a cell that ends in the middle of a layer half of it: pi/6 of the lattice's volume, exactly but for
+    # rounding.
     spin, layers = 30.0, 6
     x, bench = packed(spin, layers)
     survey = Survey(bench, cells=(1, 4, 4), extent=(0.03, 0.0, layers * 2 * R))

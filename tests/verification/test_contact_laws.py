@@ -21,7 +21,9 @@ EVERY = list(itertools.product(NORMAL, TANGENTIAL, ROLLING, COHESION))
 
 
 def hysteretic_restitution(r):
-    """Share of the work of loading that is left below the unloading line (slope r) and the least force, for unit depth and slope."""
+    """Share of the work of loading that is left below the unloading line (slope r) and the least force, for
+    unit depth and slope.
+    """
     corner = (1 - 1 / r) / (1 - LEAST / r)
     return math.sqrt((1 + LEAST * corner) * (1 - corner) + LEAST * corner * corner)
 
@@ -30,7 +32,8 @@ def hysteretic_restitution(r):
 @pytest.mark.parametrize("normal", list(NORMAL))
 @pytest.mark.parametrize("wanted", [0.9, 0.5, 0.3])
 def test_particle_leaves_with_the_restitution_its_law_promises(normal, wanted, cut):
-    # second order in a = w dt with w of the stiffest spring met: the bound of the linear impact test, (a^2/8)(1 + 4 zeta) of the impulse
+    # second order in a = w dt with w of the stiffest spring met: the bound of the linear impact test,
+    # (a^2/8)(1 + 4 zeta) of the impulse
     # at each end of the contact and a^2/24 pi of the swing
     law = contact_law(normal, rolling="none")
     zeta = damping_ratio_from_restitution(wanted, cut)
@@ -43,24 +46,32 @@ def test_particle_leaves_with_the_restitution_its_law_promises(normal, wanted, c
     for phase in (0.1, 0.35, 0.6, 0.85):
         got, deepest, _ = bounce(law, numbers, 1.0, dt, phase)
         assert got == pytest.approx(expected, abs=a2 * (0.25 * (1 + 4 * zeta) * (1 + wanted) + math.pi / 24))
-        # the deepest sample is up to half a substep from the turn: a^2/8, and the start errs by as much with its dashpot
+        # the deepest sample is up to half a substep from the turn: a^2/8, and the start errs by as much with
+        # its dashpot
         assert deepest == pytest.approx(met.overlap, rel=a2 * (0.25 + zeta))
 
 
 @pytest.mark.parametrize("normal", list(NORMAL))
 def test_restitution_error_falls_with_the_square_of_the_substep(normal):
-    # mean of eight phases, from 40 to 160 substeps a contact: order 2 means 16; Hertz's start goes with a power of 9/4
+    # mean of eight phases, from 40 to 160 substeps a contact: order 2 means 16; Hertz's start goes with a
+    # power of 9/4
     law, zeta = contact_law(normal, rolling="none"), damping_ratio_from_restitution(0.5, False)
     numbers = pair(damping_ratio=zeta, unloading_ratio=4.0)
     met = impact(law, numbers, M, R, 2 * R, 2 * R, 1.0)
     mean = [
-        sum(abs(bounce(law, numbers, 1.0, met.resolve / n, (k + 0.3) / 8)[0] - met.restitution) for k in range(8)) / 8 for n in (40, 160)
+        sum(
+            abs(bounce(law, numbers, 1.0, met.resolve / n, (k + 0.3) / 8)[0] - met.restitution)
+            for k in range(8)
+        )
+        / 8
+        for n in (40, 160)
     ]
     assert 1.7 < math.log2(mean[0] / mean[1]) / 2 < 2.3
 
 
 def test_undamped_hertz_contact_lasts_as_long_as_hertz_said():
-    # 2 (15/16)^(2/5) int_0^1 dx/sqrt(1 - x^(5/2)) (m^2/(R E*^2 v))^(1/5) = 2.87 (...)^(1/5); K. L. Johnson, Contact Mechanics, 11.4
+    # 2 (15/16)^(2/5) int_0^1 dx/sqrt(1 - x^(5/2)) (m^2/(R E*^2 v))^(1/5) = 2.87 (...)^(1/5); K. L. Johnson,
+    # Contact Mechanics, 11.4
     law, v = contact_law("hertz", rolling="none"), 2.0
     integral = math.sqrt(math.pi) * math.gamma(1.4) / math.gamma(0.9)
     time = 2 * (15 / 16) ** 0.4 * integral * (M * M / (R * E_STAR**2 * v)) ** 0.2
@@ -72,7 +83,10 @@ def test_undamped_hertz_contact_lasts_as_long_as_hertz_said():
 def test_hertz_restitution_does_not_depend_on_speed():
     law, zeta = contact_law("hertz", rolling="none"), damping_ratio_from_restitution(0.5, False)
     numbers = pair(damping_ratio=zeta)
-    got = [bounce(law, numbers, v, impact(law, numbers, M, R, 2 * R, 2 * R, v).resolve / 100)[0] for v in (0.01, 1.0, 10.0)]
+    got = [
+        bounce(law, numbers, v, impact(law, numbers, M, R, 2 * R, 2 * R, v).resolve / 100)[0]
+        for v in (0.01, 1.0, 10.0)
+    ]
     # the same number of substeps and the same phase: the same path but for its scale
     assert got == pytest.approx([got[0]] * 3, rel=1e-9)
 
@@ -86,7 +100,9 @@ def test_hertz_force_and_tangent_are_those_of_two_elastic_spheres():
 
 
 def drive(law, numbers, depths, dt=1e-6):
-    """Work [J] done on a contact whose overlap is led along `depths`, sampled halfway between; and the last force [N]."""
+    """Work [J] done on a contact whose overlap is led along `depths`, sampled halfway between; and the last
+    force [N].
+    """
     probe, work = Probe(law, numbers, dt), 0.0
     for a, b in itertools.pairwise(depths):
         force = -probe.step(0.5 * (a + b), (0.0, 0.0, (b - a) / dt))[0][2]
@@ -100,28 +116,41 @@ def test_hysteretic_loop_encloses_the_work_that_is_lost():
     law = contact_law("hysteretic", rolling="none")
     up, down = np.linspace(0.0, deep, n + 1), np.linspace(deep, 0.0, n + 1)
     loop = drive(law, pair(unloading_ratio=r), np.concatenate([up, down[1:]]))[0]
-    # the deepest sample lies half a step before the turn; each corner errs by at most the slopes' difference times a step squared
+    # the deepest sample lies half a step before the turn; each corner errs by at most the slopes' difference
+    # times a step squared
     seen = deep * (1 - 0.5 / n)
-    assert loop == pytest.approx(0.5 * K * seen**2 * (1 - hysteretic_restitution(r) ** 2), abs=2 * r * K * (deep / n) ** 2)
+    assert loop == pytest.approx(
+        0.5 * K * seen**2 * (1 - hysteretic_restitution(r) ** 2), abs=2 * r * K * (deep / n) ** 2
+    )
 
 
 def test_hysteretic_spring_goes_down_and_up_again_on_one_line():
     # from the largest load half way down the unloading line and back: no work, and the same force
     r, deep = 4.0, 2e-4
     law = contact_law("hysteretic", rolling="none")
-    path = np.concatenate([np.linspace(0.0, deep, 401), np.linspace(deep, 0.9 * deep, 101)[1:], np.linspace(0.9 * deep, deep, 101)[1:]])
+    path = np.concatenate(
+        [
+            np.linspace(0.0, deep, 401),
+            np.linspace(deep, 0.9 * deep, 101)[1:],
+            np.linspace(0.9 * deep, deep, 101)[1:],
+        ]
+    )
     whole, _, force = drive(law, pair(unloading_ratio=r), path)
     assert whole == pytest.approx(0.5 * K * deep**2, rel=1e-3)
     assert force == pytest.approx(K * deep, rel=2e-3)
     middle = drive(law, pair(unloading_ratio=r), path[:501])[2]
     # the deepest and the last sample lie half a step before the turn and before the end
-    assert middle == pytest.approx(K * deep - r * K * 0.1 * deep, abs=r * K * 0.5 * (deep / 400 + 0.1 * deep / 100))
+    assert middle == pytest.approx(
+        K * deep - r * K * 0.1 * deep, abs=r * K * 0.5 * (deep / 400 + 0.1 * deep / 100)
+    )
 
 
 @pytest.mark.parametrize("tangential", list(TANGENTIAL))
 def test_small_slip_meets_mindlins_stiffness(tangential):
     depth, slip, dt = 1e-4, 1e-9, 1e-6
-    probe = Probe(contact_law("hertz", tangential, "none"), pair(static_friction=1.0, dynamic_friction=1.0), dt)
+    probe = Probe(
+        contact_law("hertz", tangential, "none"), pair(static_friction=1.0, dynamic_friction=1.0), dt
+    )
     for _ in range(10):
         force, _ = probe.step(depth, (slip / 10 / dt, 0.0, 0.0))
     # sampled half a substep before the end of ten: 19/20 of the slip
@@ -129,11 +158,14 @@ def test_small_slip_meets_mindlins_stiffness(tangential):
 
 
 def test_stored_length_follows_the_stiffness_and_stored_force_does_not():
-    # slipped at depth 1, unloaded to a quarter without slip: Mindlin's stiffness halves, and with it the force of the stored length only
+    # slipped at depth 1, unloaded to a quarter without slip: Mindlin's stiffness halves, and with it the
+    # force of the stored length only
     deep, dt, slip = 2e-4, 1e-6, 1e-9
     force = {}
     for tangential in TANGENTIAL:
-        probe = Probe(contact_law("hertz", tangential, "none"), pair(static_friction=1.0, dynamic_friction=1.0), dt)
+        probe = Probe(
+            contact_law("hertz", tangential, "none"), pair(static_friction=1.0, dynamic_friction=1.0), dt
+        )
         probe.step(deep, (slip / dt, 0.0, 0.0))
         force[tangential] = -probe.step(0.25 * deep, (0.0, 0.0, 0.0))[0][0]
     full = 8 * G_STAR * math.sqrt(R * deep) * slip
@@ -143,7 +175,10 @@ def test_stored_length_follows_the_stiffness_and_stored_force_does_not():
 
 def test_stored_length_and_stored_force_agree_at_constant_stiffness():
     rng = np.random.default_rng(4)
-    probes = [Probe(contact_law("linear", name, "none"), pair(static_friction=0.5, dynamic_friction=0.4), 1e-6) for name in TANGENTIAL]
+    probes = [
+        Probe(contact_law("linear", name, "none"), pair(static_friction=0.5, dynamic_friction=0.4), 1e-6)
+        for name in TANGENTIAL
+    ]
     for slip in rng.normal(size=(200, 3)):
         one, other = (probe.step(1e-4, slip * [1, 1, 0])[0] for probe in probes)
         assert one == pytest.approx(other, rel=1e-9)
@@ -165,7 +200,9 @@ def test_friction_of_a_cohesive_contact_sees_the_push_alone():
     assert -force[0] == pytest.approx(mu * K * depth, rel=1e-12)
 
 
-@pytest.mark.parametrize(("normal", "pressure", "cut"), [("linear", 1e6, False), ("linear", 1e6, True), ("hertz", 5e5, False)])
+@pytest.mark.parametrize(
+    ("normal", "pressure", "cut"), [("linear", 1e6, False), ("linear", 1e6, True), ("hertz", 5e5, False)]
+)
 def test_cohesive_impact_is_that_of_its_equation_of_motion(normal, pressure, cut):
     # m u'' = pull - max(spring + dashpot, floor), integrated here until the two part
     zeta, v = 0.15, 1.0
@@ -203,7 +240,9 @@ def test_particles_that_meet_too_slowly_for_their_cohesion_stick():
 def stored(probe, depth):
     """Energy a probed contact holds at this overlap [J] (3)."""
     memory = np.array([*probe.s, *probe.t, 1.0, probe.history])
-    return np.array(stored_energy(probe.law, np.array(probe.numbers), memory, 1.0, depth, probe.r, probe.r, probe.r))
+    return np.array(
+        stored_energy(probe.law, np.array(probe.numbers), memory, 1.0, depth, probe.r, probe.r, probe.r)
+    )
 
 
 @pytest.mark.parametrize("cohesion", list(COHESION))
@@ -221,7 +260,8 @@ def test_work_of_loading_is_stored_but_for_what_plastic_flow_takes(normal, cohes
 
 @pytest.mark.parametrize(("tangential", "rolling"), list(itertools.product(TANGENTIAL, ROLLING)))
 def test_spring_of_constant_stiffness_never_gives_out_more_than_it_took(tangential, rolling):
-    # random slip and spin at one overlap: work taken from the motion less energy held grows, substep by substep
+    # random slip and spin at one overlap: work taken from the motion less energy held grows, substep by
+    # substep
     rng = np.random.default_rng(8)
     depth, dt, taken, before = 1e-4, 1e-6, np.zeros(3), np.zeros(3)
     numbers = pair(static_friction=0.5, dynamic_friction=0.4, rolling_friction=0.1)
@@ -237,23 +277,37 @@ def test_spring_of_constant_stiffness_never_gives_out_more_than_it_took(tangenti
 
 
 GIVEN = pair(
-    damping_ratio=0.2, static_friction=0.5, dynamic_friction=0.4, rolling_friction=0.1, unloading_ratio=3.0, cohesive_pressure=1e5
-)  # fmt: skip
+    damping_ratio=0.2,
+    static_friction=0.5,
+    dynamic_friction=0.4,
+    rolling_friction=0.1,
+    unloading_ratio=3.0,
+    cohesive_pressure=1e5,
+)
 
 
 def any_contact(law, side, call):
     """A contact under any law, seen from the first (side 1) or the second particle (side -1)."""
     rng = np.random.default_rng(5)
     n = rng.normal(size=3)
-    vectors = n / np.linalg.norm(n), rng.normal(size=3), 100 * rng.normal(size=3), 1e-6 * rng.normal(size=3), 1e-3 * rng.normal(size=3)
+    vectors = (
+        n / np.linalg.norm(n),
+        rng.normal(size=3),
+        100 * rng.normal(size=3),
+        1e-6 * rng.normal(size=3),
+        1e-3 * rng.normal(size=3),
+    )
     n, u, w, s, t = (tuple(map(float, side * v)) for v in vectors)
     diameters = (4e-3, 6e-3)[::side]
-    return np.array(call(law, n, 1e-4, u, w, s, t, 0.0, 1e-5, 2e-4, 1e-3, diameters, tuple(law_numbers(law, GIVEN)), 1e-7))
+    return np.array(
+        call(law, n, 1e-4, u, w, s, t, 0.0, 1e-5, 2e-4, 1e-3, diameters, tuple(law_numbers(law, GIVEN)), 1e-7)
+    )
 
 
 @pytest.mark.parametrize("names", EVERY, ids="-".join)
 def test_every_law_gives_the_partner_the_opposite(names):
-    # seen from the second particle the normal, all velocities and all memory turn round; forces and moments must too
+    # seen from the second particle the normal, all velocities and all memory turn round; forces and moments
+    # must too
     law = contact_law(*names)
     one, other = any_contact(law, 1, plain), any_contact(law, -1, plain)
     assert np.isfinite(one).all()
@@ -264,7 +318,9 @@ def test_every_law_gives_the_partner_the_opposite(names):
 
 
 # every two choices of two families meet in one of these
-NUMBER = {name: number for family in (NORMAL, TANGENTIAL, ROLLING, COHESION) for number, name in enumerate(family)}
+NUMBER = {
+    name: number for family in (NORMAL, TANGENTIAL, ROLLING, COHESION) for number, name in enumerate(family)
+}
 COVER = [(n, t, r, c) for n, t, r, c in EVERY if (NUMBER[n] + NUMBER[r] + NUMBER[t] - (c == "area")) % 3 == 0]
 
 

@@ -18,9 +18,11 @@ R = 0.01
 
 
 def exact_motion(end):
-    """States (z, v, Z, V) of sphere and body as a function of time up to `end`, and the instants of touch and release.
+    """States (z, v, Z, V) of sphere and body as a function of time up to `end`, and the instants of touch and
+    release.
 
-    Between two events the motion is linear, y' = A y with y = (z, v, Z, V, 1), and is carried on by the matrix exponential.
+    Between two events the motion is linear, y' = A y with y = (z, v, Z, V, 1), and is carried on by the
+    matrix exponential.
     """
     free = np.zeros((5, 5))
     free[0, 1] = free[2, 3] = 1.0
@@ -39,7 +41,12 @@ def exact_motion(end):
             ahead = carry @ z
             # the first look after an event may still see the event itself
             if s > 0.0 and sign * (ahead[0] - ahead[2]) < 0.0:
-                s += brentq(lambda q, z=z, m=system, sign=sign: sign * ((expm(m * q) @ z)[0] - (expm(m * q) @ z)[2]), 0.0, look, xtol=1e-15)
+                s += brentq(
+                    lambda q, z=z, m=system, sign=sign: sign * ((expm(m * q) @ z)[0] - (expm(m * q) @ z)[2]),
+                    0.0,
+                    look,
+                    xtol=1e-15,
+                )
                 break
             z, s = ahead, s + look
         y, t = expm(system * s) @ y, t + s
@@ -55,7 +62,9 @@ def exact_motion(end):
 
 
 def bounce(window, end, scheme=Scheme.STAGGERED):
-    """The same case marched; dashpot 2 zeta sqrt(m k) of the sphere against a wall, tension kept as in the exact motion."""
+    """The same case marched; dashpot 2 zeta sqrt(m k) of the sphere against a wall, tension kept as in the
+    exact motion.
+    """
     zeta = DASHPOT / (2.0 * math.sqrt(SPHERE * CONTACT))
     return CoupledBench(
         [0.0, 0.0, HEIGHT + R],
@@ -82,8 +91,10 @@ def errors(bench, exact):
 
 @pytest.mark.parametrize("scheme", [Scheme.STAGGERED, Scheme.ITERATED])
 def test_sphere_and_sprung_body_follow_the_exact_two_way_motion(scheme):
-    # Both schemes are of second order in a = w0 dt, dt the window: a contact's impulse is wrong by a^2/4 at most (half of it at each
-    # end), and a wrong speed moves the sphere until the end; the body swings about its spring and so never strays beyond V error/w.
+    # Both schemes are of second order in a = w0 dt, dt the window: a contact's impulse is wrong by a^2/4 at
+    # most (half of it at each
+    # end), and a wrong speed moves the sphere until the end; the body swings about its spring and so never
+    # strays beyond V error/w.
     window, end = 4e-5, 0.192
     motion, _ = exact_motion(end)
     wrong = np.abs(errors(bounce(window, end, scheme), motion(end)))
@@ -96,7 +107,8 @@ def test_sphere_and_sprung_body_follow_the_exact_two_way_motion(scheme):
 
 
 def test_bounces_happen_when_the_exact_motion_says():
-    # the record says at the end of each window whether sphere and body touch: an event is seen one window late at most, and the
+    # the record says at the end of each window whether sphere and body touch: an event is seen one window
+    # late at most, and the
     # second bounce is late by the position error over the speed, far less than a window
     window, end = 2e-5, 0.192
     _, events = exact_motion(end)
@@ -117,7 +129,8 @@ def test_error_of_the_bounce_falls_with_the_square_of_the_window():
 
 
 def test_prescribed_motion_feels_nothing_of_the_sphere():
-    # Without reaction the body swings about its static sag as if alone: Z = Z0 (e^-dt (cos wt + d/w sin wt) - 1), Z0 = M g/K.
+    # Without reaction the body swings about its static sag as if alone: Z = Z0 (e^-dt (cos wt + d/w sin wt) -
+    # 1), Z0 = M g/K.
     # Verlet's own error: phase w t (w dt)^2/24 of Z0.
     window, end = 4e-5, 0.192
     bench = bounce(window, end, Scheme.PRESCRIBED)

@@ -1,4 +1,6 @@
-"""A charge at rest in the chamber loads the mechanism as a rigid body of its mass, centre and inertia does."""
+"""A charge at rest in the chamber loads the mechanism as a rigid body of its mass, centre and inertia
+does.
+"""
 
 import math
 
@@ -10,11 +12,15 @@ from nutamill.simulation.setup.clock import run_clock
 BORE, D, DENSITY = 0.070, 0.046672, 7863.7
 ACRYLIC, STEEL, SOFTENING = 3.2e9, 200e9, 0.1
 RPM = 200
-"""Slow enough that gravity holds the spheres on the floor: the rim of the floor falls at most with 3 m/s^2."""
+"""Slow enough that gravity holds the spheres on the floor: the rim of the floor falls at most with 3
+m/s^2.
+"""
 
 
 def wedged_ring():
-    """Seven spheres of 5 um more than a third of the bore: one in the middle, six around, squeezed by the wall, in balance."""
+    """Seven spheres of 5 um more than a third of the bore: one in the middle, six around, squeezed by the
+    wall, in balance.
+    """
     # wall against the middle sphere and, at 60 degrees, two neighbours
     at_wall, at_sphere = SOFTENING * D / (1 / ACRYLIC + 1 / STEEL), SOFTENING * STEEL * D / 2
     ring = (2 * at_sphere * D + at_wall * (BORE - D / 2)) / (2 * at_sphere + at_wall)
@@ -24,21 +30,32 @@ def wedged_ring():
 
 
 def test_wedged_spheres_load_the_crank_as_a_rigid_body_of_their_mass_centre_and_inertia():
-    # Seven spheres wedged in the bore cannot move in the chamber.  The same mill with chamber and charge as one rigid body: mass,
-    # centre, and inertias about the nutation point are sums.  Contacts give by a/w0^2, w0^2 = k/m: a share (w/w0)^2 of the charge's
-    # force, harmonic in w and 2 w, in each of the two contacts in series; and both runs take the same windows, with reactions
-    # of second order, (w dt)^2.  Friction's springs have no dashpot: the spheres go on ringing from the start, above f = w0/(2 pi).
-    # So mean and first harmonics of a turn T are compared; a ringing of amplitude A leaks A/(pi f T) into them, twice at most.
+    # Seven spheres wedged in the bore cannot move in the chamber. The same mill with chamber and charge as
+    # one rigid body: mass,
+    # centre, and inertias about the nutation point are sums. Contacts give by a/w0^2, w0^2 = k/m: a share
+    # (w/w0)^2 of the charge's
+    # force, harmonic in w and 2 w, in each of the two contacts in series; and both runs take the same
+    # windows, with reactions
+    # of second order, (w dt)^2. Friction's springs have no dashpot: the spheres go on ringing from the start,
+    # above f = w0/(2 pi).
+    # So mean and first harmonics of a turn T are compared; a ringing of amplitude A leaks A/(pi f T) into
+    # them, twice at most.
     mass = DENSITY * math.pi / 6 * D**3
     bed = wedged_ring()
     options = [
-        "mechanism.mounting=rigid", *SMOOTH, f"drive.speed={RPM} rpm", "drive.ramp=1000 rpm/s", "run.threads=1",
+        "mechanism.mounting=rigid",
+        *SMOOTH,
+        f"drive.speed={RPM} rpm",
+        "drive.ramp=1000 rpm/s",
+        "run.threads=1",
         f"contact.softening={SOFTENING}",
-    ]  # fmt: skip
+    ]
     stuck = [
-        f"charge.diameter={D * 1e3} mm", f"charge.mass={6.9 * mass} kg", "contact.pairs.steel-acrylic.sliding_friction=1",
+        f"charge.diameter={D * 1e3} mm",
+        f"charge.mass={6.9 * mass} kg",
+        "contact.pairs.steel-acrylic.sliding_friction=1",
         "contact.pairs.steel-steel.sliding_friction=1",
-    ]  # fmt: skip
+    ]
     case = mill(*options, *stuck)
     assert len(bed) == 7
     speed = RPM * 2 * math.pi / 60
@@ -63,7 +80,8 @@ def test_wedged_spheres_load_the_crank_as_a_rigid_body_of_their_mass_centre_and_
     charge_force = np.abs(body["crank_pin_force_radial"] - without["crank_pin_force_radial"])
     # the seven weigh half as much as the chamber, and are felt: 32 N of 87 N
     assert charge_force.min() > 30.0
-    # a row's reaction holds the mean force of the window that ends there: it lags by half a window, and turns with the crank
+    # a row's reaction holds the mean force of the window that ends there: it lags by half a window, and turns
+    # with the crank
     lag = 0.5 * run_clock(case).window * speed * charge_force.max()
     for name, turned in (("crank_pin_force_radial", 0.0), ("crank_pin_force_tangential", lag)):
         scheme = (speed * run_clock(case).window) ** 2 * np.abs(body[name]).max()

@@ -1,4 +1,6 @@
-"""What passes between charge and walls: momentum, angular momentum and energy, and the bits of the numbers."""
+"""What passes between charge and walls: momentum, angular momentum and energy, and the bits of the
+numbers.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,18 @@ INERTIA = np.diag([1.5e-5, 2.0e-5, 2.5e-5])
 """Of the box [kg m^2]."""
 
 
-def shaken(window, free=True, gravity=0.0, precision="double", scheme=Scheme.STAGGERED, zeta=0.1, friction=0.3, seed=5, n=2, **options):
+def shaken(
+    window,
+    free=True,
+    gravity=0.0,
+    precision="double",
+    scheme=Scheme.STAGGERED,
+    zeta=0.1,
+    friction=0.3,
+    seed=5,
+    n=2,
+    **options,
+):
     """Balls on an n x n x n grid with random velocities of about 0.5 m/s in a box that moves and turns."""
     random = np.random.default_rng(seed)
     grid = (np.arange(n) - (n - 1) / 2) * 2.3 * R
@@ -38,15 +51,26 @@ def shaken(window, free=True, gravity=0.0, precision="double", scheme=Scheme.STA
 
 
 def momenta(bench):
-    """Momentum [kg m/s] and angular momentum about the origin [kg m^2/s] of box and balls, and their scales (sums of sizes)."""
+    """Momentum [kg m/s] and angular momentum about the origin [kg m^2/s] of box and balls, and their scales
+    (sums of sizes).
+    """
     state = bench.mechanism[1]
     rotation = bench.mechanism[2].rotation[0]
     spin = rotation @ INERTIA @ rotation.T @ state.angular_velocity[0]
     parts = np.vstack([BALL * bench.v, BOX * state.velocity[:1]])
     turning = np.vstack(
-        [np.cross(bench.x, BALL * bench.v) + 0.4 * BALL * R**2 * bench.w, np.cross(state.position[:1], parts[-1:]), spin[None]]
+        [
+            np.cross(bench.x, BALL * bench.v) + 0.4 * BALL * R**2 * bench.w,
+            np.cross(state.position[:1], parts[-1:]),
+            spin[None],
+        ]
     )
-    return parts.sum(axis=0), turning.sum(axis=0), np.linalg.norm(parts, axis=1).sum(), np.linalg.norm(turning, axis=1).sum()
+    return (
+        parts.sum(axis=0),
+        turning.sum(axis=0),
+        np.linalg.norm(parts, axis=1).sum(),
+        np.linalg.norm(turning, axis=1).sum(),
+    )
 
 
 SCHEMES = pytest.mark.parametrize("scheme", [Scheme.STAGGERED, Scheme.ITERATED])
@@ -63,7 +87,8 @@ def test_impulse_given_by_the_charge_is_the_impulse_received_by_the_box(scheme):
 
 @SCHEMES
 def test_momentum_of_a_free_box_with_balls_stays(scheme):
-    # Newton's third law inside, no force outside: round-off of 3000 windows of 10 substeps, growing at most as their number
+    # Newton's third law inside, no force outside: round-off of 3000 windows of 10 substeps, growing at most
+    # as their number
     bench = shaken(1e-5, scheme=scheme)
     before, _, scale, _ = momenta(bench)
     after, _, _, _ = momenta(bench.march(3000))
@@ -72,7 +97,8 @@ def test_momentum_of_a_free_box_with_balls_stays(scheme):
 
 @SCHEMES
 def test_angular_momentum_of_a_free_box_with_balls_stays(scheme):
-    # Balls keep it exactly; the box takes a window's impulse along its own path, whose bend within a window is the share m/M
+    # Balls keep it exactly; the box takes a window's impulse along its own path, whose bend within a window
+    # is the share m/M
     # of the balls' own: (m/M) (w0 dt)^2/24 of the share of the momentum that passes the interface (0.13).
     for window in (2e-5, 5e-6):
         bench = shaken(window, scheme=scheme)
@@ -83,7 +109,8 @@ def test_angular_momentum_of_a_free_box_with_balls_stays(scheme):
 
 @pytest.mark.parametrize("precision", ["single", "double"])
 def test_momentum_of_the_charge_changes_by_weight_and_what_it_gives_the_walls(precision):
-    # dP = m g t - J.  Forces are rounded once for every contact a ball has at a time, six at most, each to half an ulp of the
+    # dP = m g t - J. Forces are rounded once for every contact a ball has at a time, six at most, each to
+    # half an ulp of the
     # precision; all forces together carry the weight m g t and turn every momentum round a few times.
     bench = shaken(1e-5, free=False, gravity=G, stiffness=2e4, precision=precision)
     scale = momenta(bench)[2]
@@ -99,7 +126,8 @@ def test_momentum_of_the_charge_changes_by_weight_and_what_it_gives_the_walls(pr
 
 @SCHEMES
 def test_energy_of_box_spring_and_balls_is_accounted_for(scheme):
-    # kinetic + potential + elastic - works of contacts and gravity + loss of the damper stays; a contact's forces do their work
+    # kinetic + potential + elastic - works of contacts and gravity + loss of the damper stays; a contact's
+    # forces do their work
     # on the box at the velocities of the windows' ends instead of mid-substep: second order in the window
     residual = []
     for window in (2e-5, 5e-6):
@@ -118,7 +146,16 @@ def test_energy_of_box_spring_and_balls_is_accounted_for(scheme):
 def state_bits(bench):
     """All that moves, as bytes: mechanism, particles by their id, coupling."""
     charge = bench.charge[1]
-    arrays = [*bench.mechanism[1], bench.x, bench.v, bench.w, charge.ledger, charge.impulse, bench.coupling.given, bench.rows]
+    arrays = [
+        *bench.mechanism[1],
+        bench.x,
+        bench.v,
+        bench.w,
+        charge.ledger,
+        charge.impulse,
+        bench.coupling.given,
+        bench.rows,
+    ]
     return [np.ascontiguousarray(array).tobytes() for array in arrays]
 
 
@@ -141,7 +178,9 @@ def test_the_same_march_repeats_bit_for_bit_and_in_pieces(scheme):
 
 
 def test_iterated_windows_need_few_passes():
-    # the wrench reaches the walls' path through half a window's acceleration: m_ball/m_box (w0 dt)^2/2 = 4e-4 of an error is
-    # left by each pass, and a contact's wrench of some 10 N moves the box by 10 nm: two repetitions reach the tolerance of 1 pm
+    # the wrench reaches the walls' path through half a window's acceleration: m_ball/m_box (w0 dt)^2/2 = 4e-4
+    # of an error is
+    # left by each pass, and a contact's wrench of some 10 N moves the box by 10 nm: two repetitions reach the
+    # tolerance of 1 pm
     bench = shaken(1e-5, scheme=Scheme.ITERATED).march(3000)
     assert bench.coupling.windows[0] < bench.coupling.passes[0] <= 3 * bench.coupling.windows[0]

@@ -14,7 +14,9 @@ BOX, SPRING = 0.05, 2e4
 
 
 def ringing(stiffness, mass, start, times):
-    """Displacements (n_times, n) of an undamped chain with the velocities `start` (n,) at rest place, by its modes."""
+    """Displacements (n_times, n) of an undamped chain with the velocities `start` (n,) at rest place, by its
+    modes.
+    """
     squares, shapes = eigh(stiffness, mass)
     w = np.sqrt(squares)
     amount = shapes.T @ mass @ start
@@ -24,19 +26,34 @@ def ringing(stiffness, mass, start, times):
 # ---- one ball held between two walls: two degrees of freedom
 
 CONTACT, SQUEEZE, KICK = 1e6, 5e-5, 1.0
-"""Stiffness of each of the two contacts [N/m], overlap of each at rest [m], speed of the ball at the start [m/s]."""
+"""Stiffness of each of the two contacts [N/m], overlap of each at rest [m], speed of the ball at the start
+[m/s].
+"""
 
 
 def held_ball(window, scheme=Scheme.STAGGERED, end=0.002):
-    """A ball between two walls that squeeze it, in a box on a spring; the ball starts with `KICK` along z, the box at rest."""
+    """A ball between two walls that squeeze it, in a box on a spring; the ball starts with `KICK` along z,
+    the box at rest.
+    """
     half = R - SQUEEZE
     surfaces = [surface for surface in inside_of_a_box((1.0, 1.0, half)) if surface.name in ("bottom", "top")]
-    bench = CoupledBench([0.0, 0.0, 0.0], surfaces, law(CONTACT), window, BOX, stiffness=SPRING, velocities=[0.0, 0.0, KICK], scheme=scheme)
+    bench = CoupledBench(
+        [0.0, 0.0, 0.0],
+        surfaces,
+        law(CONTACT),
+        window,
+        BOX,
+        stiffness=SPRING,
+        velocities=[0.0, 0.0, KICK],
+        scheme=scheme,
+    )
     return bench.until(end)
 
 
 def held_ball_exactly(times):
-    """Box on SPRING, ball on the two contacts in parallel: places (n_times, 2) of box and ball, and both frequencies [Hz]."""
+    """Box on SPRING, ball on the two contacts in parallel: places (n_times, 2) of box and ball, and both
+    frequencies [Hz].
+    """
     k = 2 * CONTACT
     return ringing(np.array([[SPRING + k, -k], [-k, k]]), np.diag([BOX, BALL]), np.array([0.0, KICK]), times)
 
@@ -53,8 +70,10 @@ SCHEMES = pytest.mark.parametrize("scheme", [Scheme.STAGGERED, Scheme.ITERATED])
 
 @SCHEMES
 def test_box_and_held_ball_ring_with_both_of_their_frequencies(scheme):
-    # Second order in the window dt: as in any Verlet scheme the phase w2 t of the fast mode is wrong by a share (w2 dt)^2/24, for
-    # the part of the swing that the box takes in steps of a window (the ball's own substeps are ten times finer).  Bound: all of it.
+    # Second order in the window dt: as in any Verlet scheme the phase w2 t of the fast mode is wrong by a
+    # share (w2 dt)^2/24, for
+    # the part of the swing that the box takes in steps of a window (the ball's own substeps are ten times
+    # finer). Bound: all of it.
     window, end = 1e-6, 0.002
     bench = held_ball(window, scheme, end)
     w2 = 2 * math.pi * held_ball_exactly(np.zeros(1))[1][1]
@@ -69,7 +88,8 @@ def test_error_falls_with_the_square_of_the_window_while_contact_lasts(scheme):
 
 @SCHEMES
 def test_energy_of_box_and_held_ball_is_kept_to_second_order_in_the_window(scheme):
-    # no loss anywhere: box, spring, ball and contacts keep their energy; the ledger's residual is their change
+    # no loss anywhere: box, spring, ball and contacts keep their energy; the ledger's residual is their
+    # change
     worst, kinetic = [], 0.5 * BALL * KICK**2
     for window in (4e-6, 2e-6, 1e-6):
         energy = held_ball(window, scheme).energy()
@@ -82,20 +102,32 @@ def test_energy_of_box_and_held_ball_is_kept_to_second_order_in_the_window(schem
 
 
 def packed_box(scheme=Scheme.STAGGERED):
-    """27 balls in 3 x 3 x 3, all squeezed by walls and neighbours alike, in a box on a spring; all start with 0.05 m/s along z."""
+    """27 balls in 3 x 3 x 3, all squeezed by walls and neighbours alike, in a box on a spring; all start with
+    0.05 m/s along z.
+    """
     spacing = 2 * R - SQUEEZE
     grid = spacing * np.array([-1.0, 0.0, 1.0])
     places = np.stack(np.meshgrid(grid, grid, grid), axis=-1).reshape(-1, 3)
     half = spacing + R - SQUEEZE
     return CoupledBench(
-        places, inside_of_a_box((half, half, half)), law(CONTACT), 5e-6, BOX, stiffness=SPRING, box_velocity=(0.0, 0.0, 0.05),
-        velocities=[0.0, 0.0, 0.05], scheme=scheme, substeps=5,
-    )  # fmt: skip
+        places,
+        inside_of_a_box((half, half, half)),
+        law(CONTACT),
+        5e-6,
+        BOX,
+        stiffness=SPRING,
+        box_velocity=(0.0, 0.0, 0.05),
+        velocities=[0.0, 0.0, 0.05],
+        scheme=scheme,
+        substeps=5,
+    )
 
 
 def test_packed_box_rings_with_the_mass_of_box_and_particles():
-    # Rayleigh with all moving alike bounds the frequency from above, Dunkerley from below: 1/w^2 = (M + m)/K + 1/wi^2, where the
-    # layers between resting walls ring with wi^2 = (2 - sqrt 2) k/m.  The other modes shift a crossing by about w/wi of the
+    # Rayleigh with all moving alike bounds the frequency from above, Dunkerley from below: 1/w^2 = (M + m)/K
+    # + 1/wi^2, where the
+    # layers between resting walls ring with wi^2 = (2 - sqrt 2) k/m. The other modes shift a crossing by
+    # about w/wi of the
     # share (w/wi)^2 they take: less than the distance of the two bounds.
     bench = packed_box().until(0.06)
     times, z = bench.rows[:, 0], bench.rows[:, PLACE_Z]
@@ -111,15 +143,23 @@ def test_packed_box_rings_with_the_mass_of_box_and_particles():
 
 
 def test_spring_sags_under_the_weight_of_box_and_settled_particles():
-    # critically damped: what is left of the start after 40 time constants is e^-40 (1 + 40), round-off of the positions apart
+    # critically damped: what is left of the start after 40 time constants is e^-40 (1 + 40), round-off of the
+    # positions apart
     weight = (BOX + 9 * BALL) * G
     spacing = 3 * R * np.array([-1.0, 0.0, 1.0])
     places = [(x, y, R) for x in spacing for y in spacing]
     constant = math.sqrt((BOX + 9 * BALL) / SPRING)
     bench = CoupledBench(
-        places, [FLOOR], law(CONTACT, 0.3), 1e-5, BOX, stiffness=SPRING, damping=2 * SPRING * constant, gravity=(0.0, 0.0, -G),
+        places,
+        [FLOOR],
+        law(CONTACT, 0.3),
+        1e-5,
+        BOX,
+        stiffness=SPRING,
+        damping=2 * SPRING * constant,
+        gravity=(0.0, 0.0, -G),
         substeps=5,
-    ).until(40 * constant)  # fmt: skip
+    ).until(40 * constant)
     assert bench.z == pytest.approx(-weight / SPRING, rel=1e-9)
     # and each particle sinks into the floor by its own weight
     assert bench.x[:, 2] - bench.z - R == pytest.approx(np.full(9, -BALL * G / CONTACT), abs=1e-13)

@@ -36,7 +36,8 @@ def test_amplitude_once_per_turn_is_that_of_the_signal():
 
 
 def test_shaking_unbalance_of_the_mill_is_the_sum_of_its_moments_of_mass(rigid):
-    # all that moves has its mass centre on the side of the pin: chamber at 0.24 m below the point, and carriage at the pin
+    # all that moves has its mass centre on the side of the pin: chamber at 0.24 m below the point, and
+    # carriage at the pin
     angle = math.atan2(0.039, 0.366)
     expected = 5.29 * 0.24 * math.sin(angle) + 0.63 * 0.039
     # the ripple of the universal joint takes a part in 10^4
@@ -59,10 +60,15 @@ def test_balance_mass_changes_the_unbalance_by_its_moment(rigid):
 
 def test_permissible_unbalance_is_that_of_the_standards_example():
     # ISO 21940-11: e_per = 9549 G / n um; G 6.3 at 3000 rpm is 20 um, of 10 kg 200 g mm
-    assert permissible_unbalance(6.3, 3000 * math.pi / 30, 10.0) == pytest.approx(10.0 * 9549 * 6.3 / 3000 * 1e-6, rel=1e-4)
+    assert permissible_unbalance(6.3, 3000 * math.pi / 30, 10.0) == pytest.approx(
+        10.0 * 9549 * 6.3 / 3000 * 1e-6, rel=1e-4
+    )
 
 
-@pytest.mark.parametrize(("planes", "said"), [([], "one or two"), ([(0.08, 0.4)] * 2, "different depths"), ([(0.0, 0.4)], "positive")])
+@pytest.mark.parametrize(
+    ("planes", "said"),
+    [([], "one or two"), ([(0.08, 0.4)] * 2, "different depths"), ([(0.0, 0.4)], "positive")],
+)
 def test_planes_that_make_no_sense_are_refused(rigid, planes, said):
     with pytest.raises(CaseError, match=said):
         balance_mill(rigid, planes)
@@ -118,24 +124,49 @@ def test_modes_of_a_mechanism_are_about_the_place_where_it_hangs_at_rest():
 @pytest.mark.parametrize("gravity", [(0.0, -9.81, 0.0), (0.3, -9.0, 0.0), (-2.0, -0.7, 0.4)], ids=str)
 @pytest.mark.parametrize("length", [0.2, 3.0])
 def test_pendulum_held_square_to_gravity_comes_to_rest_hanging(tmp_path, gravity, length):
-    # a rest is where the potential energy is least, not most: never inverted, however the arithmetic rounds at the level
+    # a rest is where the potential energy is least, not most: never inverted, however the arithmetic rounds
+    # at the level
     pull = np.array(gravity)
     level = np.cross(pull, [0.0, 0.0, 1.0])
     level *= length / np.linalg.norm(level)
-    text = (MECHANISMS / "pendulum.toml").read_text().replace('["-1 m", "0 m", "0 m"]', str([f"{x!r} m" for x in level.tolist()]))
+    text = (
+        (MECHANISMS / "pendulum.toml")
+        .read_text()
+        .replace('["-1 m", "0 m", "0 m"]', str([f"{x!r} m" for x in level.tolist()]))
+    )
     text = text.replace('["0 m/s^2", "-9.81 m/s^2", "0 m/s^2"]', str([f"{x!r} m/s^2" for x in gravity]))
     (tmp_path / "held.toml").write_text(text.replace("'", '"'))
     found = mechanism_modes(load_case(tmp_path / "held.toml"))
     # the axis along z takes its share of gravity
-    assert found.frequency == pytest.approx([math.sqrt(np.linalg.norm(pull[:2]) / length) / math.tau], rel=1e-6)
+    assert found.frequency == pytest.approx(
+        [math.sqrt(np.linalg.norm(pull[:2]) / length) / math.tau], rel=1e-6
+    )
 
 
 def on_springs(folder, stiffness):
     """A body of 5 kg on a rail along x, held by one bushing."""
-    spring = {"name": "spring", "between": ["ground", "slider"], "point": ["0 m"] * 3, "axis": [0, 0, 1], **stiffness}
-    rail = {"name": "rail", "kind": "prismatic", "between": ["ground", "slider"], "point": ["0 m"] * 3, "axis": [1, 0, 0]}
+    spring = {
+        "name": "spring",
+        "between": ["ground", "slider"],
+        "point": ["0 m"] * 3,
+        "axis": [0, 0, 1],
+        **stiffness,
+    }
+    rail = {
+        "name": "rail",
+        "kind": "prismatic",
+        "between": ["ground", "slider"],
+        "point": ["0 m"] * 3,
+        "axis": [1, 0, 0],
+    }
     slider = {"name": "slider", "mass": "5 kg", "inertia": ["0.01 kg m^2"] * 3, "position": ["0 m"] * 3}
-    parts = {"schema": 1, "bodies": [slider], "joints": [rail], "bushings": [spring], "run": {"until": "1 s", "dt": "100 us"}}
+    parts = {
+        "schema": 1,
+        "bodies": [slider],
+        "joints": [rail],
+        "bushings": [spring],
+        "run": {"until": "1 s", "dt": "100 us"},
+    }
     (folder / "springs.toml").write_text(tomlkit.dumps(parts))
     return load_case(folder / "springs.toml")
 

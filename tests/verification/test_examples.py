@@ -7,8 +7,13 @@ import pytest
 
 SLOW = {"balancing", "modes", "mounts", "run_up"}
 """Left to be run by hand: many runs each, whose parts `test_design` and `test_running_modes` hold."""
-EXAMPLES = sorted(path for path in (Path(__file__).parents[2] / "examples").glob("*.py") if path.stem not in SLOW)
-PINNED = {"empty_mill": ("100 rpm: 14.5 N", "400 rpm: 231.7 N"), "moving_charge": ("ledger open by 0.000 %", "moving.html")}
+EXAMPLES = sorted(
+    path for path in (Path(__file__).parents[2] / "examples").glob("*.py") if path.stem not in SLOW
+)
+PINNED = {
+    "empty_mill": ("100 rpm: 14.5 N", "400 rpm: 231.7 N"),
+    "moving_charge": ("ledger open by 0.000 %", "moving.html"),
+}
 """What the examples without a check of their own say that they print."""
 
 

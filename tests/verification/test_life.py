@@ -44,7 +44,9 @@ def ratings(tmp_path):
 
 @pytest.fixture
 def result(tmp_path):
-    """Two seconds at ten turns a second: 500 N that turn with the crank at every pin; mounts that circle by 2 mm about 1 mm."""
+    """Two seconds at ten turns a second: 500 N that turn with the crank at every pin; mounts that circle by 2
+    mm about 1 mm.
+    """
     names = expand(mounts=4, sensors=())
     time = np.arange(4001) / RATE
     angle = SPEED * time
@@ -52,13 +54,22 @@ def result(tmp_path):
     known = {"time": time, "crank_angle": angle, "driveshaft_speed": SPEED * one}
     known |= {f"{body}_attitude_w": one for body in ("frame", "driveshaft")}
     tilt = math.radians(-5.0) / 2
-    known |= {"chamber_attitude_w": math.cos(tilt) * one, "chamber_attitude_x": -math.sin(tilt) * np.sin(angle)}
+    known |= {
+        "chamber_attitude_w": math.cos(tilt) * one,
+        "chamber_attitude_x": -math.sin(tilt) * np.sin(angle),
+    }
     known |= {"chamber_attitude_y": math.sin(tilt) * np.cos(angle)}
     known |= {"driveshaft_attitude_w": np.cos(angle / 2), "driveshaft_attitude_z": np.sin(angle / 2)}
     for joint in ("crank_pin", "yoke_pivot"):
-        known |= {f"{joint}_reaction_force_x": FORCE * np.cos(angle), f"{joint}_reaction_force_y": FORCE * np.sin(angle)}
+        known |= {
+            f"{joint}_reaction_force_x": FORCE * np.cos(angle),
+            f"{joint}_reaction_force_y": FORCE * np.sin(angle),
+        }
     for number in range(1, 5):
-        known |= {f"mount_{number}_travel_x": 1e-3 + 2e-3 * np.cos(angle), f"mount_{number}_travel_y": 2e-3 * np.sin(angle)}
+        known |= {
+            f"mount_{number}_travel_x": 1e-3 + 2e-3 * np.cos(angle),
+            f"mount_{number}_travel_y": 2e-3 * np.sin(angle),
+        }
         known |= {f"mount_{number}_force_x": 30 * np.cos(angle), f"mount_{number}_force_z": 200.0 * one}
     recorder = Recorder.create(tmp_path / "a.h5", load_case("numill").to_toml(), {}, names, RATE)
     recorder.append(np.stack([known.get(name, np.zeros_like(time)) for name in names], axis=1))
@@ -68,7 +79,8 @@ def result(tmp_path):
 
 
 def test_life_of_a_bearing_under_a_steady_turning_load(result, ratings):
-    # C / P = 28 and p = 3; a force of steady size has itself as equivalent load.  Samples 200 to a turn lie on chords: 1.2e-4
+    # C / P = 28 and p = 3; a force of steady size has itself as equivalent load. Samples 200 to a turn lie on
+    # chords: 1.2e-4
     found = bearing_life(result, "crank_pin", ratings)
     assert found.equivalent == pytest.approx(FORCE, rel=2e-4)
     assert found.turns == pytest.approx(1e6 * 28.0**3, rel=6e-4)
@@ -77,7 +89,8 @@ def test_life_of_a_bearing_under_a_steady_turning_load(result, ratings):
 
 
 def test_life_of_a_bearing_that_swings_is_counted_in_swings(result, ratings):
-    # 9 deg either way is 36 deg of path, a tenth of a turn.  At the yoke the axis is y: only x is radial, |cos| to the 10/3 in the mean
+    # 9 deg either way is 36 deg of path, a tenth of a turn. At the yoke the axis is y: only x is radial,
+    # |cos| to the 10/3 in the mean
     found = bearing_life(result, "yoke_pivot", ratings)
     assert swing_share(math.radians(9.0)) == pytest.approx(0.1)
     even = np.linspace(0.0, 2.0 * np.pi, 100001)[:-1]
@@ -121,7 +134,9 @@ def test_rainflow_counts_the_example_of_the_standard():
 
 
 def test_goodman_halves_what_may_be_borne_at_half_the_ultimate_strength():
-    assert goodman(np.array([100.0, 100.0]), np.array([300.0, -300.0]), 600.0) == pytest.approx([200.0, 100.0])
+    assert goodman(np.array([100.0, 100.0]), np.array([300.0, -300.0]), 600.0) == pytest.approx(
+        [200.0, 100.0]
+    )
     assert np.isinf(goodman(np.array([1.0]), np.array([600.0]), 600.0))
 
 
@@ -148,16 +163,21 @@ def test_mounts_tell_swing_mean_and_what_they_pass_on(result):
     assert mount.mean_travel == pytest.approx([1e-3, 0.0, 0.0], abs=1e-8)
     assert mount.largest_travel == pytest.approx(3e-3)
     floor = floor_force(result)
-    assert floor.mean == pytest.approx([0.0, 0.0, -800.0], abs=1e-3) and floor.once[0] == pytest.approx(120.0, rel=1e-3)
+    assert floor.mean == pytest.approx([0.0, 0.0, -800.0], abs=1e-3) and floor.once[0] == pytest.approx(
+        120.0, rel=1e-3
+    )
 
 
 def test_clearance_of_a_nutating_ring_is_its_farthest_reach(result):
-    # a ring of radius r at depth d, tilted by t, reaches r cos t + d sin t; on the ground the frame's 3 mm are added.  Two degrees
+    # a ring of radius r at depth d, tilted by t, reaches r cos t + d sin t; on the ground the frame's 3 mm
+    # are added. Two degrees
     # between points of the ring and of the turn: r (1 - cos 1 deg) = 0.02 mm
     tilt = math.radians(5.0)
     reach = 0.08 * math.cos(tilt) + 0.33 * math.sin(tilt)
     assert chamber_clearance(result, (0.08, 0.33), 0.12).room == pytest.approx(0.12 - reach, abs=5e-5)
-    assert chamber_clearance(result, (0.08, 0.33), 0.12, "ground").room == pytest.approx(0.12 - reach - 3e-3, abs=5e-5)
+    assert chamber_clearance(result, (0.08, 0.33), 0.12, "ground").room == pytest.approx(
+        0.12 - reach - 3e-3, abs=5e-5
+    )
 
 
 def test_clearance_from_the_moon_is_refused(result):

@@ -23,7 +23,8 @@ def started(*parts, **options):
 
 
 def test_universal_joint_turns_its_shaft_unevenly():
-    # w_out/w_in = cos(beta) / (1 - sin(beta)^2 sin(theta)^2), theta from where the driving fork is square to the plane of the shafts
+    # w_out/w_in = cos(beta) / (1 - sin(beta)^2 sin(theta)^2), theta from where the driving fork is square to
+    # the plane of the shafts
     beta, speed, n = 0.3, 10.0, 2000
     out = np.array([math.cos(beta), 0.0, math.sin(beta)])
     bodies = [Body("in", 1.0, SMALL, -0.1 * X), Body("out", 1.0, SMALL, 0.1 * out)]
@@ -67,40 +68,63 @@ def test_slider_crank_moves_and_loads_its_drive_as_its_geometry_says():
         middle = lambda a: (pin(a) + np.array([slider(a), 0.0])) / 2  # noqa: E731
         tilt = lambda a: np.arcsin(crank * np.sin(a) / rod)  # noqa: E731
         rate = lambda f: speed * (f(angle + h) - f(angle - h)) / (2 * h)  # noqa: E731
-        return (rod_mass * rate(middle) @ rate(middle) + thin * rate(tilt) ** 2 + slider_mass * rate(slider) ** 2) / 2
+        return (
+            rod_mass * rate(middle) @ rate(middle) + thin * rate(tilt) ** 2 + slider_mass * rate(slider) ** 2
+        ) / 2
 
     angle, h = speed * t, 1e-3
     state = engine[1]
     assert abs(state.position[2, 0] - slider(angle)) < 1e-9
     assert abs(state.velocity[2, 0] - speed * (slider(angle + 1e-5) - slider(angle - 1e-5)) / 2e-5) < 1e-7
-    # no loss, no gravity: torque x speed = d(kinetic energy)/dt; differences of h^2 = 1e-6, scheme (w dt)^2 = 1e-8
+    # no loss, no gravity: torque x speed = d(kinetic energy)/dt; differences of h^2 = 1e-6, scheme (w dt)^2 =
+    # 1e-8
     torque = (kinetic(angle + h) - kinetic(angle - h)) / (2 * h)
     assert abs(drive_torque(engine[0], state, 0) / torque - 1.0) < 2e-6
 
 
 def nutating_pin_force(speed, phi, throw, depth, mass, arm, inertia, g):
-    """Force on a rigid body nutating on a Hooke joint (axes: y fixed, x of the body), from a vertical pin that circles below it.
+    """Force on a rigid body nutating on a Hooke joint (axes: y fixed, x of the body), from a vertical pin
+    that circles below it.
 
-    R = Ry(a) Rx(b) with b = asin(sin(alpha) sin(phi)), a = -atan2(sin(alpha) cos(phi), cos(alpha)), alpha = atan(throw/depth).
-    The moment about the joint is balanced by a horizontal pin force and a moment along the cross's normal; derivatives of R
-    by central differences of sixth order.
+    R = Ry(a) Rx(b) with b = asin(sin(alpha) sin(phi)), a = -atan2(sin(alpha) cos(phi), cos(alpha)), alpha =
+    atan(throw/depth). The moment about the joint is balanced by a horizontal pin force and a moment along the
+    cross's normal; derivatives of R by central differences of sixth order.
     """
     alpha = math.atan2(throw, depth)
 
     def attitude(p):
-        b, a = math.asin(math.sin(alpha) * math.sin(p)), -math.atan2(math.sin(alpha) * math.cos(p), math.cos(alpha))
+        b, a = (
+            math.asin(math.sin(alpha) * math.sin(p)),
+            -math.atan2(math.sin(alpha) * math.cos(p), math.cos(alpha)),
+        )
         ca, sa, cb, sb = math.cos(a), math.sin(a), math.cos(b), math.sin(b)
-        return np.array([[ca, 0, sa], [0, 1, 0], [-sa, 0, ca]]) @ np.array([[1, 0, 0], [0, cb, -sb], [0, sb, cb]])
+        return np.array([[ca, 0, sa], [0, 1, 0], [-sa, 0, ca]]) @ np.array(
+            [[1, 0, 0], [0, cb, -sb], [0, sb, cb]]
+        )
 
     h = 2e-3
     at = [attitude(phi + k * h) for k in range(-3, 4)]
-    first = speed * sum(c * R for c, R in zip((-1 / 60, 3 / 20, -3 / 4, 0, 3 / 4, -3 / 20, 1 / 60), at, strict=True)) / h
-    second = speed**2 * sum(c * R for c, R in zip((1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90), at, strict=True)) / h**2
+    first = (
+        speed
+        * sum(c * R for c, R in zip((-1 / 60, 3 / 20, -3 / 4, 0, 3 / 4, -3 / 20, 1 / 60), at, strict=True))
+        / h
+    )
+    second = (
+        speed**2
+        * sum(
+            c * R for c, R in zip((1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90), at, strict=True)
+        )
+        / h**2
+    )
     R = at[3]
     turn, change = first @ R.T, second @ R.T + first @ first.T
     axial = lambda A: np.array([A[2, 1], A[0, 2], A[1, 0]])  # noqa: E731
     w, dw, centre, world_inertia = axial(turn), axial(change), R @ arm, R @ inertia @ R.T
-    need = world_inertia @ dw + np.cross(w, world_inertia @ w) + np.cross(centre, mass * (second @ arm + np.array([0, 0, g])))
+    need = (
+        world_inertia @ dw
+        + np.cross(w, world_inertia @ w)
+        + np.cross(centre, mass * (second @ arm + np.array([0, 0, g])))
+    )
     pin = R @ np.array([0.0, 0.0, -math.hypot(throw, depth)])
     x, y, _ = np.linalg.solve(np.column_stack([np.cross(pin, X), np.cross(pin, Y), np.cross(Y, R @ X)]), need)
     return np.array([x, y])
@@ -118,11 +142,19 @@ def nutating_body(speed, throw, depth, mass, arm, inertia, g):
         Joint("hooke", JointKind.UNIVERSAL, GROUND, "body", O, Y, R @ X),
         Joint("pin", JointKind.POINT_ON_LINE, "crank", "body", pin, Z),
     ]
-    return started(bodies, joints, drives=[Drive("motor", "bearing", (0.0,), (speed,))], gravity=(0.0, 0.0, -g))
+    return started(
+        bodies, joints, drives=[Drive("motor", "bearing", (0.0,), (speed,))], gravity=(0.0, 0.0, -g)
+    )
 
 
 def test_nutating_body_loads_its_crank_pin_as_the_closed_form():
-    throw, depth, mass, arm, inertia = 0.039, 0.366, 5.29, np.array([0.0, 0.0, -0.21]), np.diag([0.055, 0.055, 0.021])
+    throw, depth, mass, arm, inertia = (
+        0.039,
+        0.366,
+        5.29,
+        np.array([0.0, 0.0, -0.21]),
+        np.diag([0.055, 0.055, 0.021]),
+    )
     speed, n = 700 * math.pi / 30, 3600
     engine = nutating_body(speed, throw, depth, mass, arm, inertia, 9.81)
     force, torques, errors, radial = np.zeros(6), [], [], []
@@ -148,7 +180,9 @@ def test_pin_force_of_the_nutating_body_grows_with_speed_squared():
     means, force = [], np.zeros(6)
     for rpm in (100, 400):
         speed = rpm * math.pi / 30
-        engine = nutating_body(speed, 0.039, 0.366, 5.29, np.array([0.0, 0.0, -0.21]), np.diag([0.055, 0.055, 0.021]), 0.0)
+        engine = nutating_body(
+            speed, 0.039, 0.366, 5.29, np.array([0.0, 0.0, -0.21]), np.diag([0.055, 0.055, 0.021]), 0.0
+        )
         march(*engine, 0.7 / speed / 500, 500)
         joint_reaction(*engine, 2, force)
         means.append(np.linalg.norm(force[:2]) / speed**2)
@@ -160,7 +194,9 @@ def test_joint_friction_slows_a_disc_by_coefficient_times_radius_times_weight():
     mass, axial, coefficient, radius, constant, start_speed, t = 2.0, 0.01, 0.05, 0.02, 0.003, 50.0, 1.0
     disc = Body("disc", mass, np.diag([axial, axial, axial]), O, angular_velocity=(0.0, 0.0, start_speed))
     friction = JointFriction(coefficient, radius, constant)
-    mechanism, state, scratch = started([disc], [Joint("axle", JointKind.REVOLUTE, GROUND, "disc", O, Z, friction=friction)])
+    mechanism, state, scratch = started(
+        [disc], [Joint("axle", JointKind.REVOLUTE, GROUND, "disc", O, Z, friction=friction)]
+    )
     march(mechanism, state, scratch, 1e-3, 1000)
     moment = coefficient * radius * mass * 9.81 + constant
     # a constant moment far above the regularisation speed of 0.1 rad/s: exact but for round-off
@@ -180,33 +216,58 @@ def test_viscous_joint_friction_lets_the_speed_decay_exponentially():
     assert abs(engine[1].angular_velocity[0, 2] / (50.0 * math.exp(-rate / axial * t)) - 1.0) < 4e-8
 
 
-SQUEEZER_END = {"beta": 15.81077119629904, "gamma": 0.04082224013073101, "delta": 0.5244099658805304, "epsilon": 1.048080741042263}
-"""Angles at 0.03 s: Mazzia and Magherini, Test Set for Initial Value Problem Solvers, 2008, problem 3 (Andrews' squeezer)."""
+SQUEEZER_END = {
+    "beta": 15.81077119629904,
+    "gamma": 0.04082224013073101,
+    "delta": 0.5244099658805304,
+    "epsilon": 1.048080741042263,
+}
+"""Angles at 0.03 s: Mazzia and Magherini, Test Set for Initial Value Problem Solvers, 2008, problem 3
+(Andrews' squeezer).
+"""
 
 
 def squeezer_parts():
-    """Andrews' squeezer after Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, section VII.7 (SI)."""
+    """Andrews' squeezer after Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, section
+    VII.7 (SI).
+    """
     beta, theta, gamma, phi = -0.0617138900142764, 0.0, 0.455279819163070, 0.222668390165886
     delta, omega, epsilon = 0.487364979543843, -0.222668390165886, 1.23054744454982
     turn = lambda a: np.array([math.cos(a), math.sin(a), 0.0])  # noqa: E731
     down = lambda a: np.array([math.sin(a), -math.cos(a), 0.0])  # noqa: E731
-    A, B, C = np.array([-0.06934, -0.00227, 0.0]), np.array([-0.03635, 0.03273, 0.0]), np.array([0.014, 0.072, 0.0])
+    A, B, C = (
+        np.array([-0.06934, -0.00227, 0.0]),
+        np.array([-0.03635, 0.03273, 0.0]),
+        np.array([0.014, 0.072, 0.0]),
+    )
     crank_end = 7e-3 * turn(beta)
     P = crank_end - 28e-3 * turn(beta + theta)
     G, H = A + 4e-2 * turn(delta), A + 4e-2 * down(epsilon)
     D = B + 2e-2 * turn(gamma) + 18e-3 * down(gamma)
     centres = [
-        92e-5 * turn(beta), crank_end - 115e-4 * turn(beta + theta), B + 1874e-5 * down(gamma) + 1043e-5 * turn(gamma),
-        G + (2e-2 - 1421e-5) * down(phi + delta), A + 2308e-5 * turn(delta) - 916e-5 * down(delta),
-        H + (2e-2 - 1421e-5) * turn(omega + epsilon), A + 1228e-5 * down(epsilon) - 449e-5 * turn(epsilon),
-    ]  # fmt: skip
+        92e-5 * turn(beta),
+        crank_end - 115e-4 * turn(beta + theta),
+        B + 1874e-5 * down(gamma) + 1043e-5 * turn(gamma),
+        G + (2e-2 - 1421e-5) * down(phi + delta),
+        A + 2308e-5 * turn(delta) - 916e-5 * down(delta),
+        H + (2e-2 - 1421e-5) * turn(omega + epsilon),
+        A + 1228e-5 * down(epsilon) - 449e-5 * turn(epsilon),
+    ]
     masses = (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498)
     inertias = (2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5)
     bodies = [Body(f"K{k + 1}", masses[k], inertias[k] * np.eye(3), centres[k]) for k in range(7)]
     pairs = [
-        (GROUND, "K1", O), ("K1", "K2", crank_end), (GROUND, "K3", B), ("K2", "K3", P), (GROUND, "K5", A), ("K5", "K4", G),
-        ("K2", "K4", P), (GROUND, "K7", A), ("K7", "K6", H), ("K2", "K6", P),
-    ]  # fmt: skip
+        (GROUND, "K1", O),
+        ("K1", "K2", crank_end),
+        (GROUND, "K3", B),
+        ("K2", "K3", P),
+        (GROUND, "K5", A),
+        ("K5", "K4", G),
+        ("K2", "K4", P),
+        (GROUND, "K7", A),
+        ("K7", "K6", H),
+        ("K2", "K6", P),
+    ]
     joints = [Joint(f"pin {k}", JointKind.REVOLUTE, a, b, point, Z) for k, (a, b, point) in enumerate(pairs)]
     spring = Spring("spring", GROUND, "K3", C, D, 4530.0, 0.0, 7785e-5)
     starts = {"beta": (0, beta), "gamma": (2, gamma), "delta": (4, delta), "epsilon": (6, epsilon)}

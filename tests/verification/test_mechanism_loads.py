@@ -27,7 +27,12 @@ def total_momentum(mechanism, state):
     """Momentum and angular momentum about the world's origin of all bodies, (6,)."""
     total = np.zeros(6)
     for b, body in enumerate(mechanism.bodies[:-1]):
-        R, p, v, w = matrix_of(state.quaternion[b]), state.position[b], state.velocity[b], state.angular_velocity[b]
+        R, p, v, w = (
+            matrix_of(state.quaternion[b]),
+            state.position[b],
+            state.velocity[b],
+            state.angular_velocity[b],
+        )
         total[:3] += body.mass * v
         total[3:] += R @ body.inertia @ R.T @ w + np.cross(p, body.mass * v)
     return total
@@ -36,10 +41,38 @@ def total_momentum(mechanism, state):
 def linked_pair():
     """Two free bodies joined by one strong bushing, tumbling through large angles."""
     bodies = [
-        Body("a", 2.0, np.diag([0.02, 0.03, 0.04]), O, velocity=(0.3, 0.0, 0.1), angular_velocity=(3.0, -2.0, 5.0)),
-        Body("b", 1.0, np.diag([0.01, 0.015, 0.02]), (0.3, 0.1, 0.2), velocity=(0.0, -0.4, 0.0), angular_velocity=(-4.0, 1.0, 2.0)),
+        Body(
+            "a",
+            2.0,
+            np.diag([0.02, 0.03, 0.04]),
+            O,
+            velocity=(0.3, 0.0, 0.1),
+            angular_velocity=(3.0, -2.0, 5.0),
+        ),
+        Body(
+            "b",
+            1.0,
+            np.diag([0.01, 0.015, 0.02]),
+            (0.3, 0.1, 0.2),
+            velocity=(0.0, -0.4, 0.0),
+            angular_velocity=(-4.0, 1.0, 2.0),
+        ),
     ]
-    return bodies, [], [Bushing("link", "a", "b", (0.15, 0.1, 0.0), (0.0, 0.6, 0.8), (300.0, 500.0, 2.0, 1.0), (0.5, 0.3, 0.002, 0.001))]
+    return (
+        bodies,
+        [],
+        [
+            Bushing(
+                "link",
+                "a",
+                "b",
+                (0.15, 0.1, 0.0),
+                (0.0, 0.6, 0.8),
+                (300.0, 500.0, 2.0, 1.0),
+                (0.5, 0.3, 0.002, 0.001),
+            )
+        ],
+    )
 
 
 def test_bushing_passes_momentum_and_angular_momentum_on_without_loss():
@@ -86,7 +119,12 @@ def test_external_wrench_gives_exactly_its_impulse():
     random = np.random.default_rng(7)
     body = Body("body", 3.0, np.diag([0.02, 0.03, 0.04]), (0.1, 0.2, 0.3), angular_velocity=(5.0, -3.0, 2.0))
     mechanism, state, scratch = started([body], [], gravity=O)
-    spin = lambda: (lambda R: R @ np.diag([0.02, 0.03, 0.04]) @ R.T @ state.angular_velocity[0])(matrix_of(state.quaternion[0]))  # noqa: E731
+
+    def spin():
+        return (lambda R: R @ np.diag([0.02, 0.03, 0.04]) @ R.T @ state.angular_velocity[0])(
+            matrix_of(state.quaternion[0])
+        )
+
     momentum, angular, given, dt = 3.0 * state.velocity[0], spin(), np.zeros(6), 1e-3
     for _ in range(200):  # a wrench that jumps at every step, as that of a charge does
         state.wrench[0] = random.normal(size=6)
@@ -99,7 +137,9 @@ def test_external_wrench_gives_exactly_its_impulse():
 
 
 def rotor_on_mounts(speed):
-    """A frame with an unbalanced rotor on an isotropic bushing, placed on its steady orbit; and the orbit's complex amplitude."""
+    """A frame with an unbalanced rotor on an isotropic bushing, placed on its steady orbit; and the orbit's
+    complex amplitude.
+    """
     mass, stiffness, damping, unbalance = 85.0, 2.2e5, 300.0, 0.05
     orbit = unbalance * speed**2 / (stiffness - mass * speed**2 + 1j * speed * damping)
     rotor_mass, stiff = 5.0, 1e7
@@ -107,9 +147,13 @@ def rotor_on_mounts(speed):
         Body("frame", mass - rotor_mass, 5.0 * np.eye(3), O),
         Body("rotor", rotor_mass, 0.05 * np.eye(3), (unbalance / rotor_mass, 0.0, 0.0)),
     ]
-    mount = Bushing("mount", GROUND, "frame", O, Z, (stiffness, stiff, stiff, stiff), (damping, 0.0, 0.0, 0.0))
+    mount = Bushing(
+        "mount", GROUND, "frame", O, Z, (stiffness, stiff, stiff, stiff), (damping, 0.0, 0.0, 0.0)
+    )
     joints = [Joint("bearing", JointKind.REVOLUTE, "frame", "rotor", O, Z)]
-    mechanism, state, scratch = assemble(bodies, joints, [mount], drives=[Drive("motor", "bearing", (0.0,), (speed,))], gravity=O)
+    mechanism, state, scratch = assemble(
+        bodies, joints, [mount], drives=[Drive("motor", "bearing", (0.0,), (speed,))], gravity=O
+    )
     state.position[:2, :2] += (orbit.real, orbit.imag)
     state.velocity[:2, :2] += speed * np.array([-orbit.imag, orbit.real])
     state.velocity[1, 1] += speed * unbalance / rotor_mass
@@ -148,7 +192,10 @@ def frame_on_mounts():
         K += B.T @ np.diag([shear, shear, axial]) @ B
     M = np.diag([mass] * 3 + list(np.diag(inertia)))
     exact = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)) / (2 * math.pi)
-    mounts = [Bushing(f"mount {n}", GROUND, "frame", place, Z, (shear, axial, 0.0, 0.0)) for n, place in enumerate(places)]
+    mounts = [
+        Bushing(f"mount {n}", GROUND, "frame", place, Z, (shear, axial, 0.0, 0.0))
+        for n, place in enumerate(places)
+    ]
     return assemble([Body("frame", mass, inertia, O)], [], mounts, gravity=O), exact
 
 

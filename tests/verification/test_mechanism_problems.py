@@ -11,12 +11,18 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
-problems, simulation = (importlib.import_module(f"validation.mechanism.{name}") for name in ("problems", "simulate"))
+problems, simulation = (
+    importlib.import_module(f"validation.mechanism.{name}") for name in ("problems", "simulate")
+)
 
 QUICK = [
-    problem for problem in problems.PROBLEMS if problem.file in ("pendulum", "n-four-bar", "bricard", "slider-crank", "universal-joint")
+    problem
+    for problem in problems.PROBLEMS
+    if problem.file in ("pendulum", "n-four-bar", "bricard", "slider-crank", "universal-joint")
 ]
-"""Those that take less than half a second; the others are solved in test_mechanism_joints and test_mechanism_rotation, or below."""
+"""Those that take less than half a second; the others are solved in test_mechanism_joints and
+test_mechanism_rotation, or below.
+"""
 
 
 @pytest.mark.parametrize("problem", QUICK, ids=[problem.file for problem in QUICK])
@@ -39,5 +45,6 @@ def test_the_governor_settles_where_its_equations_say():
 
 def test_bricard_moves_although_its_constraints_count_more_than_its_freedoms():
     run = simulation.simulate("bricard")
-    # 5 bodies have 30 freedoms and 6 pins hold 30: yet the far corner swings through most of a rod's length of 1 m
+    # 5 bodies have 30 freedoms and 6 pins hold 30: yet the far corner swings through most of a rod's length
+    # of 1 m
     assert np.ptp(run.series["p3_position_y"]) > 0.7

@@ -1,4 +1,6 @@
-"""Rigid bodies that turn: pendulum, tops, free rotation, against closed forms and one high-accuracy integration."""
+"""Rigid bodies that turn: pendulum, tops, free rotation, against closed forms and one high-accuracy
+integration.
+"""
 
 import math
 
@@ -26,7 +28,9 @@ def simulate(parts, dt, end, **options):
 def pendulum(start_angle):
     """A point mass of 1 kg on a pin at the origin, 1 m of arm, `start_angle` from straight down."""
     place = (math.sin(start_angle), 0.0, -math.cos(start_angle))
-    return [Body("bob", 1.0, 1e-10 * np.eye(3), place)], [Joint("pin", JointKind.REVOLUTE, GROUND, "bob", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
+    return [Body("bob", 1.0, 1e-10 * np.eye(3), place)], [
+        Joint("pin", JointKind.REVOLUTE, GROUND, "bob", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    ]
 
 
 def pendulum_angle(start_angle, t):
@@ -41,7 +45,10 @@ def test_attitude_turned_by_a_vector_is_that_of_its_sine_and_cosine():
     for angle in np.linspace(0.0, 1.2, 49):
         out = np.empty(4)
         turn_quaternion(np.array([1.0, 0.0, 0.0, 0.0]), *(angle * axis), out)
-        assert np.abs(out - [math.cos(angle / 2), *(math.sin(angle / 2) * axis)]).max() < 10 * np.finfo(float).eps
+        assert (
+            np.abs(out - [math.cos(angle / 2), *(math.sin(angle / 2) * axis)]).max()
+            < 10 * np.finfo(float).eps
+        )
 
 
 def test_pendulum_follows_the_elliptic_path_with_second_order():
@@ -81,7 +88,9 @@ def heavy_top_path(t):
         dv = 0.5 * (q[0] * w + np.cross(q[1:], w))
         return np.array([-0.5 * q[1:] @ w, *dv, *dw])
 
-    y = solve_ivp(rates, (0.0, t), [1.0, 0.0, 0.0, 0.0, 0.0, 150.0, -4.61538], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    y = solve_ivp(
+        rates, (0.0, t), [1.0, 0.0, 0.0, 0.0, 0.0, 150.0, -4.61538], method="DOP853", rtol=1e-12, atol=1e-13
+    ).y[:, -1]
     return matrix_of(y[:4] / np.linalg.norm(y[:4])) @ arm
 
 
@@ -125,11 +134,14 @@ def test_symmetric_top_precesses_steadily_at_the_rate_of_the_quadratic():
     )
     end, azimuths = 0.5, []
     for dt in (1e-4, 5e-5):
-        x, y, z = simulate(([body], [Joint("pivot", JointKind.SPHERICAL, GROUND, "top", (0.0, 0.0, 0.0))]), dt, end).position[0]
+        x, y, z = simulate(
+            ([body], [Joint("pivot", JointKind.SPHERICAL, GROUND, "top", (0.0, 0.0, 0.0))]), dt, end
+        ).position[0]
         azimuths.append(math.atan2(y, x))
         assert abs(z - arm * math.cos(tilt)) < arm * (spin * dt) ** 2
     assert abs(azimuths[1] - rate * end) < 1e-4
-    # second order: the extrapolation is an order of magnitude nearer than the finer run, to the angle's round-off
+    # second order: the extrapolation is an order of magnitude nearer than the finer run, to the angle's
+    # round-off
     assert abs((4 * azimuths[1] - azimuths[0]) / 3 - rate * end) < 0.1 * abs(azimuths[1] - rate * end) + 1e-8
 
 
@@ -146,13 +158,18 @@ def test_free_body_flips_with_the_elliptic_period():
     periods = []
     for n in (16000, 32000):
         dt = period / n
-        parts = [Body("brick", 1.0, np.diag([i1, i2, i3]), (0.0, 0.0, 0.0), angular_velocity=(w1, w2, 0.0))], []
+        parts = (
+            [Body("brick", 1.0, np.diag([i1, i2, i3]), (0.0, 0.0, 0.0), angular_velocity=(w1, w2, 0.0))],
+            [],
+        )
         mechanism, state, scratch = assemble(*parts, gravity=(0.0, 0.0, 0.0))
         start(mechanism, state, scratch)
         before = np.diag([i1, i2, i3]) @ state.angular_velocity[0]
         march(mechanism, state, scratch, dt, round(0.7 * n))
         crossing, last = 0.0, None
-        for k in range(round(0.7 * n), round(0.8 * n)):  # the middle spin passes zero upwards at 3/4 of a period
+        for k in range(
+            round(0.7 * n), round(0.8 * n)
+        ):  # the middle spin passes zero upwards at 3/4 of a period
             spin = (matrix_of(state.quaternion[0]).T @ state.angular_velocity[0])[1]
             if last is not None and last < 0.0 <= spin:
                 crossing = (k - spin / (spin - last)) * dt
@@ -162,6 +179,7 @@ def test_free_body_flips_with_the_elliptic_period():
         R = matrix_of(state.quaternion[0])
         after = R @ np.diag([i1, i2, i3]) @ R.T @ state.angular_velocity[0]
         assert np.linalg.norm(after - before) < 1e-14 * n * np.linalg.norm(before)
-    # the flip starts from a tilt of w1/w2 = 1e-3, which the scheme shifts by order (w2 dt)^2 = 3e-6: 3e-3 of it
+    # the flip starts from a tilt of w1/w2 = 1e-3, which the scheme shifts by order (w2 dt)^2 = 3e-6: 3e-3 of
+    # it
     assert abs(periods[1] / period - 1.0) < 3e-3
     assert abs(periods[0] - period) > 3.5 * abs(periods[1] - period)

@@ -7,21 +7,39 @@ import pytest
 
 from nutamill.base.frames import pose_in_window
 from nutamill.mechanism.assembly import assemble, new_scratch
-from nutamill.mechanism.dynamics import OK, body_motion, copy_mechanism_state, drift, finish, march, solve_again, start
+from nutamill.mechanism.dynamics import (
+    OK,
+    body_motion,
+    copy_mechanism_state,
+    drift,
+    finish,
+    march,
+    solve_again,
+    start,
+)
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.equations import place, row_residuals
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind
 from nutamill.mechanism.probes import joint_reaction
 from nutamill.mechanism.rows import matrix_of
-from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, march_recording, read_sensors, sensor_table
+from nutamill.mechanism.sensors import (
+    Sensor,
+    SensorKind,
+    column_names,
+    march_recording,
+    read_sensors,
+    sensor_table,
+)
 
 X, Y, Z = np.eye(3)
 THROW, DEPTH = 0.04, 0.36
 
 
 def small_mill(friction=0.03):
-    """A nutating body on a sprung frame, driven by a crank that runs up to 70 rad/s in 0.05 s and then holds its speed."""
+    """A nutating body on a sprung frame, driven by a crank that runs up to 70 rad/s in 0.05 s and then holds
+    its speed.
+    """
     alpha = math.atan2(THROW, DEPTH)
     q = (math.cos(alpha / 2), 0.0, -math.sin(alpha / 2), 0.0)
     tilted = matrix_of(q)
@@ -41,7 +59,8 @@ def small_mill(friction=0.03):
     ]
     rates = (72e3, 540e3, 50.0, 0.0), (300.0, 300.0, 3.0, 0.0)
     mounts = [
-        Bushing(f"mount {k}", GROUND, "frame", (x, y, -0.7), Z, *rates) for k, (x, y) in enumerate([(0.15, 0), (-0.1, 0.13), (-0.1, -0.13)])
+        Bushing(f"mount {k}", GROUND, "frame", (x, y, -0.7), Z, *rates)
+        for k, (x, y) in enumerate([(0.15, 0), (-0.1, 0.13), (-0.1, -0.13)])
     ]
     engine = assemble(bodies, joints, mounts, drives=[Drive("motor", "bearing", (0.0, 0.05), (0.0, 70.0))])
     static_equilibrium(*engine)
@@ -52,12 +71,22 @@ def energy_residual(mechanism, state, scratch):
     """Kinetic + potential + elastic + losses - works [J]."""
     now = np.zeros(3)
     energies(mechanism, state, scratch, now)
-    return now.sum() + state.bushing_loss.sum() + state.joint_loss.sum() - state.drive_work.sum() - state.wrench_work.sum()
+    return (
+        now.sum()
+        + state.bushing_loss.sum()
+        + state.joint_loss.sum()
+        - state.drive_work.sum()
+        - state.wrench_work.sum()
+    )
 
 
 def test_step_is_of_second_order_in_motion_and_reaction():
     end, paths = 0.1, []
-    for n in (1000, 2000, 4000):  # friction takes the reaction of the step before, a share of first order: left out here
+    for n in (
+        1000,
+        2000,
+        4000,
+    ):  # friction takes the reaction of the step before, a share of first order: left out here
         mechanism, state, scratch = small_mill(friction=0.0)
         march(mechanism, state, scratch, end / n, n)
         force = np.zeros(6)
@@ -75,7 +104,8 @@ def test_constraints_hold_to_round_off_over_ten_thousand_steps():
     place(mechanism, state, scratch)
     rate, twist = np.zeros(len(mechanism.rows)), np.hstack([state.velocity, state.angular_velocity])
     row_residuals(mechanism.rows, scratch.jacobian, twist, -scratch.gap_rate, rate)
-    # gaps: the square of one step's error (w dt)^3 x 0.36 m ~ 1e-7 m; rates: that error times the speeds of the joints, twice
+    # gaps: the square of one step's error (w dt)^3 x 0.36 m ~ 1e-7 m; rates: that error times the speeds of
+    # the joints, twice
     assert np.abs(scratch.gap).max() < 1e-13
     assert np.abs(rate).max() < 1e-9
 
@@ -148,7 +178,9 @@ def test_solving_again_with_the_same_wrench_finds_the_same_accelerations():
     again = state.acceleration.copy()
     state.wrench[0, 0] = 100.0
     solve_again(mechanism, state, scratch)
-    assert state.acceleration[0, 0] - again[0, 0] == pytest.approx(100.0 / 66.0, rel=0.3)  # frame and what hangs on it
+    assert state.acceleration[0, 0] - again[0, 0] == pytest.approx(
+        100.0 / 66.0, rel=0.3
+    )  # frame and what hangs on it
 
 
 def test_sensors_read_what_they_are_named_for():
@@ -173,7 +205,9 @@ def test_sensors_read_what_they_are_named_for():
     force = np.zeros(6)
     joint_reaction(mechanism, state, scratch, 3, force)
     in_shaft = matrix_of(state.quaternion[3]).T @ force[:3]
-    assert np.allclose([read["pin_force_x"], read["pin_force_y"], read["pin_force_z"]], in_shaft, rtol=1e-12, atol=1e-12)
+    assert np.allclose(
+        [read["pin_force_x"], read["pin_force_y"], read["pin_force_z"]], in_shaft, rtol=1e-12, atol=1e-12
+    )
     assert np.allclose([read[f"chamber_q{k}"] for k in "wxyz"], state.quaternion[1], rtol=0, atol=0)
     h, before, after = 1e-5, np.zeros(len(names)), np.zeros(len(names))
     read_sensors(mechanism, state, scratch, table, before)

@@ -1,4 +1,6 @@
-"""The charge's force at the pin, from its wrench on the chamber, against the load cell's reaction with and without the charge."""
+"""The charge's force at the pin, from its wrench on the chamber, against the load cell's reaction with and
+without the charge.
+"""
 
 import numpy as np
 import pytest
@@ -47,23 +49,31 @@ def recorded(tmp_path, monkeypatch):
 
 
 def test_on_rigid_mounts_the_charge_adds_its_force_at_the_pin_to_that_of_the_empty_mill(recorded):
-    # Rigid mounts and an imposed speed leave the chamber no freedom: its motion is the same with and without the charge, and without
-    # joint friction so are all forces but the charge's.  A reaction is that of an instant and the charge's wrench a mean over the substep
-    # before, of contacts that come and go, so that means over the 182 rows agree, within three standard errors of their difference.
+    # Rigid mounts and an imposed speed leave the chamber no freedom: its motion is the same with and without
+    # the charge, and without
+    # joint friction so are all forces but the charge's. A reaction is that of an instant and the charge's
+    # wrench a mean over the substep
+    # before, of contacts that come and go, so that means over the 182 rows agree, within three standard
+    # errors of their difference.
     coupled, empty, _ = recorded
     charge = charge_at_pin(coupled)
     for part in ("radial", "tangential"):
-        added = (coupled.series[f"crank_pin_force_{part}"].values - empty.series[f"crank_pin_force_{part}"].values)[10:]
+        added = (
+            coupled.series[f"crank_pin_force_{part}"].values - empty.series[f"crank_pin_force_{part}"].values
+        )[10:]
         difference = added - getattr(charge, part)[10:]
         doubt = 3.0 * difference.std() / np.sqrt(len(difference))
         assert abs(difference.mean()) < doubt < 0.2 * abs(added.mean())
 
 
 def test_on_rigid_mounts_superposition_of_empty_mill_and_charge_is_the_coupled_run(recorded):
-    # as above; and the coupled run's force was zeroed at rest with the charge in it, the other without: m g d sin(6.08 deg)/L01 apart
+    # as above; and the coupled run's force was zeroed at rest with the charge in it, the other without: m g d
+    # sin(6.08 deg)/L01 apart
     coupled, _, alone = recorded
     together = superposed(alone)
     apart = {"radial": SIZE * 9.81 * 0.347 * np.sin(np.arctan2(39, 366)) / 0.366, "tangential": 0.0}
     for part, zero in apart.items():
-        difference = coupled.series[f"crank_pin_force_{part}_tared"].values[10:] - getattr(together, part)[10:]
+        difference = (
+            coupled.series[f"crank_pin_force_{part}_tared"].values[10:] - getattr(together, part)[10:]
+        )
         assert abs(difference.mean() - zero) < 3.0 * difference.std() / np.sqrt(len(difference))

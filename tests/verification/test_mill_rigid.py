@@ -1,4 +1,6 @@
-"""The empty mill on rigid mounts against the closed form of a body that nutates on a Hooke joint, and published forces."""
+"""The empty mill on rigid mounts against the closed form of a body that nutates on a Hooke joint, and
+published forces.
+"""
 
 import math
 
@@ -22,11 +24,12 @@ CARRIAGE = 0.63
 
 
 def nutation_force(crank, speed, transverse=TRANSVERSE, axial=AXIAL, cross=CROSS):
-    """Radial (towards the axis) and tangential force of the carriage on the chamber at crank angles `crank` (n,), no gravity.
+    """Radial (towards the axis) and tangential force of the carriage on the chamber at crank angles `crank`
+    (n,), no gravity.
 
     Lagrange's equations in the two angles of the Hooke joint, a about the frame's y, b about the chamber's x:
-    2 T = It b'^2 + (It cos^2 b + Ia sin^2 b + Ic) a'^2.  The crank makes sin b = L12/L sin(crank) and tan a = -L12/L01 cos(crank),
-    and pushes without vertical part at P = L (-sin a cos b, sin b, -cos a cos b).
+    2 T = It b'^2 + (It cos^2 b + Ia sin^2 b + Ic) a'^2.  The crank makes sin b = L12/L sin(crank) and tan a =
+    -L12/L01 cos(crank), and pushes without vertical part at P = L (-sin a cos b, sin b, -cos a cos b).
     """
     length = math.hypot(L01, L12)
     sin, cos = np.sin(crank), np.cos(crank)
@@ -44,7 +47,9 @@ def nutation_force(crank, speed, transverse=TRANSVERSE, axial=AXIAL, cross=CROSS
 
 
 def at_speed(rpm, *more):
-    """The last turn at `rpm`, and (w dt)^2, dt the window: the share by which a second-order reaction is wrong in a steady turn."""
+    """The last turn at `rpm`, and (w dt)^2, dt the window: the share by which a second-order reaction is
+    wrong in a steady turn.
+    """
     case = mill(*RIGID, f"drive.speed={rpm} rpm", *more)
     series = march_mill(case, 0.1 + 60 / rpm)
     windows = math.ceil(1 / (case.run.series_rate * 55e-6))
@@ -53,8 +58,10 @@ def at_speed(rpm, *more):
 
 @pytest.mark.parametrize("rpm, published", [(100, 14.7), (400, 235.0), (700, 719.0)])
 def test_load_cell_of_the_empty_mill_reads_the_published_force(rpm, published):
-    # MCA 2026 prints the simulated force at three speeds.  In mean it is A w^2, A = It sin cos/L01 + m_c L12: the chamber's swing
-    # and the carriage on its circle; the rest is Ia (1 - cos) of the chamber's turning and the cross, each of order 1e-3.
+    # MCA 2026 prints the simulated force at three speeds. In mean it is A w^2, A = It sin cos/L01 + m_c L12:
+    # the chamber's swing
+    # and the carriage on its circle; the rest is Ia (1 - cos) of the chamber's turning and the cross, each of
+    # order 1e-3.
     carriage = 0.68  # our default is fitted to the measured force, 2 % lower
     turn, _ = at_speed(rpm, f"carriage.mass={carriage} kg")
     sin_cos = L01 * L12 / (L01**2 + L12**2)
@@ -65,7 +72,8 @@ def test_load_cell_of_the_empty_mill_reads_the_published_force(rpm, published):
 
 @pytest.mark.parametrize("rpm", [100, 400, 700])
 def test_forces_through_a_turn_are_those_of_the_closed_form(rpm):
-    # radial and tangential force at the pin, with the ripple of the Hooke joint twice a turn (1 N of 720 N); reactions of the
+    # radial and tangential force at the pin, with the ripple of the Hooke joint twice a turn (1 N of 720 N);
+    # reactions of the
     # steady turn are wrong by (w dt)^2 of themselves, twice that is allowed
     turn, share = at_speed(rpm)
     speed = rpm * RPM
@@ -80,10 +88,13 @@ def test_forces_through_a_turn_are_those_of_the_closed_form(rpm):
 
 
 def test_motor_torque_is_crank_radius_times_tangential_force_and_the_coupling():
-    # at constant speed nothing else turns the driveshaft about its axis; both sides are read from the same step
+    # at constant speed nothing else turns the driveshaft about its axis; both sides are read from the same
+    # step
     turn, share = at_speed(700)
     expected = L12 * turn["crank_pin_force_tangential"] - turn["coupling_torque"]
-    assert turn["driveshaft_torque"] == pytest.approx(expected, abs=2 * share * np.ptp(turn["driveshaft_torque"]) + 1e-9)
+    assert turn["driveshaft_torque"] == pytest.approx(
+        expected, abs=2 * share * np.ptp(turn["driveshaft_torque"]) + 1e-9
+    )
     assert np.ptp(L12 * turn["crank_pin_force_tangential"]) > 0.01
 
 
@@ -91,7 +102,9 @@ def test_rigid_bars_add_their_moment_of_inertia_to_the_swing():
     # a thin ring of 60 mm radius, 344 mm below: It + m (zb^2 + r^2/2), Ia + m r^2
     turn, share = at_speed(700, "chamber.bars.mass=1.347 kg")
     m, r, depth, speed = 1.347, 0.060, 0.344, 700 * RPM
-    radial, _ = nutation_force(turn["crank_angle"], speed, TRANSVERSE + m * (depth**2 + r**2 / 2), AXIAL + m * r**2)
+    radial, _ = nutation_force(
+        turn["crank_angle"], speed, TRANSVERSE + m * (depth**2 + r**2 / 2), AXIAL + m * r**2
+    )
     radial += CARRIAGE * L12 * speed**2
     assert turn["crank_pin_force_radial"] == pytest.approx(radial, abs=2 * share * radial.max())
 
@@ -112,7 +125,11 @@ def shaking_force(*more):
     """Horizontal force (n, 2) of the ground on the frame through a turn at 700 rpm, world axes."""
     described = mill_mechanism(mill(*RIGID, "drive.speed=700 rpm", *more))
     mechanism, state, scratch = assemble(
-        described.bodies, described.joints, described.bushings, drives=described.drives, gravity=described.gravity
+        described.bodies,
+        described.joints,
+        described.bushings,
+        drives=described.drives,
+        gravity=described.gravity,
     )
     table = sensor_table(mechanism, state, [Sensor("frame", SensorKind.JOINT_REACTION, "frame_fix")])
     assert start(mechanism, state, scratch) == OK
@@ -122,11 +139,14 @@ def shaking_force(*more):
 
 
 def test_the_frame_is_shaken_by_the_unbalance_of_the_moving_parts():
-    # chamber and carriage turn about the axis with U = m d L12/L + m_c L12 (L from nutation point to pin); they need U w^2.
+    # chamber and carriage turn about the axis with U = m d L12/L + m_c L12 (L from nutation point to pin);
+    # they need U w^2.
     # Verlet: (w dt)^2 = 1.3e-5 of it, twice allowed.
     unbalance = (CHAMBER * DEPTH / math.hypot(L01, L12) + CARRIAGE) * L12
     speed = 700 * RPM
-    assert np.linalg.norm(shaking_force(), axis=1) == pytest.approx(unbalance * speed**2, rel=2 * (speed * 5e-5) ** 2)
+    assert np.linalg.norm(shaking_force(), axis=1) == pytest.approx(
+        unbalance * speed**2, rel=2 * (speed * 5e-5) ** 2
+    )
 
 
 def test_a_balance_mass_opposite_to_the_pin_takes_the_shaking_force_off():

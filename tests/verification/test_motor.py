@@ -39,11 +39,14 @@ def speed_after(built, time):
 
 
 def test_torque_limit_gives_a_steady_acceleration():
-    # far from the speed asked for, the torque is the limit: w = T t / I.  The scheme is exact for a constant torque
+    # far from the speed asked for, the torque is the limit: w = T t / I. The scheme is exact for a constant
+    # torque
     built = shaft(Motor(5.0, 50.0, torque_limit=3.0))
     assert speed_after(built, 0.2) == pytest.approx(3.0 * 0.2 / INERTIA, rel=1e-9)
     assert built[1].drive_torque[0] == 3.0
-    assert built[1].drive_motion[0, 0] == pytest.approx(0.5 * 3.0 / INERTIA * 0.2**2, rel=1e-6)  # turns counted
+    assert built[1].drive_motion[0, 0] == pytest.approx(
+        0.5 * 3.0 / INERTIA * 0.2**2, rel=1e-6
+    )  # turns counted
 
 
 def test_power_limit_gives_kinetic_energy_at_a_steady_rate():
@@ -53,7 +56,9 @@ def test_power_limit_gives_kinetic_energy_at_a_steady_rate():
     t0 = INERTIA * begin / torque
     w = math.sqrt(begin**2 + 2.0 * power / INERTIA * (t - t0))
     # second order: the error of a step is of the order (dt w'/w)^2 of it
-    assert speed_after(shaft(Motor(5.0, 50.0, torque_limit=torque, power_limit=power)), t) == pytest.approx(w, rel=1e-5)
+    assert speed_after(shaft(Motor(5.0, 50.0, torque_limit=torque, power_limit=power)), t) == pytest.approx(
+        w, rel=1e-5
+    )
 
 
 def test_shaft_whose_supply_is_cut_coasts_down_by_its_friction():
@@ -71,7 +76,8 @@ def test_supply_that_comes_back_brings_the_shaft_back_to_its_speed():
 
 
 def test_controlled_shaft_rings_as_two_poles():
-    # I w' = g e + integral: I s^2 + g s + k = 0; the step answer of e is the sum of its two exponentials, e(0) = 1, e'(0) = -g / I
+    # I w' = g e + integral: I s^2 + g s + k = 0; the step answer of e is the sum of its two exponentials,
+    # e(0) = 1, e'(0) = -g / I
     g, k = 1.0, 50.0
     built = shaft(Motor(g, k), knots=((0.0,), (1.0,)))
     error = []
@@ -103,19 +109,31 @@ def test_pendulum_held_by_a_resting_motor_is_found_at_rest_and_shakes_on_its_sea
         Joint("hinge", JointKind.REVOLUTE, "frame", "arm", O, (0.0, 1.0, 0.0)),
     ]
     seat = Bushing("seat", GROUND, "frame", O, Z, (0.0, 3000.0, 0.0, 0.0))
-    built = assemble([frame, arm], joints, [seat], drives=[Drive("motor", "hinge", (0.0, 1.0), (0.0, 0.0), Motor(1.0, 1.0))])
+    built = assemble(
+        [frame, arm],
+        joints,
+        [seat],
+        drives=[Drive("motor", "hinge", (0.0, 1.0), (0.0, 0.0), Motor(1.0, 1.0))],
+    )
     static_equilibrium(*built)
     assert built[1].position[1, 2] == pytest.approx(-3.0 * 9.81 / 3000.0, rel=1e-6)
     assert 2 * np.pi * modes(*built).frequency == pytest.approx([math.sqrt(3000.0 / 3.0)], rel=1e-6)
 
 
 def test_mill_stops_speeding_up_where_its_friction_takes_the_power():
-    # 20 W and a viscous loss alone at two joints: the driveshaft bearing turns with w, the pin with w (its two parts turn against
+    # 20 W and a viscous loss alone at two joints: the driveshaft bearing turns with w, the pin with w (its
+    # two parts turn against
     # each other once per turn, within the cosine of 6.08 deg)
     case = mill(
-        "charge.kind=none", "mechanism.mounting=rigid", "mechanism.joint_friction=0", "mechanism.joint_friction_viscous=0.01 N m s/rad",
-        "drive.ramp=20000 rpm/s", "drive.motor.power=20 W", "drive.motor.gain=5 N m s/rad", "shaft_coupling.torsion_damping=0.5 N m s/rad",
-    )  # fmt: skip
+        "charge.kind=none",
+        "mechanism.mounting=rigid",
+        "mechanism.joint_friction=0",
+        "mechanism.joint_friction_viscous=0.01 N m s/rad",
+        "drive.ramp=20000 rpm/s",
+        "drive.motor.power=20 W",
+        "drive.motor.gain=5 N m s/rad",
+        "shaft_coupling.torsion_damping=0.5 N m s/rad",
+    )
     series = march_mill(case, 4.0)
     last = series["time"] > 3.5
     assert series["driveshaft_power"].max() < 20.0 * (1 + 1e-3)
@@ -145,7 +163,13 @@ def test_case_with_a_motor_is_read_back_as_it_was_written():
 
 
 def test_run_with_a_motor_that_is_resumed_is_the_run_that_never_stopped(tmp_path):
-    keys = ["charge.kind=none", "mechanism.mounting=rigid", "drive.ramp=20000 rpm/s", "drive.motor.power=200 W", "run.checkpoint=10 ms"]
+    keys = [
+        "charge.kind=none",
+        "mechanism.mounting=rigid",
+        "drive.ramp=20000 rpm/s",
+        "drive.motor.power=200 W",
+        "run.checkpoint=10 ms",
+    ]
     case = mill(*keys, "run.until=40 ms")
     with march_run(case, tmp_path / "whole.h5") as whole:
         march_run(case.with_(run__until=0.02), tmp_path / "parts.h5").close()

@@ -24,24 +24,29 @@ def gyroscope(speed):
         Joint("shaft", JointKind.REVOLUTE, "frame", "disc", O, Z),
     ]
     seat = Bushing("seat", GROUND, "frame", O, Z, (0, 0, k, k))
-    built = assemble([frame, disc], joints, [seat], drives=[Drive("motor", "shaft", (0.0, 1.0), (speed, speed))], gravity=O)
+    built = assemble(
+        [frame, disc], joints, [seat], drives=[Drive("motor", "shaft", (0.0, 1.0), (speed, speed))], gravity=O
+    )
     static_equilibrium(*built)
     found, _ = running_modes(*built, np.array([3, 4]), np.zeros(2), np.arange(6) / 6 * 2 * np.pi / speed)
     return 2 * np.pi * found.frequency, k, axial, transverse
 
 
 def test_whirls_of_a_gyroscope_are_split_by_its_speed():
-    # It phi'' - i Ip speed phi' + k phi = 0 for phi = tilt x + i tilt y; with exp(i w t): It w^2 - Ip speed w - k = 0
+    # It phi'' - i Ip speed phi' + k phi = 0 for phi = tilt x + i tilt y; with exp(i w t): It w^2 - Ip speed w
+    # - k = 0
     speed = 150.0
     found, k, axial, transverse = gyroscope(speed)
     half = axial * speed / (2 * transverse)
     root = np.sqrt(half**2 + k / transverse)
-    # central differences of 1e-5: error of order (1e-5)^2, round-off 1e-16 / 1e-5 of accelerations of some 1e4
+    # central differences of 1e-5: error of order (1e-5)^2, round-off 1e-16 / 1e-5 of accelerations of some
+    # 1e4
     assert found == pytest.approx([root - half, root + half], rel=1e-6)
 
 
 def test_slowly_turning_mill_has_the_modes_of_the_mill_at_rest():
-    # two ways to the same frequencies: energies about rest, and accelerations about a running drive.  At rest the crank points to x,
+    # two ways to the same frequencies: energies about rest, and accelerations about a running drive. At rest
+    # the crank points to x,
     # which splits the swaying pair by a part in 10^4; the average over a turn does not
     case = load_case("numill", ["charge.kind=none"])
     rest, slow = machine_modes(case), machine_modes(case, 0.01)

@@ -1,1 +1,3 @@
-"""The charge engine beside published references; `python -m validation.charge` from the root of the repository."""
+"""The charge engine beside published references; `python -m validation.charge` from the root of the
+repository.
+"""

@@ -1,4 +1,6 @@
-"""Many particles: free cooling (Haff), pressure on a silo's floor (Janssen), discharge through an orifice (Beverloo)."""
+"""Many particles: free cooling (Haff), pressure on a silo's floor (Janssen), discharge through an orifice
+(Beverloo).
+"""
 
 import math
 
@@ -14,11 +16,18 @@ THREADS = 2
 
 
 def plane(name, normal, distance, body=0, material=0) -> Surface:
-    """Plane whose free side is along `normal` (an axis of the frame), through the point `distance` [m] along it."""
+    """Plane whose free side is along `normal` (an axis of the frame), through the point `distance` [m] along
+    it.
+    """
     normal = np.array(normal, float)
     first = np.roll(normal, 1)
     return Surface(
-        name, SurfaceKind.PLANE, body, material, tuple(distance * normal), np.column_stack([first, np.cross(normal, first), normal])
+        name,
+        SurfaceKind.PLANE,
+        body,
+        material,
+        tuple(distance * normal),
+        np.column_stack([first, np.cross(normal, first), normal]),
     )
 
 
@@ -39,11 +48,15 @@ def haff() -> list[Row]:
     zeta = damping_ratio_from_restitution(e, False)
     dt = contact_time(k, mass / 2, zeta, False) / 25
     numbers = {(0, 0): pair(k, zeta), (0, 1): pair(k)}
-    bench = Bench(grid, numbers, dt, walls, d / 2, (density, density), velocities=v, threads=THREADS, precision="single")
-    # a lattice is not a gas: it is let mix for one flight time before the clock starts; the temperature then is T0
+    bench = Bench(
+        grid, numbers, dt, walls, d / 2, (density, density), velocities=v, threads=THREADS, precision="single"
+    )
+    # a lattice is not a gas: it is let mix for one flight time before the clock starts; the temperature then
+    # is T0
     chi = (1 - phi / 2) / (1 - phi) ** 3
     number = n / side**3
-    # at a wall there are neighbours on one side only: two points of a cube are a distance d apart less often than in endless space
+    # at a wall there are neighbours on one side only: two points of a cube are a distance d apart less often
+    # than in endless space
     fewer = 1 - 1.5 * d / side + 2 / math.pi * (d / side) ** 2
 
     def collision_rate(temperature):
@@ -60,7 +73,8 @@ def haff() -> list[Row]:
         late = 2 * 0.5 * contact_time(k, mass / 2, zeta, False) * collision_rate(t0)
         noise = 3 * 2 * math.sqrt(2 / (3 * n))
         why = (
-            f"3 standard deviations of the temperature of {n} spheres, contacts that last ({100 * late:.1f} %), and 2 % for Enskog's factor"
+            f"3 standard deviations of the temperature of {n} spheres, contacts that last "
+            f"({100 * late:.1f} %), and 2 % for Enskog's factor"
         )
         rows.append(
             Row(
@@ -86,9 +100,9 @@ def filled_silo(diameters: float, seed: int, walls, numbers, dt, density, d, roo
     inside = room(x, y)
     x, y = x[inside], y[inside]
     layers = math.ceil(diameters / len(x))
-    places = np.concatenate([np.column_stack([x, y, np.full(len(x), (j + 0.6) * grid_step * 1.1 * d)]) for j in range(layers)])[
-        : round(diameters)
-    ]
+    places = np.concatenate(
+        [np.column_stack([x, y, np.full(len(x), (j + 0.6) * grid_step * 1.1 * d)]) for j in range(layers)]
+    )[: round(diameters)]
     radii = 0.5 * d * rng.uniform(0.9, 1.1, len(places))
     places[:, :2] += rng.uniform(-0.01, 0.01, (len(places), 2)) * d
     speeds = rng.normal(size=places.shape) * 0.1
@@ -110,7 +124,9 @@ def filled_silo(diameters: float, seed: int, walls, numbers, dt, density, d, roo
 
 
 def janssen() -> list[Row]:
-    """Weight on the floor of a silo whose wall is drawn up slowly, so that its friction is mobilised, against the filled mass."""
+    """Weight on the floor of a silo whose wall is drawn up slowly, so that its friction is mobilised, against
+    the filled mass.
+    """
     d, radius, density, k, mu = SILO_PARTICLE, SILO_D / 2, 2500.0, 1e4, 0.5
     zeta = damping_ratio_from_restitution(0.3, True)
     numbers = pair(k, zeta, 2 / 7, cut=True, friction=mu)
@@ -118,7 +134,9 @@ def janssen() -> list[Row]:
     walls = [FLOOR, Surface("wall", SurfaceKind.CYLINDER, 1, 0, size=(radius, 0.0, 0.0))]
     filled, carried, balance = [], [], []
     for count in (250, 500, 1000, 2000, 4000):
-        bench = filled_silo(count, count, walls, numbers, dt, density, d, lambda x, y: np.hypot(x, y) < radius - 0.6 * d)
+        bench = filled_silo(
+            count, count, walls, numbers, dt, density, d, lambda x, y: np.hypot(x, y) < radius - 0.6 * d
+        )
         bench.march(round(0.4 / dt))
         bench.motions[1, 9] = 0.01
         bench.march(round(0.1 / dt))
@@ -144,7 +162,14 @@ def janssen() -> list[Row]:
     source = "Janssen 1895; Vanel and Clement 1999"
     listed = ", ".join(f"{m:.3f}: {c:.3f}" for m, c in zip(filled, carried, strict=True))
     return [
-        Row("variance that M_sat (1 - exp(-M/M_sat)) explains [1]", 1.0, source, explained, 0.02, f"kg filled: kg on the floor: {listed}"),
+        Row(
+            "variance that M_sat (1 - exp(-M/M_sat)) explains [1]",
+            1.0,
+            source,
+            explained,
+            0.02,
+            f"kg filled: kg on the floor: {listed}",
+        ),
         Row(
             "ratio of horizontal to vertical stress [1]",
             0.8,
@@ -165,14 +190,25 @@ def janssen() -> list[Row]:
 
 
 def beverloo() -> list[Row]:
-    """Discharge of a square, flat-bottomed silo through square orifices: mass per time grows with (D - k d)^(5/2)."""
+    """Discharge of a square, flat-bottomed silo through square orifices: mass per time grows with (D - k
+    d)^(5/2).
+    """
     d, density, k, mu = SILO_PARTICLE, 2500.0, 5e3, 0.5
     zeta = damping_ratio_from_restitution(0.5, True)
     numbers = pair(k, zeta, 2 / 7, cut=True, friction=mu)
     dt = contact_time(k, sphere_mass(d / 2, density) / 2, zeta, True) / 20
     half, count, depth = 10 * d, 5000, 0.010
     sides = [plane(f"{a}{s}", np.eye(3)[a] * s, -half) for a in range(2) for s in (1.0, -1.0)]
-    bed = filled_silo(count, 1, [FLOOR, *sides], numbers, dt, density, d, lambda x, y: np.maximum(abs(x), abs(y)) < half - 0.6 * d)
+    bed = filled_silo(
+        count,
+        1,
+        [FLOOR, *sides],
+        numbers,
+        dt,
+        density,
+        d,
+        lambda x, y: np.maximum(abs(x), abs(y)) < half - 0.6 * d,
+    )
     bed.march(round(0.4 / dt))
     radii = np.empty(count)
     radii[bed.parts[1].ids[:count]] = bed.parts[1].body[0, :count]
@@ -211,7 +247,9 @@ def beverloo() -> list[Row]:
         times, out = times[flowing], out[flowing]
         rates.append(np.polyfit(times, out, 1)[0])
         middle = len(out) // 2
-        first, last = (np.polyfit(times[part], out[part], 1)[0] for part in (slice(None, middle), slice(middle, None)))
+        first, last = (
+            np.polyfit(times[part], out[part], 1)[0] for part in (slice(None, middle), slice(middle, None))
+        )
         steady.append(last / first - 1)
     # exponent 5/2 with k left open: (rate)^(2/5) is linear in the opening
     slope, zero = np.polyfit(openings, np.array(rates) ** 0.4, 1)
@@ -221,7 +259,14 @@ def beverloo() -> list[Row]:
     source = "Beverloo, Leniger and van de Velde 1961; Nedderman 1992"
     listed = ", ".join(f"{o:.0f}: {r:.4f}" for o, r in zip(openings, rates, strict=True))
     return [
-        Row("exponent of (D - 1.4 d) [1]", 2.5, source, exponent, 0.15, f"scatter of discharge experiments; D/d: kg/s {listed}"),
+        Row(
+            "exponent of (D - 1.4 d) [1]",
+            2.5,
+            source,
+            exponent,
+            0.15,
+            f"scatter of discharge experiments; D/d: kg/s {listed}",
+        ),
         Row("k of (D - k d)^(5/2), fitted [1]", 1.6, source, k_fit, 0.6, "1 to 2.2 are reported"),
         Row(
             "coefficient C over the square's side, fitted [1]",

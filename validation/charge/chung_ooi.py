@@ -1,8 +1,9 @@
-"""Impact tests 1 to 8 of Y. C. Chung and J. Y. Ooi, "Benchmark tests for verifying discrete element modelling codes at particle
-impact level", Granular Matter 13 (2011) 643-656.
+"""Impact tests 1 to 8 of Y. C. Chung and J. Y. Ooi, "Benchmark tests for verifying discrete element modelling
+codes at particle impact level", Granular Matter 13 (2011) 643-656.
 
-Law of the tests: Hertz and Mindlin without slip.  The paper's tangential dashpot has no counterpart here; where that matters, the
-same rule is integrated independently (`closed_forms.oblique`), and the paper's curves stand beside it.
+Law of the tests: Hertz and Mindlin without slip.  The paper's tangential dashpot has no counterpart here;
+where that matters, the same rule is integrated independently (`closed_forms.oblique`), and the paper's curves
+stand beside it.
 """
 
 import math
@@ -10,7 +11,15 @@ import math
 import numpy as np
 
 from nutamill.charge.laws.impact import damping_ratio_from_restitution
-from validation.charge.closed_forms import damped_hertz_time, hertz, hertz_mindlin, modulus, oblique, shear_modulus, sliding_rebound
+from validation.charge.closed_forms import (
+    damped_hertz_time,
+    hertz,
+    hertz_mindlin,
+    modulus,
+    oblique,
+    shear_modulus,
+    sliding_rebound,
+)
 from validation.charge.data import chung_ooi_figure
 from validation.charge.harness import SAMPLES, Bench, follow, pair, sphere_mass, strike_floor
 from validation.charge.rows import Row, largest
@@ -46,16 +55,51 @@ def test_1() -> list[Row]:
         )
         got = follow(bench, (1, 0, 0), mass, 2 * radius, 2 * SAMPLES)
         rows += [
-            Row(f"{name}: largest force [N]", exact.force, HERTZ, got.force, PHASE * exact.force, SECOND_ORDER),
-            Row(f"{name}: largest overlap [m]", exact.overlap, HERTZ, got.overlap, PHASE * exact.overlap, SECOND_ORDER),
-            Row(f"{name}: contact time [s]", exact.time, HERTZ, got.time, 2 * dt, "counted in substeps, one at each end"),
-            Row(f"{name}: speed afterwards over before [1]", 1.0, HERTZ, -got.v[0, 0] / v, PHASE, SECOND_ORDER),
+            Row(
+                f"{name}: largest force [N]", exact.force, HERTZ, got.force, PHASE * exact.force, SECOND_ORDER
+            ),
+            Row(
+                f"{name}: largest overlap [m]",
+                exact.overlap,
+                HERTZ,
+                got.overlap,
+                PHASE * exact.overlap,
+                SECOND_ORDER,
+            ),
+            Row(
+                f"{name}: contact time [s]",
+                exact.time,
+                HERTZ,
+                got.time,
+                2 * dt,
+                "counted in substeps, one at each end",
+            ),
+            Row(
+                f"{name}: speed afterwards over before [1]", 1.0, HERTZ, -got.v[0, 0] / v, PHASE, SECOND_ORDER
+            ),
         ]
-        curve = [(exact.force * (d / exact.overlap) ** 1.5 / exact.force, f / exact.force) for f, d in got.curve]
-        rows.append(largest(f"{name}: force over largest force along the curve [1]", curve, HERTZ, 1e-9, "rounding: the law itself"))
+        curve = [
+            (exact.force * (d / exact.overlap) ** 1.5 / exact.force, f / exact.force) for f, d in got.curve
+        ]
+        rows.append(
+            largest(
+                f"{name}: force over largest force along the curve [1]",
+                curve,
+                HERTZ,
+                1e-9,
+                "rounding: the law itself",
+            )
+        )
         if name == "limestone":
             rows.append(
-                Row("limestone: largest force [N]", 7108.0, "stored by Kratos for this test", got.force, 7108e-3, "four figures printed")
+                Row(
+                    "limestone: largest force [N]",
+                    7108.0,
+                    "stored by Kratos for this test",
+                    got.force,
+                    7108e-3,
+                    "four figures printed",
+                )
             )
     return rows
 
@@ -70,12 +114,37 @@ def test_2() -> list[Row]:
     ):
         e_star = modulus((young, nu))
         exact = hertz(sphere_mass(radius, density), radius, e_star, v)
-        got = strike_floor(radius, density, pair(modulus=e_star), exact.time, v, law=("hertz", "displacement", "none"))
+        got = strike_floor(
+            radius, density, pair(modulus=e_star), exact.time, v, law=("hertz", "displacement", "none")
+        )
         rows += [
-            Row(f"{name}: largest force [N]", exact.force, HERTZ, got.force, PHASE * exact.force, SECOND_ORDER),
-            Row(f"{name}: largest overlap [m]", exact.overlap, HERTZ, got.overlap, PHASE * exact.overlap, SECOND_ORDER),
-            Row(f"{name}: contact time [s]", exact.time, HERTZ, got.time, 2 * exact.time / SAMPLES, "counted in substeps, one at each end"),
-            Row(f"{name}: largest force [N]", printed, "LAMMPS, same case", got.force, 1e-3 * printed, "their step"),
+            Row(
+                f"{name}: largest force [N]", exact.force, HERTZ, got.force, PHASE * exact.force, SECOND_ORDER
+            ),
+            Row(
+                f"{name}: largest overlap [m]",
+                exact.overlap,
+                HERTZ,
+                got.overlap,
+                PHASE * exact.overlap,
+                SECOND_ORDER,
+            ),
+            Row(
+                f"{name}: contact time [s]",
+                exact.time,
+                HERTZ,
+                got.time,
+                2 * exact.time / SAMPLES,
+                "counted in substeps, one at each end",
+            ),
+            Row(
+                f"{name}: largest force [N]",
+                printed,
+                "LAMMPS, same case",
+                got.force,
+                1e-3 * printed,
+                "their step",
+            ),
         ]
     return rows
 
@@ -84,17 +153,34 @@ def test_3() -> list[Row]:
     """A sphere on a rigid plane, 3.9 m/s: restitution comes out as it was put in."""
     rows = []
     radius, v = 0.0025, 3.9
-    for name, young, nu, density in (("aluminium oxide", 380e9, 0.23, 4000.0), ("cast iron", 100e9, 0.25, 7000.0)):
+    for name, young, nu, density in (
+        ("aluminium oxide", 380e9, 0.23, 4000.0),
+        ("cast iron", 100e9, 0.25, 7000.0),
+    ):
         e_star, mass = modulus((young, nu)), sphere_mass(radius, density)
         for cut in (False, True):
             for e in (0.2, 0.4, 0.6, 0.8, 1.0):
                 zeta = damping_ratio_from_restitution(e, cut)
                 time = damped_hertz_time(mass, radius, e_star, v, zeta)
                 got = strike_floor(
-                    radius, density, pair(modulus=e_star, zeta=zeta, cut=cut), time, v, law=("hertz", "displacement", "none")
+                    radius,
+                    density,
+                    pair(modulus=e_star, zeta=zeta, cut=cut),
+                    time,
+                    v,
+                    law=("hertz", "displacement", "none"),
                 )
                 what = f"{name}, tension {'cut' if cut else 'kept'}: restitution for {e} [1]"
-                rows.append(Row(what, e, PAPER, got.v[0, 2] / v, 1e-3, "the paper's figure; first and last substep of the dashpot"))
+                rows.append(
+                    Row(
+                        what,
+                        e,
+                        PAPER,
+                        got.v[0, 2] / v,
+                        1e-3,
+                        "the paper's figure; first and last substep of the dashpot",
+                    )
+                )
     return rows
 
 
@@ -114,8 +200,16 @@ def test_4() -> list[Row]:
             v_n, v_t = v * math.cos(angle), v * math.sin(angle)
             time = damped_hertz_time(mass, radius, e_star, v_n, zeta)
             numbers = pair(modulus=e_star, shear_modulus=g_star, zeta=zeta, cut=True, friction=mu)
-            got = strike_floor(radius, density, numbers, time, v_n, v_t, law=("hertz", "displacement", "none"))
-            ours.append((got.v[0, 0] / v_t, got.w[0, 1], math.degrees(math.atan2(got.v[0, 0] - radius * got.w[0, 1], got.v[0, 2]))))
+            got = strike_floor(
+                radius, density, numbers, time, v_n, v_t, law=("hertz", "displacement", "none")
+            )
+            ours.append(
+                (
+                    got.v[0, 0] / v_t,
+                    got.w[0, 1],
+                    math.degrees(math.atan2(got.v[0, 0] - radius * got.w[0, 1], got.v[0, 2])),
+                )
+            )
             spring = hertz_mindlin(mass, radius, e_star, g_star, zeta, True)
             _, u, w = oblique(mass, radius, v_n, v_t, 0.0, mu, spring, "displacement", time / SAMPLES / 10)
             same.append((u / v_t, w))
@@ -127,7 +221,11 @@ def test_4() -> list[Row]:
         rows += [
             largest(
                 f"{name}: tangential restitution, sliding",
-                zip([u / (v * math.sin(a)) for (u, _), a in zip(hard, angles[slides], strict=True)], ours[slides, 0], strict=True),
+                zip(
+                    [u / (v * math.sin(a)) for (u, _), a in zip(hard, angles[slides], strict=True)],
+                    ours[slides, 0],
+                    strict=True,
+                ),
                 HARD,
                 1e-3,
                 "ends of the dashpot",
@@ -146,7 +244,13 @@ def test_4() -> list[Row]:
                 2e-3,
                 "dashpot's ends, stick and slip met in substeps",
             ),
-            largest(f"{name}: spin [rad/s]", zip(same[:, 1], ours[:, 1], strict=True), SAME, 2e-3 * peak, "the same"),
+            largest(
+                f"{name}: spin [rad/s]",
+                zip(same[:, 1], ours[:, 1], strict=True),
+                SAME,
+                2e-3 * peak,
+                "the same",
+            ),
         ]
         for column, figure, what, tolerance, sign in (
             (0, "benchmark4_graph1", "tangential restitution", 0.02, 1),
@@ -159,22 +263,36 @@ def test_4() -> list[Row]:
                 continue
             at = np.interp(paper[:, 0], np.degrees(angles), ours[:, column])
             why = "reading of the figure; the paper's rule has a tangential dashpot"
-            rows.append(largest(f"{name}: {what}", zip(sign * paper[:, 1], at, strict=True), FIGURE, tolerance, why))
+            rows.append(
+                largest(f"{name}: {what}", zip(sign * paper[:, 1], at, strict=True), FIGURE, tolerance, why)
+            )
             if label == "oxide":
                 measured = next(points for title, points in series.items() if "experiment" in title.lower())
                 measured = measured[measured[:, 0] > paper[0, 0]]
                 missed = np.abs(np.interp(measured[:, 0], paper[:, 0], paper[:, 1]) - measured[:, 1]).max()
                 at = np.interp(measured[:, 0], np.degrees(angles), ours[:, column])
-                why = "the paper's own simulation misses the measurement by this, less the reading of the figure"
-                rows.append(largest(f"{name}: {what}", zip(sign * measured[:, 1], at, strict=True), KHARAZ, missed + tolerance, why))
+                why = (
+                    "the paper's own simulation misses the measurement by this, less the reading of the "
+                    "figure"
+                )
+                rows.append(
+                    largest(
+                        f"{name}: {what}",
+                        zip(sign * measured[:, 1], at, strict=True),
+                        KHARAZ,
+                        missed + tolerance,
+                        why,
+                    )
+                )
     return rows
 
 
 def test_5() -> list[Row]:
     """Oblique impact at constant normal speed, elastic.
 
-    Twice: with the shear modulus that goes with a rigid plane, and with half of it and the incremental rule.  The second is what the
-    paper's curves were made with: all of their points, of both materials and figures, then lie within the reading of the figures.
+    Twice: with the shear modulus that goes with a rigid plane, and with half of it and the incremental rule.
+    The second is what the paper's curves were made with: all of their points, of both materials and figures,
+    then lie within the reading of the figures.
     """
     rows = []
     radius, v_n, mu = 1e-5, 5.0, 0.3
@@ -184,31 +302,54 @@ def test_5() -> list[Row]:
         e_star, mass = modulus((young, nu)), sphere_mass(radius, density)
         elastic = hertz(mass, radius, e_star, v_n)
         arm = 0.5 * elastic.overlap / radius
-        for stored, share, words in (("displacement", 1.0, "rigid plane"), ("incremental", 0.5, "half the shear modulus")):
+        for stored, share, words in (
+            ("displacement", 1.0, "rigid plane"),
+            ("incremental", 0.5, "half the shear modulus"),
+        ):
             g_star = share * shear_modulus((young, nu))
             ours, same = [], []
             for ratio in ratios:
                 numbers = pair(modulus=e_star, shear_modulus=g_star, friction=mu)
-                got = strike_floor(radius, density, numbers, elastic.time, v_n, ratio * scale, law=("hertz", stored, "none"))
+                got = strike_floor(
+                    radius, density, numbers, elastic.time, v_n, ratio * scale, law=("hertz", stored, "none")
+                )
                 ours.append(((got.v[0, 0] - radius * got.w[0, 1]) / scale, -radius * got.w[0, 1] / scale))
                 spring = hertz_mindlin(mass, radius, e_star, g_star, 0.0, False)
-                _, u, w = oblique(mass, radius, v_n, ratio * scale, 0.0, mu, spring, stored, elastic.time / SAMPLES / 10)
+                _, u, w = oblique(
+                    mass, radius, v_n, ratio * scale, 0.0, mu, spring, stored, elastic.time / SAMPLES / 10
+                )
                 same.append(((u - radius * w) / scale, -radius * w / scale))
             ours, same, slides = np.array(ours), np.array(same), ratios > 7.0
             hard = zip(ratios[slides] - 7.0, ours[slides, 0], strict=True)
             rows.append(
-                largest(f"{name}, {words}: patch velocity, sliding [mu V_n]", hard, HARD, 5 * arm + 0.01, "half an overlap at the arm")
+                largest(
+                    f"{name}, {words}: patch velocity, sliding [mu V_n]",
+                    hard,
+                    HARD,
+                    5 * arm + 0.01,
+                    "half an overlap at the arm",
+                )
             )
             for column, figure, what in (
                 (0, "benchmark5_graph1", "patch velocity [mu V_n]"),
                 (1, "benchmark5_graph2", "spin [mu V_n/R]"),
             ):
                 pairs = zip(same[:, column], ours[:, column], strict=True)
-                rows.append(largest(f"{name}, {words}: {what}", pairs, SAME, 0.02, "stick and slip met in substeps"))
+                rows.append(
+                    largest(f"{name}, {words}: {what}", pairs, SAME, 0.02, "stick and slip met in substeps")
+                )
                 curve = chung_ooi_figure(figure)[name]
                 curve = curve[curve[:, 0] <= 13.0]
                 at = np.interp(curve[:, 0], ratios, ours[:, column])
-                rows.append(largest(f"{name}, {words}: {what}", zip(curve[:, 1], at, strict=True), FIGURE, 0.1, "reading of the figure"))
+                rows.append(
+                    largest(
+                        f"{name}, {words}: {what}",
+                        zip(curve[:, 1], at, strict=True),
+                        FIGURE,
+                        0.1,
+                        "reading of the figure",
+                    )
+                )
     return rows
 
 
@@ -228,12 +369,23 @@ def test_6() -> list[Row]:
             got = strike_floor(radius, density, numbers, time, v_n, 0.0, spin, law=("hertz", stored, "none"))
             ours.append((got.v[0, 0] - radius * got.w[0, 1]) / got.v[0, 2])
             v, u, w = oblique(
-                mass, radius, v_n, 0.0, spin, mu, hertz_mindlin(mass, radius, e_star, g_star, zeta, True), stored, time / SAMPLES / 10
+                mass,
+                radius,
+                v_n,
+                0.0,
+                spin,
+                mu,
+                hertz_mindlin(mass, radius, e_star, g_star, zeta, True),
+                stored,
+                time / SAMPLES / 10,
             )
             same.append((u - radius * w) / v)
         ours, same, slides = np.array(ours), np.array(same), ratios > 2.11
         late = np.abs(same[slides] - 2 * ratios[slides] + 4.2).max()
-        late_why = "what the rule differs by, integrated independently, and 0.01: friction waits for its spring to be stretched"
+        late_why = (
+            "what the rule differs by, integrated independently, and 0.01: friction waits for its "
+            "spring to be stretched"
+        )
         rows += [
             largest(
                 f"{stored}: patch velocity, sliding [V_n']",
@@ -242,12 +394,23 @@ def test_6() -> list[Row]:
                 late + 0.01,
                 late_why,
             ),
-            largest(f"{stored}: patch velocity [V_n']", zip(same, ours, strict=True), SAME, 0.01, "stick and slip met in substeps"),
+            largest(
+                f"{stored}: patch velocity [V_n']",
+                zip(same, ours, strict=True),
+                SAME,
+                0.01,
+                "stick and slip met in substeps",
+            ),
         ]
         curve = chung_ooi_figure("benchmark6_graph2")["Al. alloy"]
         at = np.interp(curve[:, 0], ratios, ours)
-        why = "reading of the figure; the paper's rule has a tangential dashpot, which is not among the laws here, and counts at e = 0.5"
-        rows.append(largest(f"{stored}: patch velocity [V_n']", zip(curve[:, 1], at, strict=True), FIGURE, 0.12, why))
+        why = (
+            "reading of the figure; the paper's rule has a tangential dashpot, which is not among the "
+            "laws here, and counts at e = 0.5"
+        )
+        rows.append(
+            largest(f"{stored}: patch velocity [V_n']", zip(curve[:, 1], at, strict=True), FIGURE, 0.12, why)
+        )
     return rows
 
 
@@ -256,7 +419,11 @@ def test_7() -> list[Row]:
     rows = []
     radius, v, mu, e = 0.1, 0.2, 0.4, 0.5
     young, nu, density = 70e9, 0.33, 2700.0
-    e_star, g_star, mass = modulus((young, nu), (young, nu)), shear_modulus((young, nu), (young, nu)), sphere_mass(radius, density)
+    e_star, g_star, mass = (
+        modulus((young, nu), (young, nu)),
+        shear_modulus((young, nu), (young, nu)),
+        sphere_mass(radius, density),
+    )
     zeta = damping_ratio_from_restitution(e, True)
     dt = damped_hertz_time(mass / 2, radius / 2, e_star, 2 * v, zeta) / SAMPLES
     numbers = pair(modulus=e_star, shear_modulus=g_star, zeta=zeta, cut=True, friction=mu)
@@ -273,7 +440,14 @@ def test_7() -> list[Row]:
         )
         got = follow(bench, (1, 0, 0), mass, 2 * radius, 4 * SAMPLES)
         rows += [
-            Row(f"spin {spin} rad/s: tangential velocity [m/s]", 0.0, PAPER, float(np.abs(got.v[:, 1:]).max()), 1e-12, "exact symmetry"),
+            Row(
+                f"spin {spin} rad/s: tangential velocity [m/s]",
+                0.0,
+                PAPER,
+                float(np.abs(got.v[:, 1:]).max()),
+                1e-12,
+                "exact symmetry",
+            ),
             Row(
                 f"spin {spin} rad/s: change of spin [rad/s]",
                 0.0,
@@ -314,7 +488,10 @@ def test_8() -> list[Row]:
         slip = m_eff * mu * (1 + e) * v_n
         expected = (v_n - m_eff * (1 + e) * v_n / m1, slip / m1, spin + slip / (0.4 * m1 * radius))
         for what, reference, ours in zip(
-            ("v_n' [m/s]", "v_t' [m/s]", "spin' [rad/s]"), expected, (got.v[0, 0], got.v[0, 1], got.w[0, 2]), strict=True
+            ("v_n' [m/s]", "v_t' [m/s]", "spin' [rad/s]"),
+            expected,
+            (got.v[0, 0], got.v[0, 1], got.w[0, 2]),
+            strict=True,
         ):
             rows.append(
                 Row(
@@ -329,4 +506,7 @@ def test_8() -> list[Row]:
     return rows
 
 
-CASES = {f"Chung-Ooi {n}": test for n, test in enumerate((test_1, test_2, test_3, test_4, test_5, test_6, test_7, test_8), 1)}
+CASES = {
+    f"Chung-Ooi {n}": test
+    for n, test in enumerate((test_1, test_2, test_3, test_4, test_5, test_6, test_7, test_8), 1)
+}

@@ -1,7 +1,8 @@
 """Closed forms of impacts, and one small integration of an oblique impact for what has none.
 
-Sources: W. Goldsmith, Impact (1960), for Hertz; Y. Tsuji, T. Tanaka and T. Ishida, Powder Technology 71 (1992), for its dashpot;
-O. R. Walton, in Particulate Two-Phase Flow (1993), and S. F. Foerster et al., Physics of Fluids 6 (1994), for hard spheres with friction.
+Sources: W. Goldsmith, Impact (1960), for Hertz; Y. Tsuji, T. Tanaka and T. Ishida, Powder Technology 71
+(1992), for its dashpot; O. R. Walton, in Particulate Two-Phase Flow (1993), and S. F. Foerster et al.,
+Physics of Fluids 6 (1994), for hard spheres with friction.
 """
 
 import math
@@ -17,7 +18,9 @@ def modulus(*solids: tuple[float, float]) -> float:
 
 
 def shear_modulus(*solids: tuple[float, float]) -> float:
-    """Contact shear modulus G* [Pa] of one (the other rigid) or two solids (E [Pa], nu [1]); 1/G* = sum (2 - nu)/G."""
+    """Contact shear modulus G* [Pa] of one (the other rigid) or two solids (E [Pa], nu [1]); 1/G* = sum (2 -
+    nu)/G.
+    """
     return 1.0 / sum(2.0 * (2.0 - nu) * (1.0 + nu) / e for e, nu in solids)
 
 
@@ -40,12 +43,16 @@ def hertz(mass: float, radius: float, e_star: float, v: float) -> Elastic:
 
 
 def damped_hertz_time(mass: float, radius: float, e_star: float, v: float, zeta: float) -> float:
-    """Upper bound of the contact time [s] with dashpot: that of the elastic impact, stretched as a damped oscillator is."""
+    """Upper bound of the contact time [s] with dashpot: that of the elastic impact, stretched as a damped
+    oscillator is.
+    """
     return hertz(mass, radius, e_star, v).time * (1.0 + 2.0 * zeta)
 
 
 def sliding_rebound(v_n, v_t, e, mu, radius, spin=0.0):
-    """Tangential velocity [m/s] and spin [rad/s] after an impact that slides throughout, in the direction of `v_t`."""
+    """Tangential velocity [m/s] and spin [rad/s] after an impact that slides throughout, in the direction of
+    `v_t`.
+    """
     return v_t - mu * (1.0 + e) * v_n, spin + 2.5 * mu * (1.0 + e) * v_n / radius
 
 
@@ -59,10 +66,12 @@ class Spring(NamedTuple):
 
 
 def oblique(mass, radius, v_n, v_t, spin, mu, spring: Spring, stored: str, dt: float):
-    """Velocities v_n', v_t' [m/s] and spin [rad/s] of a sphere after an oblique impact on a fixed flat, by small steps `dt` [s].
+    """Velocities v_n', v_t' [m/s] and spin [rad/s] of a sphere after an oblique impact on a fixed flat, by
+    small steps `dt` [s].
 
-    `stored` is what the tangential spring remembers: "displacement" or "incremental" (its force).  Trapezoidal in the spring, midpoint in
-    the motion; the arm of friction is the radius less half the overlap.
+    `stored` is what the tangential spring remembers: "displacement" or "incremental" (its force).
+    Trapezoidal in the spring, midpoint in the motion; the arm of friction is the radius less half the
+    overlap.
     """
     d, rate, memory = 0.0, v_n, 0.0
     inertia = 0.4 * mass * radius * radius
@@ -96,7 +105,9 @@ def hertz_mindlin(mass, radius, e_star, g_star, zeta, cut) -> Spring:
     def normal(d, rate):
         d = max(d, 0.0)
         stiffness = 2.0 * e_star * math.sqrt(radius * d)
-        force = 2.0 / 3.0 * stiffness * d + 2.0 * math.sqrt(5.0 / 6.0) * zeta * math.sqrt(stiffness * mass) * rate
+        force = (
+            2.0 / 3.0 * stiffness * d + 2.0 * math.sqrt(5.0 / 6.0) * zeta * math.sqrt(stiffness * mass) * rate
+        )
         return max(force, 0.0) if cut else force
 
     return Spring(normal, lambda d: 8.0 * g_star * math.sqrt(radius * max(d, 0.0)))

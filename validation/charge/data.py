@@ -19,6 +19,8 @@ def chung_ooi_figure(name: str) -> dict[str, np.ndarray]:
 
 
 def dosta_packing() -> np.ndarray:
-    """Places [m] (25000, 3) of the grains of the penetration test of Dosta et al. 2024; all have a radius of 1 mm."""
+    """Places [m] (25000, 3) of the grains of the penetration test of Dosta et al. 2024; all have a radius of
+    1 mm.
+    """
     with np.load(FOLDER / "dosta_2024" / "penetration_25k.npz", allow_pickle=False) as packing:
         return packing["nanometres"] * 1e-9

@@ -1,4 +1,6 @@
-"""A charge driven directly: particles, walls at rest or in steady motion, and impacts followed from touch to release."""
+"""A charge driven directly: particles, walls at rest or in steady motion, and impacts followed from touch to
+release.
+"""
 
 import math
 from typing import NamedTuple
@@ -24,7 +26,16 @@ SAMPLES = 400
 
 
 def pair(
-    k=0.0, zeta=0.0, ratio=1.0, cut=False, friction=0.0, rolling=0.0, unloading=1.0, modulus=0.0, shear_modulus=0.0, stop=0.9
+    k=0.0,
+    zeta=0.0,
+    ratio=1.0,
+    cut=False,
+    friction=0.0,
+    rolling=0.0,
+    unloading=1.0,
+    modulus=0.0,
+    shear_modulus=0.0,
+    stop=0.9,
 ) -> PairLaw:
     """Numbers of a contact with the things a case does not speak of switched off.
 
@@ -32,7 +43,8 @@ def pair(
     ----------
     k : stiffness [N/m] of the linear laws; modulus, shear_modulus : E* and G* [Pa] of Hertz and Mindlin
     zeta : damping ratio [1]; ratio : tangential stiffness over that of the normal law, or over Mindlin's [1]
-    cut : no tension on release; friction, rolling : coefficients [1]; unloading : stiffness over that of loading [1]
+    cut : no tension on release; friction, rolling : coefficients [1]; unloading : stiffness over that of
+        loading [1]
     stop : overlap at which the march stops [diameter]
     """
     return PairLaw(
@@ -176,7 +188,8 @@ def follow(bench: Bench, along, mass: float, radii: float, limit: int) -> Impact
 
     Parameters
     ----------
-    along : direction [1] (3,) in which particle 0 approaches; particle 1 or a wall through the origin stands in the way
+    along : direction [1] (3,) in which particle 0 approaches; particle 1 or a wall through the origin stands
+        in the way
     mass : of particle 0 [kg]
     radii : sum of the radii [m], of the particle's alone for a wall
     limit : substeps after which the contact must have ended
@@ -198,10 +211,22 @@ def follow(bench: Bench, along, mass: float, radii: float, limit: int) -> Impact
     return Impact(bench.v, bench.w, curve[:, 0].max(), curve[:, 1].max(), duration, curve)
 
 
-def strike_floor(radius, density, numbers, contact_time, v_n, v_t=0.0, spin=0.0, law=("linear", "displacement", "none")) -> Impact:
-    """A sphere strikes the floor at `v_n` [m/s], with `v_t` [m/s] along x and `spin` [rad/s] about y (positive: rolling along x)."""
+def strike_floor(
+    radius, density, numbers, contact_time, v_n, v_t=0.0, spin=0.0, law=("linear", "displacement", "none")
+) -> Impact:
+    """A sphere strikes the floor at `v_n` [m/s], with `v_t` [m/s] along x and `spin` [rad/s] about y
+    (positive: rolling along x).
+    """
     dt = contact_time / SAMPLES
     bench = Bench(
-        [0, 0, radius + 3.3 * dt * v_n], numbers, dt, [FLOOR], radius, (density,), law, velocities=[v_t, 0, -v_n], spins=[0, spin, 0]
+        [0, 0, radius + 3.3 * dt * v_n],
+        numbers,
+        dt,
+        [FLOOR],
+        radius,
+        (density,),
+        law,
+        velocities=[v_t, 0, -v_n],
+        spins=[0, spin, 0],
     )
     return follow(bench, (0, 0, -1), sphere_mass(radius, density), radius, 4 * SAMPLES)

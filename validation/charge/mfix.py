@@ -1,5 +1,5 @@
-"""MFiX DEM01 to DEM04: J. Musser and others, MFiX Verification and Validation Manual; R. Garg, J. Galvin, T. Li and S. Pannala, Powder
-Technology 220 (2012) 122-137.  Linear spring and dashpot."""
+"""MFiX DEM01 to DEM04: J. Musser and others, MFiX Verification and Validation Manual; R. Garg, J. Galvin, T.
+Li and S. Pannala, Powder Technology 220 (2012) 122-137.  Linear spring and dashpot."""
 
 import math
 
@@ -29,7 +29,14 @@ def dem01() -> list[Row]:
         bench.march(round(0.9 * touch / dt))
         exact = height - 0.5 * G * bench.time**2
         rows.append(
-            Row(f"e = {e}: height in free fall at {bench.time:.4f} s [m]", exact, SOURCE, bench.x[0, 2], 1e-9, "exact but for rounding")
+            Row(
+                f"e = {e}: height in free fall at {bench.time:.4f} s [m]",
+                exact,
+                SOURCE,
+                bench.x[0, 2],
+                1e-9,
+                "exact but for rounding",
+            )
         )
         w0, ds = math.sqrt(k / mass), mass * G / k
         wd = w0 * math.sqrt(1 - zeta * zeta)
@@ -40,9 +47,12 @@ def dem01() -> list[Row]:
             t = bench.time - touch
             ex, c, s = math.exp(-zeta * w0 * t), math.cos(wd * t), math.sin(wd * t)
             heights.append((radius - ds + ex * (ds * c - b * s), bench.x[0, 2]))
-            speeds.append((-ex * ((zeta * w0 * ds + wd * b) * c + (wd * ds - zeta * w0 * b) * s), bench.v[0, 2]))
+            speeds.append(
+                (-ex * ((zeta * w0 * ds + wd * b) * c + (wd * ds - zeta * w0 * b) * s), bench.v[0, 2])
+            )
             bench.march(round(0.12 * time / dt))
-        # a step of the dashpot at touch is caught to second order; the start of contact is known to a substep's share of that
+        # a step of the dashpot at touch is caught to second order; the start of contact is known to a
+        # substep's share of that
         allowed = 4 * (math.pi / 1000) ** 2 * speed
         why = "second order in a substep of 1/1000 of the contact"
         rows.append(largest(f"e = {e}: height in contact [m]", heights, SOURCE, allowed / w0, why))
@@ -51,7 +61,9 @@ def dem01() -> list[Row]:
 
 
 def bounce_with_weight(mass: float, k: float, zeta: float, speed: float) -> float:
-    """Speed [m/s] after a contact that begins at `speed` [m/s] under gravity: the damped oscillator to its next zero."""
+    """Speed [m/s] after a contact that begins at `speed` [m/s] under gravity: the damped oscillator to its
+    next zero.
+    """
     w0, ds = math.sqrt(k / mass), mass * G / k
     wd = w0 * math.sqrt(1 - zeta * zeta)
     b = (speed - zeta * w0 * ds) / wd
@@ -60,7 +72,9 @@ def bounce_with_weight(mass: float, k: float, zeta: float, speed: float) -> floa
         return ds + math.exp(-zeta * w0 * t) * (-ds * math.cos(wd * t) + b * math.sin(wd * t))
 
     end = brentq(overlap, 0.5 * math.pi / wd, 1.5 * math.pi / wd, xtol=1e-18, rtol=1e-14)
-    return -math.exp(-zeta * w0 * end) * ((zeta * w0 * ds + wd * b) * math.cos(wd * end) + (wd * ds - zeta * w0 * b) * math.sin(wd * end))
+    return -math.exp(-zeta * w0 * end) * (
+        (zeta * w0 * ds + wd * b) * math.cos(wd * end) + (wd * ds - zeta * w0 * b) * math.sin(wd * end)
+    )
 
 
 def dem02() -> list[Row]:
@@ -87,7 +101,14 @@ def dem02() -> list[Row]:
             exact, stiff = radius + after**2 / (2 * G), radius + (height - radius) * e ** (2 * n)
             allowed = n * 4 * (math.pi / 100) ** 2 * (exact - radius)
             rows.append(
-                Row(f"k = {k:.0e} N/m: top of bounce {n} [m]", exact, "closed form with the weight during the contact", apex, allowed, why)
+                Row(
+                    f"k = {k:.0e} N/m: top of bounce {n} [m]",
+                    exact,
+                    "closed form with the weight during the contact",
+                    apex,
+                    allowed,
+                    why,
+                )
             )
             limit = "closed form of the stiff limit, MFiX V&V manual"
             rows.append(
@@ -141,7 +162,8 @@ def dem03() -> list[Row]:
             bench.march(50)
             exact = rest + expm(matrix * bench.time) @ (begin - rest)
             pairs += list(zip(exact[:2], bench.x[:, 2], strict=True))
-        # the phase of the fastest mode, w^2 = 3 k/m, is wrong by (w dt)^2/24; tested over 10 ms of at most the first swing
+        # the phase of the fastest mode, w^2 = 3 k/m, is wrong by (w dt)^2/24; tested over 10 ms of at most
+        # the first swing
         w = math.sqrt(3 * k / m2)
         allowed = 0.1 * rp * (w * dt) ** 2 / 24 * w * end
         rows.append(
@@ -166,21 +188,52 @@ def dem04() -> list[Row]:
     sag = mass * G / k
     for mu in (0.2, 0.3, 0.6):
         bench = Bench(
-            [0, 0, radius - sag], pair(k, zeta, friction=mu), dt, [FLOOR], radius, (density,), gravity=DOWN, velocities=[u0, 0, 0]
+            [0, 0, radius - sag],
+            pair(k, zeta, friction=mu),
+            dt,
+            [FLOOR],
+            radius,
+            (density,),
+            gravity=DOWN,
+            velocities=[u0, 0, 0],
         )
         slides = 2 * u0 / (7 * mu * G)
         bench.march(round(slides / dt))
-        # friction sets in with the stretching of its spring, mu sag in length; half an overlap at the arm; a substep
+        # friction sets in with the stretching of its spring, mu sag in length; half an overlap at the arm; a
+        # substep
         late = mu * sag / u0 + dt
         why = "the spring of friction is stretched by mu m g/k first; half an overlap at the arm"
-        rows.append(Row(f"mu = {mu}: way until it rolls [m]", 12 * u0**2 / (49 * mu * G), SOURCE, bench.x[0, 0], 2 * u0 * late, why))
+        rows.append(
+            Row(
+                f"mu = {mu}: way until it rolls [m]",
+                12 * u0**2 / (49 * mu * G),
+                SOURCE,
+                bench.x[0, 0],
+                2 * u0 * late,
+                why,
+            )
+        )
         bench.march(round(0.2 * slides / dt))
         swing = mu * G * math.sqrt(mass / k) + sag / radius * u0
         rows.append(
-            Row(f"mu = {mu}: rolling speed [m/s]", 5 / 7 * u0, SOURCE, bench.v[0, 0], swing, "the spring of friction goes on swinging")
+            Row(
+                f"mu = {mu}: rolling speed [m/s]",
+                5 / 7 * u0,
+                SOURCE,
+                bench.v[0, 0],
+                swing,
+                "the spring of friction goes on swinging",
+            )
         )
         rows.append(
-            Row(f"mu = {mu}: rolling spin [rad/s]", 5 / 7 * u0 / radius, SOURCE, bench.w[0, 1], 2.5 * swing / radius, "the same, 5/2")
+            Row(
+                f"mu = {mu}: rolling spin [rad/s]",
+                5 / 7 * u0 / radius,
+                SOURCE,
+                bench.w[0, 1],
+                2.5 * swing / radius,
+                "the same, 5/2",
+            )
         )
     return rows
 

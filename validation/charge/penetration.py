@@ -1,5 +1,7 @@
-"""A steel ball strikes a bed of grains: M. Dosta and 28 others, "Comparing open-source DEM frameworks for simulations of common bulk
-processes", Computer Physics Communications 296 (2024) 109066; 25 000 grains of material M1.  Hertz and Mindlin, no rolling resistance."""
+"""A steel ball strikes a bed of grains: M. Dosta and 28 others, "Comparing open-source DEM frameworks for
+simulations of common bulk processes", Computer Physics Communications 296 (2024) 109066; 25 000 grains of
+material M1.  Hertz and Mindlin, no rolling resistance.
+"""
 
 import numpy as np
 
@@ -19,7 +21,12 @@ OTHERS = "LAMMPS 2025, LIGGGHTS 3.8 and YADE 2023, one run each on the authors' 
 
 def contact(a, b, e, mu):
     """Numbers of the contact of two solids."""
-    return pair(modulus=modulus(a, b), shear_modulus=shear_modulus(a, b), zeta=damping_ratio_from_restitution(e, False), friction=mu)
+    return pair(
+        modulus=modulus(a, b),
+        shear_modulus=shear_modulus(a, b),
+        zeta=damping_ratio_from_restitution(e, False),
+        friction=mu,
+    )
 
 
 def penetration() -> list[Row]:
@@ -32,7 +39,11 @@ def penetration() -> list[Row]:
     materials = np.append(np.zeros(len(grains), int), 1)
     speeds = np.zeros_like(places)
     speeds[-1] = [0.0, 0.0, -5.0 - G * LET_IN]
-    numbers = {(0, 0): contact(M1, M1, 0.5, 0.3), (0, 1): contact(M1, STEEL, 0.4, 0.2), (1, 1): contact(STEEL, STEEL, 0.6, 0.5)}
+    numbers = {
+        (0, 0): contact(M1, M1, 0.5, 0.3),
+        (0, 1): contact(M1, STEEL, 0.4, 0.2),
+        (1, 1): contact(STEEL, STEEL, 0.6, 0.5),
+    }
     axes = np.eye(3)
     walls = [plane("bottom", axes[2], -0.0902431, material=1)]
     for axis, half in ((0, 0.049), (1, 0.03)):
@@ -65,14 +76,28 @@ def penetration() -> list[Row]:
     lowest = int(np.argmin(heights))
     spread = "1.6 to 2.5 times the spread of the three codes"
     return [
-        Row("height after 20 ms, in free fall [m]", -0.041962, "free fall", at(heights, 0.020), 2e-6, "printed figures"),
+        Row(
+            "height after 20 ms, in free fall [m]",
+            -0.041962,
+            "free fall",
+            at(heights, 0.020),
+            2e-6,
+            "printed figures",
+        ),
         Row("height after 24 ms [m]", -0.0603, OTHERS, at(heights, 0.024), 2e-4, spread),
         Row("height after 28 ms [m]", -0.0735, OTHERS, at(heights, 0.028), 6e-4, spread),
         Row("velocity after 24 ms [m/s]", -3.83, OTHERS, at(falls, 0.024), 0.06, spread),
         Row("velocity after 28 ms [m/s]", -2.77, OTHERS, at(falls, 0.028), 0.12, spread),
         Row("lowest height [m]", -0.07876, OTHERS, heights[lowest], 2e-4, spread),
         Row("time of the lowest height [s]", 0.03035, OTHERS, times[lowest], 4e-4, spread),
-        Row("speed of the rebound [m/s]", 1.9, OTHERS, float(np.max(falls[lowest:])), 0.2, "their spread, 1.7 to 2.1"),
+        Row(
+            "speed of the rebound [m/s]",
+            1.9,
+            OTHERS,
+            float(np.max(falls[lowest:])),
+            0.2,
+            "their spread, 1.7 to 2.1",
+        ),
     ]
 
 

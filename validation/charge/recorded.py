@@ -1,4 +1,6 @@
-"""Numbers that other codes keep of their own runs: LAMMPS (unittest/granular) and MercuryDPM (Drivers/Papers/OSBenchmark, self-tests)."""
+"""Numbers that other codes keep of their own runs: LAMMPS (unittest/granular) and MercuryDPM
+(Drivers/Papers/OSBenchmark, self-tests).
+"""
 
 import math
 
@@ -18,7 +20,9 @@ def lammps_linear() -> list[Row]:
     zeta = damping_ratio_from_restitution(e, False)
     dt = contact_time(k, mass / 2, zeta, False) / SAMPLES
     x = [[-radius - 6e-6, 0, 0], [radius + 6e-6, 0, 0]]
-    bench = Bench(x, pair(k, zeta), dt, radius=radius, densities=(density,), velocities=[[2, 0, 0], [-2, 0, 0]])
+    bench = Bench(
+        x, pair(k, zeta), dt, radius=radius, densities=(density,), velocities=[[2, 0, 0], [-2, 0, 0]]
+    )
     got = follow(bench, (1, 0, 0), mass, 2 * radius, 4 * SAMPLES)
     rows.append(
         Row(
@@ -36,7 +40,16 @@ def lammps_linear() -> list[Row]:
     zeta = 10.0 * mass / (2 * math.sqrt(k * mass))
     bench = Bench([0, 0, height], pair(k, zeta, stop=2.0), 1e-4, [FLOOR], radius, (density,), gravity=DOWN)
     bench.march(2500)
-    rows.append(Row("dem01-hooke-3d: height after 0.25 s [m]", 0.19343750000000071, LAMMPS, bench.x[0, 2], 1e-9, "free fall is exact"))
+    rows.append(
+        Row(
+            "dem01-hooke-3d: height after 0.25 s [m]",
+            0.19343750000000071,
+            LAMMPS,
+            bench.x[0, 2],
+            1e-9,
+            "free fall is exact",
+        )
+    )
     bench.march(1500)
     error = (math.sqrt(k / mass) * 1e-3) ** 2 / 8
     why = "their step of 1 ms: (w dt)^2/8 of the speed at touch, and half a step of the dashpot"
@@ -51,7 +64,14 @@ def lammps_linear() -> list[Row]:
         )
     )
     rows.append(
-        Row("dem01-hooke-3d: velocity after 0.4 s [m/s]", 1.4883590261689112, LAMMPS, bench.v[0, 2], 2.8 * (2 * error + 10 * 0.5e-3), why)
+        Row(
+            "dem01-hooke-3d: velocity after 0.4 s [m/s]",
+            1.4883590261689112,
+            LAMMPS,
+            bench.v[0, 2],
+            2.8 * (2 * error + 10 * 0.5e-3),
+            why,
+        )
     )
     radius, density, k, k_t, e, mu = 0.0025, 2700.0, 2e7, 5.7e6, 0.98, 0.092
     mass = sphere_mass(radius, density)
@@ -65,8 +85,13 @@ def lammps_linear() -> list[Row]:
     ):
         # their friction turns the sphere with its radius, ours with half an overlap less
         arm = 0.5 * 2.9876 * math.sqrt(mass / k) / radius if what[0] == "s" else 0.0
-        why = "their step, 1/240 of the contact; they take the radius for the arm of friction at a wall, we half an overlap less"
-        rows.append(Row(f"dem04-hookehistory-oblique: {what}", theirs, LAMMPS, ours, (1e-3 + arm) * theirs, why))
+        why = (
+            "their step, 1/240 of the contact; they take the radius for the arm of friction at a wall, "
+            "we half an overlap less"
+        )
+        rows.append(
+            Row(f"dem04-hookehistory-oblique: {what}", theirs, LAMMPS, ours, (1e-3 + arm) * theirs, why)
+        )
     radius, density, k, k_t, mu, g = 0.0025, 2700.0, 1e4, 2.8e3, 0.4, 1.0
     mass = sphere_mass(radius, density)
     bench = Bench(
@@ -108,7 +133,16 @@ def lammps_linear() -> list[Row]:
                 "the same, and their undamped bounce on the floor, 2e-6 m/s",
             )
         )
-        rows.append(Row(f"dem05-hookehistory-slip, {n}: spin [rad/s]", spin, LAMMPS, bench.w[0, 1], 2.5 * 2e-5 / radius, "the same, 5/2"))
+        rows.append(
+            Row(
+                f"dem05-hookehistory-slip, {n}: spin [rad/s]",
+                spin,
+                LAMMPS,
+                bench.w[0, 1],
+                2.5 * 2e-5 / radius,
+                "the same, 5/2",
+            )
+        )
     bench.march(25000)
     rows.append(
         Row(
@@ -134,16 +168,22 @@ def lammps_mindlin() -> list[Row]:
     numbers = pair(modulus=e_star, shear_modulus=g_star, zeta=zeta, friction=mu)
     for case, v_t, recorded in (
         ("dem04-mindlin-sticking", 0.5, (2.9278423105668629, 3.4437890244522057e-01, 1.5562109755477954e02)),
-        ("dem04-mindlin-oblique-lowvt", 2.29, (2.9278423105668629, 1.7457443950640865, 5.4425560493591468e02)),
+        (
+            "dem04-mindlin-oblique-lowvt",
+            2.29,
+            (2.9278423105668629, 1.7457443950640865, 5.4425560493591468e02),
+        ),
     ):
         got = strike_floor(radius, density, numbers, time, v_n, v_t, law=("hertz", "displacement", "none"))
         spring = hertz_mindlin(mass, radius, e_star, g_star, zeta, False)
         _, u, w = oblique(mass, radius, v_n, v_t, 0.0, mu, spring, "displacement", time / SAMPLES / 10)
-        # LAMMPS has a tangential dashpot of half the normal one; it takes part in what sticks, not in what slides
+        # LAMMPS has a tangential dashpot of half the normal one; it takes part in what sticks, not in what
+        # slides
         damped = 2 * 0.5 * zeta * v_t if v_t < 1.0 else 0.0
         arm = 0.5 * hertz(mass, radius, e_star, v_n).overlap / radius
         why = (
-            "their step, 1e-3; they take the radius for the arm of friction at a wall, we half an overlap less; their tangential dashpot"
+            "their step, 1e-3; they take the radius for the arm of friction at a wall, we half an "
+            "overlap less; their tangential dashpot"
             " of half the normal one takes zeta v_t where the contact sticks"
         )
         for what, theirs, ours, share in (
@@ -176,7 +216,9 @@ def lammps_mindlin() -> list[Row]:
     # their constant 4/3 E* on the wall: F = 7.11111e10 sqrt(R) d^1.5
     e_star = 0.75 * 7.11111e10
     exact = hertz(sphere_mass(radius, density), radius, e_star, v)
-    got = strike_floor(radius, density, pair(modulus=e_star), exact.time, v, law=("hertz", "displacement", "none"))
+    got = strike_floor(
+        radius, density, pair(modulus=e_star), exact.time, v, law=("hertz", "displacement", "none")
+    )
     rows.append(
         Row(
             "dem03-hertz-peak-wall: largest overlap [m]",
@@ -187,30 +229,64 @@ def lammps_mindlin() -> list[Row]:
             "their sample is at 9e-4 m/s from the turn: 3e-8 of the overlap; both steps, second order",
         )
     )
-    rows.append(Row("dem03-hertz-peak-wall: speed afterwards [m/s]", 3.9, LAMMPS, got.v[0, 2], 1e-4 * 3.9, "elastic"))
+    rows.append(
+        Row("dem03-hertz-peak-wall: speed afterwards [m/s]", 3.9, LAMMPS, got.v[0, 2], 1e-4 * 3.9, "elastic")
+    )
     return rows
 
 
 def mercury() -> list[Row]:
-    """MercuryDPM's self-tests of the benchmark of Dosta et al. 2024: a normal impact, and a sphere that slips on a wall."""
+    """MercuryDPM's self-tests of the benchmark of Dosta et al. 2024: a normal impact, and a sphere that slips
+    on a wall.
+    """
     source = "MercuryDPM, OSHertzSelfTest and OSMindlinSelfTest"
     radius, density, v, e = 1e-3, 2500.0, 1.0, 0.4
     e_star = modulus((1e9, 0.2), (210e9, 0.2))
     zeta = damping_ratio_from_restitution(e, False)
     dt = 5e-7
     numbers = pair(modulus=e_star, zeta=zeta)
-    bench = Bench([0, 0, radius + 1e-5], numbers, dt, [FLOOR], radius, (density,), ("hertz", "displacement", "none"), velocities=[0, 0, -v])
+    bench = Bench(
+        [0, 0, radius + 1e-5],
+        numbers,
+        dt,
+        [FLOOR],
+        radius,
+        (density,),
+        ("hertz", "displacement", "none"),
+        velocities=[0, 0, -v],
+    )
     bench.march(121)
     why = "both steps: 65 a contact, the dashpot's start within half a step"
     rows = [
         Row("Hertz: speed afterwards [m/s]", 0.40107538, source, bench.v[0, 2], 5e-3 * 0.4, why),
-        Row("Hertz: height after 60.5 us [m]", 0.00100724022, source, bench.x[0, 2], 5e-3 * 3.5e-5 * 0.4 + 0.4 * dt, why),
+        Row(
+            "Hertz: height after 60.5 us [m]",
+            0.00100724022,
+            source,
+            bench.x[0, 2],
+            5e-3 * 3.5e-5 * 0.4 + 0.4 * dt,
+            why,
+        ),
     ]
     density, mu, g = 7200.0, 0.2, 5.0
-    numbers = pair(modulus=e_star, shear_modulus=shear_modulus((1e9, 0.2), (210e9, 0.2)), zeta=zeta, friction=mu)
-    bench = Bench([0, 0, radius], numbers, dt, [FLOOR], radius, (density,), ("hertz", "displacement", "none"), (g, 0.0, -g))
+    numbers = pair(
+        modulus=e_star, shear_modulus=shear_modulus((1e9, 0.2), (210e9, 0.2)), zeta=zeta, friction=mu
+    )
+    bench = Bench(
+        [0, 0, radius],
+        numbers,
+        dt,
+        [FLOOR],
+        radius,
+        (density,),
+        ("hertz", "displacement", "none"),
+        (g, 0.0, -g),
+    )
     bench.march(10001)
-    why = "the first bounces on the floor, of a contact of Hertz that begins at no load, and the spring of friction: 1e-3"
+    why = (
+        "the first bounces on the floor, of a contact of Hertz that begins at no load, and the spring of "
+        "friction: 1e-3"
+    )
     rows += [
         Row("Mindlin: velocity after 5 ms [m/s]", 0.0200031142, source, bench.v[0, 0], 1e-3 * 0.02, why),
         Row("Mindlin: spin after 5 ms [rad/s]", 12.4983210, source, bench.w[0, 1], 1e-3 * 12.5, why),

@@ -1,5 +1,7 @@
-"""Rolling resistance: J. Ai, J.-F. Chen, J. M. Rotter and J. Y. Ooi, "Assessment of rolling resistance models in discrete element
-simulations", Powder Technology 206 (2011) 269-282.  A sphere rolls on a level, and up an incline, until it stops; type A and type C."""
+"""Rolling resistance: J. Ai, J.-F. Chen, J. M. Rotter and J. Y. Ooi, "Assessment of rolling resistance models
+in discrete element simulations", Powder Technology 206 (2011) 269-282.  A sphere rolls on a level, and up an
+incline, until it stops; type A and type C.
+"""
 
 import math
 
@@ -21,7 +23,18 @@ def ball(slope: float, rolling: float, law: str, speed: float) -> Bench:
     numbers = pair(K, ZETA, 2 / 7, friction=MU, rolling=rolling)
     x = [0, 0, RADIUS - SAG * math.cos(slope)]
     law = ("linear", "displacement", law)
-    return Bench(x, numbers, DT, [FLOOR], RADIUS, (DENSITY,), law, gravity, velocities=[speed, 0, 0], spins=[0, speed / RADIUS, 0])
+    return Bench(
+        x,
+        numbers,
+        DT,
+        [FLOOR],
+        RADIUS,
+        (DENSITY,),
+        law,
+        gravity,
+        velocities=[speed, 0, 0],
+        spins=[0, speed / RADIUS, 0],
+    )
 
 
 def decay() -> list[Row]:
@@ -36,7 +49,9 @@ def decay() -> list[Row]:
         bench.march(round(0.5 * stop / DT))
         why = "springs of friction and rolling stretched by mu_r m g/k_t first; half an overlap at the arm"
         allowed = (SAG / RADIUS + 2 * mu_r * G / math.sqrt(w2) / u0) * u0
-        rows.append(Row(f"{law}: speed at half the time [m/s]", 0.5 * u0, SOURCE, bench.v[0, 0], allowed, why))
+        rows.append(
+            Row(f"{law}: speed at half the time [m/s]", 0.5 * u0, SOURCE, bench.v[0, 0], allowed, why)
+        )
         bench.march(round(0.6 * stop / DT))
         allowed = 2 * SAG / RADIUS * way + 4 * mu_r * G / w2 + 2 * mu_r * G / math.sqrt(w2) * stop
         rows.append(Row(f"{law}: way to the stop [m]", way, SOURCE, bench.x[0, 0], allowed, why))
@@ -82,7 +97,9 @@ def incline() -> list[Row]:
             bench.march(round(u0 / slowing / DT))
             late = 2 * mu_r * G / math.sqrt(w2) * u0 / slowing + 4 * G / w2 + SAG / RADIUS * top
             why = "springs of friction and rolling are stretched first; half an overlap at the arm"
-            rows.append(Row(f"{law}, mu_r = {mu_r}: way up 10 degrees [m]", top, SOURCE, bench.x[0, 0], late, why))
+            rows.append(
+                Row(f"{law}, mu_r = {mu_r}: way up 10 degrees [m]", top, SOURCE, bench.x[0, 0], late, why)
+            )
             t = 0.2
             bench.march(round(t / DT))
             back = max(0.0, 5 / 7 * G * (sin - mu_r * cos)) * t

@@ -32,11 +32,17 @@ class Row:
         return math.isfinite(self.ours) and abs(self.ours - self.reference) <= self.tolerance
 
 
-def largest(quantity: str, pairs: Iterable[tuple[float, float]], source: str, tolerance: float, why: str) -> Row:
-    """A row for a whole curve: the largest difference of (reference, ours) over its points, which should be zero."""
+def largest(
+    quantity: str, pairs: Iterable[tuple[float, float]], source: str, tolerance: float, why: str
+) -> Row:
+    """A row for a whole curve: the largest difference of (reference, ours) over its points, which should be
+    zero.
+    """
     differences = [ours - reference for reference, ours in pairs]
     worst = max(differences, key=abs)
-    return Row(f"{quantity}: largest difference of {len(differences)} points", 0.0, source, worst, tolerance, why)
+    return Row(
+        f"{quantity}: largest difference of {len(differences)} points", 0.0, source, worst, tolerance, why
+    )
 
 
 HEAD = f"{'quantity':<88} {'reference':>13} {'ours':>13} {'difference':>11} {'tolerance':>10}  pass"
@@ -50,7 +56,8 @@ def lines(case: str, rows: Iterable[Row]) -> list[str]:
     for row in rows:
         note = notes.setdefault(f"{row.source}. Tolerance: {row.why}", len(notes) + 1)
         out.append(
-            f"{row.quantity + f' [{note}]':<88} {row.reference:>13.7g} {row.ours:>13.7g} {row.ours - row.reference:>11.2e}"
+            f"{row.quantity + f' [{note}]':<88} {row.reference:>13.7g} {row.ours:>13.7g} "
+            f"{row.ours - row.reference:>11.2e}"
             f" {row.tolerance:>10.1e}  {'yes' if row.passes else 'NO'}"
         )
     return out + [f"[{number}] {note}." for note, number in notes.items()] + [""]

@@ -1,8 +1,9 @@
 """The problems: a file of `examples/mechanisms`, what is compared, and how near it must come.
 
-IFToMM: M. Gonzalez, D. Dopico, U. Lugris, J. Cuadrado, A benchmarking system for MBS simulation software, Multibody System Dynamics
-16, 179-190, 2006, and the library of computational benchmark problems at iftomm-multibody.org.  The library measures A01, A02 and
-A04 by their energy; the limits on positions are our own.
+IFToMM: M. Gonzalez, D. Dopico, U. Lugris, J. Cuadrado, A benchmarking system for MBS simulation software,
+Multibody System Dynamics 16, 179-190, 2006, and the library of computational benchmark problems at
+iftomm-multibody.org.  The library measures A01, A02 and A04 by their energy; the limits on positions are our
+own.
 """
 
 import math
@@ -46,13 +47,17 @@ def squeezer_error(run: Run) -> float:
     """Largest error of four angles at 0.03 s [rad]; whole turns are not told apart."""
     errors = []
     for body, end in exact.SQUEEZER_END.items():
-        angle = exact.SQUEEZER_START[body] + 2 * math.atan2(run.series[f"{body}_attitude_z"][-1], run.series[f"{body}_attitude_w"][-1])
+        angle = exact.SQUEEZER_START[body] + 2 * math.atan2(
+            run.series[f"{body}_attitude_z"][-1], run.series[f"{body}_attitude_w"][-1]
+        )
         errors.append((angle - end + math.pi) % math.tau - math.pi)
     return _largest(np.array(errors))
 
 
 def attitude_error(run: Run) -> float:
-    """Largest angle between the free body's attitude and that of the reference [rad]: 4 asin of half the distance of quaternions."""
+    """Largest angle between the free body's attitude and that of the reference [rad]: 4 asin of half the
+    distance of quaternions.
+    """
     ours = np.column_stack([run.series[f"nut_attitude_{part}"] for part in "wxyz"])
     theirs = exact.free_body(run.series["time"])
     nearer = np.sign((ours * theirs).sum(axis=1))[:, None]  # q and -q are the same attitude

@@ -34,9 +34,13 @@ class Run(NamedTuple):
 
 
 def simulate(name: str, halvings: int = 0, until: float | None = None) -> Run:
-    """March ``examples/mechanisms/<name>.toml`` with its step halved so many times, to the end of the file or `until` [s]."""
+    """March ``examples/mechanisms/<name>.toml`` with its step halved so many times, to the end of the file or
+    `until` [s].
+    """
     case = load_case(EXAMPLES / f"{name}.toml")
-    case = case.with_(**{"run.dt": case.run.dt / 2**halvings, "run.until": case.run.until if until is None else until})
+    case = case.with_(
+        **{"run.dt": case.run.dt / 2**halvings, "run.until": case.run.until if until is None else until}
+    )
     model, state = build_mechanism(case)
     record_first_row(model, state)
     rows = round(case.run.until * case.run.series_rate)

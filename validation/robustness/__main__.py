@@ -1,7 +1,7 @@
 """Feed the program damaged and hostile inputs of one kind and count what becomes of them.
 
-``python -m validation.robustness results --cases 20000`` reads damaged result files.  The exit code is 1 if an input was neither
-used nor refused in words and in time, or if the program took more memory than it may.
+``python -m validation.robustness results --cases 20000`` reads damaged result files.  The exit code is 1 if
+an input was neither used nor refused in words and in time, or if the program took more memory than it may.
 """
 
 import argparse
@@ -26,11 +26,15 @@ SHOWN = 20
 
 def main(words: list[str]) -> int:
     """Run the attempts of one kind and write their table."""
-    parser = argparse.ArgumentParser(prog="python -m validation.robustness", description="Damaged and hostile inputs.")
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.robustness", description="Damaged and hostile inputs."
+    )
     parser.add_argument("kind", choices=sorted(path.stem for path in Path(__file__).parent.glob("*s.py")))
     parser.add_argument("--cases", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--longest", type=float, default=30.0, help="processor time an answer may take, in seconds")
+    parser.add_argument(
+        "--longest", type=float, default=30.0, help="processor time an answer may take, in seconds"
+    )
     given = parser.parse_args(words)
     module = importlib.import_module(f"validation.robustness.{given.kind}")
     counts: dict[str, Counter] = {}
@@ -45,13 +49,18 @@ def main(words: list[str]) -> int:
     memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     lines = [
         f"python -m validation.robustness {given.kind} --cases {given.cases} --seed {given.seed}",
-        f"nutamill {__version__}, {time.strftime('%Y-%m-%d', time.gmtime())}, {processor()}, {os.cpu_count()} cores",
+        f"nutamill {__version__}, {time.strftime('%Y-%m-%d', time.gmtime())}, {processor()}, "
+        f"{os.cpu_count()} cores",
         "",
         f"{'damage':24}" + "".join(f"{kind:>10}" for kind in KINDS),
-        *(f"{group:24}" + "".join(f"{counts[group][kind]:10d}" for kind in KINDS) for group in sorted(counts)),
+        *(
+            f"{group:24}" + "".join(f"{counts[group][kind]:10d}" for kind in KINDS)
+            for group in sorted(counts)
+        ),
         f"{'all':24}" + "".join(f"{sum(one[kind] for one in counts.values()):10d}" for kind in KINDS),
         "",
-        f"largest memory {memory / 1e6:.0f} MB of {MOST_MEMORY / 1e6:.0f} MB allowed, {time.monotonic() - began:.0f} s",
+        f"largest memory {memory / 1e6:.0f} MB of {MOST_MEMORY / 1e6:.0f} MB allowed, "
+        f"{time.monotonic() - began:.0f} s",
         *bad[:SHOWN],
     ]
     print("\n".join(lines))

@@ -1,7 +1,7 @@
 """Case files that were damaged at random, and case files with one extreme value.
 
-Half of the attempts are damaged files of a mill and of a mechanism, half are the published mill with one extreme value of one
-of its keys.  All are read; of one in `SHEETS` the pre-flight sheet is made as well.
+Half of the attempts are damaged files of a mill and of a mechanism, half are the published mill with one
+extreme value of one of its keys.  All are read; of one in `SHEETS` the pre-flight sheet is made as well.
 """
 
 import functools
@@ -142,7 +142,9 @@ def checked(attempt: HostileCase) -> None:
 
 
 def sampled(number: int, seed: int) -> list[HostileCase]:
-    """Return a random choice of the extremes, always the same for a seed; pairs of them where more are asked for."""
+    """Return a random choice of the extremes, always the same for a seed; pairs of them where more are asked
+    for.
+    """
     every, draw = extremes(), random.Random(seed)
     pairs = [draw.sample(every, 2) for _ in range(number - len(every))]
     found = draw.sample(every, min(number, len(every)))

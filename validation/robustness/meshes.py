@@ -45,7 +45,9 @@ class HostileMesh(NamedTuple):
 
 
 def binary(draw: random.Random | None = None) -> bytes:
-    """Return a cube as binary STL; with random numbers one coordinate is none, or the head promises another number."""
+    """Return a cube as binary STL; with random numbers one coordinate is none, or the head promises another
+    number.
+    """
     count, rows = (
         len(TRIANGLES),
         [[0.0] * 3 + [value for k in three for value in CORNERS[k]] for three in TRIANGLES],

@@ -31,8 +31,8 @@ class Outcome(NamedTuple):
 def outcome(act: Callable[[], Any], longest: float = SLOW) -> Outcome:
     """Return what becomes of an input.
 
-    A good outcome takes no longer than `longest` [s] of processor time, gives no warning of a library, and words a
-    refusal in printable text.
+    A good outcome takes no longer than `longest` [s] of processor time, gives no warning of a library, and
+    words a refusal in printable text.
 
     Parameters
     ----------

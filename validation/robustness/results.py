@@ -1,8 +1,9 @@
 """Result files that were damaged at random, read by every command that reads results.
 
-Each attempt damages a copy of one sound result in one way.  The result is read as a format-2 file whose checksums are as they
-were, as one whose checksums were written anew after the damage (so that what lies behind them is met), or as a file of format 1,
-which has none.  What a reader gets from a file with its own checksums must be what was written.
+Each attempt damages a copy of one sound result in one way.  The result is read as a format-2 file whose
+checksums are as they were, as one whose checksums were written anew after the damage (so that what lies
+behind them is met), or as a file of format 1, which has none.  What a reader gets from a file with its own
+checksums must be what was written.
 """
 
 import math
@@ -29,9 +30,26 @@ from nutamill.result.fields import STATISTICS, expand
 from nutamill.result.layout import FORMAT_VERSION
 
 COMMANDS = ("verify", "orders", "loads", "mounts", "view", "export", "report", "plot", "compare")
-"""Commands that read a result; `DRAWN` of the attempts give the file to one of them, the others to `nutamill show`."""
+"""Commands that read a result; `DRAWN` of the attempts give the file to one of them, the others to
+`nutamill show`.
+"""
 DRAWN = 0.05
-ODD = (0, -1, math.nan, math.inf, 5, "x", "", 10**9, 10**18, "complete", "1", np.arange(3), np.zeros(0), np.bytes_(b"\xff\xfe"))
+ODD = (
+    0,
+    -1,
+    math.nan,
+    math.inf,
+    5,
+    "x",
+    "",
+    10**9,
+    10**18,
+    "complete",
+    "1",
+    np.arange(3),
+    np.zeros(0),
+    np.bytes_(b"\xff\xfe"),
+)
 """Values that damage puts into attributes."""
 LENGTHS = (0, 1, 700, 30_000_000, 10**13)
 """Lengths that damage gives to datasets."""
@@ -39,9 +57,11 @@ RATE = 1000.0
 
 
 def attempts(number: int, seed: int, thorough: bool = True) -> Iterator[tuple[str, str, Callable[[], Any]]]:
-    """Yield the kind and the name of each attempt, and what reads the damaged file; an AssertionError is silent use.
+    """Yield the kind and the name of each attempt, and what reads the damaged file; an AssertionError is
+    silent use.
 
-    If `thorough`, all series of a mill are in the file, which is also verified, reopened for writing and given to a command.
+    If `thorough`, all series of a mill are in the file, which is also verified, reopened for writing and
+    given to a command.
     """
     with tempfile.TemporaryDirectory() as folder:
         sound = write_sound(Path(folder) / "sound.h5", None if thorough else 10)
@@ -66,7 +86,8 @@ def attempts(number: int, seed: int, thorough: bool = True) -> Iterator[tuple[st
 
 
 def write_sound(path: Path, series: int | None = None) -> Path:
-    """Write the result of a mill: 0.6 s at 60 rad/s, 3 snapshots, statistics at two times, a meshed wall, two checkpoints.
+    """Write the result of a mill: 0.6 s at 60 rad/s, 3 snapshots, statistics at two times, a meshed wall, two
+    checkpoints.
 
     `series` is the number of series in it, all if None.
     """
@@ -78,13 +99,25 @@ def write_sound(path: Path, series: int | None = None) -> Path:
     provenance = {"seed": 1, "kernel_digest": "none", "versions": {"numpy": "2"}}
     recorder = Recorder.create(path, case.to_toml(), provenance, names, RATE, axes=axes, walls=walls)
     known = {"time": time, "crank_angle": 60.0 * time, "driveshaft_speed": np.full_like(time, 60.0)}
-    series = [known.get(name, 100.0 + 20.0 * np.cos(120.0 * time + place)) for place, name in enumerate(names)]
+    series = [
+        known.get(name, 100.0 + 20.0 * np.cos(120.0 * time + place)) for place, name in enumerate(names)
+    ]
     recorder.append(np.stack(series, axis=1))
     for k in range(3):
-        poses = {"body_positions": np.zeros((len(BODIES), 3)), "body_attitudes": np.tile([1.0, 0, 0, 0], (len(BODIES), 1))}
+        poses = {
+            "body_positions": np.zeros((len(BODIES), 3)),
+            "body_attitudes": np.tile([1.0, 0, 0, 0], (len(BODIES), 1)),
+        }
         positions = (0.05 * draw.random((40, 3)) - [0.0, 0.0, 0.3]).astype(np.float32)
-        particles = {"positions": positions, "velocities": positions, "radii": np.full(40, 0.0025, np.float32)}
-        chamber = {"chamber_floor": np.array([0.0, 0.0, -0.35]), "chamber_attitude": np.array([1.0, 0.0, 0.0, 0.0])}
+        particles = {
+            "positions": positions,
+            "velocities": positions,
+            "radii": np.full(40, 0.0025, np.float32),
+        }
+        chamber = {
+            "chamber_floor": np.array([0.0, 0.0, -0.35]),
+            "chamber_attitude": np.array([1.0, 0.0, 0.0, 0.0]),
+        }
         recorder.snapshot(0.5 + 0.05 * k, poses | particles | chamber)
     sizes = {name: len(line) for name, line in axes.items()} | {"patch": len(axes["patch_area"])}
     for at in (0.3, 0.6):
@@ -93,7 +126,11 @@ def write_sound(path: Path, series: int | None = None) -> Path:
             shape = [sizes[part.strip()] for part in field.shape.strip("()").split(",") if part.strip()]
             sums[field.name] = np.float64(at) * (1.0 + np.zeros(shape))
         recorder.statistics(at, sums)
-        arrays = {"time": np.array([at]), "velocity": draw.random((7, 3)), "rows": np.arange(40, dtype=np.int32)}
+        arrays = {
+            "time": np.array([at]),
+            "velocity": draw.random((7, 3)),
+            "rows": np.arange(40, dtype=np.int32),
+        }
         recorder.checkpoint(at, {"mechanism": arrays}, {"windows": 7})
     recorder.summary({"substep": 1e-6, "particles": 40})
     recorder.state("complete")
@@ -121,21 +158,43 @@ def _axes() -> dict[str, np.ndarray]:
 
 
 def content(path: Path) -> list[Any]:
-    """Everything that the readers of a result get, part by part; of a part that is refused the words "refused"."""
+    """Everything that the readers of a result get, part by part; of a part that is refused the words
+    "refused".
+    """
     with open_result(path) as result:
         parts: list[Callable[[], Any]] = [
-            lambda: (result.case_text, result.state, result.rate, result.reached, result.summary, repr(result.provenance)),
-            lambda: [(str(name), one.values.tobytes(), one.attrs) for name, one in result.series.variables.items()],
-            lambda: [(str(name), one.values.tolist(), one.attrs) for name, one in result.statistics.variables.items()],
-            lambda: [{name: np.asarray(array).tobytes() for name, array in moment.items()} for moment in result.snapshots],
-            lambda: [(name, mesh.vertices.tobytes(), mesh.triangles.tobytes()) for name, mesh in result.walls.items()],
+            lambda: (
+                result.case_text,
+                result.state,
+                result.rate,
+                result.reached,
+                result.summary,
+                repr(result.provenance),
+            ),
+            lambda: [
+                (str(name), one.values.tobytes(), one.attrs) for name, one in result.series.variables.items()
+            ],
+            lambda: [
+                (str(name), one.values.tolist(), one.attrs)
+                for name, one in result.statistics.variables.items()
+            ],
+            lambda: [
+                {name: np.asarray(array).tobytes() for name, array in moment.items()}
+                for moment in result.snapshots
+            ],
+            lambda: [
+                (name, mesh.vertices.tobytes(), mesh.triangles.tobytes())
+                for name, mesh in result.walls.items()
+            ],
             lambda: _bits(result.checkpoint()),
         ]
         return [_or_refused(part) for part in parts]
 
 
 def _bits(checkpoint: Any) -> tuple:
-    arrays = {f"{group}/{name}": a.tobytes() for group, one in checkpoint.groups.items() for name, a in one.items()}
+    arrays = {
+        f"{group}/{name}": a.tobytes() for group, one in checkpoint.groups.items() for name, a in one.items()
+    }
     return checkpoint.time, checkpoint.attributes, arrays
 
 
@@ -148,7 +207,9 @@ def _or_refused(part: Callable[[], Any]) -> Any:
 
 
 def _read(path: Path, command: str, true: list[Any] | None) -> None:
-    """Read everything through Python, reopen a copy for writing, and give the file to a command; `true`: what must come out."""
+    """Read everything through Python, reopen a copy for writing, and give the file to a command; `true`: what
+    must come out.
+    """
     try:
         found = content(path)
     except MillError:
@@ -308,7 +369,9 @@ def _as_it_was(path: Path, damage: Callable[[Path, random.Random], None], draw: 
     damage(path, draw)
 
 
-def _with_new_checksums(path: Path, damage: Callable[[Path, random.Random], None], draw: random.Random) -> None:
+def _with_new_checksums(
+    path: Path, damage: Callable[[Path, random.Random], None], draw: random.Random
+) -> None:
     damage(path, draw)
     with suppress(Exception), h5py.File(path, "r+") as file:
         _reseal(file)
@@ -327,7 +390,9 @@ GUISES = (_as_it_was, _with_new_checksums, _as_format_1)
 
 
 def _reseal(file: h5py.File) -> None:
-    """Write checksums for what the file holds now; where content is too long or unreadable, for its shape alone."""
+    """Write checksums for what the file holds now; where content is too long or unreadable, for its shape
+    alone.
+    """
     old = Checksums.read(file)
     new = Checksums({}, old.moments)
     for name in ["", *_names(file)]:

@@ -1,4 +1,6 @@
-"""Life of the rolling bearings at the joints, from the loads a run recorded and the ratings of a catalogue."""
+"""Life of the rolling bearings at the joints, from the loads a run recorded and the ratings of a
+catalogue.
+"""
 
 import math
 from typing import NamedTuple
@@ -50,30 +52,37 @@ def basic_life(dynamic_rating: float, load: float, kind: str) -> float:
 
 
 def equivalent_load(radial: np.ndarray, axial: np.ndarray, bearing: Bearing) -> np.ndarray:
-    """Dynamic equivalent load of each sample [N]: ``X Fr + Y Fa`` where Fa exceeds e Fr, else Fr; ISO 281:2007."""
+    """Dynamic equivalent load of each sample [N]: ``X Fr + Y Fa`` where Fa exceeds e Fr, else Fr; ISO
+    281:2007.
+    """
     both = bearing.radial_factor * radial + bearing.axial_factor * axial
     return np.where((axial > bearing.axial_limit * radial) & (bearing.axial_factor > 0.0), both, radial)
 
 
 def cycle_mean(load: np.ndarray, kind: str) -> float:
-    """Steady load of the same life as a load that varies over the turn [N]: ``(mean P^p)^(1/p)`` over equal angles.
+    """Steady load of the same life as a load that varies over the turn [N]: ``(mean P^p)^(1/p)`` over equal
+    angles.
 
-    Source: Harris, Rolling Bearing Analysis, 4th ed., 2001, chapter 18 (variable loads, by Palmgren's linear damage).
+    Source: Harris, Rolling Bearing Analysis, 4th ed., 2001, chapter 18 (variable loads, by Palmgren's linear
+    damage).
     """
     p = EXPONENT[kind]
     return float(np.mean(load**p) ** (1.0 / p))
 
 
 def swing_share(swing: float) -> float:
-    """Turns that one swing to and fro counts as [1]: ``4 swing / 2 pi`` for half the angle `swing` [rad]; Harris, Rolling Bearing
-    Analysis, 4th ed., 2001, chapter 18 (oscillating bearings)."""
+    """Turns that one swing to and fro counts as [1]: ``4 swing / 2 pi`` for half the angle `swing` [rad];
+    Harris, Rolling Bearing Analysis, 4th ed., 2001, chapter 18 (oscillating bearings)."""
     return 4.0 * swing / (2.0 * math.pi)
 
 
-def bearing_life(result: Result, joint: str, ratings: Ratings, last: float | str = PAPER_WINDOW) -> BearingLife:
+def bearing_life(
+    result: Result, joint: str, ratings: Ratings, last: float | str = PAPER_WINDOW
+) -> BearingLife:
     """L10 of the bearing at a joint under the loads of the steady window.
 
-    The load repeats with the turn, so that its mean is taken over the turn and the speed is that of the driveshaft.
+    The load repeats with the turn, so that its mean is taken over the turn and the speed is that of the
+    driveshaft.
 
     Raises
     ------
@@ -81,7 +90,9 @@ def bearing_life(result: Result, joint: str, ratings: Ratings, last: float | str
     ResultError : the run has not made one turn at its last speed
     """
     if joint not in AXIS:
-        raise CaseError(Fault(f"bearing {joint}", "must be a joint that turns", f"Known are {', '.join(AXIS)}"))
+        raise CaseError(
+            Fault(f"bearing {joint}", "must be a joint that turns", f"Known are {', '.join(AXIS)}")
+        )
     if joint not in ratings.bearings:
         hint = f'Add [bearings.{joint}] with kind and dynamic_rating = "30 kN" from its catalogue'
         raise CaseError(Fault(f"bearing {joint}", "must have a rating, the file has none", hint))
@@ -96,14 +107,28 @@ def bearing_life(result: Result, joint: str, ratings: Ratings, last: float | str
         turns /= swing_share(bearing.swing)
     speed = float(result.series["driveshaft_speed"].values[-1])
     safety = bearing.static_rating / load.max() if bearing.static_rating else math.nan
-    return BearingLife(joint, float(radial.mean()), float(axial.mean()), equivalent, turns, turns * 2.0 * math.pi / speed, safety)
+    return BearingLife(
+        joint,
+        float(radial.mean()),
+        float(axial.mean()),
+        equivalent,
+        turns,
+        turns * 2.0 * math.pi / speed,
+        safety,
+    )
 
 
 def bearings_lines(found: list[BearingLife]) -> list[str]:
     """Lives of bearings as a table."""
-    rows = [f"{'bearing':27} {'Fr (N)':>9} {'Fa (N)':>9} {'P (N)':>9} {'L10 (turns)':>12} {'L10 (h)':>11} {'C0/P max':>9}"]
+    rows = [
+        f"{'bearing':27} {'Fr (N)':>9} {'Fa (N)':>9} {'P (N)':>9} {'L10 (turns)':>12} "
+        f"{'L10 (h)':>11} {'C0/P max':>9}"
+    ]
     for one in found:
-        numbers = f"{one.radial:9.4g} {one.axial:9.4g} {one.equivalent:9.4g} {one.turns:12.4g} {hours_text(one.time)}"
+        numbers = (
+            f"{one.radial:9.4g} {one.axial:9.4g} {one.equivalent:9.4g} {one.turns:12.4g} "
+            f"{hours_text(one.time)}"
+        )
         safety = "-" if math.isnan(one.static_safety) else f"{one.static_safety:.3g}"
         rows.append(f"{one.joint:27} {numbers} {safety:>9}")
     return rows

@@ -1,4 +1,6 @@
-"""Fatigue of shafts and pins from the joint reactions of a run: rainflow cycles, Goodman's mean stress, Miner's sum."""
+"""Fatigue of shafts and pins from the joint reactions of a run: rainflow cycles, Goodman's mean stress,
+Miner's sum.
+"""
 
 import math
 from typing import NamedTuple
@@ -44,13 +46,17 @@ def cycles(stress: np.ndarray) -> np.ndarray:
         import rainflow
     except ImportError:
         raise missing_extra("fatigue: counting cycles", "the package rainflow", "life") from None
-    return np.array([(size, mean, count) for size, mean, count, _, _ in rainflow.extract_cycles(stress)]).reshape(-1, 3)
+    return np.array(
+        [(size, mean, count) for size, mean, count, _, _ in rainflow.extract_cycles(stress)]
+    ).reshape(-1, 3)
 
 
 def goodman(amplitude: np.ndarray, mean: np.ndarray, ultimate: float) -> np.ndarray:
-    """Fully reversed amplitude as harmful as one about a mean stress [Pa]: ``Sa / (1 - Sm/Su)``; pressure does not count as relief.
+    """Fully reversed amplitude as harmful as one about a mean stress [Pa]: ``Sa / (1 - Sm/Su)``; pressure
+    does not count as relief.
 
-    Source: Goodman, Mechanics Applied to Engineering, 1899; Budynas and Nisbett, Shigley's Mechanical Engineering Design, section 6-12.
+    Source: Goodman, Mechanics Applied to Engineering, 1899; Budynas and Nisbett, Shigley's Mechanical
+    Engineering Design, section 6-12.
     """
     left = 1.0 - np.maximum(mean, 0.0) / ultimate
     return np.where(left > 0.0, amplitude / np.where(left > 0.0, left, 1.0), np.inf)
@@ -59,14 +65,21 @@ def goodman(amplitude: np.ndarray, mean: np.ndarray, ultimate: float) -> np.ndar
 def miner(counted: np.ndarray, section: Section) -> float:
     """Miner's sum of rainflow cycles, with Basquin's line ``N = Nf (Sf/S)^k`` and no endurance limit.
 
-    Source: Miner, J. Appl. Mech. 12, A159-A164, 1945; elementary form without a limit: Haibach, Betriebsfestigkeit, 3rd ed., 2006.
+    Source: Miner, J. Appl. Mech. 12, A159-A164, 1945; elementary form without a limit: Haibach,
+    Betriebsfestigkeit, 3rd ed., 2006.
     """
-    harmful = goodman(section.stress_concentration * counted[:, 0] / 2.0, counted[:, 1], section.ultimate_strength)
-    return float((counted[:, 2] * (harmful / section.fatigue_strength) ** section.exponent).sum() / section.fatigue_cycles)
+    harmful = goodman(
+        section.stress_concentration * counted[:, 0] / 2.0, counted[:, 1], section.ultimate_strength
+    )
+    return float(
+        (counted[:, 2] * (harmful / section.fatigue_strength) ** section.exponent).sum()
+        / section.fatigue_cycles
+    )
 
 
 def equivalent_stress(section: Section, force: np.ndarray, moment: np.ndarray, azimuth: float) -> np.ndarray:
-    """Stress at a point of the rim of a section [Pa], (n,): von Mises of axial, bending and torsion, with the sign of the first two.
+    """Stress at a point of the rim of a section [Pa], (n,): von Mises of axial, bending and torsion, with the
+    sign of the first two.
 
     Parameters
     ----------
@@ -75,8 +88,8 @@ def equivalent_stress(section: Section, force: np.ndarray, moment: np.ndarray, a
 
     Source
     ------
-    Budynas and Nisbett, Shigley's Mechanical Engineering Design, chapters 3 and 5 (bending, torsion, von Mises stress of round
-    shafts); the sign makes reversals of bending reversals of the history.
+    Budynas and Nisbett, Shigley's Mechanical Engineering Design, chapters 3 and 5 (bending, torsion, von
+    Mises stress of round shafts); the sign makes reversals of bending reversals of the history.
     """
     u, v, axis = AXES[section.axis]
     d, b = section.diameter, section.bore
@@ -89,7 +102,9 @@ def equivalent_stress(section: Section, force: np.ndarray, moment: np.ndarray, a
     return np.where(direct < 0.0, -1.0, 1.0) * np.sqrt(direct**2 + 3.0 * shear**2)
 
 
-def section_life(result: Result, name: str, ratings: Ratings, last: float | str = PAPER_WINDOW) -> SectionLife:
+def section_life(
+    result: Result, name: str, ratings: Ratings, last: float | str = PAPER_WINDOW
+) -> SectionLife:
     """Fatigue of a section under the reactions of the steady window, at its worst point.
 
     Raises
@@ -120,12 +135,17 @@ def section_life(result: Result, name: str, ratings: Ratings, last: float | str 
     per_turn = damage / count
     speed = float(result.series["driveshaft_speed"].values[-1])
     lasts = 2.0 * math.pi / speed / per_turn if per_turn > 0.0 else math.inf
-    return SectionLife(name, peak, section.stress_concentration * float(largest[0]) / 2.0, float(largest[1]), per_turn, lasts)
+    return SectionLife(
+        name, peak, section.stress_concentration * float(largest[0]) / 2.0, float(largest[1]), per_turn, lasts
+    )
 
 
 def sections_lines(found: list[SectionLife]) -> list[str]:
     """Lives of sections as a table."""
-    rows = [f"{'section':20} {'peak (MPa)':>11} {'amplitude':>10} {'mean':>10} {'damage per turn':>16} {'life (h)':>11}"]
+    rows = [
+        f"{'section':20} {'peak (MPa)':>11} {'amplitude':>10} {'mean':>10} {'damage per turn':>16} "
+        f"{'life (h)':>11}"
+    ]
     for one in found:
         stresses = f"{one.peak / 1e6:11.4g} {one.amplitude / 1e6:10.4g} {one.mean / 1e6:10.4g}"
         rows.append(f"{one.name:20} {stresses} {one.damage:16.4g} {hours_text(one.time)}")

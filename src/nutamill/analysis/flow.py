@@ -1,4 +1,5 @@
-"""What the charge does, from a result: impact spectra, wear of the walls, fields, crest and orbit.  Without the engines.
+"""What the charge does, from a result: impact spectra, wear of the walls, fields, crest and orbit.  Without
+the engines.
 
 Definitions and frames are those of docs/conventions.md, "Statistics of the charge".
 """
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
 CREST_SHARE = 0.95
 """Share of the solid volume of a sector that lies below the surface of the charge [1]."""
 BARE = 0.5
-"""Sectors with less solid volume than this share of the mean sector's are bare: a few flying particles make no surface [1]."""
+"""Sectors with less solid volume than this share of the mean sector's are bare: a few flying particles make
+no surface [1].
+"""
 SECTORS = 36
 """Sectors around the chamber in which a snapshot's surface is sought [1]."""
 
@@ -32,7 +35,9 @@ class Crest(NamedTuple):
     height: float
     """Largest height of the surface over the chamber's floor [m]."""
     azimuth: float
-    """Azimuth of the sector with that height, from the crank in the direction of rotation [rad], in [0, 2 pi)."""
+    """Azimuth of the sector with that height, from the crank in the direction of rotation [rad], in [0, 2
+    pi).
+    """
     mean_height: float
     """Mean height of the surface [m]."""
     amplitude: float
@@ -66,10 +71,12 @@ class Orbit(NamedTuple):
 
 
 def window(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset":
-    """What the charge did in the last part of a run: differences of `Result.statistics` between two of its times.
+    """What the charge did in the last part of a run: differences of `Result.statistics` between two of its
+    times.
 
-    Statistics are recorded at every checkpoint; the window begins at the latest of these times that is at least `last` before
-    the end, or with the first.  Attributes ``start`` and ``end`` [s] say where it lies; ``sampled_time`` [s] is its length.
+    Statistics are recorded at every checkpoint; the window begins at the latest of these times that is at
+    least `last` before the end, or with the first.  Attributes ``start`` and ``end`` [s] say where it lies;
+    ``sampled_time`` [s] is its length.
 
     Parameters
     ----------
@@ -84,23 +91,34 @@ def window(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset"
     sums = result.statistics
     missing = [field.name for field in (*STATISTICS, *STATISTICS_AXES) if field.name not in sums.variables]
     if missing:
-        raise ResultError(f"{result.path}: must hold the statistics {', '.join(missing[:3])}, it lacks them. Run the case again.")
+        raise ResultError(
+            f"{result.path}: must hold the statistics {', '.join(missing[:3])}, it lacks them. Run "
+            "the case again."
+        )
     time = sums["time"].values
     if len(time) < 2:
-        raise ResultError(f"{result.path}: must hold statistics at two times, it holds one. Continue it with `nutamill resume`.")
+        raise ResultError(
+            f"{result.path}: must hold statistics at two times, it holds one. Continue it with "
+            "`nutamill resume`."
+        )
     first = max(0, int(np.searchsorted(time, time[-1] - length + 1e-9, side="right")) - 1)
     first = min(first, len(time) - 2)
-    return (sums.isel(time=-1, drop=True) - sums.isel(time=first, drop=True)).assign_attrs(start=float(time[first]), end=float(time[-1]))
+    return (sums.isel(time=-1, drop=True) - sums.isel(time=first, drop=True)).assign_attrs(
+        start=float(time[first]), end=float(time[-1])
+    )
 
 
 def refuse_empty(result: Result) -> None:
     """Raise ResultError for the run of an empty chamber."""
     if "charge_mass_centre_x" not in result.series:
-        raise ResultError(f"{result.path}: must hold a charge, its chamber is empty. Run a case with a charge.")
+        raise ResultError(
+            f"{result.path}: must hold a charge, its chamber is empty. Run a case with a charge."
+        )
 
 
 def impact_spectra(done: "xarray.Dataset") -> "xarray.Dataset":
-    """Rates of impacts by pair of materials, part of the velocity and energy: ``rate`` [1/s] and ``power`` [W] of each bin.
+    """Rates of impacts by pair of materials, part of the velocity and energy: ``rate`` [1/s] and ``power``
+    [W] of each bin.
 
     `done` is a `window`.  Sums over ``energy`` are totals; power over rate is the mean energy of an impact.
     """
@@ -109,10 +127,12 @@ def impact_spectra(done: "xarray.Dataset") -> "xarray.Dataset":
 
 
 def wear_table(done: "xarray.Dataset") -> "xarray.Dataset":
-    """Load and wear of every wall patch in a `window`, mean values over its free area (not a number where it has none).
+    """Load and wear of every wall patch in a `window`, mean values over its free area (not a number where it
+    has none).
 
-    ``pressure`` [Pa]; ``normal_intensity``, ``shear_intensity``, ``rolling_intensity`` [W/m^2]: work taken out by the law; and
-    ``cutting_intensity`` [W/m^2], energy of impacts weighed by their angle.  Depth of wear per time [m/s] is
+    ``pressure`` [Pa]; ``normal_intensity``, ``shear_intensity``, ``rolling_intensity`` [W/m^2]: work taken
+    out by the law; and ``cutting_intensity`` [W/m^2], energy of impacts weighed by their angle.  Depth of
+    wear per time [m/s] is
 
     * after Archard: shear intensity over friction, times wear coefficient over hardness [1/Pa];
     * after Finnie: cutting intensity over twice the flow pressure of the wall [Pa].
@@ -136,9 +156,9 @@ def wear_table(done: "xarray.Dataset") -> "xarray.Dataset":
 def flow_fields(done: "xarray.Dataset") -> "xarray.Dataset":
     """Mean fields of a `window` in the grid that turns with the crank, over radius, azimuth and height.
 
-    ``solids_fraction`` [1]; ``velocity_r``, ``velocity_a``, ``velocity_z`` [m/s], means over mass relative to the chamber;
-    ``granular_temperature`` [m^2/s^2], a third of the variance of that velocity; ``coordination`` [1].  Where no particle came they
-    are not a number.
+    ``solids_fraction`` [1]; ``velocity_r``, ``velocity_a``, ``velocity_z`` [m/s], means over mass relative to
+    the chamber; ``granular_temperature`` [m^2/s^2], a third of the variance of that velocity;
+    ``coordination`` [1].  Where no particle came they are not a number.
     """
     import xarray
 
@@ -150,27 +170,31 @@ def flow_fields(done: "xarray.Dataset") -> "xarray.Dataset":
             "solids_fraction": done["cell_solid_volume"] / (done["cell_volume"] * done["sampled_time"]),
             **velocity,
             "granular_temperature": (done["cell_square_speed"] / mass - square) / 3.0,
-            "coordination": done["cell_neighbours"] / done["cell_particles"].where(done["cell_particles"] > 0.0),
+            "coordination": done["cell_neighbours"]
+            / done["cell_particles"].where(done["cell_particles"] > 0.0),
         }
     )
 
 
 def surface_heights(done: "xarray.Dataset", share: float = CREST_SHARE) -> np.ndarray:
-    """Height of the surface over the floor in each sector of a `window`'s grid [m] (n_azimuth,): below it lies `share` of the sector's
-    solid volume; 0 where the sector is `BARE`."""
+    """Height of the surface over the floor in each sector of a `window`'s grid [m] (n_azimuth,): below it
+    lies `share` of the sector's solid volume; 0 where the sector is `BARE`."""
     volume = done["cell_solid_volume"].sum("radius").transpose("azimuth", "height").values
     middle = done["height"].values
     step = middle[1] - middle[0]
     edges = np.concatenate([middle - 0.5 * step, middle[-1:] + 0.5 * step])
     below = np.concatenate([np.zeros((len(volume), 1)), np.cumsum(volume, axis=1)], axis=1)
     least = BARE * below[:, -1].mean()
-    return np.array([np.interp(share * column[-1], column, edges) if column[-1] > least else 0.0 for column in below])
+    return np.array(
+        [np.interp(share * column[-1], column, edges) if column[-1] > least else 0.0 for column in below]
+    )
 
 
 def crest(heights: np.ndarray, azimuth: np.ndarray) -> Crest:
     """Crest and phase lag of a surface.
 
-    The lag is that of the first harmonic of the height around the chamber, so that a ragged crest does not move it.
+    The lag is that of the first harmonic of the height around the chamber, so that a ragged crest does not
+    move it.
 
     Parameters
     ----------
@@ -179,8 +203,8 @@ def crest(heights: np.ndarray, azimuth: np.ndarray) -> Crest:
 
     Source
     ------
-    C. van Tonder, D. Bredell, C. J. Coetzee and P. Branehog, J. S. Afr. Inst. Min. Metall. 125 (2025), figure 10 (crest height and phase
-    lag seen through the wall of the chamber)
+    C. van Tonder, D. Bredell, C. J. Coetzee and P. Branehog, J. S. Afr. Inst. Min. Metall. 125 (2025), figure
+    10 (crest height and phase lag seen through the wall of the chamber)
     """
     harmonic = complex(2.0 * np.mean(heights * np.exp(1j * azimuth)))
     top = int(np.argmax(heights))
@@ -188,8 +212,11 @@ def crest(heights: np.ndarray, azimuth: np.ndarray) -> Crest:
     return Crest(float(heights[top]), float(azimuth[top]), float(np.mean(heights)), abs(harmonic), lag)
 
 
-def snapshot_heights(snapshot: dict, crank_angle: float, share: float = CREST_SHARE, sectors: int = SECTORS) -> np.ndarray:
-    """As `surface_heights`, from one snapshot (`Result.snapshots`) at a crank angle [rad]: heights [m] (sectors,).
+def snapshot_heights(
+    snapshot: dict, crank_angle: float, share: float = CREST_SHARE, sectors: int = SECTORS
+) -> np.ndarray:
+    """As `surface_heights`, from one snapshot (`Result.snapshots`) at a crank angle [rad]: heights [m]
+    (sectors,).
 
     Each particle's volume is put at the eight points that have its second moments.
     """
@@ -220,12 +247,18 @@ def crest_history(result: Result) -> CrestHistory:
     """
     snapshots, angles = particle_snapshots(result)
     azimuth = (np.arange(SECTORS) + 0.5) * math.tau / SECTORS
-    crests = [crest(snapshot_heights(snapshot, angle), azimuth) for snapshot, angle in zip(snapshots, angles, strict=True)]
-    return CrestHistory(snapshots.time, np.array([c.height for c in crests]), np.array([c.phase_lag for c in crests]))
+    crests = [
+        crest(snapshot_heights(snapshot, angle), azimuth)
+        for snapshot, angle in zip(snapshots, angles, strict=True)
+    ]
+    return CrestHistory(
+        snapshots.time, np.array([c.height for c in crests]), np.array([c.phase_lag for c in crests])
+    )
 
 
 def mass_centre_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Orbit:
-    """Mean place of the charge's mass centre over the whole turns of the steady window, in axes that turn with the crank.
+    """Mean place of the charge's mass centre over the whole turns of the steady window, in axes that turn
+    with the crank.
 
     Raises ResultError as `steady_window` does.
     """

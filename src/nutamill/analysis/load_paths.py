@@ -1,4 +1,6 @@
-"""Load paths: the reaction of every joint in ground, frame, crank and chamber axes, its mean, r.m.s., peak and orders."""
+"""Load paths: the reaction of every joint in ground, frame, crank and chamber axes, its mean, r.m.s., peak
+and orders.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -39,7 +41,8 @@ def joints_of(result: Result) -> list[str]:
 
 
 def joint_reaction(result: Result, joint: str, axes: str = "ground") -> np.ndarray:
-    """Force [N] and moment [N m] a joint exerts on its second body about its point there, (n, 6), at every sample.
+    """Force [N] and moment [N m] a joint exerts on its second body about its point there, (n, 6), at every
+    sample.
 
     Parameters
     ----------
@@ -51,7 +54,11 @@ def joint_reaction(result: Result, joint: str, axes: str = "ground") -> np.ndarr
     CaseError : no such joint or axes
     """
     if joint not in (known := joints_of(result)):
-        raise CaseError(Fault(f"joint {joint}", "must be one whose reaction is recorded", f"Recorded are {', '.join(known)}"))
+        raise CaseError(
+            Fault(
+                f"joint {joint}", "must be one whose reaction is recorded", f"Recorded are {', '.join(known)}"
+            )
+        )
     if axes not in AXES:
         raise CaseError(Fault(f"axes {axes}", "must be axes of the mill", f"Known are {', '.join(AXES)}"))
     world = np.column_stack([result.series[f"{joint}_reaction_{part}"].values for part in PARTS])
@@ -75,8 +82,8 @@ def load_paths(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Data
 
     Returns
     -------
-    over ``joint``, ``axes``, ``part`` (of `PARTS`, N and N m) and ``statistic`` (of `STATISTICS`); resultants of force and moment
-    are parts ``force`` and ``moment``
+    over ``joint``, ``axes``, ``part`` (of `PARTS`, N and N m) and ``statistic`` (of `STATISTICS`); resultants
+    of force and moment are parts ``force`` and ``moment``
 
     Raises
     ------
@@ -89,7 +96,12 @@ def load_paths(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Data
             turns = hodograph(result, joint, axes, last)
             size = [np.linalg.norm(turns.reaction[:, part], axis=1) for part in (slice(0, 3), slice(3, 6))]
             values[j, a] = statistics(turns.angle, np.column_stack([turns.reaction, *size]))
-    coords = {"joint": joints, "axes": list(AXES), "part": [*PARTS, "force", "moment"], "statistic": list(STATISTICS)}
+    coords = {
+        "joint": joints,
+        "axes": list(AXES),
+        "part": [*PARTS, "force", "moment"],
+        "statistic": list(STATISTICS),
+    }
     return xarray.DataArray(values, coords, tuple(coords), name="reaction")
 
 
@@ -105,13 +117,19 @@ def hodograph(result: Result, joint: str, axes: str = "frame", last: float | str
 
 
 def statistics(angle: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """`STATISTICS` (m, n_statistics) of signals (n, m) that are evenly spaced over whole turns of `angle` (n,)."""
+    """`STATISTICS` (m, n_statistics) of signals (n, m) that are evenly spaced over whole turns of `angle`
+    (n,).
+    """
     lines = order_amplitudes(angle, values, ORDERS)
-    return np.column_stack([values.mean(axis=0), np.sqrt((values**2).mean(axis=0)), np.abs(values).max(axis=0), *lines])
+    return np.column_stack(
+        [values.mean(axis=0), np.sqrt((values**2).mean(axis=0)), np.abs(values).max(axis=0), *lines]
+    )
 
 
 def order_amplitudes(angle: np.ndarray, values: np.ndarray, orders: Sequence[int]) -> list[np.ndarray]:
-    """For each order the amplitudes (m,) of signals (n, m) that are evenly spaced over whole turns of `angle` [rad] (n,)."""
+    """For each order the amplitudes (m,) of signals (n, m) that are evenly spaced over whole turns of `angle`
+    [rad] (n,).
+    """
     return [2.0 * np.abs((values * np.exp(-1j * order * angle)[:, None]).mean(axis=0)) for order in orders]
 
 
@@ -122,7 +140,10 @@ def loads_lines(found: "xarray.DataArray", axes: str = "frame") -> list[str]:
     for joint in found["joint"].values:
         for part in found["part"].values:
             numbers = found.sel(joint=joint, axes=axes, part=part).values
-            rows.append(f"{joint:27} {part:9} " + " ".join(f"{_round_off(number, numbers):9.4g}" for number in numbers))
+            rows.append(
+                f"{joint:27} {part:9} "
+                + " ".join(f"{_round_off(number, numbers):9.4g}" for number in numbers)
+            )
     return rows
 
 

@@ -28,7 +28,8 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
 
     Raises
     ------
-    CaseError : no such file, a kind of file that is not read, columns that are not there, places that hold no number
+    CaseError : no such file, a kind of file that is not read, columns that are not there, places that hold no
+        number
     NotInstalledError : a library of the extra ``daq`` is missing
     """
     path = Path(path)
@@ -36,19 +37,37 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
         raise CaseError(Fault(str(path), "must be a test file, there is none of this name", "Check the path"))
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise CaseError(Fault(str(path), f'must be one of {", ".join(READERS)}, got "{path.suffix}"', "Export the test as CSV"))
-    wanted = [channel.column for channel in mapping.channel.values()] + ([mapping.time] if mapping.time else [])
+        raise CaseError(
+            Fault(
+                str(path),
+                f'must be one of {", ".join(READERS)}, got "{path.suffix}"',
+                "Export the test as CSV",
+            )
+        )
+    wanted = [channel.column for channel in mapping.channel.values()] + (
+        [mapping.time] if mapping.time else []
+    )
     held = reader(path, mapping, wanted)
     missing = [name for name in dict.fromkeys(wanted) if name not in held]
     if missing:
         raise CaseError(
-            *(Fault(f"{path}: column {name}", "must be in the file, it is not", similar(name, list(held), cutoff=0.6)) for name in missing)
+            *(
+                Fault(
+                    f"{path}: column {name}",
+                    "must be in the file, it is not",
+                    similar(name, list(held), cutoff=0.6),
+                )
+                for name in missing
+            )
         )
     faults = []
     for name in wanted:
         bad = np.flatnonzero(~np.isfinite(held[name].values))
         if len(bad):
-            what = f"must hold numbers, place {bad[0] + 1} of {len(held[name].values)} does not ({len(bad)} in all)"
+            what = (
+                f"must hold numbers, place {bad[0] + 1} of {len(held[name].values)} does not ({len(bad)} "
+                "in all)"
+            )
             faults.append(Fault(f"{path}: column {name}", what, "Repair or cut the file"))
     if faults:
         raise CaseError(*faults)
@@ -60,11 +79,24 @@ def _csv(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
     with path.open(encoding="utf-8-sig", newline="", errors="replace") as file:
         rows = list(csv.reader(file, delimiter=mapping.separator))[mapping.skip :]
     if not rows:
-        raise CaseError(Fault(str(path), "must hold a line of names and lines of numbers, it is empty", "Check `skip` of the mapping"))
+        raise CaseError(
+            Fault(
+                str(path),
+                "must hold a line of names and lines of numbers, it is empty",
+                "Check `skip` of the mapping",
+            )
+        )
     names = [name.strip() for name in rows[0]]
     body = [row for row in rows[1:] if any(cell.strip() for cell in row)]
     return {
-        name: Column(np.array([_number(row[place]) if place < len(row) else math.nan for row in body] if name in wanted else []), None)
+        name: Column(
+            np.array(
+                [_number(row[place]) if place < len(row) else math.nan for row in body]
+                if name in wanted
+                else []
+            ),
+            None,
+        )
         for place, name in enumerate(names)
     }
 
@@ -77,7 +109,9 @@ def _number(cell: str) -> float:
 
 
 def _tdms(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
-    """National Instruments TDMS: channels ``group/channel``, or ``channel`` where that is the only one of its name."""
+    """National Instruments TDMS: channels ``group/channel``, or ``channel`` where that is the only one of its
+    name.
+    """
     nptdms = _library("nptdms", path)
     held: dict[str, Column] = {}
     with _whole(path):
@@ -98,7 +132,11 @@ def _mat(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
 
     with path.open("rb") as file:
         if file.read(10) == b"MATLAB 7.3":
-            raise CaseError(Fault(str(path), "must be a MAT file up to version 7, it is of version 7.3", "Save it with -v7"))
+            raise CaseError(
+                Fault(
+                    str(path), "must be a MAT file up to version 7, it is of version 7.3", "Save it with -v7"
+                )
+            )
     with _whole(path):
         variables = loadmat(path)
     held = {}
@@ -108,7 +146,9 @@ def _mat(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
         if min(array.shape) == 1:
             held[name] = Column(array.ravel().astype(float), None)
         else:
-            held |= {f"{name}({k + 1})": Column(array[:, k].astype(float), None) for k in range(array.shape[1])}
+            held |= {
+                f"{name}({k + 1})": Column(array[:, k].astype(float), None) for k in range(array.shape[1])
+            }
     return held
 
 
@@ -157,4 +197,8 @@ class _whole:
 
     def __exit__(self, kind, value, trace) -> None:
         if value is not None and isinstance(value, Exception):
-            raise CaseError(Fault(str(self._path), f"must be a whole {self._path.suffix} file ({value})", "Export it again")) from value
+            raise CaseError(
+                Fault(
+                    str(self._path), f"must be a whole {self._path.suffix} file ({value})", "Export it again"
+                )
+            ) from value

@@ -38,7 +38,8 @@ class Compared(NamedTuple):
 
 
 def compare(run: Result, test: Result, last: float, cut: float | None = None) -> list[Compared]:
-    """Compare all quantities that both hold, over the whole turns of the last `last` seconds at the last speed.
+    """Compare all quantities that both hold, over the whole turns of the last `last` seconds at the last
+    speed.
 
     Parameters
     ----------
@@ -53,24 +54,40 @@ def compare(run: Result, test: Result, last: float, cut: float | None = None) ->
     rows = []
     for name in names:
         values = [series_in_window(result, name, last, cut) for result in (run, test)]
-        rows.append(Compared(name, *(float(np.mean(value)) for _, value in values), *(float(np.std(value)) for _, value in values)))
+        rows.append(
+            Compared(
+                name,
+                *(float(np.mean(value)) for _, value in values),
+                *(float(np.std(value)) for _, value in values),
+            )
+        )
     return rows
 
 
 def shared(run: Result, test: Result) -> list[str]:
     """Quantities that both files hold; CaseError if there are none, or if the test is no test but a run."""
     if test.case_text:
-        raise CaseError(Fault(str(test.path), "must be measured data, it is a run", "Give what nutamill import has written"))
+        raise CaseError(
+            Fault(
+                str(test.path), "must be measured data, it is a run", "Give what nutamill import has written"
+            )
+        )
     names = [str(name) for name in run.series.data_vars if name in test.series and name not in ASIDE]
     if not names:
         held = ", ".join(str(name) for name in test.series.data_vars if name not in ASIDE)
         raise CaseError(
-            Fault(f"{test.path}", f"must share a series with {run.path}, it holds {held}", "Map its columns to series of the run")
+            Fault(
+                f"{test.path}",
+                f"must share a series with {run.path}, it holds {held}",
+                "Map its columns to series of the run",
+            )
         )
     return names
 
 
-def series_in_window(result: Result, name: str, last: float, cut: float | None) -> tuple[np.ndarray, np.ndarray]:
+def series_in_window(
+    result: Result, name: str, last: float, cut: float | None
+) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and filtered values of a series in the whole turns at the end, at the last speed."""
     series = result.series
     time, angle, speed = (series[key].values for key in ("time", "crank_angle", "driveshaft_speed"))
@@ -80,28 +97,44 @@ def series_in_window(result: Result, name: str, last: float, cut: float | None) 
     first = int(np.searchsorted(time, begin - 1e-9))
     turns = math.floor(abs(angle[-1] - angle[first]) / math.tau + 1e-9)
     if turns < 1:
-        raise CaseError(Fault(str(result.path), "must hold a whole turn at constant speed, it does not", "Take a longer record"))
+        raise CaseError(
+            Fault(
+                str(result.path),
+                "must hold a whole turn at constant speed, it does not",
+                "Take a longer record",
+            )
+        )
     first = int(np.searchsorted(np.abs(angle - angle[-1]) * -1.0, -turns * math.tau - 1e-9))
     values = series[name].values if cut is None else low_pass(series[name].values, result.rate, cut)
     return time[first:], values[first:]
 
 
 def low_pass(values: np.ndarray, rate: float, cut: float) -> np.ndarray:
-    """`values` (n,) without what is faster than `cut` [Hz]: Butterworth of fourth order, forth and back, so that nothing is late.
+    """`values` (n,) without what is faster than `cut` [Hz]: Butterworth of fourth order, forth and back, so
+    that nothing is late.
 
     Raises CaseError for a cut-off that is not between zero and half of `rate` [Hz].
     """
     from scipy.signal import butter, sosfiltfilt
 
     if not 0.0 < cut < 0.5 * rate:
-        raise CaseError(Fault("--filter", f"must lie between 0 and {0.5 * rate:g} Hz, half the rate, got {cut:g} Hz", "Lower it"))
+        raise CaseError(
+            Fault(
+                "--filter",
+                f"must lie between 0 and {0.5 * rate:g} Hz, half the rate, got {cut:g} Hz",
+                "Lower it",
+            )
+        )
     return sosfiltfilt(butter(ORDER, cut, fs=rate, output="sos"), values)
 
 
 def comparison_lines(rows: list[Compared]) -> list[str]:
     """The comparison as a table."""
     width = max(len(_label(row.name)) for row in rows)
-    lines = [f"{'quantity':{width}}  {'run':>11} {'measured':>11} {'error':>8}  {'run r.m.s.':>11} {'measured':>11}"]
+    lines = [
+        f"{'quantity':{width}}  {'run':>11} {'measured':>11} {'error':>8}  {'run r.m.s.':>11} "
+        f"{'measured':>11}"
+    ]
     for row in rows:
         error = f"{100.0 * row.error:+.1f} %" if math.isfinite(row.error) else "-"
         numbers = f"{row.run:11.4g} {row.test:11.4g} {error:>8}  {row.run_rms:11.4g} {row.test_rms:11.4g}"

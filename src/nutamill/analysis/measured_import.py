@@ -19,10 +19,11 @@ STATE = "measured"
 
 
 def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> Path:
-    """Read a test file with its mapping and write it as a result file of state ``measured``; returns its path.
+    """Read a test file with its mapping and write it as a result file of state ``measured``; returns its
+    path.
 
-    All channels are put on one clock, evenly spaced at the highest rate among them, linear in between.  Where the crank angle is not
-    measured it is the integral of the speed, zero at the start.
+    All channels are put on one clock, evenly spaced at the highest rate among them, linear in between.  Where
+    the crank angle is not measured it is the integral of the speed, zero at the start.
 
     Raises
     ------
@@ -34,18 +35,28 @@ def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> P
         raise ResultError(f"{to}: must be a new file, it exists. Choose another name with --to.")
     mapping = load_mapping(mapping_file)
     columns = read_columns(path, mapping)
-    clocks = {name: _clock(columns[channel.column], columns, mapping, f"{path}: {name}") for name, channel in mapping.channel.items()}
+    clocks = {
+        name: _clock(columns[channel.column], columns, mapping, f"{path}: {name}")
+        for name, channel in mapping.channel.items()
+    }
     rate = max((len(clock) - 1) / (clock[-1] - clock[0]) for clock in clocks.values())
     first, last = max(clock[0] for clock in clocks.values()), min(clock[-1] for clock in clocks.values())
     if not last > first:
-        raise CaseError(Fault(str(path), "its channels must share some time, they do not", "Check the clocks of the test"))
+        raise CaseError(
+            Fault(str(path), "its channels must share some time, they do not", "Check the clocks of the test")
+        )
     time = first + np.arange(math.floor((last - first) * rate + 1e-6) + 1) / rate
     series = {"time": time + mapping.offset}
     for name, channel in mapping.channel.items():
         series[name] = mapping.scale(name) * np.interp(time, clocks[name], columns[channel.column].values)
     series |= _motion(series, mapping, rate, str(mapping_file))
-    sensors = {f"sensor {name}": f"{c.sensor} (column {c.column}, {c.unit or 1})" for name, c in mapping.channel.items()}
-    recorder = Recorder.create(to, "", {"source": Path(path).name, "version": __version__, **sensors}, list(series), rate)
+    sensors = {
+        f"sensor {name}": f"{c.sensor} (column {c.column}, {c.unit or 1})"
+        for name, c in mapping.channel.items()
+    }
+    recorder = Recorder.create(
+        to, "", {"source": Path(path).name, "version": __version__, **sensors}, list(series), rate
+    )
     recorder.append(np.stack(list(series.values()), axis=1))
     recorder.state(STATE)
     recorder.close()
@@ -60,7 +71,10 @@ def measured_lines(test: Result) -> list[str]:
     width = max(map(len, map(str, series.data_vars)))
     for name in map(str, series.data_vars):
         values = series[name].values
-        lines.append(f"{name:{width}}  mean {values.mean():.4g}, r.m.s. about it {values.std():.4g} {series_field(name).unit}")
+        lines.append(
+            f"{name:{width}}  mean {values.mean():.4g}, r.m.s. about it {values.std():.4g} "
+            f"{series_field(name).unit}"
+        )
     return lines
 
 
@@ -74,16 +88,36 @@ def _clock(column: Column, columns: dict[str, Column], mapping: Mapping, where: 
     elif column.time is not None:
         time = column.time
     else:
-        raise CaseError(Fault(where, "needs times, the file holds none", 'Write time = "COLUMN" or rate = "4800 Hz" in the mapping'))
+        raise CaseError(
+            Fault(
+                where,
+                "needs times, the file holds none",
+                'Write time = "COLUMN" or rate = "4800 Hz" in the mapping',
+            )
+        )
     if len(time) != count or count < 2:
-        raise CaseError(Fault(where, f"must have a time for each of at least two samples, got {len(time)} for {count}", "Repair the file"))
+        raise CaseError(
+            Fault(
+                where,
+                f"must have a time for each of at least two samples, got {len(time)} for {count}",
+                "Repair the file",
+            )
+        )
     back = np.flatnonzero(np.diff(time) <= 0.0)
     if len(back):
-        raise CaseError(Fault(where, f"its times must rise, they do not after sample {back[0] + 1}", "Repair the time column"))
+        raise CaseError(
+            Fault(
+                where,
+                f"its times must rise, they do not after sample {back[0] + 1}",
+                "Repair the time column",
+            )
+        )
     return time
 
 
-def _motion(series: dict[str, np.ndarray], mapping: Mapping, rate: float, where: str) -> dict[str, np.ndarray]:
+def _motion(
+    series: dict[str, np.ndarray], mapping: Mapping, rate: float, where: str
+) -> dict[str, np.ndarray]:
     """Speed and crank angle where they are not measured."""
     added = {}
     if "driveshaft_speed" not in series:

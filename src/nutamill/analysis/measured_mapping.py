@@ -59,7 +59,8 @@ def load_mapping(path: str | Path) -> Mapping:
 
     Raises
     ------
-    CaseError : every fault found: no such file, unknown keys, series or units, a unit of another kind, no channel
+    CaseError : every fault found: no such file, unknown keys, series or units, a unit of another kind, no
+        channel
     """
     refuse_other_kind(path, FileKind.MAPPING)
     path = Path(path)
@@ -67,7 +68,11 @@ def load_mapping(path: str | Path) -> Mapping:
         text = read_text(path, MOST_CASE_TEXT)
     except (OSError, UnicodeDecodeError) as error:
         raise CaseError(
-            Fault(str(path), f"must be a mapping file, it cannot be read ({reason(error)})", "Write one, see docs/guides/measured.md")
+            Fault(
+                str(path),
+                f"must be a mapping file, it cannot be read ({reason(error)})",
+                "Write one, see docs/guides/measured.md",
+            )
         ) from None
     content, places, faults = merge([Layer.of_text(text, str(path))])
     mapping = checked(Mapping, content, places, faults)
@@ -84,7 +89,11 @@ def kind_of(name: str) -> Kind | None:
 
 def _wrong_channels(mapping: Mapping, where: str) -> list[Fault]:
     """Channels that are no series, or whose unit does not measure what the series does."""
-    faults = [] if mapping.channel else [Fault(f"{where}: channel", "at least one must be mapped, got none", "Write [channel.NAME]")]
+    faults = (
+        []
+        if mapping.channel
+        else [Fault(f"{where}: channel", "at least one must be mapped, got none", "Write [channel.NAME]")]
+    )
     for name, channel in mapping.channel.items():
         try:
             kind = kind_of(name)
@@ -93,7 +102,13 @@ def _wrong_channels(mapping: Mapping, where: str) -> list[Fault]:
             continue
         if kind is None:
             if channel.unit not in ("", "1"):
-                faults.append(Fault(f"{where}: channel.{name}.unit", f'must be "1", got "{channel.unit}"', "The series is a ratio"))
+                faults.append(
+                    Fault(
+                        f"{where}: channel.{name}.unit",
+                        f'must be "1", got "{channel.unit}"',
+                        "The series is a ratio",
+                    )
+                )
             continue
         try:
             units.parse(f"1 {channel.unit}", kind)

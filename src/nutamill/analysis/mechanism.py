@@ -34,40 +34,65 @@ def magnitude(result: Result, vector: str) -> np.ndarray:
 
 def part_loads(result: Result) -> list[PartLoad]:
     """Loads of all joints and bushings over the whole run, in the order of the file."""
-    names = [str(name).removesuffix("_force_x") for name in result.series.data_vars if str(name).endswith("_force_x")]
+    names = [
+        str(name).removesuffix("_force_x")
+        for name in result.series.data_vars
+        if str(name).endswith("_force_x")
+    ]
     loads = []
     for name in names:
         force, moment = magnitude(result, f"{name}_force"), magnitude(result, f"{name}_moment")
-        loads.append(PartLoad(name, float(force.mean()), float(force.max()), float(moment.mean()), float(moment.max())))
+        loads.append(
+            PartLoad(name, float(force.mean()), float(force.max()), float(moment.mean()), float(moment.max()))
+        )
     return loads
 
 
 def ledger_share(result: Result) -> float:
-    """Largest residual of the energy ledger over the energy that moved [1]: the largest swing of a stored energy or of a work."""
+    """Largest residual of the energy ledger over the energy that moved [1]: the largest swing of a stored
+    energy or of a work.
+    """
     series = result.series
     moved = ("kinetic_energy_mechanism", "potential_energy", "elastic_energy")
-    names = [name for name in map(str, series.data_vars) if name in moved or name.endswith(("_work", "_loss"))]
+    names = [
+        name for name in map(str, series.data_vars) if name in moved or name.endswith(("_work", "_loss"))
+    ]
     swing = max(float(series[name].max() - series[name].min()) for name in names)
     return float(abs(series["ledger_residual"]).max()) / swing if swing else 0.0
 
 
 def mechanism_summary_lines(result: Result) -> list[str]:
-    """What is said at the end of a run: loads of the parts, torques of the drives, and how well the energy ledger closes."""
+    """What is said at the end of a run: loads of the parts, torques of the drives, and how well the energy
+    ledger closes.
+    """
     series = result.series
     if not len(series["time"]):
         return ["the run holds no samples"]
     loads = part_loads(result)
     width = max((len(load.part) for load in loads), default=4)
     lines = [f"t = 0 to {float(series['time'][-1]):g} s, {len(series['time'])} samples"]
-    lines += [f"{'':{width}}  {'mean force':>11} {'peak force':>11} {'mean moment':>12} {'peak moment':>12}   (N, N m)"] if loads else []
+    lines += (
+        [
+            f"{'':{width}}  {'mean force':>11} {'peak force':>11} {'mean moment':>12} "
+            f"{'peak moment':>12}   (N, N m)"
+        ]
+        if loads
+        else []
+    )
     for load in loads:
-        numbers = f"{load.mean_force:11.4g} {load.peak_force:11.4g} {load.mean_moment:12.4g} {load.peak_moment:12.4g}"
+        numbers = (
+            f"{load.mean_force:11.4g} {load.peak_force:11.4g} {load.mean_moment:12.4g} "
+            f"{load.peak_moment:12.4g}"
+        )
         lines.append(f"{load.part:{width}}  {numbers}")
     for name in map(str, series.data_vars):
         if name.startswith("drive_") and name.endswith("_torque"):
             torque, drive = series[name].values, name.removesuffix("_torque")
             work = float(series[f"{drive}_work"].values[-1])
-            lines.append(f"{drive}: torque mean {torque.mean():.4g} N m, peak {np.abs(torque).max():.4g} N m; work {work:.4g} J")
+            lines.append(
+                f"{drive}: torque mean {torque.mean():.4g} N m, peak {np.abs(torque).max():.4g} N m; "
+                f"work {work:.4g} J"
+            )
     lines.append(f"energy ledger closes to {100.0 * ledger_share(result):.2g} % of the energy that moved")
     return lines
 
@@ -80,5 +105,7 @@ def mechanism_warning_lines(result: Result) -> list[str]:
     """What is odd about a run: a ledger that does not close."""
     lines = []
     if len(result.series["time"]) and (share := ledger_share(result)) > LEDGER_LIMIT:
-        lines.append(f"warning: the ledger leaves {100 * share:.2f} % of the energy that moved open. Shorten run.dt")
+        lines.append(
+            f"warning: the ledger leaves {100 * share:.2f} % of the energy that moved open. Shorten run.dt"
+        )
     return lines

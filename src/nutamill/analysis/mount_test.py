@@ -1,4 +1,6 @@
-"""What a mount is, from a test: its dynamic stiffness and loss, from force and displacement over time at one frequency."""
+"""What a mount is, from a test: its dynamic stiffness and loss, from force and displacement over time at one
+frequency.
+"""
 
 import csv
 import math
@@ -21,7 +23,9 @@ FEWEST_CYCLES = 3
 FEWEST_SAMPLES = 12
 """Samples in a cycle below which a test is refused [1]."""
 ROUND = 0.05
-"""Share of the displacement's amplitude that may lie outside its sine; beyond, the test was not at one frequency [1]."""
+"""Share of the displacement's amplitude that may lie outside its sine; beyond, the test was not at one
+frequency [1].
+"""
 
 
 class MountTest(NamedTuple):
@@ -32,7 +36,9 @@ class MountTest(NamedTuple):
     displacement: np.ndarray
     """Displacement of the moved side [m], (n,)."""
     force: np.ndarray
-    """Force on it [N], (n,), positive in the same sense: a spring gives positive force at positive displacement."""
+    """Force on it [N], (n,), positive in the same sense: a spring gives positive force at positive
+    displacement.
+    """
 
 
 class MountProperties(NamedTuple):
@@ -45,7 +51,9 @@ class MountProperties(NamedTuple):
     cycles: int
     """Whole cycles in the record [1]."""
     dynamic: float
-    """Dynamic stiffness K*: amplitude of the force over that of the displacement, at the frequency of the test [N/m]."""
+    """Dynamic stiffness K*: amplitude of the force over that of the displacement, at the frequency of the
+    test [N/m].
+    """
     storage: float
     """Storage stiffness K', in phase with the displacement [N/m]."""
     loss: float
@@ -57,7 +65,9 @@ class MountProperties(NamedTuple):
     loop_loss: float
     """K'' from the area of the loop: energy lost in a cycle over pi amplitude^2 [N/m]."""
     distortion: float
-    """Root mean square of the force outside its sine, share of that of its sine [1]; large where the mount is not linear."""
+    """Root mean square of the force outside its sine, share of that of its sine [1]; large where the mount is
+    not linear.
+    """
 
     @property
     def loss_factor(self) -> float:
@@ -72,14 +82,19 @@ class MountProperties(NamedTuple):
     def lines(self) -> list[str]:
         """The properties as text, and as keys of a case file."""
         return [
-            f"frequency          {self.frequency:.4g} Hz, amplitude {1e3 * self.amplitude:.4g} mm, {self.cycles} cycles",
+            f"frequency          {self.frequency:.4g} Hz, amplitude {1e3 * self.amplitude:.4g} mm, "
+            f"{self.cycles} cycles",
             f"dynamic stiffness  K*  {self.dynamic / 1e3:.4g} N/mm",
-            f"storage stiffness  K'  {self.storage / 1e3:.4g} N/mm, from cycle to cycle ± {self.storage_scatter / 1e3:.2g}",
-            f"loss stiffness     K'' {self.loss / 1e3:.4g} N/mm, from cycle to cycle ± {self.loss_scatter / 1e3:.2g};"
+            f"storage stiffness  K'  {self.storage / 1e3:.4g} N/mm, from cycle to cycle ± "
+            f"{self.storage_scatter / 1e3:.2g}",
+            f"loss stiffness     K'' {self.loss / 1e3:.4g} N/mm, from cycle to cycle ± "
+            f"{self.loss_scatter / 1e3:.2g};"
             f" from the area of the loop {self.loop_loss / 1e3:.4g}",
-            f"loss factor        tan delta {self.loss_factor:.4g}; force outside its sine {100 * self.distortion:.2g} %",
+            f"loss factor        tan delta {self.loss_factor:.4g}; force outside its sine "
+            f"{100 * self.distortion:.2g} %",
             f"viscous damping    c = K''/(2 pi f) = {self.damping:.4g} N s/m, at this frequency only",
-            f'in a case file     [mounts] shear_stiffness = "{self.storage / 1e3:.4g} N/mm", shear_damping = "{self.damping:.4g} N s/m"'
+            f'in a case file     [mounts] shear_stiffness = "{self.storage / 1e3:.4g} N/mm", '
+            f'shear_damping = "{self.damping:.4g} N s/m"'
             " (or axial_..., as tested)",
         ]
 
@@ -87,18 +102,19 @@ class MountProperties(NamedTuple):
 def mount_properties(test: MountTest) -> MountProperties:
     """Dynamic stiffness and loss of a mount that was moved as a sine.
 
-    The sine of the displacement is fitted with its frequency, that of the force at the same frequency, both by least squares over
-    whole cycles; stiffness is the ratio of their complex amplitudes.  Means do not matter, so that a preload may stand in the force.
+    The sine of the displacement is fitted with its frequency, that of the force at the same frequency, both
+    by least squares over whole cycles; stiffness is the ratio of their complex amplitudes.  Means do not
+    matter, so that a preload may stand in the force.
 
     Raises
     ------
-    CaseError : samples that are no numbers, times that do not rise, too few cycles or samples in a cycle, no single sine,
-        or a force that the displacement does not explain as that of a spring with loss
+    CaseError : samples that are no numbers, times that do not rise, too few cycles or samples in a cycle, no
+        single sine, or a force that the displacement does not explain as that of a spring with loss
 
     Source
     ------
-    ASTM D5992-96(2018), Standard Guide for Dynamic Testing of Vulcanized Rubber (terms: K*, K', K'', tan delta);
-    IEEE Std 1057-2017, section 4.6.3 (four-parameter sine fit)
+    ASTM D5992-96(2018), Standard Guide for Dynamic Testing of Vulcanized Rubber (terms: K*, K', K'', tan
+    delta); IEEE Std 1057-2017, section 4.6.3 (four-parameter sine fit)
     """
     _refuse_broken(test)
     omega = _frequency(test)
@@ -111,13 +127,24 @@ def mount_properties(test: MountTest) -> MountProperties:
     amplitude = abs(moved)
     if (share := math.sqrt(2.0 * np.mean(moved_rest**2)) / amplitude) > ROUND:
         what = f"must be a sine of one frequency, {100 * share:.2g} % of it is not"
-        raise CaseError(Fault("displacement", what, "Give one frequency and amplitude at a time, without its start"))
+        raise CaseError(
+            Fault("displacement", what, "Give one frequency and amplitude at a time, without its start")
+        )
     stiffness = pushed / moved
     if not stiffness.real > 0.0 or not stiffness.imag > 0.0:
-        what = f"must lead the displacement by less than a quarter cycle, K' = {stiffness.real:.3g} N/m and K'' = {stiffness.imag:.3g} N/m"
-        raise CaseError(Fault("force", what, "Mind the sign of the force, and delays between the two channels"))
+        what = (
+            f"must lead the displacement by less than a quarter cycle, K' = {stiffness.real:.3g} N/m and "
+            f"K'' = {stiffness.imag:.3g} N/m"
+        )
+        raise CaseError(
+            Fault("force", what, "Mind the sign of the force, and delays between the two channels")
+        )
     each = _each_cycle(time, displacement, force, omega, cycles)
-    loop = abs(np.trapezoid(force, displacement)) if hasattr(np, "trapezoid") else abs(np.trapz(force, displacement))
+    loop = (
+        abs(np.trapezoid(force, displacement))
+        if hasattr(np, "trapezoid")
+        else abs(np.trapz(force, displacement))
+    )
     return MountProperties(
         frequency=omega / math.tau,
         amplitude=amplitude,
@@ -139,7 +166,9 @@ def _sine(time: np.ndarray, value: np.ndarray, omega: float) -> tuple[complex, n
     return complex(found[0], found[1]), value - columns @ found
 
 
-def _each_cycle(time: np.ndarray, displacement: np.ndarray, force: np.ndarray, omega: float, cycles: int) -> np.ndarray:
+def _each_cycle(
+    time: np.ndarray, displacement: np.ndarray, force: np.ndarray, omega: float, cycles: int
+) -> np.ndarray:
     """Complex stiffness of each cycle, (cycles,)."""
     number = np.minimum(((time - time[0]) * omega / math.tau).astype(int), cycles - 1)
     found = []
@@ -166,16 +195,27 @@ def _frequency(test: MountTest) -> float:
     try:
         found, _ = curve_fit(wave, begin, test.displacement / size - np.mean(test.displacement / size), guess)
     except RuntimeError:
-        raise CaseError(Fault("displacement", "must be a sine of one frequency, no frequency is found")) from None
+        raise CaseError(
+            Fault("displacement", "must be a sine of one frequency, no frequency is found")
+        ) from None
     return abs(float(found[0]))
 
 
 def _refuse_broken(test: MountTest) -> None:
     """Raise where the record is none."""
-    if not all(len(column) == len(test.time) for column in test) or len(test.time) < FEWEST_CYCLES * FEWEST_SAMPLES:
-        raise CaseError(Fault("test", f"must have columns of one length, at least {FEWEST_CYCLES * FEWEST_SAMPLES} samples"))
+    if (
+        not all(len(column) == len(test.time) for column in test)
+        or len(test.time) < FEWEST_CYCLES * FEWEST_SAMPLES
+    ):
+        raise CaseError(
+            Fault(
+                "test", f"must have columns of one length, at least {FEWEST_CYCLES * FEWEST_SAMPLES} samples"
+            )
+        )
     faults = [
-        Fault(name, f"must be finite numbers, sample {int(np.flatnonzero(~np.isfinite(column))[0]) + 1} is not")
+        Fault(
+            name, f"must be finite numbers, sample {int(np.flatnonzero(~np.isfinite(column))[0]) + 1} is not"
+        )
         for name, column in zip(COLUMNS, test, strict=True)
         if not np.isfinite(column).all()
     ]
@@ -190,13 +230,25 @@ def _refuse_broken(test: MountTest) -> None:
 def _refuse_short(test: MountTest, omega: float, cycles: int) -> None:
     """Raise where there are too few cycles, or too few samples in each."""
     if cycles < FEWEST_CYCLES:
-        raise CaseError(Fault("test", f"must hold {FEWEST_CYCLES} whole cycles, it holds {cycles} at {omega / math.tau:.4g} Hz"))
+        raise CaseError(
+            Fault(
+                "test",
+                f"must hold {FEWEST_CYCLES} whole cycles, it holds {cycles} at {omega / math.tau:.4g} Hz",
+            )
+        )
     if (samples := (len(test.time) - 1) * math.tau / omega / (test.time[-1] - test.time[0])) < FEWEST_SAMPLES:
-        raise CaseError(Fault("test", f"must have {FEWEST_SAMPLES} samples in a cycle, it has {samples:.1f}", "Sample faster"))
+        raise CaseError(
+            Fault(
+                "test",
+                f"must have {FEWEST_SAMPLES} samples in a cycle, it has {samples:.1f}",
+                "Sample faster",
+            )
+        )
 
 
 def read_mount_test(path: str | Path) -> MountTest:
-    """A test from a CSV file with the columns time, displacement and force, in any order, each with its unit: ``force [kN]``.
+    """A test from a CSV file with the columns time, displacement and force, in any order, each with its unit:
+    ``force [kN]``.
 
     Raises
     ------
@@ -207,14 +259,27 @@ def read_mount_test(path: str | Path) -> MountTest:
     try:
         text = read_text(path, MOST_RECORD_TEXT)
     except (OSError, UnicodeDecodeError) as error:
-        raise CaseError(Fault(str(path), f"must be a CSV file, it cannot be read ({reason(error)})")) from None
-    rows = [(number, row) for number, row in enumerate(csv.reader(text.splitlines()), start=1) if any(cell.strip() for cell in row)]
+        raise CaseError(
+            Fault(str(path), f"must be a CSV file, it cannot be read ({reason(error)})")
+        ) from None
+    rows = [
+        (number, row)
+        for number, row in enumerate(csv.reader(text.splitlines()), start=1)
+        if any(cell.strip() for cell in row)
+    ]
     heads = [cell.partition("[") for cell in rows[0][1]] if rows else []
-    found = {name.strip().lower(): (place, unit.removesuffix("]").strip()) for place, (name, _, unit) in enumerate(heads)}
+    found = {
+        name.strip().lower(): (place, unit.removesuffix("]").strip())
+        for place, (name, _, unit) in enumerate(heads)
+    }
     if not all(name in found and found[name][1] in units.UNITS[kind] for name, kind in COLUMNS.items()):
         shown = ",".join(rows[0][1]) if rows else ""
         hint = 'Write "time [s],displacement [mm],force [N]"'
-        raise CaseError(Fault(f"{path}:1", f'must name time, displacement and force with their units, got "{shown}"', hint))
+        raise CaseError(
+            Fault(
+                f"{path}:1", f'must name time, displacement and force with their units, got "{shown}"', hint
+            )
+        )
     columns: dict[str, list[float]] = {name: [] for name in COLUMNS}
     faults: list[Fault] = []
     for number, row in rows[1:]:

@@ -1,4 +1,6 @@
-"""What the mounts do: travel and force of each, the force on the floor, and how near the chamber comes to what is around it."""
+"""What the mounts do: travel and force of each, the force on the floor, and how near the chamber comes to
+what is around it.
+"""
 
 import fnmatch
 from collections.abc import Mapping
@@ -32,7 +34,9 @@ class MountReading(NamedTuple):
 
 
 class FloorForce(NamedTuple):
-    """Force of the machine on the floor in steady running: through mounts or rigid fixing, and the intermediate shaft's bearing."""
+    """Force of the machine on the floor in steady running: through mounts or rigid fixing, and the
+    intermediate shaft's bearing.
+    """
 
     mean: np.ndarray
     """Mean force [N], (3,), world axes."""
@@ -68,7 +72,9 @@ def mount_readings(result: Result, last: float | str = PAPER_WINDOW) -> list[Mou
     for number in range(1, _count(result) + 1):
         travel, force = (vector(result.series, f"mount_{number}_{what}") for what in ("travel", "force"))
         steady = [(part[inside].mean(axis=0), 0.5 * np.ptp(part[inside], axis=0)) for part in (travel, force)]
-        readings.append(MountReading(number, *steady[0], float(np.linalg.norm(travel, axis=1).max()), *steady[1]))
+        readings.append(
+            MountReading(number, *steady[0], float(np.linalg.norm(travel, axis=1).max()), *steady[1])
+        )
     return readings
 
 
@@ -84,27 +90,40 @@ def floor_series(series: Mapping[str, Any]) -> np.ndarray:
 
     Through the mounts or the rigid fixing, and the bearing of the intermediate shaft.
     """
-    feet = [str(name).removesuffix("_x") for name in series if fnmatch.fnmatchcase(str(name), "mount_*_force_x")]
-    return -sum(vector(series, name) for name in (*(feet or ["frame_fix_reaction_force"]), "intermediate_shaft_bearing_reaction_force"))
+    feet = [
+        str(name).removesuffix("_x") for name in series if fnmatch.fnmatchcase(str(name), "mount_*_force_x")
+    ]
+    return -sum(
+        vector(series, name)
+        for name in (*(feet or ["frame_fix_reaction_force"]), "intermediate_shaft_bearing_reaction_force")
+    )
 
 
 def nutation_point_path(result: Result) -> np.ndarray:
-    """Displacement of the nutation point from its place as assembled [m], (n, 3), world axes, from the travel of the mounts."""
+    """Displacement of the nutation point from its place as assembled [m], (n, 3), world axes, from the travel
+    of the mounts.
+    """
     if "frame_fix_reaction_force_x" in result.series:
         return np.zeros((len(result.series["time"]), 3))
     case = Case.from_toml(result.case_text)
     feet = np.array([(x, y, -case.mounts.depth) for x, y in case.mounts.points])
     turn = attitude(result, "frame")
-    paths = [foot + vector(result.series, f"mount_{number}_travel") - turn @ foot for number, foot in enumerate(feet, start=1)]
+    paths = [
+        foot + vector(result.series, f"mount_{number}_travel") - turn @ foot
+        for number, foot in enumerate(feet, start=1)
+    ]
     return np.mean(paths, axis=0)
 
 
-def chamber_clearance(result: Result, ring: tuple[float, float], opening: float, fixed_to: str = "frame") -> Clearance:
+def chamber_clearance(
+    result: Result, ring: tuple[float, float], opening: float, fixed_to: str = "frame"
+) -> Clearance:
     """The smallest room between a ring on the chamber and a round opening about the driveshaft axis.
 
     Parameters
     ----------
-    ring : radius, and depth below the nutation point along the chamber axis, of the widest edge of the chamber [m]
+    ring : radius, and depth below the nutation point along the chamber axis, of the widest edge of the
+        chamber [m]
     opening : radius of the opening [m]; it is as deep as the ring moves
     fixed_to : "frame", or "ground" for something that stands beside the machine
 
@@ -113,7 +132,11 @@ def chamber_clearance(result: Result, ring: tuple[float, float], opening: float,
     CaseError : lengths that are none, or another body
     """
     if min(*ring, opening) <= 0.0:
-        raise CaseError(Fault("clearance", f"radii and depth must be positive, got ring {ring} m and opening {opening:g} m"))
+        raise CaseError(
+            Fault(
+                "clearance", f"radii and depth must be positive, got ring {ring} m and opening {opening:g} m"
+            )
+        )
     if fixed_to not in ("frame", "ground"):
         raise CaseError(Fault("clearance", f'must be of the "frame" or the "ground", got {fixed_to!r}'))
     around = 2.0 * np.pi * np.arange(180) / 180
@@ -135,13 +158,23 @@ def mounts_lines(result: Result, last: float | str = PAPER_WINDOW) -> list[str]:
     rows = []
     if "frame_fix_reaction_force_x" not in result.series:
         rows.append("mounts: half of the range in steady running, and the largest travel of the run")
-        rows.append(f"{'':8}" + " ".join(f"{name:>9}" for name in ("x (mm)", "y (mm)", "z (mm)", "Fx (N)", "Fy (N)", "Fz (N)", "max (mm)")))
+        rows.append(
+            f"{'':8}"
+            + " ".join(
+                f"{name:>9}"
+                for name in ("x (mm)", "y (mm)", "z (mm)", "Fx (N)", "Fy (N)", "Fz (N)", "max (mm)")
+            )
+        )
         for mount in mount_readings(result, last):
             numbers = [*(1e3 * mount.swing), *mount.swing_force, 1e3 * mount.largest_travel]
             rows.append(f"mount {mount.number:<2}" + " ".join(f"{number:9.4g}" for number in numbers))
     floor = floor_force(result, last)
     rows.append(f"force on the floor (N): {'x':>9} {'y':>9} {'z':>9}")
-    for name, numbers in (("mean", floor.mean), ("once per turn", floor.once), ("twice per turn", floor.twice)):
+    for name, numbers in (
+        ("mean", floor.mean),
+        ("once per turn", floor.once),
+        ("twice per turn", floor.twice),
+    ):
         rows.append(f"  {name:20} " + " ".join(f"{number:9.4g}" for number in numbers))
     return rows
 
@@ -158,12 +191,20 @@ def clearance_line(found: Clearance) -> str:
 def _count(result: Result) -> int:
     """Number of mounts."""
     if "mount_1_travel_x" not in result.series:
-        raise CaseError(Fault(str(result.path), "must be a run on flexible mounts, its frame is fixed", "Set mechanism.mounting=flexible"))
+        raise CaseError(
+            Fault(
+                str(result.path),
+                "must be a run on flexible mounts, its frame is fixed",
+                "Set mechanism.mounting=flexible",
+            )
+        )
     return Case.from_toml(result.case_text).mounts.count
 
 
 def _steady(result: Result, last: float | str) -> np.ndarray:
-    """Samples within the whole turns of the steady window, (n,) of bool; the last one belongs to the next turn."""
+    """Samples within the whole turns of the steady window, (n,) of bool; the last one belongs to the next
+    turn.
+    """
     turns = steady_window(result, last, names=["driveshaft_torque"]).turns
     time = result.series["time"].values
     return (time >= turns[0]) & (time < turns[-1] * (1.0 - 1e-12))

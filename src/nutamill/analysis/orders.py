@@ -1,4 +1,6 @@
-"""Order tracking: amplitude and phase of what repeats once, twice, ... per turn of the driveshaft, and spectra over a run-up."""
+"""Order tracking: amplitude and phase of what repeats once, twice, ... per turn of the driveshaft, and
+spectra over a run-up.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -30,7 +32,9 @@ class Orders(NamedTuple):
     amplitude: np.ndarray
     """Amplitudes, unit of the signal, (n_orders, n)."""
     lag: np.ndarray
-    """Angle by which the maximum comes after that of ``cos(order x crank angle)`` [rad], (n_orders, n), in (-pi, pi]."""
+    """Angle by which the maximum comes after that of ``cos(order x crank angle)`` [rad], (n_orders, n), in
+    (-pi, pi].
+    """
 
 
 class Peak(NamedTuple):
@@ -61,11 +65,17 @@ class Waterfall(NamedTuple):
     """Amplitude of a sine of each frequency, unit of the signal, (m, n)."""
 
 
-def track(time: np.ndarray, angle: np.ndarray, value: np.ndarray, orders: Sequence[float] = (1.0, 2.0), turns: int = TURNS) -> Orders:
+def track(
+    time: np.ndarray,
+    angle: np.ndarray,
+    value: np.ndarray,
+    orders: Sequence[float] = (1.0, 2.0),
+    turns: int = TURNS,
+) -> Orders:
     """Orders of a signal, by resampling over the angle and a Hann window of whole turns.
 
-    The signal ``A cos(order angle - lag)`` of any steady A gives A and lag exactly, whatever the speed does; other whole orders
-    at least ``2/turns`` away do not show.
+    The signal ``A cos(order angle - lag)`` of any steady A gives A and lag exactly, whatever the speed does;
+    other whole orders at least ``2/turns`` away do not show.
 
     Parameters
     ----------
@@ -99,7 +109,9 @@ def track(time: np.ndarray, angle: np.ndarray, value: np.ndarray, orders: Sequen
     return Orders(at[middle][:: PER_TURN // 8], speed, tuple(orders), np.abs(found), -np.angle(found))
 
 
-def sensor_orders(result: Result, name: str, orders: Sequence[float] = (1.0, 2.0), turns: int = TURNS) -> Orders:
+def sensor_orders(
+    result: Result, name: str, orders: Sequence[float] = (1.0, 2.0), turns: int = TURNS
+) -> Orders:
     """Orders of a recorded series; as `track`.
 
     Raises
@@ -115,7 +127,13 @@ def recorded(result: Result, name: str) -> np.ndarray:
     """Samples of a series (n,); CaseError if the result has none of this name."""
     field = series_field(name)
     if name != "time" and name not in result.series:
-        raise CaseError(Fault(name, f"must be recorded, {result.path} has no {field.label}", "nutamill info fields lists all names"))
+        raise CaseError(
+            Fault(
+                name,
+                f"must be recorded, {result.path} has no {field.label}",
+                "nutamill info fields lists all names",
+            )
+        )
     return result.series[name].values
 
 
@@ -123,22 +141,34 @@ def peaks(found: Orders) -> list[Peak]:
     """The largest amplitude of each order."""
     at = found.amplitude.argmax(axis=1)
     return [
-        Peak(order, float(found.speed[k]), float(found.time[k]), float(found.amplitude[n, k]), float(found.lag[n, k]))
+        Peak(
+            order,
+            float(found.speed[k]),
+            float(found.time[k]),
+            float(found.amplitude[n, k]),
+            float(found.lag[n, k]),
+        )
         for n, (order, k) in enumerate(zip(found.orders, at, strict=True))
     ]
 
 
 def waterfall(result: Result, name: str, window: float = 1.0) -> Waterfall:
-    """Amplitude spectra of a recorded series, by a Hann window of `window` seconds, a third of a short record, moved by a quarter of it."""
+    """Amplitude spectra of a recorded series, by a Hann window of `window` seconds, a third of a short
+    record, moved by a quarter of it.
+    """
     window = min(window, result.reached / 3.0)
-    return spectra(result.series["time"].values, result.series["crank_angle"].values, recorded(result, name), window)
+    return spectra(
+        result.series["time"].values, result.series["crank_angle"].values, recorded(result, name), window
+    )
 
 
 def spectra(time: np.ndarray, angle: np.ndarray, value: np.ndarray, window: float = 1.0) -> Waterfall:
     """Amplitude spectra over time; as `waterfall`."""
     rate = (len(time) - 1) / (time[-1] - time[0])
     length = min(round(window * rate), len(time))
-    transform = ShortTimeFFT(hann(length, sym=False), max(length // 4, 1), rate, scale_to="magnitude", fft_mode="onesided2X")
+    transform = ShortTimeFFT(
+        hann(length, sym=False), max(length // 4, 1), rate, scale_to="magnitude", fft_mode="onesided2X"
+    )
     first, end = transform.lower_border_end[1], transform.upper_border_begin(len(value))[1]
     amplitude = np.abs(transform.stft(value, p0=first, p1=max(end, first + 1)))
     at = time[0] + transform.delta_t * np.arange(first, first + amplitude.shape[1])

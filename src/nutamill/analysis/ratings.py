@@ -1,4 +1,6 @@
-"""Catalogue data of bearings and sections for estimates of life: a TOML file beside the case, checked as a case is."""
+"""Catalogue data of bearings and sections for estimates of life: a TOML file beside the case, checked as a
+case is.
+"""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -7,7 +9,19 @@ from pydantic import Field, model_validator
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.file_kind import FileKind, refuse_other_kind
-from nutamill.base.schema import Angle, Coefficient, Coordinate, Force, Length, Number, Positive, Pressure, Quantity, Table, refusal
+from nutamill.base.schema import (
+    Angle,
+    Coefficient,
+    Coordinate,
+    Force,
+    Length,
+    Number,
+    Positive,
+    Pressure,
+    Quantity,
+    Table,
+    refusal,
+)
 from nutamill.base.units import Kind
 from nutamill.case.toml.layers import merge, read_layers
 from nutamill.case.toml.messages import checked
@@ -32,7 +46,9 @@ class Bearing(Table):
     axial_limit: Coefficient = 0.0
     """Ratio e of axial to radial load above which it counts."""
     swing: Angle | None = None
-    """Half of the angle it swings through, once to and fro per turn of the driveshaft [rad]; a bearing that turns if left out."""
+    """Half of the angle it swings through, once to and fro per turn of the driveshaft [rad]; a bearing that
+    turns if left out.
+    """
     life_factor: Positive = 1.0
     """Factor on the basic life for reliability, lubricant and dirt, a1 times aISO [1]."""
 
@@ -66,7 +82,10 @@ class Section(Table):
     @model_validator(mode="after")
     def _possible(self) -> "Section":
         if self.bore >= self.diameter:
-            raise refusal(f"bore must be less than the diameter, got {1e3 * self.bore:g} mm in {1e3 * self.diameter:g} mm")
+            raise refusal(
+                f"bore must be less than the diameter, got {1e3 * self.bore:g} mm in "
+                f"{1e3 * self.diameter:g} mm"
+            )
         if self.fatigue_strength >= self.ultimate_strength:
             raise refusal("fatigue_strength must be less than ultimate_strength")
         return self
@@ -95,7 +114,13 @@ def load_ratings(path: str | Path) -> Ratings:
     ratings = checked(Ratings, content, places, faults)
     for joint in ratings.bearings:
         if joint not in JOINTS:
-            faults.append(Fault(f"{path}: bearings.{joint}", "must be named as a joint of the mill", f"Known are {', '.join(JOINTS)}"))
+            faults.append(
+                Fault(
+                    f"{path}: bearings.{joint}",
+                    "must be named as a joint of the mill",
+                    f"Known are {', '.join(JOINTS)}",
+                )
+            )
     if not ratings.bearings and not ratings.sections:
         faults.append(Fault(str(path), "must have a bearing or a section", "Write e.g. [bearings.crank_pin]"))
     if faults:

@@ -1,7 +1,7 @@
 """The motion kept in a result: snapshot by snapshot, where every body and every particle is.
 
-All bodies of a mill but the intermediate shaft are held at the nutation point or turn about an axis through it, so that this point and
-their attitudes place them (docs/conventions.md, frames).
+All bodies of a mill but the intermediate shaft are held at the nutation point or turn about an axis through
+it, so that this point and their attitudes place them (docs/conventions.md, frames).
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,9 @@ class Pose(NamedTuple):
     """Where a body is."""
 
     origin: np.ndarray
-    """The point its parts are drawn from [m] (3,), world: the nutation point; of ground and intermediate shaft where it was assembled."""
+    """The point its parts are drawn from [m] (3,), world: the nutation point; of ground and intermediate
+    shaft where it was assembled.
+    """
     rotation: np.ndarray
     """``R_WB`` (3, 3)."""
 
@@ -58,8 +60,12 @@ def particle_snapshots(result: Result) -> tuple[Snapshots, np.ndarray]:
     """
     snapshots = result.snapshots
     if not len(snapshots) or "chamber_floor" not in snapshots[0]:
-        raise ResultError(f"{result.path}: must hold snapshots of particles, it holds none. Run it with run.snapshots.")
-    return snapshots, np.interp(snapshots.time, result.series["time"].values, result.series["crank_angle"].values)
+        raise ResultError(
+            f"{result.path}: must hold snapshots of particles, it holds none. Run it with run.snapshots."
+        )
+    return snapshots, np.interp(
+        snapshots.time, result.series["time"].values, result.series["crank_angle"].values
+    )
 
 
 def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:
@@ -67,7 +73,8 @@ def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:
 
     Raises
     ------
-    ResultError : no snapshots, those of a mechanism of listed parts, or of a version that did not keep the size of the particles
+    ResultError : no snapshots, those of a mechanism of listed parts, or of a version that did not keep the
+        size of the particles
     """
     count = len(result.snapshots)
     if not count:
@@ -76,20 +83,29 @@ def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:
             'Run the case with run.snapshots = { rate = "200 Hz", last = "0.5 s" } and to its end.'
         )
     if "crank_angle" not in result.series:
-        raise ResultError(f"{result.path}: must be the run of a mill to be drawn, it is that of a mechanism. Plot its series instead.")
+        raise ResultError(
+            f"{result.path}: must be the run of a mill to be drawn, it is that of a mechanism. Plot "
+            "its series instead."
+        )
     first = result.snapshots[0]
     if missing := {"body_positions", "body_attitudes"} - set(first):
-        raise ResultError(f"{result.path}: its snapshots must hold {', '.join(sorted(missing))}, they do not. Run the case again.")
+        raise ResultError(
+            f"{result.path}: its snapshots must hold {', '.join(sorted(missing))}, they do not. Run "
+            "the case again."
+        )
     if "positions" in first and "radii" not in first:
         raise ResultError(
-            f"{result.path}: its snapshots must keep the radii of the particles, an older version left them out. Run it again."
+            f"{result.path}: its snapshots must keep the radii of the particles, an older version "
+            "left them out. Run it again."
         )
     step = 1 if most is None else -(-count // most)
     return list(range(count - 1, -1, -step))[::-1]
 
 
 def replay(result: Result, numbers: list[int]) -> Iterator[Frame]:
-    """The moments of these snapshots, read one by one; the bearing cross has its mass centre at the nutation point."""
+    """The moments of these snapshots, read one by one; the bearing cross has its mass centre at the nutation
+    point.
+    """
     still, empty = np.zeros(3), np.empty((0, 3))
     for number in numbers:
         kept = result.snapshots[number]
@@ -99,5 +115,13 @@ def replay(result: Result, numbers: list[int]) -> Iterator[Frame]:
             for name, attitude in zip(BODIES, kept["body_attitudes"], strict=True)
         }
         bodies[GROUND] = Pose(still, np.eye(3))
-        positions, velocities = (np.asarray(kept.get(name, empty), float) for name in ("positions", "velocities"))
-        yield Frame(float(kept["time"]), bodies, positions, velocities, np.asarray(kept.get("radii", np.empty(0)), float))
+        positions, velocities = (
+            np.asarray(kept.get(name, empty), float) for name in ("positions", "velocities")
+        )
+        yield Frame(
+            float(kept["time"]),
+            bodies,
+            positions,
+            velocities,
+            np.asarray(kept.get("radii", np.empty(0)), float),
+        )

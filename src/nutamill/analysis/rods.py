@@ -1,4 +1,6 @@
-"""Forces in the six rods that hold the universal joint of the 2025 test rig: three upright, two along y, one along x."""
+"""Forces in the six rods that hold the universal joint of the 2025 test rig: three upright, two along y, one
+along x.
+"""
 
 from typing import NamedTuple
 
@@ -26,7 +28,9 @@ class RodForces(NamedTuple):
     """Tension of each rod, negative where it is pressed [N], (n, 6)."""
 
 
-def rod_tensions(points: np.ndarray, directions: np.ndarray, force: np.ndarray, moment: np.ndarray) -> np.ndarray:
+def rod_tensions(
+    points: np.ndarray, directions: np.ndarray, force: np.ndarray, moment: np.ndarray
+) -> np.ndarray:
     """Tensions of six two-force rods that hold a body against a load.
 
     .. math:: \\sum_i t_i d_i + F = 0, \\quad \\sum_i t_i\\, p_i \\times d_i + M = 0
@@ -50,15 +54,23 @@ def rod_tensions(points: np.ndarray, directions: np.ndarray, force: np.ndarray, 
     reach = max(np.linalg.norm(points, axis=1).max(), 1e-12)
     size = np.linalg.svd(matrix / np.array([1.0, 1.0, 1.0, reach, reach, reach])[:, None], compute_uv=False)
     if size[-1] < SINGULAR * size[0]:
-        raise CaseError(Fault("rods", "must hold all six motions of the body, one is free", "Put no three along one line or in one point"))
+        raise CaseError(
+            Fault(
+                "rods",
+                "must hold all six motions of the body, one is free",
+                "Put no three along one line or in one point",
+            )
+        )
     return np.linalg.solve(matrix, -np.hstack([force, moment]).T).T
 
 
 def yoke_rods(result: Result, last: float | str = PAPER_WINDOW) -> RodForces:
-    """Tensions of the rods under the load the yoke pivot puts on the frame, over the whole turns of steady running.
+    """Tensions of the rods under the load the yoke pivot puts on the frame, over the whole turns of steady
+    running.
 
-    Places and directions are those of ``[rods]`` in the case, in frame axes from the nutation point.  The rods' own weight and
-    that of the yoke are left out: they are constant, and zero where load cells are tared at rest.
+    Places and directions are those of ``[rods]`` in the case, in frame axes from the nutation point.  The
+    rods' own weight and that of the yoke are left out: they are constant, and zero where load cells are tared
+    at rest.
 
     Raises
     ------
@@ -67,18 +79,27 @@ def yoke_rods(result: Result, last: float | str = PAPER_WINDOW) -> RodForces:
     rods = Case.from_toml(result.case_text).rods
     if len(rods) != 6:
         raise CaseError(
-            Fault("rods", f"must be six, the case has {len(rods)}", 'Write e.g. [rods.upright_1] at = ["150 mm", ...], along = "z"')
+            Fault(
+                "rods",
+                f"must be six, the case has {len(rods)}",
+                'Write e.g. [rods.upright_1] at = ["150 mm", ...], along = "z"',
+            )
         )
     turns = hodograph(result, "yoke_pivot", "frame", last)
     places = np.array([rod.at for rod in rods.values()])
     along = np.array([ALONG[rod.along] for rod in rods.values()])
     # the reaction acts on the cross; the yoke gets the opposite, about the same point
-    return RodForces(tuple(rods), turns.angle, rod_tensions(places, along, -turns.reaction[:, :3], -turns.reaction[:, 3:]))
+    return RodForces(
+        tuple(rods), turns.angle, rod_tensions(places, along, -turns.reaction[:, :3], -turns.reaction[:, 3:])
+    )
 
 
 def rods_lines(found: RodForces) -> list[str]:
     """Forces of the rods as a table."""
-    rows = ["rod forces (N), positive in tension", f"{'rod':14} {'mean':>9} {'rms':>9} {'peak':>9} {'1x':>9} {'2x':>9}"]
+    rows = [
+        "rod forces (N), positive in tension",
+        f"{'rod':14} {'mean':>9} {'rms':>9} {'peak':>9} {'1x':>9} {'2x':>9}",
+    ]
     for name, numbers in zip(found.names, statistics(found.angle, found.tension), strict=True):
         rows.append(f"{name:14} " + " ".join(f"{number:9.4g}" for number in numbers[:5]))
     return rows

@@ -15,7 +15,8 @@ def open_mill_result(path: str | Path) -> Result:
 
     Raises
     ------
-    ResultError : no such file, or the result of a mechanism of listed parts, or of a version that recorded no reactions
+    ResultError : no such file, or the result of a mechanism of listed parts, or of a version that recorded no
+        reactions
     """
     result = open_result(path)
     try:
@@ -25,7 +26,10 @@ def open_mill_result(path: str | Path) -> Result:
         raise
     if "crank_angle" not in series or "crank_pin_reaction_force_x" not in series:
         result.close()
-        raise ResultError(f"{path}: must be the run of a mill with its joint reactions, it has none. Run the case again with this version.")
+        raise ResultError(
+            f"{path}: must be the run of a mill with its joint reactions, it has none. Run the case "
+            "again with this version."
+        )
     return result
 
 

@@ -1,4 +1,6 @@
-"""One number with its uncertainty from a result: a steady mean, a root mean square, or a swing of a series."""
+"""One number with its uncertainty from a result: a steady mean, a root mean square, or a swing of a
+series.
+"""
 
 import contextlib
 import math
@@ -44,7 +46,9 @@ class Value(NamedTuple):
     half_width: float
     """Half width of its 95 % interval; NaN with too few turns for a test of steadiness."""
     window: float
-    """The same over the last seconds or what there is of them: for means the plain mean of all samples; NaN without a turn in them."""
+    """The same over the last seconds or what there is of them: for means the plain mean of all samples; NaN
+    without a turn in them.
+    """
     turns: int
     """Turns in the steady mean [1]."""
     steady: bool
@@ -73,21 +77,31 @@ def reading_of(text: str, where: str = "reading") -> Reading:
     *ways, series = text.split()
     if len(ways) > 1 or any(way not in get_args(How) for way in ways):
         raise CaseError(
-            Fault(where, f'must be a series, or "rms" or "swing" and a series, got "{text}"', 'Write e.g. "rms driveshaft_torque"')
+            Fault(
+                where,
+                f'must be a series, or "rms" or "swing" and a series, got "{text}"',
+                'Write e.g. "rms driveshaft_torque"',
+            )
         )
     try:
         series_field(series)
     except CaseError as error:
-        raise CaseError(*(Fault(where, f"{fault.where}: {fault.what}", fault.hint) for fault in error.faults)) from None
+        raise CaseError(
+            *(Fault(where, f"{fault.where}: {fault.what}", fault.hint) for fault in error.faults)
+        ) from None
     return Reading(series, *ways)
 
 
 def read(result: Result, readings: Sequence[Reading]) -> dict[Reading, Value]:
-    """What a result says, reading by reading: `steady_value` of each, `NOTHING` where it does not hold the series or a whole turn."""
+    """What a result says, reading by reading: `steady_value` of each, `NOTHING` where it does not hold the
+    series or a whole turn.
+    """
     series, found = result.series, dict.fromkeys(readings, NOTHING)
     held = [reading for reading in readings if reading.series in series]
     with contextlib.suppress(ResultError):
-        found |= {reading: steady_value(result, series[reading.series].values, reading.by) for reading in held}
+        found |= {
+            reading: steady_value(result, series[reading.series].values, reading.by) for reading in held
+        }
     return found
 
 
@@ -107,7 +121,10 @@ def steady_value(result: Result, value: np.ndarray, by: How = "mean", last: floa
     """
     inside, turns = turns_at_speed(result)
     if len(turns) < 2:
-        raise ResultError(f"{result.path}: must hold a whole turn at its last speed, it holds none. Continue it with `nutamill resume`.")
+        raise ResultError(
+            f"{result.path}: must hold a whole turn at its last speed, it holds none. Continue it "
+            "with `nutamill resume`."
+        )
     time, value = result.series["time"].values[inside], value[inside]
     if by == "swing":
         each = turn_swings(time, value, turns)

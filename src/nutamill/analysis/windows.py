@@ -8,7 +8,15 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from nutamill.base.errors import ResultError
-from nutamill.base.steady import FEWEST_TURNS, PRECISION, SteadyMean, batch_half_width, steady_mean, turn_means, whole_turns
+from nutamill.base.steady import (
+    FEWEST_TURNS,
+    PRECISION,
+    SteadyMean,
+    batch_half_width,
+    steady_mean,
+    turn_means,
+    whole_turns,
+)
 from nutamill.base.units import Kind, parse
 from nutamill.case import Case
 from nutamill.result import Result
@@ -90,7 +98,9 @@ class PowerSplit(NamedTuple):
     """Mean power over the whole turns of the steady window."""
 
     motor: float
-    """Power of the motor [W]; with a prescribed motion, which the charge does not slow, also what that motion supplies."""
+    """Power of the motor [W]; with a prescribed motion, which the charge does not slow, also what that motion
+    supplies.
+    """
     sinks: dict[str, float]
     """Where it goes [W], by the groups of `SINKS`."""
     residual: float
@@ -100,7 +110,8 @@ class PowerSplit(NamedTuple):
 def ramp_end(result: Result) -> float:
     """Time from which the driveshaft keeps its last speed [s]; the start if it had it from the beginning.
 
-    With a motor, whose speed is never quite steady: the time from which it is asked for its last speed, or has its supply back.
+    With a motor, whose speed is never quite steady: the time from which it is asked for its last speed, or
+    has its supply back.
     """
     if "[drive.motor]" in result.case_text:
         drive = Case.from_toml(result.case_text).drive
@@ -113,7 +124,8 @@ def ramp_end(result: Result) -> float:
 
 
 def turns_at_speed(result: Result, since: float = -math.inf) -> tuple[np.ndarray, np.ndarray]:
-    """Samples at the last speed from the time `since` [s] on, (n_samples,) of bool, and the times [s] (n + 1,) between their whole turns.
+    """Samples at the last speed from the time `since` [s] on, (n_samples,) of bool, and the times [s] (n +
+    1,) between their whole turns.
 
     There are no turns, and fewer than two times, where the run has not made a whole one by then.
     """
@@ -122,12 +134,14 @@ def turns_at_speed(result: Result, since: float = -math.inf) -> tuple[np.ndarray
     return inside, whole_turns(time[inside], angle[inside])
 
 
-def steady_window(result: Result, last: float | str = PAPER_WINDOW, names: Sequence[str] | None = None) -> Steady:
+def steady_window(
+    result: Result, last: float | str = PAPER_WINDOW, names: Sequence[str] | None = None
+) -> Steady:
     """Means over the last seconds of a run, over whole turns, with their 95 % intervals.
 
-    The window is the last `last` seconds, cut where the speed was still changing.  Readings of a mill repeat once or
-    twice per turn, so that a mean over a broken number of turns depends on where it is cut; the estimate therefore
-    takes the whole turns that end with the run.  The scatter of batches of turns gives
+    The window is the last `last` seconds, cut where the speed was still changing.  Readings of a mill repeat
+    once or twice per turn, so that a mean over a broken number of turns depends on where it is cut; the
+    estimate therefore takes the whole turns that end with the run.  The scatter of batches of turns gives
     the interval (`nutamill.base.steady.batch_half_width`).
 
     Parameters
@@ -145,8 +159,14 @@ def steady_window(result: Result, last: float | str = PAPER_WINDOW, names: Seque
     inside, turns = turns_at_speed(result, float(time[-1]) - length if len(time) else math.nan)
     if len(turns) < 2:
         reached = f"ends at t = {time[-1]:g} s" if len(time) else "is empty"
-        raise ResultError(f"{result.path}: must hold a whole turn at constant speed, it {reached}. Continue it with `nutamill resume`.")
-    values = {name: _estimate(time[inside], series[name].values[inside], turns) for name in names or map(str, series.data_vars)}
+        raise ResultError(
+            f"{result.path}: must hold a whole turn at constant speed, it {reached}. Continue it "
+            "with `nutamill resume`."
+        )
+    values = {
+        name: _estimate(time[inside], series[name].values[inside], turns)
+        for name in names or map(str, series.data_vars)
+    }
     return Steady(float(time[inside][0]), float(time[-1]), turns, values)
 
 
@@ -158,7 +178,8 @@ def _estimate(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> Estimat
 
 
 def steady_part(result: Result, names: Sequence[str], precision: float = PRECISION) -> SteadyPart:
-    """Find by a test where a run became steady, and its means from there, with 95 % intervals that account for correlation.
+    """Find by a test where a run became steady, and its means from there, with 95 % intervals that account
+    for correlation.
 
     All whole turns at the last speed are looked at; `nutamill.base.steady.steady_mean` says how.
 
@@ -174,10 +195,15 @@ def steady_part(result: Result, names: Sequence[str], precision: float = PRECISI
     time = result.series["time"].values
     inside, turns = turns_at_speed(result)
     if len(turns) <= FEWEST_TURNS:
-        what = f"must hold {FEWEST_TURNS} whole turns at its last speed for a test of steadiness, it holds {max(0, len(turns) - 1)}"
+        what = (
+            f"must hold {FEWEST_TURNS} whole turns at its last speed for a test of steadiness, it holds "
+            f"{max(0, len(turns) - 1)}"
+        )
         raise ResultError(f"{result.path}: {what}. Continue it with `nutamill resume`.")
     values = {name: turn_means(time[inside], result.series[name].values[inside], turns) for name in names}
-    return SteadyPart(turns, {name: steady_mean(means, precision=precision) for name, means in values.items()})
+    return SteadyPart(
+        turns, {name: steady_mean(means, precision=precision) for name, means in values.items()}
+    )
 
 
 def power_split(result: Result, last: float | str = PAPER_WINDOW) -> PowerSplit:
@@ -209,13 +235,17 @@ def ledger_groups(result: Result) -> dict[str, list[str]]:
 
 
 def summary_lines(result: Result) -> list[str]:
-    """What is said at the end of a run: whether it is steady, steady force, torque and power, and where the power goes."""
+    """What is said at the end of a run: whether it is steady, steady force, torque and power, and where the
+    power goes.
+    """
     names = ["crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power"]
     try:
         window = steady_window(result, names=names)
         power = power_split(result)
     except ResultError:
-        return [f"no steady means: the run has not made a whole turn at its last speed (state: {result.state})"]
+        return [
+            f"no steady means: the run has not made a whole turn at its last speed (state: {result.state})"
+        ]
     force, torque, drawn = window.values.values()
     count = len(window.turns) - 1
     plain = (
@@ -226,20 +256,30 @@ def summary_lines(result: Result) -> list[str]:
         part = steady_part(result, names)
     except ResultError:
         said = f"{too_few_turns(count)}; their plain mean:"
-        lines = [said, f"crank-pin force {force.mean:.4g} N   shaft torque {torque.mean:.4g} N m   power {drawn.mean:.0f} W"]
+        lines = [
+            said,
+            f"crank-pin force {force.mean:.4g} N   shaft torque {torque.mean:.4g} N m   power "
+            f"{drawn.mean:.0f} W",
+        ]
     else:
         force, torque, drawn = part.means.values()
-        means = f"crank-pin force {with_interval(force)} N   shaft torque {with_interval(torque)} N m   power {drawn.mean:.0f} W"
+        means = (
+            f"crank-pin force {with_interval(force)} N   shaft torque {with_interval(torque)} N m   "
+            f"power {drawn.mean:.0f} W"
+        )
         lines = [steady_line(part), means, plain]
     if power.motor:
         lines.append(
-            f"where the power goes: {_shares(power.sinks, power.motor)}  | closes to {100.0 * abs(power.residual / power.motor):.2f} %"
+            f"where the power goes: {_shares(power.sinks, power.motor)}  | closes to "
+            f"{100.0 * abs(power.residual / power.motor):.2f} %"
         )
     return lines
 
 
 def too_few_turns(count: int) -> str:
-    """Return the sentence on a run of so few turns at its last speed that nothing can be said about steadiness."""
+    """Return the sentence on a run of so few turns at its last speed that nothing can be said about
+    steadiness.
+    """
     return f"too few turns at the last speed for a test of steadiness: {count}, needs {FEWEST_TURNS}"
 
 
@@ -248,8 +288,14 @@ def steady_line(part: SteadyPart) -> str:
     turns = len(part.turns) - 1
     if not part.drifting:
         kept = min(found.turns for found in part.means.values())
-        return f"steady since t = {part.start:.2f} s (stationarity test), {kept} of {turns} turns at this speed kept"
-    shares = {name: part.means[name].drift / part.means[name].mean / part.means[name].turns for name in part.drifting}
+        return (
+            f"steady since t = {part.start:.2f} s (stationarity test), {kept} of {turns} turns at this "
+            "speed kept"
+        )
+    shares = {
+        name: part.means[name].drift / part.means[name].mean / part.means[name].turns
+        for name in part.drifting
+    }
     drifts = ", ".join(f"{series_field(name).label} {100.0 * share:+.2g} %" for name, share in shares.items())
     return f"not steady after {turns} turns at this speed; drift per turn: {drifts}"
 
@@ -269,7 +315,8 @@ def warning_lines(result: Result) -> list[str]:
             largest = float(series[f"largest_{kind}_overlap"].max())
             if largest > limit:
                 lines.append(
-                    f"warning: largest {kind} overlap {100 * largest:.1f} % of the diameter, beyond overlap_warn = {100 * limit:.0f} %."
+                    f"warning: largest {kind} overlap {100 * largest:.1f} % of the diameter, beyond "
+                    f"overlap_warn = {100 * limit:.0f} %."
                     " Stiffer contacts would be nearer to the solids"
                 )
     try:
@@ -278,7 +325,8 @@ def warning_lines(result: Result) -> list[str]:
         return lines
     if power.motor and abs(power.residual / power.motor) > LEDGER_LIMIT:
         lines.append(
-            f"warning: the ledger leaves {100 * abs(power.residual / power.motor):.2f} % of the motor's power open"
+            f"warning: the ledger leaves {100 * abs(power.residual / power.motor):.2f} % of the "
+            "motor's power open"
             f" (limit {100 * LEDGER_LIMIT:.1f} %). Halve run.dt or run.window"
         )
     return lines

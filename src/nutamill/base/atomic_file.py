@@ -1,11 +1,11 @@
 """A file that is whole at every instant: it is never changed in place, only replaced by a finished copy.
 
-A copy is made beside the file, the room it will need is reserved, the copy is changed and flushed to the disk, and then
-renamed over the file, which a file system does at once or not at all.  A process that is killed leaves the file as it was,
-and perhaps a hidden ``.part`` file, which the next writer removes.
+A copy is made beside the file, the room it will need is reserved, the copy is changed and flushed to the
+disk, and then renamed over the file, which a file system does at once or not at all.  A process that is
+killed leaves the file as it was, and perhaps a hidden ``.part`` file, which the next writer removes.
 
-The room is reserved by plain system calls because libraries that write (HDF5 for one) cannot close a file properly on a
-full disk and may take the process down with them.
+The room is reserved by plain system calls because libraries that write (HDF5 for one) cannot close a file
+properly on a full disk and may take the process down with them.
 """
 
 import contextlib
@@ -31,8 +31,11 @@ SPARE = 16 * 2**20
 """Room that must stay free on the disk beyond what is written [bytes]."""
 
 
-def replace_file(path: Path, edit: Callable[[Path], None], room: int, start: bytes | BinaryIO | None = None) -> None:
-    """Put in place of `path` a copy that `edit` has changed; at every instant `path` is the old file or the new one.
+def replace_file(
+    path: Path, edit: Callable[[Path], None], room: int, start: bytes | BinaryIO | None = None
+) -> None:
+    """Put in place of `path` a copy that `edit` has changed; at every instant `path` is the old file or the
+    new one.
 
     Parameters
     ----------
@@ -66,7 +69,9 @@ def replace_file(path: Path, edit: Callable[[Path], None], room: int, start: byt
 
 
 def write_whole(path: str | Path, content: str | bytes) -> Path:
-    """Write a file of this content, or put it in place of the one there; its folder is made if needed. Raises as `replace_file`."""
+    """Write a file of this content, or put it in place of the one there; its folder is made if needed. Raises
+    as `replace_file`.
+    """
     path = Path(path)
     make_folder(path)
     replace_file(path, lambda _: None, 0, content.encode("utf-8") if isinstance(content, str) else content)
@@ -74,7 +79,9 @@ def write_whole(path: str | Path, content: str | bytes) -> Path:
 
 
 def put_in_place(new: Path, path: Path) -> None:
-    """Rename the finished file `new` to `path`, in place of the file there. Raises ResultError if the system refuses."""
+    """Rename the finished file `new` to `path`, in place of the file there. Raises ResultError if the system
+    refuses.
+    """
     with io_errors(path):
         new.replace(path)
         _flush_folder(path.parent)
@@ -84,7 +91,9 @@ def refuse_suffix(path: Path, suffixes: Sequence[str]) -> None:
     """Raise CaseError for a file to be written whose name does not end with one of `suffixes`."""
     if path.suffix.lower() not in suffixes:
         what = f'must end with {", ".join(suffixes)}, got "{path.suffix}"'
-        raise CaseError(Fault(str(path), what, f"Write e.g. {path.with_suffix(suffixes[0])}" if path.name else ""))
+        raise CaseError(
+            Fault(str(path), what, f"Write e.g. {path.with_suffix(suffixes[0])}" if path.name else "")
+        )
 
 
 def check_writable(path: Path, suffixes: Sequence[str]) -> None:
@@ -118,7 +127,9 @@ def tidy(path: Path) -> None:
 
 
 def check_room(path: Path, needed: int) -> None:
-    """Raise OutputError if writing `needed` bytes to `path` would leave less than the reserve `SPARE` on its disk."""
+    """Raise OutputError if writing `needed` bytes to `path` would leave less than the reserve `SPARE` on its
+    disk.
+    """
     free = shutil.disk_usage(path.parent).free
     if free < needed + SPARE:
         reserve = f"a reserve of {megabytes(SPARE)} must stay free"
@@ -127,18 +138,26 @@ def check_room(path: Path, needed: int) -> None:
 
 @contextlib.contextmanager
 def io_errors(path: Path, needed: int = 0) -> Iterator[None]:
-    """Turn an OSError into an OutputError that names the file, and on a full disk the bytes that are needed."""
+    """Turn an OSError into an OutputError that names the file, and on a full disk the bytes that are
+    needed.
+    """
     try:
         yield
     except ResultError:
         raise
     except OSError as error:
         if error.errno in FULL:
-            limit = {errno.EDQUOT: "the quota of this disk is reached", errno.EFBIG: "the system limits files to a smaller size"}
+            limit = {
+                errno.EDQUOT: "the quota of this disk is reached",
+                errno.EFBIG: "the system limits files to a smaller size",
+            }
             why = limit.get(error.errno, "the disk is full")
-            raise _no_room(path, f"needs {megabytes(needed)}, {why}" if needed else f"has failed, {why}") from error
+            raise _no_room(
+                path, f"needs {megabytes(needed)}, {why}" if needed else f"has failed, {why}"
+            ) from error
         raise OutputError(
-            f'{path}: cannot be written, the system reports "{error.strerror or error}". Choose another place.'
+            f'{path}: cannot be written, the system reports "{error.strerror or error}". Choose '
+            "another place."
         ) from error
 
 
@@ -160,9 +179,13 @@ def _size(path: Path, start: bytes | BinaryIO | None) -> int:
 
 
 def _new_part(path: Path) -> Path:
-    """Create an empty hidden file beside `path`: a new one always, never one that stood there or that a link points to."""
+    """Create an empty hidden file beside `path`: a new one always, never one that stood there or that a link
+    points to.
+    """
     part = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.part")
-    flags = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_NOFOLLOW", 0)  # O_EXCL alone refuses links where there is no such flag
+    flags = (
+        os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_NOFOLLOW", 0)
+    )  # O_EXCL alone refuses links where there is no such flag
     os.close(os.open(part, flags, 0o666))
     return part
 
@@ -192,10 +215,14 @@ def _reserve(part: Path, size: int) -> None:
 
 
 def _flush_folder(folder: Path) -> None:
-    """Bring the new name to the disk, where the system can: after a power failure the file is then the new one."""
+    """Bring the new name to the disk, where the system can: after a power failure the file is then the new
+    one.
+    """
     if not hasattr(os, "O_DIRECTORY"):  # Windows cannot open a folder
         return
-    with contextlib.suppress(OSError):  # a file system that cannot flush a folder; the file is whole either way
+    with contextlib.suppress(
+        OSError
+    ):  # a file system that cannot flush a folder; the file is whole either way
         opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:
             os.fsync(opened)

@@ -1,4 +1,6 @@
-"""Choose the folder of compiled kernels and settled beds: the user's cache folder, or a temporary one where that cannot be written."""
+"""Choose the folder of compiled kernels and settled beds: the user's cache folder, or a temporary one where
+that cannot be written.
+"""
 
 import atexit
 import functools
@@ -42,10 +44,16 @@ def _chosen() -> tuple[Path, str]:
         folder = temporary / "kernels"
         _try(folder)
     except OSError:
-        return wanted, f"compiled kernels and settled beds are not kept: {reason}, nor can a temporary folder. {hint}."
+        return (
+            wanted,
+            f"compiled kernels and settled beds are not kept: {reason}, nor can a temporary folder. {hint}.",
+        )
     os.environ[VARIABLE] = str(folder)  # for the processes that this one starts
     atexit.register(_remove, temporary, os.getpid())
-    return folder, f"compiled kernels and settled beds are kept until this process ends only: {reason}. {hint}."
+    return (
+        folder,
+        f"compiled kernels and settled beds are kept until this process ends only: {reason}. {hint}.",
+    )
 
 
 def _wanted() -> Path:

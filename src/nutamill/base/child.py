@@ -1,7 +1,7 @@
 """Start Python processes that work for this one and end with it.
 
-A child never looks for modules in the working folder: a ``numpy.py`` beside a case would run in place of NumPy.  It reads one line from
-its standard input, which then stays open as long as its parent lives.
+A child never looks for modules in the working folder: a ``numpy.py`` beside a case would run in place of
+NumPy.  It reads one line from its standard input, which then stays open as long as its parent lives.
 """
 
 import json
@@ -14,7 +14,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = str(Path(__file__).parents[2])
-"""Folder that this package is imported from; last on a child's path, in case the child would not find it otherwise."""
+"""Folder that this package is imported from; last on a child's path, in case the child would not find it
+otherwise.
+"""
 
 DISCARD = subprocess.DEVNULL
 
@@ -30,9 +32,15 @@ def start_child(program: str, task: object, **streams: int) -> subprocess.Popen:
     """
     whole = f"import sys; sys.path.append({ROOT!r}); {program}"
     streams = {"stdout": DISCARD, "stderr": DISCARD} | streams
-    # a session of its own: an interrupt at the terminal reaches the parent alone, which decides what becomes of its children
+    # a session of its own: an interrupt at the terminal reaches the parent alone, which decides what becomes
+    # of its children
     process = subprocess.Popen(
-        [sys.executable, "-P", "-c", whole], stdin=subprocess.PIPE, text=True, encoding="utf-8", start_new_session=True, **streams
+        [sys.executable, "-P", "-c", whole],
+        stdin=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        start_new_session=True,
+        **streams,
     )
     try:
         process.stdin.write(json.dumps(task) + "\n")
@@ -47,7 +55,9 @@ def task_of_parent(when_alone: Callable[[], None] = lambda: os._exit(1)) -> obje
     task = json.loads(sys.stdin.readline())
 
     def wait() -> None:
-        while os.read(0, 1):  # not through sys.stdin, whose lock a waiting thread would hold when the process ends
+        while os.read(
+            0, 1
+        ):  # not through sys.stdin, whose lock a waiting thread would hold when the process ends
             pass
         when_alone()
 

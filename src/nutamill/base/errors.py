@@ -15,12 +15,16 @@ _UNSHOWABLE = re.compile(
 
 
 def printable(text: str) -> str:
-    """Return text of a user as one line that a terminal shows and does not obey: control characters are escaped."""
+    """Return text of a user as one line that a terminal shows and does not obey: control characters are
+    escaped.
+    """
     return _UNSHOWABLE.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 class ExitCode(IntEnum):
-    """What every command returns to the shell: one code for each kind of outcome, and its meaning for the documentation."""
+    """What every command returns to the shell: one code for each kind of outcome, and its meaning for the
+    documentation.
+    """
 
     meaning: str
 
@@ -55,7 +59,9 @@ class Fault(NamedTuple):
 
 
 def reason(error: Exception) -> str:
-    """Why a file could not be read, in the system's words without its number and the name, which the message has already."""
+    """Why a file could not be read, in the system's words without its number and the name, which the message
+    has already.
+    """
     return getattr(error, "strerror", None) or str(error)
 
 
@@ -80,7 +86,9 @@ class StepError(MillError, RuntimeError):
 
 
 class NotSteadyError(MillError, RuntimeError):
-    """A run that should have ended when it was steady, and never was; its file is whole and can be continued."""
+    """A run that should have ended when it was steady, and never was; its file is whole and can be
+    continued.
+    """
 
     exit_code = ExitCode.NOT_STEADY
 
@@ -126,5 +134,6 @@ class NotInstalledError(MillError):
 def missing_extra(what: str, package: str, extra: str) -> NotInstalledError:
     """Return the error for a `package` that only `what` needs, with the command that installs its `extra`."""
     return NotInstalledError(
-        f'{what} needs {package}, which is not installed. Type in your clone of the nutamill repository: pip install ".[{extra}]"'
+        f"{what} needs {package}, which is not installed. Type in your clone of the nutamill "
+        f'repository: pip install ".[{extra}]"'
     )

@@ -1,4 +1,6 @@
-"""Recognise what a file is, so that a command which gets another kind of file says what it got and which command takes it."""
+"""Recognise what a file is, so that a command which gets another kind of file says what it got and which
+command takes it.
+"""
 
 import tomllib
 from enum import Enum

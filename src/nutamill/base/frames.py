@@ -1,10 +1,11 @@
 """Vectors, quaternions, poses, twists and wrenches, as scalar kernels.
 
-Conventions (docs/conventions.md): a quaternion ``q_WB`` is (w, x, y, z) with ``p_W = R_WB p_B``; angular velocities are
-written in world axes; a wrench is (force, moment) about a named point.  Vectors are 3-tuples or three floats: an array
-return costs about a hundred times more inside a loop.
+Conventions (docs/conventions.md): a quaternion ``q_WB`` is (w, x, y, z) with ``p_W = R_WB p_B``; angular
+velocities are written in world axes; a wrench is (force, moment) about a named point.  Vectors are 3-tuples
+or three floats: an array return costs about a hundred times more inside a loop.
 
-Source: W. R. Hamilton's algebra in the form of Diebel, "Representing Attitude", 2006, equations 109, 125 and 253.
+Source: W. R. Hamilton's algebra in the form of Diebel, "Representing Attitude", 2006, equations 109, 125 and
+253.
 """
 
 import math
@@ -47,17 +48,29 @@ def rotation_numbers(w, x, y, z):
 @kernel
 def rotation_matrix(q, R_out):
     """Rotation matrix ``R_WB`` (3, 3) of the unit quaternion ``q_WB`` (4,)."""
-    R_out[0, 0], R_out[0, 1], R_out[0, 2], R_out[1, 0], R_out[1, 1], R_out[1, 2], R_out[2, 0], R_out[2, 1], R_out[2, 2] = rotation_numbers(
-        q[0], q[1], q[2], q[3]
-    )
+    (
+        R_out[0, 0],
+        R_out[0, 1],
+        R_out[0, 2],
+        R_out[1, 0],
+        R_out[1, 1],
+        R_out[1, 2],
+        R_out[2, 0],
+        R_out[2, 1],
+        R_out[2, 2],
+    ) = rotation_numbers(q[0], q[1], q[2], q[3])
 
 
 @kernel(inline="always")
 def half_angle_series(square):
-    """sin(angle/2)/angle [1/rad] and cos(angle/2) from the angle's square [rad^2]; below 1 rad the error is below 3e-17."""
+    """sin(angle/2)/angle [1/rad] and cos(angle/2) from the angle's square [rad^2]; below 1 rad the error is
+    below 3e-17.
+    """
     s = square
     odd = 1 / 645120.0 - s * (1 / 185794560.0 - s * (1 / 81749606400.0 - s / 51011754393600.0))
-    even = 1 / 46080.0 - s * (1 / 10321920.0 - s * (1 / 3715891200.0 - s * (1 / 1961990553600.0 - s / 1428329123020800.0)))
+    even = 1 / 46080.0 - s * (
+        1 / 10321920.0 - s * (1 / 3715891200.0 - s * (1 / 1961990553600.0 - s / 1428329123020800.0))
+    )
     return 0.5 - s * (1 / 48.0 - s * (1 / 3840.0 - s * odd)), 1.0 - s * (1 / 8.0 - s * (1 / 384.0 - s * even))
 
 
@@ -75,7 +88,8 @@ def turned_by_half_angle(q, a, b, d, c):
 
 @kernel
 def turn_quaternion(q, t0, t1, t2, q_out):
-    """``q_out = exp(t) q``: turn the attitude `q` by the rotation vector t [rad] in world axes, and renormalise.
+    """``q_out = exp(t) q``: turn the attitude `q` by the rotation vector t [rad] in world axes, and
+    renormalise.
 
     `q` and `q_out` may be the same array.
     """
@@ -89,16 +103,17 @@ def turn_quaternion(q, t0, t1, t2, q_out):
 
 
 MOTION_SIZE = 19
-"""Numbers in a body's motion over a window: position 3, quaternion 4, velocity 3, angular velocity 3, acceleration 3,
-angular acceleration 3, all of the mass centre, in world axes, at the start of the window."""
+"""Numbers in a body's motion over a window: position 3, quaternion 4, velocity 3, angular velocity 3,
+acceleration 3, angular acceleration 3, all of the mass centre, in world axes, at the start of the window."""
 
 
 @kernel
 def pose_in_window(motion, s, p_out, q_out):
-    """Pose of a body `s` seconds after the start of a window of constant acceleration and angular acceleration.
+    """Pose of a body `s` seconds after the start of a window of constant acceleration and angular
+    acceleration.
 
-    ``p = p0 + v0 s + a s^2/2``, ``q = exp(w0 s + alpha s^2/2) q0``: the same drift as the mechanism's step, so that the
-    walls arrive where the mechanism is at the end of the window.
+    ``p = p0 + v0 s + a s^2/2``, ``q = exp(w0 s + alpha s^2/2) q0``: the same drift as the mechanism's step,
+    so that the walls arrive where the mechanism is at the end of the window.
 
     Parameters
     ----------
@@ -120,7 +135,9 @@ def pose_in_window(motion, s, p_out, q_out):
 
 @kernel
 def twist_in_window(motion, s, v_out, w_out):
-    """Velocity [m/s] (3,) of the mass centre and angular velocity [rad/s] (3,) of a body `s` seconds into a window."""
+    """Velocity [m/s] (3,) of the mass centre and angular velocity [rad/s] (3,) of a body `s` seconds into a
+    window.
+    """
     for k in range(3):
         v_out[k] = motion[7 + k] + s * motion[13 + k]
         w_out[k] = motion[10 + k] + s * motion[16 + k]
@@ -128,7 +145,9 @@ def twist_in_window(motion, s, v_out, w_out):
 
 @kernel(inline="always")
 def shift_moment(m0, m1, m2, f0, f1, f2, r0, r1, r2):
-    """Moment of a wrench about Q from its moment about P, with ``r = p_QP`` (from Q to P): ``M_Q = M_P + r x F``."""
+    """Moment of a wrench about Q from its moment about P, with ``r = p_QP`` (from Q to P):
+    ``M_Q = M_P + r x F``.
+    """
     c0, c1, c2 = cross(r0, r1, r2, f0, f1, f2)
     return m0 + c0, m1 + c1, m2 + c2
 
@@ -168,7 +187,9 @@ def quaternion_product(a, b):
 
 @kernel
 def rotation_vector(w, x, y, z):
-    """Rotation vector [rad] of a unit quaternion, as a 3-tuple of length at most pi: the inverse of `turn_quaternion`."""
+    """Rotation vector [rad] of a unit quaternion, as a 3-tuple of length at most pi: the inverse of
+    `turn_quaternion`.
+    """
     sine = math.sqrt(x * x + y * y + z * z)
     if w < 0.0:  # q and -q are the same attitude; take the shorter turn
         w, x, y, z = -w, -x, -y, -z

@@ -9,7 +9,9 @@ CGROUP_LIMIT = Path("/sys/fs/cgroup/memory.max")
 
 
 def total_memory() -> float | None:
-    """Return the memory that this process may use [bytes], that of its container if it has less; None if not known."""
+    """Return the memory that this process may use [bytes], that of its container if it has less; None if not
+    known.
+    """
     try:
         whole = float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):  # a system without sysconf

@@ -2,19 +2,20 @@
 
 Every compiled function of the package is decorated with `kernel`.  The decorator
 
-* keeps the compiled code in the user's cache folder and makes `kernel_digest` part of the cache key.  Numba's own key looks at
-  the file of the function alone: after a change of a law in one file, a loop in another file would go on running the old
-  physics from the cache (`tests/contracts/test_stale_cache.py`);
-* makes the machine code of each kernel complete in itself.  Numba leaves copies of all that a kernel calls beside it under public names,
-  and the copy that was loaded first is the one that all kernels run: fast-math copies differ in their last bits, so that results would
-  depend on what else a process has compiled or loaded before (`tests/contracts/test_same_bits.py`);
+* keeps the compiled code in the user's cache folder and makes `kernel_digest` part of the cache key.  Numba's
+  own key looks at the file of the function alone: after a change of a law in one file, a loop in another file
+  would go on running the old physics from the cache (`tests/contracts/test_stale_cache.py`);
+* makes the machine code of each kernel complete in itself.  Numba leaves copies of all that a kernel calls
+  beside it under public names, and the copy that was loaded first is the one that all kernels run: fast-math
+  copies differ in their last bits, so that results would depend on what else a process has compiled or loaded
+  before (`tests/contracts/test_same_bits.py`);
 * releases the GIL, so that a team of Python threads can run the same kernel;
-* counts no references to arrays: kernels allocate nothing, and counting a slice of a shared array is an atomic operation that
-  two threads fight over;
+* counts no references to arrays: kernels allocate nothing, and counting a slice of a shared array is an
+  atomic operation that two threads fight over;
 * obeys ``NUMBA_DISABLE_JIT=1`` (plain Python, for debugging) and ``NUMBA_BOUNDSCHECK=1``.
 
-Checked with Numba 0.61 to 0.68: private to Numba are `_index_key` and `_impl_class` of its `FunctionCache`, `_locator_classes` of
-`CompileResultCacheImpl`, and `_finalize_final_module` of `JITCodeLibrary`.
+Checked with Numba 0.61 to 0.68: private to Numba are `_index_key` and `_impl_class` of its `FunctionCache`,
+`_locator_classes` of `CompileResultCacheImpl`, and `_finalize_final_module` of `JITCodeLibrary`.
 """
 
 import contextlib
@@ -45,32 +46,47 @@ FAST_MATH = {"nsz", "arcp", "contract", "reassoc"}
 
 @functools.cache
 def kernel_digest() -> str:
-    """Return the SHA-256 of the kernels: all compiled definitions and what they reach (`nutamill.base.source_code`).
+    """Return the SHA-256 of the kernels: all compiled definitions and what they reach
+    (`nutamill.base.source_code`).
 
-    It is part of the cache key, and of a result's provenance.  A change of comments, docstrings or of functions that no kernel reaches
-    leaves it as it is.
+    It is part of the cache key, and of a result's provenance.  A change of comments, docstrings or of
+    functions that no kernel reaches leaves it as it is.
     """
     return code_digest(reached(compiled_definitions()))
 
 
 def compiled_mark(*names: str) -> pathlib.Path:
-    """Return the file that stands for compiled kernels in the cache, of these names: there once they have been compiled.
+    """Return the file that stands for compiled kernels in the cache, of these names: there once they have
+    been compiled.
 
-    Compiled code belongs to a place of the package, a version of Python and Numba, a processor and `kernel_digest`.
+    Compiled code belongs to a place of the package, a version of Python and Numba, a processor and
+    `kernel_digest`.
     """
     processor = cpu_target.target_context.codegen().magic_tuple()
-    made_for = (str(pathlib.Path(__file__).parent), sys.version, numba.__version__, processor, kernel_digest())
-    return cache_folder() / "-".join(["compiled", hashlib.sha256(repr(made_for).encode()).hexdigest()[:16], *names])
+    made_for = (
+        str(pathlib.Path(__file__).parent),
+        sys.version,
+        numba.__version__,
+        processor,
+        kernel_digest(),
+    )
+    return cache_folder() / "-".join(
+        ["compiled", hashlib.sha256(repr(made_for).encode()).hexdigest()[:16], *names]
+    )
 
 
 class _CacheFiles(CompileResultCacheImpl):
     """Where Numba keeps compiled code: in our folder, and never beside the source."""
 
-    _locator_classes = tuple(kind for kind in CompileResultCacheImpl._locator_classes if "UserProvided" in kind.__name__)
+    _locator_classes = tuple(
+        kind for kind in CompileResultCacheImpl._locator_classes if "UserProvided" in kind.__name__
+    )
 
 
 class _KernelCache(FunctionCache):
-    """Numba's disk cache with the digest of the kernels in its key; a kernel that cannot be loaded or kept is compiled."""
+    """Numba's disk cache with the digest of the kernels in its key; a kernel that cannot be loaded or kept is
+    compiled.
+    """
 
     _impl_class = _CacheFiles
 
@@ -91,10 +107,14 @@ class _KernelCache(FunctionCache):
 
 
 class _CompleteLibrary(JITCodeLibrary):
-    """Machine code of a kernel that calls its own copies of other kernels, and no copy that another one brought along."""
+    """Machine code of a kernel that calls its own copies of other kernels, and no copy that another one
+    brought along.
+    """
 
     def _finalize_final_module(self):
-        self._shared_module = self._final_module.clone()  # for kernels that call this one: as Numba makes it, once and later
+        self._shared_module = (
+            self._final_module.clone()
+        )  # for kernels that call this one: as Numba makes it, once and later
         for module, before, after in (
             (self._shared_module, Linkage.external, Linkage.linkonce_odr),
             (self._final_module, Linkage.linkonce_odr, Linkage.internal),
@@ -109,7 +129,9 @@ class _KernelCompiler(Compiler):
     """Numba's compiler of a function, into a `_CompleteLibrary`."""
 
     def define_pipelines(self):
-        self.state.library = _CompleteLibrary(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        self.state.library = _CompleteLibrary(
+            self.state.targetctx.codegen(), self.state.func_id.func_qualname
+        )
         self.state.library.enable_object_caching()
         return super().define_pipelines()
 
@@ -118,7 +140,9 @@ numba.config.CACHE_DIR = str(cache_folder())
 
 
 def kernel(function=None, *, fast=False, inline="never"):
-    """Compile `function`: ``@kernel`` for exact arithmetic, ``@kernel(fast=True)`` for batched contact loops."""
+    """Compile `function`: ``@kernel`` for exact arithmetic, ``@kernel(fast=True)`` for batched contact
+    loops.
+    """
     if function is None:
         return functools.partial(kernel, fast=fast, inline=inline)
     options = {
@@ -154,10 +178,11 @@ def _like(value, x):
 
 
 def by_type(kernels):
-    """A function that is, where it is called, the one of `kernels` (type of the first argument: kernel) its first argument asks for.
+    """A function that is, where it is called, the one of `kernels` (type of the first argument: kernel) its
+    first argument asks for.
 
-    The type is known when the caller is compiled, so that the caller holds the chosen kernel and no choice.  The kernels take the
-    same arguments.
+    The type is known when the caller is compiled, so that the caller holds the chosen kernel and no choice.
+    The kernels take the same arguments.
     """
     plain = {kind: getattr(chosen, "py_func", chosen) for kind, chosen in kernels.items()}
 

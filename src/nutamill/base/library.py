@@ -1,4 +1,6 @@
-"""Where files are: the published mills, and the sets of mounts, charges and shapes that come with the package."""
+"""Where files are: the published mills, and the sets of mounts, charges and shapes that come with the
+package.
+"""
 
 import difflib
 from pathlib import Path

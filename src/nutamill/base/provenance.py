@@ -36,7 +36,9 @@ def run_provenance(kernel_digest: str, seed: int, threads: int) -> dict[str, str
 
 
 def git_commit() -> str:
-    """Commit of the sources, marked ``-dirty`` if they have been changed; empty for an installed package or without git."""
+    """Commit of the sources, marked ``-dirty`` if they have been changed; empty for an installed package or
+    without git.
+    """
     if not (PACKAGE.parent.parent / ".git").exists():
         return ""
     try:

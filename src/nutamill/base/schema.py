@@ -1,7 +1,9 @@
-"""What all tables of a case file share: a frozen pydantic model, and fields that carry the kind of quantity they hold.
+"""What all tables of a case file share: a frozen pydantic model, and fields that carry the kind of quantity
+they hold.
 
-A field is declared as ``inner_diameter: Length``; its value is an SI float.  Read from a file it must be text with a unit;
-given from Python it may be an SI float or such text.  Written to a file it becomes text with a unit again.
+A field is declared as ``inner_diameter: Length``; its value is an SI float.  Read from a file it must be text
+with a unit; given from Python it may be an SI float or such text.  Written to a file it becomes text with a
+unit again.
 """
 
 import math
@@ -15,7 +17,9 @@ from nutamill.base.errors import printable
 from nutamill.base.units import UNITS, Kind
 
 FROM_FILE = "from_file"
-"""Key of the validation context that is true while a file is read: plain numbers are then refused for quantities."""
+"""Key of the validation context that is true while a file is read: plain numbers are then refused for
+quantities.
+"""
 
 
 SIZES: dict[Kind, tuple[float, float]] = {
@@ -41,9 +45,11 @@ SIZES: dict[Kind, tuple[float, float]] = {
     Kind.RAMP: (1e-6, 1e6),
     Kind.UNBALANCE: (1e-15, 1e9),
 }
-"""Smallest and largest size of each kind of quantity, SI: what is beyond has been mistyped, for no machine has it.
+"""Smallest and largest size of each kind of quantity, SI: what is beyond has been mistyped, for no machine
+has it.
 
-The smallest does not hold for numbers that may have either sign: a coordinate may be as near to zero as it likes.
+The smallest does not hold for numbers that may have either sign: a coordinate may be as near to zero as it
+likes.
 """
 SMALLEST_SHARE, LARGEST_COEFFICIENT, LARGEST_NUMBER, LARGEST_COUNT = 1e-9, 1e6, 1e12, 10**9
 """Smallest share above zero, largest coefficient, and largest size of a plain number and of a count [1]."""
@@ -52,7 +58,9 @@ LONG_INTEGER, MOST_SHOWN = 10**20, 80
 
 
 def refusal(what: str, hint: str = "", **details: Any) -> PydanticCustomError:
-    """The error a validator raises here: `what` must hold and was given, and as `hint` what to write instead."""
+    """The error a validator raises here: `what` must hold and was given, and as `hint` what to write
+    instead.
+    """
     return PydanticCustomError("nutamill", "{what}", {"what": what, "hint": hint, **details})
 
 
@@ -60,7 +68,12 @@ class Table(BaseModel):
     """One table of a case file: frozen, and an unknown key is an error."""
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True, populate_by_name=True, validate_default=False
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+        populate_by_name=True,
+        validate_default=False,
     )
 
 
@@ -115,12 +128,17 @@ class Quantity(NamedTuple):
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.with_info_plain_validator_function(
-            self.read, serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json")
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
         )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
         example = [units.example(self.kind)] + ([self.word] if self.word else [])
-        return {"type": "string", "examples": example, "description": f"{self.kind} with its unit, e.g. {example[0]}"}
+        return {
+            "type": "string",
+            "examples": example,
+            "description": f"{self.kind} with its unit, e.g. {example[0]}",
+        }
 
 
 def spelled(value: Any) -> str:
@@ -189,6 +207,8 @@ Number = Annotated[
 ]
 Positive = Annotated[Number, Field(gt=0.0), AfterValidator(_not_tiny)]
 Share = Annotated[Number, Field(gt=0.0, le=1.0), AfterValidator(_not_tiny)]
-Coefficient = Annotated[float, BeforeValidator(_no_text_or_bool), Strict(), Field(ge=0.0, le=LARGEST_COEFFICIENT)]
+Coefficient = Annotated[
+    float, BeforeValidator(_no_text_or_bool), Strict(), Field(ge=0.0, le=LARGEST_COEFFICIENT)
+]
 Count = Annotated[int, BeforeValidator(_no_text_or_bool), Strict(), Field(le=LARGEST_COUNT)]
 Seed = Annotated[int, BeforeValidator(_no_text_or_bool), Strict(), Field(ge=0, lt=2**63)]

@@ -1,8 +1,9 @@
 """Digest the source code that decides a result: the definitions that given functions reach, without words.
 
-A definition is a statement at the top of a file: a function, a class, a constant.  It reaches what its names stand for, in its own
-file or in the file of this package that they are imported from, and so on.  Comments, docstrings, annotations of functions and the
-wording of errors are left out, because none of them changes a number.
+A definition is a statement at the top of a file: a function, a class, a constant.  It reaches what its names
+stand for, in its own file or in the file of this package that they are imported from, and so on.  Comments,
+docstrings, annotations of functions and the wording of errors are left out, because none of them changes a
+number.
 """
 
 import ast
@@ -18,12 +19,16 @@ COMPILING = {"nutamill.base.kernel": {"kernel", "by_type", "like"}}
 """What compiles a function, by the module that has it; so does all that is imported from Numba."""
 
 APART = ("nutamill.base.source_code", "nutamill.base.cache_folder")
-"""Modules that kernels reach and that decide no number: where compiled code is kept, and when it is made anew."""
+"""Modules that kernels reach and that decide no number: where compiled code is kept, and when it is made
+anew.
+"""
 
 IMPORT = (ast.Import, ast.ImportFrom)
 
 Place = tuple[str, int]
-"""A definition: path of its file, relative to the package, and its number among the definitions of the file."""
+"""A definition: path of its file, relative to the package, and its number among the definitions of the
+file.
+"""
 
 
 class SourceFile(NamedTuple):
@@ -34,8 +39,10 @@ class SourceFile(NamedTuple):
     named: dict[str, list[int]]
     """Numbers of the functions and classes of each name."""
     always: list[int]
-    """Numbers of the definitions that belong to all others: statements that run when the file is imported, as they may fill a
-    table that another one has made, and the `NamedTuple` classes, which kernels take as arguments."""
+    """Numbers of the definitions that belong to all others: statements that run when the file is imported, as
+    they may fill a table that another one has made, and the `NamedTuple` classes, which kernels take as
+    arguments.
+    """
     imports: dict[str, tuple[str, str]]
     """Module and name that each imported name stands for; an empty name for the module itself."""
 
@@ -45,7 +52,9 @@ def source_file(path: str) -> SourceFile:
     """Parse the file at `path`, relative to the package."""
     body = ast.parse((PACKAGE / path).read_bytes()).body
     inner = [node for block in body if isinstance(block, (ast.If, ast.Try)) for node in block.body]
-    made = SourceFile([node for node in body if not isinstance(node, IMPORT) and not _is_docstring(node)], {}, [], {})
+    made = SourceFile(
+        [node for node in body if not isinstance(node, IMPORT) and not _is_docstring(node)], {}, [], {}
+    )
     for node in body + inner:
         if isinstance(node, IMPORT):
             made.imports.update(_imported_names(node))
@@ -60,7 +69,9 @@ def source_file(path: str) -> SourceFile:
 def compiled_definitions() -> list[Place]:
     """Return all definitions of the package that have something compiled."""
     sources = {source: source.read_bytes() for source in sorted(PACKAGE.rglob("*.py"))}
-    found = [source for source, text in sources.items() if b"numba" in text or b"nutamill.base.kernel" in text]
+    found = [
+        source for source, text in sources.items() if b"numba" in text or b"nutamill.base.kernel" in text
+    ]
     paths = [source.relative_to(PACKAGE).as_posix() for source in found]
     return [
         (path, number)
@@ -90,7 +101,9 @@ def reached(roots: Iterable[Place]) -> set[Place]:
 
 
 def code_digest(places: Iterable[Place]) -> str:
-    """Return the SHA-256 of definitions and of the paths of their files; the order of the places does not count."""
+    """Return the SHA-256 of definitions and of the paths of their files; the order of the places does not
+    count.
+    """
     digest = hashlib.sha256()
     for place in sorted(places):
         digest.update(repr((place[0], _read(place)[0])).encode())
@@ -116,7 +129,9 @@ def _neighbours(place: Place) -> Iterator[Place]:
 
 
 def _imported(module: str, name: str) -> Iterator[Place]:
-    """Definitions of this package that ``from module import name`` stands for: the named one, or all of a module."""
+    """Definitions of this package that ``from module import name`` stands for: the named one, or all of a
+    module.
+    """
     first, *parts = module.split(".")
     if first != PACKAGE.name or module in APART:
         return
@@ -146,14 +161,19 @@ def _imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, tuple[str, s
 
 
 def _is_docstring(node: ast.AST) -> bool:
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
 
 
 @functools.cache
 def _read(place: Place) -> tuple[object, set[str], dict[str, tuple[str, str]]]:
     """Content of a definition as nested tuples, the names that it uses, and what it imports itself.
 
-    The content is that of the syntax tree without line numbers and empty parts, so that it is the same in every version of Python.
+    The content is that of the syntax tree without line numbers and empty parts, so that it is the same in
+    every version of Python.
     """
     names: set[str] = set()
     imports: dict[str, tuple[str, str]] = {}
@@ -171,10 +191,17 @@ def _read(place: Place) -> tuple[object, set[str], dict[str, tuple[str, str]]]:
             return kind
         if isinstance(part, IMPORT):
             imports.update(_imported_names(part))
-        fields = [(field, getattr(part, field, None)) for field in part._fields if field not in ("ctx", "returns", "type_comment")]
+        fields = [
+            (field, getattr(part, field, None))
+            for field in part._fields
+            if field not in ("ctx", "returns", "type_comment")
+        ]
         if kind == "arg":
             fields = fields[:1]
-        return (kind, *((field, content(value)) for field, value in fields if value is not None and value != []))
+        return (
+            kind,
+            *((field, content(value)) for field, value in fields if value is not None and value != []),
+        )
 
     path, number = place
     return content(source_file(path).definitions[number]), names, imports

@@ -1,8 +1,8 @@
 """Steady or not: where the steady part of a record begins, its mean, and how uncertain that mean is.
 
-Pure functions of numbers.  A mill's readings repeat once or twice per turn, so that everything here is about one number per whole
-turn: its mean, its root mean square, or its swing.  A record is **steady** when what is kept of it has no drift beyond what
-its scatter explains, or none that matters.
+Pure functions of numbers.  A mill's readings repeat once or twice per turn, so that everything here is about
+one number per whole turn: its mean, its root mean square, or its swing.  A record is **steady** when what is
+kept of it has no drift beyond what its scatter explains, or none that matters.
 """
 
 import itertools
@@ -16,7 +16,9 @@ from scipy.special import stdtrit
 FEWEST_TURNS = 5
 """Whole turns below which nothing is said about steadiness [1]."""
 BATCHES = 10
-"""Largest number of batches of turns from which an interval is estimated, or in which a drift is looked for [1]."""
+"""Largest number of batches of turns from which an interval is estimated, or in which a drift is looked for
+[1].
+"""
 PRECISION = 0.01
 """Share of a reading's size by which its mean may drift over what is kept, and still be called steady [1]."""
 ROUND_OFF = 1e-9
@@ -39,13 +41,16 @@ class SteadyMean(NamedTuple):
     correlation: float
     """Turns that count as one independent value [1]."""
     drift: float
-    """Change of the mean from the first to the last turn kept, as a straight line has it, unit of the record."""
+    """Change of the mean from the first to the last turn kept, as a straight line has it, unit of the
+    record.
+    """
     steady: bool
     """Whether that drift is explained by the scatter, or smaller than it matters."""
 
 
 def whole_turns(time: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Times [s] (n + 1,) at which the whole turns begin and end that fit into the record, counted back from its end.
+    """Times [s] (n + 1,) at which the whole turns begin and end that fit into the record, counted back from
+    its end.
 
     Parameters
     ----------
@@ -59,7 +64,9 @@ def whole_turns(time: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def turn_means(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Mean of `value` over each turn, (n,), by the trapezoidal rule: `value` sampled at `time` [s], turns between `turns` [s] (n + 1,)."""
+    """Mean of `value` over each turn, (n,), by the trapezoidal rule: `value` sampled at `time` [s], turns
+    between `turns` [s] (n + 1,).
+    """
     integral = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (value[1:] + value[:-1]))))
     return np.diff(np.interp(turns, time, integral)) / np.diff(turns)
 
@@ -71,11 +78,15 @@ def turn_swings(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> np.nd
     return np.array([0.5 * np.ptp(inside) for inside in slices])
 
 
-def steady_mean(values: Sequence[float] | np.ndarray, size: float | None = None, precision: float = PRECISION) -> SteadyMean:
-    """Cut off what comes before the steady part of a record, and take the mean of the rest with its 95 % interval.
+def steady_mean(
+    values: Sequence[float] | np.ndarray, size: float | None = None, precision: float = PRECISION
+) -> SteadyMean:
+    """Cut off what comes before the steady part of a record, and take the mean of the rest with its 95 %
+    interval.
 
-    The cut is the marginal standard error rule; half of the record at most is cut off.  The rest is called steady if a straight line
-    through it has no slope beyond its uncertainty, or changes by less than `precision` times `size` from end to end.
+    The cut is the marginal standard error rule; half of the record at most is cut off.  The rest is called
+    steady if a straight line through it has no slope beyond its uncertainty, or changes by less than
+    `precision` times `size` from end to end.
 
     Parameters
     ----------
@@ -89,8 +100,9 @@ def steady_mean(values: Sequence[float] | np.ndarray, size: float | None = None,
 
     Source
     ------
-    K. P. White, Simulation 69(6), 323-334, 1997 (marginal standard error rule); C. J. Geyer, Statist. Sci. 7(4), 473-483, 1992
-    (correlation); A. M. Law, Simulation Modeling and Analysis, 5th ed., 2015, section 9.5 (batch means)
+    K. P. White, Simulation 69(6), 323-334, 1997 (marginal standard error rule); C. J. Geyer, Statist. Sci.
+    7(4), 473-483, 1992 (correlation); A. M. Law, Simulation Modeling and Analysis, 5th ed., 2015, section 9.5
+    (batch means)
     """
     values = np.asarray(values, dtype=float)
     if len(values) < FEWEST_TURNS:
@@ -114,8 +126,8 @@ def steady_mean(values: Sequence[float] | np.ndarray, size: float | None = None,
 
 
 def truncation(values: np.ndarray) -> int:
-    """How many values to cut off at the beginning: the least `sum((y - mean)^2) / n^2` of what is left, half at most, and
-    never so many that fewer than `FEWEST_TURNS` are left.
+    """How many values to cut off at the beginning: the least `sum((y - mean)^2) / n^2` of what is left, half
+    at most, and never so many that fewer than `FEWEST_TURNS` are left.
 
     Source
     ------
@@ -125,17 +137,20 @@ def truncation(values: np.ndarray) -> int:
     if np.ptp(values) <= ROUND_OFF * np.abs(values).max():
         return 0
     cuts = np.arange(max(0, min(n // 2, n - FEWEST_TURNS)) + 1)
-    centred = values - values[n // 2 :].mean()  # sums of squares of numbers far from zero would lose the scatter
+    centred = (
+        values - values[n // 2 :].mean()
+    )  # sums of squares of numbers far from zero would lose the scatter
     sums, squares = (np.cumsum(powers[::-1])[::-1][cuts] for powers in (centred, centred**2))
     left = n - cuts
     return int(np.argmin((squares - sums**2 / left) / left**2))
 
 
 def correlation_length(values: np.ndarray) -> float:
-    """How many successive values count as one: `1 + 2 sum(autocorrelation)`, at least 1, by the initial monotone sequence.
+    """How many successive values count as one: `1 + 2 sum(autocorrelation)`, at least 1, by the initial
+    monotone sequence.
 
-    Autocorrelations of a record are noise beyond some lag.  Those of lag 2k and 2k + 1 together must be positive and fall with k;
-    the sum stops where they are not, and takes none for more than those before it.
+    Autocorrelations of a record are noise beyond some lag.  Those of lag 2k and 2k + 1 together must be
+    positive and fall with k; the sum stops where they are not, and takes none for more than those before it.
 
     Source
     ------
@@ -156,8 +171,8 @@ def correlation_length(values: np.ndarray) -> float:
 def interval(values: np.ndarray, correlation: float) -> float:
     """Half width of the 95 % interval of the mean of `values`, `correlation` of which count as one.
 
-    The variance of the sample is made unbiased for correlated values; Student's law has one degree of freedom less than
-    independent values, and one at least.
+    The variance of the sample is made unbiased for correlated values; Student's law has one degree of freedom
+    less than independent values, and one at least.
 
     Source
     ------
@@ -169,7 +184,8 @@ def interval(values: np.ndarray, correlation: float) -> float:
 
 
 def batch_half_width(means: np.ndarray) -> np.ndarray:
-    """Half width of the 95 % interval of the mean of turns, (m,), from the scatter of up to `BATCHES` batches of them.
+    """Half width of the 95 % interval of the mean of turns, (m,), from the scatter of up to `BATCHES` batches
+    of them.
 
     Parameters
     ----------
@@ -186,9 +202,11 @@ def batch_half_width(means: np.ndarray) -> np.ndarray:
 
 
 def drift(values: np.ndarray) -> tuple[float, float]:
-    """Change from the first to the last value along the line of least squares through batch means, and its 95 % half width.
+    """Change from the first to the last value along the line of least squares through batch means, and its 95
+    % half width.
 
-    Batches are so long that their means are nearly independent; the half width is that of a slope with independent scatter.
+    Batches are so long that their means are nearly independent; the half width is that of a slope with
+    independent scatter.
     """
     batches = np.array_split(values, min(BATCHES, len(values)))
     middle = np.cumsum([len(batch) for batch in batches]) - 0.5 * np.array([len(batch) for batch in batches])

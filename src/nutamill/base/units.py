@@ -1,8 +1,8 @@
 """The door for units: text with a unit in, an SI number out, and back again.
 
-Inside the package every number is SI; this is the only room that knows another unit.  A unit belongs to one *kind* of
-quantity, because kinds are where engineers slip: a torque is no energy although both are newton times metre, and a
-frequency is no speed of rotation although both are one over second.
+Inside the package every number is SI; this is the only room that knows another unit.  A unit belongs to one
+*kind* of quantity, because kinds are where engineers slip: a torque is no energy although both are newton
+times metre, and a frequency is no speed of rotation although both are one over second.
 
 Source of the factors: BIPM, The International System of Units, 9th edition, 2019, sections 2.3 and 4.
 """
@@ -48,7 +48,9 @@ class Kind(StrEnum):
 
 
 class UnitError(ValueError):
-    """Text that is no quantity of the kind asked for: `what` is wrong, and as `hint` what to write instead."""
+    """Text that is no quantity of the kind asked for: `what` is wrong, and as `hint` what to write
+    instead.
+    """
 
     def __init__(self, what: str, hint: str = ""):
         self.what = what
@@ -96,7 +98,9 @@ SHOWN: dict[Kind, tuple[str, ...]] = {
     Kind.PRESSURE: ("GPa", "MPa", "kPa", "Pa"),
     Kind.RAMP: ("rpm/s",),
 }
-"""Units a value is written with: the first in which it is at least 1, else the last.  Other kinds: their SI unit."""
+"""Units a value is written with: the first in which it is at least 1, else the last.  Other kinds: their SI
+unit.
+"""
 
 EXAMPLES: dict[Kind, str] = {
     Kind.LENGTH: "5 mm",
@@ -128,7 +132,8 @@ _SAME_SIGN = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "³": "^3", "·": 
 
 
 def parse(text: str, kind: Kind | str) -> float:
-    """SI value of `text`, a number and a unit of the `kind` asked for, such as ``"700 rpm"`` or ``"0.05 N m s/rad"``.
+    """SI value of `text`, a number and a unit of the `kind` asked for, such as ``"700 rpm"`` or
+    ``"0.05 N m s/rad"``.
 
     Parameters
     ----------
@@ -158,9 +163,12 @@ def parse(text: str, kind: Kind | str) -> float:
         if kind is Kind.SPEED and found is Kind.FREQUENCY:
             turns = float(number) * UNITS[found][unit]
             raise UnitError(
-                f'{shown} is a frequency; write "{turns:g} rev/s" or "{60.0 * turns:g} rpm" (we do not guess between Hz and rad/s)'
+                f'{shown} is a frequency; write "{turns:g} rev/s" or "{60.0 * turns:g} rpm" (we do '
+                "not guess between Hz and rad/s)"
             )
-        raise UnitError(f'{shown} is {_with_article(found)}, this needs {_with_article(kind)}, e.g. "{EXAMPLES[kind]}"')
+        raise UnitError(
+            f'{shown} is {_with_article(found)}, this needs {_with_article(kind)}, e.g. "{EXAMPLES[kind]}"'
+        )
     value = _si(number, UNITS[kind][unit])
     if not math.isfinite(value):
         raise UnitError(f"must be a finite number, got {shown}")
@@ -185,7 +193,11 @@ def format(value: float, kind: Kind | str) -> str:
     table = UNITS[kind]
     home = next(iter(table))
     choice = SHOWN.get(kind, (home,))
-    unit = choice[0] if value == 0.0 else next((name for name in choice if abs(value) >= table[name]), choice[-1])
+    unit = (
+        choice[0]
+        if value == 0.0
+        else next((name for name in choice if abs(value) >= table[name]), choice[-1])
+    )
     for name in (unit, home):
         for digits in range(1, 18):
             number = _plain(f"{value / table[name]:.{digits}g}")
@@ -200,7 +212,9 @@ def example(kind: Kind | str) -> str:
 
 
 def rpm(speed: Speed) -> Speed:
-    """Turns per minute of a speed [rad/s], turns per minute and second of a ramp [rad/s^2]: for tables and figures."""
+    """Turns per minute of a speed [rad/s], turns per minute and second of a ramp [rad/s^2]: for tables and
+    figures.
+    """
     return speed / UNITS[Kind.SPEED]["rpm"]
 
 
@@ -229,7 +243,9 @@ def _clean(unit: str) -> str:
 
 
 def _nearest(unit: str, kind: Kind) -> str:
-    """Return a hint for an unknown unit: same letters in another case, then a similar unit of the kind, then an example."""
+    """Return a hint for an unknown unit: same letters in another case, then a similar unit of the kind, then
+    an example.
+    """
     if known := _same_letters(unit, UNITS[kind]):
         return f'Did you mean "{known}"?'
     if close := difflib.get_close_matches(unit, UNITS[kind], n=1, cutoff=0.5):

@@ -1,4 +1,6 @@
-"""What every case file is, whatever it describes: frozen data with a name, a digest, and a way to TOML and back."""
+"""What every case file is, whatever it describes: frozen data with a name, a digest, and a way to TOML and
+back.
+"""
 
 import functools
 import hashlib
@@ -33,7 +35,9 @@ class CaseFile(Table):
     """Everything that is needed to repeat a run."""
 
     files: ClassVar[dict[str, Any]] = {}
-    """Keys that name files known by their content elsewhere in the case, as pydantic excludes them: no part of the identity."""
+    """Keys that name files known by their content elsewhere in the case, as pydantic excludes them: no part
+    of the identity.
+    """
 
     _name: str = PrivateAttr("case")
     _origin: Origin | None = PrivateAttr(None)
@@ -55,19 +59,24 @@ class CaseFile(Table):
 
     @functools.cached_property
     def digest(self) -> str:
-        """SHA-256 of the content, in hexadecimal: the identity of the case, whatever units or base it was written with."""
+        """SHA-256 of the content, in hexadecimal: the identity of the case, whatever units or base it was
+        written with.
+        """
         content = json.dumps(_rounded(self._plain(exclude=self.files)), sort_keys=True)
         return hashlib.sha256(content.encode()).hexdigest()
 
     def _plain(self, **how: Any) -> dict[str, Any]:
-        """Return the values of the case; a title that says what was changed gives way to the one that it was derived from."""
+        """Return the values of the case; a title that says what was changed gives way to the one that it was
+        derived from.
+        """
         content = self.model_dump(by_alias=True, exclude_none=True, **how)
         if "changed_from" in content:
             content["title"] = content.pop("changed_from")
         return content
 
     def with_(self, key: str | None = None, value: Any = None, /, **changes: Any) -> Self:
-        """The case with other values: ``case.with_("drive.speed", "500 rpm")`` or ``case.with_(drive__speed=52.36)``.
+        """The case with other values: ``case.with_("drive.speed", "500 rpm")`` or
+        ``case.with_(drive__speed=52.36)``.
 
         Parameters
         ----------
@@ -88,8 +97,14 @@ class CaseFile(Table):
         case = validated(type(self), [Layer(plain, {}, Path.cwd()), changes], self.name, [], from_file=False)
         if "title" in given:
             return case
-        origin = self._origin or Origin(self.name, plain.get("title", ""), dict(leaves(self._plain(mode="json"))))
-        return titled(case, origin._replace(changed=tuple(dict.fromkeys((*origin.changed, *keys)))), dict(leaves(changes.content)))
+        origin = self._origin or Origin(
+            self.name, plain.get("title", ""), dict(leaves(self._plain(mode="json")))
+        )
+        return titled(
+            case,
+            origin._replace(changed=tuple(dict.fromkeys((*origin.changed, *keys)))),
+            dict(leaves(changes.content)),
+        )
 
     def to_toml(self) -> str:
         """The complete case file, every default written out; `Case.from_toml` reads back an equal case."""
@@ -115,7 +130,9 @@ class CaseFile(Table):
 Case = TypeVar("Case", bound=CaseFile)
 
 
-def validated(kind: type[CaseFile], layers: list[Layer], name: str, faults: list[Fault], *, from_file: bool = True) -> Any:
+def validated(
+    kind: type[CaseFile], layers: list[Layer], name: str, faults: list[Fault], *, from_file: bool = True
+) -> Any:
     """Merge the layers and make the case of that `kind`, or raise the faults found so far with all others."""
     content, places, more = merge(layers)
     case = checked(kind, content, places, [*faults, *more], from_file)
@@ -124,7 +141,9 @@ def validated(kind: type[CaseFile], layers: list[Layer], name: str, faults: list
 
 
 def titled(case: Case, origin: Origin, typed: Mapping[str, Any]) -> Case:
-    """Return the case with a title that says in what it differs from its origin; `typed` are values by the keys as they were written."""
+    """Return the case with a title that says in what it differs from its origin; `typed` are values by the
+    keys as they were written.
+    """
     title = origin.title_with(dict(leaves(case._plain(mode="json"))), typed) if origin.title else ""
     if title != origin.title:
         case = case.model_copy(update={"title": title, "changed_from": origin.title})

@@ -1,4 +1,6 @@
-"""What the charge consists of: one or more parts, each of spheres or clumps of one material, with their sizes and their amount."""
+"""What the charge consists of: one or more parts, each of spheres or clumps of one material, with their sizes
+and their amount.
+"""
 
 from typing import Annotated, Any, Literal
 
@@ -25,13 +27,17 @@ class Distribution(Table):
     """A law of sizes between two cuts; a clump counts with the diameter of the sphere of its volume."""
 
     law: Literal["normal", "rosin_rammler"]
-    """Normal law of the diameter, or Rosin-Rammler law: the share exp(-(d/size)^exponent) of the mass is coarser than d."""
+    """Normal law of the diameter, or Rosin-Rammler law: the share exp(-(d/size)^exponent) of the mass is
+    coarser than d.
+    """
     mean: Length | None = None
     """Normal law: its mean before the cuts [m]."""
     deviation: Length | None = None
     """Normal law: its standard deviation before the cuts [m]."""
     by: Literal["number", "mass"] | None = None
-    """Normal law: whether it gives shares of the number or of the mass; Rosin-Rammler always gives shares of the mass."""
+    """Normal law: whether it gives shares of the number or of the mass; Rosin-Rammler always gives shares of
+    the mass.
+    """
     size: Length | None = None
     """Rosin-Rammler law: diameter that 1/e of the mass exceeds [m]."""
     exponent: Positive | None = None
@@ -47,11 +53,19 @@ class Distribution(Table):
             for key in keys:
                 given = getattr(self, key) is not None
                 if given and law != self.law:
-                    raise refusal(f'{key} does not belong to law = "{self.law}"', f"Its keys: {', '.join(LAW_KEYS[self.law])}")
+                    raise refusal(
+                        f'{key} does not belong to law = "{self.law}"',
+                        f"Its keys: {', '.join(LAW_KEYS[self.law])}",
+                    )
                 if not given and law == self.law:
-                    raise refusal(f'{key} is missing, with law = "{self.law}"', f"Its keys: {', '.join(LAW_KEYS[self.law])}")
+                    raise refusal(
+                        f'{key} is missing, with law = "{self.law}"',
+                        f"Its keys: {', '.join(LAW_KEYS[self.law])}",
+                    )
         if self.smallest >= self.largest:
-            raise refusal(f"smallest must be less than largest, got {self.smallest:g} m and {self.largest:g} m")
+            raise refusal(
+                f"smallest must be less than largest, got {self.smallest:g} m and {self.largest:g} m"
+            )
         try:
             self.sizes()
         except ValueError as error:
@@ -97,26 +111,42 @@ class Portion(Table):
     """Name of a published charge in the library; keys beside it override it."""
     material: str | None = None
     """Their material."""
-    shapes: Annotated[Shapes | None, BeforeValidator(_shapes), WithJsonSchema({"type": ["string", "array", "object"]})] = None
-    """Shapes of clumps, each equally often: a name in the library, a file, or a list of clumps of spheres (x, y, z, radius)."""
+    shapes: Annotated[
+        Shapes | None, BeforeValidator(_shapes), WithJsonSchema({"type": ["string", "array", "object"]})
+    ] = None
+    """Shapes of clumps, each equally often: a name in the library, a file, or a list of clumps of spheres (x,
+    y, z, radius).
+    """
     diameter: Length | None = None
-    """Of all particles [m], of clumps that of the sphere of their volume; or give `sizes` or `distribution`."""
+    """Of all particles [m], of clumps that of the sphere of their volume; or give `sizes` or
+    `distribution`.
+    """
     sizes: tuple[tuple[Length, Share], ...] | None = None
     """Pairs of diameter [m] and share of the mass [1]; the shares sum to 1."""
     distribution: Distribution | None = None
     """A law of sizes."""
     mass: AddedMass | None = None
-    """All particles together [kg]: the fewest, of each size, that weigh at least that; or give `count` or `fill`."""
+    """All particles together [kg]: the fewest, of each size, that weigh at least that; or give `count` or
+    `fill`.
+    """
     count: Annotated[Count, Field(gt=0)] | None = None
     """Number of particles [1]."""
     fill: Share | None = None
-    """Share of the chamber's free volume that they take up as a settled bed of solids fraction `packing` [1]."""
+    """Share of the chamber's free volume that they take up as a settled bed of solids fraction `packing`
+    [1].
+    """
     packing: Share = LOOSE_PACKING
-    """Solids fraction of their bed [1]: turns `fill` into a volume of solid, and an amount into the volume of its bed."""
+    """Solids fraction of their bed [1]: turns `fill` into a volume of solid, and an amount into the volume of
+    its bed.
+    """
 
     def size_law(self) -> SizeClasses | SizeLaw:
         """The sizes, ready to give those of a number or of a volume of particles."""
-        return self.distribution.sizes() if self.distribution else SizeClasses(self.sizes or ((self.diameter, 1.0),))
+        return (
+            self.distribution.sizes()
+            if self.distribution
+            else SizeClasses(self.sizes or ((self.diameter, 1.0),))
+        )
 
     @property
     def size_range(self) -> tuple[float, float]:
@@ -143,7 +173,9 @@ class ChargePart(Portion):
 
 
 class ChargeRecipe(Portion):
-    """The loose solids in the chamber: one part, whose keys stand here, or several, each a ``[[charge.part]]``."""
+    """The loose solids in the chamber: one part, whose keys stand here, or several, each a
+    ``[[charge.part]]``.
+    """
 
     kind: Literal["spheres", "clumps", "none"] | None = None
     """Spheres, rigid clumps of spheres, or an empty chamber."""
@@ -176,7 +208,9 @@ def portion_faults(part: Portion) -> list[tuple[str, str, str]]:
     if part.kind == "clumps" and part.shapes is None:
         found.append(("shapes", 'is missing, with kind = "clumps"', 'Write e.g. shapes = "coarse-sand"'))
     if part.kind == "spheres" and part.shapes is not None:
-        found.append(("shapes", 'belongs to kind = "clumps", got kind = "spheres"', "Leave one of the two out"))
+        found.append(
+            ("shapes", 'belongs to kind = "clumps", got kind = "spheres"', "Leave one of the two out")
+        )
     if part.sizes is not None and abs((total := sum(share for _, share in part.sizes)) - 1.0) > 1e-6:
         found.append(("sizes", f"the shares of the mass must sum to 1, got {total:g}", ""))
     return found
@@ -185,5 +219,12 @@ def portion_faults(part: Portion) -> list[tuple[str, str, str]]:
 def stand_ins(charge: ChargeRecipe) -> list[Fault]:
     """Shapes that are assumed and not measured."""
     key = "charge.part[{}].shapes" if charge.part else "charge.shapes"
-    assumed = [(number, part.shapes) for number, part in enumerate(charge.parts) if part.shapes and part.shapes.assumed]
-    return [Fault(key.format(number), f'"{shapes.source}" is a stand-in: {shapes.assumed}') for number, shapes in assumed]
+    assumed = [
+        (number, part.shapes)
+        for number, part in enumerate(charge.parts)
+        if part.shapes and part.shapes.assumed
+    ]
+    return [
+        Fault(key.format(number), f'"{shapes.source}" is a stand-in: {shapes.assumed}')
+        for number, shapes in assumed
+    ]

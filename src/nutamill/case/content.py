@@ -1,4 +1,5 @@
-"""What no file of tables may hold, whatever it describes: endless nesting or lists, and text that upsets a screen.
+"""What no file of tables may hold, whatever it describes: endless nesting or lists, and text that upsets a
+screen.
 
 A finding is (key, what, hint), as in `nutamill.case.mill_checks`.
 """

@@ -9,7 +9,9 @@ from nutamill.case.titles import leaves
 from nutamill.case.toml.keys import quantity_at
 
 ASIDE = ("title", "changed_from", "schema", "drive.ramp", "run.")
-"""Beginnings of keys that steady means do not depend on: the words of a case, and how it is brought to speed and run."""
+"""Beginnings of keys that steady means do not depend on: the words of a case, and how it is brought to speed
+and run.
+"""
 
 
 class SweptAxis(NamedTuple):
@@ -33,7 +35,9 @@ def swept_axis(cases: Sequence[CaseFile]) -> SweptAxis | None:
     """
     all_values = [values_by_key(case) for case in cases]
     keys = {key for values in all_values for key in values if not key.startswith(ASIDE)}
-    differing = [key for key in keys if any(values.get(key) != all_values[0].get(key) for values in all_values)]
+    differing = [
+        key for key in keys if any(values.get(key) != all_values[0].get(key) for values in all_values)
+    ]
     if len(differing) != 1:
         return None
     key = differing[0]

@@ -14,7 +14,18 @@ from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.files import MOST_CASE_TEXT, is_file, is_folder, read_text
 from nutamill.base.library import LONGEST_WORD
-from nutamill.base.schema import MotorTorque, Power, ProfileSpeed, Ramp, RotationalGain, Speed, StartTime, Table, Time, refusal
+from nutamill.base.schema import (
+    MotorTorque,
+    Power,
+    ProfileSpeed,
+    Ramp,
+    RotationalGain,
+    Speed,
+    StartTime,
+    Table,
+    Time,
+    refusal,
+)
 from nutamill.base.units import Kind
 
 
@@ -72,18 +83,23 @@ class DriveProgramme(Table):
     """Speed over time, instead of the ramp: a CSV file with the columns ``time [s]`` and ``speed [rpm]``."""
 
     motor: Motor | None = None
-    """The motor that is to reach the speed; without it the rotation is prescribed, whatever torque it takes."""
+    """The motor that is to reach the speed; without it the rotation is prescribed, whatever torque it
+    takes.
+    """
 
     @model_validator(mode="after")
     def _one_of_two(self) -> "DriveProgramme":
         if (self.ramp is None) == (self.profile is None):
-            raise refusal("needs either a ramp or a profile, not both or none", 'Write e.g. ramp = "70 rpm/s"')
+            raise refusal(
+                "needs either a ramp or a profile, not both or none", 'Write e.g. ramp = "70 rpm/s"'
+            )
         return self
 
     def breakpoints(self) -> tuple[np.ndarray, np.ndarray]:
         """Times [s] and speeds [rad/s] between which the speed is linear; constant after the last.
 
-        A profile that exceeds `speed` stays at `speed` meanwhile; the times at which it crosses the cap are inserted.
+        A profile that exceeds `speed` stays at `speed` meanwhile; the times at which it crosses the cap are
+        inserted.
         """
         if self.profile is None:
             return np.array([0.0, self.speed / self.ramp]), np.array([0.0, self.speed])
@@ -127,10 +143,18 @@ def found_file(name: str, where: str, folders: Iterable[Path]) -> Path:
     folders = list(dict.fromkeys(folder.resolve() for folder in folders))
     path = next((folder / name for folder in folders if is_file(folder / name)), None)
     if path is None:
-        near = [file.name for folder in folders if is_folder(folder) for file in folder.iterdir() if is_file(file)]
+        near = [
+            file.name for folder in folders if is_folder(folder) for file in folder.iterdir() if is_file(file)
+        ]
         similar = difflib.get_close_matches(Path(name).name[:LONGEST_WORD], near, n=3, cutoff=0.6)
         looked = " and ".join(str(folder) for folder in folders)
-        raise CaseError(Fault(where, f"{name} not found (looked in {looked})", f"Similar: {', '.join(similar)}" if similar else ""))
+        raise CaseError(
+            Fault(
+                where,
+                f"{name} not found (looked in {looked})",
+                f"Similar: {', '.join(similar)}" if similar else "",
+            )
+        )
     return path
 
 
@@ -152,7 +176,11 @@ def read_profile(name: str, where: str, folders: Iterable[Path]) -> dict[str, An
         text = read_text(path, MOST_CASE_TEXT)
     except (OSError, UnicodeDecodeError) as error:
         raise CaseError(Fault(where, f"{name} cannot be read as text: {error}")) from None
-    lines = [(number, row) for number, row in enumerate(csv.reader(text.splitlines()), start=1) if any(cell.strip() for cell in row)]
+    lines = [
+        (number, row)
+        for number, row in enumerate(csv.reader(text.splitlines()), start=1)
+        if any(cell.strip() for cell in row)
+    ]
     columns = _columns(name, lines[0] if lines else (1, []))
     points, faults = [], []
     for number, row in lines[1:]:
@@ -160,9 +188,19 @@ def read_profile(name: str, where: str, folders: Iterable[Path]) -> dict[str, An
         faults += [cell for cell in cells if isinstance(cell, Fault)]
         points.append((number, cells))
     if not faults and (wrong := profile_fault([cells[0] for _, cells in points])):
-        faults.append(Fault(f"{name}:{points[wrong[0]][0] if points else 1}", wrong[1], "Sort the rows and let the time begin at 0"))
+        faults.append(
+            Fault(
+                f"{name}:{points[wrong[0]][0] if points else 1}",
+                wrong[1],
+                "Sort the rows and let the time begin at 0",
+            )
+        )
     if faults:
-        more = [Fault(name, f"{len(faults) - 10} more cells are wrong, of {2 * len(points)}")] if len(faults) > 10 else []
+        more = (
+            [Fault(name, f"{len(faults) - 10} more cells are wrong, of {2 * len(points)}")]
+            if len(faults) > 10
+            else []
+        )
         raise CaseError(*faults[:10], *more)
     shown = [(units.format(time, Kind.TIME), units.format(speed, Kind.SPEED)) for _, (time, speed) in points]
     return {"source": name, "points": shown}
@@ -176,14 +214,26 @@ def _columns(name: str, first: tuple[int, list[str]]) -> list[tuple[str, str, Ki
     found = [header.partition("[")[2].removesuffix("]").strip() for header in headers]
     if len(row) != 2 or any(unit not in units.UNITS[kind] for unit, kind in zip(found, kinds, strict=True)):
         shown = ",".join(row)
-        raise CaseError(Fault(f"{name}:{number}", f'must name two columns with their units, got "{shown}"', 'Write "time [s],speed [rpm]"'))
+        raise CaseError(
+            Fault(
+                f"{name}:{number}",
+                f'must name two columns with their units, got "{shown}"',
+                'Write "time [s],speed [rpm]"',
+            )
+        )
     return list(zip(headers, found, kinds, strict=True))
 
 
 def _cells(where: str, row: list[str], columns: list[tuple[str, str, Kind]]) -> list[float | Fault]:
     """SI values of one row, or what is wrong with each cell."""
     if len(row) > 2:
-        return [Fault(where, f"must have 2 cells, got {len(row)}", "Write numbers with a decimal point, cells apart by a comma")]
+        return [
+            Fault(
+                where,
+                f"must have 2 cells, got {len(row)}",
+                "Write numbers with a decimal point, cells apart by a comma",
+            )
+        ]
     values: list[float | Fault] = []
     for k, (header, unit, kind) in enumerate(columns):
         cell = row[k].strip() if k < len(row) else ""
@@ -193,7 +243,15 @@ def _cells(where: str, row: list[str], columns: list[tuple[str, str, Kind]]) -> 
         try:
             value = units.parse(f"{cell} {unit}", kind)
         except units.UnitError:
-            values.append(Fault(where, f'column "{header}" must be a finite number, got "{cell}"', "Interpolate or leave the row out"))
+            values.append(
+                Fault(
+                    where,
+                    f'column "{header}" must be a finite number, got "{cell}"',
+                    "Interpolate or leave the row out",
+                )
+            )
             continue
-        values.append(value if value >= 0.0 else Fault(where, f'column "{header}" must be zero or more, got {cell}'))
+        values.append(
+            value if value >= 0.0 else Fault(where, f'column "{header}" must be zero or more, got {cell}')
+        )
     return values

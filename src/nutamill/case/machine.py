@@ -38,7 +38,9 @@ GROUND = "ground"
 
 
 class DrawnMechanism(Table):
-    """The crank that drives the chamber, what is weighed of the whole machine, and the friction of its joints."""
+    """The crank that drives the chamber, what is weighed of the whole machine, and the friction of its
+    joints.
+    """
 
     mounting: Literal["flexible", "rigid"] = "flexible"
     """Frame on bushings, or fixed to the ground."""
@@ -160,7 +162,11 @@ class Chamber(Table):
     def free_volume(self) -> float:
         """Volume inside, less the ribs [m^3]."""
         bore = 0.25 * math.pi * self.inner_diameter**2 * self.height
-        ribs = self.ribs * self.rib.width * self.rib.depth * min(self.rib.length, self.height) if self.rib else 0.0
+        ribs = (
+            self.ribs * self.rib.width * self.rib.depth * min(self.rib.length, self.height)
+            if self.rib
+            else 0.0
+        )
         return bore - ribs
 
 
@@ -243,7 +249,8 @@ class IntermediateShaft(Table):
 class TopFrame(Table):
     """What stands on the mounts and does not move with the drive; its mass is the total less the other parts.
 
-    Mass centre and radii of gyration are those of the *whole machine* as assembled, which is what a test can measure.
+    Mass centre and radii of gyration are those of the *whole machine* as assembled, which is what a test can
+    measure.
     """
 
     mass_centre_height: Length
@@ -255,7 +262,9 @@ class TopFrame(Table):
 
 
 class Mounts(Table):
-    """The bushings under the frame, axis upright, evenly spaced on the circle through (half_spacing, half_spacing)."""
+    """The bushings under the frame, axis upright, evenly spaced on the circle through (half_spacing,
+    half_spacing).
+    """
 
     set: str | None = None
     """Name of a published set of properties in the library of mounts; keys beside it override it."""
@@ -284,7 +293,9 @@ class Mounts(Table):
 
     @property
     def points(self) -> tuple[tuple[float, float], ...]:
-        """Places (x, y) of the mounts in world axes from the driveshaft axis [m], the first in the quadrant +x, +y."""
+        """Places (x, y) of the mounts in world axes from the driveshaft axis [m], the first in the quadrant
+        +x, +y.
+        """
         radius, turn = math.sqrt(2.0) * self.half_spacing, 2.0 * math.pi / self.count
         angles = (0.25 * math.pi + k * turn for k in range(self.count))
         return tuple((radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)

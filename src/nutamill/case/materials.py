@@ -7,7 +7,17 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from nutamill.base.schema import AddedPressure, Coefficient, Density, Number, Positive, Pressure, Share, Stiffness, Table
+from nutamill.base.schema import (
+    AddedPressure,
+    Coefficient,
+    Density,
+    Number,
+    Positive,
+    Pressure,
+    Share,
+    Stiffness,
+    Table,
+)
 
 PoissonRatio = Annotated[Number, Field(gt=-1.0, lt=0.5)]
 
@@ -31,7 +41,9 @@ class ContactPair(Table):
     rolling_friction: Coefficient = 0.0
     """Coefficient of rolling friction [1]: rolling moment over normal force times rolling radius."""
     restitution: Share | None = None
-    """Coefficient of normal restitution [1], needed with ``damping = "restitution"``; hysteretic: sets the unloading stiffness."""
+    """Coefficient of normal restitution [1], needed with ``damping = "restitution"``; hysteretic: sets the
+    unloading stiffness.
+    """
     damping_ratio: Annotated[Number, Field(ge=0.0, lt=1.0)] | None = None
     """Dashpot over its critical value [1], needed with ``damping = "ratio"``."""
     normal_stiffness: Stiffness | None = None
@@ -50,18 +62,24 @@ class ContactLaws(Table):
     """The laws all contacts share, and the numbers of each pair."""
 
     normal: Literal["linear", "hysteretic", "hertz"] = "linear"
-    """Linear spring and dashpot, linear spring that is stiffer on unloading, or Hertz's spring and dashpot."""
+    """Linear spring and dashpot, linear spring that is stiffer on unloading, or Hertz's spring and
+    dashpot.
+    """
     tangential: Literal["displacement", "incremental"] = "displacement"
-    """Whether a contact remembers the length of its tangential spring, or its force; they differ where the stiffness changes."""
+    """Whether a contact remembers the length of its tangential spring, or its force; they differ where the
+    stiffness changes.
+    """
     stiffness: Literal["young", "direct"] = "young"
-    """``"young"``: each body's spring is softening x young_modulus x particle diameter, two in series (Hertz: softening x young_modulus
-    and poisson_ratio of both); ``"direct"``: `normal_stiffness`, not with Hertz."""
+    """``"young"``: each body's spring is softening x young_modulus x particle diameter, two in series (Hertz:
+    softening x young_modulus and poisson_ratio of both); ``"direct"``: `normal_stiffness`, not with Hertz."""
     softening: Share = 1.0
     """Factor on Young's modulus [1]."""
     damping: Literal["restitution", "ratio"] = "restitution"
     """Which number of the pair sets the dashpot; hysteretic: ``"restitution"`` only."""
     tension: Literal["kept", "cut"] = "kept"
-    """Whether the normal force may pull on release (``"kept"``) or is clipped at zero (``"cut"``); a hysteretic spring never pulls."""
+    """Whether the normal force may pull on release (``"kept"``) or is clipped at zero (``"cut"``); a
+    hysteretic spring never pulls.
+    """
     rolling: Literal["type_a", "type_c", "none"] = "type_c"
     """Rolling resistance: constant moment, spring with a limit, or none."""
     cohesion: Literal["none", "area"] = "none"

@@ -1,6 +1,8 @@
-"""`MechanismCase`: any mechanism as data, its bodies, joints, bushings, springs, drives and sensors one by one.
+"""`MechanismCase`: any mechanism as data, its bodies, joints, bushings, springs, drives and sensors one by
+one.
 
-Points and directions are in world axes, as assembled.  The engine knows nothing of a mill, and neither does this file.
+Points and directions are in world axes, as assembled.  The engine knows nothing of a mill, and neither does
+this file.
 """
 
 import re
@@ -37,7 +39,9 @@ from nutamill.case.mechanism_checks import findings
 
 def _name(given: Any) -> Any:
     if not isinstance(given, str) or not re.fullmatch("[a-z][a-z0-9_]*", given):
-        raise refusal(f"must begin with a small letter and hold small letters, digits and _ only, got {spelled(given)}")
+        raise refusal(
+            f"must begin with a small letter and hold small letters, digits and _ only, got {spelled(given)}"
+        )
     return given
 
 
@@ -70,7 +74,9 @@ class BodyEntry(Table):
     mass: AddedMass
     """Mass [kg]."""
     inertia: Annotated[tuple[AnyInertia, ...], BeforeValidator(_inertia)]
-    """About the mass centre in body axes [kg m^2]: three principal moments, or six, xx, yy, zz, xy, xz, yz."""
+    """About the mass centre in body axes [kg m^2]: three principal moments, or six, xx, yy, zz, xy, xz,
+    yz.
+    """
     position: Point
     """Mass centre, world [m]."""
     turn: Turn | None = None
@@ -180,11 +186,15 @@ class DriveEntry(DriveProgramme):
     name: Name
     """Unique name."""
     joint: str
-    """A revolute or cylindrical joint: its body b turns relative to a, by the right hand about the joint's axis."""
+    """A revolute or cylindrical joint: its body b turns relative to a, by the right hand about the joint's
+    axis.
+    """
 
 
 class SensorEntry(Table):
-    """What is read besides the reactions of all joints, the wrenches of all bushings and the drives, which always are."""
+    """What is read besides the reactions of all joints, the wrenches of all bushings and the drives, which
+    always are.
+    """
 
     name: Name
     """Name its series begin with."""
@@ -212,7 +222,9 @@ class MechanismRun(Table):
     snapshots: SnapshotPlan = SnapshotPlan(rate=50.0, last=10.0)
     """Snapshots of all bodies."""
     checkpoint: Time = 1.0
-    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are kept between."""
+    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are kept
+    between.
+    """
 
     @property
     def end(self) -> float:
@@ -235,7 +247,9 @@ class MechanismCase(CaseFile):
     title: str = ""
     """One line that says what it is."""
     changed_from: str | None = None
-    """Title of the case that this one was changed from, where its own title was made to say what was changed."""
+    """Title of the case that this one was changed from, where its own title was made to say what was
+    changed.
+    """
     gravity: tuple[AnyAcceleration, AnyAcceleration, AnyAcceleration] = (0.0, 0.0, -9.81)
     """Acceleration of gravity, world axes [m/s^2]."""
     redundant: Literal["refuse", "allow"] = "refuse"

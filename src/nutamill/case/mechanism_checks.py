@@ -1,7 +1,7 @@
 """Checks of a mechanism's parts against each other: names, what they refer to, what has no size.
 
-A finding is (key, what, hint), as in `nutamill.case.mill_checks`.  What needs the engine (closure, redundancy) is checked by
-`nutamill.mechanism.assembly.assemble` before a step is run.
+A finding is (key, what, hint), as in `nutamill.case.mill_checks`.  What needs the engine (closure,
+redundancy) is checked by `nutamill.mechanism.assembly.assemble` before a step is run.
 """
 
 from collections.abc import Iterator
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 GROUND = "ground"
 """Name of the body that never moves, as the engine knows it."""
 LISTS = ("bodies", "joints", "bushings", "springs", "torques", "drives", "sensors")
-RATES = tuple(f"{way}_{what}" for what in ("stiffness", "damping") for way in ("shear", "axial", "bending", "torsion"))
+RATES = tuple(
+    f"{way}_{what}" for what in ("stiffness", "damping") for way in ("shear", "axial", "bending", "torsion")
+)
 TURNING = ("revolute", "cylindrical")
 """Kinds of joints that a drive can turn."""
 WITHOUT_AXIS = ("fixed", "spherical")
@@ -29,7 +31,10 @@ Finding = tuple[tuple[str | int, ...], str, str]
 def findings(case: "MechanismCase") -> list[Finding]:
     """Everything that contradicts."""
     checks = (_names, _references, _bodies, _joints, _bushings, _springs, _drives, _sensors)
-    return [*(finding for check in checks for finding in check(case)), *record_findings(case.run, series_count(case))]
+    return [
+        *(finding for check in checks for finding in check(case)),
+        *record_findings(case.run, series_count(case)),
+    ]
 
 
 def series_count(case: "MechanismCase") -> int:
@@ -42,7 +47,11 @@ def _names(case: "MechanismCase") -> Iterator[Finding]:
         seen = {GROUND} if where == "bodies" else set()
         for number, part in enumerate(getattr(case, where)):
             if part.name in seen:
-                yield (where, number, "name"), f'must be unique, "{part.name}" is taken', "Rename one of the two"
+                yield (
+                    (where, number, "name"),
+                    f'must be unique, "{part.name}" is taken',
+                    "Rename one of the two",
+                )
             seen.add(part.name)
     if not case.bodies:
         yield ("bodies",), "must hold at least one body", "Add a [[bodies]] table"
@@ -55,10 +64,20 @@ def _references(case: "MechanismCase") -> Iterator[Finding]:
         for number, part in enumerate(getattr(case, where)):
             for side, name in enumerate(part.between):
                 if name not in bodies:
-                    yield (where, number, "between", side), f'no body is called "{name}"', similar(name, bodies)
+                    yield (
+                        (where, number, "between", side),
+                        f'no body is called "{name}"',
+                        similar(name, bodies),
+                    )
             if part.between[0] == part.between[1]:
-                yield (where, number, "between"), f'must name two different bodies, got "{part.between[0]}" twice', ""
-    named = [("torques", number, "body", torque.body, bodies[1:]) for number, torque in enumerate(case.torques)]
+                yield (
+                    (where, number, "between"),
+                    f'must name two different bodies, got "{part.between[0]}" twice',
+                    "",
+                )
+    named = [
+        ("torques", number, "body", torque.body, bodies[1:]) for number, torque in enumerate(case.torques)
+    ]
     named += [("drives", number, "joint", drive.joint, joints) for number, drive in enumerate(case.drives)]
     for number, sensor in enumerate(case.sensors):
         named.append(("sensors", number, "of", sensor.of, joints if sensor.kind == "reaction" else bodies))
@@ -73,7 +92,11 @@ def _references(case: "MechanismCase") -> Iterator[Finding]:
 def _bodies(case: "MechanismCase") -> Iterator[Finding]:
     for number, body in enumerate(case.bodies):
         if not body.mass > 0.0:
-            yield ("bodies", number, "mass"), f"must be positive, got {body.mass:g} kg", "A part without mass is no body: leave it out"
+            yield (
+                ("bodies", number, "mass"),
+                f"must be positive, got {body.mass:g} kg",
+                "A part without mass is no body: leave it out",
+            )
         if body.turn is not None and not any(body.turn.axis):
             yield ("bodies", number, "turn", "axis"), "must have a length, got zero", ""
 
@@ -84,7 +107,11 @@ def _joints(case: "MechanismCase") -> Iterator[Finding]:
         for key, needs in needed.items():
             axis = getattr(joint, key)
             if needs and axis is None:
-                yield ("joints", number, key), f"is missing, a {joint.kind} joint needs it", f"Add e.g. {key} = [0, 0, 1]"
+                yield (
+                    ("joints", number, key),
+                    f"is missing, a {joint.kind} joint needs it",
+                    f"Add e.g. {key} = [0, 0, 1]",
+                )
             elif not needs and axis is not None:
                 yield ("joints", number, key), f"has no meaning for a {joint.kind} joint", "Leave it out"
             elif needs and not any(axis):
@@ -96,16 +123,27 @@ def _bushings(case: "MechanismCase") -> Iterator[Finding]:
         if not any(bushing.axis):
             yield ("bushings", number, "axis"), "must have a length, got zero", "It points along the bushing"
         if not any(getattr(bushing, rate) for rate in RATES):
-            yield ("bushings", number), "must have some stiffness or damping, got none", "Give e.g. shear_stiffness"
+            yield (
+                ("bushings", number),
+                "must have some stiffness or damping, got none",
+                "Give e.g. shear_stiffness",
+            )
 
 
 def _springs(case: "MechanismCase") -> Iterator[Finding]:
     for number, spring in enumerate(case.springs):
         if spring.point_a == spring.point_b:
-            what, hint = "must be apart from point_a: the force needs a direction", "Use a bushing for a spring of no length"
+            what, hint = (
+                "must be apart from point_a: the force needs a direction",
+                "Use a bushing for a spring of no length",
+            )
             yield ("springs", number, "point_b"), what, hint
         if spring.free_length < 0.0:
-            yield ("springs", number, "free_length"), f"must be zero or more, got {spring.free_length:g} m", ""
+            yield (
+                ("springs", number, "free_length"),
+                f"must be zero or more, got {spring.free_length:g} m",
+                "",
+            )
 
 
 def _drives(case: "MechanismCase") -> Iterator[Finding]:
@@ -113,15 +151,27 @@ def _drives(case: "MechanismCase") -> Iterator[Finding]:
     for number, drive in enumerate(case.drives):
         kind = kinds.get(drive.joint, "revolute")
         if kind not in TURNING:
-            yield ("drives", number, "joint"), f'must be a revolute or cylindrical joint, "{drive.joint}" is {kind}', ""
+            yield (
+                ("drives", number, "joint"),
+                f'must be a revolute or cylindrical joint, "{drive.joint}" is {kind}',
+                "",
+            )
 
 
 def _sensors(case: "MechanismCase") -> Iterator[Finding]:
     for number, sensor in enumerate(case.sensors):
         key = ("sensors", number)
         if sensor.name.startswith(TAKEN):
-            yield (*key, "name"), f"must not begin with {', '.join(TAKEN)}: series of the parts do", "Rename the sensor"
+            yield (
+                (*key, "name"),
+                f"must not begin with {', '.join(TAKEN)}: series of the parts do",
+                "Rename the sensor",
+            )
         if sensor.axes is not None and sensor.kind in ("position", "attitude"):
-            yield (*key, "axes"), f"has no meaning for kind = {sensor.kind!r}".replace("'", '"'), "Leave it out: world axes"
+            yield (
+                (*key, "axes"),
+                f"has no meaning for kind = {sensor.kind!r}".replace("'", '"'),
+                "Leave it out: world axes",
+            )
         if sensor.at is not None and sensor.kind in ("attitude", "reaction"):
             yield (*key, "at"), f"has no meaning for kind = {sensor.kind!r}".replace("'", '"'), "Leave it out"

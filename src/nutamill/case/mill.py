@@ -7,7 +7,19 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.file_kind import MECHANISM, FileKind, refuse_other_kind
-from nutamill.base.schema import AutoTime, Coordinate, Count, EndTime, Frequency, Seed, Share, Table, Time, refusal, spelled
+from nutamill.base.schema import (
+    AutoTime,
+    Coordinate,
+    Count,
+    EndTime,
+    Frequency,
+    Seed,
+    Share,
+    Table,
+    Time,
+    refusal,
+    spelled,
+)
 from nutamill.case import mill_checks
 from nutamill.case.case_file import CaseFile, SnapshotPlan, titled, validated
 from nutamill.case.charge import ChargeRecipe
@@ -60,11 +72,15 @@ class RunPlan(Table):
     """How long, how finely, and what is kept."""
 
     until: EndTime
-    """Simulated time at the end [s]; ``"steady"``: when crank-pin force and torque are steady, looked at after each `run.checkpoint`."""
+    """Simulated time at the end [s]; ``"steady"``: when crank-pin force and torque are steady, looked at
+    after each `run.checkpoint`.
+    """
     max: Time | None = None
     """With until = "steady": simulated time at the end at the latest [s]."""
     precision: Share | None = None
-    """With until = "steady": 95 % half width, and drift, of both means at which they count as known and steady, share of their size [1]."""
+    """With until = "steady": 95 % half width, and drift, of both means at which they count as known and
+    steady, share of their size [1].
+    """
     dt: AutoTime = "auto"
     """Charge substep [s]; ``"auto"``: contact time of the stiffest, lightest pair over 20."""
     window: Annotated[Count, Field(ge=1, le=1000)] = 10
@@ -80,15 +96,21 @@ class RunPlan(Table):
     snapshots: SnapshotPlan = SnapshotPlan(rate=200.0, last=0.5)
     """Snapshots of the charge."""
     checkpoint: Time = 1.0
-    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are kept between."""
+    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are kept
+    between.
+    """
     statistics: bool = True
-    """Whether spectra, wall work and fields of the charge are summed, and recorded after every `run.checkpoint`."""
+    """Whether spectra, wall work and fields of the charge are summed, and recorded after every
+    `run.checkpoint`.
+    """
 
     @model_validator(mode="before")
     @classmethod
     def _bounded(cls, given: Any) -> Any:
         """A run that ends when steady has a longest time and a precision, whether given or not."""
-        return STEADY_DEFAULTS | given if isinstance(given, dict) and given.get("until") == "steady" else given
+        return (
+            STEADY_DEFAULTS | given if isinstance(given, dict) and given.get("until") == "steady" else given
+        )
 
     @property
     def end(self) -> float:
@@ -104,7 +126,9 @@ class Case(CaseFile):
     title: str = ""
     """One line that says what is asked."""
     changed_from: str | None = None
-    """Title of the case that this one was changed from, where its own title was made to say what was changed."""
+    """Title of the case that this one was changed from, where its own title was made to say what was
+    changed.
+    """
     mechanism: DrawnMechanism
     chamber: Chamber
     walls: tuple[MeshedWall, ...] = ()
@@ -172,10 +196,18 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
 
 
 def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case:
-    """`load_case` for what only a mill can do; raises CaseError for a file that describes a mechanism part by part."""
+    """`load_case` for what only a mill can do; raises CaseError for a file that describes a mechanism part by
+    part.
+    """
     case = load_case(name_or_path, overrides)
     if isinstance(case, MechanismCase):
-        raise CaseError(Fault(str(name_or_path), "must describe a mill, it lists [[bodies]]", "Use nutamill check, run, show and resume"))
+        raise CaseError(
+            Fault(
+                str(name_or_path),
+                "must describe a mill, it lists [[bodies]]",
+                "Use nutamill check, run, show and resume",
+            )
+        )
     return case
 
 
@@ -187,11 +219,21 @@ def case_of_text(text: str, name: str = "case") -> Case | MechanismCase:
     CaseError : every fault found
     """
     if not text:
-        raise CaseError(Fault(name, "must be the result of a run, it is measured data", "It is for: nutamill show, plot and compare"))
+        raise CaseError(
+            Fault(
+                name,
+                "must be the result of a run, it is measured data",
+                "It is for: nutamill show, plot and compare",
+            )
+        )
     layers = [Layer.of_text(text, name)]
     return validated(_kind_of(layers), layers, name, [])
 
 
 def _kind_of(layers: list[Layer]) -> type[CaseFile]:
     """What a file describes: parts one by one, or a mill."""
-    return MechanismCase if any(isinstance(layer.content.get(key), list) for layer in layers for key in MECHANISM) else Case
+    return (
+        MechanismCase
+        if any(isinstance(layer.content.get(key), list) for layer in layers for key in MECHANISM)
+        else Case
+    )

@@ -40,7 +40,9 @@ PARTICLE_NUMBERS = 9
 """Numbers that a snapshot holds of a particle [1]."""
 
 ANGLE_STOP = math.radians(1.0)
-"""Difference between the printed nutation angle and that of the crank's lengths at which a case is refused [rad]."""
+"""Difference between the printed nutation angle and that of the crank's lengths at which a case is refused
+[rad].
+"""
 
 
 def faults(case: "Case") -> list[Finding]:
@@ -59,13 +61,19 @@ def warnings(case: "Case") -> list[Fault]:
 
 
 def _rounded_angle(case: "Case") -> list[Fault]:
-    """Warn of a nutation angle that is not the crank's, rounded to the digits that were written: 6 deg agrees with 6.082 deg."""
+    """Warn of a nutation angle that is not the crank's, rounded to the digits that were written: 6 deg agrees
+    with 6.082 deg.
+    """
     written, used = f"{math.degrees(case.chamber.nutation_angle):.12g}", math.degrees(crank_angle(case))
     decimals = len(written.partition(".")[2])
     if float(written) == round(used, decimals):
         return []
     what = f"{written} deg is not used: crank_radius and nutation_point_to_crank give {used:.3f} deg"
-    return [Fault("chamber.nutation_angle", what, f'Write nutation_angle = "{used:.3f} deg", or change the lengths')]
+    return [
+        Fault(
+            "chamber.nutation_angle", what, f'Write nutation_angle = "{used:.3f} deg", or change the lengths'
+        )
+    ]
 
 
 def _idle_numbers(case: "Case") -> list[Fault]:
@@ -75,12 +83,19 @@ def _idle_numbers(case: "Case") -> list[Fault]:
     for name in filter(None, (_pair_name(case, *pair) for pair in _contacts(case))):
         for number, law in idle:
             if getattr(contact.pairs[name], number) is not None:
-                found.append(Fault(f"contact.pairs.{name}.{number}", f'does not count, with contact.{law} = "{getattr(contact, law)}"'))
+                found.append(
+                    Fault(
+                        f"contact.pairs.{name}.{number}",
+                        f'does not count, with contact.{law} = "{getattr(contact, law)}"',
+                    )
+                )
     return found
 
 
 def crank_angle(case: "Case") -> float:
-    """Half-angle of the cone from the lengths of the crank [rad]: atan(crank_radius / nutation_point_to_crank)."""
+    """Half-angle of the cone from the lengths of the crank [rad]: atan(crank_radius /
+    nutation_point_to_crank).
+    """
     return math.atan2(case.mechanism.crank_radius, case.mechanism.nutation_point_to_crank)
 
 
@@ -100,12 +115,16 @@ def _record(case: "Case") -> list[Finding]:
     particles = max((part.count or 0 for part in case.charge.parts), default=0)
     snapshots = min(case.run.snapshots.last, case.run.end) * case.run.snapshots.rate
     if (numbers := snapshots * PARTICLE_NUMBERS * max(1, particles)) > MOST_NUMBERS:
-        found.append((("run", "snapshots", "rate"), _too_many(numbers), "Lower it, or shorten run.snapshots.last"))
+        found.append(
+            (("run", "snapshots", "rate"), _too_many(numbers), "Lower it, or shorten run.snapshots.last")
+        )
     return found
 
 
 def record_findings(run: Any, series: int) -> list[Finding]:
-    """Return what is wrong with the series and checkpoints of a run of any kind of case, with this number of series."""
+    """Return what is wrong with the series and checkpoints of a run of any kind of case, with this number of
+    series.
+    """
     rows, found = run.end * run.series_rate, []
     if rows < 1.0:
         what = f"must give at least one row in {run.end:g} s, got {rows:.2g}"
@@ -127,9 +146,18 @@ def _geometry(case: "Case") -> list[Finding]:
     chamber, mechanism = case.chamber, case.mechanism
     ruling = crank_angle(case)
     if abs(chamber.nutation_angle - ruling) > ANGLE_STOP:
-        lengths = f"crank_radius {_mm(mechanism.crank_radius)} and nutation_point_to_crank {_mm(mechanism.nutation_point_to_crank)}"
-        what = f"{lengths} give {math.degrees(ruling):.2f} deg, but nutation_angle is {math.degrees(chamber.nutation_angle):.4g} deg"
-        hint = f'One of the three is wrong; with these lengths write nutation_angle = "{math.degrees(ruling):.3f} deg"'
+        lengths = (
+            f"crank_radius {_mm(mechanism.crank_radius)} and nutation_point_to_crank "
+            f"{_mm(mechanism.nutation_point_to_crank)}"
+        )
+        what = (
+            f"{lengths} give {math.degrees(ruling):.2f} deg, but nutation_angle is "
+            f"{math.degrees(chamber.nutation_angle):.4g} deg"
+        )
+        hint = (
+            "One of the three is wrong; with these lengths write nutation_angle = "
+            f'"{math.degrees(ruling):.3f} deg"'
+        )
         found.append((("chamber", "nutation_angle"), what, hint))
     if chamber.height >= chamber.floor_depth:
         what = f"must be less than floor_depth {_mm(chamber.floor_depth)}, got {_mm(chamber.height)}"
@@ -147,28 +175,46 @@ def _ribs(case: "Case") -> list[Finding]:
     if not chamber.ribs:
         return []
     if rib is None:
-        return [(("chamber", "rib"), f"is missing, with ribs = {chamber.ribs}", "Add a table [chamber.rib] with width, depth, length")]
+        return [
+            (
+                ("chamber", "rib"),
+                f"is missing, with ribs = {chamber.ribs}",
+                "Add a table [chamber.rib] with width, depth, length",
+            )
+        ]
     radius = 0.5 * chamber.inner_diameter
     if rib.depth >= radius:
-        return [(("chamber", "rib", "depth"), f"must be less than the radius of the bore {_mm(radius)}, got {_mm(rib.depth)}", "")]
+        return [
+            (
+                ("chamber", "rib", "depth"),
+                f"must be less than the radius of the bore {_mm(radius)}, got {_mm(rib.depth)}",
+                "",
+            )
+        ]
     # neighbours touch first at their inner edges: two half widths under the angle between two ribs
     room = 2.0 * (radius - rib.depth) * math.tan(math.pi / chamber.ribs) if chamber.ribs > 2 else math.inf
     if rib.width >= min(room, 2.0 * radius):
         what = (
-            f"{chamber.ribs} ribs of {_mm(rib.width)} by {_mm(rib.depth)} do not fit: there is room for {_mm(min(room, 2 * radius))} each"
+            f"{chamber.ribs} ribs of {_mm(rib.width)} by {_mm(rib.depth)} do not fit: there is room for "
+            f"{_mm(min(room, 2 * radius))} each"
         )
         return [(("chamber", "ribs"), what, "Fewer or narrower ribs")]
     return []
 
 
 def _inertia(case: "Case") -> list[Finding]:
-    """Moments of inertia that no body can have: the largest principal one is at most the sum of the other two."""
+    """Moments of inertia that no body can have: the largest principal one is at most the sum of the other
+    two.
+    """
     found: list[Finding] = []
     chamber = case.chamber
     steiner = chamber.mass * chamber.mass_centre_depth**2
     central = chamber.inertia_transverse - steiner
     if central <= 0.0:
-        what = f"must exceed mass x mass_centre_depth^2 = {steiner:.4g} kg m^2, got {chamber.inertia_transverse:.4g} kg m^2"
+        what = (
+            f"must exceed mass x mass_centre_depth^2 = {steiner:.4g} kg m^2, got "
+            f"{chamber.inertia_transverse:.4g} kg m^2"
+        )
         found.append((("chamber", "inertia_transverse"), what, "It is taken about the nutation point"))
     elif chamber.inertia_axial > 2.0 * central:
         most = f"twice the transverse one about the mass centre, {2 * central:.4g} kg m^2"
@@ -215,7 +261,10 @@ def _laws(case: "Case") -> list[Finding]:
     contact, found = case.contact, []
     if contact.normal == "hertz" and contact.stiffness == "direct":
         what = 'must be "young" with normal = "hertz", got "direct"'
-        hint = "Hertz takes young_modulus and poisson_ratio of the materials; contact.softening makes them softer"
+        hint = (
+            "Hertz takes young_modulus and poisson_ratio of the materials; contact.softening makes them "
+            "softer"
+        )
         found.append((("contact", "stiffness"), what, hint))
     if contact.normal == "hysteretic" and contact.damping == "ratio":
         what = 'must be "restitution" with normal = "hysteretic", got "ratio"'
@@ -242,13 +291,27 @@ def _pairs(case: "Case") -> list[Finding]:
         elif first != second and f"{second}-{first}" in pairs and first > second:
             found.append((key, f"this pair stands twice, also as {second}-{first}", "Keep one of the two"))
         if pair.overlap_warn >= pair.overlap_stop:
-            found.append(((*key, "overlap_warn"), f"must be less than overlap_stop {pair.overlap_stop:g}, got {pair.overlap_warn:g}", ""))
-    needs = [(number, law) for number, (law, reader) in READ_WITH.items() if getattr(case.contact, law) == reader]
+            found.append(
+                (
+                    (*key, "overlap_warn"),
+                    f"must be less than overlap_stop {pair.overlap_stop:g}, got {pair.overlap_warn:g}",
+                    "",
+                )
+            )
+    needs = [
+        (number, law) for number, (law, reader) in READ_WITH.items() if getattr(case.contact, law) == reader
+    ]
     for charge, other in _contacts(case):
         name = _pair_name(case, charge, other)
         if name is None:
             what = f"is missing: the charge is {charge} and touches {other}"
-            found.append((("contact", "pairs", f"{charge}-{other}"), what, f"Add a table [contact.pairs.{charge}-{other}]"))
+            found.append(
+                (
+                    ("contact", "pairs", f"{charge}-{other}"),
+                    what,
+                    f"Add a table [contact.pairs.{charge}-{other}]",
+                )
+            )
             continue
         for number, law in needs:
             if getattr(pairs[name], number) is None:
@@ -259,7 +322,9 @@ def _pairs(case: "Case") -> list[Finding]:
 
 def _pair_name(case: "Case", first: str, second: str) -> str | None:
     """Name of the pair of two materials as the file has it, in either order; None if it has none."""
-    return next((name for name in (f"{first}-{second}", f"{second}-{first}") if name in case.contact.pairs), None)
+    return next(
+        (name for name in (f"{first}-{second}", f"{second}-{first}") if name in case.contact.pairs), None
+    )
 
 
 def _contacts(case: "Case") -> list[tuple[str, str]]:
@@ -275,27 +340,47 @@ def _contacts(case: "Case") -> list[tuple[str, str]]:
 def _charge(case: "Case") -> list[Finding]:
     charge = case.charge
     if charge.part:
-        own = [key for key, value in charge.model_dump(exclude={"part", "packing"}, exclude_none=True).items() if value is not None]
+        own = [
+            key
+            for key, value in charge.model_dump(exclude={"part", "packing"}, exclude_none=True).items()
+            if value is not None
+        ]
         if own:
             what = f"a charge has either parts or keys of its own, got parts and {', '.join(own)}"
             return [(("charge", own[0]), what, "Move it into a [[charge.part]]")]
     elif charge.kind is None:
-        return [(("charge", "kind"), "is missing", 'Write e.g. kind = "spheres", or add tables [[charge.part]]')]
-    found = [((*key, inner), what, hint) for key, part in _portions(case) for inner, what, hint in portion_faults(part)]
+        return [
+            (("charge", "kind"), "is missing", 'Write e.g. kind = "spheres", or add tables [[charge.part]]')
+        ]
+    found = [
+        ((*key, inner), what, hint)
+        for key, part in _portions(case)
+        for inner, what, hint in portion_faults(part)
+    ]
     if found:
         return found
     room = min(case.chamber.inner_diameter, case.chamber.height)
     for key, part in _portions(case):
-        given = next(name for name in ("diameter", "sizes", "distribution") if getattr(part, name) is not None)
+        given = next(
+            name for name in ("diameter", "sizes", "distribution") if getattr(part, name) is not None
+        )
         if part.size_range[1] >= room:
-            found.append(((*key, given), f"must be less than the chamber's {_mm(room)}, got {_mm(part.size_range[1])}", ""))
+            found.append(
+                (
+                    (*key, given),
+                    f"must be less than the chamber's {_mm(room)}, got {_mm(part.size_range[1])}",
+                    "",
+                )
+            )
     if found or not all(name in case.materials for name in charge.materials):
         return found
     return _amounts(case)
 
 
 def _amounts(case: "Case") -> list[Finding]:
-    """More particles than can be meant, or more charge than the chamber holds when poured; what meshes leave is not known here."""
+    """More particles than can be meant, or more charge than the chamber holds when poured; what meshes leave
+    is not known here.
+    """
     free = case.chamber.free_volume
     found, loose = [], 0.0
     for key, part in _portions(case):
@@ -314,9 +399,21 @@ def _amounts(case: "Case") -> list[Finding]:
         return [(("charge", "part"), f"the parts need {1e3 * loose:.3g} {holds}", "Take less of one")]
     if amount == "mass":
         most = math.floor(free * density * part.packing * 1000.0) / 1000.0
-        return [((*key, amount), f"{part.mass:g} kg needs {1e3 * loose:.3g} {holds}", f"Largest mass that settles: {most:.4g} kg")]
+        return [
+            (
+                (*key, amount),
+                f"{part.mass:g} kg needs {1e3 * loose:.3g} {holds}",
+                f"Largest mass that settles: {most:.4g} kg",
+            )
+        ]
     most = math.floor(part.count * free / loose)
-    return [((*key, amount), f"{part.count} particles need {1e3 * loose:.3g} {holds}", f"Largest number that settles: {most}")]
+    return [
+        (
+            (*key, amount),
+            f"{part.count} particles need {1e3 * loose:.3g} {holds}",
+            f"Largest number that settles: {most}",
+        )
+    ]
 
 
 def _mm(length: float) -> str:

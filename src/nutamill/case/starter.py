@@ -17,9 +17,21 @@ KEYS = (
     ("chamber", "ribs", "number of ribs; their size stands in [chamber.rib]"),
     ("charge", "kind", '"spheres", "clumps" (with shapes), or "none" for an empty chamber'),
     ("charge", "set", "a published charge; keys beside it override it"),
-    ("charge", "material", "one of [materials.*]; for several write a [[charge.part]] for each, with these keys"),
-    ("charge", "diameter", 'or instead: sizes = [["4 mm", 0.3], ["5 mm", 0.7]], shares of the mass; or a distribution'),
-    ("charge", "mass", "all particles together; or instead: count, or fill, the share of the chamber as a settled bed"),
+    (
+        "charge",
+        "material",
+        "one of [materials.*]; for several write a [[charge.part]] for each, with these keys",
+    ),
+    (
+        "charge",
+        "diameter",
+        'or instead: sizes = [["4 mm", 0.3], ["5 mm", 0.7]], shares of the mass; or a distribution',
+    ),
+    (
+        "charge",
+        "mass",
+        "all particles together; or instead: count, or fill, the share of the chamber as a settled bed",
+    ),
     ("charge", "count", "number of particles; or instead: mass, or fill"),
     ("run", "until", 'simulated time at the end, or "steady"'),
     ("run", "dt", '"auto" or e.g. "3 us"'),
@@ -43,7 +55,8 @@ def starter(base: str, file: Path) -> str:
     content = case.model_dump(mode="json", by_alias=True, exclude_none=True)
     lines = [
         "# Values carry their unit. What is left out is as in the base.",
-        f"# nutamill show {file.name}   prints the whole file; nutamill check {file.name}   says what to expect.",
+        f"# nutamill show {file.name}   prints the whole file; nutamill check {file.name}   says "
+        "what to expect.",
         "schema = 1",
         f"title  = {toml_value(f'{file.stem}, from {base}')}",
         f"base   = {toml_value(named)}",
@@ -73,6 +86,10 @@ def write_starter(base: str, file: Path) -> None:
         with file.open("x", encoding="utf-8") as stream:
             stream.write(text)
     except FileExistsError:
-        raise CaseError(Fault(str(file), "is there already and is not written over", "Take another name")) from None
+        raise CaseError(
+            Fault(str(file), "is there already and is not written over", "Take another name")
+        ) from None
     except OSError as error:
-        raise OutputError(f'{file}: cannot be written, the system reports "{error.strerror}". Choose another place.') from None
+        raise OutputError(
+            f'{file}: cannot be written, the system reports "{error.strerror}". Choose another place.'
+        ) from None

@@ -1,4 +1,6 @@
-"""The title of a changed case: the title of what it was changed from may not hold any more, so it says what was changed."""
+"""The title of a changed case: the title of what it was changed from may not hold any more, so it says what
+was changed.
+"""
 
 import copy
 from collections.abc import Iterable, Mapping
@@ -29,7 +31,9 @@ class Origin(NamedTuple):
     """Keys that were changed since, in their order."""
 
     def title_with(self, values: Mapping[str, Any], typed: Mapping[str, Any]) -> str:
-        """Return the title of a case with these `values`, of which those `typed` were not found under the key that was written."""
+        """Return the title of a case with these `values`, of which those `typed` were not found under the key
+        that was written.
+        """
         shown = []
         for key in self.changed:
             value = values.get(key, typed.get(key))
@@ -43,7 +47,8 @@ class Origin(NamedTuple):
 
 
 def origin_of(layers: list[Layer]) -> Origin | None:
-    """Return the case that the title among the layers of a file belongs to, and the keys of the layers above it.
+    """Return the case that the title among the layers of a file belongs to, and the keys of the layers above
+    it.
 
     None without a title, or for one that was given together with the changes.
     """
@@ -54,7 +59,12 @@ def origin_of(layers: list[Layer]) -> Origin | None:
         return None
     content, _, _ = merge(copy.deepcopy(layers[: number + 1]))
     name = Path(layers[number].places[()]).stem
-    return Origin(name, title, dict(leaves(content)), tuple(written_keys(layer.content for layer in layers[number + 1 :])))
+    return Origin(
+        name,
+        title,
+        dict(leaves(content)),
+        tuple(written_keys(layer.content for layer in layers[number + 1 :])),
+    )
 
 
 def written_keys(contents: Iterable[Mapping[str, Any]]) -> list[str]:
@@ -63,10 +73,16 @@ def written_keys(contents: Iterable[Mapping[str, Any]]) -> list[str]:
 
 
 def leaves(content: Any, above: str = "") -> list[tuple[str, Any]]:
-    """Return dotted key and value of all that stands in a table and its inner tables; tables of a list by their number."""
+    """Return dotted key and value of all that stands in a table and its inner tables; tables of a list by
+    their number.
+    """
     found = []
     for key, value in content.items() if isinstance(content, Mapping) else enumerate(content):
         dotted = f"{above}.{key}".lstrip(".")
-        tables = isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, Mapping) for inner in value)
+        tables = (
+            isinstance(value, (list, tuple))
+            and bool(value)
+            and all(isinstance(inner, Mapping) for inner in value)
+        )
         found += leaves(value, dotted) if isinstance(value, Mapping) or tables else [(dotted, value)]
     return found

@@ -25,7 +25,9 @@ class TouchingPair(NamedTuple):
 
 
 def wall_keys(case: "Case") -> dict[Key, str]:
-    """Return the material of every wall that the charge can touch, by its key: chamber, ribs, then ``[[walls]]``."""
+    """Return the material of every wall that the charge can touch, by its key: chamber, ribs, then
+    ``[[walls]]``.
+    """
     found: dict[Key, str] = {("chamber", "material"): case.chamber.material}
     if case.chamber.ribs and case.chamber.rib:
         found[("chamber", "rib", "material")] = case.chamber.rib.material
@@ -33,7 +35,9 @@ def wall_keys(case: "Case") -> dict[Key, str]:
 
 
 def touching_pairs(case: "Case") -> tuple[TouchingPair, ...]:
-    """Return the pairs of the charge's own materials, then each of these with every wall; none for an empty chamber."""
+    """Return the pairs of the charge's own materials, then each of these with every wall; none for an empty
+    chamber.
+    """
     own, walls = case.charge.materials, dict.fromkeys(wall_keys(case).values())
     between = [TouchingPair(a, b, False) for number, a in enumerate(own) for b in own[number:]]
     return (*between, *(TouchingPair(a, wall, True) for a in own for wall in walls))

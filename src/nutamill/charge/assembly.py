@@ -1,4 +1,6 @@
-"""From descriptions of particles, surfaces and laws to the arrays of a charge; all checks of input are here."""
+"""From descriptions of particles, surfaces and laws to the arrays of a charge; all checks of input are
+here.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -18,7 +20,16 @@ from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.numbers import law_faults, law_numbers
 from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw
-from nutamill.charge.model import PADDING, ChargeModel, ChargeScratch, ChargeState, Clock, Ledger, ListScratch, Status
+from nutamill.charge.model import (
+    PADDING,
+    ChargeModel,
+    ChargeScratch,
+    ChargeState,
+    Clock,
+    Ledger,
+    ListScratch,
+    Status,
+)
 from nutamill.charge.particles.particles import Particles, check_particles, motion_faults
 from nutamill.charge.pebbles import Pebbles, pebbles, rotation_matrices
 from nutamill.charge.walls.mesh_patches import mesh_walls
@@ -28,7 +39,8 @@ from nutamill.charge.walls.surface import Surface
 SMALLEST_CHUNK, LARGEST_CHUNK, CHUNKS = 64, 672, 4
 """Slots in a chunk, at least and at most, and the number of chunks that there should be between [1].
 
-Pairs across two chunks are computed twice, so large chunks do less work; few chunks share badly among threads.
+Pairs across two chunks are computed twice, so large chunks do less work; few chunks share badly among
+threads.
 """
 
 CANDIDATES_PER_PARTICLE = 14
@@ -46,11 +58,15 @@ def _aligned(shape, dtype) -> np.ndarray:
 def mirrored(law: PairLaw) -> PairLaw:
     """The law of materials (b, a) from that of (a, b)."""
     return replace(
-        law, stiffness_per_diameter_a=law.stiffness_per_diameter_b, stiffness_per_diameter_b=law.stiffness_per_diameter_a
-    )  # fmt: skip
+        law,
+        stiffness_per_diameter_a=law.stiffness_per_diameter_b,
+        stiffness_per_diameter_b=law.stiffness_per_diameter_a,
+    )
 
 
-def _law_table(contact_law, pair_laws, materials, surfaces, n_materials) -> tuple[list, np.ndarray, list[Fault]]:
+def _law_table(
+    contact_law, pair_laws, materials, surfaces, n_materials
+) -> tuple[list, np.ndarray, list[Fault]]:
     """Rows of numbers, which row for which pair, and what is wrong with the pairs."""
     laws, faults = [], []
     table = np.zeros((n_materials, n_materials), np.int32)
@@ -61,7 +77,13 @@ def _law_table(contact_law, pair_laws, materials, surfaces, n_materials) -> tupl
         law = pair_laws.get((a, b)) or (mirrored(pair_laws[b, a]) if (b, a) in pair_laws else None)
         if law is None:
             if (b, a) not in needed or a <= b:
-                faults.append(Fault(f"materials {a} and {b}", "a pair law must be given, got none", f"Add pair_laws[{a}, {b}]"))
+                faults.append(
+                    Fault(
+                        f"materials {a} and {b}",
+                        "a pair law must be given, got none",
+                        f"Add pair_laws[{a}, {b}]",
+                    )
+                )
             continue
         if a <= b or (b, a) not in needed:
             faults += [Fault(f"pair_laws[{a}, {b}]", *fault) for fault in law_faults(contact_law, law)]
@@ -74,7 +96,11 @@ def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
     """Sizes that do not fit together, and numbers that cannot be."""
     faults = []
     if positions.ndim != 2 or positions.shape[1:] != (3,) or len(positions) == 0:
-        return [Fault("positions", f"must be an (n, 3) array of at least one particle, got shape {positions.shape}")]
+        return [
+            Fault(
+                "positions", f"must be an (n, 3) array of at least one particle, got shape {positions.shape}"
+            )
+        ]
     n = len(positions)
     if radii.shape != (n,) or materials.shape != (n,):
         return [Fault("radii, materials", f"must be ({n},) arrays, got {radii.shape} and {materials.shape}")]
@@ -86,13 +112,21 @@ def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
         if bad.any():
             faults.append(Fault(name, f"must be {must}, not so for particles {named(np.flatnonzero(bad))}"))
     for material in sorted(set(materials.tolist())):
-        if 0 <= material < len(densities) and not (math.isfinite(densities[material]) and densities[material] > 0.0):
-            faults.append(Fault(f"density of material {material}", f"must be positive, got {densities[material]} kg/m^3"))
+        if 0 <= material < len(densities) and not (
+            math.isfinite(densities[material]) and densities[material] > 0.0
+        ):
+            faults.append(
+                Fault(
+                    f"density of material {material}", f"must be positive, got {densities[material]} kg/m^3"
+                )
+            )
     return faults
 
 
 def _pair_faults(positions, radii, materials, model, owner) -> list[Fault]:
-    """Particles that overlap beyond their limit at the start; the worst are named, by the `owner` of each sphere."""
+    """Particles that overlap beyond their limit at the start; the worst are named, by the `owner` of each
+    sphere.
+    """
     pairs = cKDTree(positions).query_pairs(2.0 * float(radii.max()), output_type="ndarray")
     pairs = pairs[owner[pairs[:, 0]] != owner[pairs[:, 1]]]
     if len(pairs) == 0:
@@ -106,20 +140,35 @@ def _pair_faults(positions, radii, materials, model, owner) -> list[Fault]:
     if len(bad) == 0:
         return []
     listed = ", ".join(f"{owner[i[k]]}-{owner[j[k]]} ({100 * share[k]:.0f} %)" for k in worst)
-    what = f"particles must not overlap beyond overlap_stop, {len(bad)} pairs do; worst, with the share of the diameter: {listed}"
+    what = (
+        f"particles must not overlap beyond overlap_stop, {len(bad)} pairs do; worst, with the share of "
+        f"the diameter: {listed}"
+    )
     return [Fault("positions", what, "Start from a looser packing")]
 
 
 def body_poses(n_bodies: int, poses=None) -> np.ndarray:
-    """Mass centre [m] and rotation matrix [1] (n_bodies, 12), from positions and quaternions (n_bodies, 7), or at the origin."""
+    """Mass centre [m] and rotation matrix [1] (n_bodies, 12), from positions and quaternions (n_bodies, 7),
+    or at the origin.
+    """
     out = np.zeros((n_bodies, 12))
     out[:, 3] = out[:, 7] = out[:, 11] = 1.0
     if poses is not None:
         for b, (px, py, pz, w, x, y, z) in enumerate(np.asarray(poses, float)):
             out[b] = [
-                px, py, pz, 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), 2 * (x * y + w * z),
-                1 - 2 * (x * x + z * z), 2 * (y * z - w * x), 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
-            ]  # fmt: skip
+                px,
+                py,
+                pz,
+                1 - 2 * (y * y + z * z),
+                2 * (x * y - w * z),
+                2 * (x * z + w * y),
+                2 * (x * y + w * z),
+                1 - 2 * (x * x + z * z),
+                2 * (y * z - w * x),
+                2 * (x * z - w * y),
+                2 * (y * z + w * x),
+                1 - 2 * (x * x + y * y),
+            ]
     return out
 
 
@@ -157,14 +206,24 @@ def charge_of(
     check_particles(particles, densities)
     if particles.spheres_only:
         given = particles.centre, particles.bounding_radius, particles.material
-        return charge(*given, densities, pair_laws, surfaces, n_bodies, velocities=velocities, spins=spins, **settings)
+        return charge(
+            *given, densities, pair_laws, surfaces, n_bodies, velocities=velocities, spins=spins, **settings
+        )
     faults = motion_faults(particles.number, velocities, spins)
     if faults:
         raise CaseError(*faults)
     laid = pebbles(particles, densities, velocities, spins)
     return charge(
-        laid.centre, laid.radius, laid.material, densities, pair_laws, surfaces, n_bodies, spheres=laid, **settings
-    )  # fmt: skip
+        laid.centre,
+        laid.radius,
+        laid.material,
+        densities,
+        pair_laws,
+        surfaces,
+        n_bodies,
+        spheres=laid,
+        **settings,
+    )
 
 
 def charge(
@@ -202,16 +261,20 @@ def charge(
     velocities, spins : [m/s], [rad/s] (n, 3), world axes; zero if None
     precision : "single", or "double" for verification
     domain : centre [m] (3,) and half size [m] of a cube nothing leaves; chosen from the positions if None
-    poses : mass centre [m] (3) and quaternion (4) of each body at the start (n_bodies, 7), world; at the origin if None
+    poses : mass centre [m] (3) and quaternion (4) of each body at the start (n_bodies, 7), world; at the
+        origin if None
     spheres : the clumps that the spheres are pebbles of; None where they are free
 
     Raises
     ------
-    CaseError : sizes and densities that cannot be, missing pair laws, particles that overlap or lie outside at the start
+    CaseError : sizes and densities that cannot be, missing pair laws, particles that overlap or lie outside
+        at the start
     """
     positions = np.array(positions, float)
     radii, materials = np.array(radii, float), np.array(materials, np.int32)
-    faults = _particle_faults(positions, radii, materials, densities) + motion_faults(len(positions), velocities, spins)
+    faults = _particle_faults(positions, radii, materials, densities) + motion_faults(
+        len(positions), velocities, spins
+    )
     if faults:
         raise CaseError(*faults)
     n = len(positions)
@@ -224,7 +287,11 @@ def charge(
         raise CaseError(*faults)
     single = precision == "single"
     real, point = (np.float32, np.int32) if single else (np.float64, np.int64)
-    centre, reach = _default_domain(positions, radii, surfaces) if domain is None else (np.array(domain[0], float), float(domain[1]))
+    centre, reach = (
+        _default_domain(positions, radii, surfaces)
+        if domain is None
+        else (np.array(domain[0], float), float(domain[1]))
+    )
     model = ChargeModel(
         n_particles=n,
         chunk=min(LARGEST_CHUNK, max(SMALLEST_CHUNK, -(-n // (CHUNKS * BATCH)) * BATCH)),
@@ -255,13 +322,28 @@ def charge(
         faults += mesh_faults(positions, model, surfaces, poses, owner)
     outside = owner[(np.abs(positions - centre) >= reach).any(axis=1)]
     if len(outside):
-        faults.append(Fault("domain", f"all particles must start within, these do not: {named(outside)}", "Give a larger domain"))
+        faults.append(
+            Fault(
+                "domain",
+                f"all particles must start within, these do not: {named(outside)}",
+                "Give a larger domain",
+            )
+        )
     if faults:
         raise CaseError(*faults)
     ratio = float(radii.max() / radii.min())
     longest = 1 if spheres is None else int(np.bincount(spheres.place).max())
     clumps = np.zeros((0, COLUMNS)) if spheres is None else spheres.clumps
-    state = _state(model, poses, clumps, longest, real, point, int(CANDIDATES_PER_PARTICLE * min(ratio, 3.0)), int(16 * min(ratio, 3.0)))
+    state = _state(
+        model,
+        poses,
+        clumps,
+        longest,
+        real,
+        point,
+        int(CANDIDATES_PER_PARTICLE * min(ratio, 3.0)),
+        int(16 * min(ratio, 3.0)),
+    )
     if spheres is None:
         mass = np.array(densities, float)[materials] * 4.0 / 3.0 * math.pi * radii**3
         state.body[:, :n] = radii, mass, 1.0 / mass, 1.0 / (0.4 * mass * radii**2)
@@ -277,7 +359,9 @@ def charge(
 
 
 def _state(model, poses, clumps, longest, real, point, per_particle, slots) -> ChargeState:
-    """Empty state with room for `per_particle` candidates and `slots` kept contacts of each sphere; clumps have at most `longest`."""
+    """Empty state with room for `per_particle` candidates and `slots` kept contacts of each sphere; clumps
+    have at most `longest`.
+    """
     chunks = -(-model.n_particles // (model.chunk - longest + 1))
     # behind the last chunk: vector moves of a chunk that does not begin at a whole number of lanes
     m = chunks * model.chunk + BATCH
@@ -358,21 +442,38 @@ def _scratch(model, state) -> ChargeScratch:
         stopped_by=np.zeros(3),
         test=_aligned((threads, chunk), real),
         barrier=np.zeros(32, np.int64),
-        impacts=impact_book(threads, model.law_of.shape[0], float(state.body[1, : model.n_particles].mean()), patches),
+        impacts=impact_book(
+            threads, model.law_of.shape[0], float(state.body[1, : model.n_particles].mean()), patches
+        ),
     )
 
 
 def with_patches(model: ChargeModel, scratch: ChargeScratch, patches: PatchTable) -> ChargeScratch:
-    """The work space with an empty book of impacts whose surfaces are cut as `patches` says; one patch each without it."""
+    """The work space with an empty book of impacts whose surfaces are cut as `patches` says; one patch each
+    without it.
+    """
     threads, mean_mass = scratch.impacts.cut.shape[0], 2.0**30 / scratch.impacts.per_cut
     return scratch._replace(impacts=impact_book(threads, model.law_of.shape[0], mean_mass, patches))
 
 
-def grow(model: ChargeModel, state: ChargeState, scratch: ChargeScratch) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
-    """The same charge with twice the room in its lists, ready to go on: nothing is lost, and LISTS_FULL is cleared."""
+def grow(
+    model: ChargeModel, state: ChargeState, scratch: ChargeScratch
+) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
+    """The same charge with twice the room in its lists, ready to go on: nothing is lost, and LISTS_FULL is
+    cleared.
+    """
     capacity, slots = state.partners.shape[2], state.kept.shape[1]
     longest = model.chunk + 1 - -(-model.n_particles // (state.listed.shape[1] - 1))
-    larger = _state(model, state.poses, state.clumps, longest, state.rows.dtype, state.points.dtype, 2 * capacity // model.chunk, 2 * slots)
+    larger = _state(
+        model,
+        state.poses,
+        state.clumps,
+        longest,
+        state.rows.dtype,
+        state.points.dtype,
+        2 * capacity // model.chunk,
+        2 * slots,
+    )
     for name, old in state._asdict().items():
         new = getattr(larger, name)
         if old.shape == new.shape:
@@ -397,9 +498,13 @@ def _by_id(state, columns) -> np.ndarray:
 
 
 def positions(model: ChargeModel, state: ChargeState, dt: float) -> np.ndarray:
-    """Mass centres [m] (n, 3) by particle id, world, at the time of the velocities; `dt` is the substep [s] of the last window."""
+    """Mass centres [m] (n, 3) by particle id, world, at the time of the velocities; `dt` is the substep [s]
+    of the last window.
+    """
     if len(state.clumps):
-        centre, velocity = (_clumps_by_id(state, column, 3) for column in (ClumpColumn.CENTRE, ClumpColumn.VELOCITY))
+        centre, velocity = (
+            _clumps_by_id(state, column, 3) for column in (ClumpColumn.CENTRE, ClumpColumn.VELOCITY)
+        )
         return centre - 0.5 * dt * velocity
     n = model.n_particles
     return _by_id(state, state.x[:, :n] - 0.5 * dt * state.v[:, :n])
@@ -415,14 +520,18 @@ def velocities(model: ChargeModel, state: ChargeState) -> np.ndarray:
 def spins(model: ChargeModel, state: ChargeState) -> np.ndarray:
     """Spins [rad/s] (n, 3) by particle id, world axes."""
     if len(state.clumps):
-        momentum, inertia = (_clumps_by_id(state, column, 3) for column in (ClumpColumn.MOMENTUM, ClumpColumn.INERTIA))
+        momentum, inertia = (
+            _clumps_by_id(state, column, 3) for column in (ClumpColumn.MOMENTUM, ClumpColumn.INERTIA)
+        )
         rotation = rotation_matrices(_clumps_by_id(state, ClumpColumn.AT_VELOCITY, 4))
         return np.einsum("nij,nj->ni", rotation, np.einsum("nji,nj->ni", rotation, momentum) / inertia)
     return _by_id(state, state.w[:, : model.n_particles])
 
 
 def attitudes(model: ChargeModel, state: ChargeState) -> np.ndarray | None:
-    """Quaternions (n, 4) by particle id, from the axes of a clump to world axes, at the time of the velocities; None for spheres."""
+    """Quaternions (n, 4) by particle id, from the axes of a clump to world axes, at the time of the
+    velocities; None for spheres.
+    """
     return _clumps_by_id(state, ClumpColumn.AT_VELOCITY, 4) if len(state.clumps) else None
 
 
@@ -433,10 +542,12 @@ def _clumps_by_id(state, column, width) -> np.ndarray:
 
 
 def contact_forces(model: ChargeModel, state: ChargeState, dt: float) -> np.ndarray | None:
-    """Resultant of the contact forces on each particle [N] (n,) by id in the last substep `dt` [s]; None of clumps.
+    """Resultant of the contact forces on each particle [N] (n,) by id in the last substep `dt` [s]; None of
+    clumps.
 
-    The published velocity is that of the middle of the coming substep, ``v* = v + dt a/2`` with the last acceleration, so that
-    ``F = m (2 (v* - v)/dt - g)``; published in single precision, it is good to about 1e-4 N for a pellet.
+    The published velocity is that of the middle of the coming substep, ``v* = v + dt a/2`` with the last
+    acceleration, so that ``F = m (2 (v* - v)/dt - g)``; published in single precision, it is good to about
+    1e-4 N for a pellet.
     """
     if len(state.clumps):
         return None

@@ -1,4 +1,6 @@
-"""What is refused of the walls of a charge at the start: sizes that cannot be, and particles in or behind a wall."""
+"""What is refused of the walls of a charge at the start: sizes that cannot be, and particles in or behind a
+wall.
+"""
 
 import math
 
@@ -24,7 +26,9 @@ def named(ids) -> str:
 
 
 def wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> list[Fault]:
-    """Particles that start inside or behind a surface; `owner` is the particle each sphere belongs to [1] (n,)."""
+    """Particles that start inside or behind a surface; `owner` is the particle each sphere belongs to [1]
+    (n,).
+    """
     faults = []
     placed = np.zeros((len(surfaces), 12))
     place_surfaces(model, poses, placed)
@@ -35,7 +39,10 @@ def wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> l
         bad = np.flatnonzero(excess > 1.0)
         if len(bad):
             bad = bad[np.argsort(-excess[bad])]
-            what = f"particles must start inside, these overlap it beyond overlap_stop or lie behind it: {named(owner[bad])}"
+            what = (
+                "particles must start inside, these overlap it beyond overlap_stop or lie behind it: "
+                f"{named(owner[bad])}"
+            )
             faults.append(Fault(f'surface "{surface.name}"', what, "Check the chamber's sizes and the fill"))
     return faults
 
@@ -52,7 +59,9 @@ def mesh_faults(positions, model, surfaces, poses, owner) -> list[Fault]:
             behind = np.flatnonzero(~on_charge_side(surface.mesh, (positions - placed[s, :3]) @ rotation))
             if len(behind):
                 what = f"particles must start {surface.mesh.keep} of it, these do not: {named(owner[behind])}"
-                faults.append(Fault(f'mesh "{surface.mesh.name}"', what, "Check its unit and place, and the fill"))
+                faults.append(
+                    Fault(f'mesh "{surface.mesh.name}"', what, "Check its unit and place, and the fill")
+                )
     return faults
 
 
@@ -67,13 +76,30 @@ def surface_faults(surfaces, n_bodies) -> list[Fault]:
             faults.append(Fault(where, f"radius must be positive, got {a} m"))
         if kind == SurfaceKind.BOX and not all(0.0 < half < math.inf for half in surface.size):
             faults.append(Fault(where, f"half sizes must be positive, got {surface.size} m"))
-        if kind == SurfaceKind.CONE and not (0.0 <= a < math.inf and 0.0 <= b < math.inf and a + b > 0.0 and 0.0 < c < math.inf):
-            what = f"must have two radii of at least 0, not both 0, and a positive height, got {a}, {b} and {c} m"
+        if kind == SurfaceKind.CONE and not (
+            0.0 <= a < math.inf and 0.0 <= b < math.inf and a + b > 0.0 and 0.0 < c < math.inf
+        ):
+            what = (
+                f"must have two radii of at least 0, not both 0, and a positive height, got {a}, {b} and "
+                f"{c} m"
+            )
             faults.append(Fault(where, what, "A flat ring is a PLANE"))
         if kind == SurfaceKind.SPHERE_CAP and not (0.0 < a < math.inf and 0.0 < b <= math.pi):
-            faults.append(Fault(where, f"must have a positive radius and an angle from 0 to pi rad, got {a} m and {b} rad"))
-        if kind == SurfaceKind.MESH_PATCH and (surface.mesh is None or not 0 <= surface.patch < surface.mesh.n_patches):
-            faults.append(Fault(where, "must have a mesh and the number of one of its patches", "Make it with mesh_surfaces"))
+            faults.append(
+                Fault(
+                    where, f"must have a positive radius and an angle from 0 to pi rad, got {a} m and {b} rad"
+                )
+            )
+        if kind == SurfaceKind.MESH_PATCH and (
+            surface.mesh is None or not 0 <= surface.patch < surface.mesh.n_patches
+        ):
+            faults.append(
+                Fault(
+                    where,
+                    "must have a mesh and the number of one of its patches",
+                    "Make it with mesh_surfaces",
+                )
+            )
     return faults
 
 

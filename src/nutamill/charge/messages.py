@@ -18,13 +18,15 @@ def status_text(state: ChargeState, scratch: ChargeScratch, surfaces: Sequence[s
     first, second, closing = scratch.stopped_by
     if kind == Status.PAIR_OVERLAP:
         return (
-            f"particles {particle} and {other}, at {first:.3g} and {second:.3g} m/s, overlap by {share:.1f} % of the diameter, more than"
+            f"particles {particle} and {other}, at {first:.3g} and {second:.3g} m/s, overlap by "
+            f"{share:.1f} % of the diameter, more than"
             f" the pair's overlap_stop, and {_closing(closing)}"
         )
     if kind == Status.WALL_OVERLAP:
         surface = f'"{surfaces[other]}"' if other < len(surfaces) else f"number {other}"
         return (
-            f"particle {particle}, at {first:.3g} m/s, overlaps surface {surface}, there at {second:.3g} m/s, by {share:.1f} % of its"
+            f"particle {particle}, at {first:.3g} m/s, overlaps surface {surface}, there at "
+            f"{second:.3g} m/s, by {share:.1f} % of its"
             f" diameter, more than the pair's overlap_stop, and they {_closing(closing)}"
         )
     return f"particle {particle}, at {first:.3g} m/s, left the chamber, or its position is not a number"

@@ -1,12 +1,15 @@
-"""What a charge is, as arrays: constants (`ChargeModel`), what moves (`ChargeState`), what may be forgotten (`ChargeScratch`).
+"""What a charge is, as arrays: constants (`ChargeModel`), what moves (`ChargeState`), what may be forgotten
+(`ChargeScratch`).
 
-A particle keeps its id for life; its *slot* is its present place in the arrays, which follows a Morton curve.  Slots are
-cut into chunks: a chunk is the unit of work, of locality and of summation, so that sums have the same bits
-at any number of threads.  ``M`` is the number of slots (particles, and padding to whole chunks), ``C`` of chunks,
-``S`` of surfaces, ``B`` of bodies, ``T`` of threads.  *real* stands for float32 (``precision="single"``) or float64,
+A particle keeps its id for life; its *slot* is its present place in the arrays, which follows a Morton curve.
+Slots are cut into chunks: a chunk is the unit of work, of locality and of summation, so that sums have the
+same bits at any number of threads.  ``M`` is the number of slots (particles, and padding to whole chunks),
+``C`` of chunks, ``S`` of surfaces, ``B`` of bodies, ``T`` of threads.  *real* stands for float32
+(``precision="single"``) or float64,
 *point* for int32 or int64.
 
-Time is staggered (docs/conventions.md): velocities belong to the end of a substep, positions to half a substep later.
+Time is staggered (docs/conventions.md): velocities belong to the end of a substep, positions to half a
+substep later.
 """
 
 from enum import IntEnum
@@ -51,7 +54,9 @@ class Ledger(IntEnum):
     INTERFACE = 6
     GRAVITY = 7
     SCHEME = 8
-    """What contact forces do on the mean velocities of a substep beyond what they do on the predicted ones that their law saw."""
+    """What contact forces do on the mean velocities of a substep beyond what they do on the predicted ones
+    that their law saw.
+    """
 
 
 class Clock(IntEnum):
@@ -81,7 +86,9 @@ class Clock(IntEnum):
 
 @kernel(inline="always")
 def stamp_of(step):
-    """Mark that a contact alive in substep `step` carries in its memory [1]: whole, from 1, and exact in single precision."""
+    """Mark that a contact alive in substep `step` carries in its memory [1]: whole, from 1, and exact in
+    single precision.
+    """
     return (step & 0xFFFFFF) + 1
 
 
@@ -99,7 +106,9 @@ class ChargeModel(NamedTuple):
     laws: np.ndarray
     """Numbers of each pair law, real (n_laws, 11), as `LawColumn`."""
     law_of: np.ndarray
-    """Row of `laws` [1] for (material of the particle, material of the other), int32 (n_materials, n_materials)."""
+    """Row of `laws` [1] for (material of the particle, material of the other), int32 (n_materials,
+    n_materials).
+    """
     surface_kind: np.ndarray
     """`SurfaceKind` [1], int64 (S,)."""
     surface_body: np.ndarray
@@ -129,7 +138,9 @@ class ChargeModel(NamedTuple):
 
 
 class ChargeState(NamedTuple):
-    """All that changes from substep to substep, and decides how it goes on: copied, it repeats bit for bit."""
+    """All that changes from substep to substep, and decides how it goes on: copied, it repeats bit for
+    bit.
+    """
 
     x: np.ndarray
     """Positions [m] (3, M), world, half a substep ahead of the velocities."""
@@ -138,18 +149,26 @@ class ChargeState(NamedTuple):
     w: np.ndarray
     """Spins [rad/s] (3, M), world axes; not kept of pebbles, which have that of their clump."""
     body: np.ndarray
-    """Radius [m], mass [kg], 1/mass [1/kg], 1/inertia [1/(kg m^2)] (4, M).  Where there are clumps (8, M): mass is the clump's, its
-    inverses are unused, and there follow the centre in the clump's axes [m] (3) and the place of the clump [1]."""
+    """Radius [m], mass [kg], 1/mass [1/kg], 1/inertia [1/(kg m^2)] (4, M).  Where there are clumps (8, M):
+    mass is the clump's, its inverses are unused, and there follow the centre in the clump's axes [m] (3) and
+    the place of the clump [1].
+    """
     clumps: np.ndarray
-    """A row for each clump, as `charge.clumps.ClumpColumn` (n_clumps, 24); no rows where all particles are spheres."""
+    """A row for each clump, as `charge.clumps.ClumpColumn` (n_clumps, 24); no rows where all particles are
+    spheres.
+    """
     material: np.ndarray
     """Material [1], int32 (M,)."""
     ids: np.ndarray
     """Id of the particle in each slot [1], int64 (M,)."""
     points: np.ndarray
-    """Published positions and radius, fixed point [1/scale], point (2, M, 4), from the domain's centre, world axes."""
+    """Published positions and radius, fixed point [1/scale], point (2, M, 4), from the domain's centre, world
+    axes.
+    """
     rows: np.ndarray
-    """Published mid-substep velocity [m/s], mass [kg], spin [rad/s], radius [m], real (2, M, 8), world axes."""
+    """Published mid-substep velocity [m/s], mass [kg], spin [rad/s], radius [m], real (2, M, 8), world
+    axes.
+    """
     partners: np.ndarray
     """Slot of the second particle of each candidate pair [1], uint32 (2, C, capacity)."""
     owners: np.ndarray
@@ -157,8 +176,10 @@ class ChargeState(NamedTuple):
     listed: np.ndarray
     """Number of candidate pairs of each chunk in both lists, and its first slot [1], int64 (3, C + 1)."""
     memory: np.ndarray
-    """Tangential spring [m] (StoredForce: [N]) (3), rolling spring [rad] (3), `stamp_of` the last substep in contact (negative while
-    sliding, 0 where there is none), history of the normal law [m]; real (2, C, capacity, 8), world axes."""
+    """Tangential spring [m] (StoredForce: [N]) (3), rolling spring [rad] (3), `stamp_of` the last substep in
+    contact (negative while sliding, 0 where there is none), history of the normal law [m]; real (2, C,
+    capacity, 8), world axes.
+    """
     wall_memory: np.ndarray
     """The same of slot i and surface s in row i S + s, real (M S + 1, 8); the last row is spare."""
     listed_at: np.ndarray
@@ -170,19 +191,25 @@ class ChargeState(NamedTuple):
     kept_count: np.ndarray
     """Number of kept contacts of each particle [1], int32 (M,)."""
     poses: np.ndarray
-    """Mass centre [m] (3) and rotation matrix [1] (9) of each body at the end of the last window (B, 12), world."""
+    """Mass centre [m] (3) and rotation matrix [1] (9) of each body at the end of the last window (B, 12),
+    world.
+    """
     turn: np.ndarray
     """Angle of the reference when the list was made [rad]; substep of the last window [s] (2,)."""
     impulse: np.ndarray
-    """Impulse [N s] (3) and angular impulse [N m s] (3) the charge gave each body in the last window, about the body's
-    moving mass centre, world axes (B, 6)."""
+    """Impulse [N s] (3) and angular impulse [N m s] (3) the charge gave each body in the last window, about
+    the body's moving mass centre, world axes (B, 6)."""
     ledger: np.ndarray
-    """Cumulative work [J] (9,), as `Ledger`: of contact forces on the relative motion (negative: taken out), of the surfaces' motion
-    on the charge, of gravity."""
+    """Cumulative work [J] (9,), as `Ledger`: of contact forces on the relative motion (negative: taken out),
+    of the surfaces' motion on the charge, of gravity."""
     largest_overlap: np.ndarray
-    """Largest overlap since last set to zero, of pairs and of walls, and that of the contact named in `status` [diameter] (3,)."""
+    """Largest overlap since last set to zero, of pairs and of walls, and that of the contact named in
+    `status` [diameter] (3,).
+    """
     status: np.ndarray
-    """`Status`, id of the particle, id of the other particle or index of the surface, substep [1], int64 (4,)."""
+    """`Status`, id of the particle, id of the other particle or index of the surface, substep [1], int64
+    (4,).
+    """
     clock: np.ndarray
     """Counters and switches [1], int64 (10,), as `Clock`."""
 
@@ -197,7 +224,9 @@ class ListScratch(NamedTuple):
     order: np.ndarray
     """Slots in the order of cells [1], int32 (M,)."""
     sorted: np.ndarray
-    """Position [m] (3) and radius [m] in the order of cells, real (4, M), from the corner of the cells, world axes."""
+    """Position [m] (3) and radius [m] in the order of cells, real (4, M), from the corner of the cells, world
+    axes.
+    """
     grid: np.ndarray
     """Corner of the cells [m] (3) and size of a cell [m] (4,), world."""
     cells: np.ndarray
@@ -222,17 +251,25 @@ class ChargeScratch(NamedTuple):
     work: np.ndarray
     """Power of each chunk by kind [W] (C, 9), as `Ledger`."""
     alarms: np.ndarray
-    """Of each chunk, sum of: 1 moved out of the skin or list full, 2 left the domain, 4 pair overlap, 8 wall overlap [1], int64 (C,)."""
+    """Of each chunk, sum of: 1 moved out of the skin or list full, 2 left the domain, 4 pair overlap, 8 wall
+    overlap [1], int64 (C,).
+    """
     motion: np.ndarray
-    """Of each thread and body: mass centre [m] (3), rotation [1] (9), velocity [m/s] (3), spin [rad/s] (3) (T, B, 18), world axes."""
+    """Of each thread and body: mass centre [m] (3), rotation [1] (9), velocity [m/s] (3), spin [rad/s] (3)
+    (T, B, 18), world axes.
+    """
     twists: np.ndarray
-    """Of each thread and body, and of no body: velocity [m/s] (3), spin [rad/s] (3), number of the body, spare, real (T, B + 1, 8)."""
+    """Of each thread and body, and of no body: velocity [m/s] (3), spin [rad/s] (3), number of the body,
+    spare, real (T, B + 1, 8).
+    """
     placed: np.ndarray
     """Of each thread and surface: origin [m] (3), rotation [1] (9) (T, S, 12), world axes."""
     turned: np.ndarray
     """Of each thread: rotation of the reference since the list was made [1] (T, 3, 3), world axes."""
     forces: np.ndarray
-    """Force [N] (3), spare, moment [N m] (3), spare, on each particle of the chunk, real (T, chunk + 1, 8), world axes."""
+    """Force [N] (3), spare, moment [N m] (3), spare, on each particle of the chunk, real (T, chunk + 1, 8),
+    world axes.
+    """
     local: np.ndarray
     """Published positions of the chunk with negative radius [1/scale], point (T, chunk + 1, 4)."""
     lanes: np.ndarray
@@ -240,22 +277,24 @@ class ChargeScratch(NamedTuple):
     columns: np.ndarray
     """Columns of the vector loops over pairs, walls and particles, real (T, 3, ROWS * BATCH)."""
     moving: np.ndarray
-    """Columns of position, velocity, spin, position when listed, mass and its inverses, or those of clumps as in
-    `charge.clump_integration` (T, LANE_ROWS * BATCH), units as in the state."""
+    """Columns of position, velocity, spin, position when listed, mass and its inverses, or those of clumps as
+    in `charge.clump_integration` (T, LANE_ROWS * BATCH), units as in the state."""
     fixed: np.ndarray
     """Columns of published positions and radius [1/scale], point (T, 4 * BATCH)."""
     slots: np.ndarray
     """Every slot in order, 0, 1, 2 ..., uint32 (M,)."""
     measured: np.ndarray
-    """Normal [1] (3) and overlap [m] of the touching walls, and place from their body's mass centre [m] (3), real
-    (T, 7, S * chunk + BATCH), world axes."""
+    """Normal [1] (3) and overlap [m] of the touching walls, and place from their body's mass centre [m] (3),
+    real (T, 7, S * chunk + BATCH), world axes."""
     peaks: np.ndarray
     """Largest overlap of pairs and of walls that each thread saw in the window [diameter] (T, 2)."""
     stopped_by: np.ndarray
-    """Speeds of what `ChargeState.status` names: of the particle and of the other particle or of the surface where they touch, at
-    mid-substep, and how fast they close (positive) along the normal [m/s] (3,)."""
+    """Speeds of what `ChargeState.status` names: of the particle and of the other particle or of the surface
+    where they touch, at mid-substep, and how fast they close (positive) along the normal [m/s] (3,)."""
     test: np.ndarray
-    """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T, chunk)."""
+    """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T,
+    chunk).
+    """
     barrier: np.ndarray
     """Arrivals and generation of the team's barrier [1], int64 (32,)."""
     impacts: "ImpactBook"

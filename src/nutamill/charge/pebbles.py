@@ -37,14 +37,17 @@ def rotation_matrices(attitudes: np.ndarray) -> np.ndarray:
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-def pebbles(particles: Particles, densities: Sequence[float], velocities: np.ndarray | None, spins: np.ndarray | None) -> Pebbles:
+def pebbles(
+    particles: Particles, densities: Sequence[float], velocities: np.ndarray | None, spins: np.ndarray | None
+) -> Pebbles:
     """Lay out the spheres of placed particles.
 
     Parameters
     ----------
     particles : with centres, and attitudes unless all are spheres
     densities : by material [kg/m^3]
-    velocities, spins : of the particles' mass centres [m/s] and of the particles [rad/s] (n, 3), world axes; at rest if None
+    velocities, spins : of the particles' mass centres [m/s] and of the particles [rad/s] (n, 3), world axes;
+        at rest if None
     """
     n = particles.number
     attitude = particles.attitude if particles.attitude is not None else np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
@@ -62,10 +65,16 @@ def pebbles(particles: Particles, densities: Sequence[float], velocities: np.nda
     clumps[:, ClumpColumn.ID] = np.arange(n)
     if spins is not None:
         in_axes = inertia * np.einsum("nji,nj->ni", rotation, np.asarray(spins, float))
-        clumps[:, ClumpColumn.MOMENTUM : ClumpColumn.MOMENTUM + 3] = np.einsum("nij,nj->ni", rotation, in_axes)
+        clumps[:, ClumpColumn.MOMENTUM : ClumpColumn.MOMENTUM + 3] = np.einsum(
+            "nij,nj->ni", rotation, in_axes
+        )
     count = np.array([shape.spheres for shape in particles.shapes])[particles.shape_of]
     place = np.repeat(np.arange(n), count)
-    offset = np.concatenate([particles.shapes[s].offsets * f for s, f in zip(particles.shape_of, particles.scale, strict=True)])
-    radius = np.concatenate([particles.shapes[s].radii * f for s, f in zip(particles.shape_of, particles.scale, strict=True)])
+    offset = np.concatenate(
+        [particles.shapes[s].offsets * f for s, f in zip(particles.shape_of, particles.scale, strict=True)]
+    )
+    radius = np.concatenate(
+        [particles.shapes[s].radii * f for s, f in zip(particles.shape_of, particles.scale, strict=True)]
+    )
     centre = particles.centre[place] + np.einsum("nij,nj->ni", rotation[place], offset)
     return Pebbles(centre, radius, particles.material[place].astype(np.int32), place, offset, clumps)

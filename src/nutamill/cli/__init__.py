@@ -1,6 +1,7 @@
 """The command line: reads what was typed, calls the package, prints; computes nothing.
 
-Exit codes are those of `nutamill.base.errors.ExitCode`.  Heavy imports stand inside the commands, so that ``--help`` answers at once.
+Exit codes are those of `nutamill.base.errors.ExitCode`.  Heavy imports stand inside the commands, so that
+``--help`` answers at once.
 """
 
 # importing a room puts its commands into the application, in this order

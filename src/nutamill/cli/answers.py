@@ -12,14 +12,20 @@ from nutamill.cli.common import CaseName, Overrides, ResultFile, app, load, load
 if TYPE_CHECKING:
     from nutamill.case import Case
 
-Picture = Annotated[Path | None, typer.Option("--to", help="The picture; else beside the result, or in results/.")]
-ChargeMass = Annotated[bool, typer.Option("--charge", help="With the mass of the charge fixed to the chamber's base.")]
+Picture = Annotated[
+    Path | None, typer.Option("--to", help="The picture; else beside the result, or in results/.")
+]
+ChargeMass = Annotated[
+    bool, typer.Option("--charge", help="With the mass of the charge fixed to the chamber's base.")
+]
 RESULTS = Path("results")
 Last = Annotated[str, typer.Option(help="Length of the steady window.")]
 
 
 def _place(picture: Path | None, stem: str, folder: Path = RESULTS) -> Path:
-    """Return where a picture goes, that of a case among the results, that of a result beside it; refuse a place that cannot be written."""
+    """Return where a picture goes, that of a case among the results, that of a result beside it; refuse a
+    place that cannot be written.
+    """
     from nutamill.base.atomic_file import check_writable
     from nutamill.view.figures.saving import SUFFIXES
 
@@ -39,8 +45,8 @@ def _answer(lines: list[str], figure: Any, picture: Path) -> None:
 def _picture_name(subject: "Case | Path", question: str, *options: str | None, charge: bool = False) -> str:
     """Name of a picture without its suffix, one for each answer, so that none overwrites another.
 
-    It holds the name of the case with its digest, or that of the result, as result files have it; the question; and the options
-    that were given.
+    It holds the name of the case with its digest, or that of the result, as result files have it; the
+    question; and the options that were given.
     """
     stem = subject.stem if isinstance(subject, Path) else subject.result_file.stem
     given = [option for option in (*options, "charge" if charge else None) if option]
@@ -56,7 +62,9 @@ def modes(
     charge: ChargeMass = False,
     to: Picture = None,
 ) -> None:
-    """Natural frequencies, damping and shapes of a mill on its mounts, at rest or at speed, or of a mechanism at rest."""
+    """Natural frequencies, damping and shapes of a mill on its mounts, at rest or at speed, or of a mechanism
+    at rest.
+    """
     from nutamill.case import MechanismCase
     from nutamill.design.figures import draw_modes
     from nutamill.design.modes import machine_modes, mechanism_modes, modes_lines
@@ -66,7 +74,11 @@ def modes(
     picture = _place(to, _picture_name(loaded, "modes", speed if turning else None, charge=charge))
     if isinstance(loaded, MechanismCase):
         if turning or charge:
-            raise CaseError(Fault("--charge" if charge else "--speed", "is for mills, this is a mechanism", "Leave it out"))
+            raise CaseError(
+                Fault(
+                    "--charge" if charge else "--speed", "is for mills, this is a mechanism", "Leave it out"
+                )
+            )
         found = mechanism_modes(loaded)
     else:
         found = machine_modes(loaded, turning, charge)
@@ -75,7 +87,9 @@ def modes(
 
 @app.command()
 @told
-def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None) -> None:
+def campbell(
+    case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None
+) -> None:
     """Campbell diagram of the mill, and the speeds to avoid."""
     from nutamill.design.figures import draw_campbell
     from nutamill.design.modes import avoid_lines
@@ -92,8 +106,12 @@ def campbell(case: CaseName, overrides: Overrides = None, charge: ChargeMass = F
 def runup(
     case: CaseName,
     overrides: Overrides = None,
-    ramp: Annotated[list[str] | None, typer.Option(help='Rates of the ramp, e.g. --ramp "35 rpm/s" --ramp "140 rpm/s".')] = None,
-    sensor: Annotated[str | None, typer.Option(help="A recorded series; the case's first accelerometer if left out.")] = None,
+    ramp: Annotated[
+        list[str] | None, typer.Option(help='Rates of the ramp, e.g. --ramp "35 rpm/s" --ramp "140 rpm/s".')
+    ] = None,
+    sensor: Annotated[
+        str | None, typer.Option(help="A recorded series; the case's first accelerometer if left out.")
+    ] = None,
     charge: ChargeMass = False,
     to: Picture = None,
 ) -> None:
@@ -103,7 +121,10 @@ def runup(
 
     loaded = load_mill(case, overrides)
     picture = _place(to, _picture_name(loaded, "runup", *(ramp or ()), sensor, charge=charge))
-    rates = [quantity("--ramp", text, "ramp of speed") for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")]
+    rates = [
+        quantity("--ramp", text, "ramp of speed")
+        for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")
+    ]
     name = sensor or default_sensor(loaded)
     runs = run_up(loaded, rates, name, charge=charge)
     _answer(run_up_lines(runs, name), draw_run_up(runs, name), picture)
@@ -111,7 +132,9 @@ def runup(
 
 @app.command()
 @told
-def isolation(case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None) -> None:
+def isolation(
+    case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None
+) -> None:
     """Which share of the shaking force the mounts pass on to the floor, over speed."""
     from nutamill.design.figures import draw_isolation
     from nutamill.design.isolation import isolation as passed_on
@@ -128,9 +151,14 @@ def isolation(case: CaseName, overrides: Overrides = None, charge: ChargeMass = 
 def balance(
     case: CaseName,
     overrides: Overrides = None,
-    plane: Annotated[list[str] | None, typer.Option(metavar='"RADIUS, DEPTH"', help='A plane, e.g. "80 mm, 420 mm"; one or two.')] = None,
+    plane: Annotated[
+        list[str] | None,
+        typer.Option(metavar='"RADIUS, DEPTH"', help='A plane, e.g. "80 mm, 420 mm"; one or two.'),
+    ] = None,
     speed: Annotated[str | None, typer.Option(help="Driveshaft speed; the case's if left out.")] = None,
-    grade: Annotated[float, typer.Option(min=0.1, help="Balance quality grade G to compare with, ISO 21940-11 (mm/s).")] = 16.0,
+    grade: Annotated[
+        float, typer.Option(min=0.1, help="Balance quality grade G to compare with, ISO 21940-11 (mm/s).")
+    ] = 16.0,
     charge: ChargeMass = False,
     to: Picture = None,
 ) -> None:
@@ -140,11 +168,17 @@ def balance(
 
     loaded = load_mill(case, overrides)
     picture = _place(to, _picture_name(loaded, "balance", *(plane or ()), speed, charge=charge))
-    given = [[quantity("--plane", length.strip(), "length") for length in text.split(",")] for text in plane or ()]
+    given = [
+        [quantity("--plane", length.strip(), "length") for length in text.split(",")] for text in plane or ()
+    ]
     if any(len(lengths) != 2 for lengths in given):
-        raise CaseError(Fault("--plane", "must be a radius and a depth", 'Write e.g. --plane "80 mm, 420 mm"'))
+        raise CaseError(
+            Fault("--plane", "must be a radius and a depth", 'Write e.g. --plane "80 mm, 420 mm"')
+        )
     planes = [tuple(lengths) for lengths in given] or [(loaded.balance.radius, loaded.balance.depth)]
-    found = balance_mill(loaded, planes, None if speed is None else quantity("--speed", speed, "speed of rotation"), charge)
+    found = balance_mill(
+        loaded, planes, None if speed is None else quantity("--speed", speed, "speed of rotation"), charge
+    )
     _answer(balance_lines(found, loaded, grade), draw_balancing(found, loaded), picture)
 
 
@@ -152,7 +186,9 @@ def balance(
 @told
 def orders(
     file: ResultFile,
-    sensor: Annotated[str, typer.Option(help="A recorded series; `nutamill info fields` lists them.")] = "crank_pin_force_resultant",
+    sensor: Annotated[
+        str, typer.Option(help="A recorded series; `nutamill info fields` lists them.")
+    ] = "crank_pin_force_resultant",
     to: Picture = None,
 ) -> None:
     """Amplitude and phase of a series once and twice per turn over a run, and its waterfall."""
@@ -174,7 +210,9 @@ def loads(
     last: Last = "3 s",
     to: Picture = None,
 ) -> None:
-    """Reaction of every joint: mean, r.m.s., peak, orders, polar plots; and the forces in the rods of a yoke."""
+    """Reaction of every joint: mean, r.m.s., peak, orders, polar plots; and the forces in the rods of a
+    yoke.
+    """
     from nutamill.analysis.load_paths import load_paths, loads_lines
     from nutamill.analysis.rods import rods_lines, yoke_rods
     from nutamill.analysis.source import open_mill_result
@@ -195,7 +233,10 @@ def mounts(
     last: Last = "3 s",
     ring: Annotated[
         tuple[str, str] | None,
-        typer.Option(metavar="RADIUS DEPTH", help='The chamber\'s widest edge, for its clearance: --ring "90 mm" "480 mm".'),
+        typer.Option(
+            metavar="RADIUS DEPTH",
+            help='The chamber\'s widest edge, for its clearance: --ring "90 mm" "480 mm".',
+        ),
     ] = None,
     opening: Annotated[str, typer.Option(help="Radius of the opening around it.")] = "100 mm",
     fixed_to: Annotated[str, typer.Option(help='Where the opening is: "frame" or "ground".')] = "frame",
@@ -211,7 +252,13 @@ def mounts(
         picture = _place(to, _picture_name(file, "mounts", last), file.parent)
         lines = mounts_lines(result, last)
         if lengths:
-            lines.append(clearance_line(chamber_clearance(result, tuple(lengths), quantity("--opening", opening, "length"), fixed_to)))
+            lines.append(
+                clearance_line(
+                    chamber_clearance(
+                        result, tuple(lengths), quantity("--opening", opening, "length"), fixed_to
+                    )
+                )
+            )
         _answer(lines, draw_floor(result, last), picture)
 
 
@@ -219,8 +266,13 @@ def mounts(
 @told
 def life(
     file: ResultFile,
-    ratings: Annotated[Path, typer.Argument(metavar="RATINGS.toml", help="Bearings and sections with their catalogue data.")],
-    bearing: Annotated[list[str] | None, typer.Option(help="Joints whose bearings are asked for; all that are rated if left out.")] = None,
+    ratings: Annotated[
+        Path, typer.Argument(metavar="RATINGS.toml", help="Bearings and sections with their catalogue data.")
+    ],
+    bearing: Annotated[
+        list[str] | None,
+        typer.Option(help="Joints whose bearings are asked for; all that are rated if left out."),
+    ] = None,
     last: Last = "3 s",
     to: Picture = None,
 ) -> None:

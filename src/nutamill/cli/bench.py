@@ -64,13 +64,24 @@ def mechanism_step(model: Model, state: State) -> float:
     times = []
     for _ in range(REPEATS):
         begun = wall.perf_counter()
-        march_mechanism(model.mechanism, apart, model.mechanism_scratch, model.sensors, model.plan, coupling_state(1), windows, rows)
+        march_mechanism(
+            model.mechanism,
+            apart,
+            model.mechanism_scratch,
+            model.sensors,
+            model.plan,
+            coupling_state(1),
+            windows,
+            rows,
+        )
         times.append((wall.perf_counter() - begun) / windows)
     return statistics.median(times)
 
 
 def statistics_cost(model: Model, state: State) -> tuple[Model, float]:
-    """Share of the time that the charge's statistics take on one thread [1], median of neighbouring pieces; after the model."""
+    """Share of the time that the charge's statistics take on one thread [1], median of neighbouring pieces;
+    after the model.
+    """
     ratios = []
     model = on_threads(model, 1)
     for _ in range(REPEATS):
@@ -113,19 +124,29 @@ def measure() -> Iterator[str]:
         for count in counts:
             model, seconds = piece(on_threads(model, count), state)
             times[count].append(seconds)
-    yield f"developed flow at 700 rpm, {particles} pellets, {state.first_row.size} columns, substep {model.clock.substep * 1e6:.2f} us:"
+    yield (
+        f"developed flow at 700 rpm, {particles} pellets, {state.first_row.size} columns, substep "
+        f"{model.clock.substep * 1e6:.2f} us:"
+    )
     for count in counts:
         whole = statistics.median(times[count])
         share = mechanism * ROWS * model.plan.windows_per_row / whole
         ns = 1e9 * whole * (1 - share) / substeps / particles
         yield (
             f"  {count} thread{'s' if count > 1 else ' '}  {ns:5.1f} ns per particle and substep (charge),"
-            f" mechanism {100 * share:.1f} % of the time; scatter {100 * (max(times[count]) - min(times[count])) / whole:.0f} %"
+            f" mechanism {100 * share:.1f} % of the time; scatter "
+            f"{100 * (max(times[count]) - min(times[count])) / whole:.0f} %"
         )
     yield f"  mechanism step {1e6 * mechanism:.1f} us"
     model, cost = statistics_cost(model, state)
-    yield f"  statistics of the charge, {round(model.case.run.series_rate)} samples a second: {100 * cost:.0f} % on top"
+    yield (
+        f"  statistics of the charge, {round(model.case.run.series_rate)} samples a second: "
+        f"{100 * cost:.0f} % on top"
+    )
     yield f"nutamill --help {process_time('-m', 'nutamill', '--help'):.2f} s"
-    yield f"second start to the first row {process_time('-c', 'from nutamill.cli.bench import first_step; first_step()'):.2f} s"
+    yield (
+        "second start to the first row "
+        f"{process_time('-c', 'from nutamill.cli.bench import first_step; first_step()'):.2f} s"
+    )
     peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     yield f"peak memory {peak / 1024:.0f} MB"

@@ -16,11 +16,19 @@ def sweep(
     changes: Annotated[
         list[str] | None,
         typer.Option(
-            "--set", "-s", metavar="KEY=VALUES", help='Swept, or one value: -s drive.speed="100..700 rpm step 60 rpm" -s chamber.ribs=0,12.'
+            "--set",
+            "-s",
+            metavar="KEY=VALUES",
+            help='Swept, or one value: -s drive.speed="100..700 rpm step 60 rpm" -s chamber.ribs=0,12.',
         ),
     ] = None,
-    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
-    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json)."),
+    ] = None,
     to: Annotated[Path | None, typer.Option(help="Folder for results and table; else sweeps/<case>.")] = None,
     quick: Quick = False,
 ) -> None:
@@ -34,9 +42,16 @@ def sweep(
 @app.command()
 @told
 def fit(
-    file: Annotated[Path, typer.Argument(metavar="FIT.toml", help="The fit file: case, free keys, measured values.")],
-    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
-    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    file: Annotated[
+        Path, typer.Argument(metavar="FIT.toml", help="The fit file: case, free keys, measured values.")
+    ],
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json)."),
+    ] = None,
     to: Annotated[Path | None, typer.Option(help="Folder for results; else fits/<file>.")] = None,
 ) -> None:
     """Identify keys of a case from measured values, with their uncertainty and correlation."""
@@ -49,7 +64,11 @@ def fit(
 @told
 def mount_test(
     file: Annotated[
-        Path, typer.Argument(metavar="TEST.csv", help=r"Columns time \[s], displacement \[mm], force \[N], in any order and units.")
+        Path,
+        typer.Argument(
+            metavar="TEST.csv",
+            help=r"Columns time \[s], displacement \[mm], force \[N], in any order and units.",
+        ),
     ],
     to: Annotated[Path | None, typer.Option(help="Picture; else beside the file.")] = None,
 ) -> None:
@@ -67,15 +86,32 @@ def mount_test(
 @app.command()
 @told
 def validate(
-    paper: Annotated[str, typer.Argument(metavar="PAPER", help="saimm2025, mca2026, or a file of the same form.")],
+    paper: Annotated[
+        str, typer.Argument(metavar="PAPER", help="saimm2025, mca2026, or a file of the same form.")
+    ],
     quick: Annotated[bool, typer.Option("--quick", help="Start the few decisive runs only.")] = False,
-    only: Annotated[list[str] | None, typer.Option("--only", metavar="NAME", help="A row, a configuration or a run; repeatable.")] = None,
-    results: Annotated[Path | None, typer.Option(help="Folder of the results; else results/validation/<paper>.")] = None,
-    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")] = None,
-    cluster: Annotated[str | None, typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json).")] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option("--only", metavar="NAME", help="A row, a configuration or a run; repeatable."),
+    ] = None,
+    results: Annotated[
+        Path | None, typer.Option(help="Folder of the results; else results/validation/<paper>.")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json)."),
+    ] = None,
     stored: Annotated[bool, typer.Option("--stored", help="Start no run: evaluate what is there.")] = False,
     short: Annotated[
-        Path | None, typer.Option("--markdown", metavar="FILE", help="Write the short table there, between its marks if it has them.")
+        Path | None,
+        typer.Option(
+            "--markdown",
+            metavar="FILE",
+            help="Write the short table there, between its marks if it has them.",
+        ),
     ] = None,
 ) -> None:
     """Compare a published paper with runs of all its configurations, row by row."""

@@ -14,10 +14,18 @@ if TYPE_CHECKING:
     from nutamill.case import Case
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
-CaseName = Annotated[str, typer.Argument(metavar="CASE", help="A case file, or a published mill such as numill.")]
-Overrides = Annotated[list[str] | None, typer.Option("--set", "-s", metavar="KEY=VALUE", help='Change one key: -s drive.speed="500 rpm".')]
+CaseName = Annotated[
+    str, typer.Argument(metavar="CASE", help="A case file, or a published mill such as numill.")
+]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", "-s", metavar="KEY=VALUE", help='Change one key: -s drive.speed="500 rpm".'),
+]
 ResultFile = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="A result file.")]
-Quick = Annotated[bool, typer.Option("--quick", help="Demonstration: rigid mounts, short ramp, a few turns, softer contacts.")]
+Quick = Annotated[
+    bool,
+    typer.Option("--quick", help="Demonstration: rigid mounts, short ramp, a few turns, softer contacts."),
+]
 
 
 def told(command: Callable[..., None]) -> Callable[..., None]:
@@ -44,7 +52,11 @@ def _version(asked: bool) -> None:
 
 
 @app.callback()
-def main(version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False) -> None:
+def main(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
     """Simulate nutating mills: the machine and the charge inside it, coupled."""
 
 
@@ -71,5 +83,7 @@ def load_mill(name: str, overrides: list[str] | None) -> "Case":
 
     loaded = load(name, overrides)
     if isinstance(loaded, MechanismCase):
-        raise CaseError(Fault(name, "must be a mill, it lists the parts of a mechanism", "Ask nutamill check, or run it"))
+        raise CaseError(
+            Fault(name, "must be a mill, it lists the parts of a mechanism", "Ask nutamill check, or run it")
+        )
     return loaded

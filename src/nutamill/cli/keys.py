@@ -1,4 +1,6 @@
-"""Single keys of a terminal, while a run draws its screen; each becomes the signal that asks the same of the run."""
+"""Single keys of a terminal, while a run draws its screen; each becomes the signal that asks the same of the
+run.
+"""
 
 import contextlib
 import os
@@ -10,14 +12,18 @@ from nutamill.simulation.signals import checkpoint_signal
 
 
 def key_signals() -> dict[str, signal.Signals]:
-    """The signal of each key: ``q`` stops, ``c`` saves a checkpoint where the system has a signal for that."""
+    """The signal of each key: ``q`` stops, ``c`` saves a checkpoint where the system has a signal for
+    that.
+    """
     asks = checkpoint_signal()
     return {"q": signal.SIGINT} | ({} if asks is None else {"c": asks})
 
 
 @contextlib.contextmanager
 def single_keys() -> Iterator[bool]:
-    """Deliver keys at once and unseen; yields whether that is possible (a terminal, on a system with termios)."""
+    """Deliver keys at once and unseen; yields whether that is possible (a terminal, on a system with
+    termios).
+    """
     try:
         import termios
         import tty

@@ -29,9 +29,13 @@ def import_measured(
 @told
 def compare(
     run: ResultFile,
-    measured: Annotated[Path, typer.Argument(metavar="MEASURED.h5", help="What `nutamill import` has written.")],
+    measured: Annotated[
+        Path, typer.Argument(metavar="MEASURED.h5", help="What `nutamill import` has written.")
+    ],
     last: Annotated[str, typer.Option(help="Length of the window at the end.")] = "3 s",
-    cut: Annotated[str | None, typer.Option("--filter", help='Low-pass filter for both, e.g. "200 Hz".')] = None,
+    cut: Annotated[
+        str | None, typer.Option("--filter", help='Low-pass filter for both, e.g. "200 Hz".')
+    ] = None,
     picture: Annotated[Path | None, typer.Option(help="The overlay; else beside the run.")] = None,
 ) -> None:
     """Lay measured data over a run: steady values with errors, and a figure."""
@@ -42,7 +46,10 @@ def compare(
     from nutamill.view.figures.measured import draw_comparison
     from nutamill.view.figures.saving import save_figure
 
-    window, edge = quantity("--last", last, Kind.TIME), None if cut is None else quantity("--filter", cut, Kind.FREQUENCY)
+    window, edge = (
+        quantity("--last", last, Kind.TIME),
+        None if cut is None else quantity("--filter", cut, Kind.FREQUENCY),
+    )
     if str(measured) in paper_names():
         what = "must be a file that nutamill import has written, got the name of a paper"
         raise CaseError(Fault(str(measured), what, f"It is for: nutamill validate {measured}"))

@@ -9,7 +9,9 @@ from nutamill.base.files import is_folder
 from nutamill.cli.common import ResultFile, app, told
 
 Camera = Annotated[str, typer.Option(help="front, inside (riding on the chamber) or axis (down the shaft).")]
-ColourBy = Annotated[str, typer.Option("--colour", help="What colours the charge: speed, height, force or material.")]
+ColourBy = Annotated[
+    str, typer.Option("--colour", help="What colours the charge: speed, height, force or material.")
+]
 
 
 @app.command()
@@ -17,7 +19,10 @@ ColourBy = Annotated[str, typer.Option("--colour", help="What colours the charge
 def plot(
     file: ResultFile,
     what: Annotated[
-        list[str], typer.Argument(help="run, power, impacts, wall, flow, orbit; history:SERIES,..., spectrum:SERIES, orders:SERIES.")
+        list[str],
+        typer.Argument(
+            help="run, power, impacts, wall, flow, orbit; history:SERIES,..., spectrum:SERIES, orders:SERIES."
+        ),
     ],
     to: Annotated[Path | None, typer.Option(help="Folder of the pictures; else that of the result.")] = None,
 ) -> None:
@@ -32,7 +37,10 @@ def plot(
 @app.command()
 @told
 def picture(
-    file: ResultFile, png: Annotated[Path, typer.Argument(help="The picture.")], camera: Camera = "front", colour: ColourBy = "speed"
+    file: ResultFile,
+    png: Annotated[Path, typer.Argument(help="The picture.")],
+    camera: Camera = "front",
+    colour: ColourBy = "speed",
 ) -> None:
     """Draw the last snapshot in three dimensions; needs the extra "view"."""
     from nutamill.result import open_result
@@ -56,7 +64,9 @@ def movie(
     from nutamill.view.scene import film_scene
 
     with open_result(file) as result:
-        typer.echo(film_scene(result, mp4, camera, colour, slow, tell=lambda text: typer.echo(text, err=True)))
+        typer.echo(
+            film_scene(result, mp4, camera, colour, slow, tell=lambda text: typer.echo(text, err=True))
+        )
 
 
 @app.command()
@@ -66,7 +76,9 @@ def view(
     html: Annotated[Path | None, typer.Option(help="The page to write; else beside the result.")] = None,
     frames: Annotated[int, typer.Option(min=1, help="Most moments to show.")] = 200,
 ) -> None:
-    """Write one HTML file in which the mill turns and the charge moves; it opens in any browser, without a network."""
+    """Write one HTML file in which the mill turns and the charge moves; it opens in any browser, without a
+    network.
+    """
     from nutamill.result import open_result
     from nutamill.view.webview import write_view
 
@@ -77,7 +89,10 @@ def view(
 
 @app.command()
 @told
-def export(file: ResultFile, vtkhdf: Annotated[Path, typer.Option(help="File for ParaView: charge and machine over time.")]) -> None:
+def export(
+    file: ResultFile,
+    vtkhdf: Annotated[Path, typer.Option(help="File for ParaView: charge and machine over time.")],
+) -> None:
     """Write the snapshots of a result for another program."""
     from nutamill.result import open_result
     from nutamill.view.vtkhdf import write_vtkhdf
@@ -90,13 +105,24 @@ def export(file: ResultFile, vtkhdf: Annotated[Path, typer.Option(help="File for
 @told
 def report(
     files: Annotated[
-        list[Path], typer.Argument(metavar="RESULT.h5 ...|FOLDER", help="Results, or the folder of a sweep or of a comparison.")
+        list[Path],
+        typer.Argument(
+            metavar="RESULT.h5 ...|FOLDER", help="Results, or the folder of a sweep or of a comparison."
+        ),
     ],
-    to: Annotated[Path | None, typer.Option(help="The page; else beside the first result, or in the folder.")] = None,
+    to: Annotated[
+        Path | None, typer.Option(help="The page; else beside the first result, or in the folder.")
+    ] = None,
 ) -> None:
-    """Write one HTML page: case, steady values, where the power goes, figures, the moving charge, provenance; or a campaign's tables."""
+    """Write one HTML page: case, steady values, where the power goes, figures, the moving charge, provenance;
+    or a campaign's tables.
+    """
     from nutamill.view.report import write_report
 
-    beside = files[0] / "report.html" if is_folder(files[0]) else files[0].with_name(f"{files[0].stem}-report.html")
+    beside = (
+        files[0] / "report.html"
+        if is_folder(files[0])
+        else files[0].with_name(f"{files[0].stem}-report.html")
+    )
     page = write_report(files, to or beside)
     typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB")

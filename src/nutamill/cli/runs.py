@@ -42,7 +42,10 @@ def new(
 def check(
     case: CaseName,
     overrides: Overrides = None,
-    dialects: Annotated[bool, typer.Option("--dialects", help="Also the contacts as Rocky, PFC, LAMMPS and LIGGGHTS take them.")] = False,
+    dialects: Annotated[
+        bool,
+        typer.Option("--dialects", help="Also the contacts as Rocky, PFC, LAMMPS and LIGGGHTS take them."),
+    ] = False,
 ) -> None:
     """Say everything that can be known before a run."""
     loaded = load(case, overrides)
@@ -70,7 +73,10 @@ def run(
     to: Annotated[Path | None, typer.Option(help="Result file; else results/<case>-<hash>.h5.")] = None,
     quick: Quick = False,
     threads: Threads = None,
-    again: Annotated[bool, typer.Option("--again", help="Run it anew; an earlier result stays until the new run has ended.")] = False,
+    again: Annotated[
+        bool,
+        typer.Option("--again", help="Run it anew; an earlier result stays until the new run has ended."),
+    ] = False,
 ) -> None:
     """Run a case to a result file; if it is complete already, show it."""
     with stop_at_once():
@@ -79,7 +85,13 @@ def run(
 
 def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, again: bool) -> None:
     if (quick or threads is not None) and not hasattr(loaded, "charge"):
-        raise CaseError(Fault("--quick" if quick else "--threads", "is for mills with a charge, this is a mechanism", "Leave it out"))
+        raise CaseError(
+            Fault(
+                "--quick" if quick else "--threads",
+                "is for mills with a charge, this is a mechanism",
+                "Leave it out",
+            )
+        )
     if quick:
         from nutamill.simulation.setup.quick import banner
         from nutamill.simulation.setup.quick import quick as quickened
@@ -104,19 +116,31 @@ def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, agai
 @app.command()
 @told
 def resume(
-    file: Annotated[Path, typer.Argument(metavar="RESULT.h5", help="The result of a run that was interrupted or is to go on.")],
-    until: Annotated[str | None, typer.Option(help='New end, e.g. "20 s"; with run.until = "steady" the new longest time.')] = None,
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="RESULT.h5", help="The result of a run that was interrupted or is to go on."),
+    ],
+    until: Annotated[
+        str | None, typer.Option(help='New end, e.g. "20 s"; with run.until = "steady" the new longest time.')
+    ] = None,
 ) -> None:
     """Continue a run from its last checkpoint."""
     with stop_at_once():
         from nutamill.simulation import march
 
-        _watched(file.stem, file, lambda screen: march.resume(file, until=until, progress=screen, tell=screen.message))
+        _watched(
+            file.stem,
+            file,
+            lambda screen: march.resume(file, until=until, progress=screen, tell=screen.message),
+        )
 
 
 @app.command()
 @told
-def show(case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A case or a result.")], overrides: Overrides = None) -> None:
+def show(
+    case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A case or a result.")],
+    overrides: Overrides = None,
+) -> None:
     """Print a case with every default written out, or the summary of a result."""
     if Path(case).suffix in (".h5", ".hdf5"):
         from nutamill.result import open_result
@@ -135,7 +159,11 @@ def fields() -> None:
     from nutamill.result.fields import PART_SERIES, SERIES, SNAPSHOT
 
     width = max(len(field.name) for field in (*SERIES, *PART_SERIES, *SNAPSHOT))
-    for heading, known in (("series", SERIES), ("series of a mechanism's parts", PART_SERIES), ("snapshots", SNAPSHOT)):
+    for heading, known in (
+        ("series", SERIES),
+        ("series of a mechanism's parts", PART_SERIES),
+        ("snapshots", SNAPSHOT),
+    ):
         typer.echo(heading)
         for field in known:
             typer.echo(f"  {field.name:{width}}  {field.unit:8}  {field.meaning}")

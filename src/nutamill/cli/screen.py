@@ -1,4 +1,6 @@
-"""What a run shows while it runs: a live table on a terminal, one line every ten seconds in a log, nothing if quiet."""
+"""What a run shows while it runs: a live table on a terminal, one line every ten seconds in a log, nothing if
+quiet.
+"""
 
 import math
 import sys
@@ -29,8 +31,11 @@ ANSWERS = {"q": "stopping; the run is saved after this step", "c": "a checkpoint
 """What the screen says when such a key was pressed."""
 SPINNER = "dots"
 """Form of the moving sign that the program is at work."""
+
+
 class Screen:
-    """Shows `Progress`; a context manager, called with each new one: ``with Screen("numill") as show: show(progress)``.
+    """Shows `Progress`; a context manager, called with each new one:
+    ``with Screen("numill") as show: show(progress)``.
 
     Parameters
     ----------
@@ -63,7 +68,9 @@ class Screen:
             print(self._title, flush=True)
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
         with suppress(OSError):  # a terminal that is gone
             self._open.close()
 
@@ -129,9 +136,13 @@ def line(progress: Progress) -> str:
         return f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  the charge comes to rest"
     if not _of_mill(progress):
         left = duration(progress.time_left)
-        return f"{progress.phase:6} t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}  left {left}"
+        return (
+            f"{progress.phase:6} t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}  "
+            f"left {left}"
+        )
     return (
-        f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}"
+        f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  t = {progress.time:.3f} of "
+        f"{progress.end_time:g} s  {_rate(progress)}"
         f"  left {duration(progress.time_left)}  crank-pin force {_number(progress.crank_pin_force, '.0f')} N"
         f"  shaft torque {_number(progress.shaft_torque, '.2f')} N m{_means(progress)}  {_overlaps(progress)}"
         f"  ledger {_percent(progress.ledger_residual, '.3f')} %"
@@ -162,36 +173,65 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
         style = "bold" if k == present else "" if k < present else "dim"
         share = f"{100.0 * fraction:3.0f} %" if known else "done"
         sign = Spinner(SPINNER) if k == present else ""
-        bars.add_row(phase, ProgressBar(total=1.0, completed=fraction, width=32), share, time, left, sign, style=style)
+        bars.add_row(
+            phase, ProgressBar(total=1.0, completed=fraction, width=32), share, time, left, sign, style=style
+        )
 
     heard = "   ".join(f"{key} {does}" for key, does in offers(progress).items()) if keys else None
     readings = Table.grid(padding=(0, 2))
     readings.add_column(min_width=16)
     if not _of_mill(progress):
-        times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {_number(1e6 * progress.dt, '.2f')} µs"
-        return Panel(Group(bars, "", times), title=named, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1))
+        times = (
+            f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = "
+            f"{_number(1e6 * progress.dt, '.2f')} µs"
+        )
+        return Panel(
+            Group(bars, "", times), title=named, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1)
+        )
     for _ in range(3):
         readings.add_column(justify="right", min_width=8)
     readings.add_row("", "now", "mean", "±95 %", "", style="dim")
     means = ((progress.crank_pin_force, progress.mean_force, progress.mean_force_half_width, ".0f", ".1f"),)
     means += ((progress.shaft_torque, progress.mean_torque, progress.mean_torque_half_width, ".2f", ".2f"),)
-    for name, unit, (now, mean, width, form, fine) in zip(("crank-pin force", "shaft torque"), ("N", "N m"), means, strict=True):
+    for name, unit, (now, mean, width, form, fine) in zip(
+        ("crank-pin force", "shaft torque"), ("N", "N m"), means, strict=True
+    ):
         readings.add_row(name, _number(now, form), _number(mean, fine), _number(width, fine), unit)
-    readings.add_row("largest overlap", _percent(progress.largest_wall_overlap, ".1f"), "", "", "% of d, wall")
+    readings.add_row(
+        "largest overlap", _percent(progress.largest_wall_overlap, ".1f"), "", "", "% of d, wall"
+    )
     readings.add_row("", _percent(progress.largest_pair_overlap, ".1f"), "", "", "% of d, pellets")
-    readings.add_row("energy ledger", _percent(progress.ledger_residual, ".3f"), "", "", "% not accounted for")
+    readings.add_row(
+        "energy ledger", _percent(progress.ledger_residual, ".3f"), "", "", "% not accounted for"
+    )
 
-    times = f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = {_number(1e6 * progress.dt, '.2f')} µs"
+    times = (
+        f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = "
+        f"{_number(1e6 * progress.dt, '.2f')} µs"
+    )
     work = (
         f"{progress.contacts} contacts   {_number(progress.nanoseconds, '.0f')} ns per particle and step   "
         f"file {progress.file_size / 1e6:.1f} MB"
     )
-    return Panel(Group(bars, "", readings, "", times, work), title=named, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1))
+    return Panel(
+        Group(bars, "", readings, "", times, work),
+        title=named,
+        subtitle=heard,
+        box=box.ROUNDED,
+        expand=False,
+        padding=(0, 1),
+    )
 
 
 def _of_mill(progress: Progress) -> bool:
-    """Whether what marches is a mill, which has a crank pin, or still settles a charge; any other mechanism has not."""
-    return progress.phase == PHASES[0] or math.isfinite(progress.crank_pin_force) or math.isfinite(progress.shaft_torque)
+    """Whether what marches is a mill, which has a crank pin, or still settles a charge; any other mechanism
+    has not.
+    """
+    return (
+        progress.phase == PHASES[0]
+        or math.isfinite(progress.crank_pin_force)
+        or math.isfinite(progress.shaft_torque)
+    )
 
 
 def _number(value: float, form: str) -> str:
@@ -217,4 +257,7 @@ def _means(progress: Progress) -> str:
 
 
 def _overlaps(progress: Progress) -> str:
-    return f"overlap {_percent(progress.largest_wall_overlap, '.1f')} % wall, {_percent(progress.largest_pair_overlap, '.1f')} % pellets"
+    return (
+        f"overlap {_percent(progress.largest_wall_overlap, '.1f')} % wall, "
+        f"{_percent(progress.largest_pair_overlap, '.1f')} % pellets"
+    )

@@ -1,1 +1,3 @@
-"""What a designer asks of a case: modes, run-up, balance, isolation.  Each answer runs the mechanism of the empty mill."""
+"""What a designer asks of a case: modes, run-up, balance, isolation.  Each answer runs the mechanism of the
+empty mill.
+"""

@@ -1,4 +1,6 @@
-"""Balancing: the masses on the driveshaft that make the machine shake least, by influence coefficients of the engine itself."""
+"""Balancing: the masses on the driveshaft that make the machine shake least, by influence coefficients of the
+engine itself.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,10 +17,14 @@ from nutamill.design.isolation import shaking_unbalance
 from nutamill.simulation.setup.mill import mill_mechanism
 
 TRIAL = 0.2
-"""Share of the shaking unbalance that a trial mass has [1]; the mill answers linearly within a per cent or so."""
+"""Share of the shaking unbalance that a trial mass has [1]; the mill answers linearly within a per cent or
+so.
+"""
 
 TRIMS = 1
-"""Corrections with the same influence coefficients after the first one [1]: the weights themselves change what they act on."""
+"""Corrections with the same influence coefficients after the first one [1]: the weights themselves change
+what they act on.
+"""
 
 GRADE = 16.0
 """Balance quality grade of crushing machines, G 16 [mm/s], ISO 21940-11:2016."""
@@ -45,8 +51,8 @@ class Balancing(NamedTuple):
     weights: tuple[Weight, ...]
     """Masses that shake least, one for each plane."""
     before: float
-    """Root mean square of the amplitudes once per turn over all readings without balance mass: travel of the mounts [m], or force of
-    each corner on the floor [N] on rigid mounts."""
+    """Root mean square of the amplitudes once per turn over all readings without balance mass: travel of the
+    mounts [m], or force of each corner on the floor [N] on rigid mounts."""
     after: float
     """The same with the weights, run again."""
     unbalance: complex
@@ -63,19 +69,22 @@ class Balancing(NamedTuple):
 
 
 def permissible_unbalance(grade: float, speed: float, mass: float) -> float:
-    """Permissible residual unbalance [kg m] of a rotor of `mass` [kg] at `speed` [rad/s] for a `grade` [mm/s]: ``G m / speed``.
+    """Permissible residual unbalance [kg m] of a rotor of `mass` [kg] at `speed` [rad/s] for a `grade`
+    [mm/s]: ``G m / speed``.
 
     Source: ISO 21940-11:2016, equation for ``U_per`` from the balance quality grade.
     """
     return 1e-3 * grade * mass / speed
 
 
-def balance_mill(case: Case, planes: Sequence[tuple[float, float]], speed: float | None = None, charge: bool = False) -> Balancing:
+def balance_mill(
+    case: Case, planes: Sequence[tuple[float, float]], speed: float | None = None, charge: bool = False
+) -> Balancing:
     """Balance masses that minimise the vibration of the frame at a speed, in one plane or two.
 
-    The mill runs without weights, then with a trial mass in each plane; as the vibration is linear in the unbalances, the best
-    ones follow by least squares over the travel of all mounts (on rigid mounts: over the force of each corner on the floor).
-    The mill is then run with them.
+    The mill runs without weights, then with a trial mass in each plane; as the vibration is linear in the
+    unbalances, the best ones follow by least squares over the travel of all mounts (on rigid mounts: over the
+    force of each corner on the floor). The mill is then run with them.
 
     Parameters
     ----------
@@ -120,10 +129,14 @@ def weighted(case: Case, weights: Sequence[Weight]) -> Case:
 
 
 def readings(case: Case, speed: float, charge: bool) -> np.ndarray:
-    """Complex amplitudes once per turn of what balancing is to make small: travel of the mounts [m], or force of each corner [N]."""
+    """Complex amplitudes once per turn of what balancing is to make small: travel of the mounts [m], or force
+    of each corner [N].
+    """
     series = steady_series(case, speed, charge)
     if case.mechanism.mounting == "flexible":
-        travel = np.hstack([vector(series, f"mount_{number}_travel") for number in range(1, case.mounts.count + 1)])
+        travel = np.hstack(
+            [vector(series, f"mount_{number}_travel") for number in range(1, case.mounts.count + 1)]
+        )
         return once_per_turn(series["crank_angle"], travel)
     # the fixing's force and moment as vertical forces of four corners and shares of the horizontal ones
     force = once_per_turn(series["crank_angle"], vector(series, "frame_fix_reaction_force"))
@@ -139,15 +152,26 @@ def balance_lines(found: Balancing, case: Case, grade: float = GRADE) -> list[st
     rows = [f"balancing at {rpm(found.speed):.4g} rpm: unbalance {1e3 * abs(found.unbalance):.4g} kg mm"]
     rows.append(f"{'mass (kg)':>10} {'radius (mm)':>12} {'depth (mm)':>11} {'azimuth':>9}")
     for weight in found.weights:
-        rows.append(f"{weight.mass:10.4f} {1e3 * weight.radius:12.4g} {1e3 * weight.depth:11.4g} {np.degrees(weight.azimuth):7.2f} °")
+        rows.append(
+            f"{weight.mass:10.4f} {1e3 * weight.radius:12.4g} {1e3 * weight.depth:11.4g} "
+            f"{np.degrees(weight.azimuth):7.2f} °"
+        )
     ratio = 100.0 * found.after / found.before
     rows.append(
-        f"{what} once per turn, r.m.s.: {factor * found.before:.4g} {unit} before, {factor * found.after:.4g} {unit} after ({ratio:.3g} %)"
+        f"{what} once per turn, r.m.s.: {factor * found.before:.4g} {unit} before, "
+        f"{factor * found.after:.4g} {unit} after ({ratio:.3g} %)"
     )
     allowed = permissible_unbalance(grade, found.speed, found.turning_mass)
-    left = f"residual unbalance {1e3 * abs(found.residual):.4g} kg mm of {found.turning_mass:.4g} kg: G {found.grade:.3g}"
+    left = (
+        f"residual unbalance {1e3 * abs(found.residual):.4g} kg mm of {found.turning_mass:.4g} kg: G "
+        f"{found.grade:.3g}"
+    )
     rows.append(f"{left}; G {grade:g} allows {1e3 * allowed:.4g} kg mm")
-    keys = [f'balance.{"second." if k else ""}{name}="{value}"' for k, weight in enumerate(found.weights) for name, value in _texts(weight)]
+    keys = [
+        f'balance.{"second." if k else ""}{name}="{value}"'
+        for k, weight in enumerate(found.weights)
+        for name, value in _texts(weight)
+    ]
     rows.append("in a case: " + " ".join(f"-s {key}" for key in keys))
     return rows
 
@@ -168,8 +192,16 @@ def _weight(unbalance: complex, plane: tuple[float, float]) -> Weight:
 def _check(planes: Sequence[tuple[float, float]]) -> None:
     """Refuse planes that make no sense."""
     if not 1 <= len(planes) <= 2:
-        raise CaseError(Fault("--plane", f"must be one or two, got {len(planes)}", 'Write e.g. --plane "80 mm" "420 mm"'))
+        raise CaseError(
+            Fault("--plane", f"must be one or two, got {len(planes)}", 'Write e.g. --plane "80 mm" "420 mm"')
+        )
     if min(min(plane) for plane in planes) <= 0.0:
         raise CaseError(Fault("--plane", f"radius and depth must be positive, got {planes} m"))
     if len(planes) == 2 and abs(planes[0][1] - planes[1][1]) < 1e-3:
-        raise CaseError(Fault("--plane", "two planes must lie at different depths, got one depth twice", "Give one plane, or move one"))
+        raise CaseError(
+            Fault(
+                "--plane",
+                "two planes must lie at different depths, got one depth twice",
+                "Give one plane, or move one",
+            )
+        )

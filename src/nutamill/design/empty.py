@@ -10,7 +10,9 @@ from nutamill.simulation.setup.particles import with_charge_mass
 RAMP_TIME, TAKEN = 0.5, 1.0
 """Time to reach a speed, and the end of a steady run from which readings are taken [s]."""
 SETTLE_TIME = {"flexible": 5.0, "rigid": 1.2}
-"""Time to let vibrations die out at speed, by the mounting [s]: on rigid mounts only the drive train vibrates."""
+"""Time to let vibrations die out at speed, by the mounting [s]: on rigid mounts only the drive train
+vibrates.
+"""
 
 
 def empty_series(case: Case, charge: bool = False) -> dict[str, np.ndarray]:
@@ -35,8 +37,14 @@ def empty_series(case: Case, charge: bool = False) -> dict[str, np.ndarray]:
 
 
 def steady_series(case: Case, speed: float, charge: bool = False) -> dict[str, np.ndarray]:
-    """The last whole turns, about `TAKEN` seconds, of the empty mill at a steady `speed` [rad/s], series by name."""
-    settled = case.with_(drive__speed=speed, drive__ramp=speed / RAMP_TIME, run__until=RAMP_TIME + SETTLE_TIME[case.mechanism.mounting])
+    """The last whole turns, about `TAKEN` seconds, of the empty mill at a steady `speed` [rad/s], series by
+    name.
+    """
+    settled = case.with_(
+        drive__speed=speed,
+        drive__ramp=speed / RAMP_TIME,
+        run__until=RAMP_TIME + SETTLE_TIME[case.mechanism.mounting],
+    )
     series = empty_series(settled, charge)
     angle = series["crank_angle"]
     turns = max(1, int(TAKEN * speed / (2.0 * np.pi)))

@@ -24,7 +24,8 @@ LINES = {1.0: "-", 2.0: (0, (5, 2))}
 
 
 def draw_modes(lines: list[Stick], found: MachineModes) -> Figure:
-    """Shapes of the modes: the machine at rest in grey, displaced in blue, paths of its corners in orange; seen from above and aside.
+    """Shapes of the modes: the machine at rest in grey, displaced in blue, paths of its corners in orange;
+    seen from above and aside.
 
     Parameters
     ----------
@@ -54,15 +55,23 @@ def draw_modes(lines: list[Stick], found: MachineModes) -> Figure:
                 for corner in ends:
                     path = line.points[corner] + scale * (move[corner] * turn).real
                     axes.plot(*(path @ look).T, color=ORBIT, linewidth=0.7)
-            title = f"{found.frequency[k]:.2f} Hz, {round(100 * found.damping_ratio[k], 1) + 0.0:.1f} %\n{found.label(k)}"
+            title = (
+                f"{found.frequency[k]:.2f} Hz, {round(100 * found.damping_ratio[k], 1) + 0.0:.1f} "
+                f"%\n{found.label(k)}"
+            )
             axes.set_title(title, loc="center")
     return figure
 
 
 def draw_campbell(found: Campbell) -> Figure:
-    """Campbell diagram: natural frequencies over driveshaft speed, lines of one and two excitations per turn, speeds to avoid."""
+    """Campbell diagram: natural frequencies over driveshaft speed, lines of one and two excitations per turn,
+    speeds to avoid.
+    """
     speeds = rpm(found.speeds)
-    highest = 1.08 * max(found.frequency[found.frequency < 2.2 * found.speeds[-1] / (2 * np.pi)].max(initial=1.0), speeds[-1] / 60.0)
+    highest = 1.08 * max(
+        found.frequency[found.frequency < 2.2 * found.speeds[-1] / (2 * np.pi)].max(initial=1.0),
+        speeds[-1] / 60.0,
+    )
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
         axes = figure.subplots()
@@ -77,8 +86,21 @@ def draw_campbell(found: Campbell) -> Figure:
                 label=found.labels[k],
             )
         for order in ORDERS:
-            axes.plot(speeds, order * speeds / 60.0, color="black", linewidth=0.8, linestyle=LINES[order], label=f"{order:.0f}x speed")
-        axes.plot([rpm(a.speed) for a in found.avoid], [a.frequency for a in found.avoid], "ko", markersize=3, label="speeds to avoid")
+            axes.plot(
+                speeds,
+                order * speeds / 60.0,
+                color="black",
+                linewidth=0.8,
+                linestyle=LINES[order],
+                label=f"{order:.0f}x speed",
+            )
+        axes.plot(
+            [rpm(a.speed) for a in found.avoid],
+            [a.frequency for a in found.avoid],
+            "ko",
+            markersize=3,
+            label="speeds to avoid",
+        )
         axes.set_ylim(0.0, highest)
         axes.set_xlabel("driveshaft speed (rpm)")
         axes.set_ylabel("natural frequency (Hz)")
@@ -119,7 +141,13 @@ def draw_isolation(found: Isolation) -> Figure:
         figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
         axes.plot(rpm(found.speed), found.transmissibility, color=PALETTE[0], label="mill on its mounts")
-        axes.plot(rpm(found.speed), found.single, color=PALETTE[5], linestyle=(0, (5, 2)), label="one mass on a spring")
+        axes.plot(
+            rpm(found.speed),
+            found.single,
+            color=PALETTE[5],
+            linestyle=(0, (5, 2)),
+            label="one mass on a spring",
+        )
         axes.axhline(1.0, color="black", linewidth=0.6)
         axes.set_yscale("log")
         axes.yaxis.set_major_formatter("{x:g}")
@@ -137,12 +165,19 @@ def draw_balancing(found: Balancing, case: Case) -> Figure:
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.0), layout="constrained")
         bars, view = figure.subplots(1, 2)
-        bars.bar(["before", "after"], [factor * found.before, factor * found.after], color=[PALETTE[5], PALETTE[0]], width=0.6)
+        bars.bar(
+            ["before", "after"],
+            [factor * found.before, factor * found.after],
+            color=[PALETTE[5], PALETTE[0]],
+            width=0.6,
+        )
         bars.set_ylabel(f"{'travel' if unit == 'mm' else 'force'}, r.m.s. ({unit})")
         bars.set_title("(a) once per turn", loc="left")
         bars.grid(axis="x", visible=False)
         view.plot([0.0], [0.0], "+", color="black", markersize=6)
-        view.plot([1e3 * case.mechanism.crank_radius], [0.0], "o", color="black", markersize=4, label="crank pin")
+        view.plot(
+            [1e3 * case.mechanism.crank_radius], [0.0], "o", color="black", markersize=4, label="crank pin"
+        )
         for k, weight in enumerate(found.weights):
             place = 1e3 * weight.radius * np.array([math.cos(weight.azimuth), math.sin(weight.azimuth)])
             label = f"{weight.mass:.3g} kg at {1e3 * weight.depth:.0f} mm"
@@ -159,7 +194,9 @@ def draw_balancing(found: Balancing, case: Case) -> Figure:
 
 
 def _looking(azimuth: float, height: float) -> np.ndarray:
-    """Matrix (3, 2) that projects world places on the plane of the picture, for a view from `azimuth` [rad], `height` [rad] above."""
+    """Matrix (3, 2) that projects world places on the plane of the picture, for a view from `azimuth` [rad],
+    `height` [rad] above.
+    """
     right = [-math.sin(azimuth), math.cos(azimuth), 0.0]
     up = [-math.sin(height) * math.cos(azimuth), -math.sin(height) * math.sin(azimuth), math.cos(height)]
     return np.array([right, up]).T

@@ -5,7 +5,9 @@ from typing import NamedTuple
 from nutamill.base.errors import Fault
 
 RUN_MEMORY = 425e6
-"""Largest memory of a run from its start to its pictures, without particles [bytes]: peak of a process of its own."""
+"""Largest memory of a run from its start to its pictures, without particles [bytes]: peak of a process of its
+own.
+"""
 LONG = 24.0 * 3600.0
 """Wall time from which a forecast is a warning [s]."""
 SHARE = 0.5
@@ -34,7 +36,9 @@ class Forecast(NamedTuple):
         return f"{duration(self.wall_time)}, {_size(self.memory)} memory, {_size(self.file_size)} file"
 
     def warnings(self, memory: float | None, disk: float | None) -> list[Fault]:
-        """Return what is too much for a machine with this total memory and this free disk [bytes], if they are known."""
+        """Return what is too much for a machine with this total memory and this free disk [bytes], if they
+        are known.
+        """
         found = []
         if self.wall_time > LONG:
             what = f"the run takes about {duration(self.wall_time)}, more than a day"

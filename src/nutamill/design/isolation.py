@@ -1,4 +1,6 @@
-"""Isolation: which share of the shaking force of the mill its mounts and shaft coupling pass on to the floor, over speed."""
+"""Isolation: which share of the shaking force of the mill its mounts and shaft coupling pass on to the floor,
+over speed.
+"""
 
 from typing import NamedTuple
 
@@ -35,7 +37,8 @@ class Isolation(NamedTuple):
 
 
 def transmissibility(ratio: np.ndarray, damping_ratio: float) -> np.ndarray:
-    """Force transmitted by one mass on spring and damper over the exciting force [1], at `ratio` of frequencies [1].
+    """Force transmitted by one mass on spring and damper over the exciting force [1], at `ratio` of
+    frequencies [1].
 
     Source: Inman, Engineering Vibration, 4th ed., 2014, section 2.4.
     """
@@ -44,7 +47,8 @@ def transmissibility(ratio: np.ndarray, damping_ratio: float) -> np.ndarray:
 
 
 def isolation(case: Case, charge: bool = False) -> Isolation:
-    """Force on the floor of the empty mill on a slow run-up, beside the shaking force of the same mill bolted down.
+    """Force on the floor of the empty mill on a slow run-up, beside the shaking force of the same mill bolted
+    down.
 
     Parameters
     ----------
@@ -55,7 +59,13 @@ def isolation(case: Case, charge: bool = False) -> Isolation:
     CaseError : a mill on rigid mounts
     """
     if case.mechanism.mounting == "rigid":
-        raise CaseError(Fault("mechanism.mounting", "must be flexible: rigid mounts pass everything on", "Set mechanism.mounting=flexible"))
+        raise CaseError(
+            Fault(
+                "mechanism.mounting",
+                "must be flexible: rigid mounts pass everything on",
+                "Set mechanism.mounting=flexible",
+            )
+        )
     full = case.drive.speed
     shaking = shaking_unbalance(case, full, charge)
     series = empty_series(case.with_(drive__ramp=full / SLOW, run__until=SLOW), charge)
@@ -69,7 +79,8 @@ def isolation(case: Case, charge: bool = False) -> Isolation:
 
 
 def shaking_unbalance(case: Case, speed: float, charge: bool = False) -> complex:
-    """Unbalance of the whole mill [kg m]: force on the floor once per turn, bolted down, over speed squared; towards the pin is real.
+    """Unbalance of the whole mill [kg m]: force on the floor once per turn, bolted down, over speed squared;
+    towards the pin is real.
 
     ``F_x = Re(U speed^2 exp(i angle))`` for a mass on the side of the crank pin.
     """
@@ -84,6 +95,9 @@ def isolation_lines(found: Isolation, count: int = 8) -> list[str]:
     rows.append(f"{'rpm':>8} {'floor (N)':>10} {'shaking (N)':>12} {'passed on':>10} {'one mass':>9}")
     for speed in np.linspace(found.speed[0], found.speed[-1], count + 1)[1:]:
         k = int(np.abs(found.speed - speed).argmin())
-        numbers = f"{found.transmitted[k]:10.4g} {found.shaking[k]:12.4g} {found.transmissibility[k]:10.3f} {found.single[k]:9.3f}"
+        numbers = (
+            f"{found.transmitted[k]:10.4g} {found.shaking[k]:12.4g} {found.transmissibility[k]:10.3f} "
+            f"{found.single[k]:9.3f}"
+        )
         rows.append(f"{rpm(found.speed[k]):8.1f} {numbers}")
     return rows

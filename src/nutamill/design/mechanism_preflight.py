@@ -62,10 +62,13 @@ class MechanismSheet:
         shown = [
             f"{case.title or case.name}: ok",
             *(f"  warning: {warning}" for warning in warnings),
-            f"bodies    {len(self.masses)}, {sum(self.masses.values()):.5g} kg in all, mass centre at ({centre}) mm",
+            f"bodies    {len(self.masses)}, {sum(self.masses.values()):.5g} kg in all, mass centre "
+            f"at ({centre}) mm",
             f"          masses in kg: {masses}",
-            f"joints    {len(case.joints)} joints, {len(case.drives)} drives, {self.rows} constraints; loops close within {self.gap:.1e}",
-            f"freedom   {self.freedoms} degree{'s' * (self.freedoms != 1)} of freedom, {self.driven} of them driven",
+            f"joints    {len(case.joints)} joints, {len(case.drives)} drives, {self.rows} "
+            f"constraints; loops close within {self.gap:.1e}",
+            f"freedom   {self.freedoms} degree{'s' * (self.freedoms != 1)} of freedom, {self.driven} "
+            "of them driven",
         ]
         shown += [f"redundant {text}" for text in self.redundant]
         if self.not_unique:
@@ -78,7 +81,10 @@ class MechanismSheet:
         else:
             shown.append(f"modes     none: {self.modes_missing}")
         steps = case.run.until / self.step
-        shown.append(f"time step {1e6 * self.step:.3g} us, {steps:.3g} steps, series every {1e6 / case.run.series_rate:.4g} us")
+        shown.append(
+            f"time step {1e6 * self.step:.3g} us, {steps:.3g} steps, series every "
+            f"{1e6 / case.run.series_rate:.4g} us"
+        )
         shown.append(f"forecast  about {forecast.text}")
         return shown
 
@@ -97,7 +103,8 @@ class MechanismSheet:
 
 
 def mechanism_preflight(case: MechanismCase) -> MechanismSheet:
-    """Find out what can be known about a mechanism without running it; compiles the mechanism's kernels the first time.
+    """Find out what can be known about a mechanism without running it; compiles the mechanism's kernels the
+    first time.
 
     Raises
     ------
@@ -111,7 +118,9 @@ def mechanism_preflight(case: MechanismCase) -> MechanismSheet:
     masses = np.array([body.mass for body in parts.bodies])
     centre = masses @ np.array([body.position for body in parts.bodies]) / masses.sum()
     if start(mechanism, state, scratch) != OK:
-        raise StepError(f"{case.name}: the first accelerations must be finite, they are not. Look at masses and inertias.")
+        raise StepError(
+            f"{case.name}: the first accelerations must be finite, they are not. Look at masses and inertias."
+        )
     gap = float(np.abs(scratch.gap).max(initial=0.0))
     found, missing = _modes(mechanism, state, scratch)
     rank = len(mechanism.rows) - len(redundant)
@@ -123,7 +132,11 @@ def mechanism_preflight(case: MechanismCase) -> MechanismSheet:
         driven=len(mechanism.drives),
         freedoms=6 * len(parts.bodies) - rank + len(mechanism.drives),
         redundant=redundant,
-        not_unique=[joint.name for joint, record in zip(parts.joints, mechanism.joints, strict=True) if not record.reaction_unique],
+        not_unique=[
+            joint.name
+            for joint, record in zip(parts.joints, mechanism.joints, strict=True)
+            if not record.reaction_unique
+        ],
         gap=gap,
         modes=found,
         modes_missing=missing,
@@ -140,5 +153,7 @@ def _modes(mechanism, state, scratch) -> tuple[list[tuple[float, float]], str]:
         return [], f"{error.faults[0].what}"
     except StepError:
         return [], "no rest is found near the assembled pose"
-    listed = [(float(f), float(z)) for f, z in zip(found.frequency, found.damping_ratio, strict=True) if z < 1.0]
+    listed = [
+        (float(f), float(z)) for f, z in zip(found.frequency, found.damping_ratio, strict=True) if z < 1.0
+    ]
     return listed, "" if listed else "nothing is free to vibrate with the drives held"

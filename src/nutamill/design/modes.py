@@ -1,4 +1,5 @@
-"""Natural frequencies of a mill on its mounts: at rest, at speed, with the charge's mass, and the speeds to avoid.
+"""Natural frequencies of a mill on its mounts: at rest, at speed, with the charge's mass, and the speeds to
+avoid.
 
 Of any mechanism, its modes at rest.
 """
@@ -21,7 +22,9 @@ from nutamill.simulation.setup.mill import assemble_mill, mill_mechanism
 from nutamill.simulation.setup.particles import with_charge_mass
 
 ANGLES = 6
-"""Crank angles over which the coefficients of the turning mill are averaged [1]: exact up to the fifth order."""
+"""Crank angles over which the coefficients of the turning mill are averaged [1]: exact up to the fifth
+order.
+"""
 
 SMALL = 0.05
 """Share of the kinetic energy [1] below which a motion of a body is not named."""
@@ -43,29 +46,40 @@ class MachineModes(NamedTuple):
     damping_ratio: np.ndarray
     """Shares of critical damping [1], (n,)."""
     shape: np.ndarray
-    """Complex displacements of the mass centres and turns of the bodies [m, rad], (n_bodies, 6, n), world axes; the largest is 1."""
+    """Complex displacements of the mass centres and turns of the bodies [m, rad], (n_bodies, 6, n), world
+    axes; the largest is 1.
+    """
     share: np.ndarray
     """Shares of each body's translation and rotation in the kinetic energy [1], (n_bodies, 2, n)."""
     bodies: tuple[str, ...]
     """Names of the bodies."""
 
     def label(self, k: int) -> str:
-        """What mode `k` is like: of a mill the motion of the frame or the torsion of the drive train; else which body moves most."""
+        """What mode `k` is like: of a mill the motion of the frame or the torsion of the drive train; else
+        which body moves most.
+        """
         if not {FRAME, SHAFT} <= set(self.bodies):
             return self._motions(k)[0][1]
         if self.bodies[int(self.share[:, :, k].sum(axis=1).argmax())] == SHAFT:
             return "torsion of the drive train"
         frame = self.bodies.index(FRAME)
-        # at 0.2 m from the mass centre, about where the mounts and the crank are, a turn moves as much as a displacement
+        # at 0.2 m from the mass centre, about where the mounts and the crank are, a turn moves as much as a
+        # displacement
         size = np.abs(self.shape[frame, :, k]) * [1.0, 1.0, 1.0, 0.2, 0.2, 0.2]
         motion = MOTIONS[int(size.argmax())]
         x, y = (
-            (self.shape[frame, 0:2, k] if motion.startswith("sway") else self.shape[frame, 3:5, k]) if size[[0, 1, 3, 4]].any() else (0, 0)
+            (self.shape[frame, 0:2, k] if motion.startswith("sway") else self.shape[frame, 3:5, k])
+            if size[[0, 1, 3, 4]].any()
+            else (0, 0)
         )
         if motion in ("bounce", "yaw") or min(abs(x), abs(y)) < 0.5 * max(abs(x), abs(y)):
             return motion
         way = (np.conj(x) * y).imag
-        whirl = "" if abs(way) < 0.5 * abs(x) * abs(y) else (", forward whirl" if way < 0.0 else ", backward whirl")
+        whirl = (
+            ""
+            if abs(way) < 0.5 * abs(x) * abs(y)
+            else (", forward whirl" if way < 0.0 else ", backward whirl")
+        )
         return motion.split()[0] + whirl
 
     def movers(self, k: int) -> str:
@@ -73,7 +87,9 @@ class MachineModes(NamedTuple):
         return ", ".join(f"{said} {100 * part:.0f} %" for part, said in self._motions(k) if part >= SMALL)
 
     def _motions(self, k: int) -> list[tuple[float, str]]:
-        """Share of each body's translation and rotation in the kinetic energy of mode `k` [1], and its name, largest first."""
+        """Share of each body's translation and rotation in the kinetic energy of mode `k` [1], and its name,
+        largest first.
+        """
         found = [
             (float(self.share[b, way, k]), f"{name.replace('_', ' ')} {'turns' if way else 'moves'}")
             for b, name in enumerate(self.bodies)
@@ -115,8 +131,8 @@ class Campbell(NamedTuple):
 def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> MachineModes:
     """Modes of a mill with its drive held at rest, or about running at a steady speed.
 
-    At speed the coefficients of the motion are averaged over `ANGLES` crank angles, with the frame at its place of rest
-    (`nutamill.mechanism.running_modes`).  Joint friction is left out.
+    At speed the coefficients of the motion are averaged over `ANGLES` crank angles, with the frame at its
+    place of rest (`nutamill.mechanism.running_modes`).  Joint friction is left out.
 
     Parameters
     ----------
@@ -131,7 +147,11 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
         raise CaseError(Fault("speed", f"must be zero or more, got {speed:g} rad/s"))
     loaded = _frictionless(with_charge_mass(case) if charge else case)
     mill = mill_mechanism(loaded)
-    drives = mill.drives if speed == 0.0 else (Drive(mill.drives[0].name, mill.drives[0].joint, (0.0, 1.0), (speed, speed)),)
+    drives = (
+        mill.drives
+        if speed == 0.0
+        else (Drive(mill.drives[0].name, mill.drives[0].joint, (0.0, 1.0), (speed, speed)),)
+    )
     mechanism, state, scratch = assemble_mill(mill, drives)
     static_equilibrium(mechanism, state, scratch)
     names = tuple(body.name for body in mill.bodies)
@@ -150,19 +170,23 @@ def mechanism_modes(case: MechanismCase) -> MachineModes:
 
     Raises
     ------
-    CaseError : faults of the mechanism; a motion that nothing brings back, or that falls away from the rest found
+    CaseError : faults of the mechanism; a motion that nothing brings back, or that falls away from the rest
+        found
     StepError : no rest is found near the assembled pose
     """
     mechanism, state, scratch = assemble_case(case)
     static_equilibrium(mechanism, state, scratch)
     found, names = modes(mechanism, state, scratch), tuple(entry.name for entry in case.bodies)
     if np.any(found.damping_ratio <= UNSTABLE):
-        raise CaseError(Fault("modes", "the mechanism falls away from the rest found", "Assemble it near a stable one"))
+        raise CaseError(
+            Fault("modes", "the mechanism falls away from the rest found", "Assemble it near a stable one")
+        )
     return _named(found, mass_matrix(mechanism, scratch), names, 0.0)
 
 
 def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: bool = False) -> Campbell:
-    """Natural frequencies of a mill from rest to a speed, and the speeds at which it is excited once or twice per turn.
+    """Natural frequencies of a mill from rest to a speed, and the speeds at which it is excited once or twice
+    per turn.
 
     Parameters
     ----------
@@ -178,13 +202,20 @@ def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: b
     for k, speed in enumerate(speeds[1:], start=1):
         found = machine_modes(case, speed, charge)
         if len(found.frequency) != n:
-            raise CaseError(Fault("campbell", f"must find {n} modes at every speed, found {len(found.frequency)} at {speed:g} rad/s"))
+            raise CaseError(
+                Fault(
+                    "campbell",
+                    f"must find {n} modes at every speed, found {len(found.frequency)} at {speed:g} rad/s",
+                )
+            )
         order = linear_sum_assignment(-_likeness(before, found))[1]
         before = MachineModes(speed, *(part[..., order] for part in found[1:5]), found.bodies)
         frequency[k], damping[k] = before.frequency, before.damping_ratio
     # the last shapes tell forward from backward whirls, which are one at rest
     labels = tuple(before.label(k) for k in range(n))
-    return Campbell(speeds, frequency, damping, labels, tuple(sorted(_crossings(speeds, frequency, damping, labels))))
+    return Campbell(
+        speeds, frequency, damping, labels, tuple(sorted(_crossings(speeds, frequency, damping, labels)))
+    )
 
 
 def _frictionless(case: Case) -> Case:
@@ -194,7 +225,9 @@ def _frictionless(case: Case) -> Case:
 
 def _free(case: Case, names: tuple[str, ...]) -> np.ndarray:
     """Free coordinates: six of a frame on mounts, and the turn of the intermediate shaft."""
-    frame = 6 * names.index(FRAME) + np.arange(6) if case.mechanism.mounting == "flexible" else np.array([], int)
+    frame = (
+        6 * names.index(FRAME) + np.arange(6) if case.mechanism.mounting == "flexible" else np.array([], int)
+    )
     return np.append(frame, 6 * names.index(SHAFT) + 5)
 
 
@@ -212,7 +245,14 @@ def _named(found: Modes, mass: np.ndarray, names: tuple[str, ...], speed: float)
     shape = found.shape[:, :, chosen]
     flat = shape.reshape(-1, len(chosen))
     energy = (flat.conj() * (mass @ flat)).real.reshape(len(names), 2, 3, -1).sum(axis=2)
-    return MachineModes(speed, found.frequency[chosen], found.damping_ratio[chosen], shape, energy / energy.sum(axis=(0, 1)), names)
+    return MachineModes(
+        speed,
+        found.frequency[chosen],
+        found.damping_ratio[chosen],
+        shape,
+        energy / energy.sum(axis=(0, 1)),
+        names,
+    )
 
 
 def _likeness(before: MachineModes, after: MachineModes) -> np.ndarray:
@@ -232,7 +272,10 @@ def _crossings(speeds: np.ndarray, frequency: np.ndarray, damping: np.ndarray, l
             over = frequency[:, k] - order * speeds / (2.0 * np.pi)
             for i in np.flatnonzero((over[:-1] > 0.0) & (over[1:] <= 0.0)):
                 s = over[i] / (over[i] - over[i + 1])
-                at = [float(row[i] + s * (row[i + 1] - row[i])) for row in (speeds, frequency[:, k], damping[:, k])]
+                at = [
+                    float(row[i] + s * (row[i + 1] - row[i]))
+                    for row in (speeds, frequency[:, k], damping[:, k])
+                ]
                 yield Avoid(at[0], order, at[1], at[2], label)
 
 
@@ -249,7 +292,13 @@ def modes_lines(found: MachineModes) -> list[str]:
 
 def avoid_lines(found: Campbell) -> list[str]:
     """The speeds to avoid as a table."""
-    rows = [f"speeds to avoid up to {rpm(found.speeds[-1]):.4g} rpm", f"{'rpm':>8}  order  {'Hz':>8}  {'damping':>8}  motion"]
+    rows = [
+        f"speeds to avoid up to {rpm(found.speeds[-1]):.4g} rpm",
+        f"{'rpm':>8}  order  {'Hz':>8}  {'damping':>8}  motion",
+    ]
     for at in found.avoid:
-        rows.append(f"{rpm(at.speed):8.1f}  {at.order:4.0f}x  {at.frequency:8.3f}  {100 * at.damping_ratio:6.2f} %  {at.label}")
+        rows.append(
+            f"{rpm(at.speed):8.1f}  {at.order:4.0f}x  {at.frequency:8.3f}  "
+            f"{100 * at.damping_ratio:6.2f} %  {at.label}"
+        )
     return rows

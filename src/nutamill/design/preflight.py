@@ -21,8 +21,10 @@ from nutamill.simulation.setup.threads import team_size, usable_cores
 from nutamill.simulation.setup.walls import MeshFacts, charge_room, free_volume, mesh_facts
 
 NANOSECONDS, FAR_NANOSECONDS = 85.0, 160.0
-"""Wall time per sphere and substep on one thread that forecasts count with [ns]: medians of the runs of `nutamill validate`, two at
-once on two cores; the second where the arrays of the charge are too large for the nearer caches."""
+"""Wall time per sphere and substep on one thread that forecasts count with [ns]: medians of the runs of
+`nutamill validate`, two at once on two cores; the second where the arrays of the charge are too large for the
+nearer caches.
+"""
 
 NEAR = 20_000
 """Spheres whose arrays still fit the nearer caches [1]."""
@@ -118,8 +120,14 @@ class Preflight:
         shown += self._mesh_lines()
         if self.contacts:
             shown += self._charge_lines()
-        shown.append(f"time step {_microseconds(self.clock.substep)} ({self.clock.ruled_by}), {self._steps():.3g} steps")
-        shown.append(f"          mechanism step {_microseconds(self.clock.window)}, series every {1e6 / case.run.series_rate:.4g} us")
+        shown.append(
+            f"time step {_microseconds(self.clock.substep)} ({self.clock.ruled_by}), "
+            f"{self._steps():.3g} steps"
+        )
+        shown.append(
+            f"          mechanism step {_microseconds(self.clock.window)}, series every "
+            f"{1e6 / case.run.series_rate:.4g} us"
+        )
         shown += self._mode_lines()
         threads = team_size(case)
         shown.append(f"forecast  on {threads} thread{'s' * (threads > 1)} about {self.forecast.text}")
@@ -144,40 +152,60 @@ class Preflight:
         return self.case.run.end / self.clock.substep
 
     def _machine_lines(self) -> list[str]:
-        mounting = f"{self.case.mounts.count} mounts" if self.case.mechanism.mounting == "flexible" else "rigid mounts"
+        mounting = (
+            f"{self.case.mounts.count} mounts"
+            if self.case.mechanism.mounting == "flexible"
+            else "rigid mounts"
+        )
         total = sum(mass for name, mass in self.parts.items() if name != "intermediate_shaft")
         masses = ", ".join(f"{name.replace('_', ' ')} {mass:.2f}" for name, mass in self.parts.items())
         return [
             f"machine   {len(self.parts)} bodies, {mounting}, {total:.2f} kg in all;"
-            f" loop closes within {max(1e6 * self.assembly_gap, 0.001):.3f} um; nutation {np.degrees(self.nutation_angle):.2f} deg",
+            f" loop closes within {max(1e6 * self.assembly_gap, 0.001):.3f} um; nutation "
+            f"{np.degrees(self.nutation_angle):.2f} deg",
             f"          masses in kg: {masses}",
         ]
 
     def _mesh_lines(self) -> list[str]:
         shown = []
         for mesh in self.meshes:
-            text = f"{'mesh' if not shown else '':10}{mesh.name}: {mesh.triangles} triangles, {mesh.patches} smooth patches"
+            text = (
+                f"{'mesh' if not shown else '':10}{mesh.name}: {mesh.triangles} triangles, "
+                f"{mesh.patches} smooth patches"
+            )
             text += f", {1e3 * mesh.volume:.4g} L"
             if mesh.volume_drawn is not None:
                 more = 100 * (mesh.volume / mesh.volume_drawn - 1)
-                text += f" ({more:+.3g} % of the drawn chamber), within {1e3 * mesh.off_drawing:.3g} mm of the drawing"
+                text += (
+                    f" ({more:+.3g} % of the drawn chamber), within {1e3 * mesh.off_drawing:.3g} mm of "
+                    "the drawing"
+                )
             shown.append(text)
         return shown
 
     def _charge_lines(self) -> list[str]:
         speed = crank_circle_speed(self.case)
-        shown = [self._amount_line(part, "          " if number else "charge    ") for number, part in enumerate(self.charge)]
+        shown = [
+            self._amount_line(part, "          " if number else "charge    ")
+            for number, part in enumerate(self.charge)
+        ]
         if len(shown) > 1:
-            shown.append(f"          together {self.particles}, {self.charge_mass:.4g} kg, {self._fill_text(self.filling)}")
+            shown.append(
+                f"          together {self.particles}, {self.charge_mass:.4g} kg, "
+                f"{self._fill_text(self.filling)}"
+            )
         shown += [
-            f"contacts  {'pair':22} {'k normal':>10} {'duration':>9} {f'overlap at {speed:.1f} m/s':>20} {'restitution':>11}"
+            f"contacts  {'pair':22} {'k normal':>10} {'duration':>9} "
+            f"{f'overlap at {speed:.1f} m/s':>20} {'restitution':>11}"
             f" {'damping':>8} {'friction':>8}",
         ]
         for facts in self.contacts:
             soft = "  soft" if facts.overlap > facts.law.overlap_warn else ""
             shown.append(
-                f"          {facts.pair:22} {facts.stiffness / 1e3:5.4g} kN/m {1e6 * facts.time:6.0f} us {100 * facts.overlap:16.1f} % d"
-                f" {facts.restitution:11.3f} {facts.law.damping_ratio:8.4f} {facts.law.static_friction:8.3g}{soft}"
+                f"          {facts.pair:22} {facts.stiffness / 1e3:5.4g} kN/m "
+                f"{1e6 * facts.time:6.0f} us {100 * facts.overlap:16.1f} % d"
+                f" {facts.restitution:11.3f} {facts.law.damping_ratio:8.4f} "
+                f"{facts.law.static_friction:8.3g}{soft}"
             )
         return shown
 
@@ -186,14 +214,20 @@ class Preflight:
         ten, half, ninety = (1e3 * size for size in part.sizes)
         spread = f"d10/50/90 {ten:.3g}/{half:.3g}/{ninety:.3g} mm" if ninety > ten else f"d {half:.4g} mm"
         pebbles = f" of {part.pebbles} spheres" if part.pebbles > part.particles else ""
-        return f"{head}{part.particles} {part.name}{pebbles}, {part.mass:.4g} kg, {spread}, {self._fill_text(part.filling, part.packing)}"
+        return (
+            f"{head}{part.particles} {part.name}{pebbles}, {part.mass:.4g} kg, {spread}, "
+            f"{self._fill_text(part.filling, part.packing)}"
+        )
 
     def _fill_text(self, filling: float, packing: float | None = None) -> str:
         """Bulk volume as a share of the chamber, in litres, and as a height."""
         chamber = self.case.chamber
         at = f" at solids fraction {packing:.3g}" if packing else ""
         volume, height = 1e3 * filling * self.free_volume, 1e3 * filling * chamber.height
-        return f"fill {100 * filling:.1f} % loose{at} ({volume:.2f} L, {height:.0f} mm of {1e3 * chamber.height:.0f} mm)"
+        return (
+            f"fill {100 * filling:.1f} % loose{at} ({volume:.2f} L, {height:.0f} mm of "
+            f"{1e3 * chamber.height:.0f} mm)"
+        )
 
     def _mode_lines(self) -> list[str]:
         if not self.empty_modes:
@@ -215,11 +249,13 @@ class Preflight:
 
 
 def preflight(case: Case) -> Preflight:
-    """Find out what can be known about a case without running it; compiles the mechanism's kernels the first time.
+    """Find out what can be known about a case without running it; compiles the mechanism's kernels the first
+    time.
 
     Raises
     ------
-    CaseError : a mechanism that cannot be assembled, a substep too long for the contacts, a mesh that is none, or too much charge
+    CaseError : a mechanism that cannot be assembled, a substep too long for the contacts, a mesh that is
+        none, or too much charge
     """
     clock = run_clock(case)
     mill = mill_mechanism(case)
@@ -263,7 +299,11 @@ def _idle_threads(case: Case) -> list[Fault]:
 def _forecast(case: Case, clock: Clock, pebbles: int, particles: int) -> Forecast:
     """Return what a run with so many spheres in so many particles takes, and which keys bring it down."""
     part = next(iter(case.charge.parts), None)
-    size = "charge.part" if case.charge.part else next((f"charge.{key}" for key in SIZE_KEYS if part and getattr(part, key)), "")
+    size = (
+        "charge.part"
+        if case.charge.part
+        else next((f"charge.{key}" for key in SIZE_KEYS if part and getattr(part, key)), "")
+    )
     sooner = "an earlier run.max" if case.run.until == "steady" else "an earlier run.until"
     parts = _file_parts(case, particles, size)
     return Forecast(
@@ -277,7 +317,9 @@ def _forecast(case: Case, clock: Clock, pebbles: int, particles: int) -> Forecas
 
 
 def _refuse_full(case: Case, room: float) -> None:
-    """Raise CaseError where the beds asked for need more than a free volume of `room` [m^3], or cannot be placed in it."""
+    """Raise CaseError where the beds asked for need more than a free volume of `room` [m^3], or cannot be
+    placed in it.
+    """
     if not case.charge.parts:
         return
     densities = [case.materials[part.material].density for part in case.charge.parts]
@@ -291,7 +333,9 @@ def _refuse_full(case: Case, room: float) -> None:
 
 
 def wall_time(case: Case) -> float:
-    """Expected wall time of a run [s], settling and compilation left out; of `preflight` this alone, which takes no assembling."""
+    """Expected wall time of a run [s], settling and compilation left out; of `preflight` this alone, which
+    takes no assembling.
+    """
     return _wall_time(case, run_clock(case), sum(particles.pebbles for particles in charge_parts(case)))
 
 
@@ -316,17 +360,23 @@ def _part_facts(case: Case, room: float) -> list[PartFacts]:
 
 
 def oscillations(case: Case) -> list[tuple[float, float]]:
-    """Frequencies [Hz] and damping ratios [1] of the modes that swing, about rest, slowest first; none on rigid mounts."""
+    """Frequencies [Hz] and damping ratios [1] of the modes that swing, about rest, slowest first; none on
+    rigid mounts.
+    """
     if case.mechanism.mounting == "rigid":
         return []
     mechanism, state, scratch = assemble_mill(mill_mechanism(case))
     static_equilibrium(mechanism, state, scratch)
     found = modes(mechanism, state, scratch, loose="keep")
-    return [(float(f), float(z)) for f, z in zip(found.frequency, found.damping_ratio, strict=True) if z < 1.0]
+    return [
+        (float(f), float(z)) for f, z in zip(found.frequency, found.damping_ratio, strict=True) if z < 1.0
+    ]
 
 
 def _crossings(case: Case) -> list[Crossing]:
-    """Modes between rest and full speed, with the charge as a rigid mass at the chamber's base if it has one, and when they are passed."""
+    """Modes between rest and full speed, with the charge as a rigid mass at the chamber's base if it has one,
+    and when they are passed.
+    """
     loaded = with_charge_mass(case) if case.chamber.bars else case
     times, speeds = case.drive.breakpoints()
     found = []
@@ -335,7 +385,9 @@ def _crossings(case: Case) -> list[Crossing]:
         above = np.flatnonzero(speeds >= speed)
         if above.size and above[0] > 0:
             k = above[0]
-            time = times[k - 1] + (speed - speeds[k - 1]) / (speeds[k] - speeds[k - 1]) * (times[k] - times[k - 1])
+            time = times[k - 1] + (speed - speeds[k - 1]) / (speeds[k] - speeds[k - 1]) * (
+                times[k] - times[k - 1]
+            )
             found.append(Crossing(frequency, damping, speed, float(time)))
     return found
 

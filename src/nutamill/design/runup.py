@@ -26,7 +26,11 @@ class RunUp(NamedTuple):
 
 
 def run_up(
-    case: Case, ramps: Sequence[float], sensor: str | None = None, orders: Sequence[float] = (1.0, 2.0), charge: bool = False
+    case: Case,
+    ramps: Sequence[float],
+    sensor: str | None = None,
+    orders: Sequence[float] = (1.0, 2.0),
+    charge: bool = False,
 ) -> list[RunUp]:
     """Orders of a reading of the empty mill on its way to full speed, one run for each ramp.
 
@@ -44,16 +48,36 @@ def run_up(
     name = sensor or default_sensor(case)
     series_field(name)
     if case.drive.profile is not None:
-        raise CaseError(Fault("drive.profile", "must be left out: a run-up sets the ramp itself", 'Write ramp = "70 rpm/s" instead'))
+        raise CaseError(
+            Fault(
+                "drive.profile",
+                "must be left out: a run-up sets the ramp itself",
+                'Write ramp = "70 rpm/s" instead',
+            )
+        )
     if not ramps or min(ramps) <= 0.0:
         raise CaseError(Fault("--ramp", "must be one or more positive rates", 'Write e.g. --ramp "70 rpm/s"'))
     runs = []
     for ramp in ramps:
-        series = empty_series(case.with_(drive__ramp=ramp, run__until=case.drive.speed / ramp + AFTER), charge)
+        series = empty_series(
+            case.with_(drive__ramp=ramp, run__until=case.drive.speed / ramp + AFTER), charge
+        )
         if name not in series:
-            raise CaseError(Fault(name, "must be recorded, this mill has no such series", "nutamill info fields lists all names"))
+            raise CaseError(
+                Fault(
+                    name,
+                    "must be recorded, this mill has no such series",
+                    "nutamill info fields lists all names",
+                )
+            )
         time, angle, value = series["time"], series["crank_angle"], series[name]
-        runs.append(RunUp(ramp, track(time, angle, value, orders), spectra(time, angle, value, min(1.0, 0.25 * time[-1]))))
+        runs.append(
+            RunUp(
+                ramp,
+                track(time, angle, value, orders),
+                spectra(time, angle, value, min(1.0, 0.25 * time[-1])),
+            )
+        )
     return runs
 
 
@@ -72,5 +96,8 @@ def run_up_lines(runs: list[RunUp], name: str) -> list[str]:
     for run in runs:
         for peak in peaks(run.orders):
             at = rpm(peak.speed)
-            rows.append(f"{rpm(run.ramp):6.4g} rpm/s {peak.order:5.3g}x {peak.amplitude:10.4g} {at:8.1f} {peak.order * at / 60.0:7.3f}")
+            rows.append(
+                f"{rpm(run.ramp):6.4g} rpm/s {peak.order:5.3g}x {peak.amplitude:10.4g} {at:8.1f} "
+                f"{peak.order * at / 60.0:7.3f}"
+            )
     return rows

@@ -23,12 +23,16 @@ class Stick(NamedTuple):
     """Mass centre of the body at rest [m], (3,), world axes."""
 
     def moved(self, displacement: np.ndarray) -> np.ndarray:
-        """Complex or real displacement (n, 3) [m] of the corners when the body moves by `displacement` (6,) [m, rad]."""
+        """Complex or real displacement (n, 3) [m] of the corners when the body moves by `displacement` (6,)
+        [m, rad].
+        """
         return displacement[:3] + np.cross(displacement[3:], self.points - self.centre)
 
 
 def sticks(case: Case | MechanismCase) -> list[Stick]:
-    """Lines of a mill as assembled at crank angle 0, or of a mechanism at its rest: from each mass centre to what it is held by."""
+    """Lines of a mill as assembled at crank angle 0, or of a mechanism at its rest: from each mass centre to
+    what it is held by.
+    """
     return _mechanism_sticks(case) if isinstance(case, MechanismCase) else _mill_sticks(case)
 
 
@@ -39,7 +43,9 @@ def _mechanism_sticks(case: MechanismCase) -> list[Stick]:
     before = Rotation.from_quat(state.quaternion[:, [1, 2, 3, 0]])
     static_equilibrium(mechanism, state, scratch)
     turn = (Rotation.from_quat(state.quaternion[:, [1, 2, 3, 0]]) * before.inv()).as_matrix()
-    held = [(side, part.point) for part in (*parts.joints, *parts.bushings) for side in (part.body_a, part.body_b)]
+    held = [
+        (side, part.point) for part in (*parts.joints, *parts.bushings) for side in (part.body_a, part.body_b)
+    ]
     for spring in parts.springs:
         held += [(spring.body_a, spring.point_a), (spring.body_b, spring.point_b)]
     found = []
@@ -47,7 +53,13 @@ def _mechanism_sticks(case: MechanismCase) -> list[Stick]:
         centre = state.position[number]
         for side, point in held:
             if side == body.name:
-                found.append(Stick(body.name, np.array([centre, centre + turn[number] @ (np.array(point) - body.position)]), centre))
+                found.append(
+                    Stick(
+                        body.name,
+                        np.array([centre, centre + turn[number] @ (np.array(point) - body.position)]),
+                        centre,
+                    )
+                )
     return found
 
 
@@ -64,8 +76,14 @@ def _mill_sticks(case: Case) -> list[Stick]:
     lines.append((SHAFT, np.array([(0.0, 0.0, -coupling), (0.0, 0.0, -coupling - 0.1)])))
     chamber, turn = case.chamber, chamber_rotation(case)
     around = np.linspace(0.0, 2.0 * np.pi, 25)
-    ring = 0.5 * chamber.inner_diameter * np.column_stack([np.cos(around), np.sin(around), np.zeros_like(around)])
+    ring = (
+        0.5
+        * chamber.inner_diameter
+        * np.column_stack([np.cos(around), np.sin(around), np.zeros_like(around)])
+    )
     rings = [ring + np.array([0.0, 0.0, -at]) for at in (chamber.floor_depth, chamber.ceiling_depth)]
     walls = [np.array([low, high]) for low, high in zip(rings[0][::6], rings[1][::6], strict=True)]
-    lines += [(CHAMBER, line @ turn.T) for line in (*rings, *walls, np.array([(0.0, 0.0, 0.0), turn.T @ pin]))]
+    lines += [
+        (CHAMBER, line @ turn.T) for line in (*rings, *walls, np.array([(0.0, 0.0, 0.0), turn.T @ pin]))
+    ]
     return [Stick(body, points, centre[body]) for body, points in lines]

@@ -1,7 +1,8 @@
 """From descriptions to arrays, and every check on them: `assemble`.
 
-All faults of a mechanism are found and reported together.  What cannot be checked part by part (whether the constraints
-depend on each other, and whether they contradict) is checked on the assembled Jacobian in `constraints.py`.
+All faults of a mechanism are found and reported together.  What cannot be checked part by part (whether the
+constraints depend on each other, and whether they contradict) is checked on the assembled Jacobian in
+`constraints.py`.
 """
 
 import numpy as np
@@ -46,18 +47,19 @@ def assemble(
     ----------
     bodies, joints, bushings, springs, torques, drives : the parts, world coordinates as assembled, SI
     gravity : acceleration [m/s^2], (3,), world axes
-    redundant : "refuse" constraints that say the same twice, or "allow" them: they are solved, and the joints whose reactions
-        they leave undetermined are marked in ``mechanism.joints.reaction_unique``
+    redundant : "refuse" constraints that say the same twice, or "allow" them: they are solved, and the joints
+        whose reactions they leave undetermined are marked in ``mechanism.joints.reaction_unique``
 
     Returns
     -------
-    mechanism, state, scratch : constants, state as assembled (call `nutamill.mechanism.dynamics.start` next), work space
+    mechanism, state, scratch : constants, state as assembled (call `nutamill.mechanism.dynamics.start` next),
+        work space
 
     Raises
     ------
     CaseError
-        with every fault: unknown or repeated names, masses and inertias no body can have, missing axes, gaps in loops,
-        redundant constraints (unless allowed) and contradictory ones
+        with every fault: unknown or repeated names, masses and inertias no body can have, missing axes, gaps
+        in loops, redundant constraints (unless allowed) and contradictory ones
     """
     if redundant not in ("refuse", "allow"):
         raise CaseError(Fault("redundant", f'must be "refuse" or "allow", got {redundant!r}'))
@@ -87,7 +89,9 @@ def assemble(
         drives=drive_table,
         knots=knot_table,
         names=name_array(
-            [part.name for part in bodies], [GROUND], *([part.name for part in parts] for parts in (joints, bushings, springs, drives))
+            [part.name for part in bodies],
+            [GROUND],
+            *([part.name for part in parts] for parts in (joints, bushings, springs, drives)),
         ),
     )
     state, scratch = new_state(mechanism, place, bodies), new_scratch(mechanism)
@@ -113,18 +117,29 @@ def name_faults(bodies, joints, bushings, springs, torques, drives):
         seen = {GROUND} if kind == "body" else set()
         for part in parts:
             if not part.name or len(part.name) > NAME_WIDTH:
-                yield Fault(f"{kind} {part.name!r}", f"a name must have 1 to {NAME_WIDTH} characters, got {len(part.name)}")
+                yield Fault(
+                    f"{kind} {part.name!r}",
+                    f"a name must have 1 to {NAME_WIDTH} characters, got {len(part.name)}",
+                )
             if part.name in seen:
-                yield Fault(f"{kind} {part.name!r}", "names must be unique, got this one twice", "Rename one of them")
+                yield Fault(
+                    f"{kind} {part.name!r}", "names must be unique, got this one twice", "Rename one of them"
+                )
             seen.add(part.name)
     known = {GROUND, *(body.name for body in bodies)}
     for kind, parts in (("joint", joints), ("bushing", bushings), ("spring", springs)):
         for part in parts:
             for side in (part.body_a, part.body_b):
                 if side not in known:
-                    yield Fault(f"{kind} {part.name!r}", f"must join known bodies, got {side!r}", f"Known are {', '.join(sorted(known))}")
+                    yield Fault(
+                        f"{kind} {part.name!r}",
+                        f"must join known bodies, got {side!r}",
+                        f"Known are {', '.join(sorted(known))}",
+                    )
             if part.body_a == part.body_b:
-                yield Fault(f"{kind} {part.name!r}", f"must join two different bodies, got {part.body_a!r} twice")
+                yield Fault(
+                    f"{kind} {part.name!r}", f"must join two different bodies, got {part.body_a!r} twice"
+                )
     for torque in torques:
         if torque.body not in known - {GROUND}:
             yield Fault(f"torque {torque.name!r}", f"must act on a known body, got {torque.body!r}")
@@ -167,15 +182,22 @@ def joint_faults(joints):
         where = f"joint {joint.name!r}"
         needs_axis = joint.kind not in (JointKind.FIXED, JointKind.SPHERICAL)
         if needs_axis and (joint.axis is None or not np.linalg.norm(joint.axis) > 0.0):
-            yield Fault(where, f"a {joint.kind.name} joint needs an axis of non-zero length, got {joint.axis}")
+            yield Fault(
+                where, f"a {joint.kind.name} joint needs an axis of non-zero length, got {joint.axis}"
+            )
             continue
         if joint.kind == JointKind.UNIVERSAL:
             if joint.second_axis is None or not np.linalg.norm(joint.second_axis) > 0.0:
-                yield Fault(where, "a UNIVERSAL joint needs a second axis of non-zero length, fixed in body b")
+                yield Fault(
+                    where, "a UNIVERSAL joint needs a second axis of non-zero length, fixed in body b"
+                )
                 continue
             cosine = unit(joint.axis) @ unit(joint.second_axis)
             if abs(cosine) > 1e-9:
-                yield Fault(where, f"the two axes must be square to each other, got {np.degrees(np.arccos(cosine)):.6g} deg")
+                yield Fault(
+                    where,
+                    f"the two axes must be square to each other, got {np.degrees(np.arccos(cosine)):.6g} deg",
+                )
         if joint.friction is not None:
             law = joint.friction
             if joint.kind not in RUBBING:
@@ -185,13 +207,18 @@ def joint_faults(joints):
 
 
 def load_faults(bushings, springs, torques):
-    """Rates that are negative, axes of zero length, springs without direction, moments that are not three numbers."""
+    """Rates that are negative, axes of zero length, springs without direction, moments that are not three
+    numbers.
+    """
     for bushing in bushings:
         where = f"bushing {bushing.name!r}"
         if len(bushing.stiffness) != 4 or len(bushing.damping) != 4:
             yield Fault(where, "stiffness and damping must be four numbers: shear, axial, bending, torsion")
         elif min(*bushing.stiffness, *bushing.damping) < 0.0:
-            yield Fault(where, f"stiffness and damping must not be negative, got {bushing.stiffness} and {bushing.damping}")
+            yield Fault(
+                where,
+                f"stiffness and damping must not be negative, got {bushing.stiffness} and {bushing.damping}",
+            )
         if not np.linalg.norm(bushing.axis) > 0.0:
             yield Fault(where, f"axis must have a length, got {bushing.axis}")
     for spring in springs:
@@ -199,7 +226,11 @@ def load_faults(bushings, springs, torques):
         if min(spring.stiffness, spring.damping, spring.free_length) < 0.0:
             yield Fault(where, "stiffness, damping and free length must not be negative")
         if not np.linalg.norm(np.subtract(spring.point_b, spring.point_a)) > 0.0:
-            yield Fault(where, "the two ends must be apart: the force needs a direction", "Use a bushing for a spring of no length")
+            yield Fault(
+                where,
+                "the two ends must be apart: the force needs a direction",
+                "Use a bushing for a spring of no length",
+            )
     for torque in torques:
         if np.shape(torque.moment) != (3,):
             yield Fault(f"torque {torque.name!r}", f"moment must be three numbers, got {torque.moment}")
@@ -212,15 +243,24 @@ def drive_faults(joints, drives):
         where = f"drive {drive.name!r}"
         kind = kinds.get(drive.joint, JointKind.REVOLUTE)
         if kind not in TURNING:
-            yield Fault(where, f"must turn a REVOLUTE or CYLINDRICAL joint, got {drive.joint!r}, which is {kind.name}")
+            yield Fault(
+                where, f"must turn a REVOLUTE or CYLINDRICAL joint, got {drive.joint!r}, which is {kind.name}"
+            )
         times, speeds = np.asarray(drive.times, float), np.asarray(drive.speeds, float)
         if times.ndim != 1 or times.shape != speeds.shape or times.size == 0:
-            yield Fault(where, f"times and speeds must be two lists of one length, got shapes {times.shape} and {speeds.shape}")
+            yield Fault(
+                where,
+                f"times and speeds must be two lists of one length, got shapes {times.shape} and "
+                f"{speeds.shape}",
+            )
         elif times[0] != 0.0 or np.any(np.diff(times) <= 0.0):
             yield Fault(where, "times must begin at 0 and increase")
         if (
             drive.motor is not None
-            and min(drive.motor.gain, drive.motor.integral_gain, drive.motor.torque_limit, drive.motor.power_limit) < 0
+            and min(
+                drive.motor.gain, drive.motor.integral_gain, drive.motor.torque_limit, drive.motor.power_limit
+            )
+            < 0
         ):
             yield Fault(where, f"gains and limits of a motor must not be negative, got {drive.motor}")
 
@@ -236,7 +276,13 @@ def name_array(*groups) -> np.ndarray:
 def body_table(bodies) -> np.recarray:
     """Masses and inertias, ground last."""
     ground = 0.0, 0.0, np.zeros((3, 3)), np.zeros((3, 3))
-    return records(BODY, [*((body.mass, 1.0 / body.mass, body.inertia, np.linalg.inv(body.inertia)) for body in bodies), ground])
+    return records(
+        BODY,
+        [
+            *((body.mass, 1.0 / body.mass, body.inertia, np.linalg.inv(body.inertia)) for body in bodies),
+            ground,
+        ],
+    )
 
 
 def bushing_record(place, bushing) -> tuple:
@@ -279,7 +325,14 @@ def drive_tables(place, joints, drives, n_rows) -> tuple[np.recarray, np.recarra
         x, _, z = frame_along(joint.axis).T
         axes = place.local_axis(a, z), place.local_axis(a, x), place.local_axis(b, x)
         motor = drive.motor or Motor(0.0, 0.0)
-        numbers = motor.gain, motor.integral_gain, motor.torque_limit, motor.power_limit, motor.cut, motor.restored
+        numbers = (
+            motor.gain,
+            motor.integral_gain,
+            motor.torque_limit,
+            motor.power_limit,
+            motor.cut,
+            motor.restored,
+        )
         held = row if drive.motor is None else -1
         table.append((held, len(knots), len(knots) + len(t), place.index[a], place.index[b], *axes, *numbers))
         knots.extend(zip(t, w, angle, strict=True))
@@ -326,7 +379,10 @@ def new_scratch(mechanism: Mechanism) -> MechanismScratch:
     six = {name: np.zeros((n, 6)) for name in ("twist", "start_twist", "momentum", "load", "correction")}
     twelve = {name: np.zeros((n_rows, 12)) for name in ("jacobian", "inverse_mass_jacobian", "row_vectors")}
     matrix = {name: np.zeros((n_rows, n_rows)) for name in ("schur", "lower", "upper")}
-    row = {name: np.zeros(n_rows) for name in ("gap", "gap_rate", "curvature", "inverse_pivot", "solution", "multiplier")}
+    row = {
+        name: np.zeros(n_rows)
+        for name in ("gap", "gap_rate", "curvature", "inverse_pivot", "solution", "multiplier")
+    }
     return MechanismScratch(
         **square,
         **six,

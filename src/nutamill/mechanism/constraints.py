@@ -11,11 +11,15 @@ INVOLVED = 1e-6
 """Share [1] in a dependency above which a row takes part in it."""
 
 LARGEST_MISMATCH = 1e-9
-"""Largest contradiction [m/s or rad/s, relative to the largest prescribed rate] that still counts as round-off."""
+"""Largest contradiction [m/s or rad/s, relative to the largest prescribed rate] that still counts as
+round-off.
+"""
 
 
 def dense_jacobian(mechanism, state, scratch) -> np.ndarray:
-    """Jacobian (n_rows, 6 n_bodies) at the present pose: columns are velocity and angular velocity of each body in turn."""
+    """Jacobian (n_rows, 6 n_bodies) at the present pose: columns are velocity and angular velocity of each
+    body in turn.
+    """
     evaluate_drives(mechanism.drives, mechanism.knots, state.time[0], scratch.drive_motion)
     place(mechanism, state, scratch)
     rows, n = mechanism.rows, len(mechanism.bodies)
@@ -27,7 +31,8 @@ def dense_jacobian(mechanism, state, scratch) -> np.ndarray:
 
 
 def dependencies(mechanism, state, scratch) -> tuple[np.ndarray, list[int]]:
-    """Combinations of rows that say nothing: an orthonormal basis (n_rows, k), rows scaled to unit size; and the k dependent rows.
+    """Combinations of rows that say nothing: an orthonormal basis (n_rows, k), rows scaled to unit size; and
+    the k dependent rows.
 
     Rows are taken in order and tested as the constraint solve tests them, on ``J M^-1/2``.
     """
@@ -72,16 +77,23 @@ def check_constraints(mechanism, state, scratch, labels, redundant) -> list[Faul
 def holders(labels, null, i) -> str:
     """The parts that already hold what the dependent row `i` holds, as text."""
     weights = null @ null[i]
-    others = dict.fromkeys(labels[k].part for k in np.flatnonzero(np.abs(weights) > INVOLVED) if labels[k].part != labels[i].part)
+    others = dict.fromkeys(
+        labels[k].part for k in np.flatnonzero(np.abs(weights) > INVOLVED) if labels[k].part != labels[i].part
+    )
     return ", ".join(others) or "its other rows"
 
 
 def redundancies(mechanism, state, scratch, labels) -> list[str]:
-    """What is held more than once, one line each: the part, the direction, and the parts that hold it already."""
+    """What is held more than once, one line each: the part, the direction, and the parts that hold it
+    already.
+    """
     if not labels:
         return []
     null, dependent = dependencies(mechanism, state, scratch)
-    return [f"{labels[i].part}: {labels[i].direction}, already held by {holders(labels, null, i)}" for i in dependent]
+    return [
+        f"{labels[i].part}: {labels[i].direction}, already held by {holders(labels, null, i)}"
+        for i in dependent
+    ]
 
 
 def redundancy_fault(labels, null, i) -> Fault:
@@ -89,12 +101,15 @@ def redundancy_fault(labels, null, i) -> Fault:
     return Fault(
         labels[i].part,
         f"{labels[i].direction} must be held once, but it is already held by {holders(labels, null, i)}",
-        'Free that direction in one of these joints, or set redundant = "allow" (their reactions are then not unique)',
+        'Free that direction in one of these joints, or set redundant = "allow" (their reactions are '
+        "then not unique)",
     )
 
 
 def contradictions(mechanism, state, scratch, labels, dependent) -> list[Fault]:
-    """Dependent rows that ask for something else than the rows they depend on, in position or in any prescribed speed."""
+    """Dependent rows that ask for something else than the rows they depend on, in position or in any
+    prescribed speed.
+    """
     jacobian = dense_jacobian(mechanism, state, scratch)
     kept = [i for i in range(len(labels)) if i not in dependent]
     # row i = combination of kept rows; its right-hand side must be the same combination
@@ -108,18 +123,30 @@ def contradictions(mechanism, state, scratch, labels, dependent) -> list[Fault]:
             continue
         mismatch = speed_mismatch(mechanism, combination[n], kept, i)
         if mismatch:
-            faults.append(contradiction_fault(labels, kept, combination[n], i, f"their speeds differ by {mismatch:.4g} rad/s"))
+            faults.append(
+                contradiction_fault(
+                    labels, kept, combination[n], i, f"their speeds differ by {mismatch:.4g} rad/s"
+                )
+            )
     return faults
 
 
 def contradiction_fault(labels, kept, weights, i, what) -> Fault:
     """Row `i` against the rows it depends on."""
-    others = dict.fromkeys(labels[k].part for k, weight in zip(kept, weights, strict=True) if abs(weight) > INVOLVED)
-    return Fault(labels[i].part, f"must not contradict {', '.join(others)}: {labels[i].direction}, {what}", "Take one of them away")
+    others = dict.fromkeys(
+        labels[k].part for k, weight in zip(kept, weights, strict=True) if abs(weight) > INVOLVED
+    )
+    return Fault(
+        labels[i].part,
+        f"must not contradict {', '.join(others)}: {labels[i].direction}, {what}",
+        "Take one of them away",
+    )
 
 
 def speed_mismatch(mechanism, weights, kept, i) -> float:
-    """Largest difference [rad/s] between what row `i` and its combination of kept rows prescribe, over all knots of all drives."""
+    """Largest difference [rad/s] between what row `i` and its combination of kept rows prescribe, over all
+    knots of all drives.
+    """
     times, largest, scale = np.unique(mechanism.knots.time), 0.0, 0.0
     motion = np.zeros((len(mechanism.drives), 3))
     for t in times:

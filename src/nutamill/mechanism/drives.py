@@ -1,4 +1,6 @@
-"""Drives: angle, speed and acceleration of a prescribed rotation at a time; torque and motion of a controlled motor."""
+"""Drives: angle, speed and acceleration of a prescribed rotation at a time; torque and motion of a controlled
+motor.
+"""
 
 import math
 
@@ -51,7 +53,9 @@ def driven_axis(drive, quaternion):
 
 @kernel
 def driven_rate(drive, quaternion, rates):
-    """Rate of b relative to a about the axis of a `DRIVE` record, from rates (n_bodies + 1, 6): twists [rad/s] or accelerations."""
+    """Rate of b relative to a about the axis of a `DRIVE` record, from rates (n_bodies + 1, 6): twists
+    [rad/s] or accelerations.
+    """
     e0, e1, e2 = driven_axis(drive, quaternion)
     a, b = rates[drive.body_a], rates[drive.body_b]
     return e0 * (b[3] - a[3]) + e1 * (b[4] - a[4]) + e2 * (b[5] - a[5])
@@ -59,7 +63,9 @@ def driven_rate(drive, quaternion, rates):
 
 @kernel
 def driven_angle(drive, quaternion, near):
-    """Angle of b relative to a about the axis of a `DRIVE` record [rad], of all turns the one within half a turn of `near`."""
+    """Angle of b relative to a about the axis of a `DRIVE` record [rad], of all turns the one within half a
+    turn of `near`.
+    """
     e0, e1, e2 = driven_axis(drive, quaternion)
     x0, x1, x2 = turn_vector(quaternion[drive.body_a], drive.zero_a[0], drive.zero_a[1], drive.zero_a[2])
     y0, y1, y2 = turn_vector(quaternion[drive.body_b], drive.zero_b[0], drive.zero_b[1], drive.zero_b[2])
@@ -80,9 +86,9 @@ def motor_limit(drive, t, speed):
 def motor_torque(drive, t, asked, speed, integral):
     """Torque [N m] of a motor that turns with `speed` and is asked for the speed `asked` [rad/s].
 
-    Proportional to the error, plus the `integral` part [N m], within the limits: a drive with a speed controller and a limit of
-    current and power.  Source: Leonhard, Control of Electrical Drives, 3rd ed., 2001, section 7.2 (speed control by a PI
-    controller with a limited output).
+    Proportional to the error, plus the `integral` part [N m], within the limits: a drive with a speed
+    controller and a limit of current and power.  Source: Leonhard, Control of Electrical Drives, 3rd ed.,
+    2001, section 7.2 (speed control by a PI controller with a limited output).
     """
     limit = motor_limit(drive, t, speed)
     return max(-limit, min(limit, drive.gain * (asked - speed) + integral))
@@ -90,8 +96,8 @@ def motor_torque(drive, t, asked, speed, integral):
 
 @kernel
 def next_integral(drive, t, asked, speed, integral, dt):
-    """Integral part [N m] a step of `dt` [s] later: it rests while the torque is at a limit that it would push further, and starts
-    anew after a cut."""
+    """Integral part [N m] a step of `dt` [s] later: it rests while the torque is at a limit that it would
+    push further, and starts anew after a cut."""
     limit = motor_limit(drive, t, speed)
     if limit == 0.0:
         return 0.0
@@ -104,7 +110,8 @@ def next_integral(drive, t, asked, speed, integral, dt):
 
 @kernel
 def apply_motors(drives, quaternion, twist, t, asked, integral, load_out, torque_out):
-    """Add every motor's torque to `load_out` (n_bodies + 1, 6) and write it, (n_drives,) [N m]; zero for prescribed rotations.
+    """Add every motor's torque to `load_out` (n_bodies + 1, 6) and write it, (n_drives,) [N m]; zero for
+    prescribed rotations.
 
     `asked` (n_drives, 3) is what `evaluate_drives` gave, `twist` what the loads see.
     """
@@ -112,7 +119,9 @@ def apply_motors(drives, quaternion, twist, t, asked, integral, load_out, torque
         torque_out[d] = 0.0
         if drives[d].row >= 0:
             continue
-        torque = motor_torque(drives[d], t, asked[d, 1], driven_rate(drives[d], quaternion, twist), integral[d])
+        torque = motor_torque(
+            drives[d], t, asked[d, 1], driven_rate(drives[d], quaternion, twist), integral[d]
+        )
         torque_out[d] = torque
         e0, e1, e2 = driven_axis(drives[d], quaternion)
         a, b = drives[d].body_a, drives[d].body_b
@@ -126,15 +135,22 @@ def apply_motors(drives, quaternion, twist, t, asked, integral, load_out, torque
 
 @kernel
 def advance_motors(drives, quaternion, twist, t, asked, dt, integral):
-    """Advance the integral parts (n_drives,) [N m] of all motors over the step of `dt` [s] that has brought them to `twist` at `t`."""
+    """Advance the integral parts (n_drives,) [N m] of all motors over the step of `dt` [s] that has brought
+    them to `twist` at `t`.
+    """
     for d in range(drives.shape[0]):
         if drives[d].row < 0:
-            integral[d] = next_integral(drives[d], t, asked[d, 1], driven_rate(drives[d], quaternion, twist), integral[d], dt)
+            integral[d] = next_integral(
+                drives[d], t, asked[d, 1], driven_rate(drives[d], quaternion, twist), integral[d], dt
+            )
 
 
 @kernel
-def take_over_drives(drives, quaternion, twist, acceleration, multiplier, motor_torques, asked, torque_out, motion_out):
-    """Torque [N m] of every drive, and its angle, speed and acceleration: as prescribed, or as a motor's joint has come to move.
+def take_over_drives(
+    drives, quaternion, twist, acceleration, multiplier, motor_torques, asked, torque_out, motion_out
+):
+    """Torque [N m] of every drive, and its angle, speed and acceleration: as prescribed, or as a motor's
+    joint has come to move.
 
     Parameters
     ----------

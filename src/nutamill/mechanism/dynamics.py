@@ -1,17 +1,20 @@
-"""One step of the constrained mechanism, in two halves: `drift` to the next pose, `finish` with the loads found there.
+"""One step of the constrained mechanism, in two halves: `drift` to the next pose, `finish` with the loads
+found there.
 
 Velocity Verlet on momentum and angular momentum with one constraint solve per step:
 
 1. drift: ``p += v dt + a dt^2/2``, ``q = exp(w dt + alpha dt^2/2) q``;
 2. loads and reactions there, velocity-dependent loads with the predicted ``v + a dt``;
-3. kick: ``L1 = L0 + dt/2 (T0 + T1) + dt/2 (W1 - W0)``, T the load with reactions and external wrench W. W0 leaves and W1 counts
+3. kick: ``L1 = L0 + dt/2 (T0 + T1) + dt/2 (W1 - W0)``, T the load with reactions and external wrench W. W0
+  leaves and W1 counts
    in full: the step gives exactly the impulse ``W1 dt``;
 4. poses and velocities back onto the constraints, along the mass-orthogonal directions, with the same factor.
 
 Angular momentum is stepped in world axes, where a free body keeps it to round-off.
 
-Source: Hairer, Lubich and Wanner, Geometric Numerical Integration, 2006, section VII.5 (Verlet on the rotation group) and
-section VII.1.4 (projection); Andersen, J. Comput. Phys. 52, 24-34, 1983 (Verlet with positions and velocities on constraints).
+Source: Hairer, Lubich and Wanner, Geometric Numerical Integration, 2006, section VII.5 (Verlet on the
+rotation group) and section VII.1.4 (projection); Andersen, J. Comput. Phys. 52, 24-34, 1983 (Verlet with
+positions and velocities on constraints).
 """
 
 import math
@@ -38,12 +41,16 @@ START_ROUNDS = 8
 """Newton rounds that bring an assembled pose onto its constraints; each squares the gap."""
 
 FRICTION_ROUNDS = 4
-"""Solves at the start, so that friction finds the reactions it belongs to; each shrinks the error by about the friction coefficient."""
+"""Solves at the start, so that friction finds the reactions it belongs to; each shrinks the error by about
+the friction coefficient.
+"""
 
 
 @kernel
 def gather_momentum(bodies, inertia, velocity, angular_velocity, twist_out, momentum_out):
-    """Twists, and momentum [kg m/s] with angular momentum about the mass centre [kg m^2/s], (n_bodies + 1, 6) each."""
+    """Twists, and momentum [kg m/s] with angular momentum about the mass centre [kg m^2/s], (n_bodies + 1, 6)
+    each.
+    """
     for b in range(bodies.shape[0]):
         I, w = inertia[b], angular_velocity[b]
         for k in range(3):
@@ -54,7 +61,9 @@ def gather_momentum(bodies, inertia, velocity, angular_velocity, twist_out, mome
 
 
 @kernel
-def project_positions(rows, factors, inverse_mass_jacobian, gap, solution, move, position_out, quaternion_out):
+def project_positions(
+    rows, factors, inverse_mass_jacobian, gap, solution, move, position_out, quaternion_out
+):
     """Move positions and attitudes by ``-M^-1 J^T S^-1 gap``, with the present `factors` (L, U, 1/D).
 
     `solution` (n_rows,) and `move` (n_bodies + 1, 6) are work space.
@@ -75,11 +84,12 @@ def project_positions(rows, factors, inverse_mass_jacobian, gap, solution, move,
 
 @kernel
 def project_velocities(mechanism, state, scratch):
-    """Velocities from `scratch.momentum`, brought onto the constraints at the present (already projected) pose.
+    """Velocities from `scratch.momentum`, brought onto the constraints at the present (already projected)
+    pose.
 
-    The gap rates are those of the present pose; the correction runs along ``M^-1 J^T`` of the pose that was factored, because
-    only with its own factor is it the smallest motion that does the work, whatever the ratios of the masses.
-    The row impulses [N s or N m s] stay in `scratch.solution`.
+    The gap rates are those of the present pose; the correction runs along ``M^-1 J^T`` of the pose that was
+    factored, because only with its own factor is it the smallest motion that does the work, whatever the
+    ratios of the masses. The row impulses [N s or N m s] stay in `scratch.solution`.
     """
     twist, impulse = scratch.twist, scratch.solution
     divide_by_mass(mechanism.bodies, scratch.inverse_inertia, scratch.momentum, twist)
@@ -97,23 +107,32 @@ def project_velocities(mechanism, state, scratch):
 
 @kernel
 def keep_solution(mechanism, state, scratch):
-    """Take over what the solve found: reactions, drive motions and torques, dissipated powers, and the wrench contained in the load."""
+    """Take over what the solve found: reactions, drive motions and torques, dissipated powers, and the wrench
+    contained in the load.
+    """
     copy_vector(scratch.multiplier, state.multiplier)
     copy_vector(scratch.power, state.power)
     copy_rows(state.wrench, state.previous_wrench)
     gather_twists(state, scratch.twist)
     take_over_drives(
-        mechanism.drives, state.quaternion, scratch.twist, state.acceleration, scratch.multiplier, scratch.motor_torque,
-        scratch.drive_motion, state.drive_torque, state.drive_motion,
-    )  # fmt: skip
+        mechanism.drives,
+        state.quaternion,
+        scratch.twist,
+        state.acceleration,
+        scratch.multiplier,
+        scratch.motor_torque,
+        scratch.drive_motion,
+        state.drive_torque,
+        state.drive_motion,
+    )
 
 
 @kernel
 def start(mechanism, state, scratch):
     """Bring the assembled state onto its constraints and solve once, in place; call it before the first step.
 
-    Positions and attitudes move along mass-orthogonal directions until the gaps are at round-off, velocities likewise.
-    `state.wrench` counts as acting already.
+    Positions and attitudes move along mass-orthogonal directions until the gaps are at round-off, velocities
+    likewise. `state.wrench` counts as acting already.
 
     Returns
     -------
@@ -125,11 +144,24 @@ def start(mechanism, state, scratch):
         place(mechanism, state, scratch)
         factor_constraints(mechanism, scratch)
         project_positions(
-            mechanism.rows, factors, scratch.inverse_mass_jacobian, scratch.gap, scratch.solution, scratch.correction,
-            state.position, state.quaternion,
-        )  # fmt: skip
+            mechanism.rows,
+            factors,
+            scratch.inverse_mass_jacobian,
+            scratch.gap,
+            scratch.solution,
+            scratch.correction,
+            state.position,
+            state.quaternion,
+        )
     place(mechanism, state, scratch)
-    gather_momentum(mechanism.bodies, scratch.inertia, state.velocity, state.angular_velocity, scratch.start_twist, scratch.momentum)
+    gather_momentum(
+        mechanism.bodies,
+        scratch.inertia,
+        state.velocity,
+        state.angular_velocity,
+        scratch.start_twist,
+        scratch.momentum,
+    )
     project_velocities(mechanism, state, scratch)
     for _ in range(FRICTION_ROUNDS):
         solve_reactions(mechanism, state, scratch)
@@ -139,16 +171,32 @@ def start(mechanism, state, scratch):
 
 @kernel
 def drift(mechanism, state, scratch, dt):
-    """First half of a step: positions and attitudes to the end of `dt` [s], under the present velocities and accelerations.
+    """First half of a step: positions and attitudes to the end of `dt` [s], under the present velocities and
+    accelerations.
 
-    Exactly the motion of `nutamill.base.frames.pose_in_window` at ``s = dt``.  Velocities, accelerations and time stay those of the
-    start.  `finish` must follow with the same `scratch`.
+    Exactly the motion of `nutamill.base.frames.pose_in_window` at ``s = dt``.  Velocities, accelerations and
+    time stay those of the start.  `finish` must follow with the same `scratch`.
     """
-    place_bodies(mechanism.bodies, state.quaternion, scratch.rotation, scratch.inertia, scratch.inverse_inertia)
-    gather_momentum(mechanism.bodies, scratch.inertia, state.velocity, state.angular_velocity, scratch.start_twist, scratch.momentum)
+    place_bodies(
+        mechanism.bodies, state.quaternion, scratch.rotation, scratch.inertia, scratch.inverse_inertia
+    )
+    gather_momentum(
+        mechanism.bodies,
+        scratch.inertia,
+        state.velocity,
+        state.angular_velocity,
+        scratch.start_twist,
+        scratch.momentum,
+    )
     h = 0.5 * dt * dt
     for b in range(state.position.shape[0] - 1):
-        p, q, v, w, a = state.position[b], state.quaternion[b], state.velocity[b], state.angular_velocity[b], state.acceleration[b]
+        p, q, v, w, a = (
+            state.position[b],
+            state.quaternion[b],
+            state.velocity[b],
+            state.angular_velocity[b],
+            state.acceleration[b],
+        )
         for k in range(3):
             p[k] = p[k] + dt * v[k] + h * a[k]
         turn_quaternion(q, dt * w[0] + h * a[3], dt * w[1] + h * a[4], dt * w[2] + h * a[5], q)
@@ -156,7 +204,8 @@ def drift(mechanism, state, scratch, dt):
 
 @kernel
 def finish(mechanism, state, scratch, dt):
-    """Second half of a step: loads with `state.wrench`, reactions, kick, projection, ledgers; time advances by `dt` [s].
+    """Second half of a step: loads with `state.wrench`, reactions, kick, projection, ledgers; time advances
+    by `dt` [s].
 
     `state.wrench` (n_bodies + 1, 6) is the mean over the step: the bodies receive exactly ``wrench dt``.
 
@@ -170,20 +219,36 @@ def finish(mechanism, state, scratch, dt):
     for b in range(state.position.shape[0] - 1):
         for k in range(6):
             scratch.twist[b, k] = scratch.start_twist[b, k] + dt * state.acceleration[b, k]
-            scratch.momentum[b, k] += half * (state.load[b, k] + state.wrench[b, k] - state.previous_wrench[b, k])
+            scratch.momentum[b, k] += half * (
+                state.load[b, k] + state.wrench[b, k] - state.previous_wrench[b, k]
+            )
     solve_reactions(mechanism, state, scratch)
     for b in range(state.position.shape[0] - 1):
         for k in range(6):
             scratch.momentum[b, k] += half * state.load[b, k]
     project_positions(
-        mechanism.rows, (scratch.lower, scratch.upper, scratch.inverse_pivot), scratch.inverse_mass_jacobian, scratch.gap,
-        scratch.solution, scratch.correction, state.position, state.quaternion,
-    )  # fmt: skip
+        mechanism.rows,
+        (scratch.lower, scratch.upper, scratch.inverse_pivot),
+        scratch.inverse_mass_jacobian,
+        scratch.gap,
+        scratch.solution,
+        scratch.correction,
+        state.position,
+        state.quaternion,
+    )
     place(mechanism, state, scratch)
     project_velocities(mechanism, state, scratch)
     add_works(mechanism, state, scratch, dt)
     add_losses(mechanism, state, scratch.power, dt)
-    advance_motors(mechanism.drives, state.quaternion, scratch.twist, state.time[0], scratch.drive_motion, dt, state.motor_integral)
+    advance_motors(
+        mechanism.drives,
+        state.quaternion,
+        scratch.twist,
+        state.time[0],
+        scratch.drive_motion,
+        dt,
+        state.motor_integral,
+    )
     keep_solution(mechanism, state, scratch)
     return check_finite(state.velocity, state.acceleration)
 
@@ -192,14 +257,21 @@ def finish(mechanism, state, scratch, dt):
 def add_works(mechanism, state, scratch, dt):
     """Works of drives, wrenches and constant moments over the step just made: impulse times mean velocity.
 
-    A drive's impulse is the mean of its two reactions times `dt`, plus the impulse of the velocity projection.
+    A drive's impulse is the mean of its two reactions times `dt`, plus the impulse of the velocity
+    projection.
     """
     drives, torques, before, after = mechanism.drives, mechanism.torques, scratch.start_twist, scratch.twist
     for d in range(drives.shape[0]):
         i = drives[d].row
         if i < 0:
             rate = driven_rate(drives[d], state.quaternion, after)
-            state.drive_work[d] += 0.5 * dt * (state.drive_torque[d] + scratch.motor_torque[d]) * 0.5 * (state.drive_motion[d, 1] + rate)
+            state.drive_work[d] += (
+                0.5
+                * dt
+                * (state.drive_torque[d] + scratch.motor_torque[d])
+                * 0.5
+                * (state.drive_motion[d, 1] + rate)
+            )
             continue
         impulse = 0.5 * dt * (state.multiplier[i] + scratch.multiplier[i]) + scratch.solution[i]
         state.drive_work[d] += impulse * 0.5 * (state.drive_motion[d, 1] + scratch.drive_motion[d, 1])
@@ -214,7 +286,9 @@ def add_works(mechanism, state, scratch, dt):
 
 @kernel
 def add_losses(mechanism, state, power, dt):
-    """Losses of bushings, springs and joints over the step just made [J], by the trapezoid rule of their powers."""
+    """Losses of bushings, springs and joints over the step just made [J], by the trapezoid rule of their
+    powers.
+    """
     n_bushings, n_springs = mechanism.bushings.shape[0], mechanism.springs.shape[0]
     for i in range(n_bushings):
         state.bushing_loss[i] += 0.5 * dt * (state.power[i] + power[i])
@@ -245,7 +319,9 @@ def step(mechanism, state, scratch, dt):
 
 @kernel
 def march(mechanism, state, scratch, dt, n_steps):
-    """`n_steps` steps of `dt` [s] under a constant `state.wrench`; returns OK or NOT_FINITE, and stops at the latter."""
+    """`n_steps` steps of `dt` [s] under a constant `state.wrench`; returns OK or NOT_FINITE, and stops at the
+    latter.
+    """
     for _ in range(n_steps):
         drift(mechanism, state, scratch, dt)
         status = finish(mechanism, state, scratch, dt)
@@ -256,9 +332,11 @@ def march(mechanism, state, scratch, dt, n_steps):
 
 @kernel
 def solve_again(mechanism, state, scratch):
-    """Solve anew at the present pose and velocities with the present `state.wrench`, which then counts as acting already.
+    """Solve anew at the present pose and velocities with the present `state.wrench`, which then counts as
+    acting already.
 
-    For a step that is repeated from its start with another wrench: restore the state, set the wrench, call this, then `drift`.
+    For a step that is repeated from its start with another wrench: restore the state, set the wrench, call
+    this, then `drift`.
     """
     evaluate_drives(mechanism.drives, mechanism.knots, state.time[0], scratch.drive_motion)
     gather_twists(state, scratch.twist)
@@ -268,7 +346,9 @@ def solve_again(mechanism, state, scratch):
 
 @kernel
 def gather_twists(state, twist_out):
-    """Velocity and angular velocity of every body side by side, (n_bodies + 1, 6) [m/s, rad/s], world axes."""
+    """Velocity and angular velocity of every body side by side, (n_bodies + 1, 6) [m/s, rad/s], world
+    axes.
+    """
     for b in range(twist_out.shape[0]):
         for k in range(3):
             twist_out[b, k] = state.velocity[b, k]
@@ -277,7 +357,9 @@ def gather_twists(state, twist_out):
 
 @kernel
 def copy_mechanism_state(source, target):
-    """Copy every array of one `MechanismState` into another of the same mechanism: enough to repeat a step bit for bit."""
+    """Copy every array of one `MechanismState` into another of the same mechanism: enough to repeat a step
+    bit for bit.
+    """
     for one, other in (
         (source.time, target.time),
         (source.multiplier, target.multiplier),
@@ -309,7 +391,8 @@ def copy_mechanism_state(source, target):
 
 @kernel
 def body_motion(state, body, motion_out):
-    """Position, quaternion, velocity, angular velocity, acceleration, angular acceleration of a body's mass centre.
+    """Position, quaternion, velocity, angular velocity, acceleration, angular acceleration of a body's mass
+    centre.
 
     `motion_out` (19,) in the order of `nutamill.base.frames.MOTION_SIZE`, SI, world axes.
     """

@@ -34,17 +34,23 @@ def bushing_energy(mechanism, state, bushing):
     """Elastic energy [J] of bushing number `bushing`: half of stiffness times travel squared."""
     k = mechanism.bushings[bushing].stiffness
     d0, d1, d2, t0, t1, t2 = bushing_travel_of(mechanism.bushings[bushing], state.position, state.quaternion)
-    return 0.5 * (k[0] * d0 * d0 + k[1] * d1 * d1 + k[2] * d2 * d2 + k[3] * t0 * t0 + k[4] * t1 * t1 + k[5] * t2 * t2)
+    return 0.5 * (
+        k[0] * d0 * d0 + k[1] * d1 * d1 + k[2] * d2 * d2 + k[3] * t0 * t0 + k[4] * t1 * t1 + k[5] * t2 * t2
+    )
 
 
 @kernel
 def energies(mechanism, state, scratch, out):
-    """Kinetic, potential and elastic energy [J] (bushings and springs) into `out` (3,).  `scratch.twist` is overwritten."""
+    """Kinetic, potential and elastic energy [J] (bushings and springs) into `out` (3,).  `scratch.twist` is
+    overwritten.
+    """
     out[0], out[1], out[2] = kinetic_energy(mechanism, state), potential_energy(mechanism, state), 0.0
     for i in range(mechanism.bushings.shape[0]):
         out[2] += bushing_energy(mechanism, state, i)
     gather_twists(state, scratch.twist)
     for i in range(mechanism.springs.shape[0]):
         spring = mechanism.springs[i]
-        length, _pull, _power, _n0, _n1, _n2 = spring_pull(spring, state.position, state.quaternion, scratch.twist)
+        length, _pull, _power, _n0, _n1, _n2 = spring_pull(
+            spring, state.position, state.quaternion, scratch.twist
+        )
         out[2] += 0.5 * spring.stiffness * (length - spring.free_length) ** 2

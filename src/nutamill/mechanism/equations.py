@@ -1,9 +1,10 @@
-"""The equations of motion at one instant: poses to Jacobians and inertias, loads, accelerations and reactions.
+"""The equations of motion at one instant: poses to Jacobians and inertias, loads, accelerations and
+reactions.
 
 ``M a = F + J^T lambda`` with ``J a = curvature``, solved by elimination of a.
 
-Source: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems, 1989, section 11.3; Featherstone, Rigid Body
-Dynamics Algorithms, 2008, section 3.2.
+Source: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems, 1989, section 11.3; Featherstone,
+Rigid Body Dynamics Algorithms, 2008, section 3.2.
 """
 
 from nutamill.base.frames import cross, rotation_matrix
@@ -11,7 +12,14 @@ from nutamill.base.kernel import kernel
 from nutamill.mechanism.drives import apply_motors
 from nutamill.mechanism.joints import bend_rows, place_rows, row_rate
 from nutamill.mechanism.loads import apply_bushings, apply_given, apply_joint_friction, apply_springs
-from nutamill.mechanism.solve import add_row_reactions, divide_by_mass, divide_rows_by_mass, factor, form_schur, solve_factored
+from nutamill.mechanism.solve import (
+    add_row_reactions,
+    divide_by_mass,
+    divide_rows_by_mass,
+    factor,
+    form_schur,
+    solve_factored,
+)
 
 
 @kernel
@@ -44,7 +52,9 @@ def turn_inertia(R, I_body, I_out):
 
 @kernel
 def place_bodies(bodies, quaternion, rotation_out, inertia_out, inverse_inertia_out):
-    """Rotation matrices, inertias and inverse inertias in world axes, (n_bodies + 1, 3, 3) each, at given attitudes."""
+    """Rotation matrices, inertias and inverse inertias in world axes, (n_bodies + 1, 3, 3) each, at given
+    attitudes.
+    """
     for b in range(bodies.shape[0]):
         R = rotation_out[b]
         rotation_matrix(quaternion[b], R)
@@ -72,7 +82,9 @@ def accelerate(bodies, inertia, inverse_inertia, twist, load, out):
 @kernel
 def place(mechanism, state, scratch):
     """Rotations, inertias, row vectors, gaps and Jacobian at the present pose and `scratch.drive_motion`."""
-    place_bodies(mechanism.bodies, state.quaternion, scratch.rotation, scratch.inertia, scratch.inverse_inertia)
+    place_bodies(
+        mechanism.bodies, state.quaternion, scratch.rotation, scratch.inertia, scratch.inverse_inertia
+    )
     place_rows(
         mechanism.rows, state.position, scratch.rotation, scratch.drive_motion,
         scratch.row_vectors, scratch.gap, scratch.gap_rate, scratch.jacobian,
@@ -82,26 +94,45 @@ def place(mechanism, state, scratch):
 @kernel
 def factor_constraints(mechanism, scratch):
     """``M^-1 J^T``, ``J M^-1 J^T`` and its factor from the placed Jacobian."""
-    divide_rows_by_mass(mechanism.rows, mechanism.bodies, scratch.inverse_inertia, scratch.jacobian, scratch.inverse_mass_jacobian)
+    divide_rows_by_mass(
+        mechanism.rows,
+        mechanism.bodies,
+        scratch.inverse_inertia,
+        scratch.jacobian,
+        scratch.inverse_mass_jacobian,
+    )
     form_schur(mechanism.pairs, scratch.jacobian, scratch.inverse_mass_jacobian, scratch.schur)
     factor(scratch.schur, scratch.lower, scratch.upper, scratch.inverse_pivot)
 
 
 @kernel
 def apply_loads(mechanism, state, scratch):
-    """Applied loads (friction apart) about the mass centres into `scratch.load`, with the velocities of `scratch.twist`."""
+    """Applied loads (friction apart) about the mass centres into `scratch.load`, with the velocities of
+    `scratch.twist`.
+    """
     twist, load, power = scratch.twist, scratch.load, scratch.power
     apply_given(mechanism.bodies, mechanism.gravity, mechanism.torques, state.wrench, load)
     apply_bushings(mechanism.bushings, state.position, state.quaternion, twist, load, power)
-    apply_springs(mechanism.springs, state.position, state.quaternion, twist, mechanism.bushings.shape[0], load, power)
+    apply_springs(
+        mechanism.springs, state.position, state.quaternion, twist, mechanism.bushings.shape[0], load, power
+    )
     apply_motors(
-        mechanism.drives, state.quaternion, twist, state.time[0], scratch.drive_motion, state.motor_integral, load, scratch.motor_torque
+        mechanism.drives,
+        state.quaternion,
+        twist,
+        state.time[0],
+        scratch.drive_motion,
+        state.motor_integral,
+        load,
+        scratch.motor_torque,
     )
 
 
 @kernel
 def row_residuals(rows, jacobian, motion, target, out):
-    """``target - J motion`` row by row into `out` (n_rows,); `motion` (n_bodies + 1, 6) are twists or accelerations."""
+    """``target - J motion`` row by row into `out` (n_rows,); `motion` (n_bodies + 1, 6) are twists or
+    accelerations.
+    """
     for i in range(rows.shape[0]):
         out[i] = target[i] - row_rate(jacobian[i], motion[rows[i].body_a], motion[rows[i].body_b])
 
@@ -117,8 +148,8 @@ def hold_ground(per_body):
 def solve_reactions(mechanism, state, scratch):
     """Loads at the present pose and `scratch.twist`, and the row reactions that keep the constraints.
 
-    Leaves Jacobian, gaps and factor in `scratch`, the reactions in `scratch.multiplier`, the load with reactions in
-    `state.load`, and the accelerations in `state.acceleration`.
+    Leaves Jacobian, gaps and factor in `scratch`, the reactions in `scratch.multiplier`, the load with
+    reactions in `state.load`, and the accelerations in `state.acceleration`.
     """
     place(mechanism, state, scratch)
     apply_loads(mechanism, state, scratch)
@@ -130,7 +161,9 @@ def solve_reactions(mechanism, state, scratch):
     bend_rows(mechanism.rows, scratch.row_vectors, scratch.twist, scratch.drive_motion, scratch.curvature)
     factor_constraints(mechanism, scratch)
     acceleration, reaction = state.acceleration, scratch.multiplier
-    accelerate(mechanism.bodies, scratch.inertia, scratch.inverse_inertia, scratch.twist, scratch.load, acceleration)
+    accelerate(
+        mechanism.bodies, scratch.inertia, scratch.inverse_inertia, scratch.twist, scratch.load, acceleration
+    )
     row_residuals(mechanism.rows, scratch.jacobian, acceleration, scratch.curvature, reaction)
     solve_factored(scratch.lower, scratch.upper, scratch.inverse_pivot, reaction)
     add_row_reactions(mechanism.rows, scratch.inverse_mass_jacobian, reaction, acceleration)

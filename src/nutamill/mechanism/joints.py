@@ -1,13 +1,14 @@
-"""Joints as rows of two kinds: the gap, its Jacobian, and the part of its second derivative that needs no acceleration.
+"""Joints as rows of two kinds: the gap, its Jacobian, and the part of its second derivative that needs no
+acceleration.
 
-POINT: ``e . (x_b - x_a) = 0`` holds a point of b in the plane through a point of a, square to the axis e of a.
-AXIS: ``u . z = 0`` holds an axis z of b square to an axis u of a; a drive turns u in a by its angle.
+POINT: ``e . (x_b - x_a) = 0`` holds a point of b in the plane through a point of a, square to the axis e of
+a. AXIS: ``u . z = 0`` holds an axis z of b square to an axis u of a; a drive turns u in a by its angle.
 
-With J the Jacobian to the velocities (v_a, w_a, v_b, w_b) in world axes, a row's rate is ``J v + gap_rate`` and its second
-derivative ``J a - curvature``.
+With J the Jacobian to the velocities (v_a, w_a, v_b, w_b) in world axes, a row's rate is ``J v + gap_rate``
+and its second derivative ``J a - curvature``.
 
-Source: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems, 1989, section 9.4 ("dot-1" and "dot-2"
-constraints), written for world axes.
+Source: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems, 1989, section 9.4 ("dot-1" and
+"dot-2" constraints), written for world axes.
 """
 
 import math
@@ -31,7 +32,9 @@ def dot3(a, at_a, b, at_b):
 
 @kernel
 def place_point_row(row, R_a, R_b, p_a, p_b, vectors_out):
-    """World vectors of a POINT row into `vectors_out` (12,): axis e [1], arms on a and on b [m], gap vector x_b - x_a [m]."""
+    """World vectors of a POINT row into `vectors_out` (12,): axis e [1], arms on a and on b [m], gap vector
+    x_b - x_a [m].
+    """
     e0, e1, e2 = rotate(R_a, row.axis_a[0], row.axis_a[1], row.axis_a[2])
     a0, a1, a2 = rotate(R_a, row.point_a[0], row.point_a[1], row.point_a[2])
     b0, b1, b2 = rotate(R_b, row.point_b[0], row.point_b[1], row.point_b[2])
@@ -57,7 +60,9 @@ def point_row_jacobian(x, J_out):
 
 @kernel
 def point_row_curvature(x, twist_a, twist_b):
-    """What ``J a`` must equal for a POINT row [m/s^2]: ``-(e'' . d + 2 e' . d' + e . d'')`` at zero accelerations."""
+    """What ``J a`` must equal for a POINT row [m/s^2]: ``-(e'' . d + 2 e' . d' + e . d'')`` at zero
+    accelerations.
+    """
     p0, p1, p2 = cross(twist_a[3], twist_a[4], twist_a[5], x[3], x[4], x[5])
     q0, q1, q2 = cross(twist_b[3], twist_b[4], twist_b[5], x[6], x[7], x[8])
     d0 = twist_b[0] + q0 - twist_a[0] - p0
@@ -76,7 +81,9 @@ def point_row_curvature(x, twist_a, twist_b):
 
 @kernel
 def place_axis_row(row, angle, R_a, R_b, vectors_out):
-    """World vectors of an AXIS row into `vectors_out` (9,): u of a, u a quarter turn of the drive later, z of b [1]."""
+    """World vectors of an AXIS row into `vectors_out` (9,): u of a, u a quarter turn of the drive later, z of
+    b [1].
+    """
     c, s = math.cos(angle), math.sin(angle)
     u0 = c * row.axis_a[0] + s * row.quarter_a[0]
     u1 = c * row.axis_a[1] + s * row.quarter_a[1]
@@ -104,7 +111,8 @@ def axis_row_jacobian(x, J_out):
 
 @kernel
 def axis_row_curvature(x, speed, acceleration, twist_a, twist_b):
-    """What ``J a`` must equal for an AXIS row [rad/s^2]: ``-(u'' . z + 2 u' . z' + u . z'')`` at zero angular accelerations.
+    """What ``J a`` must equal for an AXIS row [rad/s^2]: ``-(u'' . z + 2 u' . z' + u . z'')`` at zero angular
+    accelerations.
 
     `speed` [rad/s] and `acceleration` [rad/s^2] are those of the row's drive, zero without one.
     """
@@ -125,7 +133,9 @@ def axis_row_curvature(x, speed, acceleration, twist_a, twist_b):
 
 @kernel
 def place_rows(rows, position, rotation, drive_motion, vectors_out, gap_out, gap_rate_out, jacobian_out):
-    """World vectors, gaps [m or rad], explicit rates [rad/s] and Jacobians of all rows at a pose and at the drives' motions."""
+    """World vectors, gaps [m or rad], explicit rates [rad/s] and Jacobians of all rows at a pose and at the
+    drives' motions.
+    """
     for i in range(rows.shape[0]):
         row, x, J = rows[i], vectors_out[i], jacobian_out[i]
         R_a, R_b = rotation[row.body_a], rotation[row.body_b]
@@ -145,7 +155,9 @@ def place_rows(rows, position, rotation, drive_motion, vectors_out, gap_out, gap
 
 @kernel
 def bend_rows(rows, vectors, twist, drive_motion, curvature_out):
-    """What ``J a`` must equal for every row [m/s^2 or rad/s^2], from its placed vectors and the twists of the bodies."""
+    """What ``J a`` must equal for every row [m/s^2 or rad/s^2], from its placed vectors and the twists of the
+    bodies.
+    """
     for i in range(rows.shape[0]):
         row = rows[i]
         t_a, t_b = twist[row.body_a], twist[row.body_b]

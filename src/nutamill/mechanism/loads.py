@@ -1,7 +1,7 @@
 """Loads: gravity, constant moments, bushings, springs, joint friction, and the external wrench.
 
-Each load is a small function of two bodies; `apply_loads` sums them.  Every pair of opposite forces acts at one point in
-space, so momentum and angular momentum are passed on, never made.
+Each load is a small function of two bodies; `apply_loads` sums them.  Every pair of opposite forces acts at
+one point in space, so momentum and angular momentum are passed on, never made.
 """
 
 import math
@@ -11,22 +11,30 @@ from nutamill.base.kernel import kernel
 from nutamill.mechanism.parts import JointKind
 
 FRICTION_SPEED = 0.1
-"""Relative angular velocity [rad/s] over which Coulomb friction grows from nothing to (tanh 1 = 76 % of) its full moment."""
+"""Relative angular velocity [rad/s] over which Coulomb friction grows from nothing to (tanh 1 = 76 % of) its
+full moment.
+"""
 
 CYLINDRICAL, REVOLUTE = int(JointKind.CYLINDRICAL), int(JointKind.REVOLUTE)
 
 
 @kernel
 def add_wrench(load_out, position, body_a, body_b, x0, x1, x2, f0, f1, f2, m0, m1, m2):
-    """Add a wrench (force f [N], moment m [N m], about the world point x [m]) to body b and its opposite to body a."""
-    c0, c1, c2 = cross(x0 - position[body_b, 0], x1 - position[body_b, 1], x2 - position[body_b, 2], f0, f1, f2)
+    """Add a wrench (force f [N], moment m [N m], about the world point x [m]) to body b and its opposite to
+    body a.
+    """
+    c0, c1, c2 = cross(
+        x0 - position[body_b, 0], x1 - position[body_b, 1], x2 - position[body_b, 2], f0, f1, f2
+    )
     load_out[body_b, 0] += f0
     load_out[body_b, 1] += f1
     load_out[body_b, 2] += f2
     load_out[body_b, 3] += m0 + c0
     load_out[body_b, 4] += m1 + c1
     load_out[body_b, 5] += m2 + c2
-    c0, c1, c2 = cross(x0 - position[body_a, 0], x1 - position[body_a, 1], x2 - position[body_a, 2], f0, f1, f2)
+    c0, c1, c2 = cross(
+        x0 - position[body_a, 0], x1 - position[body_a, 1], x2 - position[body_a, 2], f0, f1, f2
+    )
     load_out[body_a, 0] -= f0
     load_out[body_a, 1] -= f1
     load_out[body_a, 2] -= f2
@@ -46,13 +54,17 @@ def world_point(position, quaternion, body, point):
 def point_velocity(twist, position, body, x0, x1, x2):
     """Velocity [m/s] of the material point of `body` that is at the world point x, as a 3-tuple."""
     t = twist[body]
-    c0, c1, c2 = cross(t[3], t[4], t[5], x0 - position[body, 0], x1 - position[body, 1], x2 - position[body, 2])
+    c0, c1, c2 = cross(
+        t[3], t[4], t[5], x0 - position[body, 0], x1 - position[body, 1], x2 - position[body, 2]
+    )
     return t[0] + c0, t[1] + c1, t[2] + c2
 
 
 @kernel
 def bushing_travel_of(bushing, position, quaternion):
-    """Travel of a `BUSHING` record: displacement [m] 3 and rotation vector [rad] 3 of b relative to a, bushing axes fixed in a."""
+    """Travel of a `BUSHING` record: displacement [m] 3 and rotation vector [rad] 3 of b relative to a,
+    bushing axes fixed in a.
+    """
     a, b = bushing.body_a, bushing.body_b
     x = world_point(position, quaternion, b, bushing.point_b)
     y = world_point(position, quaternion, a, bushing.point_a)
@@ -71,10 +83,11 @@ def moment_from_rotation_energy(t0, t1, t2, g0, g1, g2):
     .. math:: M = g + \tfrac12 t \times g + c\, t \times (t \times g), \quad
               c = \frac{1}{\theta^2} - \frac{1 + \cos\theta}{2\theta\sin\theta}
 
-    the transposed inverse of the left Jacobian of the rotation group: an energy of the rotation vector then gives exactly
-    the moment whose work is its change.
+    the transposed inverse of the left Jacobian of the rotation group: an energy of the rotation vector then
+    gives exactly the moment whose work is its change.
 
-    Source: Chirikjian, Stochastic Models, Information Theory, and Lie Groups, volume 2, 2012, chapter 10 (Jacobians of SO(3)).
+    Source: Chirikjian, Stochastic Models, Information Theory, and Lie Groups, volume 2, 2012, chapter 10
+    (Jacobians of SO(3)).
     """
     square = t0 * t0 + t1 * t1 + t2 * t2
     if square > 0.01:
@@ -90,10 +103,11 @@ def moment_from_rotation_energy(t0, t1, t2, g0, g1, g2):
 
 @kernel
 def bushing_wrench_of(bushing, position, quaternion, twist):
-    """Wrench of a `BUSHING` record on body b about its point on b, in bushing axes, and the power it dissipates.
+    """Wrench of a `BUSHING` record on body b about its point on b, in bushing axes, and the power it
+    dissipates.
 
-    Elastic part: minus the gradient of ``sum k travel^2 / 2``, exactly.  Viscous part: proportional to the velocity of b's point
-    and the angular velocity, both relative to a.
+    Elastic part: minus the gradient of ``sum k travel^2 / 2``, exactly.  Viscous part: proportional to the
+    velocity of b's point and the angular velocity, both relative to a.
 
     Returns
     -------
@@ -107,9 +121,13 @@ def bushing_wrench_of(bushing, position, quaternion, twist):
     v_b = point_velocity(twist, position, b, x0, x1, x2)
     v_a = point_velocity(twist, position, a, x0, x1, x2)
     v0, v1, v2 = turn_vector_back(e, v_b[0] - v_a[0], v_b[1] - v_a[1], v_b[2] - v_a[2])
-    w0, w1, w2 = turn_vector_back(e, twist[b, 3] - twist[a, 3], twist[b, 4] - twist[a, 4], twist[b, 5] - twist[a, 5])
+    w0, w1, w2 = turn_vector_back(
+        e, twist[b, 3] - twist[a, 3], twist[b, 4] - twist[a, 4], twist[b, 5] - twist[a, 5]
+    )
     m0, m1, m2 = moment_from_rotation_energy(t0, t1, t2, k[3] * t0, k[4] * t1, k[5] * t2)
-    power = c[0] * v0 * v0 + c[1] * v1 * v1 + c[2] * v2 * v2 + c[3] * w0 * w0 + c[4] * w1 * w1 + c[5] * w2 * w2
+    power = (
+        c[0] * v0 * v0 + c[1] * v1 * v1 + c[2] * v2 * v2 + c[3] * w0 * w0 + c[4] * w1 * w1 + c[5] * w2 * w2
+    )
     return (
         -k[0] * d0 - c[0] * v0,
         -k[1] * d1 - c[1] * v1,
@@ -123,7 +141,9 @@ def bushing_wrench_of(bushing, position, quaternion, twist):
 
 @kernel
 def apply_bushings(bushings, position, quaternion, twist, load_out, power_out):
-    """Add every bushing's wrench to `load_out` (n_bodies + 1, 6); the first of `power_out` [W] are what it dissipates."""
+    """Add every bushing's wrench to `load_out` (n_bodies + 1, 6); the first of `power_out` [W] are what it
+    dissipates.
+    """
     for i in range(bushings.shape[0]):
         bushing = bushings[i]
         f0, f1, f2, m0, m1, m2, power = bushing_wrench_of(bushing, position, quaternion, twist)
@@ -137,7 +157,8 @@ def apply_bushings(bushings, position, quaternion, twist, load_out, power_out):
 
 @kernel
 def spring_pull(spring, position, quaternion, twist):
-    """Length [m], tension [N] and dissipated power [W] of a `SPRING` record, and the direction from its end on a to that on b.
+    """Length [m], tension [N] and dissipated power [W] of a `SPRING` record, and the direction from its end
+    on a to that on b.
 
     Tension ``stiffness (length - free_length) + damping d(length)/dt``.
     """
@@ -154,24 +175,41 @@ def spring_pull(spring, position, quaternion, twist):
 
 @kernel
 def apply_springs(springs, position, quaternion, twist, offset, load_out, power_out):
-    """Add every spring's force to `load_out` (n_bodies + 1, 6); `power_out` from `offset` on [W] is what its damper dissipates."""
+    """Add every spring's force to `load_out` (n_bodies + 1, 6); `power_out` from `offset` on [W] is what its
+    damper dissipates.
+    """
     for i in range(springs.shape[0]):
         spring = springs[i]
         _length, pull, power, n0, n1, n2 = spring_pull(spring, position, quaternion, twist)
         power_out[offset + i] = power
         x0, x1, x2 = world_point(position, quaternion, spring.body_b, spring.point_b)
-        add_wrench(load_out, position, spring.body_a, spring.body_b, x0, x1, x2, -pull * n0, -pull * n1, -pull * n2, 0.0, 0.0, 0.0)
+        add_wrench(
+            load_out,
+            position,
+            spring.body_a,
+            spring.body_b,
+            x0,
+            x1,
+            x2,
+            -pull * n0,
+            -pull * n1,
+            -pull * n2,
+            0.0,
+            0.0,
+            0.0,
+        )
 
 
 @kernel
 def friction_per_speed(reaction, speed, coefficient, radius, constant, viscous):
-    """Friction moment over relative angular velocity [N m s/rad] of a joint that carries the force `reaction` [N].
+    """Friction moment over relative angular velocity [N m s/rad] of a joint that carries the force `reaction`
+    [N].
 
-    ``(coefficient radius reaction + constant) tanh(speed / FRICTION_SPEED) + viscous speed``, divided by `speed` [rad/s]:
-    Coulomb friction, regularised near rest.
+    ``(coefficient radius reaction + constant) tanh(speed / FRICTION_SPEED) + viscous speed``, divided by
+    `speed` [rad/s]: Coulomb friction, regularised near rest.
 
-    Source: the load-dependent plus load-independent moment of rolling bearings (Palmgren, Ball and Roller Bearing
-    Engineering, 1959), with a viscous term.
+    Source: the load-dependent plus load-independent moment of rolling bearings (Palmgren, Ball and Roller
+    Bearing Engineering, 1959), with a viscous term.
     """
     ratio = speed / FRICTION_SPEED
     rise = math.tanh(ratio) / ratio if ratio > 1e-6 else 1.0
@@ -180,9 +218,13 @@ def friction_per_speed(reaction, speed, coefficient, radius, constant, viscous):
 
 @kernel
 def joint_force(joint, multiplier):
-    """Magnitude [N] of the force a `JOINT` record carried in the last solve: its first rows are forces along square axes."""
+    """Magnitude [N] of the force a `JOINT` record carried in the last solve: its first rows are forces along
+    square axes.
+    """
     square = 0.0
-    n_points = 2 if joint.kind >= CYLINDRICAL else 3  # kinds from CYLINDRICAL on let the point slide along the axis
+    n_points = (
+        2 if joint.kind >= CYLINDRICAL else 3
+    )  # kinds from CYLINDRICAL on let the point slide along the axis
     for i in range(joint.first_row, joint.first_row + n_points):
         square += multiplier[i] * multiplier[i]
     return math.sqrt(square)
@@ -190,16 +232,21 @@ def joint_force(joint, multiplier):
 
 @kernel
 def apply_joint_friction(joints, multiplier, quaternion, twist, offset, load_out, moment_out, power_out):
-    """Add every joint's friction moment to `load_out`; write it as it acts on b, `moment_out` (n_joints, 3) [N m].
+    """Add every joint's friction moment to `load_out`; write it as it acts on b, `moment_out` (n_joints, 3)
+    [N m].
 
-    `power_out` from `offset` on [W] is what it dissipates.  Revolute and cylindrical joints: about the axis.  Others: against
-    the whole relative angular velocity.  The load-dependent part takes the joint's own reaction from the last solve
-    (`multiplier`).
+    `power_out` from `offset` on [W] is what it dissipates.  Revolute and cylindrical joints: about the axis.
+    Others: against the whole relative angular velocity.  The load-dependent part takes the joint's own
+    reaction from the last solve (`multiplier`).
     """
     for j in range(joints.shape[0]):
         joint = joints[j]
         moment_out[j, 0], moment_out[j, 1], moment_out[j, 2], power_out[offset + j] = 0.0, 0.0, 0.0, 0.0
-        if joint.friction_coefficient == 0.0 and joint.friction_constant == 0.0 and joint.friction_viscous == 0.0:
+        if (
+            joint.friction_coefficient == 0.0
+            and joint.friction_constant == 0.0
+            and joint.friction_viscous == 0.0
+        ):
             continue
         a, b = joint.body_a, joint.body_b
         w0, w1, w2 = twist[b, 3] - twist[a, 3], twist[b, 4] - twist[a, 4], twist[b, 5] - twist[a, 5]
@@ -210,7 +257,12 @@ def apply_joint_friction(joints, multiplier, quaternion, twist, offset, load_out
         speed = math.sqrt(w0 * w0 + w1 * w1 + w2 * w2)
         force = joint_force(joint, multiplier)
         rate = friction_per_speed(
-            force, speed, joint.friction_coefficient, joint.friction_radius, joint.friction_constant, joint.friction_viscous
+            force,
+            speed,
+            joint.friction_coefficient,
+            joint.friction_radius,
+            joint.friction_constant,
+            joint.friction_viscous,
         )
         moment_out[j, 0], moment_out[j, 1], moment_out[j, 2] = -rate * w0, -rate * w1, -rate * w2
         power_out[offset + j] = rate * speed * speed
@@ -221,7 +273,9 @@ def apply_joint_friction(joints, multiplier, quaternion, twist, offset, load_out
 
 @kernel
 def apply_given(bodies, gravity, torques, wrench, load_out):
-    """Set `load_out` (n_bodies + 1, 6) [N, N m] to weights, external wrenches and constant moments about the mass centres."""
+    """Set `load_out` (n_bodies + 1, 6) [N, N m] to weights, external wrenches and constant moments about the
+    mass centres.
+    """
     for b in range(load_out.shape[0]):
         for k in range(3):
             load_out[b, k] = bodies[b].mass * gravity[k] + wrench[b, k]

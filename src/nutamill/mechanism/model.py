@@ -1,7 +1,7 @@
 """The mechanism as arrays: what is constant (`Mechanism`), what moves (`MechanismState`), and work space.
 
-Row `n_bodies` of every per-body array is the ground: zero velocity, infinite mass.  Names are kept as fixed-width text,
-so that a kernel may receive the struct whatever the parts are called.
+Row `n_bodies` of every per-body array is the ground: zero velocity, infinite mass.  Names are kept as
+fixed-width text, so that a kernel may receive the struct whatever the parts are called.
 """
 
 from typing import NamedTuple
@@ -35,13 +35,19 @@ ROW = np.dtype(
         ("point_b", "f8", (3,)),  # POINT: joint point on b from b's mass centre [m], axes of b
         ("axis_a", "f8", (3,)),  # unit vector of a [1], axes of a; of a drive: at drive angle zero
         ("axis_b", "f8", (3,)),  # AXIS: unit vector of b [1], axes of b
-        ("quarter_a", "f8", (3,)),  # drive: where axis_a points after a quarter turn of the drive [1], axes of a
+        (
+            "quarter_a",
+            "f8",
+            (3,),
+        ),  # drive: where axis_a points after a quarter turn of the drive [1], axes of a
     ]
 )
 """A scalar constraint; every joint and drive is a run of them."""
 
 PAIR = np.dtype([("row", "i8"), ("other", "i8"), ("block", "i8"), ("other_block", "i8")])
-"""Two rows (row >= other) that share a moving body, and where it stands in either's Jacobian (0: body a, 6: body b)."""
+"""Two rows (row >= other) that share a moving body, and where it stands in either's Jacobian (0: body a, 6:
+body b).
+"""
 
 JOINT = np.dtype(
     [
@@ -112,11 +118,15 @@ DRIVE = np.dtype(
 """A drive: the constraint row of a prescribed rotation or the numbers of a motor, and its run of knots."""
 
 KNOT = np.dtype([("time", "f8"), ("speed", "f8"), ("angle", "f8")])
-"""A knot of a drive: time [s], speed of b relative to a about the joint's axis [rad/s], and angle [rad], zero at the first."""
+"""A knot of a drive: time [s], speed of b relative to a about the joint's axis [rad/s], and angle [rad], zero
+at the first.
+"""
 
 
 class Mechanism(NamedTuple):
-    """Everything constant about a mechanism. Tables are record arrays, one record per part, in the order given."""
+    """Everything constant about a mechanism. Tables are record arrays, one record per part, in the order
+    given.
+    """
 
     gravity: np.ndarray
     """Gravity [m/s^2], (3,), world axes."""
@@ -139,7 +149,9 @@ class Mechanism(NamedTuple):
     knots: np.ndarray
     """`KNOT` records of all drives [SI], (n_knots,)."""
     names: np.ndarray
-    """Fixed-width names [1] of bodies (ground last), joints, bushings, springs, drives, in this order, (n_parts,)."""
+    """Fixed-width names [1] of bodies (ground last), joints, bushings, springs, drives, in this order,
+    (n_parts,).
+    """
 
 
 class MechanismState(NamedTuple):
@@ -156,9 +168,13 @@ class MechanismState(NamedTuple):
     angular_velocity: np.ndarray
     """Angular velocities [rad/s], (n_bodies + 1, 3), world axes."""
     acceleration: np.ndarray
-    """Acceleration of the mass centre [m/s^2] and angular acceleration [rad/s^2], (n_bodies + 1, 6), world axes."""
+    """Acceleration of the mass centre [m/s^2] and angular acceleration [rad/s^2], (n_bodies + 1, 6), world
+    axes.
+    """
     load: np.ndarray
-    """Force [N] and moment about the mass centre [N m] behind `acceleration`, reactions included, (n_bodies + 1, 6), world axes."""
+    """Force [N] and moment about the mass centre [N m] behind `acceleration`, reactions included, (n_bodies +
+    1, 6), world axes.
+    """
     multiplier: np.ndarray
     """Reaction of each constraint row on its body b [N or N m], (n_rows,), along the row's axis."""
     friction_moment: np.ndarray
@@ -170,11 +186,15 @@ class MechanismState(NamedTuple):
     motor_integral: np.ndarray
     """Integral part of each motor's torque [N m], (n_drives,)."""
     wrench: np.ndarray
-    """External force [N] and moment about the moving mass centre [N m], mean over the step, (n_bodies + 1, 6), world axes."""
+    """External force [N] and moment about the moving mass centre [N m], mean over the step, (n_bodies + 1,
+    6), world axes.
+    """
     previous_wrench: np.ndarray
     """The external wrench contained in `load`, (n_bodies + 1, 6), as `wrench`."""
     power: np.ndarray
-    """Power dissipated at `time` by each bushing, then each spring, then each joint [W], (n_bushings + n_springs + n_joints,)."""
+    """Power dissipated at `time` by each bushing, then each spring, then each joint [W], (n_bushings +
+    n_springs + n_joints,).
+    """
     drive_work: np.ndarray
     """Work each drive did on the mechanism [J], (n_drives,), cumulative."""
     wrench_work: np.ndarray
@@ -203,17 +223,23 @@ class MechanismScratch(NamedTuple):
     start_twist: np.ndarray
     """Velocity and angular velocity at the start of the step, (n_bodies + 1, 6), as `twist`."""
     momentum: np.ndarray
-    """Momentum [kg m/s] and angular momentum about the mass centre [kg m^2/s], (n_bodies + 1, 6), world axes."""
+    """Momentum [kg m/s] and angular momentum about the mass centre [kg m^2/s], (n_bodies + 1, 6), world
+    axes.
+    """
     load: np.ndarray
     """Applied force [N] and moment about the mass centre [N m], (n_bodies + 1, 6), world axes."""
     correction: np.ndarray
-    """Inverse mass times row reactions, per body: acceleration or displacement [SI], (n_bodies + 1, 6), world axes."""
+    """Inverse mass times row reactions, per body: acceleration or displacement [SI], (n_bodies + 1, 6), world
+    axes.
+    """
     jacobian: np.ndarray
     """Rows (v_a, w_a, v_b, w_b) of the constraint rates [1 or m], (n_rows, 12), world axes."""
     inverse_mass_jacobian: np.ndarray
     """Inverse mass times the transposed Jacobian, (n_rows, 12) [1/kg or m/(kg m^2)], world axes."""
     row_vectors: np.ndarray
-    """World vectors of each row [1 or m], (n_rows, 12): POINT axis, arm a, arm b, gap; AXIS axis a, its quarter turn, axis b."""
+    """World vectors of each row [1 or m], (n_rows, 12): POINT axis, arm a, arm b, gap; AXIS axis a, its
+    quarter turn, axis b.
+    """
     gap: np.ndarray
     """Value of each constraint [m or rad], (n_rows,)."""
     gap_rate: np.ndarray
@@ -233,11 +259,15 @@ class MechanismScratch(NamedTuple):
     multiplier: np.ndarray
     """Row reactions of the new solve [N or N m], (n_rows,)."""
     drive_motion: np.ndarray
-    """Angle [rad], speed [rad/s], acceleration [rad/s^2] prescribed to, or asked of, each drive at the end of the step, (n_drives, 3)."""
+    """Angle [rad], speed [rad/s], acceleration [rad/s^2] prescribed to, or asked of, each drive at the end of
+    the step, (n_drives, 3).
+    """
     motor_torque: np.ndarray
     """Torque of each motor at the end of the step [N m], (n_drives,)."""
     power: np.ndarray
-    """Power dissipated at the end of the step by each bushing, spring, joint [W], (n_bushings + n_springs + n_joints,)."""
+    """Power dissipated at the end of the step by each bushing, spring, joint [W], (n_bushings + n_springs +
+    n_joints,).
+    """
 
 
 class SensorTable(NamedTuple):

@@ -1,7 +1,8 @@
 """Small motions of a mechanism: where it rests, and how it vibrates about rest.
 
-Both use the tangent stiffness of loads and present reactions, by central differences over the positions and attitudes of the
-bodies, and the directions the constraints leave free.  Joint friction is left out: it has no slope at rest.
+Both use the tangent stiffness of loads and present reactions, by central differences over the positions and
+attitudes of the bodies, and the directions the constraints leave free.  Joint friction is left out: it has no
+slope at rest.
 """
 
 from typing import NamedTuple
@@ -20,14 +21,18 @@ PROBE = 1e-6
 """Displacement [m or rad] and velocity [m/s or rad/s] of the central differences."""
 
 NEWTON_ROUNDS, NEWTON_TOLERANCE, LONGEST_STEP = 300, 1e-11, 0.05
-"""Limit of rounds [1], last step [m or rad] that counts as none, and largest step [m or rad] of the search for rest."""
+"""Limit of rounds [1], last step [m or rad] that counts as none, and largest step [m or rad] of the search
+for rest.
+"""
 
 
 BALANCE = 1e-6
 """Load that may be left over at rest [1], over the largest load."""
 
 SLOWEST = 0.01
-"""Frequency below which a motion counts as held by nothing [Hz]: what the central differences leave of zero lies below."""
+"""Frequency below which a motion counts as held by nothing [Hz]: what the central differences leave of zero
+lies below.
+"""
 
 
 class Modes(NamedTuple):
@@ -36,9 +41,13 @@ class Modes(NamedTuple):
     frequency: np.ndarray
     """Undamped frequencies ``|sigma| / 2 pi`` of the eigenvalues sigma [Hz], (n_modes,)."""
     damping_ratio: np.ndarray
-    """``-Re sigma / |sigma|`` [1], (n_modes,); 1 for an eigenvalue without oscillation, each of which counts as a mode."""
+    """``-Re sigma / |sigma|`` [1], (n_modes,); 1 for an eigenvalue without oscillation, each of which counts
+    as a mode.
+    """
     shape: np.ndarray
-    """Complex displacements and rotation vectors of all bodies [m, rad], (n_bodies, 6, n_modes), world axes; the largest is 1."""
+    """Complex displacements and rotation vectors of all bodies [m, rad], (n_bodies, 6, n_modes), world axes;
+    the largest is 1.
+    """
 
 
 def static_equilibrium(
@@ -54,8 +63,8 @@ def static_equilibrium(
 
     Parameters
     ----------
-    wrench : external force [N] and moment about the mass centres [N m], (n_bodies + 1, 6), world axes; it stays in
-        `state.wrench`. As it is in `state` if not given
+    wrench : external force [N] and moment about the mass centres [N m], (n_bodies + 1, 6), world axes; it
+        stays in `state.wrench`. As it is in `state` if not given
     hold_drives : hold the drives' present angles; otherwise driven joints turn freely to where they rest
 
     Raises
@@ -70,7 +79,9 @@ def static_equilibrium(
     n, n_held = 6 * (len(mechanism.bodies) - 1), int(held.sum())
     reaction = np.zeros(len(held))
     jacobian = locked_jacobian(mechanism, state, scratch)
-    reaction[held] = np.linalg.lstsq(jacobian[held].T, -residual(mechanism, state, scratch, reaction), rcond=None)[0]
+    reaction[held] = np.linalg.lstsq(
+        jacobian[held].T, -residual(mechanism, state, scratch, reaction), rcond=None
+    )[0]
     for _ in range(NEWTON_ROUNDS):
         stiffness = tangent_stiffness(mechanism, state, scratch, reaction)
         force = residual(mechanism, state, scratch, reaction)
@@ -82,7 +93,8 @@ def static_equilibrium(
         longest = np.abs(solution[:n]).max(initial=0.0)
         pull = unbalanced(mechanism, state, scratch, held)
         if pull.any() and (longest < NEWTON_TOLERANCE or pull @ solution[:n] < 0.0):
-            # the loads have no slope here, as on a pendulum held level, or one that leads uphill: go the way they pull
+            # the loads have no slope here, as on a pendulum held level, or one that leads uphill: go the way
+            # they pull
             length = LONGEST_STEP if longest < NEWTON_TOLERANCE else min(longest, LONGEST_STEP)
             displace(state, length / np.abs(pull).max() * pull)
             continue
@@ -92,31 +104,46 @@ def static_equilibrium(
         if longest < NEWTON_TOLERANCE:
             break
     else:
-        how = "nothing balances all loads" if longest < NEWTON_TOLERANCE else f"the last one still moved {longest:.3g} m or rad"
+        how = (
+            "nothing balances all loads"
+            if longest < NEWTON_TOLERANCE
+            else f"the last one still moved {longest:.3g} m or rad"
+        )
         raise StepError(
             f"static equilibrium: must be found in {NEWTON_ROUNDS} rounds, {how}. "
-            "Check that every body is held by a joint, a bushing or a spring, and assemble the mechanism near to where it rests"
+            "Check that every body is held by a joint, a bushing or a spring, and assemble the "
+            "mechanism near to where it rests"
         )
     if start(mechanism, state, scratch) != OK:
         raise StepError("static equilibrium: must give finite accelerations. Check that every body is held")
 
 
 def unbalanced(mechanism, state, scratch, held) -> np.ndarray:
-    """Loads on what moves freely that neither constraints nor stiffness balance [N, N m] (6 n,); zeros where all is in balance."""
+    """Loads on what moves freely that neither constraints nor stiffness balance [N, N m] (6 n,); zeros where
+    all is in balance.
+    """
     free = free_directions(locked_jacobian(mechanism, state, scratch)[held])
     load = residual(mechanism, state, scratch, np.zeros(len(mechanism.rows)))
     left = free.T @ load
-    return free @ left if np.abs(left).max(initial=0.0) > BALANCE * max(np.abs(load).max(), 1.0) else np.zeros_like(load)
+    return (
+        free @ left
+        if np.abs(left).max(initial=0.0) > BALANCE * max(np.abs(load).max(), 1.0)
+        else np.zeros_like(load)
+    )
 
 
-def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch, loose: str = "refuse") -> Modes:
-    """Frequencies, damping ratios and shapes of small vibrations about the present pose, at rest, drives held.
+def modes(
+    mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch, loose: str = "refuse"
+) -> Modes:
+    """Frequencies, damping ratios and shapes of small vibrations about the present pose, at rest, drives
+    held.
 
     `state` is left as it is, and should be at rest (`static_equilibrium`): velocities count as zero.
 
     Parameters
     ----------
-    loose : "refuse" bodies that nothing brings back (`loose_motions`), or "keep" them as modes of frequency zero
+    loose : "refuse" bodies that nothing brings back (`loose_motions`), or "keep" them as modes of frequency
+        zero
 
     Raises
     ------
@@ -124,7 +151,12 @@ def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch
     """
     if loose == "refuse" and (found := loose_motions(mechanism, state, scratch)):
         hint = "Hold it with a joint, a bushing or a spring"
-        raise CaseError(*(Fault("modes", f"every motion must be held by something, {motion} is not", hint) for motion in found))
+        raise CaseError(
+            *(
+                Fault("modes", f"every motion must be held by something, {motion} is not", hint)
+                for motion in found
+            )
+        )
     jacobian = locked_jacobian(mechanism, state, scratch)
     mass = mass_matrix(mechanism, scratch)
     stiffness = tangent_stiffness(mechanism, state, scratch, state.multiplier)
@@ -137,7 +169,9 @@ def modes(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch
 
 
 def modes_of(stiffness: np.ndarray, damping: np.ndarray, directions: np.ndarray) -> Modes:
-    """Modes of ``q'' + damping q' + stiffness q = 0``, matrices (m, m) per unit mass; bodies move by ``directions q``, (6 n_bodies, m)."""
+    """Modes of ``q'' + damping q' + stiffness q = 0``, matrices (m, m) per unit mass; bodies move by
+    ``directions q``, (6 n_bodies, m).
+    """
     m = len(stiffness)
     values, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-stiffness, -damping]]))
     chosen = np.flatnonzero(values.imag >= 0.0)
@@ -150,13 +184,16 @@ def modes_of(stiffness: np.ndarray, damping: np.ndarray, directions: np.ndarray)
 
 
 def loose_motions(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch) -> list[str]:
-    """Motions that constraints allow and that no stiffness brings back, each by the bodies that move most in it.
+    """Motions that constraints allow and that no stiffness brings back, each by the bodies that move most in
+    it.
 
     At the present pose, drives held; undamped motions slower than `SLOWEST` count.
     """
     free = free_directions(locked_jacobian(mechanism, state, scratch))
     stiffness = free.T @ tangent_stiffness(mechanism, state, scratch, state.multiplier) @ free
-    values, vectors = np.linalg.eig(np.linalg.solve(free.T @ mass_matrix(mechanism, scratch) @ free, stiffness))
+    values, vectors = np.linalg.eig(
+        np.linalg.solve(free.T @ mass_matrix(mechanism, scratch) @ free, stiffness)
+    )
     found = []
     for k in np.flatnonzero(np.abs(values) < (2.0 * np.pi * SLOWEST) ** 2):
         moves = np.abs(free @ vectors[:, k]).reshape(-1, 6)
@@ -173,7 +210,9 @@ def held_rows(mechanism, hold_drives) -> np.ndarray:
 
 
 def locked_jacobian(mechanism, state, scratch) -> np.ndarray:
-    """Jacobian (n_rows + n_motors, 6 n_bodies) of the constraints, and of what would hold the motors' joints where they are."""
+    """Jacobian (n_rows + n_motors, 6 n_bodies) of the constraints, and of what would hold the motors' joints
+    where they are.
+    """
     jacobian = dense_jacobian(mechanism, state, scratch)
     motors = [drive for drive in mechanism.drives if drive.row < 0]
     locks = np.zeros((len(motors), jacobian.shape[1] + 6))
@@ -184,7 +223,9 @@ def locked_jacobian(mechanism, state, scratch) -> np.ndarray:
 
 
 def free_directions(jacobian) -> np.ndarray:
-    """Orthonormal basis (n, n - rank) of the motions that keep all constraints; rows are scaled to unit size first."""
+    """Orthonormal basis (n, n - rank) of the motions that keep all constraints; rows are scaled to unit size
+    first.
+    """
     if len(jacobian) == 0:
         return np.eye(jacobian.shape[1])
     scaled = jacobian / np.linalg.norm(jacobian, axis=1, keepdims=True)
@@ -208,7 +249,9 @@ def residual(mechanism, state, scratch, reaction) -> np.ndarray:
 
 
 def tangent_stiffness(mechanism, state, scratch, reaction) -> np.ndarray:
-    """Minus the derivative of `residual` to the displacements of the bodies at fixed row reactions, (6 n_bodies, 6 n_bodies)."""
+    """Minus the derivative of `residual` to the displacements of the bodies at fixed row reactions, (6
+    n_bodies, 6 n_bodies).
+    """
     n = 6 * (len(mechanism.bodies) - 1)
     stiffness, position, quaternion = np.zeros((n, n)), state.position.copy(), state.quaternion.copy()
     for k in range(n):

@@ -89,7 +89,9 @@ class Joint:
     friction: JointFriction | None = None
     """Friction, for joints that turn."""
     point_b: Vector | None = None
-    """Where body b has its point [m], (3,), world, as assembled, if it may differ from `point` (a loop that may not close)."""
+    """Where body b has its point [m], (3,), world, as assembled, if it may differ from `point` (a loop that
+    may not close).
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +150,9 @@ class Torque:
 
 @dataclass(frozen=True, slots=True)
 class Motor:
-    """A motor whose speed is not prescribed but controlled: proportional and integral action on the speed, within its limits."""
+    """A motor whose speed is not prescribed but controlled: proportional and integral action on the speed,
+    within its limits.
+    """
 
     gain: float
     """Torque per error of the speed [N m s/rad]."""
@@ -166,7 +170,9 @@ class Motor:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """What turns a joint's body b relative to its body a about the joint's axis: a prescribed rotation, or a motor asked for it."""
+    """What turns a joint's body b relative to its body a about the joint's axis: a prescribed rotation, or a
+    motor asked for it.
+    """
 
     name: str
     """Unique name."""
@@ -175,6 +181,8 @@ class Drive:
     times: tuple[float, ...] | np.ndarray
     """Knots [s], (n,), from 0, increasing."""
     speeds: tuple[float, ...] | np.ndarray
-    """Speeds at the knots [rad/s], (n,); linear between, constant after the last. The angle is zero at the first knot."""
+    """Speeds at the knots [rad/s], (n,); linear between, constant after the last. The angle is zero at the
+    first knot.
+    """
     motor: Motor | None = None
     """The motor that is to reach these speeds; a prescribed rotation if None."""

@@ -1,6 +1,7 @@
 """Read the state: motions of points, reactions, bushing wrenches, drive torques.
 
-Every function needs the state alone (reactions are those of its last solve), so it may be called after a restored checkpoint.
+Every function needs the state alone (reactions are those of its last solve), so it may be called after a
+restored checkpoint.
 """
 
 from nutamill.base.frames import cross, turn_vector
@@ -13,7 +14,8 @@ from nutamill.mechanism.model import POINT
 
 @kernel
 def joint_reaction(mechanism, state, scratch, joint, out):
-    """Wrench joint number `joint` exerts on its body b about the joint's point on b, friction moment included.
+    """Wrench joint number `joint` exerts on its body b about the joint's point on b, friction moment
+    included.
 
     A drive of the joint is not part of it: see `drive_torque`.
 
@@ -27,7 +29,9 @@ def joint_reaction(mechanism, state, scratch, joint, out):
         e0, e1, e2 = turn_vector(state.quaternion[row.body_a], row.axis_a[0], row.axis_a[1], row.axis_a[2])
         at = 0
         if row.kind != POINT:
-            z0, z1, z2 = turn_vector(state.quaternion[row.body_b], row.axis_b[0], row.axis_b[1], row.axis_b[2])
+            z0, z1, z2 = turn_vector(
+                state.quaternion[row.body_b], row.axis_b[0], row.axis_b[1], row.axis_b[2]
+            )
             e0, e1, e2 = cross(z0, z1, z2, e0, e1, e2)
             at = 3
         out[at] += strength * e0
@@ -39,17 +43,21 @@ def joint_reaction(mechanism, state, scratch, joint, out):
 def bushing_wrench(mechanism, state, scratch, bushing, out):
     """Wrench of bushing number `bushing` on its body b about its point on b: force [N], moment [N m], (6,).
 
-    Bushing axes fixed in a: those of a itself where the bushing's axis is a's z.  `scratch.twist` is overwritten.
+    Bushing axes fixed in a: those of a itself where the bushing's axis is a's z.  `scratch.twist` is
+    overwritten.
     """
     gather_twists(state, scratch.twist)
-    f0, f1, f2, m0, m1, m2, _power = bushing_wrench_of(mechanism.bushings[bushing], state.position, state.quaternion, scratch.twist)
+    f0, f1, f2, m0, m1, m2, _power = bushing_wrench_of(
+        mechanism.bushings[bushing], state.position, state.quaternion, scratch.twist
+    )
     put(out, 0, f0, f1, f2)
     put(out, 3, m0, m1, m2)
 
 
 @kernel
 def bushing_travel(mechanism, state, scratch, bushing, out):
-    """Displacement [m] and rotation vector [rad] of b relative to a at bushing number `bushing`, (6,), axes as `bushing_wrench`.
+    """Displacement [m] and rotation vector [rad] of b relative to a at bushing number `bushing`, (6,), axes
+    as `bushing_wrench`.
 
     Zero at assembly.  `scratch` is not used.
     """
@@ -78,7 +86,9 @@ def point_position(state, body, point):
 
 @kernel
 def point_velocity_of(state, body, point):
-    """Velocity [m/s] in world axes of a `point` (3,) given from the body's mass centre in body axes, as a 3-tuple."""
+    """Velocity [m/s] in world axes of a `point` (3,) given from the body's mass centre in body axes, as a
+    3-tuple.
+    """
     r0, r1, r2 = turn_vector(state.quaternion[body], point[0], point[1], point[2])
     v, w = state.velocity[body], state.angular_velocity[body]
     c0, c1, c2 = cross(w[0], w[1], w[2], r0, r1, r2)
@@ -87,7 +97,8 @@ def point_velocity_of(state, body, point):
 
 @kernel
 def point_acceleration(state, body, point):
-    """Acceleration [m/s^2] in world axes of a `point` (3,) given from the body's mass centre in body axes, as a 3-tuple.
+    """Acceleration [m/s^2] in world axes of a `point` (3,) given from the body's mass centre in body axes, as
+    a 3-tuple.
 
     ``a + alpha x r + w x (w x r)``; gravity is not part of it.
     """

@@ -50,7 +50,8 @@ def quaternion_of(R) -> np.ndarray:
 def frame_along(axis) -> np.ndarray:
     """A right-handed frame (3, 3), columns in world axes, third along `axis`; the world's own for +z.
 
-    The other two come from the world's x and y by the shortest turn from z, so they are as parallel to them as can be.
+    The other two come from the world's x and y by the shortest turn from z, so they are as parallel to them
+    as can be.
     """
     z = np.asarray(axis, float) / np.linalg.norm(axis)
     if z[2] < -1.0 + 1e-12:
@@ -72,7 +73,9 @@ class Placement:
 
     def local_point(self, body: str, point) -> np.ndarray:
         """A world point from the body's mass centre in its axes [m]."""
-        return self.rotation[self.index[body]].T @ (np.asarray(point, float) - self.position[self.index[body]])
+        return self.rotation[self.index[body]].T @ (
+            np.asarray(point, float) - self.position[self.index[body]]
+        )
 
     def local_axis(self, body: str, direction) -> np.ndarray:
         """A world direction in the body's axes [1]."""
@@ -122,7 +125,9 @@ def records(dtype, rows) -> np.recarray:
 
 
 def constraint_tables(place: Placement, joints, drives):
-    """Joints, rows of all joints and then of all drives, pairs of rows; a label per row; and the gaps that are too large."""
+    """Joints, rows of all joints and then of all drives, pairs of rows; a label per row; and the gaps that
+    are too large.
+    """
     rows, labels, faults, table = [], [], [], []
     zero = np.zeros(3)
     for joint in joints:
@@ -134,7 +139,8 @@ def constraint_tables(place: Placement, joints, drives):
             faults.append(
                 Fault(
                     f"joint {joint.name!r}",
-                    f"the points of {joint.body_a!r} and {joint.body_b!r} must meet within {LARGEST_GAP * 1e3:g} mm, "
+                    f"the points of {joint.body_a!r} and {joint.body_b!r} must meet within "
+                    f"{LARGEST_GAP * 1e3:g} mm, "
                     f"got a gap of {np.linalg.norm(gap) * 1e3:.4g} mm",
                     f"Put the point of {joint.body_b!r} at {text(np.asarray(on_b) - gap, 1e3, 7)} mm",
                 )
@@ -144,7 +150,19 @@ def constraint_tables(place: Placement, joints, drives):
             rows.append((POINT, a, b, -1, *arms, place.local_axis(joint.body_a, e), zero, zero))
             labels.append(RowLabel(f"joint {joint.name!r}", f"the position along {text(e)}", "m"))
         for u, z in axes:
-            rows.append((AXIS, a, b, -1, zero, zero, place.local_axis(joint.body_a, u), place.local_axis(joint.body_b, z), zero))
+            rows.append(
+                (
+                    AXIS,
+                    a,
+                    b,
+                    -1,
+                    zero,
+                    zero,
+                    place.local_axis(joint.body_a, u),
+                    place.local_axis(joint.body_b, z),
+                    zero,
+                )
+            )
             labels.append(RowLabel(f"joint {joint.name!r}", f"the turn about {text(np.cross(z, u))}", "rad"))
         table.append(joint_record(place, joint, on_b, first, len(rows)))
     by_name = {joint.name: joint for joint in joints}
@@ -154,7 +172,11 @@ def constraint_tables(place: Placement, joints, drives):
         # y turned by the angle stays square to b's x: a quarter turn brings y to -x
         if drive.motor is not None:
             continue
-        axes = place.local_axis(joint.body_a, y), place.local_axis(joint.body_b, x), place.local_axis(joint.body_a, -x)
+        axes = (
+            place.local_axis(joint.body_a, y),
+            place.local_axis(joint.body_b, x),
+            place.local_axis(joint.body_a, -x),
+        )
         rows.append((AXIS, place.index[joint.body_a], place.index[joint.body_b], d, zero, zero, *axes))
         labels.append(RowLabel(f"drive {drive.name!r}", f"the turn about {text(z)}", "rad"))
     pairs = sharing_pairs(rows, len(place.position) - 1)
@@ -163,7 +185,10 @@ def constraint_tables(place: Placement, joints, drives):
 
 def joint_record(place, joint, on_b, first_row, end_row) -> tuple:
     """A joint in body axes; whether its reaction is unique is found in the rank check."""
-    law, has_axis = joint.friction, joint.axis is not None and joint.kind not in (JointKind.FIXED, JointKind.SPHERICAL)
+    law, has_axis = (
+        joint.friction,
+        joint.axis is not None and joint.kind not in (JointKind.FIXED, JointKind.SPHERICAL),
+    )
     return (
         int(joint.kind),
         place.index[joint.body_a],

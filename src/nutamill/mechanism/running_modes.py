@@ -1,11 +1,13 @@
 """Small motions of a mechanism about a turning one: what it does when it is nudged while its drives run.
 
-The reference is the motion in which the free coordinates keep steady rates and everything else follows the drives.  Seen from it the
-mechanism is linear with coefficients that repeat with the turn; `running_modes` takes their mean over a turn, the first
-approximation of the method of averaging.  Parametric excitation and the whirl of the free coordinates themselves are left out.
+The reference is the motion in which the free coordinates keep steady rates and everything else follows the
+drives.  Seen from it the mechanism is linear with coefficients that repeat with the turn; `running_modes`
+takes their mean over a turn, the first approximation of the method of averaging.  Parametric excitation and
+the whirl of the free coordinates themselves are left out.
 
-Source: Sanders, Verhulst and Murdock, Averaging Methods in Nonlinear Dynamical Systems, 2nd ed., 2007, section 2.8 (averaging
-of periodic coefficients); Genta, Dynamics of Rotating Systems, 2005, chapter 6 (unsymmetric rotors).
+Source: Sanders, Verhulst and Murdock, Averaging Methods in Nonlinear Dynamical Systems, 2nd ed., 2007,
+section 2.8 (averaging of periodic coefficients); Genta, Dynamics of Rotating Systems, 2005, chapter 6
+(unsymmetric rotors).
 """
 
 import numpy as np
@@ -36,10 +38,13 @@ def running_modes(
 
     Parameters
     ----------
-    state : a pose on the constraints at the drives' angle zero, as `static_equilibrium` leaves it; moved along
-    free : numbers of the free coordinates among ``6 body + component``, (m,); with them held, the constraints must leave nothing
+    state : a pose on the constraints at the drives' angle zero, as `static_equilibrium` leaves it; moved
+        along
+    free : numbers of the free coordinates among ``6 body + component``, (m,); with them held, the constraints
+        must leave nothing
     rate : their rates in the reference motion [m/s, rad/s], (m,)
-    times : rising times of the drives [s], evenly spread over a whole number of turns without the last one, (n_times,)
+    times : rising times of the drives [s], evenly spread over a whole number of turns without the last one,
+        (n_times,)
 
     Returns
     -------
@@ -65,7 +70,9 @@ def running_modes(
 
 
 def travel(mechanism, state, scratch, free, dependent, rate, time, step=0.05) -> None:
-    """Bring the reference motion to `time` [s]: bodies turn by at most `step` [rad] at once, then close the gaps."""
+    """Bring the reference motion to `time` [s]: bodies turn by at most `step` [rad] at once, then close the
+    gaps.
+    """
     while True:
         follow_velocity(mechanism, state, scratch, dependent, free, rate)
         fastest = max(np.abs(state.angular_velocity).max(), 1e-9)
@@ -97,7 +104,10 @@ def follow_velocity(mechanism, state, scratch, dependent, free, rate) -> None:
     twist = np.zeros(jacobian.shape[1])
     twist[free] = rate
     twist[dependent] = solved(jacobian[:, dependent], -scratch.gap_rate - jacobian @ twist)
-    state.velocity[:-1], state.angular_velocity[:-1] = twist.reshape(-1, 6)[:, :3], twist.reshape(-1, 6)[:, 3:]
+    state.velocity[:-1], state.angular_velocity[:-1] = (
+        twist.reshape(-1, 6)[:, :3],
+        twist.reshape(-1, 6)[:, 3:],
+    )
 
 
 def solved(matrix, right) -> np.ndarray:
@@ -106,13 +116,16 @@ def solved(matrix, right) -> np.ndarray:
         return np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:
         raise StepError(
-            f"running modes: {matrix.shape[0]} constraints must decide {matrix.shape[1]} coordinates, they do not. "
+            f"running modes: {matrix.shape[0]} constraints must decide {matrix.shape[1]} "
+            "coordinates, they do not. "
             "Check that every body is held, and that the free coordinates are"
         ) from None
 
 
 def coefficients(mechanism, state, scratch, free, dependent, rate) -> tuple[np.ndarray, np.ndarray]:
-    """Minus the slopes of the accelerations of the free coordinates, to their displacements and to their rates, (m, m) each."""
+    """Minus the slopes of the accelerations of the free coordinates, to their displacements and to their
+    rates, (m, m) each.
+    """
     m = len(free)
     stiffness, damping = np.zeros((m, m)), np.zeros((m, m))
     position, quaternion = state.position.copy(), state.quaternion.copy()

@@ -81,15 +81,31 @@ class Sensor:
     point: Vector | None = None
     """POINT kinds: the point [m], (3,), world, as assembled; the body's mass centre if not given."""
     axes_body: str | None = None
-    """Body in whose axes the vectors are written; world axes if not given. Only for joint reactions, velocities and accelerations."""
+    """Body in whose axes the vectors are written; world axes if not given. Only for joint reactions,
+    velocities and accelerations.
+    """
 
 
 def names_of(mechanism: Mechanism) -> dict[str, list[str]]:
-    """Names of "body" (ground last), "joint", "bushing", "spring" and "drive" in the order of their numbers."""
-    ends = np.cumsum([len(t) for t in (mechanism.bodies, mechanism.joints, mechanism.bushings, mechanism.springs, mechanism.drives)])
+    """Names of "body" (ground last), "joint", "bushing", "spring" and "drive" in the order of their
+    numbers.
+    """
+    ends = np.cumsum(
+        [
+            len(t)
+            for t in (
+                mechanism.bodies,
+                mechanism.joints,
+                mechanism.bushings,
+                mechanism.springs,
+                mechanism.drives,
+            )
+        ]
+    )
     groups = np.split(mechanism.names, ends[:-1])
     return {
-        kind: [str(name) for name in group] for kind, group in zip(("body", "joint", "bushing", "spring", "drive"), groups, strict=True)
+        kind: [str(name) for name in group]
+        for kind, group in zip(("body", "joint", "bushing", "spring", "drive"), groups, strict=True)
     }
 
 
@@ -106,17 +122,36 @@ def sensor_table(mechanism: Mechanism, state: MechanismState, sensors: list[Sens
     for sensor in sensors:
         where, part = f"sensor {sensor.name!r}", parts.get(int(sensor.kind), "body")
         if sensor.target not in names[part]:
-            faults.append(Fault(where, f"must read a known {part}, got {sensor.target!r}", f"Known are {', '.join(names[part])}"))
+            faults.append(
+                Fault(
+                    where,
+                    f"must read a known {part}, got {sensor.target!r}",
+                    f"Known are {', '.join(names[part])}",
+                )
+            )
             continue
         axes = GROUND if sensor.axes_body is None else sensor.axes_body
         if axes not in names["body"]:
-            faults.append(Fault(where, f"axes_body must be a known body, got {axes!r}", f"Known are {', '.join(names['body'])}"))
+            faults.append(
+                Fault(
+                    where,
+                    f"axes_body must be a known body, got {axes!r}",
+                    f"Known are {', '.join(names['body'])}",
+                )
+            )
             continue
         if sensor.axes_body is not None and sensor.kind not in TURNABLE:
-            faults.append(Fault(where, f"a {sensor.kind.name} sensor has fixed axes, so it takes no axes_body, got {axes!r}"))
+            faults.append(
+                Fault(
+                    where,
+                    f"a {sensor.kind.name} sensor has fixed axes, so it takes no axes_body, got {axes!r}",
+                )
+            )
         target, point = names[part].index(sensor.target), np.zeros(3)
         if sensor.point is not None:
-            point = matrix_of(state.quaternion[target]).T @ (np.asarray(sensor.point, float) - state.position[target])
+            point = matrix_of(state.quaternion[target]).T @ (
+                np.asarray(sensor.point, float) - state.position[target]
+            )
         rows.append((int(sensor.kind), target, point, names["body"].index(axes)))
     if faults:
         raise CaseError(*faults)
@@ -139,7 +174,9 @@ def column_names(table: SensorTable) -> list[str]:
 @kernel
 def turn_into_axes(quaternion, row_out, at):
     """Turn the 3-vector ``row_out[at:at + 3]`` from world axes into the axes of `quaternion` (4,)."""
-    row_out[at], row_out[at + 1], row_out[at + 2] = turn_vector_back(quaternion, row_out[at], row_out[at + 1], row_out[at + 2])
+    row_out[at], row_out[at + 1], row_out[at + 2] = turn_vector_back(
+        quaternion, row_out[at], row_out[at + 1], row_out[at + 2]
+    )
 
 
 @kernel
@@ -174,7 +211,8 @@ def read_sensors(mechanism, state, scratch, table, row_out):
 
 @kernel
 def march_recording(mechanism, state, scratch, table, dt, every, rows_out):
-    """March and record: fills `rows_out` (n_rows, 1 + n_columns) with time [s] and sensors, `every` steps of `dt` [s] apart.
+    """March and record: fills `rows_out` (n_rows, 1 + n_columns) with time [s] and sensors, `every` steps of
+    `dt` [s] apart.
 
     The first row is the present state; returns OK or the status that stopped it.
     """

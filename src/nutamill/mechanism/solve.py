@@ -1,11 +1,12 @@
-"""The constraint solve: ``S = J M^-1 J^T``, its factor L D L^T, and what a set of row reactions does to the bodies.
+"""The constraint solve: ``S = J M^-1 J^T``, its factor L D L^T, and what a set of row reactions does to the
+bodies.
 
-Rows that depend on earlier rows lose their pivot and carry nothing; the rest is then solved exactly, so redundant but
-consistent constraints do no harm.  All inner loops run along rows without a running sum: they become vector code without
-re-ordering any sum.
+Rows that depend on earlier rows lose their pivot and carry nothing; the rest is then solved exactly, so
+redundant but consistent constraints do no harm.  All inner loops run along rows without a running sum: they
+become vector code without re-ordering any sum.
 
-Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, section 3.2 (elimination by J M^-1 J^T); Golub and Van Loan,
-Matrix Computations, 2013, section 4.1 (L D L^T).
+Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, section 3.2 (elimination by J M^-1 J^T); Golub and
+Van Loan, Matrix Computations, 2013, section 4.1 (L D L^T).
 """
 
 from nutamill.base.kernel import kernel
@@ -16,7 +17,9 @@ DEPENDENT = 1e-12
 
 @kernel
 def divide_by_mass(bodies, inverse_inertia, vector, out):
-    """``M^-1`` times a load (n_bodies + 1, 6) [N, N m] in world axes: acceleration [m/s^2, rad/s^2], or twist from momentum."""
+    """``M^-1`` times a load (n_bodies + 1, 6) [N, N m] in world axes: acceleration [m/s^2, rad/s^2], or twist
+    from momentum.
+    """
     for b in range(vector.shape[0]):
         I, m = inverse_inertia[b], bodies[b].inverse_mass
         x, y = vector[b], out[b]
@@ -43,7 +46,9 @@ def divide_rows_by_mass(rows, bodies, inverse_inertia, jacobian, out):
 
 @kernel
 def form_schur(pairs, J, W, S_out):
-    """Lower triangle of ``J M^-1 J^T`` into `S_out` (n_rows, n_rows), over the pairs of rows that share a moving body."""
+    """Lower triangle of ``J M^-1 J^T`` into `S_out` (n_rows, n_rows), over the pairs of rows that share a
+    moving body.
+    """
     for i in range(S_out.shape[0]):
         for j in range(i + 1):
             S_out[i, j] = 0.0
@@ -57,7 +62,8 @@ def form_schur(pairs, J, W, S_out):
 
 @kernel
 def factor(S, L, U, inverse_pivot):
-    """L D L^T of the lower triangle of `S`, row by row, into `L`, its transpose `U`, and 1/D; a dependent row gets 1/D = 0.
+    """L D L^T of the lower triangle of `S`, row by row, into `L`, its transpose `U`, and 1/D; a dependent row
+    gets 1/D = 0.
 
     `S` (n_rows, n_rows) is destroyed.
     """
@@ -98,7 +104,9 @@ def solve_factored(L, U, inverse_pivot, x):
 
 @kernel
 def add_row_reactions(rows, rows_matrix, x, out):
-    """Add ``rows_matrix^T x`` (rows (n_rows, 12), x (n_rows,)) to the per-body vectors `out` (n_bodies + 1, 6)."""
+    """Add ``rows_matrix^T x`` (rows (n_rows, 12), x (n_rows,)) to the per-body vectors `out` (n_bodies + 1,
+    6).
+    """
     for i in range(x.shape[0]):
         a, b, row, y = out[rows[i].body_a], out[rows[i].body_b], rows_matrix[i], x[i]
         for k in range(6):

@@ -1,7 +1,7 @@
 """`Archive`: a result file open for reading, whose every reading is compared with its checksums.
 
-Whatever is damaged ends in a DamagedError that names the object.  Nothing is read before its type, its shape and the room
-it takes in the file agree, so that a damaged shape claims no memory.
+Whatever is damaged ends in a DamagedError that names the object.  Nothing is read before its type, its shape
+and the room it takes in the file agree, so that a damaged shape claims no memory.
 """
 
 from collections.abc import Iterator
@@ -65,7 +65,9 @@ class Archive:
     def file(self) -> h5py.File:
         """The open file; ResultError after `close`."""
         if not self._file:
-            raise ResultError(f"{self.path}: must be open, it has been closed. Open it again with open_result.")
+            raise ResultError(
+                f"{self.path}: must be open, it has been closed. Open it again with open_result."
+            )
         return self._file
 
     def damaged(self, path: str, how: object) -> DamagedError:
@@ -73,7 +75,9 @@ class Archive:
         return DamagedError(self.path, f"/{path}", " ".join(str(how).split()))
 
     def __contains__(self, path: str) -> bool:
-        """Whether the file should hold an object of this path; a missing one that it should hold is damage."""
+        """Whether the file should hold an object of this path; a missing one that it should hold is
+        damage.
+        """
         if self.checksums is not None:
             return path in self.checksums.entries
         with self._reading(path):
@@ -109,7 +113,9 @@ class Archive:
         return self._dataset(path).shape
 
     def values(self, path: str) -> np.ndarray:
-        """Whole content of the dataset at `path`, which must not grow by moments; texts as an object array."""
+        """Whole content of the dataset at `path`, which must not grow by moments; texts as an object
+        array.
+        """
         data = self._dataset(path)
         with self._reading(path):
             values = whole_content(data)
@@ -130,7 +136,9 @@ class Archive:
         data = self._dataset(path)
         with self._reading(path):
             times = np.asarray(data[:], float)
-        if self.checksums is not None and times.tolist() != [time for time, _ in self.checksums.moments[group]]:
+        if self.checksums is not None and times.tolist() != [
+            time for time, _ in self.checksums.moments[group]
+        ]:
             raise self.damaged(path, "its content differs from its checksum")
         if not np.all(np.isfinite(times)):
             raise self.damaged(path, "it holds times that are no numbers")
@@ -172,7 +180,9 @@ class Archive:
         if self.checksums is None:
             return
         if moment_digest(arrays) != self.checksums.moments[group][index][1]:
-            raise self.damaged(group, f"number {index} (t = {arrays['time']:.6g} s) differs from its checksum")
+            raise self.damaged(
+                group, f"number {index} (t = {arrays['time']:.6g} s) differs from its checksum"
+            )
 
     def _entry(self, path: str) -> Any:
         entry = self.checksums.entries.get(path) if self.checksums is not None else None
@@ -181,7 +191,9 @@ class Archive:
         return entry
 
     def _dataset(self, path: str) -> h5py.Dataset:
-        """The dataset at `path`, whose type and shape are as they were written and whose numbers are all in the file."""
+        """The dataset at `path`, whose type and shape are as they were written and whose numbers are all in
+        the file.
+        """
         with self._reading(path):
             data = self.file[path]
             if not isinstance(data, h5py.Dataset):
@@ -190,7 +202,9 @@ class Archive:
             if self.checksums is not None:
                 entry, start = self._entry(path), int(grows(path))
                 if dtype.str != entry.dtype or shape is None or shape[start:] != entry.shape:
-                    raise self.damaged(path, f"it must hold {entry.dtype} {entry.shape}, got {dtype.str} {shape}")
+                    raise self.damaged(
+                        path, f"it must hold {entry.dtype} {entry.shape}, got {dtype.str} {shape}"
+                    )
             if shape is None or (dtype.kind not in "fiubS" and h5py.check_string_dtype(dtype) is None):
                 raise self.damaged(path, f"it holds {dtype.str}, neither numbers nor text")
             if not _stored(data):
@@ -217,12 +231,15 @@ class Archive:
         with self._reading(""):
             if self.version < FIRST_WITH_CHECKSUMS:
                 if any(name in self.file for name in COPIES):
-                    raise self.damaged("", f"it names format {self.version}, which has no checksums, and holds some")
+                    raise self.damaged(
+                        "", f"it names format {self.version}, which has no checksums, and holds some"
+                    )
                 return None
             found = Checksums.read(self.file)
         if found is None or set(found.moments) != set(GROWING):
             raise ResultError(
-                f"{self.path}: its checksums are damaged, nothing in it can be verified. Copy it again, or run the case again."
+                f"{self.path}: its checksums are damaged, nothing in it can be verified. Copy it "
+                "again, or run the case again."
             )
         return found
 

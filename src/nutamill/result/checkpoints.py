@@ -1,4 +1,6 @@
-"""Reads the checkpoints of a result file: the newest that is whole, and what is wrong with those passed over."""
+"""Reads the checkpoints of a result file: the newest that is whole, and what is wrong with those passed
+over.
+"""
 
 import math
 from contextlib import suppress
@@ -21,7 +23,8 @@ class WholeCheckpoint(NamedTuple):
 
 
 def newest_whole(archive: Archive) -> tuple[WholeCheckpoint | None, list[str]]:
-    """Return the newest whole checkpoint, None if there is none, and a sentence on each damaged one that is newer.
+    """Return the newest whole checkpoint, None if there is none, and a sentence on each damaged one that is
+    newer.
 
     A damaged one whose time cannot be read counts as newer.
     """
@@ -62,10 +65,16 @@ def read_checkpoint(archive: Archive, slot: str) -> WholeCheckpoint:
     attributes = archive.attributes(path)
     time = _time(archive, slot)
     before = tuple(attributes.get(name) for name in BEFORE)
-    recorded = (sum(archive.shape("series/time")[:1]), len(archive.times("snapshots")), len(archive.times("statistics")))
+    recorded = (
+        sum(archive.shape("series/time")[:1]),
+        len(archive.times("snapshots")),
+        len(archive.times("statistics")),
+    )
     for name, count, most in zip(BEFORE, before, recorded, strict=True):
         if not isinstance(count, int) or not 0 <= count <= most:
-            raise archive.damaged(path, f"its attribute {name} must be a whole number from 0 to {most}, got {count!r}")
+            raise archive.damaged(
+                path, f"its attribute {name} must be a whole number from 0 to {most}, got {count!r}"
+            )
     groups = {
         group: {name: archive.values(f"{path}/{group}/{name}") for name in archive.members(f"{path}/{group}")}
         for group in archive.members(path)

@@ -1,8 +1,10 @@
-"""Checksums of a result file: a digest of every object, written with each commit and compared on every reading.
+"""Checksums of a result file: a digest of every object, written with each commit and compared on every
+reading.
 
-They stand in the file twice, as text, because nothing can be verified without them.  A group has a digest of its attributes, a
-dataset also its type, its shape and a digest of its content.  The arrays of ``/snapshots`` and ``/statistics`` grow by one
-moment at a time and are read so: they have one digest per moment, over all arrays.
+They stand in the file twice, as text, because nothing can be verified without them.  A group has a digest of
+its attributes, a dataset also its type, its shape and a digest of its content.  The arrays of ``/snapshots``
+and ``/statistics`` grow by one moment at a time and are read so: they have one digest per moment, over all
+arrays.
 """
 
 import hashlib
@@ -112,7 +114,9 @@ class Checksums:
 
     def copy(self) -> "Checksums":
         """Return a copy that can be changed alone."""
-        return Checksums(dict(self.entries), {group: list(moments) for group, moments in self.moments.items()})
+        return Checksums(
+            dict(self.entries), {group: list(moments) for group, moments in self.moments.items()}
+        )
 
     def take(self, file: h5py.File, path: str) -> None:
         """Enter the object at `path` as the file has it now, and everything inside it."""
@@ -132,7 +136,9 @@ class Checksums:
         elif grows(path):
             self.entries[path] = Entry(attributes, thing.dtype.str, thing.shape[1:])
         else:
-            self.entries[path] = Entry(attributes, thing.dtype.str, thing.shape, array_digest(whole_content(thing)))
+            self.entries[path] = Entry(
+                attributes, thing.dtype.str, thing.shape, array_digest(whole_content(thing))
+            )
 
     def extend_series(self, name: str, rows: int, digest: "hashlib._Hash") -> None:
         """Enter that a series holds this many rows, of which `digest` has seen all numbers."""
@@ -148,7 +154,9 @@ class Checksums:
 
     def drop(self, path: str) -> None:
         """Remove the entries of the object at `path` and of everything inside it."""
-        for name in [name for name in self.entries if name == path or not path or name.startswith(path + "/")]:
+        for name in [
+            name for name in self.entries if name == path or not path or name.startswith(path + "/")
+        ]:
             del self.entries[name]
 
     def members(self, path: str) -> set[str]:
@@ -169,8 +177,12 @@ class Checksums:
         if hashlib.sha256(body).hexdigest().encode() != own:
             return None
         read = json.loads(body)
-        entries = {path: Entry(one[0], one[1], tuple(one[2]), one[3]) for path, one in read["objects"].items()}
-        return cls(entries, {group: [(time, one) for time, one in rows] for group, rows in read["moments"].items()})
+        entries = {
+            path: Entry(one[0], one[1], tuple(one[2]), one[3]) for path, one in read["objects"].items()
+        }
+        return cls(
+            entries, {group: [(time, one) for time, one in rows] for group, rows in read["moments"].items()}
+        )
 
     @classmethod
     def read(cls, file: h5py.File) -> Self | None:

@@ -1,8 +1,8 @@
 """A lock for the time a run writes its result file: two runs must not write the same one.
 
-The lock is an exclusive transaction of SQLite on an empty file beside the result.  Python brings SQLite along, it locks on POSIX
-systems and on Windows alike, and the system ends the lock with its process, however that dies
-(docs/decisions/015-one-writer.md).
+The lock is an exclusive transaction of SQLite on an empty file beside the result.  Python brings SQLite
+along, it locks on POSIX systems and on Windows alike, and the system ends the lock with its process, however
+that dies (docs/decisions/015-one-writer.md).
 """
 
 import contextlib
@@ -67,7 +67,8 @@ def _connected(lock: Path, path: Path) -> "sqlite3.Connection | None":
             connection.close()
             if error.sqlite_errorcode == BUSY:
                 raise ResultError(
-                    f"{path}: is being written by another run. Wait until it ends, stop it, or choose another file."
+                    f"{path}: is being written by another run. Wait until it ends, stop it, or "
+                    "choose another file."
                 ) from None
             return None
         connection.close()

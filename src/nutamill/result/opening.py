@@ -18,21 +18,25 @@ def opened(path: Path) -> h5py.File:
 
     Raises
     ------
-    ResultError : no such file, cut off, no result of this package, written by a newer one, or referring to other files
+    ResultError : no such file, cut off, no result of this package, written by a newer one, or referring to
+        other files
     """
     if not is_file(path):
         raise ResultError(
-            f"{path}: must be a result file, there is none of this name. Look in results/ or run the case first."
+            f"{path}: must be a result file, there is none of this name. Look in results/ or run the "
+            "case first."
         )
     try:
         file = h5py.File(path, "r")
     except Exception as fault:  # HDF5 raises many kinds on a damaged file
         if path.read_bytes()[:8] == b"\x89HDF\r\n\x1a\n":
             raise ResultError(
-                f"{path}: must be whole, it is cut off or damaged ({fault}). Copy it again, or run the case again."
+                f"{path}: must be whole, it is cut off or damaged ({fault}). Copy it again, or run "
+                "the case again."
             ) from fault
         raise ResultError(
-            f"{path}: must be a result file (HDF5), it is not. Give the .h5 file that `nutamill run` has written."
+            f"{path}: must be a result file (HDF5), it is not. Give the .h5 file that `nutamill run` "
+            "has written."
         ) from fault
     try:
         _check_format(file, path)
@@ -63,42 +67,53 @@ def _check_format(file: h5py.File, path: Path) -> None:
         )
     if version > FORMAT_VERSION:
         raise ResultError(
-            f"{path}: written by format {version}, this version reads up to {FORMAT_VERSION}. Update the package."
+            f"{path}: written by format {version}, this version reads up to {FORMAT_VERSION}. Update "
+            "the package."
         )
 
 
 def refuse_outside_storage(file: h5py.File, path: Path) -> None:
-    """Raise ResultError if anything in `file` would read or write outside of it, or is no plain group or dataset.
+    """Raise ResultError if anything in `file` would read or write outside of it, or is no plain group or
+    dataset.
 
-    HDF5 follows external links, external storage and virtual datasets to any file of the user who opens the file, for writing
-    as well.  A result needs none of them, nor soft links, and links are examined here without following them.
+    HDF5 follows external links, external storage and virtual datasets to any file of the user who opens the
+    file, for writing as well.  A result needs none of them, nor soft links, and links are examined here
+    without following them.
     """
     try:
         faults = _outside_storage(file.id, b"")
     except Exception as fault:
         raise ResultError(
-            f"{path}: is damaged: its groups cannot be listed ({fault}). Copy it again, or run the case again."
+            f"{path}: is damaged: its groups cannot be listed ({fault}). Copy it again, or run the "
+            "case again."
         ) from fault
     if faults:
         raise ResultError(
-            f"{path}: must hold all its numbers itself, {faults[0]}. Do not use this file: it could read or overwrite other files."
+            f"{path}: must hold all its numbers itself, {faults[0]}. Do not use this file: it could "
+            "read or overwrite other files."
         )
 
 
 def _outside_storage(group: h5py.h5g.GroupID, above: bytes) -> list[str]:
-    """Return what in a group, and in the groups inside it, refers to something outside; `above` is its path."""
+    """Return what in a group, and in the groups inside it, refers to something outside; `above` is its
+    path.
+    """
     faults: list[str] = []
     try:
         names = list(group)
     except Exception:
-        if above.startswith(b"/checkpoints/"):  # a checkpoint that cannot be listed is neither read nor written, only deleted
+        if above.startswith(
+            b"/checkpoints/"
+        ):  # a checkpoint that cannot be listed is neither read nor written, only deleted
             return []
         raise
     for name in names:
         place = (above + b"/" + name).decode("utf-8", "replace").lstrip("/")
         link = group.links.get_info(name)
         if link.type != h5py.h5l.TYPE_HARD:
-            faults.append(f"{place} is a link" + (" to another file" if link.type == h5py.h5l.TYPE_EXTERNAL else ""))
+            faults.append(
+                f"{place} is a link" + (" to another file" if link.type == h5py.h5l.TYPE_EXTERNAL else "")
+            )
             continue
         try:
             thing = h5py.h5o.open(group, name)

@@ -20,13 +20,20 @@ PACKED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle
 def write_arrays(
     group: h5py.Group, snapshots: list[tuple[float, dict[str, np.ndarray]]], field: Callable[[str], Field]
 ) -> list[tuple[float, str]]:
-    """Append arrays, one compressed block each, to datasets whose first axis is time; return time and digest of each moment."""
+    """Append arrays, one compressed block each, to datasets whose first axis is time; return time and digest
+    of each moment.
+    """
     if "time" not in group:
         group.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(256,)).attrs["units"] = "s"
         for name, array in snapshots[0][1].items():
-            longest = (None, *(n or None for n in array.shape))  # a block must fit, and an empty charge has no length
+            longest = (
+                None,
+                *(n or None for n in array.shape),
+            )  # a block must fit, and an empty charge has no length
             blocks = (1, *(max(1, n) for n in array.shape))
-            data = group.create_dataset(name, (0, *array.shape), array.dtype, maxshape=longest, chunks=blocks, **PACKED)
+            data = group.create_dataset(
+                name, (0, *array.shape), array.dtype, maxshape=longest, chunks=blocks, **PACKED
+            )
             data.attrs.update(field(name).attributes())
     first = len(group["time"])
     for data in group.values():
@@ -43,10 +50,13 @@ def write_arrays(
     return moments
 
 
-def write_checkpoint(group: h5py.Group, checkpoint: Checkpoint, before: Mapping[str, int], whole: set[str]) -> str:
+def write_checkpoint(
+    group: h5py.Group, checkpoint: Checkpoint, before: Mapping[str, int], whole: set[str]
+) -> str:
     """Write a checkpoint over the older of the two in `whole`, the slots in use, and return its path.
 
-    Arrays of unchanged size keep their place, so that the file does not grow.  A slot that is there and not in use is damaged.
+    Arrays of unchanged size keep their place, so that the file does not grow.  A slot that is there and not
+    in use is damaged.
     """
     if len(whole) < len(CHECKPOINTS):
         slot = group.create_group(next(name for name in ascii_lowercase if name not in group))

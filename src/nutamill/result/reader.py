@@ -40,7 +40,9 @@ class Snapshots(Sequence):
         return len(self.time)
 
     def __getitem__(self, index: int) -> dict[str, Any]:
-        """The arrays of one snapshot and its ``time``; names, units and axes as in `nutamill.result.fields.SNAPSHOT`."""
+        """The arrays of one snapshot and its ``time``; names, units and axes as in
+        `nutamill.result.fields.SNAPSHOT`.
+        """
         if not -len(self) <= index < len(self):
             raise IndexError(f"snapshot {index}: the result holds {len(self)}")
         return self._archive.moment("snapshots", index % len(self))
@@ -49,7 +51,8 @@ class Snapshots(Sequence):
 class Result:
     """A result file opened for reading; made by `open_result`, closed by ``with`` or `close`.
 
-    Everything read is compared with its checksum; every property raises DamagedError where what it reads is damaged.
+    Everything read is compared with its checksum; every property raises DamagedError where what it reads is
+    damaged.
     """
 
     def __init__(self, archive: Archive):
@@ -84,10 +87,14 @@ class Result:
 
     @property
     def state(self) -> str:
-        """``running``, ``interrupted``, ``complete`` or ``failed: ...``; a killed run still says ``running``."""
+        """``running``, ``interrupted``, ``complete`` or ``failed: ...``; a killed run still says
+        ``running``.
+        """
         state = self._archive.attributes("").get("state")
         if not isinstance(state, str) or (state not in STATES and not state.startswith(STATES_WITH_REASON)):
-            raise self._archive.damaged("", f"its state must be one of {', '.join(STATES)} or failed, got {state!r}")
+            raise self._archive.damaged(
+                "", f"its state must be one of {', '.join(STATES)} or failed, got {state!r}"
+            )
         return state
 
     @property
@@ -115,7 +122,9 @@ class Result:
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """What made these numbers: versions, digest of the kernels, seed, threads, processor, wall time [s]."""
+        """What made these numbers: versions, digest of the kernels, seed, threads, processor, wall time
+        [s].
+        """
         return self._archive.table("provenance")
 
     @property
@@ -125,7 +134,9 @@ class Result:
 
     @property
     def series(self) -> "xarray.Dataset":
-        """All series over ``time`` [s], in memory; each variable carries units, long_name, symbol, frame and point."""
+        """All series over ``time`` [s], in memory; each variable carries units, long_name, symbol, frame and
+        point.
+        """
         if self._series is None:
             import xarray  # takes half a second: a summary does not need it
 
@@ -133,7 +144,11 @@ class Result:
             names = series_names(self._archive)
             read = {}
             for name in names:
-                read[name] = ("time", series_values(self._archive, name, count), self._archive.attributes(f"series/{name}"))
+                read[name] = (
+                    "time",
+                    series_values(self._archive, name, count),
+                    self._archive.attributes(f"series/{name}"),
+                )
             self._series = xarray.Dataset(
                 read, attrs={"source": self.path.name, "state": self.state, "rate": self.rate}
             ).set_coords("time")
@@ -141,16 +156,19 @@ class Result:
 
     @property
     def statistics(self) -> "xarray.Dataset":
-        """What the charge has done, cumulative over ``time`` [s], in memory, as `nutamill.result.fields.STATISTICS` names it.
+        """What the charge has done, cumulative over ``time`` [s], in memory, as
+        `nutamill.result.fields.STATISTICS` names it.
 
-        The difference of two times belongs to the window between them: `nutamill.analysis.flow.window` makes it.
+        The difference of two times belongs to the window between them: `nutamill.analysis.flow.window` makes
+        it.
         """
         import xarray
 
         archive = self._archive
         if "statistics/time" not in archive:
             raise ResultError(
-                f"{self.path}: must hold statistics of the charge, it holds none. Run it with run.statistics = true."
+                f"{self.path}: must hold statistics of the charge, it holds none. Run it with "
+                "run.statistics = true."
             )
         lines = {}
         for name in archive.members("statistics/axes"):
@@ -184,11 +202,15 @@ class Result:
 
     @property
     def walls(self) -> dict[str, WallMesh]:
-        """Meshed walls by their key in the case (``chamber.mesh``, ``walls[0]``); none in a file of an early version."""
+        """Meshed walls by their key in the case (``chamber.mesh``, ``walls[0]``); none in a file of an early
+        version.
+        """
         archive = self._archive
         names = archive.members("walls") if "walls" in archive else ()
         return {
-            name: WallMesh(archive.values(f"walls/{name}/vertices"), archive.values(f"walls/{name}/triangles"))
+            name: WallMesh(
+                archive.values(f"walls/{name}/vertices"), archive.values(f"walls/{name}/triangles")
+            )
             for name in names
         }
 
@@ -203,7 +225,9 @@ class Result:
         if found is not None:
             return found.checkpoint
         if faults:
-            raise ResultError("\n".join([*faults, f"{self.path}: no checkpoint of it is whole. Run the case again."]))
+            raise ResultError(
+                "\n".join([*faults, f"{self.path}: no checkpoint of it is whole. Run the case again."])
+            )
         raise ResultError(
             f"{self.path}: must hold a checkpoint to be continued, it holds none. Run the case again."
         )
@@ -242,7 +266,10 @@ def open_result(path: str | Path) -> Result:
     try:
         return Result(Archive(path))
     except ResultError:
-        from nutamill.base.file_kind import FileKind, other_kind  # loads the reader of cases: only to say what the file is
+        from nutamill.base.file_kind import (
+            FileKind,
+            other_kind,
+        )  # loads the reader of cases: only to say what the file is
 
         if fault := other_kind(path, FileKind.RESULT):
             raise ResultError(str(fault)) from None
@@ -255,7 +282,9 @@ def is_finished(state: str) -> bool:
 
 
 def state_of(path: Path) -> str:
-    """State of a result file as `Result.state` tells it; `MISSING` if there is none. Raises ResultError as `open_result`."""
+    """State of a result file as `Result.state` tells it; `MISSING` if there is none. Raises ResultError as
+    `open_result`.
+    """
     if not exists(path):
         return MISSING
     with open_result(path) as result:

@@ -30,7 +30,9 @@ COMMIT_SHARE = 0.02
 SERIES_ROOM = 2**16
 """Room that an empty series may take in a file [bytes]."""
 DELETED_STAYS = os.name == "posix"
-"""Whether the content of a deleted file stays as long as the file is open, and an open file can be replaced."""
+"""Whether the content of a deleted file stays as long as the file is open, and an open file can be
+replaced.
+"""
 
 
 class Recorder:
@@ -46,7 +48,9 @@ class Recorder:
         self._digests = digests
         """Running digest of the numbers of each series in the file."""
         self._rows_in_file = checksums.entries["series/time"].shape[0]
-        self._snapshots_in_file, self._statistics_in_file = (len(checksums.moments[group]) for group in GROWING)
+        self._snapshots_in_file, self._statistics_in_file = (
+            len(checksums.moments[group]) for group in GROWING
+        )
         self._rows: list[np.ndarray] = []
         self._snapshots: list[tuple[float, dict[str, np.ndarray]]] = []
         self._statistics: list[tuple[float, dict[str, np.ndarray]]] = []
@@ -82,8 +86,10 @@ class Recorder:
         names : recorded quantities of `nutamill.result.fields`, the first is ``"time"``
         rate : samples per simulated second [Hz]
         overwrite : replace a file of this name
-        axes : what the statistics lie along, by the names of `nutamill.result.fields.STATISTICS_AXES`; None without statistics
-        walls : vertices and triangles of meshed walls, as in `WallMesh`, by their key in the case; so pictures need no other file
+        axes : what the statistics lie along, by the names of `nutamill.result.fields.STATISTICS_AXES`; None
+            without statistics
+        walls : vertices and triangles of meshed walls, as in `WallMesh`, by their key in the case; so
+            pictures need no other file
 
         Raises
         ------
@@ -98,13 +104,17 @@ class Recorder:
         tidy(path)
 
         def fill(file: h5py.File) -> None:
-            file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, "state": "running", "rate": float(rate)})
+            file.attrs.update(
+                {"format": FORMAT, "format_version": FORMAT_VERSION, "state": "running", "rate": float(rate)}
+            )
             file["case"] = case_toml
             write_attributes(file.create_group("provenance"), {**provenance, "wall_time": 0.0})
             series = file.create_group("series")
             series.attrs["names"] = list(names)
             for field in fields:
-                data = series.create_dataset(field.name, (0,), "f8", maxshape=(None,), chunks=(CHUNK,), **PACKED)
+                data = series.create_dataset(
+                    field.name, (0,), "f8", maxshape=(None,), chunks=(CHUNK,), **PACKED
+                )
                 data.attrs.update(field.attributes())
                 if field.name == "time":
                     data.make_scale("time")
@@ -123,13 +133,19 @@ class Recorder:
             Checksums.of_new(file).write(file)
 
         meshed = sum(array.nbytes for wall in (walls or {}).values() for array in wall)
-        replace_file(path, edited(fill), room=len(case_toml) + meshed + SERIES_ROOM * (len(names) + 2), start=empty_file())
+        replace_file(
+            path,
+            edited(fill),
+            room=len(case_toml) + meshed + SERIES_ROOM * (len(names) + 2),
+            start=empty_file(),
+        )
         with Archive(path) as archive:
             return cls(path, archive.checksums, {name: new_hash() for name in names}, 0.0)
 
     @classmethod
     def reopen(cls, path: str | Path, truncate_after_time: float) -> Self:
-        """Continue a file from its checkpoint at `truncate_after_time` [s]; what was recorded after it is dropped.
+        """Continue a file from its checkpoint at `truncate_after_time` [s]; what was recorded after it is
+        dropped.
 
         The series and snapshots of a resumed run are then those of a run that was never interrupted.
 
@@ -140,7 +156,8 @@ class Recorder:
         with Archive(path) as archive:
             if archive.checksums is None:
                 raise ResultError(
-                    f"{path}: was written by format {archive.version}, which has no checksums: its checkpoint cannot be"
+                    f"{path}: was written by format {archive.version}, which has no checksums: its "
+                    "checkpoint cannot be"
                     " verified and is not continued. Run the case again."
                 )
             found = whole_at(archive, truncate_after_time)
@@ -161,7 +178,9 @@ class Recorder:
         def cut(file: h5py.File) -> None:
             try:
                 cut_off(file)
-            except Exception as fault:  # HDF5 raises many kinds on a damaged file; errors of the system have a number
+            except (
+                Exception
+            ) as fault:  # HDF5 raises many kinds on a damaged file; errors of the system have a number
                 if isinstance(fault, MillError) or getattr(fault, "errno", None):
                     raise
                 raise DamagedError(path, "/", str(fault)) from fault
@@ -172,7 +191,9 @@ class Recorder:
                     if isinstance(data, h5py.Dataset):
                         data.resize(length, axis=0)
             for slot in set(file["checkpoints"]) - kept:
-                with contextlib.suppress(Exception):  # too damaged even for that: it stays, and is never used again
+                with contextlib.suppress(
+                    Exception
+                ):  # too damaged even for that: it stays, and is never used again
                     del file["checkpoints"][slot]
             file.attrs["state"] = "running"
             checksums.take_one(file, "")
@@ -185,28 +206,42 @@ class Recorder:
         """Add samples: (n, n_names) in SI, columns in the order of `names`."""
         rows = np.array(rows, dtype=np.float64, ndmin=2)
         if rows.shape[1] != len(self.names):
-            raise ValueError(f"rows: must have {len(self.names)} columns, one per name, got shape {rows.shape}")
+            raise ValueError(
+                f"rows: must have {len(self.names)} columns, one per name, got shape {rows.shape}"
+            )
         if len(rows):
             self._rows.append(rows)
 
     def snapshot(self, time: float, arrays: Mapping[str, np.ndarray]) -> None:
-        """Add a snapshot: arrays named in `nutamill.result.fields`, of the same shapes in every snapshot of a file."""
+        """Add a snapshot: arrays named in `nutamill.result.fields`, of the same shapes in every snapshot of a
+        file.
+        """
         for name in arrays:
             snapshot_field(name)
         self._snapshots.append((float(time), {name: np.array(array) for name, array in arrays.items()}))
 
     def statistics(self, time: float, arrays: Mapping[str, np.ndarray]) -> None:
-        """Add what the charge has done by `time` [s]: cumulative arrays named in `nutamill.result.fields.STATISTICS`."""
+        """Add what the charge has done by `time` [s]: cumulative arrays named in
+        `nutamill.result.fields.STATISTICS`.
+        """
         for name in arrays:
             statistics_field(name)
         self._statistics.append((float(time), {name: np.array(array) for name, array in arrays.items()}))
 
-    def checkpoint(self, time: float, groups: Mapping[str, Mapping[str, np.ndarray]], attributes: Mapping[str, Any] | None = None) -> None:
-        """Keep the state at `time` [s] for resuming; all samples and snapshots up to it must have been added before.
+    def checkpoint(
+        self,
+        time: float,
+        groups: Mapping[str, Mapping[str, np.ndarray]],
+        attributes: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Keep the state at `time` [s] for resuming; all samples and snapshots up to it must have been added
+        before.
 
         The file keeps the two newest.  `attributes` are numbers and texts that belong to the state.
         """
-        kept = {name: {key: np.array(array) for key, array in arrays.items()} for name, arrays in groups.items()}
+        kept = {
+            name: {key: np.array(array) for key, array in arrays.items()} for name, arrays in groups.items()
+        }
         before = {
             "rows": self._rows_in_file + sum(map(len, self._rows)),
             "snapshots": self._snapshots_in_file + len(self._snapshots),
@@ -239,8 +274,8 @@ class Recorder:
 
         Raises
         ------
-        ResultError : the disk is full or cannot be written; the file is as it was, and the commit may be repeated.
-            Or the file was deleted, on a system that does not keep the content of a deleted file
+        ResultError : the disk is full or cannot be written; the file is as it was, and the commit may be
+            repeated. Or the file was deleted, on a system that does not keep the content of a deleted file
         """
         begun = clock.monotonic()
         if not force and begun < self._next_commit:
@@ -248,13 +283,17 @@ class Recorder:
         rows = np.concatenate(self._rows) if self._rows else np.empty((0, len(self.names)))
         taken = len(rows)
         if not force and not self._checkpoints:
-            # a block that is rewritten leaves a hole in the file: between checkpoints only whole blocks go out
+            # a block that is rewritten leaves a hole in the file: between checkpoints only whole blocks go
+            # out
             taken = max(0, (self._rows_in_file + taken) // CHUNK * CHUNK - self._rows_in_file)
         checksums = self._checksums.copy()
         digests = {name: digest.copy() for name, digest in self._digests.items()}
         before = None if self.path.exists() else self._deleted_content()
         replace_file(
-            self.path, edited(lambda file: self._write(file, rows[:taken], checksums, digests)), self._room(taken), before
+            self.path,
+            edited(lambda file: self._write(file, rows[:taken], checksums, digests)),
+            self._room(taken),
+            before,
         )
         self._hold_commit()
         self._checksums, self._digests = checksums, digests
@@ -262,7 +301,13 @@ class Recorder:
         self._rows_in_file += taken
         self._snapshots_in_file += len(self._snapshots)
         self._statistics_in_file += len(self._statistics)
-        self._snapshots, self._statistics, self._checkpoints, self._attributes, self._summary = [], [], [], {}, None
+        self._snapshots, self._statistics, self._checkpoints, self._attributes, self._summary = (
+            [],
+            [],
+            [],
+            {},
+            None,
+        )
         ended = clock.monotonic()
         self._next_commit = ended + max(FIRST_PAUSE, (ended - begun) / COMMIT_SHARE)
         return True
@@ -275,7 +320,9 @@ class Recorder:
             self._last_commit = None
 
     def _hold_commit(self) -> None:
-        """Hold what has just been committed, so that it can be written anew if somebody deletes or moves the file."""
+        """Hold what has just been committed, so that it can be written anew if somebody deletes or moves the
+        file.
+        """
         held, self._last_commit = self._last_commit, None
         with contextlib.suppress(OSError):  # deleted already
             self._size = self.path.stat().st_size
@@ -288,21 +335,33 @@ class Recorder:
         """What the file held that is not there any more."""
         if self._last_commit is None:
             raise ResultError(
-                f"{self.path}: was deleted or moved during the run, which cannot go on without it. Put it back and resume it,"
+                f"{self.path}: was deleted or moved during the run, which cannot go on without it. "
+                "Put it back and resume it,"
                 " or run the case again."
             )
         make_folder(self.path)
         return self._last_commit
 
     def _room(self, rows: int) -> int:
-        """Upper bound of what a commit adds to the file [bytes]: the numbers unpacked, and the indices of their blocks."""
+        """Upper bound of what a commit adds to the file [bytes]: the numbers unpacked, and the indices of
+        their blocks.
+        """
         arrays = [array for _, arrays in self._snapshots + self._statistics for array in arrays.values()]
-        arrays += [array for checkpoint, _ in self._checkpoints for group in checkpoint.groups.values() for array in group.values()]
+        arrays += [
+            array
+            for checkpoint, _ in self._checkpoints
+            for group in checkpoint.groups.values()
+            for array in group.values()
+        ]
         numbers = 8 * rows * len(self.names) + sum(array.nbytes for array in arrays)
         return int(1.25 * numbers) + 2**15 * (len(self.names) + len(arrays)) + 2**20 + self._checksums.room
 
-    def _write(self, file: h5py.File, rows: np.ndarray, checksums: Checksums, digests: dict[str, Any]) -> None:
-        """Put all that waits into the open copy of the file, and bring `checksums` and `digests` up to date."""
+    def _write(
+        self, file: h5py.File, rows: np.ndarray, checksums: Checksums, digests: dict[str, Any]
+    ) -> None:
+        """Put all that waits into the open copy of the file, and bring `checksums` and `digests` up to
+        date.
+        """
         end = self._rows_in_file + len(rows)
         for column, name in enumerate(self.names if len(rows) else ()):
             data, numbers = file["series"][name], np.ascontiguousarray(rows[:, column])
@@ -317,7 +376,9 @@ class Recorder:
             if waiting:
                 checksums.append_moments(file, group, write_arrays(file[group], waiting, field))
         for checkpoint in self._checkpoints:
-            checksums.take(file, write_checkpoint(file["checkpoints"], *checkpoint, checksums.members("checkpoints")))
+            checksums.take(
+                file, write_checkpoint(file["checkpoints"], *checkpoint, checksums.members("checkpoints"))
+            )
         if self._summary is not None:
             if "summary" in file:
                 del file["summary"]
@@ -345,9 +406,12 @@ def _cut_off(archive: Archive, found: WholeCheckpoint, digests: dict[str, Any]) 
 
 def _checked_fields(names: Sequence[str]) -> list[Field]:
     """The registered fields of `names`; all faults at once."""
-    faults = [] if names and names[0] == "time" else [Fault("record", "must begin with time", 'Put "time" first.')]
+    faults = (
+        [] if names and names[0] == "time" else [Fault("record", "must begin with time", 'Put "time" first.')]
+    )
     faults += [
-        Fault(f"record {name}", "must be named once, is named twice") for name in sorted({name for name in names if names.count(name) > 1})
+        Fault(f"record {name}", "must be named once, is named twice")
+        for name in sorted({name for name in names if names.count(name) > 1})
     ]
     fields: list[Field] = []
     for name in names:

@@ -1,4 +1,6 @@
-"""`verify` compares everything in a result file with its checksums and lists what is whole and what is damaged."""
+"""`verify` compares everything in a result file with its checksums and lists what is whole and what is
+damaged.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -46,13 +48,16 @@ class Verification(NamedTuple):
         """The findings as text, one line for each part."""
         if not self.parts:
             return [
-                f"{self.path}: format {self.version} has no checksums: the file can be read, but nothing in it can be"
+                f"{self.path}: format {self.version} has no checksums: the file can be read, but "
+                "nothing in it can be"
                 " verified, and it cannot be resumed"
             ]
         width = max(len(part.name) for part in self.parts)
         lines = [f"{self.path}: format {self.version}"]
         for part in self.parts:
-            lines.append(f"  {part.name:{width}}  {'DAMAGED' if part.faults else 'whole  '}  {part.holds}".rstrip())
+            lines.append(
+                f"  {part.name:{width}}  {'DAMAGED' if part.faults else 'whole  '}  {part.holds}".rstrip()
+            )
             lines += [f"  {'':{width}}  {fault}" for fault in part.faults[:MOST_FAULTS]]
             if len(part.faults) > MOST_FAULTS:
                 lines.append(f"  {'':{width}}  and {len(part.faults) - MOST_FAULTS} more")
@@ -103,7 +108,9 @@ def _objects(archive: Archive, path: str) -> PartOfFile:
 def _fault_of(archive: Archive, path: str) -> str:
     """Return a sentence on what is wrong with one object, empty if it is whole."""
     group = not archive.checksums.entries[path].dtype
-    found = _faults(lambda: archive.attributes(path), lambda: archive.members(path) if group else archive.values(path))
+    found = _faults(
+        lambda: archive.attributes(path), lambda: archive.members(path) if group else archive.values(path)
+    )
     return found[0] if found else ""
 
 
@@ -118,7 +125,9 @@ def _moments(archive: Archive, group: str) -> PartOfFile:
     moments = [_faults(lambda k=k: archive.moment(group, k)) for k in range(count)]
     whole = sum(not found for found in moments)
     faults += [fault for found in moments for fault in found]
-    return PartOfFile(group, f"{whole} of {count} moments", tuple(dict.fromkeys(fault for fault in faults if fault)))
+    return PartOfFile(
+        group, f"{whole} of {count} moments", tuple(dict.fromkeys(fault for fault in faults if fault))
+    )
 
 
 def _checkpoint(archive: Archive, slot: str) -> PartOfFile:

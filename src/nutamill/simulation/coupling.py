@@ -2,18 +2,21 @@
 
 A window is one mechanism step of length ``dt`` and ``n`` charge substeps of ``dt/n``:
 
-1. the mechanism hands out the motion of every body that carries surfaces (pose, twist and accelerations at the start of
+1. the mechanism hands out the motion of every body that carries surfaces (pose, twist and accelerations at
+  the start of
    the window) and drifts to the end of the window under just these accelerations;
-2. the charge marches ``n`` substeps inside that motion and sums what it gives each body as impulse and angular impulse
+2. the charge marches ``n`` substeps inside that motion and sums what it gives each body as impulse and
+  angular impulse
    about the body's moving mass centre;
 3. impulse over ``dt`` is the mean wrench with which the mechanism finishes its step.
 
-``PRESCRIBED``  the wrench is recorded but not applied: the motion is that of the empty mill (SAIMM 2025, one-way).
-``STAGGERED``   one pass; the drift uses the wrench of the window before.  Second order in the window.
-``ITERATED``    the window is repeated with the wrench it has just produced, until the carriers' mass
+``PRESCRIBED``  the wrench is recorded but not applied: the motion is that of the empty mill (SAIMM 2025,
+one-way). ``STAGGERED``   one pass; the drift uses the wrench of the window before.  Second order in the
+window. ``ITERATED``    the window is repeated with the wrench it has just produced, until the carriers' mass
                 centres end at the same places.
 
-Every thread of the team runs `march_coupled` with its own `tid`; thread 0 alone touches the mechanism and the record.
+Every thread of the team runs `march_coupled` with its own `tid`; thread 0 alone touches the mechanism and the
+record.
 """
 
 from enum import IntEnum
@@ -47,14 +50,16 @@ class Scheme(IntEnum):
 PRESCRIBED = int(Scheme.PRESCRIBED)
 
 RUNNING, CHARGE_FAILED, LISTS_FULL, NOT_CONVERGED, NOT_FINITE = 0, 1, 2, 3, 4
-"""Outcome of a march: all windows done; the charge reports a fault; its lists must grow, then the march goes on where it
-stopped; `ITERATED` met its limit of passes; the mechanism is no longer finite."""
+"""Outcome of a march: all windows done; the charge reports a fault; its lists must grow, then the march goes
+on where it stopped; `ITERATED` met its limit of passes; the mechanism is no longer finite."""
 
 MAX_PASSES = 12
 """Passes of one window after which `ITERATED` gives up [1]."""
 
 PASS_TOLERANCE = 1e-12
-"""Change of the walls' end position between passes at which `ITERATED` is content [m]: far below a contact's overlap."""
+"""Change of the walls' end position between passes at which `ITERATED` is content [m]: far below a contact's
+overlap.
+"""
 
 
 class CouplingPlan(NamedTuple):
@@ -86,13 +91,19 @@ class CouplingState(NamedTuple):
     passes: np.ndarray
     """Passes over windows since the start [1], (1,): windows, and repetitions by `ITERATED`."""
     motions: np.ndarray
-    """Motion of each carrier in the present window (n_carriers, 19), see `nutamill.base.frames.MOTION_SIZE`."""
+    """Motion of each carrier in the present window (n_carriers, 19), see
+    `nutamill.base.frames.MOTION_SIZE`.
+    """
     reference: np.ndarray
-    """Axis the neighbour list turns about: point [m] (3), direction [1] (3), angle [rad] at the window's start, speed [rad/s], (8,)."""
+    """Axis the neighbour list turns about: point [m] (3), direction [1] (3), angle [rad] at the window's
+    start, speed [rad/s], (8,).
+    """
     again: np.ndarray
     """1 while the present window is to be repeated [1], (1,)."""
     row_impulse: np.ndarray
-    """Impulse [N s] and angular impulse about the nutation point [N m s] on the carriers since the last row, (6,), world axes."""
+    """Impulse [N s] and angular impulse about the nutation point [N m s] on the carriers since the last row,
+    (6,), world axes.
+    """
     given: np.ndarray
     """Impulse the charge gave the carriers since the start [N s], (3,), world axes."""
     received: np.ndarray
@@ -111,7 +122,17 @@ def coupling_state(n_carriers: int) -> CouplingState:
     motions = np.zeros((n_carriers, MOTION_SIZE))
     reference = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
     return CouplingState(
-        windows, passes, motions, reference, again, np.zeros(6), np.zeros(3), np.zeros(3), outcome, motions.copy(), np.zeros(1)
+        windows,
+        passes,
+        motions,
+        reference,
+        again,
+        np.zeros(6),
+        np.zeros(3),
+        np.zeros(3),
+        outcome,
+        motions.copy(),
+        np.zeros(1),
     )
 
 
@@ -136,13 +157,21 @@ def march_mechanism(mechanism, state, scratch, sensors, plan, coupling, n_window
 
 @kernel
 def mechanism_row(mechanism, state, scratch, sensors, row_out):
-    """One row: time, sensor columns, kinetic, potential and elastic energy, cumulative ledgers; returns its length."""
+    """One row: time, sensor columns, kinetic, potential and elastic energy, cumulative ledgers; returns its
+    length.
+    """
     row_out[0] = state.time[0]
     column = 1 + sensors.first_column[-1]
     read_sensors(mechanism, state, scratch, sensors, row_out[1:column])
     energies(mechanism, state, scratch, row_out[column : column + 3])
     column += 3
-    for ledger in (state.drive_work, state.bushing_loss, state.spring_loss, state.joint_loss, state.torque_work):
+    for ledger in (
+        state.drive_work,
+        state.bushing_loss,
+        state.spring_loss,
+        state.joint_loss,
+        state.torque_work,
+    ):
         for value in ledger:
             row_out[column] = value
             column += 1
@@ -151,7 +180,9 @@ def mechanism_row(mechanism, state, scratch, sensors, row_out):
 
 @kernel
 def hand_out_motion(mechanism, mstate, mscratch, plan, coupling):
-    """Motion of the carriers through the window, drift of the mechanism, and what the neighbour list turns with."""
+    """Motion of the carriers through the window, drift of the mechanism, and what the neighbour list turns
+    with.
+    """
     for c in range(plan.carriers.shape[0]):
         body_motion(mstate, plan.carriers[c], coupling.motions[c])
     angle, speed = mstate.drive_motion[plan.turn_drive, 0], mstate.drive_motion[plan.turn_drive, 1]
@@ -161,7 +192,9 @@ def hand_out_motion(mechanism, mstate, mscratch, plan, coupling):
 
 @kernel
 def take_in_impulse(mechanism, mstate, mscratch, cstate, plan, coupling):
-    """The charge's impulse becomes the mechanism's mean wrench; the mechanism finishes its step; sums for the record."""
+    """The charge's impulse becomes the mechanism's mean wrench; the mechanism finishes its step; sums for the
+    record.
+    """
     given = cstate.impulse
     if plan.scheme != PRESCRIBED:
         for c in range(plan.carriers.shape[0]):
@@ -174,7 +207,9 @@ def take_in_impulse(mechanism, mstate, mscratch, cstate, plan, coupling):
     for c in range(plan.carriers.shape[0]):
         b = plan.carriers[c]
         arm0, arm1, arm2 = mstate.position[b, 0] - p0, mstate.position[b, 1] - p1, mstate.position[b, 2] - p2
-        m0, m1, m2 = shift_moment(given[c, 3], given[c, 4], given[c, 5], given[c, 0], given[c, 1], given[c, 2], arm0, arm1, arm2)
+        m0, m1, m2 = shift_moment(
+            given[c, 3], given[c, 4], given[c, 5], given[c, 0], given[c, 1], given[c, 2], arm0, arm1, arm2
+        )
         coupling.row_impulse[3] += m0
         coupling.row_impulse[4] += m1
         coupling.row_impulse[5] += m2
@@ -188,7 +223,9 @@ def take_in_impulse(mechanism, mstate, mscratch, cstate, plan, coupling):
 
 @kernel
 def nutation_point(mstate, mscratch, plan):
-    """Present place of the nutation point [m], world, as a 3-tuple; after `finish`, whose rotation matrices it uses."""
+    """Present place of the nutation point [m], world, as a 3-tuple; after `finish`, whose rotation matrices
+    it uses.
+    """
     b = plan.point_body
     r0, r1, r2 = rotate(mscratch.rotation[b], plan.point[0], plan.point[1], plan.point[2])
     return mstate.position[b, 0] + r0, mstate.position[b, 1] + r1, mstate.position[b, 2] + r2
@@ -205,11 +242,20 @@ def note_charge_status(cstate, coupling):
 
 @kernel
 def charge_row(charge, cstate, cscratch, plan, coupling, reading, row_out):
-    """Charge part of a row: what `observe` sees, the contact ledger, the mean wrench on the carriers since the last row about
-    the nutation point, impulses given and received, and the largest overlaps since the last row, which start anew."""
+    """Charge part of a row: what `observe` sees, the contact ledger, the mean wrench on the carriers since
+    the last row about the nutation point, impulses given and received, and the largest overlaps since the
+    last row, which start anew.
+    """
     observe(charge, cstate, cscratch, reading)
     column = 0
-    for values in (reading.energy, reading.contacts, reading.mass_centre, reading.momentum, reading.coordination, cstate.ledger):
+    for values in (
+        reading.energy,
+        reading.contacts,
+        reading.mass_centre,
+        reading.momentum,
+        reading.coordination,
+        cstate.ledger,
+    ):
         for value in values:
             row_out[column] = value
             column += 1
@@ -252,7 +298,8 @@ def march_coupled(
     tid,
     n_threads,
 ):
-    """March mechanism and charge through `n_windows` windows, `PRESCRIBED` or `STAGGERED`; called by every thread of a team.
+    """March mechanism and charge through `n_windows` windows, `PRESCRIBED` or `STAGGERED`; called by every
+    thread of a team.
 
     Parameters
     ----------
@@ -262,7 +309,8 @@ def march_coupled(
 
     Returns
     -------
-    rows written; `coupling.outcome` says how it ended. After `LISTS_FULL` a second call finishes the window begun.
+    rows written; `coupling.outcome` says how it ended. After `LISTS_FULL` a second call finishes the window
+    begun.
     """
     row = 0
     begun = coupling.outcome[0] == LISTS_FULL
@@ -274,7 +322,17 @@ def march_coupled(
                 hand_out_motion(mechanism, mstate, mscratch, plan, coupling)
         begun = False
         barrier(cscratch.barrier, n_threads)
-        window(charge, cstate, cscratch, coupling.motions, coupling.reference, plan.substeps, plan.dt / plan.substeps, tid, n_threads)
+        window(
+            charge,
+            cstate,
+            cscratch,
+            coupling.motions,
+            coupling.reference,
+            plan.substeps,
+            plan.dt / plan.substeps,
+            tid,
+            n_threads,
+        )
         if tid == 0:
             note_charge_status(cstate, coupling)
             if coupling.outcome[0] == RUNNING:
@@ -289,7 +347,17 @@ def march_coupled(
         if coupling.windows[0] % plan.windows_per_row == 0:
             row += 1
             if survey.on == 1:
-                sample(charge, cstate, cscratch, coupling.row_motions, coupling.row_angle[0], survey, sums, tid, n_threads)
+                sample(
+                    charge,
+                    cstate,
+                    cscratch,
+                    coupling.row_motions,
+                    coupling.row_angle[0],
+                    survey,
+                    sums,
+                    tid,
+                    n_threads,
+                )
     return row
 
 
@@ -320,7 +388,8 @@ def march_iterated(
 
     Parameters
     ----------
-    mkept, ckept, kept_spectra, kept_cut : states and booked impacts of the same shapes, to keep the start of a window in
+    mkept, ckept, kept_spectra, kept_cut : states and booked impacts of the same shapes, to keep the start of
+        a window in
 
     Returns
     -------
@@ -338,7 +407,17 @@ def march_iterated(
             hand_out_motion(mechanism, mstate, mscratch, plan, coupling)
         barrier(cscratch.barrier, n_threads)
         for number in range(MAX_PASSES):
-            window(charge, cstate, cscratch, coupling.motions, coupling.reference, plan.substeps, plan.dt / plan.substeps, tid, n_threads)
+            window(
+                charge,
+                cstate,
+                cscratch,
+                coupling.motions,
+                coupling.reference,
+                plan.substeps,
+                plan.dt / plan.substeps,
+                tid,
+                n_threads,
+            )
             if tid == 0:
                 note_charge_status(cstate, coupling)
                 coupling.again[0] = 0
@@ -368,16 +447,27 @@ def march_iterated(
         if coupling.windows[0] % plan.windows_per_row == 0:
             row += 1
             if survey.on == 1:
-                sample(charge, cstate, cscratch, coupling.row_motions, coupling.row_angle[0], survey, sums, tid, n_threads)
+                sample(
+                    charge,
+                    cstate,
+                    cscratch,
+                    coupling.row_motions,
+                    coupling.row_angle[0],
+                    survey,
+                    sums,
+                    tid,
+                    n_threads,
+                )
     return row
 
 
 @kernel
 def repeat_window(mechanism, mstate, mscratch, cstate, plan, coupling, mkept, ckept, number):
-    """Decide whether the window must be marched again with the wrench it produced; if so, set it back to its start.
+    """Decide whether the window must be marched again with the wrench it produced; if so, set it back to its
+    start.
 
-    The wrench moves the walls through the drift, by half its acceleration times dt^2; `coupling.again` is 1 until that end
-    position changes by less than `PASS_TOLERANCE` from one pass to the next.
+    The wrench moves the walls through the drift, by half its acceleration times dt^2; `coupling.again` is 1
+    until that end position changes by less than `PASS_TOLERANCE` from one pass to the next.
     """
     copy_mechanism_state(mkept, mstate)
     for c in range(plan.carriers.shape[0]):
@@ -388,7 +478,9 @@ def repeat_window(mechanism, mstate, mscratch, cstate, plan, coupling, mkept, ck
     for c in range(plan.carriers.shape[0]):
         b = plan.carriers[c]
         for k in range(3):
-            change = max(change, 0.5 * plan.dt * plan.dt * abs(mstate.acceleration[b, k] - coupling.motions[c, 13 + k]))
+            change = max(
+                change, 0.5 * plan.dt * plan.dt * abs(mstate.acceleration[b, k] - coupling.motions[c, 13 + k])
+            )
     if change > PASS_TOLERANCE and number == MAX_PASSES - 1:
         coupling.outcome[0] = NOT_CONVERGED
         return

@@ -1,4 +1,6 @@
-"""What a file holds that stands where a run is to write: nothing yet, the finished run of the same case, or something to keep."""
+"""What a file holds that stands where a run is to write: nothing yet, the finished run of the same case, or
+something to keep.
+"""
 
 from pathlib import Path
 
@@ -10,7 +12,8 @@ from nutamill.result.reader import Result, is_finished, open_result
 
 
 def earlier_result(path: Path, case: CaseFile) -> Result | None:
-    """The finished result of `case` at `path`; None where a run may begin: no file, or one of a run that ended before its first save.
+    """The finished result of `case` at `path`; None where a run may begin: no file, or one of a run that
+    ended before its first save.
 
     Raises
     ------
@@ -24,10 +27,13 @@ def earlier_result(path: Path, case: CaseFile) -> Result | None:
         if _is_empty(result):
             return None
         if not _is_of(result, case):
-            raise ResultError(f"{path}: holds another case. Choose another file with --to, or replace it with --again.")
+            raise ResultError(
+                f"{path}: holds another case. Choose another file with --to, or replace it with --again."
+            )
         if not is_finished(result.state):
             raise ResultError(
-                f"{path}: is incomplete, it ends at {result.reached:g} s of {case.run.end:g} s ({result.state})."
+                f"{path}: is incomplete, it ends at {result.reached:g} s of {case.run.end:g} s "
+                f"({result.state})."
                 f" Continue it with: nutamill resume {path}. Or begin anew with --again."
             )
         found, result = result, None
@@ -38,7 +44,8 @@ def earlier_result(path: Path, case: CaseFile) -> Result | None:
 
 
 def place_beside(path: Path) -> Path:
-    """Where a run is written that is to replace the result at `path`: beside it, so that the old one stays until the new one is whole.
+    """Where a run is written that is to replace the result at `path`: beside it, so that the old one stays
+    until the new one is whole.
 
     An empty result is replaced where it is; a damaged one stays as well.
 
@@ -60,7 +67,9 @@ def _readable(path: Path) -> Result:
     try:
         return open_result(path)
     except ResultError as error:
-        raise ResultError(f"{error} No run replaces this file: choose another with --to, or remove it.") from error
+        raise ResultError(
+            f"{error} No run replaces this file: choose another with --to, or remove it."
+        ) from error
 
 
 def _is_empty(result: Result) -> bool:

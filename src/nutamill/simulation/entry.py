@@ -1,4 +1,6 @@
-"""One entry of the compiled march, and the hand-work around it: first row, growing lists, restoring, wording a failure."""
+"""One entry of the compiled march, and the hand-work around it: first row, growing lists, restoring, wording
+a failure.
+"""
 
 import dataclasses
 
@@ -34,7 +36,9 @@ from nutamill.simulation.setup.statistics import recorded_sums
 from nutamill.simulation.setup.threads import team_size
 
 LARGEST_KEPT = 2**28
-"""Largest state of which a run keeps a copy at every entry of the march [bytes]; a larger one falls back on its newest checkpoint."""
+"""Largest state of which a run keeps a copy at every entry of the march [bytes]; a larger one falls back on
+its newest checkpoint.
+"""
 
 
 def enter(model: Model, state: State, n_rows: int) -> tuple[Model, np.ndarray, StepError | None]:
@@ -42,24 +46,45 @@ def enter(model: Model, state: State, n_rows: int) -> tuple[Model, np.ndarray, S
 
     Returns
     -------
-    the model (with larger lists, if they had to grow), rows (n, n_columns) as written, and what stopped the march
+    the model (with larger lists, if they had to grow), rows (n, n_columns) as written, and what stopped the
+    march
     """
     rows = np.empty((n_rows, model.readout.n_columns))
     done, coupling = 0, state.coupling
     mechanism = (model.mechanism, state.mechanism, model.mechanism_scratch, model.sensors)
     while True:
-        left = (n_rows - done) * model.plan.windows_per_row - int(coupling.windows[0]) % model.plan.windows_per_row
+        left = (n_rows - done) * model.plan.windows_per_row - int(
+            coupling.windows[0]
+        ) % model.plan.windows_per_row
         if model.charge is None:
             done += march_mechanism(*mechanism, model.plan, coupling, left, rows[done:])
         else:
-            charge = (model.charge, state.charge, model.charge_scratch, model.plan, coupling, model.reading, model.survey, state.statistics)
+            charge = (
+                model.charge,
+                state.charge,
+                model.charge_scratch,
+                model.plan,
+                coupling,
+                model.reading,
+                model.survey,
+                state.statistics,
+            )
             before = coupling.windows[0]
             if model.plan.scheme == Scheme.ITERATED:
-                kept = (copy_of(state.mechanism), copy_of(state.charge), *(np.copy(page) for page in model.charge_scratch.impacts[:2]))
-                run_team(march_iterated, (*mechanism, *charge, *kept, left, rows[done:]), team_size(model.case))
+                kept = (
+                    copy_of(state.mechanism),
+                    copy_of(state.charge),
+                    *(np.copy(page) for page in model.charge_scratch.impacts[:2]),
+                )
+                run_team(
+                    march_iterated, (*mechanism, *charge, *kept, left, rows[done:]), team_size(model.case)
+                )
             else:
                 run_team(march_coupled, (*mechanism, *charge, left, rows[done:]), team_size(model.case))
-            done += int(coupling.windows[0]) // model.plan.windows_per_row - int(before) // model.plan.windows_per_row
+            done += (
+                int(coupling.windows[0]) // model.plan.windows_per_row
+                - int(before) // model.plan.windows_per_row
+            )
             if coupling.outcome[0] == LISTS_FULL or state.charge.clock[ChargeClock.CROWDED]:
                 model = grown(model, state)
         if coupling.outcome[0] != LISTS_FULL:
@@ -80,17 +105,26 @@ def copy_of(part):
 
 
 def keep(state: State, kept: State | None) -> State | None:
-    """A copy of `state` to fall back on, made in `kept` where that has room for it; None where it would be too large.
+    """A copy of `state` to fall back on, made in `kept` where that has room for it; None where it would be
+    too large.
 
     Its statistics are those of `state`; `statistics_group` keeps them.
     """
     arrays = [array for group in state.arrays().values() for array in group.values()]
     if sum(array.nbytes for array in arrays) > LARGEST_KEPT:
         return None
-    places = [array for group in kept.arrays().values() for array in group.values()] if kept is not None else []
+    places = (
+        [array for group in kept.arrays().values() for array in group.values()] if kept is not None else []
+    )
     if [place.shape for place in places] != [array.shape for array in arrays]:
         charge = None if state.charge is None else copy_of(state.charge)
-        return State(copy_of(state.mechanism), charge, state.statistics, copy_of(state.coupling), state.first_row.copy())
+        return State(
+            copy_of(state.mechanism),
+            charge,
+            state.statistics,
+            copy_of(state.coupling),
+            state.first_row.copy(),
+        )
     for place, array in zip(places, arrays, strict=True):
         np.copyto(place, array)
     return kept
@@ -98,14 +132,27 @@ def keep(state: State, kept: State | None) -> State | None:
 
 def record_first_row(model: Model, state: State) -> None:
     """Read the state at rest into `state.first_row`: ledgers count from there."""
-    end = mechanism_row(model.mechanism, state.mechanism, model.mechanism_scratch, model.sensors, state.first_row)
+    end = mechanism_row(
+        model.mechanism, state.mechanism, model.mechanism_scratch, model.sensors, state.first_row
+    )
     if model.charge is not None:
-        charge_row(model.charge, state.charge, model.charge_scratch, model.plan, state.coupling, model.reading, state.first_row[end:])
+        charge_row(
+            model.charge,
+            state.charge,
+            model.charge_scratch,
+            model.plan,
+            state.coupling,
+            model.reading,
+            state.first_row[end:],
+        )
 
 
 def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
     """What is kept of the present state for looking at; see `nutamill.result.fields.SNAPSHOT`."""
-    kept = {"body_positions": state.mechanism.position[:-1], "body_attitudes": state.mechanism.quaternion[:-1]}
+    kept = {
+        "body_positions": state.mechanism.position[:-1],
+        "body_attitudes": state.mechanism.quaternion[:-1],
+    }
     if model.charge is not None:
         kept["positions"] = positions(model.charge, state.charge, model.clock.substep).astype(np.float32)
         kept["velocities"] = velocities(model.charge, state.charge).astype(np.float32)
@@ -137,11 +184,15 @@ def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndar
 
 
 def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
-    """What the charge has done so far, in SI; see `nutamill.result.fields.STATISTICS`. None if nothing is summed."""
+    """What the charge has done so far, in SI; see `nutamill.result.fields.STATISTICS`. None if nothing is
+    summed.
+    """
     if model.charge is None or not model.survey.on:
         return None
     scratch = model.charge_scratch
-    return recorded_sums(model.case, model.survey, scratch.impacts.per_cut, gathered(state.statistics, scratch))
+    return recorded_sums(
+        model.case, model.survey, scratch.impacts.per_cut, gathered(state.statistics, scratch)
+    )
 
 
 def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]) -> Model:
@@ -149,7 +200,9 @@ def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]
     if model.charge is not None:
         while state.charge.partners.shape != groups["charge"]["partners"].shape:
             if state.charge.partners.size > groups["charge"]["partners"].size:
-                raise ResultError("checkpoint: its neighbour lists are of no size this version makes. Run the case again.")
+                raise ResultError(
+                    "checkpoint: its neighbour lists are of no size this version makes. Run the case again."
+                )
             model = grown(model, state)
     for part, arrays in state.arrays().items():
         for name, array in arrays.items():
@@ -159,8 +212,11 @@ def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]
     return model
 
 
-def bed_from_checkpoint(case: Case, mill_bodies: list[str], groups: dict[str, dict[str, np.ndarray]]) -> np.ndarray | None:
-    """Places [m] (n, 3) of a checkpoint's particles, with attitudes (n, 7) of clumps, in chamber axes from the nutation point.
+def bed_from_checkpoint(
+    case: Case, mill_bodies: list[str], groups: dict[str, dict[str, np.ndarray]]
+) -> np.ndarray | None:
+    """Places [m] (n, 3) of a checkpoint's particles, with attitudes (n, 7) of clumps, in chamber axes from
+    the nutation point.
 
     None for an empty chamber.
 
@@ -178,7 +234,9 @@ def bed_from_checkpoint(case: Case, mill_bodies: list[str], groups: dict[str, di
     chamber = mill_bodies.index(CHAMBER)
     rotation = np.empty((3, 3))
     rotation_matrix(groups["mechanism"]["quaternion"][chamber], rotation)
-    poses[:, :3] = (poses[:, :3] - groups["mechanism"]["position"][chamber]) @ rotation + whole_chamber(case.chamber).mass_centre
+    poses[:, :3] = (poses[:, :3] - groups["mechanism"]["position"][chamber]) @ rotation + whole_chamber(
+        case.chamber
+    ).mass_centre
     back = groups["mechanism"]["quaternion"][chamber] * [1.0, -1.0, -1.0, -1.0]
     for pose in poses if len(clumps) else ():
         pose[3:] = quaternion_product(back, pose[3:])
@@ -191,17 +249,24 @@ def failure(model: Model, state: State) -> str:
         return f"t = {status_time(state.charge, model.clock.substep):.9g} s: {charge_fault(model, state)}"
     when = f"t = {state.mechanism.time[0]:.6g} s"
     if state.coupling.outcome[0] == NOT_CONVERGED:
-        return f'{when}: a window must settle under its own wrench, it did not. Shorten it (run.window), or use run.coupling = "staggered".'
+        return (
+            f"{when}: a window must settle under its own wrench, it did not. Shorten it (run.window), or "
+            'use run.coupling = "staggered".'
+        )
     return (
-        f"{when}: the motion of the mechanism must be finite, it is not. Shorten the window (run.window) and look at stiffnesses"
+        f"{when}: the motion of the mechanism must be finite, it is not. Shorten the window "
+        "(run.window) and look at stiffnesses"
         " and small inertias."
     )
 
 
 def charge_fault(model: Model, state: State) -> str:
     """Words for the charge's status, and what to do."""
-    said = status_text(state.charge, model.charge_scratch, [surface.name for surface in chamber_surfaces(model.case)])
+    said = status_text(
+        state.charge, model.charge_scratch, [surface.name for surface in chamber_surfaces(model.case)]
+    )
     return (
-        f'{said}. The charge substep is {model.clock.substep:.3g} s; try run.dt = "auto" or a shorter one, stiffer contacts, or, where'
+        f'{said}. The charge substep is {model.clock.substep:.3g} s; try run.dt = "auto" or a '
+        "shorter one, stiffer contacts, or, where"
         " so soft a contact is meant, a larger overlap_stop of the pair."
     )

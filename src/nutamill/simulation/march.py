@@ -1,7 +1,7 @@
 """The one time loop: `run` a case to a file, `resume` a file, and `march` in between.
 
-The compiled march is entered for some milliseconds of simulated time at a time; between two entries Python records, keeps
-checkpoints, tells the progress and listens for an interrupt.
+The compiled march is entered for some milliseconds of simulated time at a time; between two entries Python
+records, keeps checkpoints, tells the progress and listens for an interrupt.
 """
 
 import math
@@ -13,7 +13,16 @@ from pathlib import Path
 import numpy as np
 
 from nutamill.base.atomic_file import check_room, put_in_place
-from nutamill.base.errors import CaseError, DamagedError, Fault, Interrupted, MillError, NotSteadyError, ResultError, StepError
+from nutamill.base.errors import (
+    CaseError,
+    DamagedError,
+    Fault,
+    Interrupted,
+    MillError,
+    NotSteadyError,
+    ResultError,
+    StepError,
+)
 from nutamill.base.files import exists
 from nutamill.base.kernel import kernel_digest
 from nutamill.base.provenance import run_provenance
@@ -55,7 +64,9 @@ ROWS_PER_ENTRY_ALONE = 480
 """The same without charge, where steps are so cheap that entering would cost as much as marching."""
 
 LONGEST_UNSAVED = 600.0
-"""Wall time after which a checkpoint is kept before its turn [s]: what a kill may cost where a simulated second takes hours."""
+"""Wall time after which a checkpoint is kept before its turn [s]: what a kill may cost where a simulated
+second takes hours.
+"""
 
 
 def run(
@@ -65,20 +76,23 @@ def run(
     tell: Callable[[str], None] | None = None,
     again: bool = False,
 ) -> Result:
-    """Run a case from rest to its end and return the opened result; a result that is complete already is returned as it is.
+    """Run a case from rest to its end and return the opened result; a result that is complete already is
+    returned as it is.
 
     Parameters
     ----------
     case : what is asked, of a mill or of any mechanism; or the name of a mill, or a case file
     to : result file; `Case.result_file` if None
     progress : called about twice a second with where the run stands
-    tell : called with a line of text when something takes time before the first step, or a checkpoint that was asked for is saved
+    tell : called with a line of text when something takes time before the first step, or a checkpoint that
+        was asked for is saved
     again : run the case even if the file exists; the file there stays until the new run has ended
 
     Raises
     ------
     CaseError : bad input, before a step is run
-    ResultError : the file holds another case or an incomplete run, another run writes it now, or it cannot be written
+    ResultError : the file holds another case or an incomplete run, another run writes it now, or it cannot be
+        written
     DamagedError : a result in the file is damaged
     StepError : the run cannot go on; what was recorded is in the file
     NotSteadyError : the run should end when steady, and was not within `run.max`; the file has it all
@@ -92,7 +106,9 @@ def run(
     with stop_at_once():
         if not again:
             earlier = None
-            with suppress(ResultError, DamagedError):  # reported below, where it is known that no other run writes the file
+            with suppress(
+                ResultError, DamagedError
+            ):  # reported below, where it is known that no other run writes the file
                 earlier = earlier_result(path, case)
             if earlier is not None:
                 return complete_already(earlier, tell)
@@ -118,16 +134,24 @@ def asked_case(case: Case | MechanismCase | str | Path) -> Case | MechanismCase:
 
 
 def complete_already(earlier: Result, tell: Callable[[str], None] | None) -> Result:
-    """The finished result of a case that was asked for again; `tell` gets to know how to make it anew. Raises as `ended_result`."""
+    """The finished result of a case that was asked for again; `tell` gets to know how to make it anew. Raises
+    as `ended_result`.
+    """
     with earlier:
-        made = "" if earlier.provenance.get("kernel_digest") == kernel_digest() else ", made by other kernels than this version has"
+        made = (
+            ""
+            if earlier.provenance.get("kernel_digest") == kernel_digest()
+            else ", made by other kernels than this version has"
+        )
     if tell is not None:
         tell(f"{earlier.path} is complete already{made}. Make it anew with --again.")
     return ended_result(earlier.path)
 
 
 def ended_result(path: Path) -> Result:
-    """The result of a run that has ended. Raises NotSteadyError if it should have ended steady and did not."""
+    """The result of a run that has ended. Raises NotSteadyError if it should have ended steady and did
+    not.
+    """
     result = open_result(path)
     kind, _, why = result.state.partition(": ")
     if kind != NOT_STEADY:
@@ -162,7 +186,9 @@ def run_to(
     progress: Callable[[Progress], None] | None,
     tell: Callable[[str], None] | None,
 ) -> None:
-    """Run a case to a new file, or to one that holds nothing yet; the other arguments and the errors are those of `run`."""
+    """Run a case to a new file, or to one that holds nothing yet; the other arguments and the errors are
+    those of `run`.
+    """
     watch = Watch(case, progress, tell)
     if isinstance(case, MechanismCase):
         warm_up_mechanism(tell)
@@ -182,8 +208,13 @@ def run_to(
     provenance = run_provenance(kernel_digest(), seed, threads) | meshes
     names, rate = model.readout.names, case.run.series_rate
     with requests() as asked:
-        recorder = Recorder.create(path, case.to_toml(), provenance, names, rate, overwrite=True, axes=axes, walls=walls)
-        ending, first = Ending(case, case.run.end), model.readout.series(state.first_row[None, :], state.first_row)
+        recorder = Recorder.create(
+            path, case.to_toml(), provenance, names, rate, overwrite=True, axes=axes, walls=walls
+        )
+        ending, first = (
+            Ending(case, case.run.end),
+            model.readout.series(state.first_row[None, :], state.first_row),
+        )
         recorder.append(first)
         ending.recorded(recorder.names, first)
         record_statistics(model, state, recorder)
@@ -204,8 +235,8 @@ def resume(
     Parameters
     ----------
     path : result file
-    until : simulated time at the end, in seconds or as text with a unit; as the case says if None.  Of a run that ends when
-        steady: the longest time; if it has been steady already, the end
+    until : simulated time at the end, in seconds or as text with a unit; as the case says if None.  Of a run
+        that ends when steady: the longest time; if it has been steady already, the end
     progress, tell : as for `run`
 
     Raises
@@ -220,7 +251,10 @@ def resume(
             state, reached = result.state, result.reached
         if asked_end is None and is_finished(state):
             if tell is not None:
-                tell(f"{path} has ended, at {reached:g} s. For a later end: nutamill resume {path} --until TIME")
+                tell(
+                    f"{path} has ended, at {reached:g} s. For a later end: nutamill resume {path} "
+                    "--until TIME"
+                )
             return ended_result(path)
         with one_writer(path):
             resume_to(path, asked_end, progress, tell)
@@ -228,7 +262,9 @@ def resume(
 
 
 def end_time(until: float | str) -> float:
-    """The end [s] that is asked for in seconds or as text with a unit. Raises CaseError unless it is a finite time."""
+    """The end [s] that is asked for in seconds or as text with a unit. Raises CaseError unless it is a finite
+    time.
+    """
     try:
         end = parse(until, Kind.TIME) if isinstance(until, str) else float(until)
     except UnitError as error:
@@ -249,7 +285,9 @@ def resume_to(
         case = case_of_text(result.case_text, path.stem)
         kept, digest = result.checkpoint(), result.provenance.get("kernel_digest")
         for damage in result.damaged_checkpoints():
-            (tell or warnings.warn)(f"{damage} Continuing from the older checkpoint at t = {kept.time:.6g} s.")
+            (tell or warnings.warn)(
+                f"{damage} Continuing from the older checkpoint at t = {kept.time:.6g} s."
+            )
         end = case.run.end if until is None else until
         ending = Ending(case, end)
         if case.run.until == "steady":
@@ -259,11 +297,16 @@ def resume_to(
         ending = Ending(case, end).fixed()
     if end < kept.time - 0.5 / case.run.series_rate:
         raise CaseError(
-            Fault("--until", f"must be later than the checkpoint at {kept.time:.6g} s, got {end:.6g} s", "The file has what came before")
+            Fault(
+                "--until",
+                f"must be later than the checkpoint at {kept.time:.6g} s, got {end:.6g} s",
+                "The file has what came before",
+            )
         )
     if digest != kernel_digest():
         raise ResultError(
-            f"{path}: must go on with the kernels it was begun with, this version has others. Install the version named under"
+            f"{path}: must go on with the kernels it was begun with, this version has others. "
+            "Install the version named under"
             " /provenance, or run the case again."
         )
     if isinstance(case, MechanismCase):
@@ -278,11 +321,15 @@ def resume_to(
         march(model, state, recorder, ending, Watch(case, progress, tell), asked)
 
 
-def march(model: Model, state: State, recorder: Recorder, ending: Ending, watch: Watch, asked: Requests) -> None:
-    """March `model` and `state` in place to their `ending` and record; commits the file also when it fails or is interrupted.
+def march(
+    model: Model, state: State, recorder: Recorder, ending: Ending, watch: Watch, asked: Requests
+) -> None:
+    """March `model` and `state` in place to their `ending` and record; commits the file also when it fails or
+    is interrupted.
 
-    Cadences are counted in rows of the record, which are whole numbers of windows.  When a step fails, the state at the last entry of
-    the compiled march, at most `ROWS_PER_ENTRY` rows earlier, is kept as snapshot and checkpoint.
+    Cadences are counted in rows of the record, which are whole numbers of windows.  When a step fails, the
+    state at the last entry of the compiled march, at most `ROWS_PER_ENTRY` rows earlier, is kept as snapshot
+    and checkpoint.
     """
     plan = ending.plan
     row = int(state.coupling.windows[0]) // model.plan.windows_per_row
@@ -290,7 +337,9 @@ def march(model: Model, state: State, recorder: Recorder, ending: Ending, watch:
     kept: State | None = None
     with saved_whatever_happens(recorder):
         while row < plan.rows and not asked.stop.is_set() and fault is None:
-            count = min(ROWS_PER_ENTRY_ALONE if model.charge is None else ROWS_PER_ENTRY, plan.next_stop(row) - row)
+            count = min(
+                ROWS_PER_ENTRY_ALONE if model.charge is None else ROWS_PER_ENTRY, plan.next_stop(row) - row
+            )
             kept = keep(state, kept)
             kept_sums = {} if kept is None else statistics_group(model, state)
             model, rows, fault = enter(model, state, count)
@@ -340,9 +389,17 @@ def record_statistics(model: Model, state: State, recorder: Recorder) -> None:
 
 
 def keep_what_was_sound(
-    model: Model, kept: State | None, kept_sums: dict, recorder: Recorder, plan: "RecordPlan", row: int, fault: StepError
+    model: Model,
+    kept: State | None,
+    kept_sums: dict,
+    recorder: Recorder,
+    plan: "RecordPlan",
+    row: int,
+    fault: StepError,
 ) -> StepError:
-    """Put the state before a failed entry, at `row`, and its statistics into the file; returns the fault with words about it."""
+    """Put the state before a failed entry, at `row`, and its statistics into the file; returns the fault with
+    words about it.
+    """
     if kept is None:
         return fault
     time = float(kept.mechanism.time[0])
@@ -350,12 +407,17 @@ def keep_what_was_sound(
         recorder.snapshot(time, snapshot(model, kept))
     if row % plan.rows_per_checkpoint:
         recorder.checkpoint(time, kept.arrays() | kept_sums)
-    return StepError(f"{fault} The file keeps the state at t = {time:.6g} s, before that, as its last snapshot and checkpoint.")
+    return StepError(
+        f"{fault} The file keeps the state at t = {time:.6g} s, before that, as its last snapshot "
+        "and checkpoint."
+    )
 
 
 @contextmanager
 def saved_whatever_happens(recorder: Recorder) -> Iterator[None]:
-    """Commit what has been recorded when something unforeseen ends a march: a callback that raises, a terminal that is gone."""
+    """Commit what has been recorded when something unforeseen ends a march: a callback that raises, a
+    terminal that is gone.
+    """
     try:
         yield
     except Exception as trouble:

@@ -40,12 +40,20 @@ class Watch:
             unknown = [math.nan] * 12
             self._report(Progress("settle", 0.0, self._case.run.end, fraction, *unknown, 0, math.nan, 0))
 
-    def marched(self, model: Model, names: list[str], series: np.ndarray, until: float, recorder: Recorder) -> None:
+    def marched(
+        self, model: Model, names: list[str], series: np.ndarray, until: float, recorder: Recorder
+    ) -> None:
         """Report where the run stands after `series` (n, n_names) has been recorded."""
         time = series[-1, 0]
         steady = series[series[:, 0] >= self._case.drive.ramp_end]
-        if self._report is not None and len(steady) and set(READINGS) <= set(names):  # a mechanism of any kind has no crank pin
-            self._means.add(steady[:, 0], steady[:, names.index("crank_angle")], steady[:, [names.index(name) for name in READINGS]])
+        if (
+            self._report is not None and len(steady) and set(READINGS) <= set(names)
+        ):  # a mechanism of any kind has no crank pin
+            self._means.add(
+                steady[:, 0],
+                steady[:, names.index("crank_angle")],
+                steady[:, [names.index(name) for name in READINGS]],
+            )
         if self._begun is None:
             self._begun = (wall.monotonic(), series[0, 0])
             return
@@ -78,7 +86,9 @@ class Watch:
                 mean_torque_half_width=torque_width,
                 largest_pair_overlap=largest["largest_pair_overlap"],
                 largest_wall_overlap=largest["largest_wall_overlap"],
-                ledger_residual=at["ledger_residual"] / at["motor_work"] if at.get("motor_work", 0.0) > 0 else math.nan,
+                ledger_residual=at["ledger_residual"] / at["motor_work"]
+                if at.get("motor_work", 0.0) > 0
+                else math.nan,
                 contacts=int(at.get("pair_contacts", 0) + at.get("wall_contacts", 0)),
                 dt=model.clock.substep,
                 file_size=recorder.size,

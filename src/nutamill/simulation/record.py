@@ -23,7 +23,9 @@ STATE_SIZE = 1500
 
 
 def room_at_start(case: Case) -> int:
-    """Room that the result file of a case needs to begin with: empty series and the first checkpoint [bytes]."""
+    """Room that the result file of a case needs to begin with: empty series and the first checkpoint
+    [bytes].
+    """
     names = expand(case.mounts.count if case.mechanism.mounting == "flexible" else 0, list(case.sensors))
     return SERIES_ROOM * (len(names) + 2) + STATE_SIZE * particle_count(case)
 
@@ -57,9 +59,9 @@ class RecordPlan:
 class Ending:
     """Decides with which row a run ends: a fixed one, or some time after it has become steady.
 
-    Steadiness is looked for at checkpoints, in the whole-turn means of `WATCHED` since the end of the ramp.  When it is found, the
-    run goes on for as long as snapshots are kept, and ends.  The decision depends on the record alone, so that a run that
-    stops and goes on ends where the run that never stopped does.
+    Steadiness is looked for at checkpoints, in the whole-turn means of `WATCHED` since the end of the ramp.
+    When it is found, the run goes on for as long as snapshots are kept, and ends.  The decision depends on
+    the record alone, so that a run that stops and goes on ends where the run that never stopped does.
 
     Parameters
     ----------
@@ -82,7 +84,9 @@ class Ending:
         return self
 
     def replay(self, columns: np.ndarray) -> None:
-        """Take the record of a run that is to go on, (n_rows, n_columns) with columns as in `COLUMNS`, as if it had just been made."""
+        """Take the record of a run that is to go on, (n_rows, n_columns) with columns as in `COLUMNS`, as if
+        it had just been made.
+        """
         last = len(columns) - 1
         tested = [
             *range(self.plan.rows_per_checkpoint, last + 1, self.plan.rows_per_checkpoint),
@@ -101,7 +105,9 @@ class Ending:
             self._columns.append(series[:, [names.index(name) for name in COLUMNS]])
 
     def look(self, row: int) -> None:
-        """At a checkpoint at `row`, or at the last row: find out whether the run is steady, and if so let it end."""
+        """At a checkpoint at `row`, or at the last row: find out whether the run is steady, and if so let it
+        end.
+        """
         if not self._wanted or self.found or (row % self.plan.rows_per_checkpoint and row != self.plan.rows):
             return
         columns = np.concatenate(self._columns)
@@ -118,8 +124,13 @@ class Ending:
             name: steady_mean(turn_means(time, value, turns), size, precision)
             for name, value, size in zip(WATCHED, watched, sizes, strict=True)
         }
-        self._known = {name: found.half_width / size for (name, found), size in zip(self._means.items(), sizes, strict=True)}
-        self.found = all(found.steady and self._known[name] <= precision for name, found in self._means.items())
+        self._known = {
+            name: found.half_width / size
+            for (name, found), size in zip(self._means.items(), sizes, strict=True)
+        }
+        self.found = all(
+            found.steady and self._known[name] <= precision for name, found in self._means.items()
+        )
         if self.found:
             tail = round(self._case.run.snapshots.last * self._case.run.series_rate)
             self.plan = RecordPlan.of(self._case, min(row + tail, self.plan.rows))
@@ -137,5 +148,8 @@ class Ending:
             if not found.steady:
                 said.append(f"{label} still drifts {100 * share:+.2g} % per turn")
             elif self._known[name] > self._case.run.precision:
-                said.append(f"{label} is known to ± {100 * self._known[name]:.2g} %, run.precision asks for {self._case.run.precision:.2g}")
+                said.append(
+                    f"{label} is known to ± {100 * self._known[name]:.2g} %, run.precision asks for "
+                    f"{self._case.run.precision:.2g}"
+                )
         return ", ".join(said)

@@ -20,7 +20,8 @@ class RunningMean:
     def add(self, time: np.ndarray, angle: np.ndarray, values: np.ndarray) -> None:
         """Add rows: times [s] (n,), rising crank angles [rad] (n,), readings (n, readings).
 
-        Trapezoidal rule; a turn ends at the first row at or after its angle, so that its length is right to one row.
+        Trapezoidal rule; a turn ends at the first row at or after its angle, so that its length is right to
+        one row.
         """
         for at, turned, value in zip(time, np.abs(angle), values, strict=True):
             if self._last is not None and self._began is not None:
@@ -42,5 +43,7 @@ class RunningMean:
         return np.mean(self._means, axis=0) if self._means else np.full_like(self._integral, math.nan)
 
     def half_width(self) -> np.ndarray:
-        """Half width of its 95 % interval (readings,), as `nutamill.base.steady.batch_half_width`; not a number before the second turn."""
+        """Half width of its 95 % interval (readings,), as `nutamill.base.steady.batch_half_width`; not a
+        number before the second turn.
+        """
         return batch_half_width(np.reshape(self._means, (self.turns, len(self._integral))))

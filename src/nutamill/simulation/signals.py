@@ -31,7 +31,9 @@ def checkpoint_signal() -> signal.Signals | None:
 
 
 def stop_signals() -> list[signal.Signals]:
-    """The signals that ask a run to stop: SIGINT, SIGTERM, and SIGHUP where there is one that `nohup` has not switched off."""
+    """The signals that ask a run to stop: SIGINT, SIGTERM, and SIGHUP where there is one that `nohup` has not
+    switched off.
+    """
     hang_up = getattr(signal, "SIGHUP", None)
     heard = hang_up is not None and signal.getsignal(hang_up) is not signal.SIG_IGN
     return [signal.SIGINT, signal.SIGTERM, *([hang_up] if heard else [])]
@@ -39,7 +41,9 @@ def stop_signals() -> list[signal.Signals]:
 
 @contextmanager
 def requests() -> Iterator[Requests]:
-    """Turn signals into requests, which a march meets between two steps; in a thread that is not the main one there are never any."""
+    """Turn signals into requests, which a march meets between two steps; in a thread that is not the main one
+    there are never any.
+    """
     asked = Requests(threading.Event(), threading.Event())
     with _handled(asked.stop.set, asked.checkpoint.set):
         yield asked
@@ -47,9 +51,11 @@ def requests() -> Iterator[Requests]:
 
 @contextmanager
 def stop_at_once() -> Iterator[None]:
-    """Raise KeyboardInterrupt at a request to stop, and ignore one for a checkpoint: as long as there is nothing to save.
+    """Raise KeyboardInterrupt at a request to stop, and ignore one for a checkpoint: as long as there is
+    nothing to save.
 
-    It is entered before the first signal can come.  Without it the system ends the process at a request for a checkpoint.
+    It is entered before the first signal can come.  Without it the system ends the process at a request for a
+    checkpoint.
     """
 
     def stop() -> None:
@@ -62,7 +68,9 @@ def stop_at_once() -> Iterator[None]:
 @contextmanager
 def _handled(stop: Callable[[], None], checkpoint: Callable[[], None]) -> Iterator[None]:
     """Call these at the signals; the handlers of before are back in place afterwards."""
-    if threading.current_thread() is not threading.main_thread():  # Python handles signals in the main thread only
+    if (
+        threading.current_thread() is not threading.main_thread()
+    ):  # Python handles signals in the main thread only
         yield
         return
     answers: dict[signal.Signals, Callable[[], None]] = dict.fromkeys(stop_signals(), stop)

@@ -1,8 +1,8 @@
 """Compile the kernels once, the two engines at the same time in two processes.
 
-Compiled code is kept in the user's cache folder (`nutamill.base.kernel`), so that this happens after an installation or a change of
-the kernels, and not again.  What is compiled depends on the kinds of arrays and on the contact law only, not on the mill: a ball on
-a turntable will do.
+Compiled code is kept in the user's cache folder (`nutamill.base.kernel`), so that this happens after an
+installation or a change of the kernels, and not again.  What is compiled depends on the kinds of arrays and
+on the contact law only, not on the mill: a ball on a turntable will do.
 """
 
 import subprocess
@@ -40,19 +40,23 @@ def warm_up(
     meanwhile: Callable[[], subprocess.Popen] | None = None,
     law: ContactLaw = STANDARD_LAW,
 ) -> None:
-    """Compile the kernels of an empty and of a staggered run, if this version has not been compiled here before.
+    """Compile the kernels of an empty and of a staggered run, if this version has not been compiled here
+    before.
 
     Parameters
     ----------
     tell : told once that compiling begins, before it does
-    meanwhile : starts a process that needs the charge's kernels only, while the coupled ones are being compiled
+    meanwhile : starts a process that needs the charge's kernels only, while the coupled ones are being
+        compiled
     law : of the contacts; each has kernels of its own
     """
     names = law_names(law)
     if not _begins(compiled_mark(*names), tell):
         return
     with ExitStack() as children:
-        charge_compiler = start_child("from nutamill.simulation.warm_up import compile_charge; compile_charge()", names)
+        charge_compiler = start_child(
+            "from nutamill.simulation.warm_up import compile_charge; compile_charge()", names
+        )
         children.enter_context(ended(charge_compiler))
         march_turntable()
         read_ball(names)
@@ -67,7 +71,9 @@ def warm_up(
 
 
 def warm_up_mechanism(tell: Callable[[str], None] | None = None) -> None:
-    """Compile the kernels of a run without charge, if this version has not been compiled here before; `tell` as in `warm_up`."""
+    """Compile the kernels of a run without charge, if this version has not been compiled here before; `tell`
+    as in `warm_up`.
+    """
     mark = compiled_mark("mechanism")
     if _begins(mark, tell):
         march_turntable()
@@ -102,7 +108,9 @@ def turntable():
     axis = (0.0, 0.0, 1.0)
     bushing = Bushing("mount", GROUND, "hub", (0.0, 0.0, 0.0), axis, (1e5, 1e5, 1e3, 1e3))
     bearing = Joint("bearing", JointKind.REVOLUTE, "hub", "shaft", (0.0, 0.0, 0.0), axis)
-    built = assemble([hub, shaft], [bearing], [bushing], drives=[Drive("motor", "bearing", (0.0, 1.0), (0.0, 1.0))])
+    built = assemble(
+        [hub, shaft], [bearing], [bushing], drives=[Drive("motor", "bearing", (0.0, 1.0), (0.0, 1.0))]
+    )
     static_equilibrium(*built)
     sensors = sensor_table(built[0], built[1], [Sensor("motor", SensorKind.DRIVE, "motor")])
     return *built, sensors
@@ -110,10 +118,26 @@ def turntable():
 
 def ball(names: Sequence[str], started: bool = True):
     """Two balls over a floor, their law by name: model, state, scratch; `started` is ready to march."""
-    pair = PairLaw(1e4, 0.0, 0.0, 1.0, 0.2, False, 0.3, 0.3, 0.01, 0.5, 0.9, contact_modulus=1e7, contact_shear_modulus=1e7)
+    pair = PairLaw(
+        1e4,
+        0.0,
+        0.0,
+        1.0,
+        0.2,
+        False,
+        0.3,
+        0.3,
+        0.01,
+        0.5,
+        0.9,
+        contact_modulus=1e7,
+        contact_shear_modulus=1e7,
+    )
     floor = Surface("floor", SurfaceKind.PLANE, 0, 0)
     places = np.array([[0.0, 0.0, 0.01], [0.0, 0.0, 0.0301]])
-    built = charge(places, np.full(2, 0.01), np.zeros(2, int), [1e3], {(0, 0): pair}, [floor], 1, law=contact_law(*names))
+    built = charge(
+        places, np.full(2, 0.01), np.zeros(2, int), [1e3], {(0, 0): pair}, [floor], 1, law=contact_law(*names)
+    )
     if started:
         start(*built, STEP)
     return built
@@ -156,4 +180,8 @@ def march_both(names: Sequence[str]) -> None:
     built = ball(names)
     survey = statistics_plan(*built[:2], STEP)
     seen = (charge_reading(), survey, charge_statistics(survey, built[2]))
-    run_team(march_coupled, (mechanism, state, scratch, sensors, *built, plan(), coupling_state(1), *seen, 1, rows), 1)
+    run_team(
+        march_coupled,
+        (mechanism, state, scratch, sensors, *built, plan(), coupling_state(1), *seen, 1, rows),
+        1,
+    )

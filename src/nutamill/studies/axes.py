@@ -48,7 +48,8 @@ def members(axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], 
 
     Raises
     ------
-    CaseError : the faults of all members, each once, the first ten and the number of the rest; too many members, or the same one twice
+    CaseError : the faults of all members, each once, the first ten and the number of the rest; too many
+        members, or the same one twice
     """
     count = 1
     for values in axes.values():
@@ -66,10 +67,16 @@ def members(axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], 
             faults += error.faults
     if faults:
         each = list(dict.fromkeys(faults))
-        left = [Fault("sweep", f"{len(each) - MOST_FAULTS} more faults like these")] if len(each) > MOST_FAULTS else []
+        left = (
+            [Fault("sweep", f"{len(each) - MOST_FAULTS} more faults like these")]
+            if len(each) > MOST_FAULTS
+            else []
+        )
         raise CaseError(*each[:MOST_FAULTS], *left)
     for one, other in _twins(found):
-        faults.append(Fault("sweep", f"{one.label} and {other.label} are the same case", "Give each value once"))
+        faults.append(
+            Fault("sweep", f"{one.label} and {other.label} are the same case", "Give each value once")
+        )
     if faults:
         raise CaseError(*faults)
     return found
@@ -91,8 +98,9 @@ def changed(case: Case, values: Mapping[str, Any]) -> Case:
 def axis_values(key: str, text: str) -> list[str]:
     """The values a text stands for, each as it would stand after ``--set``.
 
-    ``"100..700 rpm step 60 rpm"`` counts up from the first in steps as far as the last; ``"250..750 rpm / 11"`` are eleven evenly
-    spaced; ``"1..5"`` are whole numbers; ``"0, 12"`` is a list; all else is one value.  A unit that stands last holds for all.
+    ``"100..700 rpm step 60 rpm"`` counts up from the first in steps as far as the last;
+    ``"250..750 rpm / 11"`` are eleven evenly spaced; ``"1..5"`` are whole numbers; ``"0, 12"`` is a list; all
+    else is one value.  A unit that stands last holds for all.
 
     Raises
     ------
@@ -104,7 +112,9 @@ def axis_values(key: str, text: str) -> list[str]:
         return _range(key, text, match)
     if _LIKE_A_RANGE.fullmatch(text):
         what = f"must be a range of numbers with their unit, got {spelled(text)}"
-        raise CaseError(Fault(f"sweep {key}", what, 'Write e.g. "100..700 rpm step 60 rpm" or "250..750 rpm / 11"'))
+        raise CaseError(
+            Fault(f"sweep {key}", what, 'Write e.g. "100..700 rpm step 60 rpm" or "250..750 rpm / 11"')
+        )
     values = [part.strip() for part in re.findall(r"""(?:"[^"]*"|'[^']*'|[^,])+""", text)]
     last = re.fullmatch(_QUANTITY, values[-1]) if values else None
     if len(values) > 1 and last and last[2]:
@@ -123,7 +133,11 @@ def _range(key: str, text: str, match: re.Match[str]) -> list[str]:
     if any(other not in (None, unit) for other in (first_unit, step_unit)):
         raise CaseError(Fault(where, f'must have one unit, got "{text}"', "Write all three in the same unit"))
     if end <= begin:
-        cure = f"{first} {unit}".strip() if end == begin else f"{last}..{first} {unit}".strip() + _division(step, step_unit, count)
+        cure = (
+            f"{first} {unit}".strip()
+            if end == begin
+            else f"{last}..{first} {unit}".strip() + _division(step, step_unit, count)
+        )
         raise CaseError(Fault(where, f'must rise, got "{text}"', f'Write "{cure}"'))
     if not unit and (quantity := quantity_at(key)):
         example = units.example(quantity.kind).split(" ", 1)[1]
@@ -135,13 +149,18 @@ def _range(key: str, text: str, match: re.Match[str]) -> list[str]:
         numbers = [begin + (end - begin) * k / (int(count) - 1) for k in range(int(count))]
     else:
         if step is None and (unit or begin != int(begin)):
-            hint = f'Write e.g. "{first}..{last} {unit} / 11" or "{first}..{last} {unit} step {_shown((end - begin) / 10)} {unit}"'
+            hint = (
+                f'Write e.g. "{first}..{last} {unit} / 11" or "{first}..{last} {unit} step '
+                f'{_shown((end - begin) / 10)} {unit}"'
+            )
             raise CaseError(Fault(where, f'needs a step or a number of values, got "{text}"', hint))
         stride = Decimal(step or "1")
         if float(stride) <= 0.0:
             raise CaseError(Fault(where, f'must have a step above zero, got "{text}"'))
         if (end - begin) / stride > MOST_MEMBERS:
-            raise CaseError(Fault(where, f'makes more than {MOST_MEMBERS} values: "{text}"', "Take a larger step"))
+            raise CaseError(
+                Fault(where, f'makes more than {MOST_MEMBERS} values: "{text}"', "Take a larger step")
+            )
         numbers = [begin + stride * k for k in range(int((end - begin) / stride) + 1)]
     return [f"{_shown(number)} {unit}".strip() for number in numbers]
 

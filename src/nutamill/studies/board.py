@@ -19,7 +19,9 @@ SHOWN = 40
 
 
 class Board:
-    """Shows how the runs stand; a context manager, called with all outcomes: ``with Board(readings) as show: show(outcomes)``."""
+    """Shows how the runs stand; a context manager, called with all outcomes:
+    ``with Board(readings) as show: show(outcomes)``.
+    """
 
     def __init__(self, readings: Sequence[Reading]):
         self._readings = readings[:2]
@@ -34,7 +36,9 @@ class Board:
             self._live.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self._live is not None:
             self._live.stop()
 
@@ -64,7 +68,10 @@ def ended(outcome: Outcome) -> bool:
 
 def line(outcome: Outcome, readings: Sequence[Reading]) -> str:
     """A run in one line."""
-    said = [f"{reading.field.label} {with_interval(value)} {reading.field.unit}" for reading, value in _read(outcome, readings)]
+    said = [
+        f"{reading.field.label} {with_interval(value)} {reading.field.unit}"
+        for reading, value in _read(outcome, readings)
+    ]
     return "  ".join([outcome.member.label or outcome.member.case.name, *said, outcome.state])
 
 

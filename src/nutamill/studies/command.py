@@ -30,7 +30,13 @@ def workers_of(jobs: int | None, cluster: str | None) -> Callable[[], Workers]:
 
 
 def run_sweep(
-    name: str, changes: list[str], jobs: int | None, cluster: str | None, to: Path | None, quick: bool, say: Callable[[str], None]
+    name: str,
+    changes: list[str],
+    jobs: int | None,
+    cluster: str | None,
+    to: Path | None,
+    quick: bool,
+    say: Callable[[str], None],
 ) -> bool:
     """Run a sweep and print its table; whether all of its runs are finished.
 
@@ -49,7 +55,9 @@ def run_sweep(
     if is_sweep_file(name):
         stem = Path(name).stem
         name, fixed, swept, named = load_sweep(name)
-        axes = {key: value if isinstance(value, list) else axis_values(key, value) for key, value in swept.items()}
+        axes = {
+            key: value if isinstance(value, list) else axis_values(key, value) for key, value in swept.items()
+        }
     else:
         stem = Path(name).name.removesuffix(".toml")
     for change in changes:
@@ -84,7 +92,10 @@ def run_sweep(
         save_figure(picture, folder / "table.png")
     bad = [outcome for outcome in outcomes if ended(outcome) and not is_finished(outcome.state)]
     drawn = f"   picture {folder / 'table.png'}" if picture is not None else ""
-    say(f"{total(outcomes)}   {folder / 'table.csv'}{drawn}" + ("   the same command again does what is left" if bad else ""))
+    say(
+        f"{total(outcomes)}   {folder / 'table.csv'}{drawn}"
+        + ("   the same command again does what is left" if bad else "")
+    )
     return not bad
 
 

@@ -21,7 +21,8 @@ MARKS = "osD^vP"
 
 
 def draw_sweep(table: "xarray.Dataset", readings: Sequence[Reading]) -> Figure | None:
-    """Steady means over the longest of the swept keys that holds numbers, with 95 % intervals; a line for each of the other values.
+    """Steady means over the longest of the swept keys that holds numbers, with 95 % intervals; a line for
+    each of the other values.
 
     None if there is no such key with two values, or nothing was read.
     """
@@ -42,8 +43,16 @@ def draw_sweep(table: "xarray.Dataset", readings: Sequence[Reading]) -> Figure |
                 one = lines.isel(line=k)
                 doubt = np.nan_to_num(one[f"{reading.name}_half_width"].values)
                 label = ", ".join(f"{key} = {_text(one[key].item())}" for key in others)
-                axes.errorbar(one[along].values / factor, one[reading.name].values, doubt, marker=MARKS[k % len(MARKS)], ms=3, label=label)
-            axes.set_ylabel(f"{reading.field.label}{'' if reading.by == 'mean' else f', {reading.by}'}\n({reading.field.unit})")
+                axes.errorbar(
+                    one[along].values / factor,
+                    one[reading.name].values,
+                    doubt,
+                    marker=MARKS[k % len(MARKS)],
+                    ms=3,
+                    label=label,
+                )
+            by = "" if reading.by == "mean" else f", {reading.by}"
+            axes.set_ylabel(f"{reading.field.label}{by}\n({reading.field.unit})")
             axes.margins(x=0.04)  # marks on the edge must be whole
             axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         panels[-1].set_xlabel(along + (f" ({shown})" if shown != "1" else ""))

@@ -1,4 +1,6 @@
-"""`fit`: identify keys of a case from measured values, through the same runs and modes a user would make by hand."""
+"""`fit`: identify keys of a case from measured values, through the same runs and modes a user would make by
+hand.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -59,10 +61,14 @@ class Fit(NamedTuple):
         found = self.found
         width = max(len(one.key) for one in self.free)
         shown = []
-        for one, value, doubt, bound in zip(self.free, found.values, found.uncertainty, found.at_bound, strict=True):
+        for one, value, doubt, bound in zip(
+            self.free, found.values, found.uncertainty, found.at_bound, strict=True
+        ):
             unit = unit_at(one.key)
             said = "   on its bound" if bound else ""
-            shown.append(f"{one.key:{width}}  {value:10.5g} ± {doubt:.2g}{'' if unit == '1' else f' {unit}'}{said}")
+            shown.append(
+                f"{one.key:{width}}  {value:10.5g} ± {doubt:.2g}{'' if unit == '1' else f' {unit}'}{said}"
+            )
         if len(self.free) > 1:
             shown.append("correlation")
             shown += [
@@ -75,8 +81,8 @@ class Fit(NamedTuple):
             measured = f"{target.value:.4g} ± {target.sigma:.2g} {target.unit}"
             shown.append(f"{target.label:{wide}}  {measured:>20}  {computed:10.4g}  {residual:+.2f} u")
         shown.append(
-            f"chi squared {found.chi_squared:.3g} with {found.freedom} degrees of freedom, {found.evaluations} evaluations"
-            + ("" if found.converged else ": not converged")
+            f"chi squared {found.chi_squared:.3g} with {found.freedom} degrees of freedom, "
+            f"{found.evaluations} evaluations" + ("" if found.converged else ": not converged")
         )
         return shown
 
@@ -135,7 +141,9 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
     for number, given in enumerate(file.target):
         where = place_of(layer, "target", number)
         try:
-            under = changed(load_mill(case, [*fixed, *overrides(given.set)]), {one.key: one.start for one in free})
+            under = changed(
+                load_mill(case, [*fixed, *overrides(given.set)]), {one.key: one.start for one in free}
+            )
             targets.append(_target(given, under, where))
         except CaseError as error:
             faults += error.faults
@@ -150,7 +158,9 @@ def _free(key: str, given: FreeKey, base: Case, where: str) -> Free:
         tried = changed(base, {key: given.start})
     except CaseError as error:
         raise CaseError(*(Fault(where, fault.what, fault.hint) for fault in error.faults)) from None
-    start, low, high = (si_at(key, getattr(given, name), f"{where}.{name}") for name in ("start", "low", "high"))
+    start, low, high = (
+        si_at(key, getattr(given, name), f"{where}.{name}") for name in ("start", "low", "high")
+    )
     if not isinstance(held(tried, key), (int, float)):
         raise CaseError(Fault(where, "must be a key with one number"))
     return Free(key, start, low, high, given.step)
@@ -161,7 +171,13 @@ def _target(given: Measured, case: Case, where: str) -> Target:
     word, _, number = given.quantity.partition(" ")
     if word == MODE:
         if not number.isdigit() or int(number) < 1:
-            raise CaseError(Fault(f"{where}.quantity", f'must number the mode from 1, got "{given.quantity}"', f'Write "{MODE} 1"'))
+            raise CaseError(
+                Fault(
+                    f"{where}.quantity",
+                    f'must number the mode from 1, got "{given.quantity}"',
+                    f'Write "{MODE} 1"',
+                )
+            )
         what, unit, named = int(number), "Hz", f"natural frequency {number}"
     else:
         what = reading_of(given.quantity, f"{where}.quantity")
@@ -180,7 +196,9 @@ def computed(
     report: Report | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> np.ndarray:
-    """What the model gives for each target at each point, (n_points, n_targets), SI; all runs of all points at the same time."""
+    """What the model gives for each target at each point, (n_points, n_targets), SI; all runs of all points
+    at the same time.
+    """
     cases = [[changed(target.case, point).with_("run.threads", 1) for target in targets] for point in points]
     wanted: dict[str, Member] = {}
     for row, point in zip(cases, points, strict=True):
@@ -192,7 +210,9 @@ def computed(
     by_case = {outcome.member.case.digest: outcome for outcome in outcomes}
     if bad := [outcome for outcome in outcomes if not is_finished(outcome.state)]:
         told = "; ".join(f"{outcome.member.label}: {outcome.state}" for outcome in bad)
-        raise StepError(f"fit: every run must end, {told}. The others are kept; the same command again does what is left.")
+        raise StepError(
+            f"fit: every run must end, {told}. The others are kept; the same command again does what is left."
+        )
     values = np.empty((len(points), len(targets)))
     for k, row in enumerate(cases):
         for j, (case, target) in enumerate(zip(row, targets, strict=True)):
@@ -202,13 +222,16 @@ def computed(
                 values[k, j] = _frequency(case, target.what)
             if not np.isfinite(values[k, j]):
                 raise StepError(
-                    f"fit: {target.label} must have a steady mean, it has none. Run longer (run.until), or take another quantity."
+                    f"fit: {target.label} must have a steady mean, it has none. Run longer "
+                    "(run.until), or take another quantity."
                 )
     return values
 
 
 def _frequency(case: Case, number: int) -> float:
-    """A natural frequency of the mill on its mounts with rigid bars as they are, at rest [Hz]; NaN if there are fewer."""
+    """A natural frequency of the mill on its mounts with rigid bars as they are, at rest [Hz]; NaN if there
+    are fewer.
+    """
     found = oscillations(case)
     return found[number - 1][0] if number <= len(found) else float("nan")
 

@@ -23,14 +23,18 @@ class FreeKey(Table):
     high: Given
     """Upper bound."""
     step: Share = 0.01
-    """Difference by which its influence is found, share of the range [1]; larger where the readings scatter."""
+    """Difference by which its influence is found, share of the range [1]; larger where the readings
+    scatter.
+    """
 
 
 class Measured(Table):
     """A measured or published value."""
 
     quantity: str
-    """A series, ``rms`` or ``swing`` and a series, or ``natural_frequency 1`` for the first of the modes about rest."""
+    """A series, ``rms`` or ``swing`` and a series, or ``natural_frequency 1`` for the first of the modes
+    about rest.
+    """
     value: str
     """What was measured, with its unit."""
     uncertainty: str

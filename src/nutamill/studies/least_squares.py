@@ -1,4 +1,6 @@
-"""Least squares with bounds: values of free keys that meet measured values best, and how well they are then known."""
+"""Least squares with bounds: values of free keys that meet measured values best, and how well they are then
+known.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -60,9 +62,10 @@ class Fitted(NamedTuple):
 def fitted(free: Sequence[Free], measured: np.ndarray, sigma: np.ndarray, compute: Compute) -> Fitted:
     """Minimise the sum of squared residuals over the free keys within their bounds.
 
-    Derivatives are one-sided differences.  Each point is computed together with its differences in one call, so that all of them can run
-    at the same time.  The covariance is that of the linearised problem, `inv(J^T J)` with J in standard uncertainties; where
-    the residuals are larger than these explain, uncertainties are multiplied by the root of chi squared per degree of freedom.
+    Derivatives are one-sided differences.  Each point is computed together with its differences in one call,
+    so that all of them can run at the same time.  The covariance is that of the linearised problem,
+    `inv(J^T J)` with J in standard uncertainties; where the residuals are larger than these explain,
+    uncertainties are multiplied by the root of chi squared per degree of freedom.
 
     Parameters
     ----------
@@ -72,7 +75,8 @@ def fitted(free: Sequence[Free], measured: np.ndarray, sigma: np.ndarray, comput
 
     Raises
     ------
-    CaseError : fewer targets than free keys, a first guess out of bounds, or keys that the targets do not tell apart
+    CaseError : fewer targets than free keys, a first guess out of bounds, or keys that the targets do not
+        tell apart
 
     Source
     ------
@@ -127,24 +131,48 @@ def fitted(free: Sequence[Free], measured: np.ndarray, sigma: np.ndarray, comput
 def _refuse(free: Sequence[Free], measured: np.ndarray, sigma: np.ndarray) -> None:
     """Raise what makes a fit impossible before it is begun."""
     faults = [
-        Fault(f"free {one.key}", f"must have low < start < high, got {one.low:g}, {one.start:g}, {one.high:g} (SI)")
+        Fault(
+            f"free {one.key}",
+            f"must have low < start < high, got {one.low:g}, {one.start:g}, {one.high:g} (SI)",
+        )
         for one in free
         if not one.low < one.start < one.high
     ]
     if len(measured) < len(free):
-        faults.append(Fault("target", f"must be at least as many as the free keys, got {len(measured)} for {len(free)}", "Fix some keys"))
-    faults += [Fault(f"target {k + 1}", f"must have an uncertainty above zero, got {u:g}") for k, u in enumerate(sigma) if not u > 0.0]
+        faults.append(
+            Fault(
+                "target",
+                f"must be at least as many as the free keys, got {len(measured)} for {len(free)}",
+                "Fix some keys",
+            )
+        )
+    faults += [
+        Fault(f"target {k + 1}", f"must have an uncertainty above zero, got {u:g}")
+        for k, u in enumerate(sigma)
+        if not u > 0.0
+    ]
     if faults:
         raise CaseError(*faults)
 
 
 def _refuse_blind(free: Sequence[Free], scaled: np.ndarray) -> None:
-    """Raise where the targets say nothing about a key, or only about several together; `scaled` is the Jacobian over the ranges."""
+    """Raise where the targets say nothing about a key, or only about several together; `scaled` is the
+    Jacobian over the ranges.
+    """
     size = np.linalg.norm(scaled, axis=0)
-    blind = [one.key for one, length in zip(free, size, strict=True) if not length > 1e-9 * max(size.max(), 1e-300)]
+    blind = [
+        one.key for one, length in zip(free, size, strict=True) if not length > 1e-9 * max(size.max(), 1e-300)
+    ]
     if blind:
-        raise CaseError(*(Fault(f"free {key}", "no target depends on it", "Fix it, or add a target that does") for key in blind))
+        raise CaseError(
+            *(
+                Fault(f"free {key}", "no target depends on it", "Fix it, or add a target that does")
+                for key in blind
+            )
+        )
     _, singular, right = np.linalg.svd(scaled / size)
     if singular[-1] < 1e-8 * singular[0]:
         together = ", ".join(one.key for one, share in zip(free, right[-1], strict=True) if abs(share) > 0.1)
-        raise CaseError(Fault("free", f"the targets do not tell apart: {together}", "Fix one of them, or add targets"))
+        raise CaseError(
+            Fault("free", f"the targets do not tell apart: {together}", "Fix one of them, or add targets")
+        )

@@ -1,7 +1,7 @@
 """What a worker does: settle one bed, or run, resume or leave one member of a campaign.
 
-As a program it takes its task from one line of its standard input, and stops, saved, when that is closed: a campaign
-that dies takes its workers with it.
+As a program it takes its task from one line of its standard input, and stops, saved, when that is closed: a
+campaign that dies takes its workers with it.
 """
 
 import os
@@ -34,12 +34,13 @@ class Task(NamedTuple):
 def perform(task: Task) -> None:
     """Do a task in this process.
 
-    A run that was finished is left as it is, one that was begun goes on from its last checkpoint, one that was killed before its
-    first checkpoint begins anew.
+    A run that was finished is left as it is, one that was begun goes on from its last checkpoint, one that
+    was killed before its first checkpoint begins anew.
 
     Raises
     ------
-    MillError, KeyboardInterrupt : as `run` and `resume` do; a run that is not steady at its longest time is finished all the same
+    MillError, KeyboardInterrupt : as `run` and `resume` do; a run that is not steady at its longest time is
+        finished all the same
     """
     case, file = Case.from_toml(task.case_text, task.name), Path(task.path)
     if task.act == "settle":

@@ -1,4 +1,6 @@
-"""`sweep`: a case with other values of some keys, all combinations, each run once; and `run_all` for any cases."""
+"""`sweep`: a case with other values of some keys, all combinations, each run once; and `run_all` for any
+cases.
+"""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -58,10 +60,11 @@ def sweep(
     report: Report | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> Campaign:
-    """Run a case with all combinations of other values, one process a run, and collect the steady means in a table.
+    """Run a case with all combinations of other values, one process a run, and collect the steady means in a
+    table.
 
-    A run whose result is in the folder is read, one that was begun goes on from its last checkpoint, the rest are run: after an
-    interrupt or a kill, the same call does what is left.
+    A run whose result is in the folder is read, one that was begun goes on from its last checkpoint, the rest
+    are run: after an interrupt or a kill, the same call does what is left.
 
     Parameters
     ----------
@@ -81,7 +84,9 @@ def sweep(
     """
     found = members(axes, lambda values: changed(case, values))
     place = Path("sweeps") / case.name if folder is None else Path(folder)
-    outcomes = run_all(found, place, ClusterWorkers(client) if client else LocalProcesses(jobs), readings, report, tell)
+    outcomes = run_all(
+        found, place, ClusterWorkers(client) if client else LocalProcesses(jobs), readings, report, tell
+    )
     return Campaign(dataset(outcomes, axes, readings), outcomes, place)
 
 
@@ -93,10 +98,11 @@ def run_all(
     report: Report | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> list[Outcome]:
-    """Run members that are not run yet, into `folder`, and read all; beds that several share are settled once, before.
+    """Run members that are not run yet, into `folder`, and read all; beds that several share are settled
+    once, before.
 
-    A run that fails, or whose worker is killed, is named in its outcome, and the others go on.  ``table.csv`` in the folder is kept
-    up to date.  Parameters and errors as of `sweep`.
+    A run that fails, or whose worker is killed, is named in its outcome, and the others go on.  ``table.csv``
+    in the folder is kept up to date.  Parameters and errors as of `sweep`.
     """
     _refuse(found)
     make_folder(folder / TABLE)
@@ -114,12 +120,17 @@ def run_all(
                 warm_up(tell, law=law)
             with requests() as asked:
                 _settle([outcome.member.case for outcome in left], workers, tell, asked.stop)
-                tasks = {workers.submit(_task("run", outcome.member.case, outcome.file)): outcome.member for outcome in left}
+                tasks = {
+                    workers.submit(_task("run", outcome.member.case, outcome.file)): outcome.member
+                    for outcome in left
+                }
                 for done in _as_they_end(tasks, asked.stop):
                     for future in done:
                         keep(_outcome(tasks[future], folder, _trouble(future), readings))
                     if report is not None:
-                        report([outcome if outcome.values else _glance(outcome) for outcome in board.values()])
+                        report(
+                            [outcome if outcome.values else _glance(outcome) for outcome in board.values()]
+                        )
     finally:
         workers.stop()
         write_csv(folder / TABLE, list(board.values()), readings)
@@ -127,7 +138,9 @@ def run_all(
 
 
 def _as_they_end(futures: Iterable[Future], interrupted: Event) -> Iterator[set[Future]]:
-    """Those that have ended since the last look, about once a second, until all have; KeyboardInterrupt when it is interrupted."""
+    """Those that have ended since the last look, about once a second, until all have; KeyboardInterrupt when
+    it is interrupted.
+    """
     left = set(futures)
     while left:
         done, left = wait(left, POLL, FIRST_COMPLETED)
@@ -143,7 +156,9 @@ def _refuse(found: Sequence[Member]) -> None:
         try:
             run_clock(member.case)
         except CaseError as error:
-            faults += [Fault(f"{member.label}: {fault.where}", fault.what, fault.hint) for fault in error.faults]
+            faults += [
+                Fault(f"{member.label}: {fault.where}", fault.what, fault.hint) for fault in error.faults
+            ]
     if faults:
         raise CaseError(*dict.fromkeys(faults))
 
@@ -155,7 +170,9 @@ def tell_of_other_kernels(files: Iterable[Path], tell: Callable[[str], None] | N
         with open_result(file) as result:
             others += [file.name] if result.provenance.get("kernel_digest") != kernel_digest() else []
     if others and tell is not None:
-        named = ", ".join(others[:NAMED]) + (f" and {len(others) - NAMED} more" if len(others) > NAMED else "")
+        named = ", ".join(others[:NAMED]) + (
+            f" and {len(others) - NAMED} more" if len(others) > NAMED else ""
+        )
         tell(f"made by other kernels than this version has, and read as it is: {named}")
 
 
@@ -168,14 +185,23 @@ def _task(act: str, case: Case, file: Path) -> Task:
     return Task(act, case.to_toml(), case.name, str(file.absolute()))
 
 
-def _settle(cases: Sequence[Case], workers: Workers, tell: Callable[[str], None] | None, interrupted: Event) -> None:
-    """Settle each bed that several runs share and that is not kept yet; a fault shows again in the runs that need it."""
+def _settle(
+    cases: Sequence[Case], workers: Workers, tell: Callable[[str], None] | None, interrupted: Event
+) -> None:
+    """Settle each bed that several runs share and that is not kept yet; a fault shows again in the runs that
+    need it.
+    """
     needed = [(bed_key(case), case) for case in cases if not bed_is_kept(case)]
     runs = Counter(key for key, _ in needed)
     beds = {key: case for key, case in needed if runs[key] > 1}
     if beds and tell is not None:
-        tell(f"settling {len(beds)} bed{'s' if len(beds) > 1 else ''} that {sum(runs[key] for key in beds)} runs share")
-    for _ in _as_they_end([workers.submit(_task("settle", case, Path())) for case in beds.values()], interrupted):
+        tell(
+            f"settling {len(beds)} bed{'s' if len(beds) > 1 else ''} that "
+            f"{sum(runs[key] for key in beds)} runs share"
+        )
+    for _ in _as_they_end(
+        [workers.submit(_task("settle", case, Path())) for case in beds.values()], interrupted
+    ):
         pass
 
 
@@ -209,6 +235,8 @@ def _glance(outcome: Outcome) -> Outcome:
         return outcome
     try:
         with open_result(outcome.file) as result:
-            return outcome._replace(state=f"running, t = {result.reached:.2f} of {outcome.member.case.run.end:g} s")
+            return outcome._replace(
+                state=f"running, t = {result.reached:.2f} of {outcome.member.case.run.end:g} s"
+            )
     except MillError:
         return outcome

@@ -35,5 +35,8 @@ def load_sweep(name: str | Path) -> tuple[str, list[str], dict[str, str | list[s
     """
     found, layer = read_campaign_file(name, SweepFile)
     case, fixed = case_of(found, layer)
-    swept = {key: [toml_value(one) for one in value] if isinstance(value, list) else str(value) for key, value in found.sweep.items()}
+    swept = {
+        key: [toml_value(one) for one in value] if isinstance(value, list) else str(value)
+        for key, value in found.sweep.items()
+    }
     return case, fixed, swept, found.readings

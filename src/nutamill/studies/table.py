@@ -32,10 +32,14 @@ class Outcome(NamedTuple):
     """What was read from it; empty before it has ended."""
 
 
-def dataset(outcomes: Sequence[Outcome], axes: Mapping[str, Sequence[Any]], readings: Sequence[Reading]) -> xarray.Dataset:
-    """All readings over the swept keys, in SI; with each its ``_half_width`` (95 %) and its ``_window`` (last seconds, as in the papers).
+def dataset(
+    outcomes: Sequence[Outcome], axes: Mapping[str, Sequence[Any]], readings: Sequence[Reading]
+) -> xarray.Dataset:
+    """All readings over the swept keys, in SI; with each its ``_half_width`` (95 %) and its ``_window`` (last
+    seconds, as in the papers).
 
-    Coordinates are SI numbers with their unit where the key holds a quantity, else text.  ``state`` and ``file`` are told for each run.
+    Coordinates are SI numbers with their unit where the key holds a quantity, else text.  ``state`` and
+    ``file`` are told for each run.
     """
     shape = tuple(len(values) for values in axes.values())
     dims = tuple(axes)
@@ -50,7 +54,10 @@ def dataset(outcomes: Sequence[Outcome], axes: Mapping[str, Sequence[Any]], read
             label = {"": reading.field.label, "_half_width": f"{reading.field.label}, 95 % half width"}.get(
                 suffix, f"{reading.field.label}, last seconds"
             )
-            attributes = {"units": reading.field.unit, "long_name": f"{label}{'' if reading.by == 'mean' else f' ({reading.by})'}"}
+            attributes = {
+                "units": reading.field.unit,
+                "long_name": f"{label}{'' if reading.by == 'mean' else f' ({reading.by})'}",
+            }
             variables[f"{reading.name}{suffix}"] = (*laid(column), attributes)
     variables["state"] = laid([outcome.state for outcome in outcomes])
     variables["file"] = laid([outcome.file.name for outcome in outcomes])
@@ -68,14 +75,22 @@ def _coordinate(key: str, outcomes: Sequence[Outcome]) -> tuple[Any, ...]:
 
 
 def write_csv(path: Path, outcomes: Sequence[Outcome], readings: Sequence[Reading]) -> None:
-    """The table as CSV: swept keys as they were asked for, state, file, and each reading with its 95 % half width; replaced whole."""
+    """The table as CSV: swept keys as they were asked for, state, file, and each reading with its 95 % half
+    width; replaced whole.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     keys = list(outcomes[0].member.values)
-    heads = [f"{reading.name}{said} [{reading.field.unit}]" for reading in readings for said in ("", " half width 95 %", " last seconds")]
+    heads = [
+        f"{reading.name}{said} [{reading.field.unit}]"
+        for reading in readings
+        for said in ("", " half width 95 %", " last seconds")
+    ]
     writer.writerow([*keys, "state", "file", *heads])
     for outcome in outcomes:
         values = [outcome.values.get(reading, NOTHING) for reading in readings]
-        numbers = [f"{number:.6g}" for value in values for number in (value.mean, value.half_width, value.window)]
+        numbers = [
+            f"{number:.6g}" for value in values for number in (value.mean, value.half_width, value.window)
+        ]
         writer.writerow([*outcome.member.values.values(), outcome.state, outcome.file.name, *numbers])
     write_whole(path, out.getvalue())

@@ -17,7 +17,16 @@ from nutamill.studies.papers.compare import Finding, Key, Measured, compare, key
 from nutamill.studies.papers.figures import draw_figure
 from nutamill.studies.papers.library import read_paper
 from nutamill.studies.papers.model import Paper
-from nutamill.studies.papers.runs import COMPLETE, PlannedRun, chosen, planned_runs, read_modes, run_state, wants_modes, write_modes
+from nutamill.studies.papers.runs import (
+    COMPLETE,
+    PlannedRun,
+    chosen,
+    planned_runs,
+    read_modes,
+    run_state,
+    wants_modes,
+    write_modes,
+)
 from nutamill.studies.papers.table import csv_text, json_text, markdown
 from nutamill.studies.sweep import run_all, tell_of_other_kernels
 from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
@@ -58,8 +67,8 @@ def validate(
 ) -> Comparison:
     """Compare a paper with our own runs of all its configurations, row by row.
 
-    Results that are complete are read, begun ones resumed, missing ones run; each is a result file of its own, so that an interrupt or a
-    failure costs nothing that was done.
+    Results that are complete are read, begun ones resumed, missing ones run; each is a result file of its
+    own, so that an interrupt or a failure costs nothing that was done.
 
     Parameters
     ----------
@@ -86,11 +95,16 @@ def validate(
     if start:
         find_modes([run for run in runs if wants_modes(rows, run)])
         if waiting := in_order(taken, tell):
-            failures = run_campaign(waiting, place, ClusterWorkers(client) if client else LocalProcesses(jobs))
+            failures = run_campaign(
+                waiting, place, ClusterWorkers(client) if client else LocalProcesses(jobs)
+            )
     complete = [run.path for run in runs if run_state(run) == COMPLETE]
     tell_of_other_kernels(complete, tell)
     if complete:
-        tell(f"{len(complete)} of {len(runs)} runs are complete; they took {duration(wall_time_of(complete))} in all, one after the other")
+        tell(
+            f"{len(complete)} of {len(runs)} runs are complete; they took "
+            f"{duration(wall_time_of(complete))} in all, one after the other"
+        )
     measured = measure(paper, runs, keys_of(paper), f"nutamill validate {name} --only")
     files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, place)
     return Comparison(paper, compare(rows, measured), files, failures, undrawn)
@@ -106,7 +120,9 @@ def wall_time_of(files: Sequence[Path]) -> float:
 
 
 def find_modes(runs: Sequence[PlannedRun]) -> None:
-    """Find and keep the natural frequencies of machines, the charge counted as a rigid mass, where they are not kept yet."""
+    """Find and keep the natural frequencies of machines, the charge counted as a rigid mass, where they are
+    not kept yet.
+    """
     for run in runs:
         if read_modes(run) is None:
             found = preflight(run.case).crossings
@@ -150,13 +166,23 @@ def run_campaign(runs: Sequence[PlannedRun], place: Path, workers: Workers) -> l
     with Board(()) as board:
         outcomes = run_all(members, place, workers, (), board, board.message)
         board(outcomes)
-    return [f"{outcome.member.case.name}: {outcome.state}" for outcome in outcomes if not is_finished(outcome.state)]
+    return [
+        f"{outcome.member.case.name}: {outcome.state}"
+        for outcome in outcomes
+        if not is_finished(outcome.state)
+    ]
 
 
 def store(
-    paper: Paper, runs: Sequence[PlannedRun], findings: Sequence[Finding], measured: dict[Key, Measured], place: Path
+    paper: Paper,
+    runs: Sequence[PlannedRun],
+    findings: Sequence[Finding],
+    measured: dict[Key, Measured],
+    place: Path,
 ) -> tuple[list[Path], list[str]]:
-    """Write the table as CSV, JSON and Markdown, and the figures; returns the files, and the figures that lack results, in words."""
+    """Write the table as CSV, JSON and Markdown, and the figures; returns the files, and the figures that
+    lack results, in words.
+    """
     files = []
     for suffix, text in ((".csv", csv_text), (".json", json_text), (".md", markdown)):
         files.append(place / f"comparison{suffix}")
@@ -173,10 +199,11 @@ def store(
 
 
 def write_short(file: Path, done: Comparison, name: str) -> None:
-    """Write the short table, rows marked so in the paper's file, as Markdown; rows without a result are counted below it.
+    """Write the short table, rows marked so in the paper's file, as Markdown; rows without a result are
+    counted below it.
 
-    In a file that has the lines ``<!-- validate NAME -->`` and ``<!-- end NAME -->``, what stands between them is replaced; any other
-    file is replaced whole.
+    In a file that has the lines ``<!-- validate NAME -->`` and ``<!-- end NAME -->``, what stands between
+    them is replaced; any other file is replaced whole.
 
     Parameters
     ----------
@@ -197,10 +224,14 @@ def write_short(file: Path, done: Comparison, name: str) -> None:
         try:
             old = file.read_text(encoding="utf-8") if file.exists() else ""
         except UnicodeDecodeError:
-            raise CaseError(Fault(str(file), "must be a text file to be changed, it is none", "Choose another name")) from None
+            raise CaseError(
+                Fault(str(file), "must be a text file to be changed, it is none", "Choose another name")
+            ) from None
     if begin in old:
         before, _, rest = old.partition(begin)
         if end not in rest:
-            raise CaseError(Fault(str(file), f'must hold the line "{end}" after "{begin.strip()}", it does not', "Add it"))
+            raise CaseError(
+                Fault(str(file), f'must hold the line "{end}" after "{begin.strip()}", it does not', "Add it")
+            )
         text = f"{before}{begin}{text}{end}{rest.partition(end)[2]}"
     write_whole(file, text)

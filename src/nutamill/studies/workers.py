@@ -1,4 +1,6 @@
-"""Who does the work: a process for each run on this machine, or the workers of a Dask cluster.  No scheduler of our own."""
+"""Who does the work: a process for each run on this machine, or the workers of a Dask cluster.  No scheduler
+of our own.
+"""
 
 import contextlib
 import os
@@ -72,7 +74,9 @@ class LocalProcesses:
         if code < 0:
             raise WorkerError(f"its process was killed ({signal.Signals(-code).name})")
         if code:
-            raise WorkerError(said.strip().splitlines()[-1] if said.strip() else f"its process ended with code {code}")
+            raise WorkerError(
+                said.strip().splitlines()[-1] if said.strip() else f"its process ended with code {code}"
+            )
 
     def stop(self) -> None:
         """Begin no more tasks, ask the running processes to save and end, and wait for them."""
@@ -84,7 +88,8 @@ class LocalProcesses:
 
 
 class ClusterWorkers:
-    """The workers of a Dask cluster; results and settled beds must lie where they and this process can reach them.
+    """The workers of a Dask cluster; results and settled beds must lie where they and this process can reach
+    them.
 
     Parameters
     ----------
@@ -95,16 +100,21 @@ class ClusterWorkers:
         self._executor = client.get_executor(pure=False)
 
     def submit(self, task: Task) -> Future:
-        """Begin a task when a worker is free; a worker that dies hands it to another, which goes on from the last checkpoint."""
+        """Begin a task when a worker is free; a worker that dies hands it to another, which goes on from the
+        last checkpoint.
+        """
         return self._executor.submit(perform, task)
 
     def stop(self) -> None:
-        """Take back the tasks; a run that is under way is finished by its worker, as Dask interrupts nothing."""
+        """Take back the tasks; a run that is under way is finished by its worker, as Dask interrupts
+        nothing.
+        """
         self._executor.shutdown(wait=False)
 
 
 def cluster_client(address: str, jobs: int | None) -> "distributed.Client":
-    """A Dask client: of a cluster of processes on this machine for ``"local"``, else of the scheduler at an address or in a file.
+    """A Dask client: of a cluster of processes on this machine for ``"local"``, else of the scheduler at an
+    address or in a file.
 
     Raises
     ------
@@ -117,10 +127,16 @@ def cluster_client(address: str, jobs: int | None) -> "distributed.Client":
         raise missing_extra("--cluster", "Dask", "cluster") from None
     if address == "local":
         os.environ["PYTHONSAFEPATH"] = "1"  # its processes look for no modules in the working folder
-        local = distributed.LocalCluster(n_workers=jobs or usable_cores(), threads_per_worker=1, dashboard_address=None)
+        local = distributed.LocalCluster(
+            n_workers=jobs or usable_cores(), threads_per_worker=1, dashboard_address=None
+        )
         return distributed.Client(local)
     try:
-        return distributed.Client(scheduler_file=address) if address.endswith(".json") else distributed.Client(address, timeout="30s")
+        return (
+            distributed.Client(scheduler_file=address)
+            if address.endswith(".json")
+            else distributed.Client(address, timeout="30s")
+        )
     except (OSError, ValueError, TimeoutError) as error:
         hint = "Give local, an address like tcp://host:8786, or a scheduler file (.json)"
         raise CaseError(Fault("--cluster", f'no scheduler answers at "{address}": {error}', hint)) from None

@@ -1,7 +1,8 @@
 """The machine of a case as triangles, for pictures: one list of parts, each fixed to one body.
 
-Lengths that a case states (chamber, ribs, bars, crank, mounts) are drawn as stated; what no case states (thickness of shafts, columns
-and plates) is given proportions of the bore.  Nothing is computed from these shapes.
+Lengths that a case states (chamber, ribs, bars, crank, mounts) are drawn as stated; what no case states
+(thickness of shafts, columns and plates) is given proportions of the bore.  Nothing is computed from these
+shapes.
 """
 
 import math
@@ -59,8 +60,11 @@ class Solid(NamedTuple):
         return Solid(self.vertices @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]), self.triangles)
 
 
-def ring(inner: float, outer: float, low: float, high: float, opening: float = 0.0, middle: float = 0.0) -> Solid:
-    """A tube about z between two radii and two heights [m]; with an `opening` [rad] about the azimuth `middle` [rad] left out.
+def ring(
+    inner: float, outer: float, low: float, high: float, opening: float = 0.0, middle: float = 0.0
+) -> Solid:
+    """A tube about z between two radii and two heights [m]; with an `opening` [rad] about the azimuth
+    `middle` [rad] left out.
 
     ``inner = 0`` makes a disc or a rod.
     """
@@ -69,7 +73,9 @@ def ring(inner: float, outer: float, low: float, high: float, opening: float = 0
     first = middle + 0.5 * opening
     angle = first + (math.tau - max(opening, 0.0)) * np.arange(count + (not whole)) / count
     corners = [(inner, low), (outer, low), (outer, high), (inner, high)]
-    vertices = np.concatenate([np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(len(angle), z)]) for r, z in corners])
+    vertices = np.concatenate(
+        [np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(len(angle), z)]) for r, z in corners]
+    )
     n = len(angle)
     k = np.arange(count)
     after = (k + 1) % n
@@ -94,7 +100,9 @@ def box(x: float, y: float, z: float) -> Solid:
 
 
 def cut_open(mesh: WallMesh, opening: float, middle: float) -> Solid:
-    """A mesh without the triangles whose middles lie in an `opening` [rad] about the azimuth `middle` [rad]."""
+    """A mesh without the triangles whose middles lie in an `opening` [rad] about the azimuth `middle`
+    [rad].
+    """
     x, y, _ = mesh.vertices[mesh.triangles].mean(axis=1).T
     turn = np.abs((np.arctan2(y, x) - middle + math.pi) % math.tau - math.pi)
     return Solid(mesh.vertices, mesh.triangles[turn >= 0.5 * opening])
@@ -105,12 +113,17 @@ def joined(*solids: Solid) -> Solid:
     firsts = np.cumsum([0] + [len(solid.vertices) for solid in solids[:-1]])
     return Solid(
         np.concatenate([solid.vertices for solid in solids]),
-        np.concatenate([solid.triangles + first for solid, first in zip(solids, firsts, strict=True)]).astype(np.int32),
+        np.concatenate([solid.triangles + first for solid, first in zip(solids, firsts, strict=True)]).astype(
+            np.int32
+        ),
     )
 
 
 def machine_parts(
-    case: Case, opening: float = 0.0, opening_at: float = -0.5 * math.pi, walls: Mapping[str, WallMesh] | None = None
+    case: Case,
+    opening: float = 0.0,
+    opening_at: float = -0.5 * math.pi,
+    walls: Mapping[str, WallMesh] | None = None,
 ) -> tuple[Part, ...]:
     """The parts of a mill, ground first.
 
@@ -123,18 +136,28 @@ def machine_parts(
     meshes = dict(walls or {})
     shell = meshes.pop("chamber.mesh", None)
     solids = [Part(key, CHAMBER, mesh.vertices, mesh.triangles, STEEL) for key, mesh in meshes.items()]
-    return (*_standing_parts(case), *_driven_parts(case), *solids, *_chamber_parts(case, opening, opening_at, shell))
+    return (
+        *_standing_parts(case),
+        *_driven_parts(case),
+        *solids,
+        *_chamber_parts(case, opening, opening_at, shell),
+    )
 
 
 def _standing_parts(case: Case) -> list[Part]:
-    """Mounts and frame: a base plate on the mounts, a column over each, a top ring that carries the yoke, and the bearing's plate."""
+    """Mounts and frame: a base plate on the mounts, a column over each, a top ring that carries the yoke, and
+    the bearing's plate.
+    """
     bore, plane = case.chamber.inner_diameter, -case.mounts.depth
     bearing = -(case.mechanism.nutation_point_to_crank + 0.9 * bore)
     reach = math.hypot(*case.mounts.points[0])
     thick, column = 0.09 * bore, 0.11 * bore
     under = [ring(0.0, 0.2 * bore, plane - 0.36 * bore, plane).at(x, y, 0.0) for x, y in case.mounts.points]
     columns = [ring(0.0, column, plane + thick, -0.5 * thick).at(x, y, 0.0) for x, y in case.mounts.points]
-    yoke = [box(0.16 * bore, reach, 0.16 * bore).at(0.0, side * (0.5 * reach + 0.25 * bore), 0.0) for side in (-1.0, 1.0)]
+    yoke = [
+        box(0.16 * bore, reach, 0.16 * bore).at(0.0, side * (0.5 * reach + 0.25 * bore), 0.0)
+        for side in (-1.0, 1.0)
+    ]
     plates = [
         ring(0.4 * bore, reach + column, plane, plane + thick),
         ring(reach - column, reach + column, -0.5 * thick, 0.5 * thick),
@@ -150,7 +173,11 @@ def _standing_parts(case: Case) -> list[Part]:
 
 def _driven_parts(case: Case) -> list[Part]:
     """Shafts, coupling, torque arm, carriage with crank pin, bearing cross, balance mass."""
-    bore, radius, depth = case.chamber.inner_diameter, case.mechanism.crank_radius, case.mechanism.nutation_point_to_crank
+    bore, radius, depth = (
+        case.chamber.inner_diameter,
+        case.mechanism.crank_radius,
+        case.mechanism.nutation_point_to_crank,
+    )
     rod, coupling = 0.12 * bore, -case.shaft_coupling.depth
     arm = -(depth + 0.32 * bore)
     crank = [
@@ -160,26 +187,41 @@ def _driven_parts(case: Case) -> list[Part]:
     ]
     parts = [
         Part("driveshaft", DRIVESHAFT, *joined(*crank), DARK),
-        Part("intermediate shaft", SHAFT, *joined(ring(0.0, rod, coupling - 0.8 * bore, coupling - 0.1 * bore)), DARK),
+        Part(
+            "intermediate shaft",
+            SHAFT,
+            *joined(ring(0.0, rod, coupling - 0.8 * bore, coupling - 0.1 * bore)),
+            DARK,
+        ),
         Part("shaft coupling", SHAFT, *ring(0.0, 0.34 * bore, coupling - 0.1 * bore, coupling), RUBBER),
-        Part("carriage", CARRIAGE, *ring(0.0, 0.17 * bore, arm + 0.1 * bore, -depth + 0.05 * bore).at(radius, 0.0, 0.0), BRASS),
+        Part(
+            "carriage",
+            CARRIAGE,
+            *ring(0.0, 0.17 * bore, arm + 0.1 * bore, -depth + 0.05 * bore).at(radius, 0.0, 0.0),
+            BRASS,
+        ),
         Part(
             "bearing cross",
             CROSS,
             *joined(
-                ring(0.0, 0.06 * bore, -0.34 * bore, 0.34 * bore).lying("x"), ring(0.0, 0.06 * bore, -0.34 * bore, 0.34 * bore).lying("y")
+                ring(0.0, 0.06 * bore, -0.34 * bore, 0.34 * bore).lying("x"),
+                ring(0.0, 0.06 * bore, -0.34 * bore, 0.34 * bore).lying("y"),
             ),
             BRASS,
         ),
     ]
     if case.balance.mass > 0.0:
-        disc = ring(0.0, 0.2 * bore, -0.1 * bore, 0.1 * bore).at(-case.balance.radius, 0.0, -case.balance.depth)
+        disc = ring(0.0, 0.2 * bore, -0.1 * bore, 0.1 * bore).at(
+            -case.balance.radius, 0.0, -case.balance.depth
+        )
         parts.append(Part("balance mass", DRIVESHAFT, *disc, RED))
     return parts
 
 
 def _chamber_parts(case: Case, opening: float, opening_at: float, mesh: WallMesh | None) -> list[Part]:
-    """Shell, or the mesh that stands for it, floor and ceiling with the stubs to pin and pivot, ribs and bars."""
+    """Shell, or the mesh that stands for it, floor and ceiling with the stubs to pin and pivot, ribs and
+    bars.
+    """
     chamber, depth = case.chamber, case.mechanism.nutation_point_to_crank
     bore, wall = 0.5 * chamber.inner_diameter, 0.035 * chamber.inner_diameter
     floor, ceiling = -chamber.floor_depth, -chamber.ceiling_depth
@@ -192,13 +234,29 @@ def _chamber_parts(case: Case, opening: float, opening_at: float, mesh: WallMesh
     parts = [Part("floor", CHAMBER, *joined(*below), DARK), Part("ceiling", CHAMBER, *joined(*above), DARK)]
     if chamber.ribs and chamber.rib:
         height = min(chamber.rib.length, chamber.height)
-        bar = box(chamber.rib.depth, chamber.rib.width, height).at(bore - 0.5 * chamber.rib.depth, 0.0, floor + 0.5 * height)
+        bar = box(chamber.rib.depth, chamber.rib.width, height).at(
+            bore - 0.5 * chamber.rib.depth, 0.0, floor + 0.5 * height
+        )
         parts.append(
-            Part("ribs", CHAMBER, *joined(*(bar.turned(math.tau * k / chamber.ribs) for k in range(chamber.ribs))), STEEL)
-        )  # fmt: skip
+            Part(
+                "ribs",
+                CHAMBER,
+                *joined(*(bar.turned(math.tau * k / chamber.ribs) for k in range(chamber.ribs))),
+                STEEL,
+            )
+        )
     if chamber.bars_mass > 0.0:
-        ring_of_bars = ring(chamber.bars.radius - wall, chamber.bars.radius, -chamber.bars.depth - wall, -chamber.bars.depth + wall)
+        ring_of_bars = ring(
+            chamber.bars.radius - wall,
+            chamber.bars.radius,
+            -chamber.bars.depth - wall,
+            -chamber.bars.depth + wall,
+        )
         parts.append(Part("rigid bars", CHAMBER, *ring_of_bars, RED))
-    shell = ring(bore, bore + wall, floor, ceiling, opening, opening_at) if mesh is None else cut_open(mesh, opening, opening_at)
+    shell = (
+        ring(bore, bore + wall, floor, ceiling, opening, opening_at)
+        if mesh is None
+        else cut_open(mesh, opening, opening_at)
+    )
     parts.append(Part("chamber wall", CHAMBER, *shell, GLASS, 0.3))
     return parts

@@ -1,4 +1,5 @@
-"""One HTML page for one run or several: case, steady values, where the power goes, figures, the moving charge, provenance, citation.
+"""One HTML page for one run or several: case, steady values, where the power goes, figures, the moving
+charge, provenance, citation.
 
 Or for the folder of a sweep or of a comparison with a paper: its tables, pictures and runs.
 
@@ -17,7 +18,14 @@ from matplotlib.figure import Figure
 
 from nutamill import __version__
 from nutamill.analysis.mechanism import is_mechanism
-from nutamill.analysis.windows import power_split, steady_line, steady_part, steady_window, too_few_turns, warning_lines
+from nutamill.analysis.windows import (
+    power_split,
+    steady_line,
+    steady_part,
+    steady_window,
+    too_few_turns,
+    warning_lines,
+)
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.files import is_folder
@@ -35,11 +43,16 @@ READINGS = ("crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power"
 """Series whose steady means are tabulated, where a result holds them."""
 FRAMES = 60
 """Moments of each run shown in motion: about a megabyte each for pellets."""
-CITATION = f"nutamill {__version__}: coupled multibody and particle dynamics of nutating mills. Open-source software, MIT licence."
+CITATION = (
+    f"nutamill {__version__}: coupled multibody and particle dynamics of nutating mills. Open-source "
+    "software, MIT licence."
+)
 SOURCES = (
-    "H. C. Janse van Vuuren, J. R. Bredell, C. J. Coetzee, Coupled multi-body and particle dynamics simulation of a nutating mill,"
+    "H. C. Janse van Vuuren, J. R. Bredell, C. J. Coetzee, Coupled multi-body and particle dynamics "
+    "simulation of a nutating mill,"
     " Math. Comput. Appl. 31(5), 171, 2026.",
-    "J. J. van Tonder, J. R. Bredell, C. Coetzee, J. Branehog, Simulation of kinetic joint forces in a nutating grinding mill,"
+    "J. J. van Tonder, J. R. Bredell, C. Coetzee, J. Branehog, Simulation of kinetic joint forces in "
+    "a nutating grinding mill,"
     " J. S. Afr. Inst. Min. Metall. 125, 99-106, 2025.",
 )
 
@@ -117,7 +130,9 @@ def write_report(paths: Sequence[str | Path], to: str | Path) -> Path:
     ResultError : a file that is no result, or a page that cannot be written
     """
     if not paths:
-        raise CaseError(Fault("report", "at least one result must be given, got none", "nutamill report RESULT.h5"))
+        raise CaseError(
+            Fault("report", "at least one result must be given, got none", "nutamill report RESULT.h5")
+        )
     check_writable(Path(to), PAGES)
     return write_whole(to, report_page(paths))
 
@@ -130,8 +145,14 @@ def report_page(paths: Sequence[str | Path]) -> str:
             raise CaseError(Fault("report", what, "Report them one after another"))
         campaign = read_campaign(Path(paths[0]))
         count = len(campaign.runs)
-        about = f"{count} result file{'' if count == 1 else 's'} in this folder" if count else "tables and pictures of this folder"
-        return _filled(title=campaign.name, about=about, campaign=campaign, pictures=_drawn(campaign), runs=[])
+        about = (
+            f"{count} result file{'' if count == 1 else 's'} in this folder"
+            if count
+            else "tables and pictures of this folder"
+        )
+        return _filled(
+            title=campaign.name, about=about, campaign=campaign, pictures=_drawn(campaign), runs=[]
+        )
     runs, cases = [], []
     for path in paths:
         with open_result(path) as result:
@@ -175,7 +196,13 @@ def _run_page(result: Result) -> RunPage:
         what = "must be the result of a run, it is measured data"
         raise CaseError(Fault(str(result.path), what, "Lay it over a run with nutamill compare"))
     if is_mechanism(result):
-        raise CaseError(Fault(str(result.path), "must be the run of a mill, it is that of a mechanism", "nutamill show prints its loads"))
+        raise CaseError(
+            Fault(
+                str(result.path),
+                "must be the run of a mill, it is that of a mechanism",
+                "nutamill show prints its loads",
+            )
+        )
     case = Case.from_toml(result.case_text)
     figures = []
     for name in FIGURES:
@@ -188,7 +215,9 @@ def _run_page(result: Result) -> RunPage:
         view = view_page(result, FRAMES)
     except ResultError:
         view = ""
-    last = rpm(float(result.series["driveshaft_speed"].values[-1])) if result.series.sizes["time"] else math.nan
+    last = (
+        rpm(float(result.series["driveshaft_speed"].values[-1])) if result.series.sizes["time"] else math.nan
+    )
     return RunPage(
         result.path.stem,
         case.title,
@@ -205,7 +234,9 @@ def _run_page(result: Result) -> RunPage:
 
 
 def _means(result: Result) -> tuple[str, str, list[SteadyLine]]:
-    """Whether a run is steady, what its means are, and the means of `READINGS`; an interval only where there is one."""
+    """Whether a run is steady, what its means are, and the means of `READINGS`; an interval only where there
+    is one.
+    """
     names = [name for name in READINGS if name in result.series]
     try:
         window = steady_window(result, names=names)
@@ -240,8 +271,15 @@ def _ledger(result: Result) -> list[Sink]:
         split = power_split(result)
     except ResultError:
         return []
-    rows = [*sorted(split.sinks.items(), key=lambda sink: -abs(sink[1])), ("not accounted for", split.residual), ("motor", split.motor)]
-    return [Sink(name, f"{power:.4g}", f"{100.0 * power / split.motor:.2f}" if split.motor else "-") for name, power in rows]
+    rows = [
+        *sorted(split.sinks.items(), key=lambda sink: -abs(sink[1])),
+        ("not accounted for", split.residual),
+        ("motor", split.motor),
+    ]
+    return [
+        Sink(name, f"{power:.4g}", f"{100.0 * power / split.motor:.2f}" if split.motor else "-")
+        for name, power in rows
+    ]
 
 
 def _image(figure: Figure) -> str:

@@ -1,6 +1,8 @@
-"""What a page says of a folder of runs: the tables and pictures that a sweep or a comparison with a paper left there, and its runs.
+"""What a page says of a folder of runs: the tables and pictures that a sweep or a comparison with a paper
+left there, and its runs.
 
-Only files are read: CSV tables of a sweep, Markdown tables of a comparison, PNG pictures, and the head of each result.
+Only files are read: CSV tables of a sweep, Markdown tables of a comparison, PNG pictures, and the head of
+each result.
 """
 
 import csv
@@ -73,7 +75,10 @@ def read_campaign(folder: Path) -> CampaignFolder:
         except (ResultError, DamagedError) as error:
             runs.append(RunLine(file.name, str(error)))
     if not tables and not runs:
-        what = "must be a result, or a folder of a sweep or of a comparison, this one holds neither a table nor a result"
+        what = (
+            "must be a result, or a folder of a sweep or of a comparison, this one holds neither a table "
+            "nor a result"
+        )
         raise CaseError(Fault(str(folder), what, "nutamill sweep and nutamill validate make such folders"))
     return CampaignFolder(folder.resolve().name, tables, _files(folder, "*.png"), runs, provenance)
 
@@ -81,7 +86,10 @@ def read_campaign(folder: Path) -> CampaignFolder:
 def _files(folder: Path, pattern: str) -> list[Path]:
     """Files by name; numbers in names count as numbers."""
     return sorted(
-        folder.glob(pattern), key=lambda file: [part.zfill(9) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)]
+        folder.glob(pattern),
+        key=lambda file: [
+            part.zfill(9) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)
+        ],
     )
 
 
@@ -92,8 +100,14 @@ def _sweep_table(file: Path) -> Table | None:
     if not lines or "state" not in lines[0]:
         return None
     heads = lines[0]
-    shown = [k for k, head in enumerate(heads) if not NARROW.fullmatch(head) and LAST not in head and head != "file"]
-    widths = {f"{match[1]} [{match[2]}]": k for k, head in enumerate(heads) if (match := NARROW.fullmatch(head))}
+    shown = [
+        k
+        for k, head in enumerate(heads)
+        if not NARROW.fullmatch(head) and LAST not in head and head != "file"
+    ]
+    widths = {
+        f"{match[1]} [{match[2]}]": k for k, head in enumerate(heads) if (match := NARROW.fullmatch(head))
+    }
 
     def cell(row: list[str], k: int) -> str:
         width = row[widths[heads[k]]] if heads[k] in widths else "nan"

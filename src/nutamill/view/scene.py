@@ -80,13 +80,16 @@ class Camera(NamedTuple):
     """Parts that stand in the way."""
 
 
-def draw_scene(result: Result, path: str | Path, view: View = "front", colour: Colour = "speed", number: int = -1) -> Path:
+def draw_scene(
+    result: Result, path: str | Path, view: View = "front", colour: Colour = "speed", number: int = -1
+) -> Path:
     """Write a picture (PNG) of one snapshot; returns its path.
 
     Parameters
     ----------
     result : an opened result with snapshots
-    view : ``front``; ``inside``, riding on the chamber under its ceiling as the camera of the NuMill papers; ``axis``, down the shaft
+    view : ``front``; ``inside``, riding on the chamber under its ceiling as the camera of the NuMill papers;
+        ``axis``, down the shaft
     colour : what colours the particles
     number : which snapshot; -1 is the last
 
@@ -97,11 +100,15 @@ def draw_scene(result: Result, path: str | Path, view: View = "front", colour: C
     NotInstalledError : PyVista or OpenGL is missing
     """
     check_writable(Path(path), PICTURES)
-    return _rendered(result, Path(path), view, colour, [range(len(chosen_snapshots(result)))[number]], _pictured)
+    return _rendered(
+        result, Path(path), view, colour, [range(len(chosen_snapshots(result)))[number]], _pictured
+    )
 
 
 FRAGMENTS = ["-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-g", "50"]
-"""What ffmpeg is told so that a film cut short by a kill plays as far as it goes: two seconds to a fragment, each whole in itself."""
+"""What ffmpeg is told so that a film cut short by a kill plays as far as it goes: two seconds to a fragment,
+each whole in itself.
+"""
 
 
 def film_scene(
@@ -114,7 +121,8 @@ def film_scene(
 ) -> Path:
     """Write a film (MP4) of all snapshots, `slowed` times slower than real; returns its path.
 
-    `tell` is told now and then how many moments have been drawn. Raises as `draw_scene`; NotInstalledError also where ffmpeg is missing.
+    `tell` is told now and then how many moments have been drawn. Raises as `draw_scene`; NotInstalledError
+    also where ffmpeg is missing.
     """
     path = Path(path)
     check_writable(path, FILMS)
@@ -140,20 +148,32 @@ def _pictured(plotter: "pyvista.Plotter") -> Callable:
 
 
 def _filmed(plotter: "pyvista.Plotter", path: str, times: int) -> None:
-    """Add what is before the camera to the film, `times` pictures long; it is drawn once, which takes the time."""
+    """Add what is before the camera to the film, `times` pictures long; it is drawn once, which takes the
+    time.
+    """
     try:
         plotter.write_frame()
         drawn = plotter.image
         for _ in range(times - 1):
             plotter.mwriter.append_data(drawn)
     except OSError:  # holds the command line of ffmpeg
-        raise OutputError(f"{path}: ffmpeg cannot write the film any further. Free some room, or choose another place.") from None
+        raise OutputError(
+            f"{path}: ffmpeg cannot write the film any further. Free some room, or choose another place."
+        ) from None
 
 
 def _rendered(
-    result: Result, path: Path, view: str, colour: str, numbers: list[int], opened: Callable, tell: Callable[[str], None] | None = None
+    result: Result,
+    path: Path,
+    view: str,
+    colour: str,
+    numbers: list[int],
+    opened: Callable,
+    tell: Callable[[str], None] | None = None,
 ) -> Path:
-    """Draw these snapshots one after the other, each handed to what `opened` makes of the plotter, with how often it comes in turn."""
+    """Draw these snapshots one after the other, each handed to what `opened` makes of the plotter, with how
+    often it comes in turn.
+    """
     _check(view, colour)
     case = Case.from_toml(result.case_text)
     limits = _limits(result, colour, numbers, case)
@@ -174,7 +194,14 @@ def _rendered(
 class Stage:
     """What stands before the camera, moved from frame to frame; used within one picture or film."""
 
-    def __init__(self, plotter: "pyvista.Plotter", case: Case, parts: Sequence[Part], colour: str, limits: tuple[float, float]):
+    def __init__(
+        self,
+        plotter: "pyvista.Plotter",
+        case: Case,
+        parts: Sequence[Part],
+        colour: str,
+        limits: tuple[float, float],
+    ):
         import pyvista
 
         self._plotter, self._colour, self._limits = plotter, colour, limits
@@ -184,7 +211,9 @@ class Stage:
         self._names = case.charge.materials if colour == "material" else ()
         if self._names:
             legend = [[name, own] for name, own in zip(self._names, MATERIALS, strict=False)]
-            plotter.add_legend(legend, bcolor="white", face="circle", loc="lower left", size=(0.2, 0.05 * len(legend)))
+            plotter.add_legend(
+                legend, bcolor="white", face="circle", loc="lower left", size=(0.2, 0.05 * len(legend))
+            )
 
     def show(self, frame: Frame, values: np.ndarray, camera: Camera) -> None:
         """Move everything to where it is in `frame`, and colour the particles by `values` (n,)."""
@@ -214,7 +243,12 @@ class Stage:
                 render=False,
             )
         eye = self._plotter.camera
-        eye.position, eye.focal_point, eye.up, eye.view_angle = camera.eye, camera.target, camera.up, camera.angle
+        eye.position, eye.focal_point, eye.up, eye.view_angle = (
+            camera.eye,
+            camera.target,
+            camera.up,
+            camera.angle,
+        )
         self._plotter.reset_camera_clipping_range()
 
 
@@ -224,13 +258,25 @@ def camera_of(view: str, frame: Frame, case: Case) -> Camera:
     if view == "front":
         size = plane + chamber.inner_diameter
         target = np.array([0.0, 0.0, -0.52 * plane])
-        return Camera(target + size * np.array([0.0, -1.95, 0.4]), target, np.array([0.0, 0.0, 1.0]), 30.0, ())
+        return Camera(
+            target + size * np.array([0.0, -1.95, 0.4]), target, np.array([0.0, 0.0, 1.0]), 30.0, ()
+        )
     if view == "axis":
         target = np.array([0.0, 0.0, -chamber.floor_depth])
         hidden = ("frame", "yoke", "bearing cross", "ceiling")
-        return Camera(target + np.array([0.0, 0.0, 4.5 * chamber.inner_diameter]), target, np.array([0.0, 1.0, 0.0]), 30.0, hidden)
+        return Camera(
+            target + np.array([0.0, 0.0, 4.5 * chamber.inner_diameter]),
+            target,
+            np.array([0.0, 1.0, 0.0]),
+            30.0,
+            hidden,
+        )
     pose = frame.bodies[CHAMBER]
-    eye = pose.origin + pose.rotation @ [0.0, -0.2 * chamber.inner_diameter, -chamber.ceiling_depth - 0.02 * chamber.height]
+    eye = pose.origin + pose.rotation @ [
+        0.0,
+        -0.2 * chamber.inner_diameter,
+        -chamber.ceiling_depth - 0.02 * chamber.height,
+    ]
     target = pose.origin + pose.rotation @ [0.0, 0.0, -chamber.floor_depth]
     return Camera(eye, target, pose.rotation @ [0.0, 1.0, 0.0], 75.0, ("ceiling", "frame", "yoke"))
 
@@ -240,7 +286,13 @@ def _check(view: str, colour: str) -> None:
     for where, given, known in (("--camera", view, View), ("--colour", colour, Colour)):
         names = known.__args__
         if given not in names:
-            faults.append(Fault(where, f'must be one of {", ".join(names)}, got "{given}"', f"Write e.g. {where} {names[0]}"))
+            faults.append(
+                Fault(
+                    where,
+                    f'must be one of {", ".join(names)}, got "{given}"',
+                    f"Write e.g. {where} {names[0]}",
+                )
+            )
     if faults:
         raise CaseError(*faults)
 
@@ -254,12 +306,17 @@ def _values(result: Result, number: int, frame: Frame, colour: str, case: Case) 
     array = "contact_forces" if colour == "force" else "materials"
     kept = result.snapshots[number]
     if array not in kept and len(frame.positions):
-        raise ResultError(f"{result.path}: its snapshots must hold {array} to be coloured by {colour}, they do not. Run the case again.")
+        raise ResultError(
+            f"{result.path}: its snapshots must hold {array} to be coloured by {colour}, they do "
+            "not. Run the case again."
+        )
     return np.asarray(kept.get(array, np.empty(0)), float)
 
 
 def _limits(result: Result, colour: str, numbers: list[int], case: Case) -> tuple[float, float]:
-    """Ends of the colour bar over all snapshots shown: zero, and what all but one particle in a thousand stay below."""
+    """Ends of the colour bar over all snapshots shown: zero, and what all but one particle in a thousand stay
+    below.
+    """
     if colour == "material":
         return -0.5, max(1, len(case.charge.materials)) - 0.5
     shown = sorted(set(numbers))[:: max(1, len(set(numbers)) // 20)]
@@ -276,7 +333,13 @@ def _mesh(part: Part) -> "pyvista.PolyData":
 
 
 def _look(part: Part) -> dict:
-    return {"color": part.colour, "opacity": part.opacity, "smooth_shading": True, "split_sharp_edges": True, "render": False}
+    return {
+        "color": part.colour,
+        "opacity": part.opacity,
+        "smooth_shading": True,
+        "split_sharp_edges": True,
+        "render": False,
+    }
 
 
 @contextmanager
@@ -286,7 +349,9 @@ def _plotter() -> "Iterator[pyvista.Plotter]":
         import pyvista
     except ImportError as fault:
         raise missing_extra("a picture in three dimensions", "PyVista", "view") from fault
-    pyvista.vtk_verbosity("off")  # without a screen VTK would tell so on every start; its own way out of that is the one wanted
+    pyvista.vtk_verbosity(
+        "off"
+    )  # without a screen VTK would tell so on every start; its own way out of that is the one wanted
     try:
         plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="light kit")
     except Exception as fault:

@@ -1,8 +1,9 @@
-"""A result as one VTKHDF file, which ParaView 5.13 or newer plays: the charge and the parts of the machine over time.
+"""A result as one VTKHDF file, which ParaView 5.13 or newer plays: the charge and the parts of the machine
+over time.
 
-Layout: a PartitionedDataSetCollection whose parts are PolyData with ``Steps`` of their own; what does not change (triangles, radii) is
-stored once, points per step.  HDF5's newest layout is not used and nothing but gzip compresses, because VTK reads neither
-the one nor the other.
+Layout: a PartitionedDataSetCollection whose parts are PolyData with ``Steps`` of their own; what does not
+change (triangles, radii) is stored once, points per step.  HDF5's newest layout is not used and nothing but
+gzip compresses, because VTK reads neither the one nor the other.
 
 Source: VTK, "VTKHDF file format", version 2.3 (docs.vtk.org)
 """
@@ -29,8 +30,9 @@ CHARGE = "charge"
 def write_vtkhdf(result: Result, path: str | Path) -> Path:
     """Write all snapshots of a result for ParaView; returns the path.
 
-    The charge carries ``velocity`` [m/s] and ``radius`` [m], for glyphs or point Gaussians, and ``contact_force`` [N] and ``material``
-    where the snapshots hold them.  Each part of the machine is a surface.
+    The charge carries ``velocity`` [m/s] and ``radius`` [m], for glyphs or point Gaussians, and
+    ``contact_force`` [N] and ``material`` where the snapshots hold them.  Each part of the machine is a
+    surface.
 
     Raises
     ------
@@ -53,7 +55,9 @@ def write_vtkhdf(result: Result, path: str | Path) -> Path:
     return path
 
 
-def _fill(file: h5py.File, result: Result, numbers: list[int], parts: tuple[Part, ...], particles: int) -> None:
+def _fill(
+    file: h5py.File, result: Result, numbers: list[int], parts: tuple[Part, ...], particles: int
+) -> None:
     """Write the whole file."""
     times = result.snapshots.time[numbers]
     root = file.create_group("VTKHDF", track_order=True)
@@ -99,7 +103,9 @@ _SCALARS = {"contact_force": "contact_forces", "material": "materials"}
 """Point data of the charge and the arrays of snapshots they come from."""
 
 
-def _poly_data(root: h5py.Group, name: str, times: np.ndarray, n: int, cells: dict[str, np.ndarray]) -> h5py.Group:
+def _poly_data(
+    root: h5py.Group, name: str, times: np.ndarray, n: int, cells: dict[str, np.ndarray]
+) -> h5py.Group:
     """An empty PolyData of `n` points per step whose cells never change."""
     group, steps = root.create_group(name, track_order=True), len(times)
     _is_a(group, "PolyData")

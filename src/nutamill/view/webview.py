@@ -1,7 +1,8 @@
 """One HTML file in which the mill turns: no server, no network, opens in any browser with WebGL 2.
 
-The page is `data/pages/viewer.html` with `data/pages/viewer.js`; here it is filled.  Positions are whole numbers of 16
-bits in chamber axes, written as differences from frame to frame and deflated: 200 frames of 2618 pellets are about 4 MB.
+The page is `data/pages/viewer.html` with `data/pages/viewer.js`; here it is filled.  Positions are whole
+numbers of 16 bits in chamber axes, written as differences from frame to frame and deflated: 200 frames of
+2618 pellets are about 4 MB.
 """
 
 import base64
@@ -70,7 +71,8 @@ def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
     return Template((pages / "viewer.html").read_text(encoding="utf-8")).substitute(
         title=html.escape(case.title or result.path.stem),
         packed=packed,
-        # no "<" within a script: "</script>" would end it, and "<!--<script>" would swallow the rest of the page
+        # no "<" within a script: "</script>" would end it, and "<!--<script>" would swallow the rest of the
+        # page
         facts=json.dumps(facts, separators=(",", ":")).replace("<", "\\u003c"),
         script=(pages / "viewer.js").read_text(encoding="utf-8"),
     )
@@ -82,19 +84,29 @@ def _coded(array: np.ndarray | bytes) -> str:
 
 
 def _packed(moments: list[Frame]) -> tuple[str, dict]:
-    """Positions in chamber axes and speeds of all frames, deflated; and what turns them back into m and m/s."""
+    """Positions in chamber axes and speeds of all frames, deflated; and what turns them back into m and
+    m/s.
+    """
     places = np.stack([moment.in_chamber() for moment in moments])
     speeds = np.stack([np.linalg.norm(moment.velocities, axis=1) for moment in moments])
     none = places.size == 0
     low = np.zeros(3) if none else places.min(axis=(0, 1))
     span = np.ones(3) if none else np.maximum(places.max(axis=(0, 1)) - low, 1e-9)
-    fastest = 1.0 if none else max(float(np.quantile(speeds, 0.999)), 1e-9)  # one that flies must not darken all others
+    fastest = (
+        1.0 if none else max(float(np.quantile(speeds, 0.999)), 1e-9)
+    )  # one that flies must not darken all others
     whole = np.round((places - low) / span * 65535.0).astype(np.uint16)
     rates = np.round(np.minimum(speeds / fastest, 1.0) * 255.0).astype(np.uint8)
     change = np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])).reshape(len(moments), -1)
     change_of_rate = np.diff(rates, axis=0, prepend=np.zeros_like(rates[:1]))
-    rows = np.concatenate([(change >> 8).astype(np.uint8), (change & 255).astype(np.uint8), change_of_rate], axis=1)
-    return _coded(zlib.compress(rows.tobytes(), 9)), {"low": low.tolist(), "span": span.tolist(), "speed": fastest}
+    rows = np.concatenate(
+        [(change >> 8).astype(np.uint8), (change & 255).astype(np.uint8), change_of_rate], axis=1
+    )
+    return _coded(zlib.compress(rows.tobytes(), 9)), {
+        "low": low.tolist(),
+        "span": span.tolist(),
+        "speed": fastest,
+    }
 
 
 def _moves(moments: list[Frame]) -> dict[str, list[list[float]]]:
@@ -103,7 +115,9 @@ def _moves(moments: list[Frame]) -> dict[str, list[list[float]]]:
 
     moves = {}
     for body in moments[0].bodies:
-        turns = Rotation.from_matrix(np.stack([moment.bodies[body].rotation for moment in moments])).as_quat()[:, [3, 0, 1, 2]]
+        turns = Rotation.from_matrix(
+            np.stack([moment.bodies[body].rotation for moment in moments])
+        ).as_quat()[:, [3, 0, 1, 2]]
         flips = np.cumprod(np.where(np.sum(turns[1:] * turns[:-1], axis=1) < 0.0, -1.0, 1.0))
         turns[1:] *= flips[:, None]
         origins = np.stack([moment.bodies[body].origin for moment in moments])

@@ -35,7 +35,8 @@ def unit_at(key: str) -> str:
 
 
 def si_at(key: str, given: Any, where: str) -> float:
-    """SI value of what was given for a dotted key: text with a unit, or a plain number where the key takes one.
+    """SI value of what was given for a dotted key: text with a unit, or a plain number where the key takes
+    one.
 
     Raises
     ------
@@ -52,7 +53,9 @@ def si_at(key: str, given: Any, where: str) -> float:
 def si_of(given: Any, kind: units.Kind, where: str) -> float:
     """SI value of text with a unit; CaseError if it is none."""
     if not isinstance(given, str):
-        raise CaseError(Fault(where, f"needs a unit, got {spelled(given)}", f'Write e.g. "{units.example(kind)}"'))
+        raise CaseError(
+            Fault(where, f"needs a unit, got {spelled(given)}", f'Write e.g. "{units.example(kind)}"')
+        )
     try:
         return units.parse(given, kind)
     except units.UnitError as error:

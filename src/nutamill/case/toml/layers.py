@@ -1,6 +1,7 @@
 """From files and overrides to one nested dict, each key with the place it came from.
 
-A case is read in layers: the base (and its base), the file, what stands after ``--set``.  A later layer wins, key by key.
+A case is read in layers: the base (and its base), the file, what stands after ``--set``.  A later layer wins,
+key by key.
 """
 
 import re
@@ -87,13 +88,19 @@ def read_layers(name: str | Path, _above: tuple[Path, ...] = ()) -> list[Layer]:
         return [layer]
     place = f"{layer.places[('base',)]}: base"
     if not isinstance(base, str):
-        raise CaseError(Fault(place, f"must be a name or a file, got {base!r}", f"Known: {', '.join(library_names())}"))
+        raise CaseError(
+            Fault(place, f"must be a name or a file, got {base!r}", f"Known: {', '.join(library_names())}")
+        )
     if path.resolve() in _above:
         raise CaseError(Fault(place, f'"{base}" leads back to this file', "Break the circle"))
     if len(_above) >= MOST_BASES:
-        raise CaseError(Fault(place, f"more than {MOST_BASES} files stand upon each other", "Write fewer bases"))
+        raise CaseError(
+            Fault(place, f"more than {MOST_BASES} files stand upon each other", "Write fewer bases")
+        )
     if library_file(base) is None and not is_file(path.parent / base):
-        raise CaseError(Fault(place, f'no mill and no file is called "{base}"', similar(base, library_names())))
+        raise CaseError(
+            Fault(place, f'no mill and no file is called "{base}"', similar(base, library_names()))
+        )
     below = base if library_file(base) else path.parent / base
     return [*read_layers(below, (*_above, path.resolve())), layer]
 
@@ -113,7 +120,13 @@ def override_layer(overrides: list[str]) -> tuple[Layer, list[Fault]]:
         except (ValueError, RecursionError):
             path = ()
         if not equals or not path:
-            faults.append(Fault("--set", f"must be key=value, got {spelled(text)}", 'Write e.g. --set drive.speed="500 rpm"'))
+            faults.append(
+                Fault(
+                    "--set",
+                    f"must be key=value, got {spelled(text)}",
+                    'Write e.g. --set drive.speed="500 rpm"',
+                )
+            )
             continue
         _put(content, path, _value(value.strip()))
         places[path] = places[_numbered(path)] = "--set"
@@ -130,7 +143,9 @@ def python_layer(changes: dict[str, Any]) -> Layer:
 
 
 def merge(layers: list[Layer]) -> tuple[dict[str, Any], dict[Key, str], list[Fault]]:
-    """One nested dict, the place of each key, and what is wrong with the files they name, which are read here."""
+    """One nested dict, the place of each key, and what is wrong with the files they name, which are read
+    here.
+    """
     content: dict[str, Any] = {}
     places: dict[Key, str] = {}
     faults: list[Fault] = []
@@ -143,7 +158,8 @@ def merge(layers: list[Layer]) -> tuple[dict[str, Any], dict[Key, str], list[Fau
                 faults += error.faults
         _overlay(content, layer.content)
         places.update(layer.places)
-        # a key inside an inline table has no line of its own: without this its place would be that of an earlier layer
+        # a key inside an inline table has no line of its own: without this its place would be that of an
+        # earlier layer
         places.update({key: _nearest(layer.places, key) for key in _keys(layer.content)})
     return content, places, faults
 
@@ -182,16 +198,24 @@ def _find(name: str | Path) -> tuple[Path, str]:
     if path.suffix:
         near = [file.name for file in path.parent.glob("*.toml")] if is_folder(path.parent) else []
         raise CaseError(
-            Fault(str(name), "file not found", similar(path.name, near) or f"Check the name; nutamill new {name} writes a case")
+            Fault(
+                str(name),
+                "file not found",
+                similar(path.name, near) or f"Check the name; nutamill new {name} writes a case",
+            )
         )
-    raise CaseError(Fault(str(name), "no mill and no file has this name", similar(str(name), library_names())))
+    raise CaseError(
+        Fault(str(name), "no mill and no file has this name", similar(str(name), library_names()))
+    )
 
 
 def _text(path: Path, shown: str) -> str:
     try:
         return read_text(path, MOST_CASE_TEXT)
     except UnicodeDecodeError as error:
-        raise CaseError(Fault(shown, f"must be UTF-8 text, got byte {error.object[error.start]:#04x} at {error.start}")) from None
+        raise CaseError(
+            Fault(shown, f"must be UTF-8 text, got byte {error.object[error.start]:#04x} at {error.start}")
+        ) from None
     except OSError as error:
         raise CaseError(Fault(shown, f"cannot be read: {error.strerror}")) from None
 
@@ -206,8 +230,12 @@ def _parsed(text: str, shown: str) -> dict[str, Any]:
         raise CaseError(Fault(shown, "is nested too deeply")) from None
     except ValueError:  # the interpreter reads no decimal number of more digits
         digits = sys.get_int_max_str_digits()
-        line = next((n for n, line in enumerate(text.splitlines(), 1) if re.search(rf"\d{{{digits}}}", line)), 1)
-        raise CaseError(Fault(f"{shown}:{line}", f"holds a whole number of more than {digits} digits")) from None
+        line = next(
+            (n for n, line in enumerate(text.splitlines(), 1) if re.search(rf"\d{{{digits}}}", line)), 1
+        )
+        raise CaseError(
+            Fault(f"{shown}:{line}", f"holds a whole number of more than {digits} digits")
+        ) from None
     found = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)$", message)
     lines = text.splitlines() or [""]
     line, column = (int(found[1]), int(found[2])) if found and found[1] else (len(lines), len(lines[-1]) + 1)
@@ -269,7 +297,12 @@ def _overlay(below: dict[str, Any], above: dict[str, Any]) -> None:
         below.pop("part", None)
     for key, value in above.items():
         under = below.get(key)
-        if isinstance(value, dict) and isinstance(under, dict) and "law" not in value and "clumps" not in value:
+        if (
+            isinstance(value, dict)
+            and isinstance(under, dict)
+            and "law" not in value
+            and "clumps" not in value
+        ):
             _overlay(under, value)
         elif isinstance(value, dict) and _is_tables(under) and all(_numbers(under, part) for part in value):
             for part, inner in value.items():
@@ -280,11 +313,15 @@ def _overlay(below: dict[str, Any], above: dict[str, Any]) -> None:
 
 def _is_tables(value: Any) -> bool:
     """Whether a value is a list of tables."""
-    return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, dict) for inner in value)
+    return (
+        isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, dict) for inner in value)
+    )
 
 
 def _numbers(tables: list[dict[str, Any]], part: str) -> list[int]:
-    """Where in a list of tables the one is that a key means, by its number or by its name; empty if there is none."""
+    """Where in a list of tables the one is that a key means, by its number or by its name; empty if there is
+    none.
+    """
     if part.isdigit():
         return [int(part)] if int(part) < len(tables) else []
     return [number for number, table in enumerate(tables) if table.get("name") == part][:1]
@@ -309,7 +346,13 @@ def _expand_mount_set(layer: Layer) -> None:
     name = mounts["set"] = str(mounts["set"])  # after --set, a name of digits is read as a number
     if name not in mount_sets():
         del mounts["set"]
-        raise CaseError(Fault(placed(layer.places, ("mounts", "set")), f'no set of mounts is called "{name}"', similar(name, mount_sets())))
+        raise CaseError(
+            Fault(
+                placed(layer.places, ("mounts", "set")),
+                f'no set of mounts is called "{name}"',
+                similar(name, mount_sets()),
+            )
+        )
     values = tomllib.loads((MOUNTS / f"{name}.toml").read_text(encoding="utf-8"))
     for key, value in values.items():
         mounts.setdefault(key, value)
@@ -317,7 +360,8 @@ def _expand_mount_set(layer: Layer) -> None:
 
 
 def _expand_charge(layer: Layer) -> None:
-    """Put the values of ``charge.set`` beneath the layer's own keys of [charge], and read the shapes that `charge.shapes` names.
+    """Put the values of ``charge.set`` beneath the layer's own keys of [charge], and read the shapes that
+    `charge.shapes` names.
 
     A part of a charge may have a set and shapes of its own.
     """
@@ -326,7 +370,10 @@ def _expand_charge(layer: Layer) -> None:
         return
     parts = charge.get("part")
     within = dict(enumerate(parts)) if _is_tables(parts) else parts if isinstance(parts, dict) else {}
-    portions = [(("charge",), charge), *((("charge", "part", number), part) for number, part in within.items() if isinstance(part, dict))]
+    portions = [
+        (("charge",), charge),
+        *((("charge", "part", number), part) for number, part in within.items() if isinstance(part, dict)),
+    ]
     faults: list[Fault] = []
     for key, portion in portions:
         try:
@@ -344,7 +391,13 @@ def _expand_charge_set(layer: Layer, key: Key, portion: dict[str, Any]) -> None:
         return
     if name not in charge_sets():
         del portion["set"]
-        raise CaseError(Fault(placed(layer.places, (*key, "set")), f'no set of charges is called "{name}"', similar(name, charge_sets())))
+        raise CaseError(
+            Fault(
+                placed(layer.places, (*key, "set")),
+                f'no set of charges is called "{name}"',
+                similar(name, charge_sets()),
+            )
+        )
     values = tomllib.loads((CHARGES / f"{name}.toml").read_text(encoding="utf-8"))
     for own, value in values.items():
         if not any(rival in portion for group in RIVALS if own in group for rival in group):
@@ -357,12 +410,16 @@ def _expand_shapes(layer: Layer, key: Key, portion: dict[str, Any]) -> None:
     name = portion.get("shapes")
     if not isinstance(name, str):
         return
-    portion["shapes"] = {"clumps": [[[0, 0, 0, 1]]]}  # should the file be wrong, the rest of the case can still be checked
+    portion["shapes"] = {
+        "clumps": [[[0, 0, 0, 1]]]
+    }  # should the file be wrong, the rest of the case can still be checked
     where = placed(layer.places, (*key, "shapes"))
     files = [shape_file(name), layer.folder / name, Path.cwd() / name]
     file = next((file for file in files if file is not None and is_file(file)), None)
     if file is None:
-        raise CaseError(Fault(where, f'no set of shapes and no file is called "{name}"', similar(name, shape_sets())))
+        raise CaseError(
+            Fault(where, f'no set of shapes and no file is called "{name}"', similar(name, shape_sets()))
+        )
     portion["shapes"] = {"source": name, **_parsed(_text(file, file.name), file.name)}
 
 
@@ -374,14 +431,20 @@ def _expand_profile(layer: Layer) -> None:
     for key, drive in tables:
         if isinstance(drive, dict) and isinstance(name := drive.get("profile"), str):
             del drive["profile"]  # should the file be wrong, the rest of the case can still be checked
-            drive["profile"] = read_profile(name, placed(layer.places, (*key, "profile")), [layer.folder, Path.cwd()])
+            drive["profile"] = read_profile(
+                name, placed(layer.places, (*key, "profile")), [layer.folder, Path.cwd()]
+            )
 
 
 def _pin_meshes(layer: Layer) -> None:
     """Find the mesh files that ``chamber.mesh`` and ``walls`` name."""
     chamber, walls = layer.content.get("chamber"), layer.content.get("walls")
-    named: list[tuple[Key, Any]] = [(("chamber", "mesh"), chamber.get("mesh") if isinstance(chamber, dict) else None)]
-    named += [(("walls", k), wall) for k, wall in enumerate(walls if isinstance(walls, (list, tuple)) else ())]
+    named: list[tuple[Key, Any]] = [
+        (("chamber", "mesh"), chamber.get("mesh") if isinstance(chamber, dict) else None)
+    ]
+    named += [
+        (("walls", k), wall) for k, wall in enumerate(walls if isinstance(walls, (list, tuple)) else ())
+    ]
     faults: list[Fault] = []
     for key, table in named:
         if isinstance(table, dict):

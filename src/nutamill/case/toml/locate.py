@@ -13,7 +13,8 @@ _TOKEN = re.compile(r'"""|\'\'\'|"(?:[^"\\]|\\.)*+"|\'[^\']*+\'|[\[\]{}#]')
 def key_lines(text: str) -> dict[tuple[str | int, ...], int]:
     """Line, counted from 1, of every table header and key; keys of inline tables are found at their parent.
 
-    Tables of a list, ``[[charge.part]]``, are counted from 0: the key of the first is ``("charge", "part", 0)``.
+    Tables of a list, ``[[charge.part]]``, are counted from 0: the key of the first is
+    ``("charge", "part", 0)``.
     """
     lines: dict[tuple[str | int, ...], int] = {}
     table: tuple[str | int, ...] = ()
@@ -28,7 +29,9 @@ def key_lines(text: str) -> dict[tuple[str | int, ...], int]:
                     listed[table] = listed.get(table, -1) + 1
                     table = (*table, listed[table])
                     lines[table] = number
-                elif above := next((table[:n] for n in range(len(table) - 1, 0, -1) if table[:n] in listed), None):
+                elif above := next(
+                    (table[:n] for n in range(len(table) - 1, 0, -1) if table[:n] in listed), None
+                ):
                     table = (*above, listed[above], *table[len(above) :])
                     lines.setdefault(table, number)
                 continue

@@ -9,10 +9,11 @@ from nutamill.case.drive import found_file
 
 
 def pin_mesh(table: dict[str, Any], where: str, folders: list[Path]) -> None:
-    """Write the full path of a mesh file and the digest of its content into its table, unless the digest is there already.
+    """Write the full path of a mesh file and the digest of its content into its table, unless the digest is
+    there already.
 
-    A case that has been read once, as a result file keeps it, can so be read again where the mesh is not; whoever builds from the mesh
-    compares the digest.
+    A case that has been read once, as a result file keeps it, can so be read again where the mesh is not;
+    whoever builds from the mesh compares the digest.
 
     Parameters
     ----------

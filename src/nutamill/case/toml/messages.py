@@ -21,7 +21,11 @@ MOST_FAULTS = 50
 
 
 def checked(
-    kind: type[Read], content: dict[str, Any], places: dict[Key, str], faults: Sequence[Fault] = (), from_file: bool = True
+    kind: type[Read],
+    content: dict[str, Any],
+    places: dict[Key, str],
+    faults: Sequence[Fault] = (),
+    from_file: bool = True,
 ) -> Read:
     """The table of this kind that `content` describes.
 
@@ -46,14 +50,24 @@ def checked(
     return table
 
 
-def worded(error: ValidationError, top: type[Table], content: dict[str, Any], places: dict[Key, str]) -> list[Fault]:
+def worded(
+    error: ValidationError, top: type[Table], content: dict[str, Any], places: dict[Key, str]
+) -> list[Fault]:
     """All faults of a validation, in the order of the file's tables."""
     faults = []
     details = error.errors(include_url=False)
-    absent = [detail["loc"][0] for detail in details if detail["type"] == "missing" and len(detail["loc"]) == 1]
+    absent = [
+        detail["loc"][0] for detail in details if detail["type"] == "missing" and len(detail["loc"]) == 1
+    ]
     if len(absent) > 3:
         names = ", ".join(f"[{name}]" for name in absent)
-        faults.append(Fault(placed(places, ()), f"lacks the tables {names}", 'Begin the file with base = "numill" and write what differs'))
+        faults.append(
+            Fault(
+                placed(places, ()),
+                f"lacks the tables {names}",
+                'Begin the file with base = "numill" and write what differs',
+            )
+        )
     for number, detail in enumerate(details):
         if len(faults) >= MOST_FAULTS:
             left = len(details) - number
@@ -153,7 +167,11 @@ def _missing(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -
     if field is not None and _holds_keys(field):
         return "is missing", f"Add a table [{'.'.join(str(part) for part in key)}]"
     quantity = next((mark for mark in field.metadata if isinstance(mark, Quantity)), None) if field else None
-    choices = typing.get_args(_bare(field.annotation)) if field and typing.get_origin(_bare(field.annotation)) is typing.Literal else ()
+    choices = (
+        typing.get_args(_bare(field.annotation))
+        if field and typing.get_origin(_bare(field.annotation)) is typing.Literal
+        else ()
+    )
     value = units.example(quantity.kind) if quantity else choices[0] if choices else None
     example = f'{key[-1]} = "{value}"' if value else str(key[-1])
     table = f"[[{dotted}]]" if listed else f"[{dotted}]"
@@ -166,7 +184,11 @@ def _one_of(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) ->
         return f"must be 1, got {spelled(detail['input'])}", newer
     allowed = [word.strip("'") for word in detail["ctx"]["expected"].replace(" or ", ", ").split(", ")]
     shown = ", ".join(f'"{word}"' for word in allowed)
-    close = similar(str(detail["input"]), allowed) if isinstance(detail["input"], str) and len(allowed) > 1 else ""
+    close = (
+        similar(str(detail["input"]), allowed)
+        if isinstance(detail["input"], str) and len(allowed) > 1
+        else ""
+    )
     what = f"must be {'one of ' if len(allowed) > 1 else ''}{shown}, got {spelled(detail['input'])}"
     return what, close if close.startswith("Did") else ""
 

@@ -11,7 +11,10 @@ def case_schema() -> dict[str, Any]:
     Defaults of quantities are left out, for in the file they carry a unit.
     """
     schema = Case.model_json_schema(by_alias=True)
-    schema["properties"]["base"] = {"type": "string", "description": "A published mill or another file, whose keys these override."}
+    schema["properties"]["base"] = {
+        "type": "string",
+        "description": "A published mill or another file, whose keys these override.",
+    }
     _loosen(schema)
     return schema
 

@@ -18,7 +18,11 @@ def written(model: BaseModel) -> str:
 def _table(model: Any, content: dict[str, Any], path: tuple[str | int, ...]) -> list[str]:
     """Lines of one table: its plain keys, then its inner tables."""
     notes = _notes(model)
-    plain = {_key(key): _value(value) for key, value in content.items() if not isinstance(value, dict) and not _is_tables(value)}
+    plain = {
+        _key(key): _value(value)
+        for key, value in content.items()
+        if not isinstance(value, dict) and not _is_tables(value)
+    }
     lines = []
     if path and isinstance(path[-1], int):
         lines += ["", f"[[{'.'.join(_key(part) for part in path[:-1])}]]"]
@@ -40,7 +44,9 @@ def _table(model: Any, content: dict[str, Any], path: tuple[str | int, ...]) -> 
 
 
 def _is_tables(value: Any) -> bool:
-    return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, dict) for inner in value)
+    return (
+        isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, dict) for inner in value)
+    )
 
 
 def _value(value: Any) -> str:
@@ -51,7 +57,11 @@ def _value(value: Any) -> str:
 
 
 def _is_lists(value: Any) -> bool:
-    return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(inner, (list, tuple)) for inner in value)
+    return (
+        isinstance(value, (list, tuple))
+        and bool(value)
+        and all(isinstance(inner, (list, tuple)) for inner in value)
+    )
 
 
 def _notes(model: Any) -> dict[str, str]:
@@ -59,7 +69,10 @@ def _notes(model: Any) -> dict[str, str]:
     if not isinstance(model, BaseModel):
         return {}
     fields = type(model).model_fields.items()
-    texts = {field.alias or name: " ".join((field.description or "").replace("`", "").split()) for name, field in fields}
+    texts = {
+        field.alias or name: " ".join((field.description or "").replace("`", "").split())
+        for name, field in fields
+    }
     return {key: re.sub(r" \[[^\]]*\]", "", text) for key, text in texts.items()}
 
 

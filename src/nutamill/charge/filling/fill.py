@@ -1,9 +1,11 @@
 """Seeded random placement of particles in a chamber, and settling under gravity.
 
-A lattice is no start: a bed of stacked layers does not move at low speed.  Particles are thrown at random into a column from the floor
-up, and pushed apart until none overlap (Jodrey and Tory's relaxation): a loose random packing that then settles.
+A lattice is no start: a bed of stacked layers does not move at low speed.  Particles are thrown at random
+into a column from the floor up, and pushed apart until none overlap (Jodrey and Tory's relaxation): a loose
+random packing that then settles.
 
-Source: W. S. Jodrey and E. M. Tory, "Computer simulation of close random packing of equal spheres", Phys. Rev. A 32 (1985).
+Source: W. S. Jodrey and E. M. Tory, "Computer simulation of close random packing of equal spheres", Phys.
+Rev. A 32 (1985).
 """
 
 import math
@@ -29,15 +31,19 @@ SWEEPS = 3000
 """Sweeps of the relaxation before it goes on with momentum, and then before a fill is given up [1]."""
 
 STEP, MOMENTUM_STEP, MOMENTUM = 0.55, 0.3, 0.9
-"""Share of an overlap by which each of two particles is pushed in a sweep, without and with momentum, and the share of a
-particle's last move that it repeats with momentum [1]: a crowded fill is relaxed in a tenth of the sweeps."""
+"""Share of an overlap by which each of two particles is pushed in a sweep, without and with momentum, and the
+share of a particle's last move that it repeats with momentum [1]: a crowded fill is relaxed in a tenth of the
+sweeps.
+"""
 
 MARGIN = 1.002
 """Particles are relaxed this much too large, so that they end without touching [1]."""
 
 
 def _way_out(x, local, r, rotation, half, radius, floor, ceiling):
-    """Unit vector and distance [m] by which a centre inside a box leaves it: the nearest face that does not lead into a wall."""
+    """Unit vector and distance [m] by which a centre inside a box leaves it: the nearest face that does not
+    lead into a wall.
+    """
     ways = []
     for axis in range(3):
         for sign in (-1.0, 1.0):
@@ -45,7 +51,11 @@ def _way_out(x, local, r, rotation, half, radius, floor, ceiling):
             away[axis] = sign
             step = half[axis] - sign * local[axis] + r
             end = x + rotation @ (away * step)
-            blocked = math.hypot(end[0], end[1]) + r > radius * (1.0 + 1e-9) or end[2] - r < floor or end[2] + r > ceiling
+            blocked = (
+                math.hypot(end[0], end[1]) + r > radius * (1.0 + 1e-9)
+                or end[2] - r < floor
+                or end[2] + r > ceiling
+            )
             ways.append((blocked, step, 2 * axis + (sign > 0.0), away))
     _, step, _, away = min(ways)
     return away, step
@@ -76,15 +86,20 @@ def _push_from_walls(x, r, radius, floor, ceiling, boxes) -> float:
 
 
 def size_octaves(radii: np.ndarray) -> list[tuple[np.ndarray, float]]:
-    """Particles sorted by size into classes of a factor of two: ids [1] and largest radius [m] of each class."""
+    """Particles sorted by size into classes of a factor of two: ids [1] and largest radius [m] of each
+    class.
+    """
     number = np.floor(np.log2(radii / radii.min()) + 1e-9).astype(int)
-    return [(ids, float(radii[ids].max())) for k in np.unique(number) if len(ids := np.flatnonzero(number == k))]
+    return [
+        (ids, float(radii[ids].max())) for k in np.unique(number) if len(ids := np.flatnonzero(number == k))
+    ]
 
 
 def near_pairs(x: np.ndarray, octaves: list[tuple[np.ndarray, float]]) -> tuple[np.ndarray, np.ndarray]:
     """Ids (i, j) of all pairs that may overlap, and of few others.
 
-    Classes of like size are searched one against the other, so that a few large particles do not make every pair of small ones near.
+    Classes of like size are searched one against the other, so that a few large particles do not make every
+    pair of small ones near.
 
     Parameters
     ----------
@@ -113,8 +128,11 @@ def random_attitudes(number: int, seed: int = 1) -> np.ndarray:
     return four / np.linalg.norm(four, axis=1)[:, None]
 
 
-def fill_cylinder(particles: Particles, radius: float, floor: float, ceiling: float, boxes: Sequence = (), seed: int = 1) -> Particles:
-    """The particles, placed by `random_fill` so that their bounding spheres do not overlap, clumps in random attitudes.
+def fill_cylinder(
+    particles: Particles, radius: float, floor: float, ceiling: float, boxes: Sequence = (), seed: int = 1
+) -> Particles:
+    """The particles, placed by `random_fill` so that their bounding spheres do not overlap, clumps in random
+    attitudes.
 
     Parameters
     ----------
@@ -125,7 +143,9 @@ def fill_cylinder(particles: Particles, radius: float, floor: float, ceiling: fl
     CaseError : more than a loose bed of bounding spheres holds, or no way found to place all
     """
     places = random_fill(particles.bounding_radius, radius, floor, ceiling, boxes, seed)
-    return particles.placed(places, None if particles.spheres_only else random_attitudes(particles.number, seed))
+    return particles.placed(
+        places, None if particles.spheres_only else random_attitudes(particles.number, seed)
+    )
 
 
 def random_fill(
@@ -156,10 +176,18 @@ def random_fill(
         raise CaseError(*faults)
     capacity = LOOSE_PACKING * room.volume
     rng = np.random.default_rng(seed)
-    height = (ceiling - floor) * min(1.0, solid / capacity * LOOSE_PACKING / COLUMN_PACKING + 4.0 * r.max() / (ceiling - floor))
+    height = (ceiling - floor) * min(
+        1.0, solid / capacity * LOOSE_PACKING / COLUMN_PACKING + 4.0 * r.max() / (ceiling - floor)
+    )
     n = len(r)
     angle, out = rng.uniform(0.0, 2.0 * math.pi, n), (radius - r) * np.sqrt(rng.random(n))
-    x = np.column_stack([out * np.cos(angle), out * np.sin(angle), floor + r + rng.random(n) * np.maximum(height - 2.0 * r, 0.0)])
+    x = np.column_stack(
+        [
+            out * np.cos(angle),
+            out * np.sin(angle),
+            floor + r + rng.random(n) * np.maximum(height - 2.0 * r, 0.0),
+        ]
+    )
     top = floor + height
 
     def push(x, sweep):
@@ -179,8 +207,10 @@ def relaxed(
     ----------
     x : positions to begin with [m] (n, 3), moved in place
     r : radii, `MARGIN` too large [m] (n,)
-    push : moves particles out of the walls in place, given the number of the sweep; returns the deepest overlap [m]
-    crowded : whether particles have momentum from the first sweep on, and not only where `SWEEPS` did not suffice
+    push : moves particles out of the walls in place, given the number of the sweep; returns the deepest
+        overlap [m]
+    crowded : whether particles have momentum from the first sweep on, and not only where `SWEEPS` did not
+        suffice
 
     Raises
     ------
@@ -207,10 +237,26 @@ def relaxed(
         moved = x - before
         if worst < 2.0 * (1.0 - 1.0 / MARGIN) and wall < (MARGIN - 1.0) * r.min():
             return x
-    raise CaseError(Fault("charge", f"no random packing found in {2 * SWEEPS} sweeps", "Take less charge or a larger chamber"))
+    raise CaseError(
+        Fault(
+            "charge",
+            f"no random packing found in {2 * SWEEPS} sweeps",
+            "Take less charge or a larger chamber",
+        )
+    )
 
 
-def settle(model, state, scratch, motions, dt: float, longest: float = 1.0, still: float = 1e-9, n_threads: int = 1, progress=None):
+def settle(
+    model,
+    state,
+    scratch,
+    motions,
+    dt: float,
+    longest: float = 1.0,
+    still: float = 1e-9,
+    n_threads: int = 1,
+    progress=None,
+):
     """March a started charge in a chamber at rest until it lies still.
 
     Parameters
@@ -246,7 +292,10 @@ def settle(model, state, scratch, motions, dt: float, longest: float = 1.0, stil
                 continue
         if state.status[0] != Status.OK:
             when = status_time(state, dt) - start_step * dt
-            raise StepError(f"t = {when:.6g} s of settling: {status_text(state, scratch)}. Shorten the substep or stiffen the contacts.")
+            raise StepError(
+                f"t = {when:.6g} s of settling: {status_text(state, scratch)}. Shorten the substep "
+                "or stiffen the contacts."
+            )
         elapsed = (int(state.clock[Clock.STEP]) - start_step) * dt
         if progress is not None:
             progress(elapsed / longest)

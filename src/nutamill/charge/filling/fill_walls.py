@@ -1,4 +1,5 @@
-"""Seeded random placement of particles among walls of any kind: inside a meshed chamber, outside of solids that stand in it.
+"""Seeded random placement of particles among walls of any kind: inside a meshed chamber, outside of solids
+that stand in it.
 
 As `random_fill` does in a cylinder, with the contacts of the engine itself pushing out of the walls.
 """
@@ -24,7 +25,9 @@ TRIES = 200
 """Draws of places for the particles that do not have one yet [1]."""
 
 STUCK = 0.2
-"""Share of its radius by which a particle overlaps a wall that walls cannot push out: one in a gap narrower than itself [1]."""
+"""Share of its radius by which a particle overlaps a wall that walls cannot push out: one in a gap narrower
+than itself [1].
+"""
 
 PATIENCE = 100
 """Sweeps after which those are thrown anew [1]."""
@@ -49,13 +52,21 @@ class FillWalls(NamedTuple):
 
 @kernel
 def push_out(walls, placed, x, r, top):
-    """Move particles `x` [m] (n, 3) of radii `r` [m] (n,) out of all walls, and below the height `top` [m]; the deepest overlap [m]."""
+    """Move particles `x` [m] (n, 3) of radii `r` [m] (n,) out of all walls, and below the height `top` [m];
+    the deepest overlap [m].
+    """
     worst = 0.0
     for i in range(len(r)):
         for s in range(walls.surface_kind.shape[0]):
-            overlap, a, b, c = wall_overlap(walls.surface_kind[s], walls, placed, s, x[i, 0], x[i, 1], x[i, 2], r[i])
+            overlap, a, b, c = wall_overlap(
+                walls.surface_kind[s], walls, placed, s, x[i, 0], x[i, 1], x[i, 2], r[i]
+            )
             if overlap > 0.0:
-                x[i, 0], x[i, 1], x[i, 2] = x[i, 0] - overlap * a, x[i, 1] - overlap * b, x[i, 2] - overlap * c
+                x[i, 0], x[i, 1], x[i, 2] = (
+                    x[i, 0] - overlap * a,
+                    x[i, 1] - overlap * b,
+                    x[i, 2] - overlap * c,
+                )
                 worst = max(worst, overlap)
         over = x[i, 2] + r[i] - top
         if over > 0.0:
@@ -65,15 +76,21 @@ def push_out(walls, placed, x, r, top):
 
 
 def fill_between(
-    radii: np.ndarray, surfaces: Sequence[Surface], low: Sequence[float], high: Sequence[float], room: Room, seed: int = 1
-) -> np.ndarray:  # fmt: skip
+    radii: np.ndarray,
+    surfaces: Sequence[Surface],
+    low: Sequence[float],
+    high: Sequence[float],
+    room: Room,
+    seed: int = 1,
+) -> np.ndarray:
     """Random positions without overlaps among the walls of an upright chamber, from the floor up.
 
     Parameters
     ----------
     radii : of the particles, or of spheres that hold them [m] (n,)
     surfaces : all walls, carried by the chamber
-    low, high : corners of a box that holds the room between them [m] (3,), chamber axes from the point `surfaces` are given from
+    low, high : corners of a box that holds the room between them [m] (3,), chamber axes from the point
+        `surfaces` are given from
     room : its volume and its walls
     seed : of the random numbers; the same seed gives the same fill
 
@@ -109,7 +126,9 @@ def fill_between(
     def push(x, sweep):
         x[:] = _no_leap(before, x, r)
         # a crowded column grows upwards
-        worst = push_out(walls, placed, x, r, min(high[2], top + 0.1 * (high[2] - low[2]) * ((sweep + 1) // 100)))
+        worst = push_out(
+            walls, placed, x, r, min(high[2], top + 0.1 * (high[2] - low[2]) * ((sweep + 1) // 100))
+        )
         if sweep % PATIENCE == PATIENCE - 1:
             stuck = _deepest(walls, placed, x, r) > STUCK * r
             x[stuck] = _scattered(rng, int(stuck.sum()), surfaces, low, high, share)[0]
@@ -118,7 +137,13 @@ def fill_between(
 
     x = relaxed(x, r, push, crowded=solid > LOOSE_PACKING * room.volume)
     if not in_room(surfaces, x).all():
-        raise CaseError(Fault("charge", "a particle was pushed through a wall while it was placed", "Take less charge or another seed"))
+        raise CaseError(
+            Fault(
+                "charge",
+                "a particle was pushed through a wall while it was placed",
+                "Take less charge or another seed",
+            )
+        )
     return x
 
 
@@ -132,9 +157,13 @@ def _deepest(walls, placed, x, r) -> np.ndarray:
 
 
 def _no_leap(before, x, r) -> np.ndarray:
-    """Steps from `before` to `x` [m] (n, 3), cut to half a radius: such a centre cannot jump over the depth in which a wall finds it."""
+    """Steps from `before` to `x` [m] (n, 3), cut to half a radius: such a centre cannot jump over the depth
+    in which a wall finds it.
+    """
     step = x - before
-    return before + step * np.minimum(1.0, 0.5 * r / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
+    return (
+        before + step * np.minimum(1.0, 0.5 * r / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
+    )
 
 
 def _scattered(rng, n, surfaces, low, high, share) -> tuple[np.ndarray, float]:
@@ -148,7 +177,9 @@ def _scattered(rng, n, surfaces, low, high, share) -> tuple[np.ndarray, float]:
         found = np.concatenate([found, drawn[in_room(surfaces, drawn)]])
         if len(found) >= n:
             return found[:n], top
-    raise CaseError(Fault("charge", "no room found among the walls", "Check the place and unit of the meshes"))
+    raise CaseError(
+        Fault("charge", "no room found among the walls", "Check the place and unit of the meshes")
+    )
 
 
 def in_room(surfaces: Sequence[Surface], x: np.ndarray) -> np.ndarray:

@@ -9,10 +9,12 @@ import numpy as np
 from nutamill.base.errors import Fault
 
 DENSEST, WALL_LOSS = 0.63, 0.12
-"""Solids fraction that can be placed far from walls, and what walls take from it: times diameter and wall area, over volume [1].
+"""Solids fraction that can be placed far from walls, and what walls take from it: times diameter and wall
+area, over volume [1].
 
-Random close packing of equal spheres is 0.637 (G. D. Scott, "Packing of spheres", Nature 188, 908 (1960)).  The loss was
-found by filling cylinders as high as wide, of 12 and 20 diameters: 0.58 and 0.60 can be placed, a little more cannot.
+Random close packing of equal spheres is 0.637 (G. D. Scott, "Packing of spheres", Nature 188, 908 (1960)).
+The loss was found by filling cylinders as high as wide, of 12 and 20 diameters: 0.58 and 0.60 can be placed,
+a little more cannot.
 """
 
 
@@ -28,7 +30,8 @@ class Room(NamedTuple):
 def cylinder_room(radius: float, floor: float, ceiling: float, boxes: Sequence = ()) -> Room:
     """Return the room of a cylinder of `radius` between `floor` and `ceiling` [m].
 
-    `boxes` are centre, rotation and half sizes of what stands in it, as in `random_fill`; of each, three long faces count.
+    `boxes` are centre, rotation and half sizes of what stands in it, as in `random_fill`; of each, three long
+    faces count.
     """
     height = ceiling - floor
     volume = math.pi * radius**2 * height - sum(8.0 * float(np.prod(half)) for _, _, half in boxes)
@@ -50,12 +53,17 @@ def largest_fill(radii: np.ndarray, room: Room) -> float:
 
 
 def fill_faults(radii: np.ndarray, room: Room) -> list[Fault]:
-    """Return what is wrong with placing spheres of these radii [m] (n,) in a room; nothing if they can be placed."""
+    """Return what is wrong with placing spheres of these radii [m] (n,) in a room; nothing if they can be
+    placed.
+    """
     solid, most = (
         float((4.0 / 3.0 * math.pi * np.asarray(radii, float) ** 3).sum()),
         largest_fill(radii, room),
     )
     if solid <= most * (1.0 + 1e-9):
         return []
-    what = f"must be placed without overlaps, got {1e6 * solid:.0f} cm^3 of spheres where {1e6 * most:.0f} cm^3 can be"
+    what = (
+        f"must be placed without overlaps, got {1e6 * solid:.0f} cm^3 of spheres where {1e6 * most:.0f} "
+        "cm^3 can be"
+    )
     return [Fault("charge", what, "Take less charge, smaller particles or a larger chamber")]

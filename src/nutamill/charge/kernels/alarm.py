@@ -1,4 +1,6 @@
-"""What went wrong in a substep: names the particles, their overlap and speeds, once, after a chunk raised an alarm."""
+"""What went wrong in a substep: names the particles, their overlap and speeds, once, after a chunk raised an
+alarm.
+"""
 
 import math
 
@@ -40,7 +42,11 @@ def length(a0, a1, a2):
 @kernel
 def note_pair_speeds(points, rows, i, j, speeds):
     """Speeds of slots `i` and `j` and how fast they close [m/s], to `speeds` (3,)."""
-    n0, n1, n2 = float(points[j, 0]) - points[i, 0], float(points[j, 1]) - points[i, 1], float(points[j, 2]) - points[i, 2]
+    n0, n1, n2 = (
+        float(points[j, 0]) - points[i, 0],
+        float(points[j, 1]) - points[i, 1],
+        float(points[j, 2]) - points[i, 2],
+    )
     u0, u1, u2 = rows[i, 0] - rows[j, 0], rows[i, 1] - rows[j, 1], rows[i, 2] - rows[j, 2]
     speeds[0] = length(rows[i, 0], rows[i, 1], rows[i, 2])
     speeds[1] = length(rows[j, 0], rows[j, 1], rows[j, 2])
@@ -49,9 +55,11 @@ def note_pair_speeds(points, rows, i, j, speeds):
 
 @kernel
 def note_wall_speeds(rows, i, radius, x0, x1, x2, motion, n0, n1, n2, speeds):
-    """Speeds of slot `i` and of the surface where it touches, and how fast they close [m/s], to `speeds` (3,).
+    """Speeds of slot `i` and of the surface where it touches, and how fast they close [m/s], to `speeds`
+    (3,).
 
-    `x` : centre of the particle [m], world; `motion` (18,) of the body as in `ChargeScratch`; `n` : normal [1].
+    `x` : centre of the particle [m], world; `motion` (18,) of the body as in `ChargeScratch`; `n` : normal
+    [1].
     """
     r0, r1, r2 = x0 + radius * n0 - motion[0], x1 + radius * n1 - motion[1], x2 + radius * n2 - motion[2]
     w0, w1, w2 = cross(motion[15], motion[16], motion[17], r0, r1, r2)
@@ -63,7 +71,9 @@ def note_wall_speeds(rows, i, radius, x0, x1, x2, motion, n0, n1, n2, speeds):
 
 @kernel
 def name_a_lost_one(model, state, scratch, rows, lo, hi):
-    """Name a particle of the slots `lo` to `hi` that left the domain or whose position is not a number; tells whether there is one."""
+    """Name a particle of the slots `lo` to `hi` that left the domain or whose position is not a number; tells
+    whether there is one.
+    """
     for i in range(lo, hi):
         inside = True
         for k in range(3):
@@ -77,7 +87,9 @@ def name_a_lost_one(model, state, scratch, rows, lo, hi):
 
 @kernel
 def name_the_deepest_pair(model, state, scratch, points, rows, c, lo, worst):
-    """Name the pair of chunk `c` that exceeds its limit most, if by more than `worst` [1]; returns the larger excess."""
+    """Name the pair of chunk `c` that exceeds its limit most, if by more than `worst` [1]; returns the larger
+    excess.
+    """
     lst = state.clock[LIST]
     for p in range(state.listed[lst, c]):
         i, j = lo + state.owners[lst, c, p], state.partners[lst, c, p]
@@ -85,7 +97,11 @@ def name_the_deepest_pair(model, state, scratch, points, rows, c, lo, worst):
         share = overlap_of(model, state, points, i, j) / (2.0 * min(state.body[0, i], state.body[0, j]))
         if share * model.laws[law, LIMIT] > worst:
             worst = share * model.laws[law, LIMIT]
-            state.status[0], state.status[1], state.status[2] = PAIR_OVERLAP, particle_in(state, i), particle_in(state, j)
+            state.status[0], state.status[1], state.status[2] = (
+                PAIR_OVERLAP,
+                particle_in(state, i),
+                particle_in(state, j),
+            )
             state.largest_overlap[2] = share
             note_pair_speeds(points, rows, i, j, scratch.stopped_by)
     return worst
@@ -93,7 +109,9 @@ def name_the_deepest_pair(model, state, scratch, points, rows, c, lo, worst):
 
 @kernel
 def name_the_deepest_wall(model, state, scratch, points, rows, lo, hi, worst):
-    """Name the wall contact of the slots `lo` to `hi` that exceeds its limit most, if by more than `worst` [1]; returns the larger."""
+    """Name the wall contact of the slots `lo` to `hi` that exceeds its limit most, if by more than `worst`
+    [1]; returns the larger.
+    """
     for i in range(lo, hi):
         r = state.body[0, i]
         x = model.centre[0] + float(points[i, 0]) / model.scale
@@ -107,15 +125,29 @@ def name_the_deepest_wall(model, state, scratch, points, rows, lo, hi, worst):
                 worst = share * model.laws[law, LIMIT]
                 state.status[0], state.status[1], state.status[2] = WALL_OVERLAP, particle_in(state, i), s
                 state.largest_overlap[2] = share
-                note_wall_speeds(rows, i, r, x, y, z, scratch.motion[0, model.surface_body[s]], n0, n1, n2, scratch.stopped_by)
+                note_wall_speeds(
+                    rows,
+                    i,
+                    r,
+                    x,
+                    y,
+                    z,
+                    scratch.motion[0, model.surface_body[s]],
+                    n0,
+                    n1,
+                    n2,
+                    scratch.stopped_by,
+                )
     return worst
 
 
 @kernel
 def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratch):
-    """Fill ``state.status`` with the contact that exceeds its limit most, or with a particle that left the domain.
+    """Fill ``state.status`` with the contact that exceeds its limit most, or with a particle that left the
+    domain.
 
-    Works on the positions and velocities the forces of this substep were taken at, before the clock turns; called by one thread.
+    Works on the positions and velocities the forces of this substep were taken at, before the clock turns;
+    called by one thread.
     """
     points, rows = state.points[state.clock[PUBLISHED]], state.rows[state.clock[PUBLISHED]]
     worst = 0.0

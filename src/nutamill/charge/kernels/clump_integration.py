@@ -2,8 +2,8 @@
 
 What pebbles feel is summed to their clump, the clump is moved, and what it does is laid back on them.
 
-Leapfrog of rotation: angular momentum L belongs to the end of a substep, the attitude q to half a substep later, as velocities and
-positions do (`nutamill.charge.kernels.dynamics`):
+Leapfrog of rotation: angular momentum L belongs to the end of a substep, the attitude q to half a substep
+later, as velocities and positions do (`nutamill.charge.kernels.dynamics`):
 
     L <- L + dt T,     q' = turn(q, w(q, L) dt/2),     w = w(q', L),     q <- turn(q, w dt)
 
@@ -41,7 +41,9 @@ GRAVITY, SCHEME = int(Ledger.GRAVITY), int(Ledger.SCHEME)
 FORCE, MOMENT = COLUMNS, COLUMNS + 3
 """Rows of lanes behind the numbers of a clump: force [N] (3) and moment [N m] (3) about its mass centre."""
 NEXT_VELOCITY, NEXT_SPIN = COLUMNS + 6, COLUMNS + 9
-"""Velocity [m/s] (3) and spin [rad/s] (3) predicted for the middle of the next substep, which the law is to see."""
+"""Velocity [m/s] (3) and spin [rad/s] (3) predicted for the middle of the next substep, which the law is to
+see.
+"""
 ROTATION = COLUMNS + 12
 """Rotation matrix [1] (9) from the clump's axes, row by row, at the time of its centre."""
 FALLING, GAIN = COLUMNS + 21, COLUMNS + 22
@@ -52,7 +54,9 @@ LANE_ROWS = COLUMNS + 23
 
 @kernel(inline="always")
 def turned_for(q, w, time):
-    """Attitude, a 4-tuple, of `q` (4,) turned with the spin `w` [rad/s] (3,) for a `time` [s] in which it turns by less than 1 rad."""
+    """Attitude, a 4-tuple, of `q` (4,) turned with the spin `w` [rad/s] (3,) for a `time` [s] in which it
+    turns by less than 1 rad.
+    """
     t0, t1, t2 = time * w[0], time * w[1], time * w[2]
     scale, cosine = half_angle_series(t0 * t0 + t1 * t1 + t2 * t2)
     return turned_by_half_angle(q, scale * t0, scale * t1, scale * t2, cosine)
@@ -64,7 +68,8 @@ def move_batch(lanes, gravity, dt):
 
     Parameters
     ----------
-    lanes : (LANE_ROWS * BATCH,), rows as `ClumpColumn`, which are brought up to date, then from FORCE on as named above
+    lanes : (LANE_ROWS * BATCH,), rows as `ClumpColumn`, which are brought up to date, then from FORCE on as
+        named above
     gravity : (3,) [m/s^2]; dt : substep [s]
     """
     half, per_dt = 0.5 * dt, 1.0 / dt
@@ -72,7 +77,11 @@ def move_batch(lanes, gravity, dt):
     for b in range(BATCH):
         mass = lanes[MASS * BATCH + b]
         f0, f1, f2 = lanes[FORCE * BATCH + b], lanes[(FORCE + 1) * BATCH + b], lanes[(FORCE + 2) * BATCH + b]
-        t0, t1, t2 = lanes[MOMENT * BATCH + b], lanes[(MOMENT + 1) * BATCH + b], lanes[(MOMENT + 2) * BATCH + b]
+        t0, t1, t2 = (
+            lanes[MOMENT * BATCH + b],
+            lanes[(MOMENT + 1) * BATCH + b],
+            lanes[(MOMENT + 2) * BATCH + b],
+        )
         per_mass = 1.0 / mass
         a0, a1, a2 = half * (f0 * per_mass + g0), half * (f1 * per_mass + g1), half * (f2 * per_mass + g2)
         u0 = lanes[VELOCITY * BATCH + b] + a0
@@ -81,7 +90,11 @@ def move_batch(lanes, gravity, dt):
         lanes[FALLING * BATCH + b] = mass * (g0 * u0 + g1 * u1 + g2 * u2)
         gain = f0 * u0 + f1 * u1 + f2 * u2
         u0, u1, u2 = u0 + a0, u1 + a1, u2 + a2
-        lanes[VELOCITY * BATCH + b], lanes[(VELOCITY + 1) * BATCH + b], lanes[(VELOCITY + 2) * BATCH + b] = u0, u1, u2
+        lanes[VELOCITY * BATCH + b], lanes[(VELOCITY + 1) * BATCH + b], lanes[(VELOCITY + 2) * BATCH + b] = (
+            u0,
+            u1,
+            u2,
+        )
         lanes[CENTRE * BATCH + b] += dt * u0
         lanes[(CENTRE + 1) * BATCH + b] += dt * u1
         lanes[(CENTRE + 2) * BATCH + b] += dt * u2
@@ -91,8 +104,16 @@ def move_batch(lanes, gravity, dt):
         l0 = lanes[MOMENTUM * BATCH + b] + dt * t0
         l1 = lanes[(MOMENTUM + 1) * BATCH + b] + dt * t1
         l2 = lanes[(MOMENTUM + 2) * BATCH + b] + dt * t2
-        lanes[MOMENTUM * BATCH + b], lanes[(MOMENTUM + 1) * BATCH + b], lanes[(MOMENTUM + 2) * BATCH + b] = l0, l1, l2
-        i0, i1, i2 = lanes[INERTIA * BATCH + b], lanes[(INERTIA + 1) * BATCH + b], lanes[(INERTIA + 2) * BATCH + b]
+        lanes[MOMENTUM * BATCH + b], lanes[(MOMENTUM + 1) * BATCH + b], lanes[(MOMENTUM + 2) * BATCH + b] = (
+            l0,
+            l1,
+            l2,
+        )
+        i0, i1, i2 = (
+            lanes[INERTIA * BATCH + b],
+            lanes[(INERTIA + 1) * BATCH + b],
+            lanes[(INERTIA + 2) * BATCH + b],
+        )
         q = (
             lanes[ATTITUDE * BATCH + b],
             lanes[(ATTITUDE + 1) * BATCH + b],
@@ -110,11 +131,27 @@ def move_batch(lanes, gravity, dt):
         lanes[ATTITUDE * BATCH + b], lanes[(ATTITUDE + 1) * BATCH + b] = q[0], q[1]
         lanes[(ATTITUDE + 2) * BATCH + b], lanes[(ATTITUDE + 3) * BATCH + b] = q[2], q[3]
         w0, w1, w2 = spin_of(q, (l0 + half * t0, l1 + half * t1, l2 + half * t2), (i0, i1, i2))
-        lanes[NEXT_SPIN * BATCH + b], lanes[(NEXT_SPIN + 1) * BATCH + b], lanes[(NEXT_SPIN + 2) * BATCH + b] = w0, w1, w2
+        (
+            lanes[NEXT_SPIN * BATCH + b],
+            lanes[(NEXT_SPIN + 1) * BATCH + b],
+            lanes[(NEXT_SPIN + 2) * BATCH + b],
+        ) = w0, w1, w2
         r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation_numbers(q[0], q[1], q[2], q[3])
-        lanes[ROTATION * BATCH + b], lanes[(ROTATION + 1) * BATCH + b], lanes[(ROTATION + 2) * BATCH + b] = r0, r1, r2
-        lanes[(ROTATION + 3) * BATCH + b], lanes[(ROTATION + 4) * BATCH + b], lanes[(ROTATION + 5) * BATCH + b] = r3, r4, r5
-        lanes[(ROTATION + 6) * BATCH + b], lanes[(ROTATION + 7) * BATCH + b], lanes[(ROTATION + 8) * BATCH + b] = r6, r7, r8
+        lanes[ROTATION * BATCH + b], lanes[(ROTATION + 1) * BATCH + b], lanes[(ROTATION + 2) * BATCH + b] = (
+            r0,
+            r1,
+            r2,
+        )
+        (
+            lanes[(ROTATION + 3) * BATCH + b],
+            lanes[(ROTATION + 4) * BATCH + b],
+            lanes[(ROTATION + 5) * BATCH + b],
+        ) = r3, r4, r5
+        (
+            lanes[(ROTATION + 6) * BATCH + b],
+            lanes[(ROTATION + 7) * BATCH + b],
+            lanes[(ROTATION + 8) * BATCH + b],
+        ) = r6, r7, r8
 
 
 @kernel(fast=True)
@@ -139,12 +176,23 @@ def load_clumps(state, i, lo, hi, forces, lanes):
             row = forces[np.uint32(slot - lo)]
             q0, q1, q2 = float(row[0]), float(row[1]), float(row[2])
             m0, m1, m2 = float(row[4]), float(row[5]), float(row[6])
-            seen += q0 * rows[p, 0] + q1 * rows[p, 1] + q2 * rows[p, 2] + m0 * rows[p, 4] + m1 * rows[p, 5] + m2 * rows[p, 6]
+            seen += (
+                q0 * rows[p, 0]
+                + q1 * rows[p, 1]
+                + q2 * rows[p, 2]
+                + m0 * rows[p, 4]
+                + m1 * rows[p, 5]
+                + m2 * rows[p, 6]
+            )
             n0, n1, n2 = cross(x[0, p] - c0, x[1, p] - c1, x[2, p] - c2, q0, q1, q2)
             f0, f1, f2 = f0 + q0, f1 + q1, f2 + q2
             t0, t1, t2 = t0 + n0 + m0, t1 + n1 + m1, t2 + n2 + m2
         lanes[FORCE * BATCH + b], lanes[(FORCE + 1) * BATCH + b], lanes[(FORCE + 2) * BATCH + b] = f0, f1, f2
-        lanes[MOMENT * BATCH + b], lanes[(MOMENT + 1) * BATCH + b], lanes[(MOMENT + 2) * BATCH + b] = t0, t1, t2
+        lanes[MOMENT * BATCH + b], lanes[(MOMENT + 1) * BATCH + b], lanes[(MOMENT + 2) * BATCH + b] = (
+            t0,
+            t1,
+            t2,
+        )
         i = end
         b += 1
     return i, b, seen
@@ -154,13 +202,14 @@ def load_clumps(state, i, lo, hi, forces, lanes):
 def integrate_clumps(model, state, scratch, lo, hi, forces, tid, point, dt, work):
     """Kick and drift the clumps of one chunk, and publish their pebbles in the other buffer.
 
-    Adds to `work` what the laws' work misses of the gain in kinetic energy, as for spheres; of a clump that includes the error of the
-    rotation's scheme.
+    Adds to `work` what the laws' work misses of the gain in kinetic energy, as for spheres; of a clump that
+    includes the error of the rotation's scheme.
 
     Parameters
     ----------
     lo, hi : slots of the chunk
-    forces : force [N] (3), spare, moment about its centre [N m] (3), spare, on each pebble, real (chunk + 1, 8), world axes
+    forces : force [N] (3), spare, moment about its centre [N m] (3), spare, on each pebble, real (chunk + 1,
+        8), world axes
     tid : number of the thread
     point : reference point [m] (3,) of the displacement since the list was made
     dt : substep [s]; work : (9,) as `Ledger` [W]
@@ -196,12 +245,18 @@ def integrate_clumps(model, state, scratch, lo, hi, forces, tid, point, dt, work
 
 @kernel(fast=True)
 def publish_pebbles(model, state, lo, hi, lanes, turned, point, per_dt):
-    """Lay the motion of a batch of clumps on their pebbles, slots `lo` to `hi`, and publish them in the other buffer.
+    """Lay the motion of a batch of clumps on their pebbles, slots `lo` to `hi`, and publish them in the other
+    buffer.
 
     Returns as `integrate_clumps`.
     """
     now = state.clock[PUBLISHED]
-    rows, new_rows, points, new_points = state.rows[now], state.rows[1 - now], state.points[now], state.points[1 - now]
+    rows, new_rows, points, new_points = (
+        state.rows[now],
+        state.rows[1 - now],
+        state.points[now],
+        state.points[1 - now],
+    )
     x, v, body, listed_at = state.x, state.v, state.body, state.listed_at
     p0, p1, p2 = point[0], point[1], point[2]
     d0, d1, d2 = model.centre[0], model.centre[1], model.centre[2]
@@ -212,10 +267,26 @@ def publish_pebbles(model, state, lo, hi, lanes, turned, point, per_dt):
         p = np.uint32(slot)
         b = np.uint32(int(body[PLACE, p]) - first)
         o0, o1, o2 = body[OFFSET, p], body[OFFSET + 1, p], body[OFFSET + 2, p]
-        a0 = lanes[ROTATION * BATCH + b] * o0 + lanes[(ROTATION + 1) * BATCH + b] * o1 + lanes[(ROTATION + 2) * BATCH + b] * o2
-        a1 = lanes[(ROTATION + 3) * BATCH + b] * o0 + lanes[(ROTATION + 4) * BATCH + b] * o1 + lanes[(ROTATION + 5) * BATCH + b] * o2
-        a2 = lanes[(ROTATION + 6) * BATCH + b] * o0 + lanes[(ROTATION + 7) * BATCH + b] * o1 + lanes[(ROTATION + 8) * BATCH + b] * o2
-        w0, w1, w2 = lanes[NEXT_SPIN * BATCH + b], lanes[(NEXT_SPIN + 1) * BATCH + b], lanes[(NEXT_SPIN + 2) * BATCH + b]
+        a0 = (
+            lanes[ROTATION * BATCH + b] * o0
+            + lanes[(ROTATION + 1) * BATCH + b] * o1
+            + lanes[(ROTATION + 2) * BATCH + b] * o2
+        )
+        a1 = (
+            lanes[(ROTATION + 3) * BATCH + b] * o0
+            + lanes[(ROTATION + 4) * BATCH + b] * o1
+            + lanes[(ROTATION + 5) * BATCH + b] * o2
+        )
+        a2 = (
+            lanes[(ROTATION + 6) * BATCH + b] * o0
+            + lanes[(ROTATION + 7) * BATCH + b] * o1
+            + lanes[(ROTATION + 8) * BATCH + b] * o2
+        )
+        w0, w1, w2 = (
+            lanes[NEXT_SPIN * BATCH + b],
+            lanes[(NEXT_SPIN + 1) * BATCH + b],
+            lanes[(NEXT_SPIN + 2) * BATCH + b],
+        )
         c0, c1, c2 = cross(w0, w1, w2, a0, a1, a2)
         r = new_rows[p]
         r[0] = lanes[NEXT_VELOCITY * BATCH + b] + c0
@@ -223,7 +294,11 @@ def publish_pebbles(model, state, lo, hi, lanes, turned, point, per_dt):
         r[2] = lanes[(NEXT_VELOCITY + 2) * BATCH + b] + c2
         r[3] = rows[p, 3]
         r[4], r[5], r[6], r[7] = w0, w1, w2, rows[p, 7]
-        a0, a1, a2 = lanes[CENTRE * BATCH + b] + a0, lanes[(CENTRE + 1) * BATCH + b] + a1, lanes[(CENTRE + 2) * BATCH + b] + a2
+        a0, a1, a2 = (
+            lanes[CENTRE * BATCH + b] + a0,
+            lanes[(CENTRE + 1) * BATCH + b] + a1,
+            lanes[(CENTRE + 2) * BATCH + b] + a2,
+        )
         # the mean velocity of the drift is that at the substep's end to second order
         v[0, p], v[1, p], v[2, p] = (a0 - x[0, p]) * per_dt, (a1 - x[1, p]) * per_dt, (a2 - x[2, p]) * per_dt
         x[0, p], x[1, p], x[2, p] = a0, a1, a2

@@ -1,7 +1,8 @@
-"""Rigid clumps of spheres (pebbles): what a clump knows, how its motion begins, and how clumps lie in the slots.
+"""Rigid clumps of spheres (pebbles): what a clump knows, how its motion begins, and how clumps lie in the
+slots.
 
-A pebble has a slot like any sphere, and the slots of a clump are neighbours in one chunk.  The law sees a pebble's own centre, velocity
-and radius with the mass and the spin of its clump.
+A pebble has a slot like any sphere, and the slots of a clump are neighbours in one chunk.  The law sees a
+pebble's own centre, velocity and radius with the mass and the spin of its clump.
 """
 
 from enum import IntEnum
@@ -45,12 +46,16 @@ COLUMNS = 24
 OFFSET, PLACE = 4, 7
 """Rows of `ChargeState.body` that only pebbles have: centre in the clump's axes, place of the clump."""
 
-CENTRE, VELOCITY, MOMENTUM, ATTITUDE, MASS, INERTIA, SPIN_ENERGY, ID, AT_VELOCITY = (int(c) for c in ClumpColumn)
+CENTRE, VELOCITY, MOMENTUM, ATTITUDE, MASS, INERTIA, SPIN_ENERGY, ID, AT_VELOCITY = (
+    int(c) for c in ClumpColumn
+)
 
 
 @kernel(inline="always")
 def spin_of(q, momentum, inertia):
-    """Spin [rad/s] (3 numbers), world axes, of a body at attitude `q` (4,) with angular momentum (3,) and principal moments (3,)."""
+    """Spin [rad/s] (3 numbers), world axes, of a body at attitude `q` (4,) with angular momentum (3,) and
+    principal moments (3,).
+    """
     a, b, c = turn_vector_back(q, momentum[0], momentum[1], momentum[2])
     return turn_vector(q, a / inertia[0], b / inertia[1], c / inertia[2])
 
@@ -67,7 +72,9 @@ def clump_end(state, i, hi):
 
 @kernel
 def start_clumps(model, state, dt):
-    """Half a drift of every clump, and its pebbles' places and predicted velocities, to the current published rows."""
+    """Half a drift of every clump, and its pebbles' places and predicted velocities, to the current published
+    rows.
+    """
     rows = state.rows[state.clock[PUBLISHED]]
     for p in range(state.clumps.shape[0]):
         clump = state.clumps[p]
@@ -75,7 +82,9 @@ def start_clumps(model, state, dt):
         for k in range(4):
             clump[AT_VELOCITY + k] = q[k]
         w0, w1, w2 = spin_of(q, clump[MOMENTUM : MOMENTUM + 3], clump[INERTIA : INERTIA + 3])
-        clump[SPIN_ENERGY] = 0.5 * (w0 * clump[MOMENTUM] + w1 * clump[MOMENTUM + 1] + w2 * clump[MOMENTUM + 2])
+        clump[SPIN_ENERGY] = 0.5 * (
+            w0 * clump[MOMENTUM] + w1 * clump[MOMENTUM + 1] + w2 * clump[MOMENTUM + 2]
+        )
         turn_quaternion(q, 0.5 * dt * w0, 0.5 * dt * w1, 0.5 * dt * w2, q)
         for k in range(3):
             clump[CENTRE + k] += 0.5 * dt * clump[VELOCITY + k]
@@ -83,11 +92,21 @@ def start_clumps(model, state, dt):
         clump = state.clumps[int(state.body[PLACE, i])]
         q = clump[ATTITUDE : ATTITUDE + 4]
         w0, w1, w2 = spin_of(q, clump[MOMENTUM : MOMENTUM + 3], clump[INERTIA : INERTIA + 3])
-        a0, a1, a2 = turn_vector(q, state.body[OFFSET, i], state.body[OFFSET + 1, i], state.body[OFFSET + 2, i])
+        a0, a1, a2 = turn_vector(
+            q, state.body[OFFSET, i], state.body[OFFSET + 1, i], state.body[OFFSET + 2, i]
+        )
         u0, u1, u2 = cross(w0, w1, w2, a0, a1, a2)
         g = 0.5 * dt
-        state.x[0, i], state.x[1, i], state.x[2, i] = clump[CENTRE] + a0, clump[CENTRE + 1] + a1, clump[CENTRE + 2] + a2
-        state.v[0, i], state.v[1, i], state.v[2, i] = clump[VELOCITY] + u0, clump[VELOCITY + 1] + u1, clump[VELOCITY + 2] + u2
+        state.x[0, i], state.x[1, i], state.x[2, i] = (
+            clump[CENTRE] + a0,
+            clump[CENTRE + 1] + a1,
+            clump[CENTRE + 2] + a2,
+        )
+        state.v[0, i], state.v[1, i], state.v[2, i] = (
+            clump[VELOCITY] + u0,
+            clump[VELOCITY + 1] + u1,
+            clump[VELOCITY + 2] + u2,
+        )
         rows[i, 4], rows[i, 5], rows[i, 6] = w0, w1, w2
         for k in range(3):
             rows[i, k] = state.v[k, i] + g * model.gravity[k]
@@ -95,7 +114,9 @@ def start_clumps(model, state, dt):
 
 @kernel
 def number_clumps(state, scratch, n):
-    """Bring the rows of the clumps into the order of their pebbles' slots, and tell the pebbles; called by one thread."""
+    """Bring the rows of the clumps into the order of their pebbles' slots, and tell the pebbles; called by
+    one thread.
+    """
     places, old = state.body[PLACE], scratch.lists.order
     count = 0
     last = like(-1.0, places[0])
@@ -114,7 +135,9 @@ def number_clumps(state, scratch, n):
 
 @kernel
 def cut_chunks(model, state):
-    """Cut the slots into chunks, of whole clumps: the first slot of each chunk, to the last row of `ChargeState.listed`."""
+    """Cut the slots into chunks, of whole clumps: the first slot of each chunk, to the last row of
+    `ChargeState.listed`.
+    """
     n, bounds = model.n_particles, state.listed[2]
     c, lo, i = 0, 0, 0
     bounds[0] = 0

@@ -1,7 +1,7 @@
 """The vector loops: one contact per lane, the law of `composition.contact` for pairs and for walls.
 
-Everything a loop touches lies in one flat array of rows of `BATCH` lanes: the compiler then sees that lanes are
-independent.  Lanes of weight 0 hold left-overs; they are computed and not counted.
+Everything a loop touches lies in one flat array of rows of `BATCH` lanes: the compiler then sees that lanes
+are independent.  Lanes of weight 0 hold left-overs; they are computed and not counted.
 """
 
 import math
@@ -11,7 +11,8 @@ from nutamill.charge.kernels.impacts import BEGUN, ENERGY_N, ENERGY_T, impact_en
 from nutamill.charge.laws.composition import contact
 from nutamill.charge.laws.lanes import BATCH
 
-# rows of `columns`, pairs: distance vector and sum of radii, first particle, second particle, memory (8 rows each)
+# rows of `columns`, pairs: distance vector and sum of radii, first particle, second particle, memory (8 rows
+# each)
 A = 4
 B = 12
 MEMORY = 20
@@ -20,11 +21,15 @@ LAW = 28
 WEIGHT = 39
 """1: counted here; 1/2: a pair across chunks, which the other chunk counts too; 0: empty lane [1]."""
 PEAK = 40
-"""Largest overlap so far in this lane over the diameter of the smaller particle: half of it [m], and the radius [m] in `PEAK_RADIUS`."""
+"""Largest overlap so far in this lane over the diameter of the smaller particle: half of it [m], and the
+radius [m] in `PEAK_RADIUS`.
+"""
 HELD = 41
 """Which pair law the lane's numbers are of [1]."""
 ARM = 12
-"""Walls: particle's centre from the body's mass centre [m] (3), world axes; afterwards angular impulse rate on the body [N m]."""
+"""Walls: particle's centre from the body's mass centre [m] (3), world axes; afterwards angular impulse rate
+on the body [N m].
+"""
 ACT = 15
 """Walls: powers of the normal, tangential and rolling part of each lane [W] (3), after the law."""
 BODY_V = 42
@@ -40,7 +45,8 @@ ROWS = 51
 
 @kernel(fast=True, inline="always")
 def note_depth(columns, b, deep, r, limit, one, zero):
-    """Keep the largest overlap of lane `b`, half of it `deep` [m] at a particle of radius `r` [m]; returns one where beyond the limit.
+    """Keep the largest overlap of lane `b`, half of it `deep` [m] at a particle of radius `r` [m]; returns
+    one where beyond the limit.
 
     Shares of the radius are compared by products, not by quotients.
     """
@@ -58,14 +64,16 @@ def pair_batch(law, columns, unit, last, now, dt):
     Parameters
     ----------
     law : `ContactLaw`
-    columns : real (ROWS * BATCH,), rows as named in this file; forces replace velocities, memory is brought up to date
+    columns : real (ROWS * BATCH,), rows as named in this file; forces replace velocities, memory is brought
+        up to date
     unit : metres in a fixed-point unit [m]
     last, now : stamps of the last and of this substep [1]
     dt : substep [s]
 
     Returns
     -------
-    powers of normal, tangential and rolling part [W] (3), number of lanes beyond the overlap limit, of contacts that begin
+    powers of normal, tangential and rolling part [W] (3), number of lanes beyond the overlap limit, of
+    contacts that begin
     """
     one, zero, half = like(1.0, dt), like(0.0, dt), like(0.5, dt)
     sum_n, sum_t, sum_r = zero, zero, zero
@@ -83,9 +91,18 @@ def pair_batch(law, columns, unit, last, now, dt):
         overlap = columns[b + 3 * BATCH] * unit - distance
         ma, ra = columns[b + (A + 3) * BATCH], columns[b + (A + 7) * BATCH]
         mb, rb = columns[b + (B + 3) * BATCH], columns[b + (B + 7) * BATCH]
-        wa0, wa1, wa2 = columns[b + (A + 4) * BATCH], columns[b + (A + 5) * BATCH], columns[b + (A + 6) * BATCH]
-        wb0, wb1, wb2 = columns[b + (B + 4) * BATCH], columns[b + (B + 5) * BATCH], columns[b + (B + 6) * BATCH]
-        # both arms end at the middle of the overlap: the two moments about one point keep angular momentum exactly
+        wa0, wa1, wa2 = (
+            columns[b + (A + 4) * BATCH],
+            columns[b + (A + 5) * BATCH],
+            columns[b + (A + 6) * BATCH],
+        )
+        wb0, wb1, wb2 = (
+            columns[b + (B + 4) * BATCH],
+            columns[b + (B + 5) * BATCH],
+            columns[b + (B + 6) * BATCH],
+        )
+        # both arms end at the middle of the overlap: the two moments about one point keep angular momentum
+        # exactly
         arm_a = ra - half * overlap
         arm_b = rb - half * overlap
         q0 = arm_a * wa0 + arm_b * wb0
@@ -108,12 +125,54 @@ def pair_batch(law, columns, unit, last, now, dt):
             columns[b + (LAW + 6) * BATCH], columns[b + (LAW + 7) * BATCH], columns[b + (LAW + 8) * BATCH],
             columns[b + (LAW + 9) * BATCH], columns[b + (LAW + 10) * BATCH],
         )  # fmt: skip
-        f0, f1, f2, g0, g1, g2, m0, m1, m2, s0, s1, s2, t0, t1, t2, sliding, history, power_n, power_t, power_r = contact(
-            law, n0, n1, n2, overlap, u0, u1, u2, wa0 - wb0, wa1 - wb1, wa2 - wb2,
-            columns[b + MEMORY * BATCH] * alive, columns[b + (MEMORY + 1) * BATCH] * alive, columns[b + (MEMORY + 2) * BATCH] * alive,
-            columns[b + (MEMORY + 3) * BATCH] * alive, columns[b + (MEMORY + 4) * BATCH] * alive, columns[b + (MEMORY + 5) * BATCH] * alive,
-            sliding, columns[b + (MEMORY + 7) * BATCH] * alive, m_eff, r_eff, ra + ra, rb + rb, numbers, dt,
-        )  # fmt: skip
+        (
+            f0,
+            f1,
+            f2,
+            g0,
+            g1,
+            g2,
+            m0,
+            m1,
+            m2,
+            s0,
+            s1,
+            s2,
+            t0,
+            t1,
+            t2,
+            sliding,
+            history,
+            power_n,
+            power_t,
+            power_r,
+        ) = contact(
+            law,
+            n0,
+            n1,
+            n2,
+            overlap,
+            u0,
+            u1,
+            u2,
+            wa0 - wb0,
+            wa1 - wb1,
+            wa2 - wb2,
+            columns[b + MEMORY * BATCH] * alive,
+            columns[b + (MEMORY + 1) * BATCH] * alive,
+            columns[b + (MEMORY + 2) * BATCH] * alive,
+            columns[b + (MEMORY + 3) * BATCH] * alive,
+            columns[b + (MEMORY + 4) * BATCH] * alive,
+            columns[b + (MEMORY + 5) * BATCH] * alive,
+            sliding,
+            columns[b + (MEMORY + 7) * BATCH] * alive,
+            m_eff,
+            r_eff,
+            ra + ra,
+            rb + rb,
+            numbers,
+            dt,
+        )
         c0 = n1 * g2 - n2 * g1
         c1 = n2 * g0 - n0 * g2
         c2 = n0 * g1 - n1 * g0
@@ -167,8 +226,8 @@ def wall_batch(law, columns, last, now, dt):
 
     Returns
     -------
-    powers of normal, tangential and rolling part and of the surfaces' motion on the charge [W] (4), number of lanes beyond the limit,
-    of contacts that begin
+    powers of normal, tangential and rolling part and of the surfaces' motion on the charge [W] (4), number of
+    lanes beyond the limit, of contacts that begin
     """
     one, zero, half = like(1.0, dt), like(0.0, dt), like(0.5, dt)
     sum_n, sum_t, sum_r, sum_i = zero, zero, zero, zero
@@ -178,7 +237,11 @@ def wall_batch(law, columns, last, now, dt):
         n0, n1, n2, overlap = columns[b], columns[b + BATCH], columns[b + 2 * BATCH], columns[b + 3 * BATCH]
         m, r = columns[b + (A + 3) * BATCH], columns[b + (A + 7) * BATCH]
         w0, w1, w2 = columns[b + (A + 4) * BATCH], columns[b + (A + 5) * BATCH], columns[b + (A + 6) * BATCH]
-        z0, z1, z2 = columns[b + BODY_W * BATCH], columns[b + (BODY_W + 1) * BATCH], columns[b + (BODY_W + 2) * BATCH]
+        z0, z1, z2 = (
+            columns[b + BODY_W * BATCH],
+            columns[b + (BODY_W + 1) * BATCH],
+            columns[b + (BODY_W + 2) * BATCH],
+        )
         # contact point from the body's mass centre, in the middle of the overlap as between two particles
         arm = r - half * overlap
         p0 = columns[b + ARM * BATCH] + arm * n0
@@ -199,12 +262,54 @@ def wall_batch(law, columns, last, now, dt):
             columns[b + (LAW + 6) * BATCH], columns[b + (LAW + 7) * BATCH], columns[b + (LAW + 8) * BATCH],
             columns[b + (LAW + 9) * BATCH], columns[b + (LAW + 10) * BATCH],
         )  # fmt: skip
-        f0, f1, f2, g0, g1, g2, m0, m1, m2, s0, s1, s2, t0, t1, t2, sliding, history, power_n, power_t, power_r = contact(
-            law, n0, n1, n2, overlap, u0, u1, u2, w0 - z0, w1 - z1, w2 - z2,
-            columns[b + MEMORY * BATCH] * alive, columns[b + (MEMORY + 1) * BATCH] * alive, columns[b + (MEMORY + 2) * BATCH] * alive,
-            columns[b + (MEMORY + 3) * BATCH] * alive, columns[b + (MEMORY + 4) * BATCH] * alive, columns[b + (MEMORY + 5) * BATCH] * alive,
-            sliding, columns[b + (MEMORY + 7) * BATCH] * alive, m, r, r + r, r + r, numbers, dt,
-        )  # fmt: skip
+        (
+            f0,
+            f1,
+            f2,
+            g0,
+            g1,
+            g2,
+            m0,
+            m1,
+            m2,
+            s0,
+            s1,
+            s2,
+            t0,
+            t1,
+            t2,
+            sliding,
+            history,
+            power_n,
+            power_t,
+            power_r,
+        ) = contact(
+            law,
+            n0,
+            n1,
+            n2,
+            overlap,
+            u0,
+            u1,
+            u2,
+            w0 - z0,
+            w1 - z1,
+            w2 - z2,
+            columns[b + MEMORY * BATCH] * alive,
+            columns[b + (MEMORY + 1) * BATCH] * alive,
+            columns[b + (MEMORY + 2) * BATCH] * alive,
+            columns[b + (MEMORY + 3) * BATCH] * alive,
+            columns[b + (MEMORY + 4) * BATCH] * alive,
+            columns[b + (MEMORY + 5) * BATCH] * alive,
+            sliding,
+            columns[b + (MEMORY + 7) * BATCH] * alive,
+            m,
+            r,
+            r + r,
+            r + r,
+            numbers,
+            dt,
+        )
         columns[b + A * BATCH] = f0
         columns[b + (A + 1) * BATCH] = f1
         columns[b + (A + 2) * BATCH] = f2

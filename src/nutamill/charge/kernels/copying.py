@@ -16,9 +16,11 @@ def copy_all(source, target):
 
 @kernel
 def copy_state(source: ChargeState, target: ChargeState):
-    """Copy all that decides how `source` goes on to `target`, a state of the same charge with arrays of the same sizes.
+    """Copy all that decides how `source` goes on to `target`, a state of the same charge with arrays of the
+    same sizes.
 
-    A repeated window then gives the same bits.  Of the neighbour lists only the current one, as far as it is filled, is copied.
+    A repeated window then gives the same bits.  Of the neighbour lists only the current one, as far as it is
+    filled, is copied.
     """
     copy_all(source.x, target.x)
     copy_all(source.v, target.v)

@@ -4,7 +4,8 @@ Leapfrog.  With velocities v at the end of a substep and positions x half a subs
 
     a = forces(x, v*)/m + g,     v <- v + dt a,     x <- x + dt v,     v* = v + dt a/2
 
-where v* is the velocity predicted for the next mid-substep, so that dashpots and friction are of second order too.
+where v* is the velocity predicted for the next mid-substep, so that dashpots and friction are of second order
+too.
 
 Source: D. C. Rapaport, "The Art of Molecular Dynamics Simulation", 2nd ed. 2004, section 3.5 (leapfrog).
 """
@@ -60,7 +61,9 @@ def start(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, dt: fl
 
 @kernel
 def pose_of_body(motion, s, out):
-    """Mass centre [m] (3) and rotation matrix [1] (9) of a body `s` seconds into a window, to ``out[0:12]``."""
+    """Mass centre [m] (3) and rotation matrix [1] (9) of a body `s` seconds into a window, to
+    ``out[0:12]``.
+    """
     # out[12:16] is overwritten by the velocity afterwards
     pose_in_window(motion, s, out[0:3], out[12:16])
     rotation_matrix(out[12:16], out[3:12].reshape((3, 3)))
@@ -68,7 +71,9 @@ def pose_of_body(motion, s, out):
 
 @kernel
 def move_bodies(motions, s, out, twists):
-    """Poses and twists of all bodies `s` seconds into the window, to ``out`` (B, 18), and what the law sees of them, to `twists`."""
+    """Poses and twists of all bodies `s` seconds into the window, to ``out`` (B, 18), and what the law sees
+    of them, to `twists`.
+    """
     n = motions.shape[0]
     for b in range(n):
         pose_of_body(motions[b], s, out[b])
@@ -100,24 +105,61 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         negated_radii(points, scratch.slots, lo + l, local, l)
     found = filter_pairs(points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes)
     work[0], work[1], work[2], pair_alarm = pair_contacts(
-        model, points, rows, memory, state.material, found, lanes, local, scratch.columns[tid, 0], last, now, step, forces,
-        scratch.impacts, tid,
-    )  # fmt: skip
+        model,
+        points,
+        rows,
+        memory,
+        state.material,
+        found,
+        lanes,
+        local,
+        scratch.columns[tid, 0],
+        last,
+        now,
+        step,
+        forces,
+        scratch.impacts,
+        tid,
+    )
     sums = scratch.sums[c]
     for b in range(model.n_bodies):
         for k in range(6):
             sums[b, k] = 0.0
     measured, motion, placed = scratch.measured[tid], scratch.motion[tid], scratch.placed[tid]
-    found = find_walls(model, state.x, state.body[0], local, motion, placed, lo, hi - lo, lanes, measured, scratch.test[tid])
+    found = find_walls(
+        model, state.x, state.body[0], local, motion, placed, lo, hi - lo, lanes, measured, scratch.test[tid]
+    )
     work[3], work[4], work[5], work[6], wall_alarm = wall_contacts(
-        model, state.x, state.body[0], rows, state.wall_memory, state.material, scratch.twists[tid], placed, found, lanes, measured,
-        scratch.columns[tid, 1], last, now, step, forces, sums, scratch.impacts, tid,
-    )  # fmt: skip
+        model,
+        state.x,
+        state.body[0],
+        rows,
+        state.wall_memory,
+        state.material,
+        scratch.twists[tid],
+        placed,
+        found,
+        lanes,
+        measured,
+        scratch.columns[tid, 1],
+        last,
+        now,
+        step,
+        forces,
+        sums,
+        scratch.impacts,
+        tid,
+    )
     if state.clumps.shape[0] > 0:
         moved, gone = integrate_clumps(model, state, scratch, lo, hi, forces, tid, reference, dt, work)
     else:
         moved, gone = integrate_spheres(model, state, scratch, lo, hi, forces, tid, reference, dt, work)
-    scratch.alarms[c] = MOVED * int(moved > 0) + LEFT * int(gone > 0) + PAIR * int(pair_alarm > 0) + WALL * int(wall_alarm > 0)
+    scratch.alarms[c] = (
+        MOVED * int(moved > 0)
+        + LEFT * int(gone > 0)
+        + PAIR * int(pair_alarm > 0)
+        + WALL * int(wall_alarm > 0)
+    )
 
 
 @kernel
@@ -183,19 +225,28 @@ def close_window(model, state, scratch, motions, n_substeps, dt, tid, n_threads)
 
 @kernel
 def window(
-    model: ChargeModel, state: ChargeState, scratch: ChargeScratch, motions, reference, n_substeps: int, dt: float, tid: int, n_threads: int
+    model: ChargeModel,
+    state: ChargeState,
+    scratch: ChargeScratch,
+    motions,
+    reference,
+    n_substeps: int,
+    dt: float,
+    tid: int,
+    n_threads: int,
 ):
     """March the charge through one window; called by all threads of a team with the same arguments.
 
-    Leaves in `state`: ``impulse`` of the window, cumulative ``ledger``, ``largest_overlap``, ``poses`` at the window's end, and
-    ``status``.  With a status other than OK it returns at once; after LISTS_FULL, `grow` and call it again with the same
-    arguments, and it finishes the window.
+    Leaves in `state`: ``impulse`` of the window, cumulative ``ledger``, ``largest_overlap``, ``poses`` at the
+    window's end, and ``status``.  With a status other than OK it returns at once; after LISTS_FULL, `grow`
+    and call it again with the same arguments, and it finishes the window.
 
     Parameters
     ----------
     motions : (n_bodies, 19) motion of each body over the window, as `frames.MOTION_SIZE`, world axes
-    reference : (8,) point [m] and axis [1] (unit, world axes), angle at the window's start [rad] and speed [rad/s] of a frame that turns
-        with the charge.  It decides how often lists are rebuilt, and nothing else; speed 0 is always right
+    reference : (8,) point [m] and axis [1] (unit, world axes), angle at the window's start [rad] and speed
+        [rad/s] of a frame that turns with the charge.  It decides how often lists are rebuilt, and nothing
+        else; speed 0 is always right
     n_substeps : number of substeps
     dt : substep [s]
     tid, n_threads : number of this thread and size of the team
@@ -212,7 +263,9 @@ def window(
     first, end = chunk_share(state, tid, n_threads)
     for j in range(done, n_substeps):
         if clock[REBUILD] == 1:
-            rebuild(model, state, scratch, reference, reference[6] + (j + 0.5) * dt * reference[7], tid, n_threads)
+            rebuild(
+                model, state, scratch, reference, reference[6] + (j + 0.5) * dt * reference[7], tid, n_threads
+            )
             if state.status[0] != 0:
                 if tid == 0:
                     clock[DONE] = j

@@ -1,8 +1,9 @@
 """Collision energy spectra: what a contact brings along when it begins, counted in bins of energy.
 
-A contact begins in the first substep in which two bodies touch; the velocities it meets then are those before the
-impact, as none of its own forces has acted yet.  Counts and energies are whole numbers: they add up to the same sum in any order, so
-that every thread fills its own spectra and the sum has the same bits for any number of threads.
+A contact begins in the first substep in which two bodies touch; the velocities it meets then are those before
+the impact, as none of its own forces has acted yet.  Counts and energies are whole numbers: they add up to
+the same sum in any order, so that every thread fills its own spectra and the sum has the same bits for any
+number of threads.
 """
 
 import math
@@ -17,14 +18,18 @@ from nutamill.charge.walls.patches import PatchTable, patch_of, whole
 LOWEST = -56
 """The lowest bin begins at 2^LOWEST J = 1.4e-17 J; what is lower is counted there."""
 BINS = 128
-"""Bins of half an octave [1], 6.6 to a decade; the last ends at 256 J, and what is higher is counted there."""
+"""Bins of half an octave [1], 6.6 to a decade; the last ends at 256 J, and what is higher is counted
+there.
+"""
 PARTS = 2
 """Normal and tangential part of an impact [1]."""
 FINE = 65536.0
-"""Parts into which the lower edge of a bin is cut for its sum of energies [1]: an impact is rounded by less than 1.6e-5 of its energy."""
+"""Parts into which the lower edge of a bin is cut for its sum of energies [1]: an impact is rounded by less
+than 1.6e-5 of its energy.
+"""
 ENERGY_N, ENERGY_T, BEGUN = 0, 1, 2
-"""Rows of `columns` in which a batch leaves the two energies [J] of its lanes, and 1 where a contact that counts has just begun, else 0:
-free once the distance has been used."""
+"""Rows of `columns` in which a batch leaves the two energies [J] of its lanes, and 1 where a contact that
+counts has just begun, else 0: free once the distance has been used."""
 
 
 def bin_edges() -> np.ndarray:
@@ -36,10 +41,11 @@ class ImpactBook(NamedTuple):
     """Where contacts that begin are booked; every thread has its own pages."""
 
     spectra: np.ndarray
-    """Number, and energy in `FINE` parts of the bin's lower edge, by type, part and bin, int64 (T, types, PARTS, BINS, 2).
+    """Number, and energy in `FINE` parts of the bin's lower edge, by type, part and bin, int64 (T, types,
+    PARTS, BINS, 2).
 
-    Types are numbered by materials: a pair of particles ``a n_materials + b``, a particle a on a surface of material b the same
-    behind all pairs."""
+    Types are numbered by materials: a pair of particles ``a n_materials + b``, a particle a on a surface of
+    material b the same behind all pairs."""
     cut: np.ndarray
     """Cutting energy of the impacts on each patch, in small units, int64 (T, P)."""
     per_cut: float
@@ -51,12 +57,15 @@ class ImpactBook(NamedTuple):
 def impact_book(n_threads: int, n_materials: int, mean_mass: float, patches: PatchTable) -> ImpactBook:
     """A book without impacts; `mean_mass` [kg] is that of a particle."""
     spectra = np.zeros((n_threads, 2 * n_materials * n_materials, PARTS, BINS, 2), np.int64)
-    return ImpactBook(spectra, np.zeros((n_threads, int(patches.first[-1])), np.int64), 2.0**30 / mean_mass, patches)
+    return ImpactBook(
+        spectra, np.zeros((n_threads, int(patches.first[-1])), np.int64), 2.0**30 / mean_mass, patches
+    )
 
 
 @kernel(inline="always")
 def impact_energies(m_eff, u0, u1, u2, n0, n1, n2):
-    """Normal and tangential part of the kinetic energy of a relative motion [J]: ``m_eff v_n^2/2`` and ``m_eff v_t^2/2``.
+    """Normal and tangential part of the kinetic energy of a relative motion [J]: ``m_eff v_n^2/2`` and
+    ``m_eff v_t^2/2``.
 
     `m_eff` is the reduced mass [kg], u the relative velocity at the contact point [m/s], n the normal [1].
     """
@@ -82,10 +91,11 @@ def count_energy(energy, spectrum):
 
 @kernel
 def cutting_energy(normal, tangential):
-    """Share of an impact's energy that cuts a ductile wall [J]: ``E f(angle)`` with the angle of impact ``tan a = sqrt(E_n/E_t)``.
+    """Share of an impact's energy that cuts a ductile wall [J]: ``E f(angle)`` with the angle of impact
+    ``tan a = sqrt(E_n/E_t)``.
 
-    ``f = sin 2a - 3 sin^2 a`` for ``tan a <= 1/3``, else ``cos^2 a / 3``.  Divided by twice the flow pressure of the wall [Pa] it is
-    the volume [m^3] that the impact removes.
+    ``f = sin 2a - 3 sin^2 a`` for ``tan a <= 1/3``, else ``cos^2 a / 3``.  Divided by twice the flow pressure
+    of the wall [Pa] it is the volume [m^3] that the impact removes.
 
     Parameters
     ----------
@@ -124,14 +134,18 @@ def note_pair_impacts(columns, first, lanes, across, material, n_materials, book
 
 @kernel
 def note_wall_impacts(columns, first, lanes, measured, model, x, radius, material, placed, book, tid):
-    """As `note_pair_impacts`, for particles that have just met a surface; `lanes`, `measured` as `find_walls` leaves them."""
+    """As `note_pair_impacts`, for particles that have just met a surface; `lanes`, `measured` as `find_walls`
+    leaves them.
+    """
     n_materials = model.law_of.shape[0]
     for b in range(BATCH):
         if columns[BEGUN * BATCH + b] > 0.0:
             q = first + b
             slot, s = lanes[1, q], lanes[2, q]
             normal, tangential = float(columns[ENERGY_N * BATCH + b]), float(columns[ENERGY_T * BATCH + b])
-            spectra = book.spectra[tid, (n_materials + material[slot]) * n_materials + model.surface_material[s]]
+            spectra = book.spectra[
+                tid, (n_materials + material[slot]) * n_materials + model.surface_material[s]
+            ]
             count_energy(normal, spectra[0])
             count_energy(tangential, spectra[1])
             arm = radius[slot] - 0.5 * float(measured[3, q])

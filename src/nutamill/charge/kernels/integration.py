@@ -17,7 +17,9 @@ FORCE, ROW = 0, 8 * BATCH
 """Where the columns of `integrate_batch` begin: force and moment; what the law sees of a particle."""
 
 X, V, W, LISTED_AT, MASS = (k * BATCH for k in (0, 3, 6, 9, 12))
-"""Where its rows in double precision begin: position, velocity, spin, position when the list was made; mass, 1/mass, 1/inertia."""
+"""Where its rows in double precision begin: position, velocity, spin, position when the list was made; mass,
+1/mass, 1/inertia.
+"""
 
 
 @kernel(fast=True)
@@ -26,18 +28,20 @@ def integrate_batch(columns, motion, turned, point, gravity, centre, slack, reac
 
     Parameters
     ----------
-    columns : real (16 * BATCH,), rows from FORCE: force [N] (3), spare, moment [N m] (3), spare; from ROW: what the law saw of the
-        particle, replaced by what it is to see next
-    motion : (18 * BATCH,), rows as `Motion` names them; position, velocity and spin are brought up to date, published positions
-        [1/scale] replace the positions when the list was made
-    turned : (3, 3) rotation of the reference since the list was made [1]; point : (3,) its reference point [m]
+    columns : real (16 * BATCH,), rows from FORCE: force [N] (3), spare, moment [N m] (3), spare; from ROW:
+        what the law saw of the particle, replaced by what it is to see next
+    motion : (18 * BATCH,), rows as `Motion` names them; position, velocity and spin are brought up to date,
+        published positions [1/scale] replace the positions when the list was made
+    turned : (3, 3) rotation of the reference since the list was made [1]; point : (3,) its reference point
+        [m]
     gravity : (3,) [m/s^2]; centre : (3,) of the domain [m]
-    slack : square of the displacement that asks for a new list [m^2]; reach : half size of the domain [m]; scale : [1/m]; dt : substep [s]
+    slack : square of the displacement that asks for a new list [m^2]; reach : half size of the domain [m];
+        scale : [1/m]; dt : substep [s]
 
     Returns
     -------
-    work rate of the forces on the mean velocities less that on the predicted ones the law saw [W], power of gravity [W],
-    number of particles moved beyond the slack, number of particles in the domain or padding
+    work rate of the forces on the mean velocities less that on the predicted ones the law saw [W], power of
+    gravity [W], number of particles moved beyond the slack, number of particles in the domain or padding
     """
     half = 0.5 * dt
     g0, g1, g2 = gravity[0], gravity[1], gravity[2]
@@ -49,8 +53,16 @@ def integrate_batch(columns, motion, turned, point, gravity, centre, slack, reac
     missed, falling = 0.0, 0.0
     moved, stayed = 0, 0
     for b in range(BATCH):
-        f0, f1, f2 = float(columns[FORCE + b]), float(columns[FORCE + b + BATCH]), float(columns[FORCE + b + 2 * BATCH])
-        m0, m1, m2 = float(columns[FORCE + b + 4 * BATCH]), float(columns[FORCE + b + 5 * BATCH]), float(columns[FORCE + b + 6 * BATCH])
+        f0, f1, f2 = (
+            float(columns[FORCE + b]),
+            float(columns[FORCE + b + BATCH]),
+            float(columns[FORCE + b + 2 * BATCH]),
+        )
+        m0, m1, m2 = (
+            float(columns[FORCE + b + 4 * BATCH]),
+            float(columns[FORCE + b + 5 * BATCH]),
+            float(columns[FORCE + b + 6 * BATCH]),
+        )
         mass, per_mass, per_inertia = motion[MASS + b], motion[MASS + b + BATCH], motion[MASS + b + 2 * BATCH]
         a0 = half * (per_mass * f0 + g0)
         a1 = half * (per_mass * f1 + g1)
@@ -63,17 +75,28 @@ def integrate_batch(columns, motion, turned, point, gravity, centre, slack, reac
         z0, z1, z2 = motion[W + b] + b0, motion[W + b + BATCH] + b1, motion[W + b + 2 * BATCH] + b2
         falling += mass * (g0 * u0 + g1 * u1 + g2 * u2)
         missed += (
-            f0 * (u0 - columns[ROW + b]) + f1 * (u1 - columns[ROW + b + BATCH]) + f2 * (u2 - columns[ROW + b + 2 * BATCH])
-            + m0 * (z0 - columns[ROW + b + 4 * BATCH]) + m1 * (z1 - columns[ROW + b + 5 * BATCH])
+            f0 * (u0 - columns[ROW + b])
+            + f1 * (u1 - columns[ROW + b + BATCH])
+            + f2 * (u2 - columns[ROW + b + 2 * BATCH])
+            + m0 * (z0 - columns[ROW + b + 4 * BATCH])
+            + m1 * (z1 - columns[ROW + b + 5 * BATCH])
             + m2 * (z2 - columns[ROW + b + 6 * BATCH])
-        )  # fmt: skip
+        )
         u0, u1, u2 = u0 + a0, u1 + a1, u2 + a2
         z0, z1, z2 = z0 + b0, z1 + b1, z2 + b2
         motion[V + b], motion[V + b + BATCH], motion[V + b + 2 * BATCH] = u0, u1, u2
         motion[W + b], motion[W + b + BATCH], motion[W + b + 2 * BATCH] = z0, z1, z2
         columns[ROW + b], columns[ROW + b + BATCH], columns[ROW + b + 2 * BATCH] = u0 + a0, u1 + a1, u2 + a2
-        columns[ROW + b + 4 * BATCH], columns[ROW + b + 5 * BATCH], columns[ROW + b + 6 * BATCH] = z0 + b0, z1 + b1, z2 + b2
-        u0, u1, u2 = motion[X + b] + dt * u0, motion[X + b + BATCH] + dt * u1, motion[X + b + 2 * BATCH] + dt * u2
+        columns[ROW + b + 4 * BATCH], columns[ROW + b + 5 * BATCH], columns[ROW + b + 6 * BATCH] = (
+            z0 + b0,
+            z1 + b1,
+            z2 + b2,
+        )
+        u0, u1, u2 = (
+            motion[X + b] + dt * u0,
+            motion[X + b + BATCH] + dt * u1,
+            motion[X + b + 2 * BATCH] + dt * u2,
+        )
         motion[X + b], motion[X + b + BATCH], motion[X + b + 2 * BATCH] = u0, u1, u2
         r0, r1, r2 = motion[LISTED_AT + b], motion[LISTED_AT + b + BATCH], motion[LISTED_AT + b + 2 * BATCH]
         z0 = u0 - p0 - (t00 * r0 + t01 * r1 + t02 * r2)
@@ -93,13 +116,18 @@ def integrate_batch(columns, motion, turned, point, gravity, centre, slack, reac
 def integrate_spheres(model, state, scratch, lo, hi, forces, tid, point, dt, work):
     """Kick and drift the particles of one chunk, and publish them in the other buffer.
 
-    Adds to `work` what the law's work misses because it used predicted velocities: with it, the ledger is exact.
-    Returns
+    Adds to `work` what the law's work misses because it used predicted velocities: with it, the ledger is
+    exact. Returns
     -------
     number of particles moved beyond the skin, number of particles that left the domain
     """
     now = state.clock[PUBLISHED]
-    rows, new_rows, points, new_points = state.rows[now], state.rows[1 - now], state.points[now], state.points[1 - now]
+    rows, new_rows, points, new_points = (
+        state.rows[now],
+        state.rows[1 - now],
+        state.points[now],
+        state.points[1 - now],
+    )
     columns, motion, fixed, turned, slots = (
         scratch.columns[tid, 2],
         scratch.moving[tid],

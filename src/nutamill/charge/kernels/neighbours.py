@@ -1,7 +1,7 @@
 """Cell grid, Morton order, candidate pairs, and the transfer of contact memory from one list to the next.
 
-A pair within a chunk is listed once, a pair across two chunks in both: each chunk then sums all forces on its own particles, and
-nobody writes another's row.
+A pair within a chunk is listed once, a pair across two chunks in both: each chunk then sums all forces on its
+own particles, and nobody writes another's row.
 """
 
 import math
@@ -43,7 +43,8 @@ def slots_of_chunk(state, c):
 
 @kernel
 def chunk_share(state, tid, n_threads):
-    """First and last-plus-one chunk of thread `tid`: neighbours in the list, and together about an equal share of the work.
+    """First and last-plus-one chunk of thread `tid`: neighbours in the list, and together about an equal
+    share of the work.
 
     Who does which chunk changes no bit of the result.
     """
@@ -63,14 +64,18 @@ def chunk_share(state, tid, n_threads):
 
 @kernel
 def work_of_chunk(state, lst, c):
-    """What a substep of chunk `c` costs, in candidates: a particle, with its walls and its motion, takes the time of two of them."""
+    """What a substep of chunk `c` costs, in candidates: a particle, with its walls and its motion, takes the
+    time of two of them.
+    """
     lo, hi = slots_of_chunk(state, c)
     return state.listed[lst, c] + 2 * (hi - lo)
 
 
 @kernel
 def count_sort(cell, n, n_cells, counts, order):
-    """Stable counting sort: `order` lists the slots by `cell`, `counts[c]` is the first place of cell c afterwards."""
+    """Stable counting sort: `order` lists the slots by `cell`, `counts[c]` is the first place of cell c
+    afterwards.
+    """
     for c in range(n_cells + 2):
         counts[c] = 0
     for i in range(n):
@@ -85,7 +90,9 @@ def count_sort(cell, n, n_cells, counts, order):
 
 @kernel
 def find_bounds(x, n, grid):
-    """Corner and extents [m] of the box around the first `n` positions `x` (3, M) [m], to ``grid[0:3]`` and ``grid[4:7]``."""
+    """Corner and extents [m] of the box around the first `n` positions `x` (3, M) [m], to ``grid[0:3]`` and
+    ``grid[4:7]``.
+    """
     for k in range(3):
         low, high = x[k, 0], x[k, 0]
         for i in range(n):
@@ -97,7 +104,9 @@ def find_bounds(x, n, grid):
 
 @kernel
 def fit_grid(smallest, most, grid, cells):
-    """Cut the box of `grid` into cells of at least `smallest` [m], at most `most` of them; returns their number."""
+    """Cut the box of `grid` into cells of at least `smallest` [m], at most `most` of them; returns their
+    number.
+    """
     size = smallest
     while True:
         total = 1
@@ -113,7 +122,9 @@ def fit_grid(smallest, most, grid, cells):
 
 @kernel
 def keep_memory(model, state, lo, hi, c):
-    """Copy the contacts alive in chunk `c` to the table by particle; returns 0 where the table is too small."""
+    """Copy the contacts alive in chunk `c` to the table by particle; returns 0 where the table is too
+    small.
+    """
     lst = state.clock[LIST]
     last = like(stamp_of(state.clock[STEP] - 1), state.rows[0, 0, 0])
     memory = state.memory[lst, c]
@@ -205,7 +216,9 @@ def sort_slots(model, state, scratch, tid, n_threads):
     for i in range(lo, hi):
         for t in range(n_surfaces):
             for e in range(8):
-                scratch.lists.moved_memory[i * n_surfaces + t, e] = state.wall_memory[scratch.lists.source[i] * n_surfaces + t, e]
+                scratch.lists.moved_memory[i * n_surfaces + t, e] = state.wall_memory[
+                    scratch.lists.source[i] * n_surfaces + t, e
+                ]
     barrier(scratch.barrier, n_threads)
     last = like(stamp_of(state.clock[STEP] - 1), rows[0, 0])
     for i in range(lo, hi):
@@ -237,12 +250,19 @@ def fill_cells(model, state, scratch):
 
 @kernel(fast=True)
 def candidates_of(i, lo, x, y, z, reach, a, b, c, scratch, partners, k, room):
-    """Append the candidates of slot `i` to `partners` from place `k` on; returns the new end, or -1 where there is no room.
+    """Append the candidates of slot `i` to `partners` from place `k` on; returns the new end, or -1 where
+    there is no room.
 
-    x, y, z [m] from the corner of the cells; reach = radius + skin [m]; (a, b, c) its cell.  Slots before `lo` are in other chunks.
+    x, y, z [m] from the corner of the cells; reach = radius + skin [m]; (a, b, c) its cell.  Slots before
+    `lo` are in other chunks.
     """
     n0, n1, n2 = scratch.lists.cells[0], scratch.lists.cells[1], scratch.lists.cells[2]
-    px, py, pz, pr = scratch.lists.sorted[0], scratch.lists.sorted[1], scratch.lists.sorted[2], scratch.lists.sorted[3]
+    px, py, pz, pr = (
+        scratch.lists.sorted[0],
+        scratch.lists.sorted[1],
+        scratch.lists.sorted[2],
+        scratch.lists.sorted[3],
+    )
     a0 = max(0, a - 1)
     a1 = min(n0 - 1, a + 1)
     for cell_z in range(max(0, c - 1), min(n2 - 1, c + 1) + 1):
@@ -264,7 +284,9 @@ def candidates_of(i, lo, x, y, z, reach, a, b, c, scratch, partners, k, room):
 
 @kernel
 def without_own_clump(state, i, partners, start, k):
-    """Strike the pebbles of its own clump from the candidates `start` to `k` of slot `i`; returns the new end."""
+    """Strike the pebbles of its own clump from the candidates `start` to `k` of slot `i`; returns the new
+    end.
+    """
     kept = start
     for p in range(start, k):
         if state.body[PLACE, partners[p]] != state.body[PLACE, i]:
@@ -290,7 +312,9 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
         y = like(state.x[1, i] - scratch.lists.grid[1], real)
         z = like(state.x[2, i] - scratch.lists.grid[2], real)
         reach = like(state.body[0, i] + model.skin, real) * slack
-        k = candidates_of(i, lo, x, y, z, reach, cell % n0, cell // n0 % n1, cell // (n0 * n1), scratch, partners, k, room)
+        k = candidates_of(
+            i, lo, x, y, z, reach, cell % n0, cell // n0 % n1, cell // (n0 * n1), scratch, partners, k, room
+        )
         if k < 0:
             return 0
         if state.clumps.shape[0] > 0:
@@ -330,7 +354,8 @@ def collect(state, scratch):
 def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, reference, angle, tid, n_threads):
     """Make a new neighbour list, and sort the slots when it is time; called by all threads of the team.
 
-    Where the lists are too small ``state.status`` says LISTS_FULL, nothing is lost, and the next call begins anew.
+    Where the lists are too small ``state.status`` says LISTS_FULL, nothing is lost, and the next call begins
+    anew.
 
     Parameters
     ----------

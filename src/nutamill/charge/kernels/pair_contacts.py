@@ -1,4 +1,6 @@
-"""The loop over contacts between particles of one chunk: which candidates touch, then the law for all that do."""
+"""The loop over contacts between particles of one chunk: which candidates touch, then the law for all that
+do.
+"""
 
 import numpy as np
 
@@ -9,7 +11,10 @@ from nutamill.charge.kernels.simd import WIDTH, add_rows, gather_differences, ga
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.pair import LAW_NUMBERS
 
-PLACES = np.array([([e for e in range(WIDTH) if mask >> e & 1] + [0] * WIDTH)[:WIDTH] for mask in range(1 << WIDTH)], np.uint32)
+PLACES = np.array(
+    [([e for e in range(WIDTH) if mask >> e & 1] + [0] * WIDTH)[:WIDTH] for mask in range(1 << WIDTH)],
+    np.uint32,
+)
 """Places of the bits that are set in each mask of eight, then zeros [1]."""
 
 BITS = np.array([bin(mask).count("1") for mask in range(1 << WIDTH)], np.uint64)
@@ -20,8 +25,9 @@ BITS = np.array([bin(mask).count("1") for mask in range(1 << WIDTH)], np.uint64)
 def filter_pairs(points, partners, owners, local, n_listed, lo, hi, lanes):
     """Find the touching pairs among the candidates of a chunk.
 
-    Rows of `lanes`: place of the first particle in the chunk, slot of the second, place in the list, place of the second in the chunk
-    (or behind its end), slot of the first.  Behind the last pair come empty lanes up to a full batch.  Returns the number of pairs.
+    Rows of `lanes`: place of the first particle in the chunk, slot of the second, place in the list, place of
+    the second in the chunk (or behind its end), slot of the first.  Behind the last pair come empty lanes up
+    to a full batch.  Returns the number of pairs.
     """
     chunk = local.shape[0] - 1
     n = np.uint64(0)
@@ -62,8 +68,11 @@ def hold_law(columns, b, laws, law):
 
 
 @kernel(fast=True, inline="always")
-def pair_contacts(model, points, rows, memory, material, n, lanes, local, columns, last, now, dt, forces, book, tid):
-    """Forces of all touching pairs of a chunk, added to `forces`; memory is brought up to date, contacts that begin are booked.
+def pair_contacts(
+    model, points, rows, memory, material, n, lanes, local, columns, last, now, dt, forces, book, tid
+):
+    """Forces of all touching pairs of a chunk, added to `forces`; memory is brought up to date, contacts that
+    begin are booked.
 
     Returns
     -------
@@ -86,12 +95,19 @@ def pair_contacts(model, points, rows, memory, material, n, lanes, local, column
             gather_rows(rows, second, q, columns, g, B)
             gather_rows(memory, found, q, columns, g, MEMORY)
         for b in range(BATCH):
-            columns[WEIGHT * BATCH + b] = half if second_place[np.uint32(first) + np.uint32(b)] == across else one
+            columns[WEIGHT * BATCH + b] = (
+                half if second_place[np.uint32(first) + np.uint32(b)] == across else one
+            )
         for b in range(m, BATCH):
             columns[WEIGHT * BATCH + b] = zero
         if several:
             for b in range(m):
-                hold_law(columns, b, model.laws, model.law_of[material[first_slot[first + b]], material[second[first + b]]])
+                hold_law(
+                    columns,
+                    b,
+                    model.laws,
+                    model.law_of[material[first_slot[first + b]], material[second[first + b]]],
+                )
         power_n, power_t, power_r, over, begun = pair_batch(model.law, columns, unit, last, now, dt)
         if begun > 0.0:
             note_pair_impacts(columns, first, lanes, across, material, model.law_of.shape[0], book, tid)

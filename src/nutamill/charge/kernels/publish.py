@@ -1,7 +1,7 @@
 """Fixed-point positions: what the pair law sees of the master state.
 
-Differences of fixed-point positions are exact, so that the law may run in single precision: with 32 bits over half a metre a
-unit is about 1e-10 m, where a float32 position would be wrong by 3e-8 m, or 0.01 N at 5e5 N/m.
+Differences of fixed-point positions are exact, so that the law may run in single precision: with 32 bits over
+half a metre a unit is about 1e-10 m, where a float32 position would be wrong by 3e-8 m, or 0.01 N at 5e5 N/m.
 """
 
 import math

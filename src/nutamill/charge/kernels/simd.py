@@ -1,11 +1,13 @@
-"""Moves between rows (one particle, eight numbers) and columns (one number, many contacts), eight contacts at a time.
+"""Moves between rows (one particle, eight numbers) and columns (one number, many contacts), eight contacts at
+a time.
 
-A compiler does not find these transpositions.  In single precision they are written once as target-independent LLVM
-vector code, which becomes AVX, AVX-512 or NEON; in double precision, and without the compiler, the plain Python below is used.  It
-says what each move does, and is what the vector code is tested against.
+A compiler does not find these transpositions.  In single precision they are written once as
+target-independent LLVM vector code, which becomes AVX, AVX-512 or NEON; in double precision, and without the
+compiler, the plain Python below is used.  It says what each move does, and is what the vector code is tested
+against.
 
-In all of them `columns` is a flat array of rows of `BATCH` lanes, `lane` the first of eight lanes, `first` the first of eight
-entries of an index array.
+In all of them `columns` is a flat array of rows of `BATCH` lanes, `lane` the first of eight lanes, `first`
+the first of eight entries of an index array.
 """
 
 from llvmlite import ir
@@ -40,7 +42,9 @@ def set_rows(rows, index, first, columns, lane, at):
 
 
 def copy_lanes(source, at, target, to):
-    """`BATCH` numbers of the flat array `source` from place `at` on become those of `target` from place `to` on."""
+    """`BATCH` numbers of the flat array `source` from place `at` on become those of `target` from place `to`
+    on.
+    """
     for b in range(BATCH):
         target[to + b] = source[at + b]
 
@@ -61,10 +65,14 @@ def negated_radii(points, index, first, local, at):
 
 
 def gather_differences(points, second, local, owner, first, columns, lane):
-    """Columns 0 to 3 become ``points[second] - local[owner]`` [fixed point], as real numbers: distance vector and sum of radii."""
+    """Columns 0 to 3 become ``points[second] - local[owner]`` [fixed point], as real numbers: distance vector
+    and sum of radii.
+    """
     for e in range(WIDTH):
         for k in range(4):
-            columns[k * BATCH + lane + e] = float(int(points[second[first + e], k]) - int(local[owner[first + e], k]))
+            columns[k * BATCH + lane + e] = float(
+                int(points[second[first + e], k]) - int(local[owner[first + e], k])
+            )
 
 
 def touching(points, second, local, owner, first):
@@ -235,7 +243,10 @@ def _choose_copy_lanes(source, at, target, to):
 def _set_points(typing_context, points, index, first, fixed, lane):
     def code(context, builder, signature, args):
         base, entries, columns = (_data(context, builder, signature, args, k) for k in (0, 1, 3))
-        a, b, c, d = (_load(builder, _column(builder, columns, args[4], ir.Constant(_I64, 0), k), _V8I) for k in range(4))
+        a, b, c, d = (
+            _load(builder, _column(builder, columns, args[4], ir.Constant(_I64, 0), k), _V8I)
+            for k in range(4)
+        )
         # two rounds: pairs of columns to halves of rows, halves to rows
         pairs = [(_shuffle(builder, a, c, lanes), _shuffle(builder, b, d, lanes)) for lanes in _INTERLEAVED]
         e = 0
@@ -280,7 +291,9 @@ def _choose_negated_radii(points, index, first, local, at):
 @overload(gather_rows, inline="always")
 def _choose_gather_rows(rows, index, first, columns, lane, at):
     if rows.dtype == types.float32:
-        return lambda rows, index, first, columns, lane, at: _gather_rows(rows, index, first, columns, lane, at)
+        return lambda rows, index, first, columns, lane, at: _gather_rows(
+            rows, index, first, columns, lane, at
+        )
     return gather_rows
 
 

@@ -1,8 +1,9 @@
 """A team of threads that runs one kernel together.
 
-Regions of a kernel are parted by a `barrier` that spins for some thousand turns, as the other thread is about to arrive within
-microseconds, and then gives its core away: a barrier that only spins collapses where there are more threads than cores.
-Numba has no atomic operations on arrays, so three of them are written as LLVM instructions here.
+Regions of a kernel are parted by a `barrier` that spins for some thousand turns, as the other thread is about
+to arrive within microseconds, and then gives its core away: a barrier that only spins collapses where there
+are more threads than cores. Numba has no atomic operations on arrays, so three of them are written as LLVM
+instructions here.
 """
 
 import os
@@ -38,7 +39,9 @@ def _place(context, builder, array_type, array, index):
 @intrinsic
 def _fetch_add(typing_context, array, index, value):
     def code(context, builder, signature, args):
-        return builder.atomic_rmw("add", _place(context, builder, signature.args[0], args[0], args[1]), args[2], "seq_cst")
+        return builder.atomic_rmw(
+            "add", _place(context, builder, signature.args[0], args[0], args[1]), args[2], "seq_cst"
+        )
 
     return types.int64(array, types.intp, types.int64), code
 
@@ -46,7 +49,9 @@ def _fetch_add(typing_context, array, index, value):
 @intrinsic
 def _load(typing_context, array, index):
     def code(context, builder, signature, args):
-        return builder.load_atomic(_place(context, builder, signature.args[0], args[0], args[1]), "acquire", 8)
+        return builder.load_atomic(
+            _place(context, builder, signature.args[0], args[0], args[1]), "acquire", 8
+        )
 
     return types.int64(array, types.intp), code
 
@@ -54,7 +59,9 @@ def _load(typing_context, array, index):
 @intrinsic
 def _store(typing_context, array, index, value):
     def code(context, builder, signature, args):
-        builder.store_atomic(args[2], _place(context, builder, signature.args[0], args[0], args[1]), "release", 8)
+        builder.store_atomic(
+            args[2], _place(context, builder, signature.args[0], args[0], args[1]), "release", 8
+        )
         return context.get_dummy_value()
 
     return types.void(array, types.intp, types.int64), code
@@ -64,7 +71,12 @@ def _store(typing_context, array, index, value):
 def _pause(typing_context):
     def code(context, builder, signature, args):
         if _HAS_PAUSE:
-            builder.call(builder.module.declare_intrinsic("llvm.x86.sse2.pause", (), ir.FunctionType(ir.VoidType(), [])), [])
+            builder.call(
+                builder.module.declare_intrinsic(
+                    "llvm.x86.sse2.pause", (), ir.FunctionType(ir.VoidType(), [])
+                ),
+                [],
+            )
         return context.get_dummy_value()
 
     return types.void(), code
@@ -104,10 +116,11 @@ def barrier(places, n_threads):
 
 
 def run_team(function: Callable, args: tuple, n_threads: int) -> None:
-    """Call the kernel ``function(*args, tid, n_threads)`` from `n_threads` threads at once, and wait for all of them.
+    """Call the kernel ``function(*args, tid, n_threads)`` from `n_threads` threads at once, and wait for all
+    of them.
 
-    The kernel must release the GIL (every `nutamill.base.kernel.kernel` does) and is compiled before the team starts, by
-    whoever calls it first.  Without the compiler the team has one thread.
+    The kernel must release the GIL (every `nutamill.base.kernel.kernel` does) and is compiled before the team
+    starts, by whoever calls it first.  Without the compiler the team has one thread.
 
     Raises
     ------

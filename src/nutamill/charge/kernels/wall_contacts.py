@@ -19,13 +19,19 @@ PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)
 
 OVERLAP, FROM_BODY = 3, 4
-"""Rows of what `find_walls` measures, behind the normal (3): overlap; particle's centre from the body's mass centre (3)."""
+"""Rows of what `find_walls` measures, behind the normal (3): overlap; particle's centre from the body's mass
+centre (3).
+"""
 
 
 @kernel(inline="always")
 def chunk_sphere(model, local, n):
-    """Centre [m] (3), world, and radius [m] of a sphere about the particle centres of a chunk (fixed point, n of them)."""
-    flat = local.reshape(local.size)  # rows of four: with a stride that it knows, the compiler makes vector code
+    """Centre [m] (3), world, and radius [m] of a sphere about the particle centres of a chunk (fixed point, n
+    of them).
+    """
+    flat = local.reshape(
+        local.size
+    )  # rows of four: with a stride that it knows, the compiler makes vector code
     l0, l1, l2 = flat[0], flat[1], flat[2]
     h0, h1, h2 = l0, l1, l2
     for i in range(0, 4 * n, 4):
@@ -33,7 +39,11 @@ def chunk_sphere(model, local, n):
         l0, l1, l2 = min(l0, a), min(l1, b), min(l2, c)
         h0, h1, h2 = max(h0, a), max(h1, b), max(h2, c)
     half = 0.5 / model.scale
-    r0, r1, r2 = half * (float(h0) - float(l0)), half * (float(h1) - float(l1)), half * (float(h2) - float(l2))
+    r0, r1, r2 = (
+        half * (float(h0) - float(l0)),
+        half * (float(h1) - float(l1)),
+        half * (float(h2) - float(l2)),
+    )
     return (
         model.centre[0] + half * (float(l0) + float(h0)),
         model.centre[1] + half * (float(l1) + float(h1)),
@@ -44,7 +54,8 @@ def chunk_sphere(model, local, n):
 
 @kernel(inline="always")
 def measure(kind, model, placed, s, centre, x, radius, slots, start, end, measured):
-    """Normal, overlap and place of the particles ``slots[start:end]`` at surface `s` of `kind`, to the rows of `measured`.
+    """Normal, overlap and place of the particles ``slots[start:end]`` at surface `s` of `kind`, to the rows
+    of `measured`.
 
     Called with a constant kind, it becomes a vector loop.  Returns the smallest overlap [m].
     """
@@ -89,8 +100,8 @@ def keep_touching(start, end, lanes, measured):
 def find_walls(model, x, radius, local, motion, placed, lo, n, lanes, measured, test):
     """Find all contacts of a chunk's `n` particles with surfaces.
 
-    Rows of `lanes`: place in the chunk, slot, surface, row of the wall memory, body.  `measured`: normal, overlap, and place from
-    the mass centre of the body, which `motion` (B, 18) holds.  Returns their number.
+    Rows of `lanes`: place in the chunk, slot, surface, row of the wall memory, body.  `measured`: normal,
+    overlap, and place from the mass centre of the body, which `motion` (B, 18) holds.  Returns their number.
     """
     n_surfaces = model.surface_kind.shape[0]
     c0, c1, c2, around = chunk_sphere(model, local, n)
@@ -127,7 +138,9 @@ def lay_walls(model, rows, wall_memory, material, twists, first, m, lanes, measu
         gather_rows(rows, slots, first + g, columns, g, A)
         gather_rows(wall_memory, memories, first + g, columns, g, MEMORY)
     for g in range(0, BATCH, WIDTH):
-        gather_rows(twists, bodies, first + g, columns, g, BODY_V)  # of empty lanes too: they belong to no body
+        gather_rows(
+            twists, bodies, first + g, columns, g, BODY_V
+        )  # of empty lanes too: they belong to no body
     flat, width = measured.reshape(measured.size), measured.shape[1]
     for k in range(FROM_BODY):
         copy_lanes(flat, k * width + first, columns, k * BATCH)
@@ -144,7 +157,9 @@ def lay_walls(model, rows, wall_memory, material, twists, first, m, lanes, measu
 
 @kernel(fast=True, inline="always")
 def add_reactions(columns, body, sums):
-    """Take the forces and angular impulse rates of the batch's contacts with `body` from its row of `sums` (B, 6)."""
+    """Take the forces and angular impulse rates of the batch's contacts with `body` from its row of `sums`
+    (B, 6).
+    """
     number = like(body, columns[0])
     for k in range(3):
         force, moment = 0.0, 0.0
@@ -158,19 +173,44 @@ def add_reactions(columns, body, sums):
 
 @kernel(fast=True, inline="always")
 def wall_contacts(
-    model, x, radius, rows, wall_memory, material, twists, placed, found, lanes, measured, columns, last, now, dt, forces, sums, book, tid
+    model,
+    x,
+    radius,
+    rows,
+    wall_memory,
+    material,
+    twists,
+    placed,
+    found,
+    lanes,
+    measured,
+    columns,
+    last,
+    now,
+    dt,
+    forces,
+    sums,
+    book,
+    tid,
 ):
-    """Forces of all touching walls of a chunk, added to `forces`, and their reaction on the bodies, added to `sums` (B, 6).
+    """Forces of all touching walls of a chunk, added to `forces`, and their reaction on the bodies, added to
+    `sums` (B, 6).
 
     Contacts that begin are booked.
 
     Returns
     -------
-    powers of normal, tangential and rolling part and of the surfaces' motion [W] (4), number of overlaps beyond their limit
+    powers of normal, tangential and rolling part and of the surfaces' motion [W] (4), number of overlaps
+    beyond their limit
     """
     places, slots, memories, bodies = lanes[0], lanes[1], lanes[3], lanes[4]
     for q in range(found, found + BATCH):
-        places[q], slots[q], memories[q], bodies[q] = forces.shape[0] - 1, 0, wall_memory.shape[0] - 1, model.n_bodies
+        places[q], slots[q], memories[q], bodies[q] = (
+            forces.shape[0] - 1,
+            0,
+            wall_memory.shape[0] - 1,
+            model.n_bodies,
+        )
     sum_n, sum_t, sum_r, sum_i = 0.0, 0.0, 0.0, 0.0
     beyond = 0.0
     for first in range(0, found, BATCH):

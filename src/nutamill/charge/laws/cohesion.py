@@ -19,8 +19,8 @@ def no_pull(law, overlap, r_eff, pressure):
 def area_pull(law, overlap, r_eff, pressure):
     """Pull of a cohesive contact area: ``F = pressure A``, ``A = 2 pi d (2 R*)``.
 
-    It acts beside the normal law while the particles overlap; friction and rolling do not see it, for it presses the two together as
-    much as it holds them: their load is the push of the normal law alone.
+    It acts beside the normal law while the particles overlap; friction and rolling do not see it, for it
+    presses the two together as much as it holds them: their load is the push of the normal law alone.
 
     Parameters
     ----------

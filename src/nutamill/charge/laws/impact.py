@@ -1,13 +1,16 @@
-"""What the numbers of a contact mean: restitution, contact time, overlap, and the time a substep has to resolve.
+"""What the numbers of a contact mean: restitution, contact time, overlap, and the time a substep has to
+resolve.
 
 Plain Python for the doors of the package and for tests; exact for one head-on contact without gravity.
 
-With ``u`` = overlap, a linear contact is ``u'' + 2 zeta w0 u' + w0^2 u = 0``, ``w0 = sqrt(k/m_eff)``.  With tension kept it ends at
-zero overlap; with tension cut it ends when the force reaches zero.  A Hertzian contact is the same oscillator in ``y = u^(5/4)`` and
-a time that runs with ``u^(1/4)``, so that its restitution, tension kept or cut, is that of the linear one.
+With ``u`` = overlap, a linear contact is ``u'' + 2 zeta w0 u' + w0^2 u = 0``, ``w0 = sqrt(k/m_eff)``.  With
+tension kept it ends at zero overlap; with tension cut it ends when the force reaches zero.  A Hertzian
+contact is the same oscillator in ``y = u^(5/4)`` and a time that runs with ``u^(1/4)``, so that its
+restitution, tension kept or cut, is that of the linear one.
 
-Sources: T. Schwager and T. Poeschel, "Coefficient of restitution and linear-dashpot model revisited", Granular Matter 9 (2007);
-D. Antypov and J. A. Elliott, "On an analytical solution for the damped Hertzian spring", Europhysics Letters 94 (2011).
+Sources: T. Schwager and T. Poeschel, "Coefficient of restitution and linear-dashpot model revisited",
+Granular Matter 9 (2007); D. Antypov and J. A. Elliott, "On an analytical solution for the damped Hertzian
+spring", Europhysics Letters 94 (2011).
 """
 
 import math
@@ -39,11 +42,15 @@ class Impact:
     restitution: float
     """Speed of parting over speed of meeting [1]; 0 where they stick."""
     resolve: float
-    """Time that a substep has to be small against [s]: the duration; hysteretic: half a period of the unloading spring."""
+    """Time that a substep has to be small against [s]: the duration; hysteretic: half a period of the
+    unloading spring.
+    """
 
 
 def scaled_contact_time(damping_ratio: float, tension_cut: bool) -> float:
-    """Contact time [1] in units of ``1/w0`` for a share of critical damping [1] below 1 (any, if tension is cut)."""
+    """Contact time [1] in units of ``1/w0`` for a share of critical damping [1] below 1 (any, if tension is
+    cut).
+    """
     z = damping_ratio
     if not tension_cut:
         return math.pi / math.sqrt(1.0 - z * z)
@@ -57,7 +64,9 @@ def scaled_contact_time(damping_ratio: float, tension_cut: bool) -> float:
 
 
 def restitution_from_damping_ratio(damping_ratio: float, tension_cut: bool) -> float:
-    """Restitution [1] of a linear or Hertzian contact: ``e = exp(-zeta tau)`` with the scaled contact time tau."""
+    """Restitution [1] of a linear or Hertzian contact: ``e = exp(-zeta tau)`` with the scaled contact time
+    tau.
+    """
     if not tension_cut and damping_ratio >= 1.0:
         return 0.0
     return math.exp(-damping_ratio * scaled_contact_time(damping_ratio, tension_cut))
@@ -76,18 +85,27 @@ def damping_ratio_from_restitution(restitution: float, tension_cut: bool) -> flo
         return 0.0
     if tension_cut:
         # e falls from 1 to about 1/(4 zeta^2): the root lies below 1/e
-        return brentq(lambda z: restitution_from_damping_ratio(z, True) - restitution, 0.0, 1.0 + 1.0 / restitution, xtol=1e-15)
+        return brentq(
+            lambda z: restitution_from_damping_ratio(z, True) - restitution,
+            0.0,
+            1.0 + 1.0 / restitution,
+            xtol=1e-15,
+        )
     loss = -math.log(restitution)
     return loss / math.hypot(math.pi, loss)
 
 
 def contact_time(k: float, m_eff: float, damping_ratio: float, tension_cut: bool) -> float:
-    """Duration of a linear contact [s] for stiffness [N/m], reduced mass [kg] and share of critical damping [1]."""
+    """Duration of a linear contact [s] for stiffness [N/m], reduced mass [kg] and share of critical damping
+    [1].
+    """
     return scaled_contact_time(damping_ratio, tension_cut) * math.sqrt(m_eff / k)
 
 
 def _scaled_overlap(damping_ratio: float) -> float:
-    """Largest overlap [1] of the oscillator in units of ``v/w0``: ``exp(-zeta t)`` at the time t when it turns."""
+    """Largest overlap [1] of the oscillator in units of ``v/w0``: ``exp(-zeta t)`` at the time t when it
+    turns.
+    """
     z = damping_ratio
     w = math.sqrt(abs(1.0 - z * z))
     if z < 1.0:
@@ -100,8 +118,12 @@ def largest_overlap(k: float, m_eff: float, damping_ratio: float, v: float) -> f
     return v * math.sqrt(m_eff / k) * _scaled_overlap(damping_ratio)
 
 
-def hertz_time(modulus: float, r_eff: float, m_eff: float, damping_ratio: float, tension_cut: bool, v: float) -> float:
-    """Duration of a Hertzian contact [s] that begins at `v` [m/s]; contact modulus E* [Pa], reduced radius [m] and mass [kg]."""
+def hertz_time(
+    modulus: float, r_eff: float, m_eff: float, damping_ratio: float, tension_cut: bool, v: float
+) -> float:
+    """Duration of a Hertzian contact [s] that begins at `v` [m/s]; contact modulus E* [Pa], reduced radius
+    [m] and mass [kg].
+    """
     w0, z = _hertz_frequency(modulus, r_eff, m_eff), damping_ratio
     w = math.sqrt(abs(1.0 - z * z))
 
@@ -110,7 +132,10 @@ def hertz_time(modulus: float, r_eff: float, m_eff: float, damping_ratio: float,
         return (math.exp(-z * s) * (swing / w if w > 0.0 else s)) ** -0.2
 
     end = scaled_contact_time(z, tension_cut)
-    scaled = quad(slowness, 0.0, 0.5 * end, epsabs=0.0, epsrel=1e-9)[0] + quad(slowness, 0.5 * end, end, epsabs=0.0, epsrel=1e-9)[0]
+    scaled = (
+        quad(slowness, 0.0, 0.5 * end, epsabs=0.0, epsrel=1e-9)[0]
+        + quad(slowness, 0.5 * end, end, epsabs=0.0, epsrel=1e-9)[0]
+    )
     return scaled / w0 * (1.25 * v / w0) ** -0.2
 
 
@@ -125,7 +150,8 @@ def _hertz_frequency(modulus: float, r_eff: float, m_eff: float) -> float:
 
 
 def hysteretic_restitution(unloading_ratio: float) -> float:
-    """Restitution [1] of a hysteretic contact without cohesion; a little above ``1/sqrt(unloading_ratio)`` for its least force.
+    """Restitution [1] of a hysteretic contact without cohesion; a little above ``1/sqrt(unloading_ratio)``
+    for its least force.
 
     The share of the work of loading that is left under the unloading line and under the least force.
     """
@@ -149,8 +175,8 @@ def impact(
 ) -> Impact:  # fmt: skip
     """A head-on contact of two bodies that meet at `v` [m/s].
 
-    In closed form (Hertz: an integral) without cohesion; with cohesion by integration of the law.  A linear spring weaker than its
-    cohesion never turns: its overlap is infinite.
+    In closed form (Hertz: an integral) without cohesion; with cohesion by integration of the law.  A linear
+    spring weaker than its cohesion never turns: its overlap is infinite.
 
     Parameters
     ----------
@@ -170,13 +196,18 @@ def impact(
     if not hertz:
         time = contact_time(k, m_eff, z, cut)
         return Impact(k, time, largest_overlap(k, m_eff, z, v), restitution_from_damping_ratio(z, cut), time)
-    time, deep = hertz_time(pair.contact_modulus, r_eff, m_eff, z, cut, v), hertz_overlap(pair.contact_modulus, r_eff, m_eff, z, v)
+    time, deep = (
+        hertz_time(pair.contact_modulus, r_eff, m_eff, z, cut, v),
+        hertz_overlap(pair.contact_modulus, r_eff, m_eff, z, v),
+    )
     tangent = 2.0 * pair.contact_modulus * math.sqrt(r_eff * deep)
     return Impact(tangent, time, deep, restitution_from_damping_ratio(z, cut), time)
 
 
 def _integrated(law, pair, m_eff, r_eff, diameter_a, diameter_b, v) -> Impact:
-    """`impact` by integration of the law itself: loading up to rest, then unloading with the memory of the turning point."""
+    """`impact` by integration of the law itself: loading up to rest, then unloading with the memory of the
+    turning point.
+    """
     numbers = law_numbers(law, pair)
     fixed = (m_eff, r_eff, diameter_a, diameter_b, *numbers[:3], *numbers[4:6], 0.0)
     # in units of the time and depth of a linear contact of like energy
@@ -191,7 +222,9 @@ def _integrated(law, pair, m_eff, r_eff, diameter_a, diameter_b, v) -> Impact:
     def march(start, memory, *events):
         for event in events:
             event.terminal = True
-        return solve_ivp(rates, (0.0, 1e4), start, "DOP853", args=(memory,), events=events, rtol=1e-9, atol=1e-12)
+        return solve_ivp(
+            rates, (0.0, 1e4), start, "DOP853", args=(memory,), events=events, rtol=1e-9, atol=1e-12
+        )
 
     def rest(t, y, memory):
         return y[1]
@@ -211,16 +244,25 @@ def _integrated(law, pair, m_eff, r_eff, diameter_a, diameter_b, v) -> Impact:
     parting = None if held else march((deep, -1e-12), memory, apart, rest)
     if held or not parting.t_events[0].size:
         return Impact(tangent, math.inf, deep * v * per, 0.0, resolve)
-    return Impact(tangent, (turned + float(parting.t[-1])) * per, deep * v * per, -float(parting.y[1, -1]), resolve)
+    return Impact(
+        tangent, (turned + float(parting.t[-1])) * per, deep * v * per, -float(parting.y[1, -1]), resolve
+    )
 
 
 def cohesive_softening(pair: PairLaw, r_eff: float) -> float:
-    """Stiffness that area cohesion takes from the normal spring [N/m]: ``4 pi R* x pressure``; a linear spring must have more."""
+    """Stiffness that area cohesion takes from the normal spring [N/m]: ``4 pi R* x pressure``; a linear
+    spring must have more.
+    """
     return AREA_PER_DEPTH * r_eff * pair.cohesive_pressure
 
 
 def spring_stiffness(pair: PairLaw, diameter_a: float, diameter_b: float) -> float:
-    """Normal stiffness [N/m] of a linear or hysteretic pair: as given, or of two bodies in series; a wall has the particle's diameter."""
+    """Normal stiffness [N/m] of a linear or hysteretic pair: as given, or of two bodies in series; a wall has
+    the particle's diameter.
+    """
     if pair.stiffness_direct > 0.0:
         return pair.stiffness_direct
-    return 1.0 / (1.0 / (pair.stiffness_per_diameter_a * diameter_a) + 1.0 / (pair.stiffness_per_diameter_b * diameter_b))
+    return 1.0 / (
+        1.0 / (pair.stiffness_per_diameter_a * diameter_a)
+        + 1.0 / (pair.stiffness_per_diameter_b * diameter_b)
+    )

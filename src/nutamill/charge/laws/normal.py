@@ -8,7 +8,8 @@ from nutamill.charge.laws.tags import HertzSpring, HystereticSpring, LinearSprin
 
 @kernel(inline="always")
 def pair_stiffness(compliance, compliance_a, compliance_b, diameter_a, diameter_b):
-    """Normal stiffness k of a pair: given directly, or two springs in series whose stiffness grows with the diameter.
+    """Normal stiffness k of a pair: given directly, or two springs in series whose stiffness grows with the
+    diameter.
 
     ``1/k = compliance + compliance_a/diameter_a + compliance_b/diameter_b``
 
@@ -32,12 +33,14 @@ def pair_stiffness(compliance, compliance_a, compliance_b, diameter_a, diameter_
 
 @kernel(inline="always")
 def dashpot_speed(overlap, v_n, dt):
-    """Approach speed with the share of the substep's dashpot impulse that belongs to the contact, in its first and last substep.
+    """Approach speed with the share of the substep's dashpot impulse that belongs to the contact, in its
+    first and last substep.
 
-    Forces are sampled at mid-substep, but the dashpot's force jumps when contact begins: seen first at overlap d < v_n dt, the
-    contact has lasted d/v_n + dt/2 by the end of the substep, half a substep at least and one and a half at most.  The same
-    holds, backwards in time, on release.  Without this share the restitution scatters with the phase of the first substep,
-    by first order in dt; with it the error is of second order (but where tension slows a release so that it is met twice).
+    Forces are sampled at mid-substep, but the dashpot's force jumps when contact begins: seen first at
+    overlap d < v_n dt, the contact has lasted d/v_n + dt/2 by the end of the substep, half a substep at least
+    and one and a half at most.  The same holds, backwards in time, on release.  Without this share the
+    restitution scatters with the phase of the first substep, by first order in dt; with it the error is of
+    second order (but where tension slows a release so that it is met twice).
 
     Parameters
     ----------
@@ -55,7 +58,9 @@ def dashpot_speed(overlap, v_n, dt):
 
 
 @kernel(inline="always")
-def linear_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_b, c0, c1, c2, damping, floor, dt):
+def linear_force(
+    law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_b, c0, c1, c2, damping, floor, dt
+):
     """Normal force of a linear spring and dashpot.
 
     ``F_n = max(k overlap + c v, floor)`` with ``c = 2 zeta sqrt(m_eff k)`` and v of `dashpot_speed`
@@ -78,7 +83,8 @@ def linear_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_
 
     Source
     ------
-    P. A. Cundall and O. D. L. Strack, "A discrete numerical model for granular assemblies", Geotechnique 29 (1979).
+    P. A. Cundall and O. D. L. Strack, "A discrete numerical model for granular assemblies", Geotechnique 29
+    (1979).
     """
     k = pair_stiffness(c0, c1, c2, diameter_a, diameter_b)
     force = k * overlap + damping * math.sqrt(m_eff * k) * dashpot_speed(overlap, v_n, dt)
@@ -86,12 +92,14 @@ def linear_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_
 
 
 @kernel(inline="always")
-def hysteretic_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_b, c0, c1, c2, damping, floor, dt):
+def hysteretic_force(
+    law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_b, c0, c1, c2, damping, floor, dt
+):
     """Normal force of a linear spring that is stiffer on unloading and on reloading below the largest load.
 
-    ``F_n = max(min(F_n' + K_u (overlap - overlap'), K_l overlap), lambda K_l overlap)``, the prime marking the substep before.
-    What is remembered is not the force but the overlap at which it would vanish, ``overlap - F_n/K_u``: the law is then a
-    function of overlap and memory, and rounding does not add up.
+    ``F_n = max(min(F_n' + K_u (overlap - overlap'), K_l overlap), lambda K_l overlap)``, the prime marking
+    the substep before. What is remembered is not the force but the overlap at which it would vanish,
+    ``overlap - F_n/K_u``: the law is then a function of overlap and memory, and rounding does not add up.
 
     Parameters
     ----------
@@ -108,8 +116,9 @@ def hysteretic_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diame
 
     Source
     ------
-    O. R. Walton and R. L. Braun, "Viscosity, granular-temperature, and stress calculations for shearing assemblies of inelastic,
-    frictional disks", Journal of Rheology 30 (1986); the form with lambda: Ansys Rocky, DEM Technical Manual.
+    O. R. Walton and R. L. Braun, "Viscosity, granular-temperature, and stress calculations for shearing
+    assemblies of inelastic, frictional disks", Journal of Rheology 30 (1986); the form with lambda: Ansys
+    Rocky, DEM Technical Manual.
     """
     k = pair_stiffness(c0, c1, c2, diameter_a, diameter_b)
     unloading = k / damping
@@ -123,10 +132,11 @@ def hysteretic_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diame
 
 @kernel(inline="always")
 def hertz_share(overlap, v_n, dt):
-    """As `dashpot_speed`, for a dashpot that grows with the fourth root of the overlap: share [1], and the overlap to take [m].
+    """As `dashpot_speed`, for a dashpot that grows with the fourth root of the overlap: share [1], and the
+    overlap to take [m].
 
-    In the first substep the overlap grows as v_n t from 0 to overlap + v_n dt/2; the integral of ``t^(1/4)`` over that time is
-    ``4/5 t^(5/4)``.  On release the same holds backwards in time.
+    In the first substep the overlap grows as v_n t from 0 to overlap + v_n dt/2; the integral of ``t^(1/4)``
+    over that time is ``4/5 t^(5/4)``.  On release the same holds backwards in time.
     """
     travel = abs(v_n) * dt + like(1e-30, dt)
     depth = overlap if overlap > like(0.0, dt) else like(0.0, dt)
@@ -136,11 +146,14 @@ def hertz_share(overlap, v_n, dt):
 
 
 @kernel(inline="always")
-def hertz_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_b, c0, c1, c2, damping, floor, dt):
-    """Normal force of two elastic spheres, and a dashpot with the same share of critical damping at any overlap.
+def hertz_force(
+    law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_b, c0, c1, c2, damping, floor, dt
+):
+    """Normal force of two elastic spheres, and a dashpot with the same share of critical damping at any
+    overlap.
 
-    ``F_n = max(4/3 E* sqrt(R*) d^(3/2) + 2 sqrt(5/6) beta sqrt(m* S) v_n share, floor)`` with the tangent stiffness
-    ``S = 2 E* sqrt(R* d)`` of overlap d
+    ``F_n = max(4/3 E* sqrt(R*) d^(3/2) + 2 sqrt(5/6) beta sqrt(m* S) v_n share, floor)`` with the tangent
+    stiffness ``S = 2 E* sqrt(R* d)`` of overlap d
 
     Parameters
     ----------
@@ -155,9 +168,9 @@ def hertz_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_b
 
     Source
     ------
-    K. L. Johnson, "Contact Mechanics", 1985, section 4.2; Y. Tsuji, T. Tanaka and T. Ishida, Powder Technology 71 (1992); the
-    damping that gives a restitution exactly: D. Antypov and J. A. Elliott, "On an analytical solution for the damped Hertzian spring",
-    Europhysics Letters 94 (2011).
+    K. L. Johnson, "Contact Mechanics", 1985, section 4.2; Y. Tsuji, T. Tanaka and T. Ishida, Powder
+    Technology 71 (1992); the damping that gives a restitution exactly: D. Antypov and J. A. Elliott, "On an
+    analytical solution for the damped Hertzian spring", Europhysics Letters 94 (2011).
     """
     two = like(2.0, dt)
     share, deep = hertz_share(overlap, v_n, dt)
@@ -168,7 +181,9 @@ def hertz_force(law, overlap, v_n, history, m_eff, r_eff, diameter_a, diameter_b
     return force if force > floor else floor, stiffness, like(0.0, dt)
 
 
-normal_force = by_type({LinearSpring: linear_force, HystereticSpring: hysteretic_force, HertzSpring: hertz_force})
+normal_force = by_type(
+    {LinearSpring: linear_force, HystereticSpring: hysteretic_force, HertzSpring: hertz_force}
+)
 """Normal force of the law whose tag comes first; parameters and returned values as `linear_force`."""
 
 
@@ -181,7 +196,8 @@ def linear_energy(law, overlap, history, r_eff, diameter_a, diameter_b, c0, c1, 
 
 @kernel(inline="always")
 def hysteretic_energy(law, overlap, history, r_eff, diameter_a, diameter_b, c0, c1, c2, damping, floor):
-    """Energy a hysteretic spring would give back [J], and its stiffness K_l [N/m]; parameters as `hysteretic_force`.
+    """Energy a hysteretic spring would give back [J], and its stiffness K_l [N/m]; parameters as
+    `hysteretic_force`.
 
     Below the unloading line down to where it meets the least force, and below that from there on.
     """
@@ -196,10 +212,14 @@ def hysteretic_energy(law, overlap, history, r_eff, diameter_a, diameter_b, c0, 
 
 @kernel(inline="always")
 def hertz_energy(law, overlap, history, r_eff, diameter_a, diameter_b, c0, c1, c2, damping, floor):
-    """Energy in Hertz's spring, ``8/15 E* sqrt(R*) d^(5/2)`` [J], and its tangent stiffness [N/m]; parameters as `hertz_force`."""
+    """Energy in Hertz's spring, ``8/15 E* sqrt(R*) d^(5/2)`` [J], and its tangent stiffness [N/m]; parameters
+    as `hertz_force`.
+    """
     stiffness = 2.0 * c0 * math.sqrt(r_eff * max(overlap, 0.0))
     return 4.0 / 15.0 * stiffness * overlap * overlap, stiffness
 
 
-normal_energy = by_type({LinearSpring: linear_energy, HystereticSpring: hysteretic_energy, HertzSpring: hertz_energy})
+normal_energy = by_type(
+    {LinearSpring: linear_energy, HystereticSpring: hysteretic_energy, HertzSpring: hertz_energy}
+)
 """Energy stored along the normal by the law whose tag comes first, and the stiffness; as `linear_energy`."""

@@ -8,16 +8,22 @@ class LawColumn(IntEnum):
     """Columns of `ChargeModel.laws`: the numbers of a pair law as the vector law wants them."""
 
     COMPLIANCE = 0
-    """Linear and hysteretic: 1/k of a stiffness given directly, else 0 [m/N].  Hertz: contact modulus E* [Pa]."""
+    """Linear and hysteretic: 1/k of a stiffness given directly, else 0 [m/N].  Hertz: contact modulus E*
+    [Pa].
+    """
     COMPLIANCE_A = 1
     """Inverse of stiffness per diameter of the first material [m^2/N]."""
     COMPLIANCE_B = 2
     TANGENTIAL = 3
     """Tangential over normal stiffness [1]; Hertz: 4 G*/E*."""
     DAMPING = 4
-    """Linear: twice the damping ratio [1].  Hysteretic: loading over unloading stiffness [1].  Hertz: 2 sqrt(5/6) damping ratio [1]."""
+    """Linear: twice the damping ratio [1].  Hysteretic: loading over unloading stiffness [1].  Hertz: 2
+    sqrt(5/6) damping ratio [1].
+    """
     FLOOR = 5
-    """Least normal force [N]: 0, or minus infinity where tension is kept.  Hysteretic: least force over that of loading [1]."""
+    """Least normal force [N]: 0, or minus infinity where tension is kept.  Hysteretic: least force over that
+    of loading [1].
+    """
     STATIC = 6
     DYNAMIC = 7
     ROLLING = 8
@@ -40,8 +46,10 @@ class PairLaw:
     Attributes
     ----------
     stiffness_direct : normal (hysteretic: loading) stiffness [N/m]; 0 to take the series of the bodies' own
-    stiffness_per_diameter_a, stiffness_per_diameter_b : own stiffness of each body over the particle's diameter [N/m^2]
-    tangential_ratio : tangential over normal (hysteretic: loading) stiffness [1]; Hertz: over Mindlin's 8 G* sqrt(R* d)
+    stiffness_per_diameter_a, stiffness_per_diameter_b : own stiffness of each body over the particle's
+        diameter [N/m^2]
+    tangential_ratio : tangential over normal (hysteretic: loading) stiffness [1]; Hertz: over Mindlin's 8 G*
+        sqrt(R* d)
     damping_ratio : of critical damping [1]; not for hysteretic
     tension_cut : True clips the normal force at zero on release; not for hysteretic, which never pulls
     static_friction, dynamic_friction : Coulomb coefficient before and while sliding [1]

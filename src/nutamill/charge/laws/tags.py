@@ -73,7 +73,9 @@ STANDARD_LAW = ContactLaw()
 """Linear spring and dashpot, stored displacement, rolling type C, no cohesion."""
 
 
-def contact_law(normal: str = "linear", tangential: str = "displacement", rolling: str = "type_c", cohesion: str = "none") -> ContactLaw:
+def contact_law(
+    normal: str = "linear", tangential: str = "displacement", rolling: str = "type_c", cohesion: str = "none"
+) -> ContactLaw:
     """The law that four names of `NORMAL`, `TANGENTIAL`, `ROLLING` and `COHESION` compose.
 
     Raises
@@ -87,5 +89,6 @@ def law_names(law: ContactLaw) -> tuple[str, str, str, str]:
     """The four names of a law; the inverse of `contact_law`."""
     families = (NORMAL, TANGENTIAL, ROLLING, COHESION)
     return tuple(
-        next(name for name, known in family.items() if type(known) is type(tag)) for family, tag in zip(families, law, strict=True)
+        next(name for name, known in family.items() if type(known) is type(tag))
+        for family, tag in zip(families, law, strict=True)
     )

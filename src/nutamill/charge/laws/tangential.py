@@ -11,9 +11,10 @@ from nutamill.charge.laws.tags import StoredDisplacement, StoredForce
 def displacement_friction(law, s0, s1, s2, sliding, u0, u1, u2, n0, n1, n2, kt, load, static, dynamic, dt):
     """Tangential spring with Coulomb's limit, by the trapezoidal rule with one stored vector, its length.
 
-    The stored spring belongs to the end of the last substep.  It is laid into the present tangent plane, stretched by half a
-    substep's slip, gives the force ``-kt s`` with ``|kt s| <= mu load``, and is stretched by the other half.  A spring that was
-    at its limit stays under the dynamic coefficient until it falls below it.
+    The stored spring belongs to the end of the last substep.  It is laid into the present tangent plane,
+    stretched by half a substep's slip, gives the force ``-kt s`` with ``|kt s| <= mu load``, and is stretched
+    by the other half.  A spring that was at its limit stays under the dynamic coefficient until it falls
+    below it.
 
     Parameters
     ----------
@@ -43,7 +44,8 @@ def displacement_friction(law, s0, s1, s2, sliding, u0, u1, u2, n0, n1, n2, kt, 
     square = s0 * s0 + s1 * s1 + s2 * s2
     slides = sliding > like(0.5, dt)
     limit = load * (dynamic if slides else static)
-    # squares, so that the root is only wanted as a divisor: an estimate refined takes the place of root and division
+    # squares, so that the root is only wanted as a divisor: an estimate refined takes the place of root and
+    # division
     beyond = kt * kt * square > limit * limit
     scale = load * dynamic / (kt * math.sqrt(square + like(TINY, dt))) if beyond else like(1.0, dt)
     s0 *= scale
@@ -55,16 +57,17 @@ def displacement_friction(law, s0, s1, s2, sliding, u0, u1, u2, n0, n1, n2, kt, 
 
 @kernel(inline="always")
 def force_friction(law, s0, s1, s2, sliding, u0, u1, u2, n0, n1, n2, kt, load, static, dynamic, dt):
-    """As `displacement_friction`, but the stored vector is the spring's pull [N], which grows by ``kt u dt`` a substep.
+    """As `displacement_friction`, but the stored vector is the spring's pull [N], which grows by ``kt u dt``
+    a substep.
 
-    With a constant kt the two are the same.  Where kt falls while a contact unloads, the stored force stays and the stored
-    length does not: the force lasts longer, and may give back more energy than it took.
+    With a constant kt the two are the same.  Where kt falls while a contact unloads, the stored force stays
+    and the stored length does not: the force lasts longer, and may give back more energy than it took.
 
     Source
     ------
-    R. D. Mindlin and H. Deresiewicz, Journal of Applied Mechanics 20 (1953), case of no slip, as an increment; Ansys Rocky, DEM Solver SDK.
-    Energy: G. Elata and J. G. Berryman, "Contact force-displacement laws and the mechanical behavior of random packs of identical
-    spheres", Mechanics of Materials 24 (1996).
+    R. D. Mindlin and H. Deresiewicz, Journal of Applied Mechanics 20 (1953), case of no slip, as an
+    increment; Ansys Rocky, DEM Solver SDK. Energy: G. Elata and J. G. Berryman, "Contact force-displacement
+    laws and the mechanical behavior of random packs of identical spheres", Mechanics of Materials 24 (1996).
     """
     half = like(0.5, dt) * dt * kt
     along = s0 * n0 + s1 * n1 + s2 * n2
@@ -89,13 +92,17 @@ friction_force = by_type({StoredDisplacement: displacement_friction, StoredForce
 
 @kernel(inline="always")
 def displacement_energy(law, square, kt):
-    """Energy [J] in a tangential spring of stiffness kt [N/m] whose stored length has this `square` [m^2]: ``kt s^2/2``."""
+    """Energy [J] in a tangential spring of stiffness kt [N/m] whose stored length has this `square` [m^2]:
+    ``kt s^2/2``.
+    """
     return 0.5 * kt * square
 
 
 @kernel(inline="always")
 def force_energy(law, square, kt):
-    """Energy [J] in a tangential spring of stiffness kt [N/m] whose stored force has this `square` [N^2]: ``f^2/(2 kt)``."""
+    """Energy [J] in a tangential spring of stiffness kt [N/m] whose stored force has this `square` [N^2]:
+    ``f^2/(2 kt)``.
+    """
     return 0.5 * square / kt if kt > 0.0 else 0.0
 
 

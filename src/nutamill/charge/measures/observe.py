@@ -19,8 +19,8 @@ class ChargeReading(NamedTuple):
     """Present sums over the charge, at the time of its velocities."""
 
     energy: np.ndarray
-    """Kinetic energy of translation and rotation, energy stored in normal, tangential and rolling springs of pairs, and of walls
-    [J] (8,)."""
+    """Kinetic energy of translation and rotation, energy stored in normal, tangential and rolling springs of
+    pairs, and of walls [J] (8,)."""
     contacts: np.ndarray
     """Pair contacts, wall contacts [1] (2,)."""
     mass_centre: np.ndarray
@@ -65,7 +65,9 @@ def observe_pairs(model, state, back, last, out):
 
 @kernel
 def observe_walls(model, state, placed, back, last, out):
-    """Add energies and number of the wall contacts, `back` [s] before the positions, surfaces at `placed` (S, 12)."""
+    """Add energies and number of the wall contacts, `back` [s] before the positions, surfaces at `placed` (S,
+    12).
+    """
     n_surfaces = model.surface_kind.shape[0]
     x, v = state.x, state.v
     for i in range(model.n_particles):

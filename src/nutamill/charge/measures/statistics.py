@@ -1,14 +1,17 @@
-"""What a charge does, summed while it runs: work and load on the walls, density and velocity fields, touching neighbours.
+"""What a charge does, summed while it runs: work and load on the walls, density and velocity fields, touching
+neighbours.
 
-A *sample* is taken at the rows of the record: contacts with walls as the next substep will meet them, everything else as it is.  The
-sum of samples times their interval is the integral over time by the rectangle rule.  Its error is that of counting samples: contacts
-begin and end within an interval, so that a total that comes from n seen contacts is uncertain by about 1/sqrt(n) of itself.
+A *sample* is taken at the rows of the record: contacts with walls as the next substep will meet them,
+everything else as it is.  The sum of samples times their interval is the integral over time by the rectangle
+rule.  Its error is that of counting samples: contacts begin and end within an interval, so that a total that
+comes from n seen contacts is uncertain by about 1/sqrt(n) of itself.
 
-All sums are whole numbers of a small unit.  They add up to the same sum in any order: every thread keeps its own, and the
-total has the same bits for any number of threads.
+All sums are whole numbers of a small unit.  They add up to the same sum in any order: every thread keeps its
+own, and the total has the same bits for any number of threads.
 
-Fields are taken in a cylindrical grid that moves with a body and turns about its z axis by an angle handed in, in a mill the
-crank angle, so that the crescent of a nutating charge stands still in it.  Velocities are those relative to the body.
+Fields are taken in a cylindrical grid that moves with a body and turns about its z axis by an angle handed
+in, in a mill the crank angle, so that the crescent of a nutating charge stands still in it.  Velocities are
+those relative to the body.
 """
 
 import math
@@ -32,9 +35,20 @@ STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
 
 WALL_SUMS = ("normal_work", "shear_work", "rolling_work", "load", "contacts")
 """Sums of a patch: work taken out by the three parts of the law [J], normal load [N s], contacts [s]."""
-FIELD_SUMS = ("solid_volume", "mass", "momentum_r", "momentum_a", "momentum_z", "square_speed", "particles", "neighbours")
-"""Sums of a cell: solid volume [m^3 s], mass [kg s], momentum relative to the body, radial, azimuthal, axial [kg m], mass times squared
-speed [J s], particles [s], touching neighbours of its particles [s].  The first goes by volume, the others by particle centres."""
+FIELD_SUMS = (
+    "solid_volume",
+    "mass",
+    "momentum_r",
+    "momentum_a",
+    "momentum_z",
+    "square_speed",
+    "particles",
+    "neighbours",
+)
+"""Sums of a cell: solid volume [m^3 s], mass [kg s], momentum relative to the body, radial, azimuthal, axial
+[kg m], mass times squared speed [J s], particles [s], touching neighbours of its particles [s].  The first
+goes by volume, the others by particle centres.
+"""
 MOST_NEIGHBOURS = 16
 """Places of the histogram of touching neighbours [1]; the last counts all that have as many or more."""
 FINE = 2.0**30
@@ -55,7 +69,9 @@ class StatisticsPlan(NamedTuple):
     cells: np.ndarray
     """Cells along radius, azimuth and height [1], int64 (3,)."""
     extent: np.ndarray
-    """Largest radius, lowest and highest height [m] (3,), grid axes; what lies beyond counts in the outermost cell."""
+    """Largest radius, lowest and highest height [m] (3,), grid axes; what lies beyond counts in the outermost
+    cell.
+    """
     within: np.ndarray
     """Places within a ball of radius 1, evenly spread [1] (POINTS, 3)."""
     mass_of: np.ndarray
@@ -84,7 +100,8 @@ class ChargeStatistics(NamedTuple):
 def points_within() -> np.ndarray:
     """Evenly spread places in a ball of radius 1 (POINTS, 3), whose mean is the centre.
 
-    Source: M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018 (R3 sequence); each place is used with its opposite.
+    Source: M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018 (R3 sequence); each
+    place is used with its opposite.
     """
     root = 1.2207440846057596  # of x^4 = x + 1
     u = np.mod(0.5 + np.outer(np.arange(1, POINTS // 2 + 1), root ** -np.arange(1.0, 4.0)), 1.0)
@@ -111,7 +128,8 @@ def statistics_plan(
     ----------
     dt : substep [s]
     body, origin, cells, extent, on : as in `StatisticsPlan`
-    volumes : `StatisticsPlan.volume_of` where particles are clumps, whose pebbles overlap; that of spheres if None
+    volumes : `StatisticsPlan.volume_of` where particles are clumps, whose pebbles overlap; that of spheres if
+        None
     """
     n, ids = model.n_particles, state.ids[: model.n_particles]
     mass_of, volume_of = np.empty(n), np.empty(n)
@@ -154,12 +172,21 @@ def charge_statistics(plan: StatisticsPlan, scratch: ChargeScratch) -> ChargeSta
 def _kept(sums: ChargeStatistics, scratch: ChargeScratch) -> dict[str, np.ndarray]:
     """All arrays with a first axis of threads, by the names of a checkpoint."""
     book = scratch.impacts
-    return {"walls": sums.walls, "fields": sums.fields, "neighbours": sums.neighbours, "spectra": book.spectra, "cut": book.cut}
+    return {
+        "walls": sums.walls,
+        "fields": sums.fields,
+        "neighbours": sums.neighbours,
+        "spectra": book.spectra,
+        "cut": book.cut,
+    }
 
 
 def gathered(sums: ChargeStatistics, scratch: ChargeScratch) -> dict[str, np.ndarray]:
     """Sums over all threads, by name, as a checkpoint holds them; the same for any number of threads."""
-    return {"samples": sums.samples.copy(), **{name: array.sum(axis=0) for name, array in _kept(sums, scratch).items()}}
+    return {
+        "samples": sums.samples.copy(),
+        **{name: array.sum(axis=0) for name, array in _kept(sums, scratch).items()},
+    }
 
 
 def put_back(sums: ChargeStatistics, scratch: ChargeScratch, kept: dict[str, np.ndarray]) -> None:
@@ -172,7 +199,9 @@ def put_back(sums: ChargeStatistics, scratch: ChargeScratch, kept: dict[str, np.
 
 @kernel(fast=True)
 def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
-    """Add what chunk `c` does to the walls, as the next substep will meet it; bodies and surfaces are placed there."""
+    """Add what chunk `c` does to the walls, as the next substep will meet it; bodies and surfaces are placed
+    there.
+    """
     lo, hi = slots_of_chunk(state, c)
     buffer = state.clock[PUBLISHED]
     rows = state.rows[buffer]
@@ -181,39 +210,89 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
     real = rows[0, 0]
     now, last = like(stamp_of(state.clock[STEP]), real), like(stamp_of(state.clock[STEP] - 1), real)
     walls, per, patches = sums.walls[tid], plan.per_wall, scratch.impacts.patches
-    found = find_walls(model, state.x, state.body[0], scratch.local[tid], motion, placed, lo, hi - lo, lanes, measured, scratch.test[tid])
+    found = find_walls(
+        model,
+        state.x,
+        state.body[0],
+        scratch.local[tid],
+        motion,
+        placed,
+        lo,
+        hi - lo,
+        lanes,
+        measured,
+        scratch.test[tid],
+    )
     for q in range(found, found + BATCH):
-        lanes[0, q], lanes[1, q], lanes[3, q], lanes[4, q] = model.chunk, 0, state.wall_memory.shape[0] - 1, model.n_bodies
+        lanes[0, q], lanes[1, q], lanes[3, q], lanes[4, q] = (
+            model.chunk,
+            0,
+            state.wall_memory.shape[0] - 1,
+            model.n_bodies,
+        )
     for first in range(0, found, BATCH):
         m = min(BATCH, found - first)
-        lay_walls(model, rows, state.wall_memory, state.material, scratch.twists[tid], first, m, lanes, measured, columns)
+        lay_walls(
+            model,
+            rows,
+            state.wall_memory,
+            state.material,
+            scratch.twists[tid],
+            first,
+            m,
+            lanes,
+            measured,
+            columns,
+        )
         wall_batch(model.law, columns, last, now, like(dt, real))
         for b in range(m):
             slot, s = lanes[1, first + b], lanes[2, first + b]
-            n0, n1, n2 = float(measured[0, first + b]), float(measured[1, first + b]), float(measured[2, first + b])
+            n0, n1, n2 = (
+                float(measured[0, first + b]),
+                float(measured[1, first + b]),
+                float(measured[2, first + b]),
+            )
             arm = state.body[0, slot] - 0.5 * float(measured[OVERLAP, first + b])
             p = patch_of(
-                patches, placed[s], model.surface_size[s], s, state.x[0, slot] + arm * n0, state.x[1, slot] + arm * n1,
+                patches,
+                placed[s],
+                model.surface_size[s],
+                s,
+                state.x[0, slot] + arm * n0,
+                state.x[1, slot] + arm * n1,
                 state.x[2, slot] + arm * n2,
-            )  # fmt: skip
+            )
             for k in range(3):
                 walls[p, k] -= whole(columns[(ACT + k) * BATCH + b], per[k])
-            load = -(columns[A * BATCH + b] * n0 + columns[(A + 1) * BATCH + b] * n1 + columns[(A + 2) * BATCH + b] * n2)
+            load = -(
+                columns[A * BATCH + b] * n0
+                + columns[(A + 1) * BATCH + b] * n1
+                + columns[(A + 2) * BATCH + b] * n2
+            )
             walls[p, 3] += whole(load, per[3])
             walls[p, 4] += 1
 
 
 @kernel
 def sample_neighbours(model, state, scratch, sums, c, tid):
-    """Count the touching neighbours of each particle of chunk `c`, to ``scratch.lists.cell``, and put them in the histogram."""
+    """Count the touching neighbours of each particle of chunk `c`, to ``scratch.lists.cell``, and put them in
+    the histogram.
+    """
     lo, hi = slots_of_chunk(state, c)
     points, lst = state.points[state.clock[PUBLISHED]], state.clock[LIST]
     local, lanes, counts = scratch.local[tid], scratch.lanes[tid], scratch.lists.cell
     for l in range(hi - lo):
         i = lo + l
         counts[i] = 0
-        local[l, 0], local[l, 1], local[l, 2], local[l, 3] = points[i, 0], points[i, 1], points[i, 2], -points[i, 3]
-    found = filter_pairs(points, state.partners[lst, c], state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes)
+        local[l, 0], local[l, 1], local[l, 2], local[l, 3] = (
+            points[i, 0],
+            points[i, 1],
+            points[i, 2],
+            -points[i, 3],
+        )
+    found = filter_pairs(
+        points, state.partners[lst, c], state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes
+    )
     for q in range(found):
         counts[lanes[4, q]] += 1
         # a pair within the chunk is listed once
@@ -225,7 +304,9 @@ def sample_neighbours(model, state, scratch, sums, c, tid):
 
 @kernel(inline="always")
 def cell_of(plan, a, b, c, angle):
-    """Cell, distance from the axis [m] and azimuth [rad] in the body's axes of the point (a, b, c) [m] from the grid's origin."""
+    """Cell, distance from the axis [m] and azimuth [rad] in the body's axes of the point (a, b, c) [m] from
+    the grid's origin.
+    """
     radius = math.sqrt(a * a + b * b)
     azimuth = math.atan2(b, a)
     across, around, up = plan.cells[0], plan.cells[1], plan.cells[2]
@@ -236,7 +317,9 @@ def cell_of(plan, a, b, c, angle):
 
 @kernel
 def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
-    """Add the particles of chunk `c` to the fields, the body being where ``scratch.motion[tid]`` says; counts of neighbours are there."""
+    """Add the particles of chunk `c` to the fields, the body being where ``scratch.motion[tid]`` says; counts
+    of neighbours are there.
+    """
     lo, hi = slots_of_chunk(state, c)
     x, v, fields, per = state.x, state.v, sums.fields[tid], plan.per_field
     motion = scratch.motion[tid, plan.body]
@@ -251,11 +334,19 @@ def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
         radius, mass = state.body[0, i], plan.mass_of[state.ids[i]]
         v0, v1, v2 = v[0, i], v[1, i], v[2, i]
         d0, d1, d2 = x[0, i] - back * v0 - m0, x[1, i] - back * v1 - m1, x[2, i] - back * v2 - m2
-        u0, u1, u2 = v0 - V0 - (W1 * d2 - W2 * d1), v1 - V1 - (W2 * d0 - W0 * d2), v2 - V2 - (W0 * d1 - W1 * d0)
+        u0, u1, u2 = (
+            v0 - V0 - (W1 * d2 - W2 * d1),
+            v1 - V1 - (W2 * d0 - W0 * d2),
+            v2 - V2 - (W0 * d1 - W1 * d0),
+        )
         a = R00 * d0 + R10 * d1 + R20 * d2 - plan.origin[0]
         b = R01 * d0 + R11 * d1 + R21 * d2 - plan.origin[1]
         z = R02 * d0 + R12 * d1 + R22 * d2 - plan.origin[2]
-        va, vb, vz = R00 * u0 + R10 * u1 + R20 * u2, R01 * u0 + R11 * u1 + R21 * u2, R02 * u0 + R12 * u1 + R22 * u2
+        va, vb, vz = (
+            R00 * u0 + R10 * u1 + R20 * u2,
+            R01 * u0 + R11 * u1 + R21 * u2,
+            R02 * u0 + R12 * u1 + R22 * u2,
+        )
         k, r = cell_of(plan, a, b, z, angle)
         per_r = 1.0 / (r + 1e-300)
         fields[k, 1] += whole(mass, per[1])
@@ -267,8 +358,12 @@ def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
         fields[k, 7] += scratch.lists.cell[i]
         q = (sample + 7919 * state.ids[i]) & (POINTS - 1)
         k, _ = cell_of(
-            plan, a + radius * plan.within[q, 0], b + radius * plan.within[q, 1], z + radius * plan.within[q, 2], angle
-        )  # fmt: skip
+            plan,
+            a + radius * plan.within[q, 0],
+            b + radius * plan.within[q, 1],
+            z + radius * plan.within[q, 2],
+            angle,
+        )
         fields[k, 0] += whole(plan.volume_of[state.ids[i]], per[0])
 
 
@@ -284,10 +379,11 @@ def sample(
     tid: int,
     n_threads: int,
 ):
-    """Take one sample, between two windows; called by all threads of a team, each does its share of the chunks.
+    """Take one sample, between two windows; called by all threads of a team, each does its share of the
+    chunks.
 
-    Nobody may change the state meanwhile, and the next sample may begin only after all threads have left this one; ``sums.samples`` is for
-    the caller to count.
+    Nobody may change the state meanwhile, and the next sample may begin only after all threads have left this
+    one; ``sums.samples`` is for the caller to count.
 
     Parameters
     ----------

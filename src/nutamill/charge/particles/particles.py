@@ -29,7 +29,8 @@ class Particles:
     scale : factor on the lengths of its shape [1] (n,); a diameter [m] for shapes of unit diameter
     material : number of its material [1] (n,)
     centre : mass centre [m] (n, 3); None before they are placed
-    attitude : quaternion from the shape's axes to those of `centre` (n, 4); None for spheres, and before they are placed
+    attitude : quaternion from the shape's axes to those of `centre` (n, 4); None for spheres, and before they
+        are placed
     """
 
     shapes: tuple[ClumpShape, ...]
@@ -104,8 +105,11 @@ def spheres(diameters: np.ndarray, material: int = 0) -> Particles:
     return Particles((sphere_shape(),), np.zeros(n, np.int32), diameters, np.full(n, material, np.int32))
 
 
-def clumps(shapes: Sequence[ClumpShape], diameters: np.ndarray, material: int = 0, seed: int = 1) -> Particles:
-    """Clumps of the given equivalent diameters [m] (n,), not placed yet; each shape equally often, whatever the size.
+def clumps(
+    shapes: Sequence[ClumpShape], diameters: np.ndarray, material: int = 0, seed: int = 1
+) -> Particles:
+    """Clumps of the given equivalent diameters [m] (n,), not placed yet; each shape equally often, whatever
+    the size.
 
     Parameters
     ----------
@@ -115,7 +119,9 @@ def clumps(shapes: Sequence[ClumpShape], diameters: np.ndarray, material: int = 
     diameters = np.asarray(diameters, float)
     n = len(diameters)
     shape_of = np.random.default_rng(seed).permutation(np.arange(n, dtype=np.int32) % len(shapes))
-    return Particles(tuple(shape.scaled(1.0) for shape in shapes), shape_of, diameters, np.full(n, material, np.int32))
+    return Particles(
+        tuple(shape.scaled(1.0) for shape in shapes), shape_of, diameters, np.full(n, material, np.int32)
+    )
 
 
 def check_particles(particles: Particles, densities: Sequence[float]) -> None:
@@ -134,11 +140,21 @@ def check_particles(particles: Particles, densities: Sequence[float]) -> None:
     if particles.centre is None:
         faults.append(Fault("particles.centre", "is missing", "Place the particles first"))
     if particles.attitude is None and not particles.spheres_only:
-        faults.append(Fault("particles.attitude", "is missing, and not all particles are spheres", "Give each a quaternion (w, x, y, z)"))
+        faults.append(
+            Fault(
+                "particles.attitude",
+                "is missing, and not all particles are spheres",
+                "Give each a quaternion (w, x, y, z)",
+            )
+        )
     if faults:
         raise CaseError(*faults)
     faults += _named("scale", ~(np.isfinite(particles.scale) & (particles.scale > 0.0)), "positive")
-    faults += _named("shape_of", _outside(particles.shape_of, len(particles.shapes)), f"from 0 to {len(particles.shapes) - 1}")
+    faults += _named(
+        "shape_of",
+        _outside(particles.shape_of, len(particles.shapes)),
+        f"from 0 to {len(particles.shapes) - 1}",
+    )
     strange = _outside(particles.material, len(densities))
     faults += _named("material", strange, f"from 0 to {len(densities) - 1}")
     faults += _named("centre", ~np.isfinite(particles.centre).all(axis=1), "finite")
@@ -153,7 +169,9 @@ def check_particles(particles: Particles, densities: Sequence[float]) -> None:
 
 
 def motion_faults(number: int, velocities: np.ndarray | None, spins: np.ndarray | None) -> list[Fault]:
-    """What is wrong with velocities [m/s] and spins [rad/s], each (number, 3), of particles at the start; None stands for rest."""
+    """What is wrong with velocities [m/s] and spins [rad/s], each (number, 3), of particles at the start;
+    None stands for rest.
+    """
     faults = []
     for name, given in (("velocities", velocities), ("spins", spins)):
         if given is not None and np.shape(given) != (number, 3):
@@ -173,4 +191,6 @@ def _named(name, bad, must, prefix="particles.") -> list[Fault]:
     if not len(ids):
         return []
     more = f" and {len(ids) - NAMED} more" if len(ids) > NAMED else ""
-    return [Fault(prefix + name, f"must be {must}, not so for particles {', '.join(map(str, ids[:NAMED]))}{more}")]
+    return [
+        Fault(prefix + name, f"must be {must}, not so for particles {', '.join(map(str, ids[:NAMED]))}{more}")
+    ]

@@ -1,7 +1,7 @@
 """Shapes of particles: one sphere, or a rigid clump of spheres with the mass properties of their union.
 
-A shape carries no density and no place.  Its axes are its principal axes and its origin is its mass centre, so that a particle
-needs a centre, an attitude and a factor on the lengths of its shape.
+A shape carries no density and no place.  Its axes are its principal axes and its origin is its mass centre,
+so that a particle needs a centre, an attitude and a factor on the lengths of its shape.
 """
 
 import math
@@ -59,7 +59,9 @@ class ClumpShape:
     @property
     def extents(self) -> np.ndarray:
         """Sizes [m] (3,) along the principal axes."""
-        return (self.offsets + self.radii[:, None]).max(axis=0) - (self.offsets - self.radii[:, None]).min(axis=0)
+        return (self.offsets + self.radii[:, None]).max(axis=0) - (self.offsets - self.radii[:, None]).min(
+            axis=0
+        )
 
     @property
     def aspect_ratio(self) -> float:
@@ -69,14 +71,17 @@ class ClumpShape:
     def scaled(self, to: float) -> "ClumpShape":
         """The same shape with the equivalent diameter `to` [m]."""
         factor = to / self.equivalent_diameter
-        return ClumpShape(self.offsets * factor, self.radii * factor, self.volume * factor**3, self.inertia * factor**5)
+        return ClumpShape(
+            self.offsets * factor, self.radii * factor, self.volume * factor**3, self.inertia * factor**5
+        )
 
     def push_mass(self) -> np.ndarray:
-        """Least mass over density [m^3] (k,) with which each sphere resists a push through its centre, turning included.
+        """Least mass over density [m^3] (k,) with which each sphere resists a push through its centre,
+        turning included.
 
         A normal force at sphere c in direction n moves the contact as a free mass m_n does, with
-        ``1/m_n = 1/m + (c x n) . I^-1 (c x n)``; the direction that yields most rules.  It replaces the particle's mass in the
-        duration of a contact.
+        ``1/m_n = 1/m + (c x n) . I^-1 (c x n)``; the direction that yields most rules.  It replaces the
+        particle's mass in the duration of a contact.
         """
         least = np.empty(self.spheres)
         for k, (x, y, z) in enumerate(self.offsets):
@@ -96,8 +101,9 @@ def sphere_shape(diameter: float = 1.0) -> ClumpShape:
 def clump_shape(centres: Sequence[Sequence[float]], radii: Sequence[float]) -> ClumpShape:
     """The shape of a rigid union of spheres, given in any axes and from any origin.
 
-    Where moments are equal their axes are not determined, and which are taken is not defined; where they differ, each axis
-    points to the side on which its largest direction cosine is positive, and the third completes a right-handed set.
+    Where moments are equal their axes are not determined, and which are taken is not defined; where they
+    differ, each axis points to the side on which its largest direction cosine is positive, and the third
+    completes a right-handed set.
 
     Parameters
     ----------
@@ -123,19 +129,33 @@ def clump_shape(centres: Sequence[Sequence[float]], radii: Sequence[float]) -> C
 def shape_faults(centres: np.ndarray, radii: np.ndarray) -> list[Fault]:
     """What keeps spheres from being one rigid particle; spheres are counted from 0."""
     if centres.ndim != 2 or centres.shape[1:] != (3,) or radii.shape != (len(centres),) or not len(centres):
-        return [Fault("spheres", f"must be (k, 3) centres and (k,) radii, got {centres.shape} and {radii.shape}")]
+        return [
+            Fault("spheres", f"must be (k, 3) centres and (k,) radii, got {centres.shape} and {radii.shape}")
+        ]
     faults = []
     for k in np.flatnonzero(~np.isfinite(centres).all(axis=1)):
         faults.append(Fault(f"sphere {k}", "the centre must be finite"))
     for k in np.flatnonzero(~(np.isfinite(radii) & (radii > 0.0))):
-        faults.append(Fault(f"sphere {k}", f"the radius must be positive, got {radii[k]:g}", "Leave the sphere out"))
+        faults.append(
+            Fault(f"sphere {k}", f"the radius must be positive, got {radii[k]:g}", "Leave the sphere out")
+        )
     if faults:
         return faults
     gaps = np.linalg.norm(centres[:, None] - centres, axis=2)
     for k in range(len(radii)):
-        holders = [j for j in range(len(radii)) if j != k and gaps[k, j] + radii[k] <= radii[j] and (radii[k] < radii[j] or k > j)]
+        holders = [
+            j
+            for j in range(len(radii))
+            if j != k and gaps[k, j] + radii[k] <= radii[j] and (radii[k] < radii[j] or k > j)
+        ]
         if holders:
-            faults.append(Fault(f"sphere {k}", f"must not lie wholly inside another, it lies in sphere {holders[0]}", "Leave it out"))
+            faults.append(
+                Fault(
+                    f"sphere {k}",
+                    f"must not lie wholly inside another, it lies in sphere {holders[0]}",
+                    "Leave it out",
+                )
+            )
     reached, waiting = {0}, [0]
     joined = gaps <= (radii[:, None] + radii) * (1.0 + TOUCHING)
     while waiting:
@@ -144,5 +164,11 @@ def shape_faults(centres: np.ndarray, radii: np.ndarray) -> list[Fault]:
         waiting += new
     if len(reached) < len(radii):
         loose = ", ".join(str(k) for k in range(len(radii)) if k not in reached)
-        faults.append(Fault("spheres", f"must hang together, no chain of overlaps leads from sphere 0 to {loose}", "Move them closer"))
+        faults.append(
+            Fault(
+                "spheres",
+                f"must hang together, no chain of overlaps leads from sphere 0 to {loose}",
+                "Move them closer",
+            )
+        )
     return faults

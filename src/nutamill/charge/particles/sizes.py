@@ -1,8 +1,8 @@
 """Sizes of particles: classes by share of the mass, or a normal or Rosin-Rammler law between two cuts.
 
-A size is the diameter of a sphere, or of the sphere of a clump's volume.  Sizes are not drawn by lot: of n particles, particle i
-has the size below which a share (i + 1/2)/n of all particles lies.  No sample can be nearer to the law: the distribution of the
-sample differs from it by 1/(2 n) at most.
+A size is the diameter of a sphere, or of the sphere of a clump's volume.  Sizes are not drawn by lot: of n
+particles, particle i has the size below which a share (i + 1/2)/n of all particles lies.  No sample can be
+nearer to the law: the distribution of the sample differs from it by 1/(2 n) at most.
 """
 
 import math
@@ -36,14 +36,22 @@ class SizeClasses:
         return 1.0 / sum(share / sphere_volume(diameter) for diameter, share in self.classes)
 
     def of_volume(self, volume: float) -> np.ndarray:
-        """Diameters [m] (n,): of each class the fewest particles whose solid volume is at least its share of `volume` [m^3]."""
-        counts = [math.ceil(share * volume / sphere_volume(diameter) - SLACK) for diameter, share in self.classes]
+        """Diameters [m] (n,): of each class the fewest particles whose solid volume is at least its share of
+        `volume` [m^3].
+        """
+        counts = [
+            math.ceil(share * volume / sphere_volume(diameter) - SLACK) for diameter, share in self.classes
+        ]
         return np.repeat([diameter for diameter, _ in self.classes], counts)
 
     def of_number(self, number: int) -> np.ndarray:
-        """Diameters [m] of exactly `number` particles: each class its share of the number, what is left over to the largest remainders."""
+        """Diameters [m] of exactly `number` particles: each class its share of the number, what is left over
+        to the largest remainders.
+        """
         mean = self.mean_volume
-        exact = np.array([number * share * mean / sphere_volume(diameter) for diameter, share in self.classes])
+        exact = np.array(
+            [number * share * mean / sphere_volume(diameter) for diameter, share in self.classes]
+        )
         counts = np.floor(exact + 1e-9).astype(int)
         rest = np.argsort(-(exact - counts), kind="stable")[: number - counts.sum()]
         counts[rest] += 1
@@ -69,7 +77,9 @@ class SizeLaw:
         return float(np.diff(self.number_below) @ _cell_volume(self.diameter))
 
     def of_volume(self, volume: float) -> np.ndarray:
-        """Diameters [m] (n,), rising, of the fewest particles whose solid volume is at least `volume` [m^3]."""
+        """Diameters [m] (n,), rising, of the fewest particles whose solid volume is at least `volume`
+        [m^3].
+        """
         target = volume - SLACK * self.mean_volume
         number = max(1, math.ceil(volume / self.mean_volume))
         while number > 1 and _solid(self.of_number(number - 1)) >= target:
@@ -100,9 +110,11 @@ def normal_sizes(mean: float, deviation: float, smallest: float, largest: float,
 
 
 def rosin_rammler_sizes(size: float, exponent: float, smallest: float, largest: float) -> SizeLaw:
-    """Rosin-Rammler law: the share ``exp(-(d/size)^exponent)`` of the mass is coarser than d, between two cuts.
+    """Rosin-Rammler law: the share ``exp(-(d/size)^exponent)`` of the mass is coarser than d, between two
+    cuts.
 
-    Source: P. Rosin and E. Rammler, "The laws governing the fineness of powdered coal", J. Inst. Fuel 7, 29-36 (1933).
+    Source: P. Rosin and E. Rammler, "The laws governing the fineness of powdered coal", J. Inst. Fuel 7,
+    29-36 (1933).
 
     Parameters
     ----------
@@ -117,11 +129,16 @@ def rosin_rammler_sizes(size: float, exponent: float, smallest: float, largest: 
     return _tabulated(lambda d: -np.expm1(-((d / size) ** exponent)), smallest, largest, "mass")
 
 
-def mass_percentiles(diameters: np.ndarray, volumes: np.ndarray, shares: Sequence[float] = (0.1, 0.5, 0.9)) -> list[float]:
+def mass_percentiles(
+    diameters: np.ndarray, volumes: np.ndarray, shares: Sequence[float] = (0.1, 0.5, 0.9)
+) -> list[float]:
     """Diameters [m] below which these shares of the mass lie: d10, d50, d90 of particles of one density."""
     order = np.argsort(diameters)
     below = np.cumsum(volumes[order])
-    return [float(diameters[order[min(np.searchsorted(below, share * below[-1]), len(order) - 1)]]) for share in shares]
+    return [
+        float(diameters[order[min(np.searchsorted(below, share * below[-1]), len(order) - 1)]])
+        for share in shares
+    ]
 
 
 def sphere_volume(diameter: float) -> float:

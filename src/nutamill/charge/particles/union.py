@@ -1,9 +1,10 @@
 """Volume, mass centre and inertia of a union of spheres; what spheres share counts once.
 
-The solid is cut into slices across z.  In a slice it is a union of discs, whose area and moments follow from the arcs that no
-other disc covers (Green's theorem, closed form).  Along z the integrand is smooth except where the picture changes: where a
-sphere begins or ends, where two of them meet, where three do.  Between these heights Gauss-Legendre quadrature on
-``z = a + (b - a) sin^2(pi t/2)``, which takes the square roots at both ends away, converges to rounding.
+The solid is cut into slices across z.  In a slice it is a union of discs, whose area and moments follow from
+the arcs that no other disc covers (Green's theorem, closed form).  Along z the integrand is smooth except
+where the picture changes: where a sphere begins or ends, where two of them meet, where three do.  Between
+these heights Gauss-Legendre quadrature on ``z = a + (b - a) sin^2(pi t/2)``, which takes the square roots at
+both ends away, converges to rounding.
 """
 
 import itertools
@@ -29,7 +30,9 @@ class SolidProperties(NamedTuple):
     inertia: np.ndarray
     """Inertia tensor about the mass centre over density [m^5] (3, 3), in the axes of the centres."""
     error: float
-    """Largest relative difference of volume and inertia to a coarser quadrature [1]: a bound on their own error."""
+    """Largest relative difference of volume and inertia to a coarser quadrature [1]: a bound on their own
+    error.
+    """
 
 
 def union_properties(centres: np.ndarray, radii: np.ndarray) -> SolidProperties:
@@ -45,8 +48,13 @@ def union_properties(centres: np.ndarray, radii: np.ndarray) -> SolidProperties:
     middle, size = centres.mean(axis=0), float(radii.max())
     local, own = (centres - middle) / size, radii / size
     heights = _heights(local, own)
-    fine, coarse = (_properties(_moments(local, own, heights, points)) for points in (POINTS, 2 * POINTS // 3))
-    error = max(abs(fine[0] - coarse[0]) / fine[0], float(np.abs(fine[2] - coarse[2]).max()) / float(np.trace(fine[2])))
+    fine, coarse = (
+        _properties(_moments(local, own, heights, points)) for points in (POINTS, 2 * POINTS // 3)
+    )
+    error = max(
+        abs(fine[0] - coarse[0]) / fine[0],
+        float(np.abs(fine[2] - coarse[2]).max()) / float(np.trace(fine[2])),
+    )
     return SolidProperties(fine[0] * size**3, middle + size * fine[1], fine[2] * size**5, error)
 
 
@@ -59,15 +67,22 @@ def _properties(moments: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
 
 
 def _heights(centres, radii) -> np.ndarray:
-    """Heights at which the picture of a slice changes, rising (m,): ends of spheres, of the circles two share, points three share.
+    """Heights at which the picture of a slice changes, rising (m,): ends of spheres, of the circles two
+    share, points three share.
 
     A place inside another sphere does not show and is left out.
     """
     up = np.array([0.0, 0.0, 1.0])
-    found = [(c + side * r * up, (i,)) for i, (c, r) in enumerate(zip(centres, radii, strict=True)) for side in (-1.0, 1.0)]
+    found = [
+        (c + side * r * up, (i,))
+        for i, (c, r) in enumerate(zip(centres, radii, strict=True))
+        for side in (-1.0, 1.0)
+    ]
     k = len(radii)
     for i, j in itertools.combinations(range(k), 2):
-        found += [(point, (i, j)) for point in _ends_of_shared_circle(centres[i], radii[i], centres[j], radii[j])]
+        found += [
+            (point, (i, j)) for point in _ends_of_shared_circle(centres[i], radii[i], centres[j], radii[j])
+        ]
     for three in itertools.combinations(range(k), 3):
         found += [(point, three) for point in _shared_points(centres[list(three)], radii[list(three)])]
     seen = []
@@ -143,7 +158,9 @@ def _slice_moments(centres, radii, z) -> np.ndarray:
 
 
 def _open_arcs(centres, rho, i) -> tuple[np.ndarray, np.ndarray]:
-    """Angles at which the arcs of circle i begin and end that lie in no other disc, (slices, 2 k - 1) each; empty ones have no length."""
+    """Angles at which the arcs of circle i begin and end that lie in no other disc, (slices, 2 k - 1) each;
+    empty ones have no length.
+    """
     others = [j for j in range(rho.shape[1]) if j != i]
     gap = centres[others, :2] - centres[i, :2]
     d = np.hypot(gap[:, 0], gap[:, 1])
@@ -167,7 +184,8 @@ def _open_arcs(centres, rho, i) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _along_arc(cx, cy, r, t) -> np.ndarray:
-    """Integrals from angle 0 to t along a circle whose differences are area, x, y, xx, xy, yy of what it encloses (6, ...).
+    """Integrals from angle 0 to t along a circle whose differences are area, x, y, xx, xy, yy of what it
+    encloses (6, ...).
 
     Green's theorem: the integral of f over a region is that of F dy along its edge, with dF/dx = f.
     """
@@ -184,6 +202,10 @@ def _along_arc(cx, cy, r, t) -> np.ndarray:
             r * (cx * cy * c1 + cx * r * c1s1 + cy * r * c2 + r**2 * c2s1),
             r / 3 * (cx**3 * c1 + 3 * cx**2 * r * c2 + 3 * cx * r**2 * c3 + r**3 * c4),
             r / 2 * (cy * square + r * (cx**2 * c1s1 + 2 * cx * r * c2s1 + r**2 * c3s1)),
-            r * (cx * (cy**2 * c1 + 2 * cy * r * c1s1 + r**2 * c1s2) + r * (cy**2 * c2 + 2 * cy * r * c2s1 + r**2 * c2s2)),
+            r
+            * (
+                cx * (cy**2 * c1 + 2 * cy * r * c1s1 + r**2 * c1s2)
+                + r * (cy**2 * c2 + 2 * cy * r * c2s1 + r**2 * c2s2)
+            ),
         ]
     )

@@ -1,13 +1,15 @@
 """A closed triangle mesh as a wall: refused unless it is one, and cut into smooth patches.
 
-The one rule of orientation: a mesh bounds a solid and its normals point out of that solid (corners counter-clockwise, seen from
-outside), as every drawing program writes it.  ``keep`` says on which side the charge is: ``"outside"`` of a rib or of a vessel drawn as
-a body, ``"inside"`` of a mesh that is the room itself.  In a `Mesh` all normals point to the charge.
+The one rule of orientation: a mesh bounds a solid and its normals point out of that solid (corners
+counter-clockwise, seen from outside), as every drawing program writes it.  ``keep`` says on which side the
+charge is: ``"outside"`` of a rib or of a vessel drawn as a body, ``"inside"`` of a mesh that is the room
+itself.  In a `Mesh` all normals point to the charge.
 
-A *patch* is a smooth part: triangles joined by edges that bend little.  A particle has at most one contact with a patch, as with a
-plane or a cylinder, and one memory of friction for it, which survives the seams between its triangles.  An edge parts two patches if it
-bends by more than `CREASE`, or if it is hollow and bends so tightly that a particle does not fit into the round: there a particle touches
-both flanks at once, so they must not be one patch.
+A *patch* is a smooth part: triangles joined by edges that bend little.  A particle has at most one contact
+with a patch, as with a plane or a cylinder, and one memory of friction for it, which survives the seams
+between its triangles.  An edge parts two patches if it bends by more than `CREASE`, or if it is hollow and
+bends so tightly that a particle does not fit into the round: there a particle touches both flanks at once, so
+they must not be one patch.
 """
 
 from dataclasses import dataclass
@@ -20,7 +22,13 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.charge.walls.triangles import cells_near, directed_edges, normals_and_areas, signed_volumes, winding_number
+from nutamill.charge.walls.triangles import (
+    cells_near,
+    directed_edges,
+    normals_and_areas,
+    signed_volumes,
+    winding_number,
+)
 
 CREASE = np.radians(40.0)
 """An edge that bends more parts two patches [rad]."""
@@ -29,7 +37,9 @@ FLAT = np.radians(0.2)
 """An edge that bends less never does [rad]: a flat face in a file is flat to a few digits only."""
 
 SAME = 1e-6
-"""Corners nearer than this share of the mesh's diagonal are one; files in single precision keep seven digits [1]."""
+"""Corners nearer than this share of the mesh's diagonal are one; files in single precision keep seven digits
+[1].
+"""
 
 NAMED = 5
 """Triangles that a message names [1]."""
@@ -71,25 +81,38 @@ class Mesh:
 
 
 def closed_mesh(
-    name: str, vertices: np.ndarray, faces: np.ndarray, keep: Literal["inside", "outside"], particle_radius: float
-) -> Mesh:  # fmt: skip
+    name: str,
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    keep: Literal["inside", "outside"],
+    particle_radius: float,
+) -> Mesh:
     """A wall of triangles, checked and cut into patches.
 
     Parameters
     ----------
     name : for messages, say the file
-    vertices, faces : corners [m] (V, 3) and the corners of each triangle [1] (T, 3), normals out of the solid; corners may be repeated
+    vertices, faces : corners [m] (V, 3) and the corners of each triangle [1] (T, 3), normals out of the
+        solid; corners may be repeated
     keep : the side of the solid the charge is on
     particle_radius : of the largest particle [m]; hollow edges rounder than it do not part patches
 
     Raises
     ------
-    CaseError : triangles that are degenerate, double, turned, without a neighbour or with too many, or a mesh inside out; each fault names
-        its triangles, counted from 1
+    CaseError : triangles that are degenerate, double, turned, without a neighbour or with too many, or a mesh
+        inside out; each fault names its triangles, counted from 1
     """
     vertices, faces = np.array(vertices, float), np.array(faces, int)
-    if len(faces) == 0 or vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
-        raise CaseError(Fault(name, f"must be triangles, got arrays of shape {vertices.shape} and {faces.shape}"))
+    if (
+        len(faces) == 0
+        or vertices.ndim != 2
+        or vertices.shape[1] != 3
+        or faces.ndim != 2
+        or faces.shape[1] != 3
+    ):
+        raise CaseError(
+            Fault(name, f"must be triangles, got arrays of shape {vertices.shape} and {faces.shape}")
+        )
     if not np.isfinite(vertices).all() or faces.min() < 0 or faces.max() >= len(vertices):
         raise CaseError(Fault(name, "must have finite corners, and triangles of corners that are there"))
     tolerance = SAME * float(np.linalg.norm(np.ptp(vertices, axis=0)))
@@ -107,7 +130,9 @@ def closed_mesh(
 
 
 def _joined(vertices, faces, tolerance) -> tuple[np.ndarray, np.ndarray]:
-    """Corners that are the same but for rounding made one; an STL file repeats each corner in every triangle."""
+    """Corners that are the same but for rounding made one; an STL file repeats each corner in every
+    triangle.
+    """
     vertices, place = np.unique(vertices, axis=0, return_inverse=True)
     faces = place.reshape(-1)[faces]
     pairs = cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
@@ -131,13 +156,19 @@ def _triangle_faults(name, vertices, faces, tolerance) -> list[Fault]:
     _, areas = normals_and_areas(corners)
     thin = np.flatnonzero(2.0 * areas <= tolerance * longest)
     if len(thin):
-        what = f"every triangle must have an area, these are degenerate (two corners the same, or all in a line): {_listed(thin)}"
+        what = (
+            "every triangle must have an area, these are degenerate (two corners the same, or all in a "
+            f"line): {_listed(thin)}"
+        )
         faults.append(Fault(f"{name}: triangle {thin[0] + 1}", what, "Clean the mesh of degenerate faces"))
     _, first, place = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True)
     twice = np.flatnonzero(first[place.reshape(-1)] != np.arange(len(faces)))
     if len(twice):
         original = int(first[place.reshape(-1)[twice[0]]])
-        what = f"a triangle must stand once, this one repeats triangle {original + 1}; repeated: {_listed(twice)}"
+        what = (
+            f"a triangle must stand once, this one repeats triangle {original + 1}; repeated: "
+            f"{_listed(twice)}"
+        )
         faults.append(Fault(f"{name}: triangle {twice[0] + 1}", what, "Clean the mesh of double faces"))
     return faults
 
@@ -148,20 +179,36 @@ def _edge_faults(name, vertices, faces) -> list[Fault]:
     edges, of_side, upward = directed_edges(faces)
     count = np.bincount(of_side.ravel(), minlength=len(edges))
     for bad, must, hint in (
-        (count == 1, "closed: each edge must have two triangles, this one has no neighbour", "Close the holes"),
-        (count > 2, "simple: each edge must have two triangles, one has more", "Give touching solids as meshes of their own"),
+        (
+            count == 1,
+            "closed: each edge must have two triangles, this one has no neighbour",
+            "Close the holes",
+        ),
+        (
+            count > 2,
+            "simple: each edge must have two triangles, one has more",
+            "Give touching solids as meshes of their own",
+        ),
     ):
         if bad.any():
             triangles = np.flatnonzero(bad[of_side].any(axis=1))
             a, b = vertices[edges[np.flatnonzero(bad)[0]]]
             first = np.flatnonzero((of_side == np.flatnonzero(bad)[0]).any(axis=1))
             where = f"{name}: triangle{'s' if len(first) > 1 else ''} {_listed(first)}"
-            what = f"the mesh must be {must}, from {_point(a)} to {_point(b)}; triangles with such edges: {_listed(triangles)}"
+            what = (
+                f"the mesh must be {must}, from {_point(a)} to {_point(b)}; triangles with such edges: "
+                f"{_listed(triangles)}"
+            )
             faults.append(Fault(where, what, hint))
     turned = [] if faults else _turned(faces, of_side, upward, len(edges))
     if len(turned):
-        what = f"all triangles must turn the same way, these are inverted against their neighbours: {_listed(turned)}"
-        faults.append(Fault(f"{name}: triangle {turned[0] + 1}", what, "Make the normals consistent, out of the solid"))
+        what = (
+            "all triangles must turn the same way, these are inverted against their neighbours: "
+            f"{_listed(turned)}"
+        )
+        faults.append(
+            Fault(f"{name}: triangle {turned[0] + 1}", what, "Make the normals consistent, out of the solid")
+        )
     return faults
 
 
@@ -182,7 +229,9 @@ def _groups(n, pairs) -> np.ndarray:
 
 
 def _turned(faces, of_side, upward, n_edges) -> np.ndarray:
-    """Triangles that turn against the greater part of their shell: the two triangles of an edge must pass it in opposite ways."""
+    """Triangles that turn against the greater part of their shell: the two triangles of an edge must pass it
+    in opposite ways.
+    """
     pairs = _neighbours(of_side, n_edges)
     way = upward.ravel()[np.argsort(of_side.ravel(), kind="stable")].reshape(n_edges, 2)
     agreeing = _groups(len(faces), pairs[way[:, 0] != way[:, 1]])
@@ -193,7 +242,9 @@ def _turned(faces, of_side, upward, n_edges) -> np.ndarray:
 
 
 def _shell_faults(name, vertices, faces) -> list[Fault]:
-    """Shells whose normals point into the solid; the shell of a cavity lies within another and points into the cavity."""
+    """Shells whose normals point into the solid; the shell of a cavity lies within another and points into
+    the cavity.
+    """
     edges, of_side, _ = directed_edges(faces)
     shell = _groups(len(faces), _neighbours(of_side, len(edges)))
     corners = vertices[faces]
@@ -201,14 +252,27 @@ def _shell_faults(name, vertices, faces) -> list[Fault]:
     faults = []
     for s, volume in enumerate(volumes):
         first = int(np.flatnonzero(shell == s)[0])
-        within = round(float(winding_number(corners[first, :1], corners[shell != s])[0])) if len(volumes) > 1 else 0
+        within = (
+            round(float(winding_number(corners[first, :1], corners[shell != s])[0]))
+            if len(volumes) > 1
+            else 0
+        )
         where = f"{name}: triangle {first + 1}"
         if volume < 0.0 and within <= 0:
-            what = f"the normals must point out of the solid, this shell of {(shell == s).sum()} triangles is inverted"
+            what = (
+                f"the normals must point out of the solid, this shell of {(shell == s).sum()} triangles "
+                "is inverted"
+            )
             faults.append(Fault(where, what, "Flip the normals"))
         elif volume > 0.0 and within > 0:
             what = f"shells must not lie in each other, this shell of {(shell == s).sum()} triangles does"
-            faults.append(Fault(where, what, "Give solids that overlap as meshes of their own; the normals of a cavity point into it"))
+            faults.append(
+                Fault(
+                    where,
+                    what,
+                    "Give solids that overlap as meshes of their own; the normals of a cavity point into it",
+                )
+            )
     return faults
 
 
@@ -224,7 +288,8 @@ def _cut(vertices, faces, particle_radius) -> np.ndarray:
     rise = corners[pairs[:, 1]].mean(axis=1) - vertices[edges[:, 0]]
     hollow = (rise * first).sum(axis=1) > 0.0
     length = np.linalg.norm(vertices[edges[:, 1]] - vertices[edges[:, 0]], axis=1)
-    # radius of the round a row of such strips makes: width of a strip (height of its triangles over the edge) over the bend
+    # radius of the round a row of such strips makes: width of a strip (height of its triangles over the edge)
+    # over the bend
     radius = (areas[pairs].sum(axis=1) / length) / np.maximum(bend, 1e-12)
     parted = (bend > CREASE) | (hollow & (bend > FLAT) & (radius < particle_radius))
     return _groups(len(faces), pairs[~parted])
@@ -233,8 +298,8 @@ def _cut(vertices, faces, particle_radius) -> np.ndarray:
 def on_charge_side(mesh: Mesh, points: np.ndarray) -> np.ndarray:
     """Whether each of the `points` [m] (n, 3), in the mesh's axes, is on the side of the charge (n,).
 
-    The winding number decides, in each of the regions that the triangles leave of a coarse grid once, and for points in a cell that a
-    triangle passes for each.
+    The winding number decides, in each of the regions that the triangles leave of a coarse grid once, and for
+    points in a cell that a triangle passes for each.
     """
     corners = mesh.corners
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
@@ -242,7 +307,9 @@ def on_charge_side(mesh: Mesh, points: np.ndarray) -> np.ndarray:
     corner, cells = low - 1.5 * size, np.ceil((high - low) / size).astype(int) + 3
     passed = np.zeros(int(cells.prod()), bool)
     for triangle in corners:
-        passed[cells_near(triangle, corner, size, cells, 0.87 * size)[0]] = True  # half the diagonal of a cell, and a little
+        passed[cells_near(triangle, corner, size, cells, 0.87 * size)[0]] = (
+            True  # half the diagonal of a cell, and a little
+        )
     regions, _ = ndimage.label(~passed.reshape(cells))
     within = winding_of_regions(regions, corners, corner, size)
     place = np.floor((points - corner) / size).astype(int)
@@ -254,7 +321,9 @@ def on_charge_side(mesh: Mesh, points: np.ndarray) -> np.ndarray:
     return np.round(wound) == (0.0 if mesh.keep == "outside" else -1.0)
 
 
-def winding_of_regions(regions: np.ndarray, corners: np.ndarray, corner: np.ndarray, size: float) -> np.ndarray:
+def winding_of_regions(
+    regions: np.ndarray, corners: np.ndarray, corner: np.ndarray, size: float
+) -> np.ndarray:
     """Winding number of each connected region of free cells, by its number; place 0 is not used."""
     numbers, first = np.unique(regions, return_index=True)
     middles = corner + size * (np.stack(np.unravel_index(first, regions.shape), axis=1) + 0.5)

@@ -1,15 +1,18 @@
-"""A sphere against a patch of a triangle mesh: the deepest local minimum of the distance that belongs to the patch.
+"""A sphere against a patch of a triangle mesh: the deepest local minimum of the distance that belongs to the
+patch.
 
-A point of the mesh is touched only if it is a local minimum of the distance from the particle's centre to the *whole* mesh.  A point
-of a face always is; one on an edge or a corner is only if the centre lies in the Voronoi region of that feature, that is, if no
-triangle around it comes nearer.  So an inner corner gives one contact with each face and none with its edge, an outer edge or corner gives
-one, and a seam between triangles of one plane none at all.  An edge or corner between patches belongs to one of them.
+A point of the mesh is touched only if it is a local minimum of the distance from the particle's centre to the
+*whole* mesh.  A point of a face always is; one on an edge or a corner is only if the centre lies in the
+Voronoi region of that feature, that is, if no triangle around it comes nearer.  So an inner corner gives one
+contact with each face and none with its edge, an outer edge or corner gives one, and a seam between triangles
+of one plane none at all.  An edge or corner between patches belongs to one of them.
 
-The tests of the regions are written once and take the same numbers whichever triangle asks, and this file is compiled without
-rewriting of arithmetic: two patches can neither both claim a contact nor both leave it.
+The tests of the regions are written once and take the same numbers whichever triangle asks, and this file is
+compiled without rewriting of arithmetic: two patches can neither both claim a contact nor both leave it.
 
-Sources: C. Ericson, "Real-Time Collision Detection", 2005, section 5.1 (Voronoi regions of a triangle); J. A. Baerentzen and H. Aanaes,
-"Signed distance computation using the angle weighted pseudonormal", IEEE Trans. Vis. Comput. Graph. 11 (2005) 243-253 (front and back).
+Sources: C. Ericson, "Real-Time Collision Detection", 2005, section 5.1 (Voronoi regions of a triangle); J. A.
+Baerentzen and H. Aanaes, "Signed distance computation using the angle weighted pseudonormal", IEEE Trans.
+Vis. Comput. Graph. 11 (2005) 243-253 (front and back).
 """
 
 import math
@@ -22,7 +25,9 @@ FACE, EDGE, VERTEX = 0, 1, 2
 
 @kernel
 def beside(shape, e, side, x, y, z):
-    """Distance [m] by which (x, y, z) stands on the triangle's side of edge `e`, in the plane of its triangle `side` (0 or 1)."""
+    """Distance [m] by which (x, y, z) stands on the triangle's side of edge `e`, in the plane of its triangle
+    `side` (0 or 1).
+    """
     v, wing = shape.edge_ends[e, 0], shape.edge_wing
     d0, d1, d2 = x - shape.vertices[v, 0], y - shape.vertices[v, 1], z - shape.vertices[v, 2]
     return d0 * wing[e, side, 0] + d1 * wing[e, side, 1] + d2 * wing[e, side, 2]
@@ -51,7 +56,8 @@ def nearest_on_triangle(shape, t, x, y, z):
 
     Returns
     -------
-    FACE, EDGE or VERTEX, number of the triangle, edge or corner, and the vector [m] (3) from the point to (x, y, z)
+    FACE, EDGE or VERTEX, number of the triangle, edge or corner, and the vector [m] (3) from the point to (x,
+    y, z)
     """
     feature, index, best = FACE, t, math.inf
     b0, b1, b2 = 0.0, 0.0, 0.0
@@ -73,7 +79,11 @@ def nearest_on_triangle(shape, t, x, y, z):
     if feature == FACE:
         n, v = shape.triangle_normal, shape.edge_ends[shape.triangle_edges[t, 0], 0]
         n0, n1, n2 = n[t, 0], n[t, 1], n[t, 2]
-        height = (x - shape.vertices[v, 0]) * n0 + (y - shape.vertices[v, 1]) * n1 + (z - shape.vertices[v, 2]) * n2
+        height = (
+            (x - shape.vertices[v, 0]) * n0
+            + (y - shape.vertices[v, 1]) * n1
+            + (z - shape.vertices[v, 2]) * n2
+        )
         b0, b1, b2 = height * n0, height * n1, height * n2
     return feature, index, b0, b1, b2
 
@@ -100,7 +110,8 @@ def in_region(shape, feature, index, patch, x, y, z):
             return False
         # where patches meet, a centre straight above the corner of a face is the face's
         if slack == 0.0 and (
-            over_face(shape, shape.edge_triangles[e, 0], x, y, z) or over_face(shape, shape.edge_triangles[e, 1], x, y, z)
+            over_face(shape, shape.edge_triangles[e, 0], x, y, z)
+            or over_face(shape, shape.edge_triangles[e, 1], x, y, z)
         ):
             return False
     return True
@@ -108,7 +119,9 @@ def in_region(shape, feature, index, patch, x, y, z):
 
 @kernel
 def feature_normal(shape, feature, index):
-    """Normal of a face, or mean normal of an edge or corner [1] (3), of any length: it tells front from back."""
+    """Normal of a face, or mean normal of an edge or corner [1] (3), of any length: it tells front from
+    back.
+    """
     if feature == FACE:
         n = shape.triangle_normal
     elif feature == EDGE:
@@ -149,7 +162,8 @@ def nearest_of_all(walls, patch, square, x, y, z):
 def patch_contact(walls, patch, x, y, z, r):
     """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] with a patch, surface axes.
 
-    A centre behind the mesh, if the patch is the nearest part of it, is pushed out to the front: overlap beyond `r`.
+    A centre behind the mesh, if the patch is the nearest part of it, is pushed out to the front: overlap
+    beyond `r`.
     """
     shape, grid = walls.shape, walls.grid
     cell = cell_of(grid, patch, x, y, z)
@@ -199,7 +213,9 @@ def mesh_overlap(walls, placed, s, x0, x1, x2, r):
 
 @kernel
 def mesh_near(walls, placed, s, x0, x1, x2, r):
-    """As `surface_near`, for a surface `s` that is a patch of a mesh: `r` less a distance the patch has at least."""
+    """As `surface_near`, for a surface `s` that is a patch of a mesh: `r` less a distance the patch has at
+    least.
+    """
     grid, p = walls.grid, walls.patch_of[s]
     d0, d1, d2 = x0 - placed[s, 0], x1 - placed[s, 1], x2 - placed[s, 2]
     cell = 0
@@ -213,7 +229,9 @@ def mesh_near(walls, placed, s, x0, x1, x2, r):
 
 @kernel
 def touch_mesh(walls, x, lo, n, s, place, out):
-    """Write a positive number to ``out[l]`` where particle ``lo + l`` is in a cell with triangles of surface `s`, at `place` (12,)."""
+    """Write a positive number to ``out[l]`` where particle ``lo + l`` is in a cell with triangles of surface
+    `s`, at `place` (12,).
+    """
     grid, p = walls.grid, walls.patch_of[s]
     for i in range(n):
         d0, d1, d2 = x[0, lo + i] - place[0], x[1, lo + i] - place[1], x[2, lo + i] - place[2]

@@ -1,7 +1,8 @@
-"""What a meshed wall is to the kernels: triangles with their edges and corners, and a grid that finds the near ones.
+"""What a meshed wall is to the kernels: triangles with their edges and corners, and a grid that finds the
+near ones.
 
-``V`` is the number of corners, ``E`` of edges, ``T`` of triangles, ``P`` of patches and ``N`` of grid cells, over all meshes of a charge.
-A mesh that several bodies carry, or one body several times, is kept once.
+``V`` is the number of corners, ``E`` of edges, ``T`` of triangles, ``P`` of patches and ``N`` of grid cells,
+over all meshes of a charge. A mesh that several bodies carry, or one body several times, is kept once.
 """
 
 from typing import NamedTuple
@@ -31,7 +32,9 @@ class MeshShape(NamedTuple):
     edge_length: np.ndarray
     """Length [m] (E,)."""
     edge_wing: np.ndarray
-    """Unit vector in the plane of each of its two triangles, at right angles to the edge, into the triangle [1] (E, 2, 3), surface axes."""
+    """Unit vector in the plane of each of its two triangles, at right angles to the edge, into the triangle
+    [1] (E, 2, 3), surface axes.
+    """
     edge_normal: np.ndarray
     """Sum of the normals of its two triangles [1] (E, 3), surface axes."""
     edge_triangles: np.ndarray

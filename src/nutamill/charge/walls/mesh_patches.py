@@ -1,4 +1,6 @@
-"""From meshes to the arrays of the kernels: shared edges and corners, their regions and owners, and a grid for each patch."""
+"""From meshes to the arrays of the kernels: shared edges and corners, their regions and owners, and a grid
+for each patch.
+"""
 
 from collections.abc import Sequence
 
@@ -16,12 +18,16 @@ MOST_CELLS = 400_000
 SLACK = 1e-9
 """Slack of the regions of edges and corners within a patch, as a share of the edge's length [1].
 
-Rounding must not let a centre straight above a corner fall between all regions.  Within a patch an overlap of regions is harmless, for
-only the deepest contact counts; where patches meet there is none."""
+Rounding must not let a centre straight above a corner fall between all regions.  Within a patch an overlap of
+regions is harmless, for only the deepest contact counts; where patches meet there is none."""
 
 
 def mesh_surfaces(
-    mesh: Mesh, body: int, material: int, origin: Sequence[float] = (0.0, 0.0, 0.0), rotation: object = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+    mesh: Mesh,
+    body: int,
+    material: int,
+    origin: Sequence[float] = (0.0, 0.0, 0.0),
+    rotation: object = ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
 ) -> list[Surface]:
     """The patches of a mesh as surfaces of a body, in the order of their numbers.
 
@@ -29,10 +35,20 @@ def mesh_surfaces(
     ----------
     mesh : of `closed_mesh`
     body, material : index of the carrying body, and of the mesh's material
-    origin, rotation : place [m] (3,) in the body's axes, from its mass centre, and rotation (3, 3) to them, of the mesh's axes
+    origin, rotation : place [m] (3,) in the body's axes, from its mass centre, and rotation (3, 3) to them,
+        of the mesh's axes
     """
     return [
-        Surface(f"{mesh.name} patch {patch + 1}", SurfaceKind.MESH_PATCH, body, material, tuple(origin), rotation, mesh=mesh, patch=patch)
+        Surface(
+            f"{mesh.name} patch {patch + 1}",
+            SurfaceKind.MESH_PATCH,
+            body,
+            material,
+            tuple(origin),
+            rotation,
+            mesh=mesh,
+            patch=patch,
+        )
         for patch in range(mesh.n_patches)
     ]
 
@@ -49,7 +65,9 @@ def mesh_walls(surfaces: Sequence[Surface], largest_radius: float) -> MeshWalls:
     first_patch = np.cumsum([0, *(mesh.n_patches for mesh in meshes)])
     number = {id(mesh): int(first_patch[k]) for k, mesh in enumerate(meshes)}
     patch_of = [number[id(s.mesh)] + s.patch if s.kind == SurfaceKind.MESH_PATCH else -1 for s in surfaces]
-    siblings = [(first_patch[k], first_patch[k + 1]) for k, mesh in enumerate(meshes) for _ in range(mesh.n_patches)]
+    siblings = [
+        (first_patch[k], first_patch[k + 1]) for k, mesh in enumerate(meshes) for _ in range(mesh.n_patches)
+    ]
     return MeshWalls(
         np.array(patch_of, np.int64),
         np.array(siblings, np.int64).reshape(-1, 2),
@@ -130,7 +148,8 @@ def _shape(mesh: Mesh, first_patch: int) -> MeshShape:
 def _vertex_normals(corners, faces, normals, n_vertices) -> np.ndarray:
     """Sum of the normals about each corner, each by its triangle's angle there [rad] (V, 3).
 
-    Source: J. A. Baerentzen and H. Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005) 243-253: it tells front from back.
+    Source: J. A. Baerentzen and H. Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005) 243-253: it tells front
+    from back.
     """
     out = np.zeros((n_vertices, 3))
     for k in range(3):
@@ -153,7 +172,11 @@ def _joined_shapes(shapes: list[MeshShape]) -> MeshShape:
     """Several meshes as one set of arrays."""
     joined = EMPTY
     for shape in shapes:
-        offset = {"vertex": len(joined.vertices), "edge": len(joined.edge_length), "triangle": len(joined.triangle_normal)}
+        offset = {
+            "vertex": len(joined.vertices),
+            "edge": len(joined.edge_length),
+            "triangle": len(joined.triangle_normal),
+        }
         fields = []
         for name, more in shape._asdict().items():
             present = getattr(joined, name)
@@ -169,7 +192,15 @@ def _joined_shapes(shapes: list[MeshShape]) -> MeshShape:
 def _grid(meshes: list[Mesh], largest_radius: float) -> MeshGrid:
     """The grids of all patches, one after the other."""
     reach = largest_radius * (1.0 + 1e-9)
-    corners, sizes, counts, first_cell, begins, listed, apart = [], [], [], [], [np.zeros(1, np.int64)], [], []
+    corners, sizes, counts, first_cell, begins, listed, apart = (
+        [],
+        [],
+        [],
+        [],
+        [np.zeros(1, np.int64)],
+        [],
+        [],
+    )
     n_cells = n_listed = first_triangle = 0
     for mesh in meshes:
         for patch in range(mesh.n_patches):
@@ -198,7 +229,9 @@ def _grid(meshes: list[Mesh], largest_radius: float) -> MeshGrid:
 
 
 def _patch_grid(corners: np.ndarray, reach: float) -> tuple:
-    """Grid of one patch of triangles `corners` [m] (n, 3, 3): corner, size, cells, begin, triangles, apart as in `MeshGrid`."""
+    """Grid of one patch of triangles `corners` [m] (n, 3, 3): corner, size, cells, begin, triangles, apart as
+    in `MeshGrid`.
+    """
     low, high = corners.min(axis=(0, 1)) - reach, corners.max(axis=(0, 1)) + reach
     size = max(reach, float(np.prod(high - low) / MOST_CELLS) ** (1 / 3))
     cells = np.ceil((high - low) / size).astype(int)
@@ -213,6 +246,7 @@ def _patch_grid(corners: np.ndarray, reach: float) -> tuple:
     cell_of, triangle_of = np.concatenate(cell_of), np.concatenate(triangle_of)
     order = np.argsort(cell_of, kind="stable")
     begin = np.searchsorted(cell_of[order], np.arange(len(core) + 1))
-    # each triangle lies in core cells; two points of two cells are nearer than their middles by a diagonal at most
+    # each triangle lies in core cells; two points of two cells are nearer than their middles by a diagonal at
+    # most
     apart = np.maximum(size * ndimage.distance_transform_edt(~core.reshape(cells)).ravel() - 2.0 * half, 0.0)
     return low, size, cells, begin, triangle_of[order], apart * (1.0 - 1e-6)

@@ -8,8 +8,8 @@ import numpy as np
 from nutamill.base.kernel import kernel
 
 ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT = 0, 1, 2
-"""How a surface is cut into patches: by azimuth and height in its own axes, by azimuth and distance from its z axis, or by
-the six faces of a box (-x, +x, -y, +y, -z, +z) and height."""
+"""How a surface is cut into patches: by azimuth and height in its own axes, by azimuth and distance from its
+z axis, or by the six faces of a box (-x, +x, -y, +y, -z, +z) and height."""
 
 
 class PatchTable(NamedTuple):
@@ -22,12 +22,14 @@ class PatchTable(NamedTuple):
     rows: np.ndarray
     """Patches of each surface along its second coordinate [1], int64 (S,)."""
     range: np.ndarray
-    """Lowest and highest second coordinate of each surface [m] (S, 2), surface axes; what lies beyond counts in the outermost patch."""
+    """Lowest and highest second coordinate of each surface [m] (S, 2), surface axes; what lies beyond counts
+    in the outermost patch.
+    """
 
 
 def patch_table(cuts: list[tuple[int, int, int, float, float]]) -> PatchTable:
-    """A table from one row for each surface: how it is cut, patches along the azimuth (6 for `FACE_HEIGHT`), patches along the second
-    coordinate [1], its lowest and highest value [m]."""
+    """A table from one row for each surface: how it is cut, patches along the azimuth (6 for `FACE_HEIGHT`),
+    patches along the second coordinate [1], its lowest and highest value [m]."""
     return PatchTable(
         np.array([cut[0] for cut in cuts], np.int64),
         np.cumsum([0] + [cut[1] * cut[2] for cut in cuts]).astype(np.int64),
@@ -44,7 +46,9 @@ def whole(value, per_unit):
 
 @kernel(inline="always")
 def part_of(value, low, high, n):
-    """Which of `n` equal parts from `low` to `high` holds `value`; what lies beyond belongs to the outermost."""
+    """Which of `n` equal parts from `low` to `high` holds `value`; what lies beyond belongs to the
+    outermost.
+    """
     k = math.floor((value - low) / (high - low) * n)
     return min(max(k, 0), n - 1)
 

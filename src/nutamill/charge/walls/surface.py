@@ -18,7 +18,9 @@ class SurfaceKind(IntEnum):
     CONE = 3
     """Inside of a cone about z, from radius ``size[0]`` at z = 0 to radius ``size[1]`` at z = ``size[2]``."""
     SPHERE_CAP = 4
-    """Inside of a sphere about the origin of radius ``size[0]``, as far as ``size[1]`` [rad] from -z: a bowl that opens to +z."""
+    """Inside of a sphere about the origin of radius ``size[0]``, as far as ``size[1]`` [rad] from -z: a bowl
+    that opens to +z.
+    """
     MESH_PATCH = 5
     """A smooth patch of a triangle mesh; ``Surface.mesh`` and ``Surface.patch`` say which."""
 

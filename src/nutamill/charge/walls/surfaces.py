@@ -1,9 +1,10 @@
 """Nearest point on a surface: overlap and normal of a sphere, in the axes of the surface and in the world's.
 
-Plane and cylinder are endless.  Cone and sphere cap end, without a rim: a contact counts only where the foot of the perpendicular
-from the particle's centre lies on the surface, and beyond the end the next surface takes over (floor, cylinder, another cone, a cap
-that meets the cone in its tangent).  This is exact wherever two surfaces meet in an inner corner, where each has its own contact, or
-smoothly.  An edge that stands out into the charge belongs to a box or to a mesh, which know their edges.
+Plane and cylinder are endless.  Cone and sphere cap end, without a rim: a contact counts only where the foot
+of the perpendicular from the particle's centre lies on the surface, and beyond the end the next surface takes
+over (floor, cylinder, another cone, a cap that meets the cone in its tangent).  This is exact wherever two
+surfaces meet in an inner corner, where each has its own contact, or smoothly.  An edge that stands out into
+the charge belongs to a box or to a mesh, which know their edges.
 """
 
 import math
@@ -18,7 +19,9 @@ BOX = int(SurfaceKind.BOX)
 CONE = int(SurfaceKind.CONE)
 
 APART = -1e30
-"""Overlap where the foot of the perpendicular is not on the surface [m]: no contact, however large the particle."""
+"""Overlap where the foot of the perpendicular is not on the surface [m]: no contact, however large the
+particle.
+"""
 
 
 @kernel(inline="always")
@@ -29,7 +32,9 @@ def plane_contact(z, r):
 
 @kernel(inline="always")
 def cylinder_contact(x, y, r, bore):
-    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y) [m] inside a cylinder of radius `bore` [m] about z."""
+    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y) [m] inside a cylinder of radius
+    `bore` [m] about z.
+    """
     distance = math.sqrt(x * x + y * y)
     inverse = 1.0 / (distance + 1e-300)
     return r + distance - bore, x * inverse, y * inverse, 0.0
@@ -37,10 +42,11 @@ def cylinder_contact(x, y, r, bore):
 
 @kernel(inline="always")
 def box_contact(x, y, z, r, a, b, c):
-    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] outside a box of half sizes (a, b, c) [m].
+    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] outside a box of half sizes
+    (a, b, c) [m].
 
-    Outside, the nearest point is the position clamped to the box: on a face, an edge or a corner.  A centre inside the box (far
-    beyond any allowed overlap) is pushed out through the nearest face.
+    Outside, the nearest point is the position clamped to the box: on a face, an edge or a corner.  A centre
+    inside the box (far beyond any allowed overlap) is pushed out through the nearest face.
     """
     px = min(max(x, -a), a)
     py = min(max(y, -b), b)
@@ -60,10 +66,12 @@ def box_contact(x, y, z, r, a, b, c):
 
 @kernel(inline="always")
 def cone_frame(distance, z, r0, r1, h):
-    """Height [m] over the side of a cone, positive inside, and place [m] along it from its end of radius `r0`, and its length [m].
+    """Height [m] over the side of a cone, positive inside, and place [m] along it from its end of radius
+    `r0`, and its length [m].
 
-    In the half-plane of the axis and a point at `distance` [m] from it and height `z` [m], the side is the line from (r0, 0) to
-    (r1, h); ``((r1 - r0), h)/length`` runs along it and ``(-h, r1 - r0)/length`` into the cone.
+    In the half-plane of the axis and a point at `distance` [m] from it and height `z` [m], the side is the
+    line from (r0, 0) to (r1, h); ``((r1 - r0), h)/length`` runs along it and ``(-h, r1 - r0)/length`` into
+    the cone.
     """
     length = math.sqrt((r1 - r0) * (r1 - r0) + h * h)
     over = (z * (r1 - r0) - (distance - r0) * h) / length
@@ -73,7 +81,8 @@ def cone_frame(distance, z, r0, r1, h):
 
 @kernel(inline="always")
 def cone_contact(x, y, z, r, r0, r1, h):
-    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] inside a cone, `r0` at z = 0 and `r1` at z = `h` [m].
+    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] inside a cone, `r0` at z = 0
+    and `r1` at z = `h` [m].
 
     One end is part of it and the other not, so that two cones end to end never both count.
     """
@@ -88,8 +97,8 @@ def cone_contact(x, y, z, r, r0, r1, h):
 
 @kernel(inline="always")
 def cap_contact(x, y, z, r, radius, angle):
-    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] in a bowl: a sphere of `radius` [m] about the origin,
-    within `angle` [rad] of -z."""
+    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] in a bowl: a sphere of
+    `radius` [m] about the origin, within `angle` [rad] of -z."""
     distance = math.sqrt(x * x + y * y + z * z)
     inverse = 1.0 / (distance + 1e-300)
     overlap = r + distance - radius if -z >= distance * math.cos(angle) else APART
@@ -98,9 +107,11 @@ def cap_contact(x, y, z, r, radius, angle):
 
 @kernel(inline="always")
 def surface_contact(kind, x, y, z, r, a, b, c):
-    """Overlap [m] and normal [1] (3), in surface axes, of a sphere of radius `r` at (x, y, z) [m] in surface axes.
+    """Overlap [m] and normal [1] (3), in surface axes, of a sphere of radius `r` at (x, y, z) [m] in surface
+    axes.
 
-    The normal points from the particle to the surface.  `kind` is a `SurfaceKind`, but for MESH_PATCH; a, b, c are its sizes.
+    The normal points from the particle to the surface.  `kind` is a `SurfaceKind`, but for MESH_PATCH; a, b,
+    c are its sizes.
     """
     if kind == PLANE:
         return plane_contact(z, r)
@@ -115,9 +126,11 @@ def surface_contact(kind, x, y, z, r, a, b, c):
 
 @kernel(inline="always")
 def surface_room(kind, x, y, z, r, a, b, c):
-    """Positive where a ball of radius `r` about (x, y, z) [m], surface axes, may hold a particle that touches the surface.
+    """Positive where a ball of radius `r` about (x, y, z) [m], surface axes, may hold a particle that touches
+    the surface.
 
-    The quick test of a whole chunk: an overlap, but for cone and cap, which end, with a margin of `r` at the end.
+    The quick test of a whole chunk: an overlap, but for cone and cap, which end, with a margin of `r` at the
+    end.
     """
     if kind == PLANE:
         return r - z
@@ -133,10 +146,12 @@ def surface_room(kind, x, y, z, r, a, b, c):
 
 @kernel(inline="always")
 def surface_overlap(kind, sizes, placed, s, x0, x1, x2, r):
-    """Overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with surface `s`.
+    """Overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with surface
+    `s`.
 
-    `kind` is its `SurfaceKind`, `sizes` [m] (S, 3) of all surfaces as in `ChargeModel`, `placed` (S, 12) as from `place_surfaces`.
-    Inlined, with whole arrays: a slice or a struct handed over in the loop over contacts costs more than the arithmetic.
+    `kind` is its `SurfaceKind`, `sizes` [m] (S, 3) of all surfaces as in `ChargeModel`, `placed` (S, 12) as
+    from `place_surfaces`. Inlined, with whole arrays: a slice or a struct handed over in the loop over
+    contacts costs more than the arithmetic.
     """
     d0, d1, d2 = x0 - placed[s, 0], x1 - placed[s, 1], x2 - placed[s, 2]
     a = placed[s, 3] * d0 + placed[s, 6] * d1 + placed[s, 9] * d2
@@ -153,7 +168,9 @@ def surface_overlap(kind, sizes, placed, s, x0, x1, x2, r):
 
 @kernel(inline="always")
 def surface_near(kinds, sizes, placed, s, x0, x1, x2, r):
-    """As `surface_room`, for surface `s` and a ball of radius `r` about (x0, x1, x2) [m], world; arrays as for `surface_overlap`."""
+    """As `surface_room`, for surface `s` and a ball of radius `r` about (x0, x1, x2) [m], world; arrays as
+    for `surface_overlap`.
+    """
     d0, d1, d2 = x0 - placed[s, 0], x1 - placed[s, 1], x2 - placed[s, 2]
     a = placed[s, 3] * d0 + placed[s, 6] * d1 + placed[s, 9] * d2
     b = placed[s, 4] * d0 + placed[s, 7] * d1 + placed[s, 10] * d2

@@ -1,4 +1,6 @@
-"""Quick tests of a whole chunk against one surface: which particles touch it, before normals and overlaps are found for those alone."""
+"""Quick tests of a whole chunk against one surface: which particles touch it, before normals and overlaps are
+found for those alone.
+"""
 
 import math
 
@@ -41,7 +43,17 @@ def touch_cylinder(x, radius, lo, n, place, bore, out):
 def touch_box(x, radius, lo, n, place, size, out):
     """As `touch_plane`, for the outside of a box of half sizes `size` (3,) [m]."""
     o0, o1, o2 = place[0], place[1], place[2]
-    a0, a1, a2, b0, b1, b2, c0, c1, c2 = place[3], place[6], place[9], place[4], place[7], place[10], place[5], place[8], place[11]
+    a0, a1, a2, b0, b1, b2, c0, c1, c2 = (
+        place[3],
+        place[6],
+        place[9],
+        place[4],
+        place[7],
+        place[10],
+        place[5],
+        place[8],
+        place[11],
+    )
     h0, h1, h2 = size[0], size[1], size[2]
     x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
     for i in range(n):
@@ -57,7 +69,9 @@ def touch_box(x, radius, lo, n, place, size, out):
 
 @kernel(fast=True)
 def touch_cone(x, radius, lo, n, place, size, out):
-    """Write a positive number to ``out[l]`` where particle ``lo + l`` touches the inside of a cone of `size` (3,) [m], at `place` (12,)."""
+    """Write a positive number to ``out[l]`` where particle ``lo + l`` touches the inside of a cone of `size`
+    (3,) [m], at `place` (12,).
+    """
     o0, o1, o2 = place[0], place[1], place[2]
     a, b, c = place[5], place[8], place[11]
     r0, r1, h = size[0], size[1], size[2]
@@ -74,7 +88,9 @@ def touch_cone(x, radius, lo, n, place, size, out):
 
 @kernel(fast=True)
 def touch_cap(x, radius, lo, n, place, size, out):
-    """As `touch_cone`, for the inside of a sphere cap of radius ``size[0]`` [m] and angle ``size[1]`` [rad]."""
+    """As `touch_cone`, for the inside of a sphere cap of radius ``size[0]`` [m] and angle ``size[1]``
+    [rad].
+    """
     o0, o1, o2 = place[0], place[1], place[2]
     a, b, c = place[5], place[8], place[11]
     bore, rim = size[0], math.cos(size[1]) - 1e-6
@@ -88,7 +104,9 @@ def touch_cap(x, radius, lo, n, place, size, out):
 
 @kernel
 def touch_surface(model, x, radius, lo, n, s, place, out):
-    """Choose the test for surface `s`, at `place` (12,): positive ``out[l]`` where particle ``lo + l`` touches, or may touch a mesh."""
+    """Choose the test for surface `s`, at `place` (12,): positive ``out[l]`` where particle ``lo + l``
+    touches, or may touch a mesh.
+    """
     kind, size = model.surface_kind[s], model.surface_size[s]
     if kind == PLANE:
         touch_plane(x, radius, lo, n, place, out)

@@ -1,4 +1,5 @@
-"""Geometry of triangles as plain arrays: edges, areas, distances, winding numbers, and the cells of a grid near a triangle.
+"""Geometry of triangles as plain arrays: edges, areas, distances, winding numbers, and the cells of a grid
+near a triangle.
 
 Meshes are made once, before a run; nothing here is compiled.
 """
@@ -10,14 +11,18 @@ AT_ONCE = 400_000
 
 
 def normals_and_areas(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit normals [1] (n, 3) by the right-hand rule, and areas [m^2] (n,), of triangles with `corners` [m] (n, 3, 3)."""
+    """Unit normals [1] (n, 3) by the right-hand rule, and areas [m^2] (n,), of triangles with `corners` [m]
+    (n, 3, 3).
+    """
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     twice = np.linalg.norm(across, axis=1)
     return across / np.maximum(twice, 1e-300)[:, None], 0.5 * twice
 
 
 def signed_volumes(corners: np.ndarray) -> np.ndarray:
-    """Volumes [m^3] (n,) of the tetrahedra of triangles `corners` [m] (n, 3, 3) with the origin; their sum is the volume enclosed."""
+    """Volumes [m^3] (n,) of the tetrahedra of triangles `corners` [m] (n, 3, 3) with the origin; their sum is
+    the volume enclosed.
+    """
     return np.einsum("ni,ni->n", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
 
 
@@ -26,8 +31,8 @@ def directed_edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
     Returns
     -------
-    edges [1] (E, 2), lower corner first; edge of side k (from corner k to the next) of each triangle [1] (T, 3); True where the side
-    runs from the lower to the higher corner (T, 3)
+    edges [1] (E, 2), lower corner first; edge of side k (from corner k to the next) of each triangle [1] (T,
+    3); True where the side runs from the lower to the higher corner (T, 3)
     """
     sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
     edges, place = np.unique(np.sort(sides.reshape(-1, 2), axis=1), axis=0, return_inverse=True)
@@ -50,10 +55,12 @@ def triangle_distance(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def winding_number(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """How often the triangles `corners` [m] (T, 3, 3) wind about each of the `points` [m] (n, 3): their solid angle over 4 pi [1] (n,).
+    """How often the triangles `corners` [m] (T, 3, 3) wind about each of the `points` [m] (n, 3): their solid
+    angle over 4 pi [1] (n,).
 
     Of a closed mesh with its normals outwards: 1 inside, 0 outside.
-    Source: A. van Oosterom and J. Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30 (1983) 125-126, eq. 8.
+    Source: A. van Oosterom and J. Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng.
+    30 (1983) 125-126, eq. 8.
     """
     out = np.empty(len(points))
     step = max(1, AT_ONCE // max(1, len(corners)))
@@ -67,18 +74,22 @@ def winding_number(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return out
 
 
-def cells_near(corners: np.ndarray, corner: np.ndarray, size: float, cells: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+def cells_near(
+    corners: np.ndarray, corner: np.ndarray, size: float, cells: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Cells of a grid whose middle may be within `reach` of a triangle.
 
     Parameters
     ----------
     corners : of the triangle [m] (3, 3)
-    corner, size, cells : low corner [m] (3,), edge of a cell [m] and number of cells along each axis (3,) of the grid
+    corner, size, cells : low corner [m] (3,), edge of a cell [m] and number of cells along each axis (3,) of
+        the grid
     reach : [m]
 
     Returns
     -------
-    numbers of the cells, the last axis fastest [1] (k,), and the distance of their middles from the triangle [m] (k,), at most `reach`
+    numbers of the cells, the last axis fastest [1] (k,), and the distance of their middles from the triangle
+    [m] (k,), at most `reach`
     """
     low = np.clip(np.floor((corners.min(axis=0) - reach - corner) / size).astype(int), 0, cells - 1)
     high = np.clip(np.floor((corners.max(axis=0) + reach - corner) / size).astype(int), 0, cells - 1)

@@ -1,4 +1,6 @@
-"""Any surface of a charge, simple shape or patch of a mesh: its contact with a particle, and the quick tests before."""
+"""Any surface of a charge, simple shape or patch of a mesh: its contact with a particle, and the quick tests
+before.
+"""
 
 from nutamill.base.kernel import kernel
 from nutamill.charge.walls.mesh_contact import mesh_near, mesh_overlap
@@ -10,7 +12,8 @@ MESH_PATCH = int(SurfaceKind.MESH_PATCH)
 
 @kernel(inline="always")
 def wall_overlap(kind, model, placed, s, x0, x1, x2, r):
-    """Overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with surface `s` of `kind`.
+    """Overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with surface
+    `s` of `kind`.
 
     `placed` (S, 12) as from `place_surfaces`.  No contact where the overlap is not positive.
     """
@@ -21,7 +24,9 @@ def wall_overlap(kind, model, placed, s, x0, x1, x2, r):
 
 @kernel(inline="always")
 def wall_near(model, placed, s, x0, x1, x2, r):
-    """Positive where a ball of radius `r` about (x0, x1, x2) [m], world, may hold a particle that touches surface `s`."""
+    """Positive where a ball of radius `r` about (x0, x1, x2) [m], world, may hold a particle that touches
+    surface `s`.
+    """
     if model.surface_kind[s] == MESH_PATCH:
         return mesh_near(model.mesh, placed, s, x0, x1, x2, r)
     return surface_near(model.surface_kind, model.surface_size, placed, s, x0, x1, x2, r)
@@ -29,7 +34,9 @@ def wall_near(model, placed, s, x0, x1, x2, r):
 
 @kernel
 def wall_overlaps(model, placed, s, x, r, out):
-    """Overlaps [m] (n,) of spheres of radii `r` [m] (n,) at `x` [m] (n, 3), world, with surface `s`, to `out`."""
+    """Overlaps [m] (n,) of spheres of radii `r` [m] (n,) at `x` [m] (n, 3), world, with surface `s`, to
+    `out`.
+    """
     kind = model.surface_kind[s]
     for i in range(len(r)):
         out[i] = wall_overlap(kind, model, placed, s, x[i, 0], x[i, 1], x[i, 2], r[i])[0]

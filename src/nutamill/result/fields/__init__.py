@@ -1,8 +1,10 @@
-"""Every recorded quantity, declared once: its name in file, dataset and figures, symbol, unit, meaning, axes and point.
+"""Every recorded quantity, declared once: its name in file, dataset and figures, symbol, unit, meaning, axes
+and point.
 
-The writer takes names, the result file stores what stands here beside the numbers, figures take their axis labels from
-here.  Some names carry a part of the machine, for instance ``mount_{mount}_force_x``: ``mount_2_force_x`` is a name,
-and so is ``frame_corner_acceleration_z`` of the sensor called ``frame_corner`` in the case file.
+The writer takes names, the result file stores what stands here beside the numbers, figures take their axis
+labels from here.  Some names carry a part of the machine, for instance ``mount_{mount}_force_x``:
+``mount_2_force_x`` is a name, and so is ``frame_corner_acceleration_z`` of the sensor called ``frame_corner``
+in the case file.
 
 Signs are those of docs/conventions.md.
 """
@@ -49,11 +51,15 @@ def _pattern(template: str) -> str:
     return re.sub(r"\\{(\w+)\\}", lambda part: f"(?P<{part[1]}>{_PARTS[part[1]]})", re.escape(template))
 
 
-_TEMPLATES = tuple((re.compile(_pattern(field.name)), field) for field in (*PART_SERIES, *SERIES) if "{" in field.name)
+_TEMPLATES = tuple(
+    (re.compile(_pattern(field.name)), field) for field in (*PART_SERIES, *SERIES) if "{" in field.name
+)
 
 
 def _filled(field: Field, **part: object) -> Field:
-    """`field` with the parts of the machine put in its texts; spaces instead of underscores where people read."""
+    """`field` with the parts of the machine put in its texts; spaces instead of underscores where people
+    read.
+    """
     spoken = {key: str(value).replace("_", " ") for key, value in part.items()}
     return replace(
         field,
@@ -109,7 +115,12 @@ def expand(mounts: int = 0, sensors: Sequence[str] = ()) -> list[str]:
     sensors : names of the sensors as in the case file
     """
     joints = [joint for joint in JOINTS if joint != "frame_fix" or not mounts]
-    parts = {"mount": [str(k) for k in range(1, mounts + 1)], "sensor": list(sensors), "joint": joints, "body": list(TURNING)}
+    parts = {
+        "mount": [str(k) for k in range(1, mounts + 1)],
+        "sensor": list(sensors),
+        "joint": joints,
+        "body": list(TURNING),
+    }
     names = []
     for name in _SERIES:
         part = next((part for part in parts if f"{{{part}}}" in name), None)

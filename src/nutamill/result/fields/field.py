@@ -33,8 +33,12 @@ class Field:
         return stored | {key: text for key, text in (("frame", self.frame), ("point", self.point)) if text}
 
 
-def vector(name: str, symbol: str, unit: str, label: str, meaning: str, frame: str, point: str) -> tuple[Field, ...]:
-    """The three components of a vector, named ``_x``, ``_y``, ``_z``; `symbol` is one letter and what its index starts with."""
+def vector(
+    name: str, symbol: str, unit: str, label: str, meaning: str, frame: str, point: str
+) -> tuple[Field, ...]:
+    """The three components of a vector, named ``_x``, ``_y``, ``_z``; `symbol` is one letter and what its
+    index starts with.
+    """
     return tuple(
         Field(
             f"{name}_{axis}",

@@ -8,23 +8,60 @@ CRANK = "driveshaft: radial towards its axis, tangential in the direction of rot
 
 
 def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
-    """Radial, tangential and resultant force of the crank at one of its two probes, raw and without gravity's share."""
+    """Radial, tangential and resultant force of the crank at one of its two probes, raw and without gravity's
+    share.
+    """
     said = f"force the crank exerts at the {where}"
     tared = "with the share of gravity taken off, as a reading zeroed at rest in the turning axes"
     raw = (
-        Field(f"{name}_radial", "F_r", "N", f"{where} force, radial", f"{said}, towards the driveshaft axis", CRANK, point),
-        Field(f"{name}_tangential", "F_t", "N", f"{where} force, tangential", f"{said}, in the direction of rotation", CRANK, point),
-        Field(f"{name}_resultant", "F", "N", f"{where} force", f"{said}: root of radial squared plus tangential squared", "", point),
+        Field(
+            f"{name}_radial",
+            "F_r",
+            "N",
+            f"{where} force, radial",
+            f"{said}, towards the driveshaft axis",
+            CRANK,
+            point,
+        ),
+        Field(
+            f"{name}_tangential",
+            "F_t",
+            "N",
+            f"{where} force, tangential",
+            f"{said}, in the direction of rotation",
+            CRANK,
+            point,
+        ),
+        Field(
+            f"{name}_resultant",
+            "F",
+            "N",
+            f"{where} force",
+            f"{said}: root of radial squared plus tangential squared",
+            "",
+            point,
+        ),
     )
     return raw + tuple(
-        replace(field, name=f"{field.name}_tared", label=f"{field.label}, tared", meaning=f"{field.meaning}, {tared}") for field in raw
+        replace(
+            field,
+            name=f"{field.name}_tared",
+            label=f"{field.label}, tared",
+            meaning=f"{field.meaning}, {tared}",
+        )
+        for field in raw
     )
 
 
 def _contact_losses(name: str, label: str) -> tuple[Field, ...]:
     """Energy the contacts of one class have dissipated, by part of the law."""
     return tuple(
-        energy(f"{name}_{part}_loss", f"D_{{\\mathrm{{{name},{part[0]}}}}}", f"{label}, {part}", f"energy dissipated so far {how}, {label}")
+        energy(
+            f"{name}_{part}_loss",
+            f"D_{{\\mathrm{{{name},{part[0]}}}}}",
+            f"{label}, {part}",
+            f"energy dissipated so far {how}, {label}",
+        )
         for part, how in (
             ("normal", "by the normal dashpots"),
             ("tangential", "by sliding"),
@@ -36,18 +73,44 @@ def _contact_losses(name: str, label: str) -> tuple[Field, ...]:
 TIME = Field("time", "t", "s", "time", "simulated time since the start of the run")
 CHAMBER_POINT = "nutation point, moving with the chamber"
 
-JOINTS = ("frame_fix", "intermediate_shaft_bearing", "driveshaft_bearing", "load_cell", "crank_pin", "chamber_pivot", "yoke_pivot")
+JOINTS = (
+    "frame_fix",
+    "intermediate_shaft_bearing",
+    "driveshaft_bearing",
+    "load_cell",
+    "crank_pin",
+    "chamber_pivot",
+    "yoke_pivot",
+)
 """Joints of a mill whose reactions are recorded; the frame is fixed on rigid mounts only."""
 TURNING = ("frame", "driveshaft", "chamber")
 """Bodies whose attitudes are recorded, so that a reaction can be written in their axes."""
 
 SERIES: tuple[Field, ...] = (
     TIME,
-    Field("crank_angle", "\\theta", "rad", "crank angle", "angle the driveshaft has turned in the frame since the start, not wrapped"),
+    Field(
+        "crank_angle",
+        "\\theta",
+        "rad",
+        "crank angle",
+        "angle the driveshaft has turned in the frame since the start, not wrapped",
+    ),
     Field("driveshaft_speed", "\\Omega", "rad/s", "driveshaft speed", "speed of the driveshaft in the frame"),
-    Field("driveshaft_torque", "T", "N m", "driveshaft torque", "motor torque on the driveshaft, positive when it drives"),
+    Field(
+        "driveshaft_torque",
+        "T",
+        "N m",
+        "driveshaft torque",
+        "motor torque on the driveshaft, positive when it drives",
+    ),
     Field("driveshaft_power", "P", "W", "driveshaft power", "motor torque times driveshaft speed"),
-    Field("coupling_torque", "T_c", "N m", "coupling torque", "torsion moment in the coupling, on the driveshaft, about its axis"),
+    Field(
+        "coupling_torque",
+        "T_c",
+        "N m",
+        "coupling torque",
+        "torsion moment in the coupling, on the driveshaft, about its axis",
+    ),
     *_crank_force("crank_pin_force", "crank-pin", "load cell, between torque arm and carriage"),
     *_crank_force("pin_joint_force", "pin-joint", "crank pin's joint on the chamber"),
     *vector(
@@ -59,7 +122,15 @@ SERIES: tuple[Field, ...] = (
         WORLD,
         CHAMBER_POINT,
     ),
-    Field("nutation_point_force_resultant", "F_O", "N", "nutation-point force", "magnitude of that force", "", CHAMBER_POINT),
+    Field(
+        "nutation_point_force_resultant",
+        "F_O",
+        "N",
+        "nutation-point force",
+        "magnitude of that force",
+        "",
+        CHAMBER_POINT,
+    ),
     *vector(
         "mount_{mount}_force",
         "F_m,",
@@ -116,11 +187,31 @@ SERIES: tuple[Field, ...] = (
         "axes of the body that carries the sensor",
         "{sensor}",
     ),
-    *vector("charge_mass_centre", "r_c,", "m", "charge mass centre", "mass centre of all particles", WORLD, f"from the {O_FIXED}"),
-    Field(
-        "charge_phase_lag", "\\varphi", "rad", "charge phase lag", "crank angle less azimuth of the charge's mass centre, positive behind"
+    *vector(
+        "charge_mass_centre",
+        "r_c,",
+        "m",
+        "charge mass centre",
+        "mass centre of all particles",
+        WORLD,
+        f"from the {O_FIXED}",
     ),
-    *vector("charge_force", "F_c,", "N", "charge force", "force of the charge on the chamber, mean of a window", WORLD, CHAMBER_POINT),
+    Field(
+        "charge_phase_lag",
+        "\\varphi",
+        "rad",
+        "charge phase lag",
+        "crank angle less azimuth of the charge's mass centre, positive behind",
+    ),
+    *vector(
+        "charge_force",
+        "F_c,",
+        "N",
+        "charge force",
+        "force of the charge on the chamber, mean of a window",
+        WORLD,
+        CHAMBER_POINT,
+    ),
     *vector(
         "charge_moment",
         "M_c,",
@@ -130,36 +221,95 @@ SERIES: tuple[Field, ...] = (
         WORLD,
         f"about the {CHAMBER_POINT}",
     ),
-    Field("coordination_number", "Z", "1", "coordination number", "mean number of contacts of a particle, walls not counted"),
+    Field(
+        "coordination_number",
+        "Z",
+        "1",
+        "coordination number",
+        "mean number of contacts of a particle, walls not counted",
+    ),
     Field("pair_contacts", "N_p", "1", "pair contacts", "particle pairs in contact"),
     Field("wall_contacts", "N_w", "1", "wall contacts", "contacts of particles with surfaces"),
     Field(
-        "largest_pair_overlap", "\\delta_p/d", "1", "largest pair overlap", "largest since the last sample, share of the particle diameter"
+        "largest_pair_overlap",
+        "\\delta_p/d",
+        "1",
+        "largest pair overlap",
+        "largest since the last sample, share of the particle diameter",
     ),
     Field(
-        "largest_wall_overlap", "\\delta_w/d", "1", "largest wall overlap", "largest since the last sample, share of the particle diameter"
+        "largest_wall_overlap",
+        "\\delta_w/d",
+        "1",
+        "largest wall overlap",
+        "largest since the last sample, share of the particle diameter",
     ),
     energy("motor_work", "W", "motor work", "work the motor has done so far"),
-    energy("kinetic_energy_mechanism", "E_{k,m}", "kinetic energy, mechanism", "present kinetic energy of all bodies"),
-    energy("kinetic_energy_charge", "E_{k,c}", "kinetic energy, charge", "present kinetic energy of all particles, spin included"),
-    energy("potential_energy", "E_g", "potential energy", "present potential energy of bodies and charge in gravity"),
-    energy("elastic_energy", "E_e", "elastic energy", "present energy in mounts, coupling, springs and contacts"),
+    energy(
+        "kinetic_energy_mechanism",
+        "E_{k,m}",
+        "kinetic energy, mechanism",
+        "present kinetic energy of all bodies",
+    ),
+    energy(
+        "kinetic_energy_charge",
+        "E_{k,c}",
+        "kinetic energy, charge",
+        "present kinetic energy of all particles, spin included",
+    ),
+    energy(
+        "potential_energy",
+        "E_g",
+        "potential energy",
+        "present potential energy of bodies and charge in gravity",
+    ),
+    energy(
+        "elastic_energy", "E_e", "elastic energy", "present energy in mounts, coupling, springs and contacts"
+    ),
     energy("mount_{mount}_loss", "D_m", "mount {mount}", "energy dissipated so far in mount {mount}"),
-    energy("driveshaft_bearing_loss", "D_4", "driveshaft bearing", "energy dissipated so far by friction of driveshaft on frame"),
-    energy("crank_pin_loss", "D_6", "crank pin", "energy dissipated so far by friction of crank pin in chamber"),
-    energy("chamber_pivot_loss", "D_7", "chamber pivot", "energy dissipated so far by friction of chamber on bearing cross"),
-    energy("yoke_pivot_loss", "D_8", "yoke pivot", "energy dissipated so far by friction of bearing cross on frame"),
+    energy(
+        "driveshaft_bearing_loss",
+        "D_4",
+        "driveshaft bearing",
+        "energy dissipated so far by friction of driveshaft on frame",
+    ),
+    energy(
+        "crank_pin_loss", "D_6", "crank pin", "energy dissipated so far by friction of crank pin in chamber"
+    ),
+    energy(
+        "chamber_pivot_loss",
+        "D_7",
+        "chamber pivot",
+        "energy dissipated so far by friction of chamber on bearing cross",
+    ),
+    energy(
+        "yoke_pivot_loss",
+        "D_8",
+        "yoke pivot",
+        "energy dissipated so far by friction of bearing cross on frame",
+    ),
     energy("coupling_loss", "D_c", "coupling", "energy dissipated so far in the shaft coupling"),
     *_contact_losses("pair", "pellet-pellet"),
     *_contact_losses("wall", "pellet-wall"),
-    energy("substep_loss", "D_s", "substep", "work of contact forces so far on mean less predicted velocities, which no contact owns"),
+    energy(
+        "substep_loss",
+        "D_s",
+        "substep",
+        "work of contact forces so far on mean less predicted velocities, which no contact owns",
+    ),
     energy("interface_work", "W_c", "interface work", "work the chamber has done on the charge so far"),
-    energy("ledger_residual", "R", "ledger residual", "kinetic + potential + elastic + dissipated - motor work - value at the start"),
+    energy(
+        "ledger_residual",
+        "R",
+        "ledger residual",
+        "kinetic + potential + elastic + dissipated - motor work - value at the start",
+    ),
     Field(
         "interface_impulse_defect",
         "\\Delta J",
         "N s",
         "interface impulse defect",
-        "momentum the charge has gained less the impulses of its weight and of the chamber, magnitude of the sum so far",
+        "momentum the charge has gained less the impulses of its weight and of the chamber, "
+        "magnitude of the sum so far",
     ),
 )

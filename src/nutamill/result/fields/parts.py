@@ -9,24 +9,95 @@ SENSOR_AXES = "world, or axes of the body the sensor names"
 def _wrench(name: str, label: str, meaning: str, frame: str, point: str) -> tuple[Field, ...]:
     """Force and moment about the same point, three components each."""
     force = vector(f"{name}_force", "F", "N", f"{label} force", f"force {meaning}", frame, point)
-    return force + vector(f"{name}_moment", "M", "N m", f"{label} moment", f"moment {meaning}", frame, f"about the {point}")
+    return force + vector(
+        f"{name}_moment", "M", "N m", f"{label} moment", f"moment {meaning}", frame, f"about the {point}"
+    )
 
 
 PART_SERIES: tuple[Field, ...] = (
-    *_wrench("joint_{joint}", "{joint}", "joint {joint} exerts on its body b, friction included", WORLD, "joint's point on b"),
-    *_wrench("bushing_{bushing}", "{bushing}", "bushing {bushing} exerts on its body b", AXES_A, "bushing's point on b"),
-    *vector("bushing_{bushing}_travel", "u", "m", "{bushing} travel", "displacement of b relative to a at {bushing}", AXES_A, ""),
-    *vector("bushing_{bushing}_turn", "r", "rad", "{bushing} turn", "rotation vector of b relative to a", AXES_A, ""),
-    Field("drive_{drive}_angle", "\\theta", "rad", "{drive} angle", "angle drive {drive} has turned its joint, not wrapped"),
+    *_wrench(
+        "joint_{joint}",
+        "{joint}",
+        "joint {joint} exerts on its body b, friction included",
+        WORLD,
+        "joint's point on b",
+    ),
+    *_wrench(
+        "bushing_{bushing}",
+        "{bushing}",
+        "bushing {bushing} exerts on its body b",
+        AXES_A,
+        "bushing's point on b",
+    ),
+    *vector(
+        "bushing_{bushing}_travel",
+        "u",
+        "m",
+        "{bushing} travel",
+        "displacement of b relative to a at {bushing}",
+        AXES_A,
+        "",
+    ),
+    *vector(
+        "bushing_{bushing}_turn",
+        "r",
+        "rad",
+        "{bushing} turn",
+        "rotation vector of b relative to a",
+        AXES_A,
+        "",
+    ),
+    Field(
+        "drive_{drive}_angle",
+        "\\theta",
+        "rad",
+        "{drive} angle",
+        "angle drive {drive} has turned its joint, not wrapped",
+    ),
     Field("drive_{drive}_speed", "\\Omega", "rad/s", "{drive} speed", "speed of drive {drive}"),
-    Field("drive_{drive}_torque", "T", "N m", "{drive} torque", "torque of drive {drive} on its joint's body b, about the axis"),
-    *vector("{sensor}_position", "p", "m", "{sensor} position", "place of the point of sensor {sensor}", WORLD, "from the world's origin"),
-    *vector("{sensor}_velocity", "v", "m/s", "{sensor} velocity", "velocity of the point of sensor {sensor}", SENSOR_AXES, "{sensor}"),
+    Field(
+        "drive_{drive}_torque",
+        "T",
+        "N m",
+        "{drive} torque",
+        "torque of drive {drive} on its joint's body b, about the axis",
+    ),
+    *vector(
+        "{sensor}_position",
+        "p",
+        "m",
+        "{sensor} position",
+        "place of the point of sensor {sensor}",
+        WORLD,
+        "from the world's origin",
+    ),
+    *vector(
+        "{sensor}_velocity",
+        "v",
+        "m/s",
+        "{sensor} velocity",
+        "velocity of the point of sensor {sensor}",
+        SENSOR_AXES,
+        "{sensor}",
+    ),
     *(
-        Field(f"{{sensor}}_attitude_{part}", f"q_{part}", "1", f"{{sensor}} attitude, {part}", f"component {part} of the quaternion", WORLD)
+        Field(
+            f"{{sensor}}_attitude_{part}",
+            f"q_{part}",
+            "1",
+            f"{{sensor}} attitude, {part}",
+            f"component {part} of the quaternion",
+            WORLD,
+        )
         for part in "wxyz"
     ),
-    *_wrench("{sensor}_reaction", "{sensor}", "the joint of sensor {sensor} exerts on its body b", SENSOR_AXES, "joint's point on b"),
+    *_wrench(
+        "{sensor}_reaction",
+        "{sensor}",
+        "the joint of sensor {sensor} exerts on its body b",
+        SENSOR_AXES,
+        "joint's point on b",
+    ),
     energy("drive_{drive}_work", "W", "{drive}", "work drive {drive} has done so far"),
     energy("torque_{torque}_work", "W", "{torque}", "work the constant moment {torque} has done so far"),
     energy("joint_{joint}_loss", "D", "{joint}", "energy dissipated so far by friction in joint {joint}"),

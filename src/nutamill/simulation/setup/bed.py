@@ -1,7 +1,7 @@
 """The settled bed: where the charge lies when the mill starts, filled and settled once and kept by content.
 
-The bed depends on the chamber, the charge, the contact laws and the seed, and on the code that fills and settles, but not on speed
-or mounts, so that a sweep settles once.
+The bed depends on the chamber, the charge, the contact laws and the seed, and on the code that fills and
+settles, but not on speed or mounts, so that a sweep settles once.
 """
 
 import functools
@@ -76,11 +76,13 @@ def bed_is_kept(case: Case) -> bool:
 
 
 def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
-    """Places of the particles [m] (n, 3) at rest in the tilted chamber at crank angle 0, in chamber axes from the nutation point.
+    """Places of the particles [m] (n, 3) at rest in the tilted chamber at crank angle 0, in chamber axes from
+    the nutation point.
 
     With clumps, places and attitudes (n, 7).
 
-    Taken from the user's cache if the same bed was settled before and its file is whole; None for an empty chamber.
+    Taken from the user's cache if the same bed was settled before and its file is whole; None for an empty
+    chamber.
 
     Parameters
     ----------
@@ -101,7 +103,9 @@ def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> 
 
 
 def settle_apart(case: Case) -> subprocess.Popen:
-    """Start a process that settles the bed of a case into the cache; a fault shows when `settled_bed` is asked again."""
+    """Start a process that settles the bed of a case into the cache; a fault shows when `settled_bed` is
+    asked again.
+    """
     task = "from nutamill.simulation.setup.bed import settle_for_parent; settle_for_parent()"
     return start_child(task, case.with_("run.threads", 1).to_toml())
 
@@ -112,7 +116,9 @@ def settle_for_parent() -> None:
 
 
 def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
-    """Fill the chamber at random and let it lie down under gravity, at rest and tilted as at crank angle 0."""
+    """Fill the chamber at random and let it lie down under gravity, at rest and tilted as at crank angle
+    0.
+    """
     mass_centre = whole_chamber(case.chamber).mass_centre
     placed = _filled(case)
     rotation, quaternion = chamber_rotation(case), np.array(chamber_quaternion(case))
@@ -135,15 +141,24 @@ def _filled(case: Case) -> Particles:
     chamber, particles, seed = case.chamber, charge_particles(case), case.run.seed
     if chamber.mesh is None and not case.walls:
         boxes = [rib_inside(case, number) for number in range(chamber.ribs)]
-        return fill_cylinder(particles, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, seed)
+        return fill_cylinder(
+            particles, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, seed
+        )
     mass_centre = whole_chamber(chamber).mass_centre
     low, high = room_box(case) - mass_centre
-    places = fill_between(particles.bounding_radius, chamber_surfaces(case), low, high, charge_room(case), seed) + mass_centre
-    return particles.placed(places, None if particles.spheres_only else random_attitudes(particles.number, seed))
+    places = (
+        fill_between(particles.bounding_radius, chamber_surfaces(case), low, high, charge_room(case), seed)
+        + mass_centre
+    )
+    return particles.placed(
+        places, None if particles.spheres_only else random_attitudes(particles.number, seed)
+    )
 
 
 def _keep(file: Path, bed: np.ndarray) -> None:
-    """Put the bed in the cache behind its own digest, whole or not at all; a cache that cannot be written is no fault."""
+    """Put the bed in the cache behind its own digest, whole or not at all; a cache that cannot be written is
+    no fault.
+    """
     buffer = io.BytesIO()
     np.save(buffer, bed, allow_pickle=False)
     content = buffer.getvalue()
@@ -171,5 +186,10 @@ def _kept_bed(case: Case) -> np.ndarray | None:
         bed = np.load(io.BytesIO(content), allow_pickle=False)
     except (OSError, ValueError):
         return None
-    sound = bed.ndim == 2 and bed.shape[0] == particle_count(case) and bed.shape[1] in (3, 7) and np.isfinite(bed).all()
+    sound = (
+        bed.ndim == 2
+        and bed.shape[0] == particle_count(case)
+        and bed.shape[1] in (3, 7)
+        and np.isfinite(bed).all()
+    )
     return bed if sound else None

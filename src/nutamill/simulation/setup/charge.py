@@ -1,4 +1,6 @@
-"""The inside of a chamber as surfaces, and a case's materials as pair laws: what the charge engine is built from."""
+"""The inside of a chamber as surfaces, and a case's materials as pair laws: what the charge engine is built
+from.
+"""
 
 import math
 from typing import NamedTuple
@@ -26,12 +28,16 @@ CHAMBER_CARRIER = 0
 
 
 def material_order(case: Case) -> list[str]:
-    """Names of the materials the charge touches, the charge's own first; their place is their number in the engine."""
+    """Names of the materials the charge touches, the charge's own first; their place is their number in the
+    engine.
+    """
     return list(dict.fromkeys([*case.charge.materials, *wall_keys(case).values()]))
 
 
 def chamber_surfaces(case: Case) -> list[Surface]:
-    """Bore, floor and ceiling, or the chamber's mesh, ribs and meshed walls, in chamber axes from the mass centre of the whole chamber."""
+    """Bore, floor and ceiling, or the chamber's mesh, ribs and meshed walls, in chamber axes from the mass
+    centre of the whole chamber.
+    """
     chamber, materials = case.chamber, material_order(case)
     mass_centre = whole_chamber(chamber).mass_centre
     wall = materials.index(chamber.material)
@@ -50,7 +56,9 @@ def chamber_surfaces(case: Case) -> list[Surface]:
 
 
 def _rib_surface(case: Case, number: int, floor: np.ndarray) -> Surface:
-    """Rib `number` as a box; it reaches as far into the wall and the floor as into the charge, so that no gap is left."""
+    """Rib `number` as a box; it reaches as far into the wall and the floor as into the charge, so that no gap
+    is left.
+    """
     chamber, rib = case.chamber, case.chamber.rib
     rotation = rib_rotation(case, number)
     height = min(rib.length, chamber.height)
@@ -61,12 +69,14 @@ def _rib_surface(case: Case, number: int, floor: np.ndarray) -> Surface:
 
 
 def rib_inside(case: Case, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The part of rib `number` that stands inside the bore: centre [m] (3,), rotation (3, 3) and half sizes [m] (3,), in chamber
-    axes from the nutation point."""
+    """The part of rib `number` that stands inside the bore: centre [m] (3,), rotation (3, 3) and half sizes
+    [m] (3,), in chamber axes from the nutation point."""
     chamber, rib = case.chamber, case.chamber.rib
     height = min(rib.length, chamber.height)
     rotation = rib_rotation(case, number)
-    centre = rotation @ np.array([chamber.inner_diameter / 2 - rib.depth / 2, 0.0, height / 2 - chamber.floor_depth])
+    centre = rotation @ np.array(
+        [chamber.inner_diameter / 2 - rib.depth / 2, 0.0, height / 2 - chamber.floor_depth]
+    )
     return centre, rotation, np.array([rib.depth, rib.width, height]) / 2
 
 
@@ -95,7 +105,9 @@ def pair_law(case: Case, first: str, second: str) -> PairLaw:
     contact, pair = case.contact, case.contact.pair(first, second)
     direct, hysteretic = contact.stiffness == "direct", contact.normal == "hysteretic"
     softened = [contact.softening * case.materials[name].young_modulus for name in (first, second)]
-    modulus, shear = contact_moduli(softened, [case.materials[name].poisson_ratio for name in (first, second)])
+    modulus, shear = contact_moduli(
+        softened, [case.materials[name].poisson_ratio for name in (first, second)]
+    )
     return PairLaw(
         stiffness_direct=pair.normal_stiffness if direct else 0.0,
         stiffness_per_diameter_a=0.0 if direct else softened[0],
@@ -116,9 +128,11 @@ def pair_law(case: Case, first: str, second: str) -> PairLaw:
 
 
 def contact_moduli(young: list[float], poisson: list[float]) -> tuple[float, float]:
-    """Contact modulus E* and contact shear modulus G* [Pa] of two solids with these moduli [Pa] and Poisson's ratios [1].
+    """Contact modulus E* and contact shear modulus G* [Pa] of two solids with these moduli [Pa] and Poisson's
+    ratios [1].
 
-    ``1/E* = sum (1 - nu^2)/E`` and ``1/G* = sum 2 (2 - nu)(1 + nu)/E``.  Source: K. L. Johnson, "Contact Mechanics", 1985, 4.2 and 7.2.
+    ``1/E* = sum (1 - nu^2)/E`` and ``1/G* = sum 2 (2 - nu)(1 + nu)/E``.  Source: K. L. Johnson, "Contact
+    Mechanics", 1985, 4.2 and 7.2.
     """
     modulus = 1.0 / sum((1.0 - nu * nu) / e for e, nu in zip(young, poisson, strict=True))
     return modulus, 1.0 / sum(2.0 * (2.0 - nu) * (1.0 + nu) / e for e, nu in zip(young, poisson, strict=True))
@@ -149,7 +163,9 @@ def quickest_meeting(case: Case, first: str, second: str, wall: bool) -> Meeting
 
 def impact_of(case: Case, first: str, second: str, wall: bool, v: float) -> Impact:
     """The quickest particles of two materials that meet head-on at `v` [m/s]."""
-    return impact(contact_law_of(case), pair_law(case, first, second), *quickest_meeting(case, first, second, wall), v)
+    return impact(
+        contact_law_of(case), pair_law(case, first, second), *quickest_meeting(case, first, second, wall), v
+    )
 
 
 def damping_ratio(case: Case, pair: ContactPair) -> float:
@@ -166,7 +182,8 @@ def chamber_charge(
 
     Parameters
     ----------
-    bed : places of the particles [m] (n, 3), or places and attitudes (n, 7), in chamber axes from the nutation point
+    bed : places of the particles [m] (n, 3), or places and attitudes (n, 7), in chamber axes from the
+        nutation point
     position, quaternion : mass centre [m] (3,) and attitude (4,) of the chamber, world
     substep : charge substep [s]
 
@@ -205,7 +222,9 @@ def placed_particles(case: Case, bed: np.ndarray, position: np.ndarray, quaterni
     rotation = np.empty((3, 3))
     rotation_matrix(quaternion, rotation)
     places = position + (bed[:, :3] - whole_chamber(case.chamber).mass_centre) @ rotation.T
-    turned = None if bed.shape[1] == 3 else np.array([quaternion_product(quaternion, own) for own in bed[:, 3:]])
+    turned = (
+        None if bed.shape[1] == 3 else np.array([quaternion_product(quaternion, own) for own in bed[:, 3:]])
+    )
     return charge_particles(case).placed(places, turned)
 
 
@@ -215,13 +234,18 @@ def chamber_middle(case: Case) -> np.ndarray:
 
 
 def chamber_reach(case: Case) -> float:
-    """Half size [m] of a cube about the chamber's middle that the charge cannot leave as long as the walls hold.
+    """Half size [m] of a cube about the chamber's middle that the charge cannot leave as long as the walls
+    hold.
 
     Half the diagonal of the chamber, the swing of its middle, and as much again for the sway on the mounts.
     """
     chamber = case.chamber
-    swing = 2 * case.mechanism.crank_radius * -chamber_middle(case)[2] / case.mechanism.nutation_point_to_crank
+    swing = (
+        2 * case.mechanism.crank_radius * -chamber_middle(case)[2] / case.mechanism.nutation_point_to_crank
+    )
     half = math.hypot(chamber.inner_diameter, chamber.height) / 2
     if chamber.mesh is not None:
-        half = float(np.linalg.norm(chamber_mesh(case).vertices + chamber.mesh.at - chamber_middle(case), axis=1).max())
+        half = float(
+            np.linalg.norm(chamber_mesh(case).vertices + chamber.mesh.at - chamber_middle(case), axis=1).max()
+        )
     return half + 2 * abs(swing)

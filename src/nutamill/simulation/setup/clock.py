@@ -17,7 +17,9 @@ MOST_STEPS = 1e12
 """Steps of a run above which a case is refused as a slip of the pen [1]."""
 
 MECHANISM_STEP = 55e-6
-"""Longest step of a mechanism without charge [s]: errors of the joint reactions are then of the order of 1e-5."""
+"""Longest step of a mechanism without charge [s]: errors of the joint reactions are then of the order of
+1e-5.
+"""
 
 
 class ContactFacts(NamedTuple):
@@ -30,9 +32,13 @@ class ContactFacts(NamedTuple):
     time: float
     """Duration of a contact at the speed of the crank circle [s]; infinite where the two stick."""
     resolve: float
-    """Time a substep has to be small against [s]: the duration, but hysteretic half a period of the unloading spring."""
+    """Time a substep has to be small against [s]: the duration, but hysteretic half a period of the unloading
+    spring.
+    """
     overlap: float
-    """Largest overlap of a head-on contact at the speed of the crank circle, share of the smaller diameter [1]."""
+    """Largest overlap of a head-on contact at the speed of the crank circle, share of the smaller diameter
+    [1].
+    """
     restitution: float
     """Restitution of the pair [1]."""
     law: PairLaw
@@ -58,7 +64,9 @@ class Clock(NamedTuple):
 
 
 def contact_facts(case: Case) -> list[ContactFacts]:
-    """Facts of the contacts between particles of all materials, then of each with every wall material; the quickest particles rule."""
+    """Facts of the contacts between particles of all materials, then of each with every wall material; the
+    quickest particles rule.
+    """
     return [_facts(case, pair) for pair in case.touching]
 
 
@@ -71,16 +79,20 @@ def _facts(case: Case, pair: TouchingPair) -> ContactFacts:
 
 
 def crank_circle_speed(case: Case) -> float:
-    """Speed of the crank pin on its circle at full speed [m/s]: the scale of the speeds at which particles meet."""
+    """Speed of the crank pin on its circle at full speed [m/s]: the scale of the speeds at which particles
+    meet.
+    """
     return case.drive.speed * case.mechanism.crank_radius
 
 
 def run_clock(case: Case) -> Clock:
-    """Substep, window and row of a run; a row lasts one period of the series rate and holds a whole number of windows.
+    """Substep, window and row of a run; a row lasts one period of the series rate and holds a whole number of
+    windows.
 
     Raises
     ------
-    CaseError : a substep that resolves the shortest contact by fewer than `FEWEST_SUBSTEPS`, cohesion that leaves no spring
+    CaseError : a substep that resolves the shortest contact by fewer than `FEWEST_SUBSTEPS`, cohesion that
+        leaves no spring
     """
     row = 1.0 / case.run.series_rate
     if not case.charge.parts:
@@ -107,22 +119,38 @@ def refuse_endless(end: float, step: float) -> None:
     """Raise CaseError where a run to the time `end` [s] takes more steps [s] than can be meant."""
     if end / step > MOST_STEPS:
         what = f"makes {end / step:.2g} steps of {step:.2g} s, at most {MOST_STEPS:.0e} can be meant"
-        raise CaseError(Fault("run.until", what, "End the run sooner, lengthen run.dt, or soften the contacts"))
+        raise CaseError(
+            Fault("run.until", what, "End the run sooner, lengthen run.dt, or soften the contacts")
+        )
 
 
 def _refuse_soft_springs(case: Case) -> None:
-    """Raise where cohesion is stronger than a linear spring at any overlap, for the largest particles of the charge."""
+    """Raise where cohesion is stronger than a linear spring at any overlap, for the largest particles of the
+    charge.
+    """
     if case.contact.cohesion == "none" or case.contact.normal == "hertz":
         return
     diameter = max(part.size_range[1] for part in case.charge.parts)
     faults = []
     for own, other, wall in case.touching:
         law = pair_law(case, own, other)
-        spring, taken = spring_stiffness(law, diameter, diameter), cohesive_softening(law, diameter / (2 if wall else 4))
+        spring, taken = (
+            spring_stiffness(law, diameter, diameter),
+            cohesive_softening(law, diameter / (2 if wall else 4)),
+        )
         if taken >= spring:
             most = law.cohesive_pressure * spring / taken
-            what = f"cohesion takes {taken / 1e3:.3g} kN/m from a spring of {spring / 1e3:.3g} kN/m: particles would collapse"
-            faults.append(Fault(f"contact.pairs {own}-{other}", what, f"Give a cohesive_pressure well below {most / 1e6:.3g} MPa"))
+            what = (
+                f"cohesion takes {taken / 1e3:.3g} kN/m from a spring of {spring / 1e3:.3g} kN/m: "
+                "particles would collapse"
+            )
+            faults.append(
+                Fault(
+                    f"contact.pairs {own}-{other}",
+                    what,
+                    f"Give a cohesive_pressure well below {most / 1e6:.3g} MPa",
+                )
+            )
     if faults:
         raise CaseError(*faults)
 
@@ -131,14 +159,20 @@ def _too_long(case: Case, shortest: ContactFacts, substep: float) -> Fault:
     """What is wrong with a substep that is too long, and what would be right."""
     ratio = FEWEST_SUBSTEPS * substep / shortest.resolve
     if case.contact.normal == "hertz":
-        # the duration goes with the modulus to the power -2/5; 5 % less, so that rounding to two digits does not matter
+        # the duration goes with the modulus to the power -2/5; 5 % less, so that rounding to two digits does
+        # not matter
         softer = f"softening = {0.95 * case.contact.softening / ratio**2.5:.2g} would do"
     else:
-        overlap = f"overlap {100 * shortest.overlap * ratio:.2g} % of the diameter at {crank_circle_speed(case):.2g} m/s"
+        overlap = (
+            f"overlap {100 * shortest.overlap * ratio:.2g} % of the diameter at "
+            f"{crank_circle_speed(case):.2g} m/s"
+        )
         softer = f"{shortest.stiffness / ratio**2 / 1e3:.3g} kN/m would do ({overlap})"
     return Fault(
         f"run.dt = {substep * 1e6:.3g} us",
-        f"a {shortest.pair} contact lasts {shortest.resolve * 1e6:.3g} us, {shortest.resolve / substep:.2g} substeps;"
-        f" it needs {FEWEST_SUBSTEPS}, better {SUBSTEPS_PER_CONTACT} ({shortest.resolve / SUBSTEPS_PER_CONTACT * 1e6:.2g} us)",
+        f"a {shortest.pair} contact lasts {shortest.resolve * 1e6:.3g} us, "
+        f"{shortest.resolve / substep:.2g} substeps;"
+        f" it needs {FEWEST_SUBSTEPS}, better {SUBSTEPS_PER_CONTACT} "
+        f"({shortest.resolve / SUBSTEPS_PER_CONTACT * 1e6:.2g} us)",
         f'Use dt = "auto", or soften: {softer}',
     )

@@ -31,7 +31,9 @@ KINDS = {
 
 
 class MechanismParts(NamedTuple):
-    """The descriptions that `nutamill.mechanism.assembly.assemble` turns into arrays, in the order of its arguments."""
+    """The descriptions that `nutamill.mechanism.assembly.assemble` turns into arrays, in the order of its
+    arguments.
+    """
 
     bodies: list[Body]
     """The bodies."""
@@ -54,7 +56,15 @@ def mechanism_parts(case: MechanismCase) -> MechanismParts:
         [_joint(entry) for entry in case.joints],
         [_bushing(entry) for entry in case.bushings],
         [
-            Spring(entry.name, *entry.between, entry.point_a, entry.point_b, entry.stiffness, entry.damping, entry.free_length)
+            Spring(
+                entry.name,
+                *entry.between,
+                entry.point_a,
+                entry.point_b,
+                entry.stiffness,
+                entry.damping,
+                entry.free_length,
+            )
             for entry in case.springs
         ],
         [Torque(entry.name, entry.body, entry.moment) for entry in case.torques],
@@ -63,7 +73,9 @@ def mechanism_parts(case: MechanismCase) -> MechanismParts:
 
 
 def assemble_case(case: MechanismCase) -> tuple[Mechanism, MechanismState, MechanismScratch]:
-    """Constants, state as assembled and work space of a case; raises CaseError with every fault of the engine's own checks."""
+    """Constants, state as assembled and work space of a case; raises CaseError with every fault of the
+    engine's own checks.
+    """
     return assemble(*mechanism_parts(case), gravity=case.gravity, redundant=case.redundant)
 
 
@@ -75,7 +87,15 @@ def case_sensors(case: MechanismCase) -> list[Sensor]:
         sensors.append(Sensor(f"bushing_{bushing.name} travel", SensorKind.BUSHING_TRAVEL, bushing.name))
     sensors += [Sensor(f"drive_{drive.name}", SensorKind.DRIVE, drive.name) for drive in case.drives]
     for entry in case.sensors:
-        sensors.append(Sensor(f"{entry.name} {entry.kind}", KINDS[entry.kind], entry.of, point=entry.at, axes_body=entry.axes))
+        sensors.append(
+            Sensor(
+                f"{entry.name} {entry.kind}",
+                KINDS[entry.kind],
+                entry.of,
+                point=entry.at,
+                axes_body=entry.axes,
+            )
+        )
     return sensors
 
 
@@ -92,17 +112,23 @@ def build_mechanism(case: MechanismCase) -> tuple[Model, State]:
     if case.run.start == "rest":
         static_equilibrium(mechanism, state, scratch)
     elif start(mechanism, state, scratch) != OK:
-        raise StepError(f"{case.name}: the first accelerations must be finite, they are not. Look at masses and inertias.")
+        raise StepError(
+            f"{case.name}: the first accelerations must be finite, they are not. Look at masses and inertias."
+        )
     clock = mechanism_clock(case)
     nowhere = np.zeros(0, np.int64)
-    plan = CouplingPlan(int(Scheme.STAGGERED), 0, clock.window, clock.windows_per_row, nowhere, 0, np.zeros(3), 0)
+    plan = CouplingPlan(
+        int(Scheme.STAGGERED), 0, clock.window, clock.windows_per_row, nowhere, 0, np.zeros(3), 0
+    )
     readout = PartReadout(case, column_names(sensors))
     model = Model(case, clock, mechanism, scratch, sensors, None, None, charge_reading(), None, plan, readout)
     return model, State(state, None, None, coupling_state(0), np.zeros(readout.n_columns))
 
 
 def mechanism_clock(case: MechanismCase) -> Clock:
-    """Step and row of a run: the longest step that is at most `run.dt` and divides the period of the series."""
+    """Step and row of a run: the longest step that is at most `run.dt` and divides the period of the
+    series.
+    """
     period = 1.0 / case.run.series_rate
     refuse_endless(case.run.until, min(period, case.run.dt))
     steps = max(1, math.ceil(period / case.run.dt * (1.0 - 1e-12)))
@@ -121,18 +147,29 @@ def _body(entry: BodyEntry) -> Body:
     inertia = np.diag(entry.inertia[:3])
     for (i, j), product in zip(((0, 1), (0, 2), (1, 2)), entry.inertia[3:], strict=False):
         inertia[i, j] = inertia[j, i] = product
-    return Body(entry.name, entry.mass, inertia, entry.position, _quaternion(entry.turn), entry.velocity, entry.angular_velocity)
+    return Body(
+        entry.name,
+        entry.mass,
+        inertia,
+        entry.position,
+        _quaternion(entry.turn),
+        entry.velocity,
+        entry.angular_velocity,
+    )
 
 
 def _joint(entry: JointEntry) -> Joint:
     law = entry.friction
     friction = None if law is None else JointFriction(law.coefficient, law.radius, law.constant, law.viscous)
     kind = JointKind[entry.kind.upper()]
-    return Joint(entry.name, kind, *entry.between, entry.point, entry.axis, entry.second_axis, friction, entry.point_b)
+    return Joint(
+        entry.name, kind, *entry.between, entry.point, entry.axis, entry.second_axis, friction, entry.point_b
+    )
 
 
 def _bushing(entry: BushingEntry) -> Bushing:
     stiffness, damping = (
-        tuple(getattr(entry, f"{way}_{what}") for way in ("shear", "axial", "bending", "torsion")) for what in ("stiffness", "damping")
+        tuple(getattr(entry, f"{way}_{what}") for way in ("shear", "axial", "bending", "torsion"))
+        for what in ("stiffness", "damping")
     )
     return Bushing(entry.name, *entry.between, entry.point, entry.axis, stiffness, damping)

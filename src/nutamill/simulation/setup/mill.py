@@ -14,7 +14,14 @@ from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind, Motor
 from nutamill.mechanism.sensors import Sensor, SensorKind
 from nutamill.result.fields import JOINTS, TURNING
-from nutamill.simulation.setup.rigid_parts import RigidPart, chamber_shell, compose, remove, turned, whole_chamber
+from nutamill.simulation.setup.rigid_parts import (
+    RigidPart,
+    chamber_shell,
+    compose,
+    remove,
+    turned,
+    whole_chamber,
+)
 
 Y_AXIS, Z_AXIS = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -69,7 +76,13 @@ def moving_parts(case: Case) -> dict[str, RigidPart]:
     crank_pin = np.array([mechanism.crank_radius, 0.0, -mechanism.nutation_point_to_crank])
     driveshaft = bare_driveshaft(case)
     for weight in case.balance.weights:
-        place = np.array([weight.radius * math.cos(weight.azimuth), weight.radius * math.sin(weight.azimuth), -weight.depth])
+        place = np.array(
+            [
+                weight.radius * math.cos(weight.azimuth),
+                weight.radius * math.sin(weight.azimuth),
+                -weight.depth,
+            ]
+        )
         driveshaft = compose(driveshaft, RigidPart(weight.mass, place, np.zeros((3, 3))))
     intermediate = case.intermediate_shaft
     return {
@@ -80,7 +93,9 @@ def moving_parts(case: Case) -> dict[str, RigidPart]:
         SHAFT: RigidPart(
             intermediate.mass,
             np.array([0.0, 0.0, -case.shaft_coupling.depth]),
-            np.diag([intermediate.inertia_transverse, intermediate.inertia_transverse, intermediate.inertia_axial]),
+            np.diag(
+                [intermediate.inertia_transverse, intermediate.inertia_transverse, intermediate.inertia_axial]
+            ),
         ),
     }
 
@@ -88,19 +103,28 @@ def moving_parts(case: Case) -> dict[str, RigidPart]:
 def frame_part(case: Case) -> RigidPart:
     """The frame: what the unribbed, empty machine on its mounts leaves when its moving parts are taken out.
 
-    The file gives mass, height of the mass centre and radii of gyration of the whole machine on the mounts.  The moving
-    parts are taken out averaged over a turn, so that the frame is symmetric about the driveshaft axis.
+    The file gives mass, height of the mass centre and radii of gyration of the whole machine on the mounts.
+    The moving parts are taken out averaged over a turn, so that the frame is symmetric about the driveshaft
+    axis.
     """
-    parts = {**moving_parts(case), CHAMBER: turned(chamber_shell(case.chamber), chamber_rotation(case)), DRIVESHAFT: bare_driveshaft(case)}
+    parts = {
+        **moving_parts(case),
+        CHAMBER: turned(chamber_shell(case.chamber), chamber_rotation(case)),
+        DRIVESHAFT: bare_driveshaft(case),
+    }
     del parts[SHAFT]  # it hangs on the ground, not on the mounts
     frame, mass = case.frame, case.mechanism.total_mass
     mass_centre = np.array([0.0, 0.0, -case.mounts.depth + frame.mass_centre_height])
-    whole = RigidPart(mass, mass_centre, mass * np.diag([frame.gyration_rocking**2] * 2 + [frame.gyration_yaw**2]))
+    whole = RigidPart(
+        mass, mass_centre, mass * np.diag([frame.gyration_rocking**2] * 2 + [frame.gyration_yaw**2])
+    )
     left = mass - sum(part.mass for part in parts.values())
     if left <= 0:
         raise CaseError(
             Fault(
-                "mechanism.total_mass", f"leaves {left:.3g} kg for the frame, which must be positive", "Give the mass of the whole machine"
+                "mechanism.total_mass",
+                f"leaves {left:.3g} kg for the frame, which must be positive",
+                "Give the mass of the whole machine",
             )
         )
     about_axis = remove(whole, *(_averaged_over_a_turn(part) for part in parts.values()))
@@ -109,7 +133,8 @@ def frame_part(case: Case) -> RigidPart:
         raise CaseError(
             Fault(
                 "frame",
-                f"the radii of gyration of the whole machine leave the frame moments of inertia of {lowest.round(3).tolist()} kg m^2,"
+                "the radii of gyration of the whole machine leave the frame moments of inertia of "
+                f"{lowest.round(3).tolist()} kg m^2,"
                 " which no body has",
                 "Give larger frame.gyration_rocking or frame.gyration_yaw",
             )
@@ -118,7 +143,9 @@ def frame_part(case: Case) -> RigidPart:
 
 
 def _averaged_over_a_turn(part: RigidPart) -> RigidPart:
-    """The part smeared round the z axis: mass centre on the axis, same axial and mean transverse inertia about it."""
+    """The part smeared round the z axis: mass centre on the axis, same axial and mean transverse inertia
+    about it.
+    """
     x, y, z = part.mass_centre
     inertia = part.inertia + part.mass * np.diag([(x * x + y * y) / 2, (x * x + y * y) / 2, x * x + y * y])
     transverse = (inertia[0, 0] + inertia[1, 1]) / 2
@@ -139,13 +166,20 @@ def mill_mechanism(case: Case) -> MillMechanism:
     coupling = (0.0, 0.0, -case.shaft_coupling.depth)
     chamber_x = tuple(chamber_rotation(case)[:, 0])
     friction = JointFriction(
-        mechanism.joint_friction, mechanism.joint_friction_radius, mechanism.joint_friction_constant, mechanism.joint_friction_viscous
+        mechanism.joint_friction,
+        mechanism.joint_friction_radius,
+        mechanism.joint_friction_constant,
+        mechanism.joint_friction_viscous,
     )
     joints = [
         Joint(SHAFT_BEARING, JointKind.REVOLUTE, GROUND, SHAFT, coupling, Z_AXIS),  # 2
-        Joint(DRIVESHAFT_BEARING, JointKind.REVOLUTE, FRAME, DRIVESHAFT, bearing, Z_AXIS, friction=friction),  # 4
+        Joint(
+            DRIVESHAFT_BEARING, JointKind.REVOLUTE, FRAME, DRIVESHAFT, bearing, Z_AXIS, friction=friction
+        ),  # 4
         Joint(LOAD_CELL, JointKind.FIXED, DRIVESHAFT, CARRIAGE, crank_pin),  # 5
-        Joint(CRANK_PIN, JointKind.POINT_ON_LINE, CARRIAGE, CHAMBER, crank_pin, Z_AXIS, friction=friction),  # 6
+        Joint(
+            CRANK_PIN, JointKind.POINT_ON_LINE, CARRIAGE, CHAMBER, crank_pin, Z_AXIS, friction=friction
+        ),  # 6
         Joint(CHAMBER_PIVOT, JointKind.REVOLUTE, CROSS, CHAMBER, nutation_point, chamber_x),  # 7
         Joint(YOKE_PIVOT, JointKind.REVOLUTE, FRAME, CROSS, nutation_point, Y_AXIS),  # 8
     ]
@@ -160,16 +194,29 @@ def mill_mechanism(case: Case) -> MillMechanism:
     return MillMechanism(bodies, tuple(joints), tuple(bushings), (drive,), (0.0, 0.0, -mechanism.gravity))
 
 
-def assemble_mill(mill: MillMechanism, drives: Sequence[Drive] | None = None) -> tuple[Mechanism, MechanismState, MechanismScratch]:
-    """The arrays of a mill's parts, as `nutamill.mechanism.assembly.assemble` makes them; with other `drives` if given."""
-    return assemble(mill.bodies, mill.joints, mill.bushings, drives=mill.drives if drives is None else drives, gravity=mill.gravity)
+def assemble_mill(
+    mill: MillMechanism, drives: Sequence[Drive] | None = None
+) -> tuple[Mechanism, MechanismState, MechanismScratch]:
+    """The arrays of a mill's parts, as `nutamill.mechanism.assembly.assemble` makes them; with other `drives`
+    if given.
+    """
+    return assemble(
+        mill.bodies,
+        mill.joints,
+        mill.bushings,
+        drives=mill.drives if drives is None else drives,
+        gravity=mill.gravity,
+    )
 
 
 def _motor(case: Case) -> Motor | None:
     """The motor, if the rotation is not prescribed."""
     if (motor := case.drive.motor) is None:
         return None
-    absent = [math.inf if value is None else value for value in (motor.torque, motor.power, motor.cut, motor.restored)]
+    absent = [
+        math.inf if value is None else value
+        for value in (motor.torque, motor.power, motor.cut, motor.restored)
+    ]
     return Motor(motor.gain, motor.gain / motor.integral_time, *absent)
 
 
@@ -186,13 +233,21 @@ def _body(name: str, part: RigidPart, case: Case) -> Body:
     if name not in (CHAMBER, CROSS):
         return Body(name, part.mass, part.inertia, tuple(part.mass_centre))
     rotation = chamber_rotation(case)
-    return Body(name, part.mass, rotation.T @ part.inertia @ rotation, tuple(part.mass_centre), chamber_quaternion(case))
+    return Body(
+        name,
+        part.mass,
+        rotation.T @ part.inertia @ rotation,
+        tuple(part.mass_centre),
+        chamber_quaternion(case),
+    )
 
 
 def mill_sensors(case: Case) -> list[Sensor]:
-    """What every run of a mill reads at each row, before `nutamill.simulation.setup.readout` gives it the names of the series.
+    """What every run of a mill reads at each row, before `nutamill.simulation.setup.readout` gives it the
+    names of the series.
 
-    The crank's forces are written in driveshaft axes (x from the axis to the pin), those at the nutation point in world axes.
+    The crank's forces are written in driveshaft axes (x from the axis to the pin), those at the nutation
+    point in world axes.
     """
     sensors = [
         Sensor(DRIVE, SensorKind.DRIVE, DRIVE),
@@ -210,8 +265,13 @@ def mill_sensors(case: Case) -> list[Sensor]:
             sensors.append(Sensor(f"mount_{number}", SensorKind.BUSHING_WRENCH, f"mount_{number}"))
             sensors.append(Sensor(f"mount_{number} travel", SensorKind.BUSHING_TRAVEL, f"mount_{number}"))
     tilted = chamber_rotation(case)
-    places = {name: tilted @ sensor.at if sensor.body in (CHAMBER, CROSS) else sensor.at for name, sensor in case.sensors.items()}
+    places = {
+        name: tilted @ sensor.at if sensor.body in (CHAMBER, CROSS) else sensor.at
+        for name, sensor in case.sensors.items()
+    }
     return sensors + [
-        Sensor(name, SensorKind.POINT_ACCELERATION, sensor.body, point=tuple(places[name]), axes_body=sensor.body)
+        Sensor(
+            name, SensorKind.POINT_ACCELERATION, sensor.body, point=tuple(places[name]), axes_body=sensor.body
+        )
         for name, sensor in case.sensors.items()
     ]

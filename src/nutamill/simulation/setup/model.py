@@ -16,7 +16,13 @@ from nutamill.mechanism.sensors import SensorTable, column_names, sensor_table
 from nutamill.simulation.coupling import CouplingPlan, CouplingState, Scheme, coupling_state
 from nutamill.simulation.setup.charge import chamber_charge
 from nutamill.simulation.setup.clock import Clock, run_clock
-from nutamill.simulation.setup.mill import DRIVE, assemble_mill, chamber_rotation, mill_mechanism, mill_sensors
+from nutamill.simulation.setup.mill import (
+    DRIVE,
+    assemble_mill,
+    chamber_rotation,
+    mill_mechanism,
+    mill_sensors,
+)
 from nutamill.simulation.setup.part_readout import PartReadout
 from nutamill.simulation.setup.particles import particle_masses
 from nutamill.simulation.setup.readout import Readout
@@ -75,13 +81,14 @@ class State:
 
 
 def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
-    """Model and first state of a case: the mill at rest in static equilibrium at crank angle 0, the charge in its bed.
+    """Model and first state of a case: the mill at rest in static equilibrium at crank angle 0, the charge in
+    its bed.
 
     Parameters
     ----------
     case : what is asked
-    bed : places of the particles [m] (n, 3), or places and attitudes (n, 7), in chamber axes from the nutation point, by
-        `nutamill.simulation.setup.bed.settled_bed`; None for an empty chamber
+    bed : places of the particles [m] (n, 3), or places and attitudes (n, 7), in chamber axes from the
+        nutation point, by `nutamill.simulation.setup.bed.settled_bed`; None for an empty chamber
 
     Raises
     ------
@@ -110,14 +117,22 @@ def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
     )
     charge, cstate, cscratch, survey, sums = None, None, None, None, None
     if bed is not None:
-        charge, cstate, cscratch = chamber_charge(case, bed, mstate.position[chamber], mstate.quaternion[chamber], clock.substep)
+        charge, cstate, cscratch = chamber_charge(
+            case, bed, mstate.position[chamber], mstate.quaternion[chamber], clock.substep
+        )
         cscratch = with_patches(charge, cscratch, chamber_patches(case))
         survey = chamber_survey(case, charge, cstate, clock.substep)
         sums = charge_statistics(survey, cscratch)
     readout = Readout(
-        case, column_names(sensors), [bushing.name for bushing in mill.bushings], [joint.name for joint in mill.joints], bed is not None
+        case,
+        column_names(sensors),
+        [bushing.name for bushing in mill.bushings],
+        [joint.name for joint in mill.joints],
+        bed is not None,
     )
-    model = Model(case, clock, mechanism, mscratch, sensors, charge, cscratch, charge_reading(), survey, plan, readout)
+    model = Model(
+        case, clock, mechanism, mscratch, sensors, charge, cscratch, charge_reading(), survey, plan, readout
+    )
     return model, State(mstate, cstate, sums, coupling_state(len(plan.carriers)), np.zeros(readout.n_columns))
 
 
@@ -127,7 +142,9 @@ def plan_scheme(case: Case) -> Scheme:
 
 
 def bed_weight(case: Case, bed: np.ndarray) -> np.ndarray:
-    """Weight of the bed as a wrench (6,) on the chamber about its mass centre: force [N], moment [N m], world axes."""
+    """Weight of the bed as a wrench (6,) on the chamber about its mass centre: force [N], moment [N m], world
+    axes.
+    """
     mass = particle_masses(case)
     force = np.array([0.0, 0.0, -case.mechanism.gravity * mass.sum()])
     centre = (mass @ bed[:, :3]) / mass.sum() - whole_chamber(case.chamber).mass_centre

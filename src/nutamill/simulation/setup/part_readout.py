@@ -1,7 +1,8 @@
-"""From the rows a compiled march writes to the series of a mechanism's parts (`nutamill.result.fields.PART_SERIES`).
+"""From the rows a compiled march writes to the series of a mechanism's parts
+(`nutamill.result.fields.PART_SERIES`).
 
-A row is: time; columns of the sensors; kinetic, potential and elastic energy; works of the drives, losses of bushings, springs
-and joints, works of the constant moments (`nutamill.simulation.coupling.mechanism_row`).
+A row is: time; columns of the sensors; kinetic, potential and elastic energy; works of the drives, losses of
+bushings, springs and joints, works of the constant moments (`nutamill.simulation.coupling.mechanism_row`).
 """
 
 import numpy as np
@@ -15,19 +16,26 @@ class PartReadout:
     Parameters
     ----------
     case : the mechanism
-    sensor_columns : names of the sensor columns, as `nutamill.simulation.setup.mechanism.case_sensors` makes them
+    sensor_columns : names of the sensor columns, as `nutamill.simulation.setup.mechanism.case_sensors` makes
+        them
     """
 
     def __init__(self, case: MechanismCase, sensor_columns: list[str]):
         drives = [f"drive_{part.name}_work" for part in case.drives]
-        losses = [f"bushing_{part.name}_loss" for part in case.bushings] + [f"spring_{part.name}_loss" for part in case.springs]
+        losses = [f"bushing_{part.name}_loss" for part in case.bushings] + [
+            f"spring_{part.name}_loss" for part in case.springs
+        ]
         losses += [f"joint_{part.name}_loss" for part in case.joints]
         torques = [f"torque_{part.name}_work" for part in case.torques]
         stored = ["kinetic_energy_mechanism", "potential_energy", "elastic_energy"]
         columns = ["time", *map(_series_name, sensor_columns), *stored, *drives, *losses, *torques]
         self.n_columns = len(columns)
         rubbing = {f"joint_{part.name}_loss" for part in case.joints if part.friction is not None}
-        kept = [name for name in columns if not (name.startswith("joint_") and name.endswith("_loss")) or name in rubbing]
+        kept = [
+            name
+            for name in columns
+            if not (name.startswith("joint_") and name.endswith("_loss")) or name in rubbing
+        ]
         self._kept = [columns.index(name) for name in kept]
         self._plus = [columns.index(name) for name in (*stored, *losses)]
         self._minus = [columns.index(name) for name in (*drives, *torques)]

@@ -17,14 +17,18 @@ class Pebble(NamedTuple):
     """One sphere of a particle, as a contact feels it."""
 
     mass: float
-    """Mass with which it resists a push through its centre [kg]; less than the particle's where that makes the particle turn."""
+    """Mass with which it resists a push through its centre [kg]; less than the particle's where that makes
+    the particle turn.
+    """
     diameter: float
     """Its diameter [m]."""
 
 
 @functools.lru_cache(maxsize=4)
 def charge_parts(case: Case) -> tuple[Particles, ...]:
-    """Particles of each part of the charge, not placed yet; their materials are numbered as in `Case.charge.materials`."""
+    """Particles of each part of the charge, not placed yet; their materials are numbered as in
+    `Case.charge.materials`.
+    """
     return tuple(_of_part(case, number, part) for number, part in enumerate(case.charge.parts))
 
 
@@ -52,14 +56,21 @@ def charge_mass(case: Case) -> float:
 def with_charge_mass(case: Case) -> Case:
     """The case with the mass of its charge fixed to the chamber's base, where the rigid bars are."""
     if case.chamber.bars is None:
-        raise CaseError(Fault("chamber.bars", "is missing, and says where the charge's mass would be", "Give radius and depth of a ring"))
+        raise CaseError(
+            Fault(
+                "chamber.bars",
+                "is missing, and says where the charge's mass would be",
+                "Give radius and depth of a ring",
+            )
+        )
     return case.with_("chamber.bars.mass", case.chamber.bars_mass + charge_mass(case))
 
 
 def quickest_pebble(case: Case, material: str) -> Pebble:
     """The pebble of a material whose contacts are shortest.
 
-    The duration grows with the root of mass over stiffness; the stiffness, where it comes from Young's modulus, with the diameter.
+    The duration grows with the root of mass over stiffness; the stiffness, where it comes from Young's
+    modulus, with the diameter.
     """
     density, found = case.materials[material].density, []
     for part, particles in zip(case.charge.parts, charge_parts(case), strict=True):
@@ -69,7 +80,10 @@ def quickest_pebble(case: Case, material: str) -> Pebble:
             scale = particles.scale[particles.shape_of == number]
             if len(scale):
                 masses = shape.push_mass() * density * scale.min() ** 3
-                found += [Pebble(float(m), float(d)) for m, d in zip(masses, 2.0 * shape.radii * scale.min(), strict=True)]
+                found += [
+                    Pebble(float(m), float(d))
+                    for m, d in zip(masses, 2.0 * shape.radii * scale.min(), strict=True)
+                ]
     by_diameter = case.contact.stiffness == "young"
     return min(found, key=lambda pebble: pebble.mass / (pebble.diameter if by_diameter else 1.0))
 

@@ -18,8 +18,12 @@ SOFTER = 9.0
 
 
 def quick(case: Case) -> Case:
-    """The case in demonstration quality: rigid mounts, short ramp, a few turns at speed, softer contacts between particles."""
-    rows = 2.0 / case.run.series_rate  # the record begins up to a row after the ramp and ends up to a row before the end
+    """The case in demonstration quality: rigid mounts, short ramp, a few turns at speed, softer contacts
+    between particles.
+    """
+    rows = (
+        2.0 / case.run.series_rate
+    )  # the record begins up to a row after the ramp and ends up to a row before the end
     until = RAMP_TIME + TURNS * 2.0 * math.pi / case.drive.speed + rows
     changes = {
         "title": f"demonstration of {case.name}: {simplified(case)}",
@@ -39,7 +43,9 @@ def quick(case: Case) -> Case:
 
 
 def softens(case: Case) -> bool:
-    """Whether the demonstration of a case takes softer springs; Hertz's have no stiffness of their own to change."""
+    """Whether the demonstration of a case takes softer springs; Hertz's have no stiffness of their own to
+    change.
+    """
     return bool(case.charge.parts) and case.contact.stiffness == "young" and case.contact.normal != "hertz"
 
 
@@ -56,4 +62,7 @@ def simplified(case: Case) -> str:
 
 def banner(case: Case) -> str:
     """What is printed before a demonstration."""
-    return f"demonstration: {simplified(case)}. It shows the program, not the mill: run without --quick for numbers"
+    return (
+        f"demonstration: {simplified(case)}. It shows the program, not the mill: run without --quick for "
+        "numbers"
+    )

@@ -1,8 +1,8 @@
 """From the rows a compiled march writes to the recorded quantities of `nutamill.result.fields`.
 
-A row is: time; columns of the sensors; kinetic, potential and elastic energy, drive work, losses of bushings and joints of the
-mechanism; and, with a charge, what `observe` saw, the contact ledger, the mean wrench on the chamber about the nutation point,
-impulses given and received, and the largest overlaps.
+A row is: time; columns of the sensors; kinetic, potential and elastic energy, drive work, losses of bushings
+and joints of the mechanism; and, with a charge, what `observe` saw, the contact ledger, the mean wrench on
+the chamber about the nutation point, impulses given and received, and the largest overlaps.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,16 @@ import numpy as np
 from nutamill.case import Case
 from nutamill.charge.model import Ledger
 from nutamill.result.fields import JOINTS, TURNING
-from nutamill.simulation.setup.mill import CHAMBER_PIVOT, COUPLING, CRANK_PIN, DRIVE, FRAME_FIX, LOAD_CELL, NUTATION_POINT, SHAFT_BEARING
+from nutamill.simulation.setup.mill import (
+    CHAMBER_PIVOT,
+    COUPLING,
+    CRANK_PIN,
+    DRIVE,
+    FRAME_FIX,
+    LOAD_CELL,
+    NUTATION_POINT,
+    SHAFT_BEARING,
+)
 from nutamill.simulation.setup.particles import charge_mass
 
 FRICTIONLESS = (FRAME_FIX, SHAFT_BEARING, LOAD_CELL)
@@ -44,7 +53,9 @@ class Readout:
     with_charge : whether rows have a charge part
     """
 
-    def __init__(self, case: Case, sensor_columns: list[str], bushings: list[str], joints: list[str], with_charge: bool):
+    def __init__(
+        self, case: Case, sensor_columns: list[str], bushings: list[str], joints: list[str], with_charge: bool
+    ):
         self._case = case
         self._with_charge = with_charge
         columns = ["time", *sensor_columns, "kinetic", "potential", "elastic", "drive_work"]
@@ -79,7 +90,9 @@ class Readout:
         for name, joint in (("crank_pin_force", LOAD_CELL), ("pin_joint_force", CRANK_PIN)):
             series |= _crank_force(name, joint, at, at_first)
         series |= _vector("nutation_point_force", f"{CHAMBER_PIVOT}_force", at)
-        series["nutation_point_force_resultant"] = np.linalg.norm([at(f"{CHAMBER_PIVOT}_force_{axis}") for axis in "xyz"], axis=0)
+        series["nutation_point_force_resultant"] = np.linalg.norm(
+            [at(f"{CHAMBER_PIVOT}_force_{axis}") for axis in "xyz"], axis=0
+        )
         series |= self._mounts(at)
         series |= self._reactions(at)
         for sensor in self._case.sensors:
@@ -113,8 +126,12 @@ class Readout:
     def _reactions(self, at: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
         rigid = self._case.mechanism.mounting == "rigid"
         joints = [joint for joint in JOINTS if joint != FRAME_FIX or rigid]
-        series = {f"{joint}_reaction_{part}": at(f"{joint} reaction_{part}") for joint in joints for part in WRENCH}
-        return series | {f"{body}_attitude_{part}": at(f"{body} attitude_q{part}") for body in TURNING for part in "wxyz"}
+        series = {
+            f"{joint}_reaction_{part}": at(f"{joint} reaction_{part}") for joint in joints for part in WRENCH
+        }
+        return series | {
+            f"{body}_attitude_{part}": at(f"{body} attitude_q{part}") for body in TURNING for part in "wxyz"
+        }
 
     def _charge(self, at: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
         place = [at(f"charge mass_centre_{axis}") for axis in "xyz"]
@@ -130,7 +147,9 @@ class Readout:
             series[f"largest_{kind}_overlap"] = at(f"overlap {kind}")
         return series
 
-    def _ledger(self, at: Callable[[str], np.ndarray], at_first: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
+    def _ledger(
+        self, at: Callable[[str], np.ndarray], at_first: Callable[[str], np.ndarray]
+    ) -> dict[str, np.ndarray]:
         """The power ledger, cumulative from the first row, and what is left over of it."""
         stored = {
             "kinetic_energy_mechanism": at("kinetic"),
@@ -146,30 +165,49 @@ class Readout:
             lost["coupling_loss" if part == COUPLING else f"{part}_loss"] = at(name)
         charge = {}
         if self._with_charge:
-            stored["kinetic_energy_charge"] = at("charge kinetic_translational") + at("charge kinetic_rotational")
+            stored["kinetic_energy_charge"] = at("charge kinetic_translational") + at(
+                "charge kinetic_rotational"
+            )
             stored["potential_energy"] = stored["potential_energy"] - at("work gravity")
             for where in ("pair", "wall"):
                 for kind in CONTACT_KINDS:
                     elastic = at(f"charge elastic_{where}_{kind}")
                     stored["elastic_energy"] = stored["elastic_energy"] + elastic
-                    lost[f"{where}_{kind}_loss"] = at_first(f"charge elastic_{where}_{kind}") - elastic - at(f"work {where}_{kind}")
+                    lost[f"{where}_{kind}_loss"] = (
+                        at_first(f"charge elastic_{where}_{kind}") - elastic - at(f"work {where}_{kind}")
+                    )
             lost["substep_loss"] = -at("work scheme")
             charge["interface_work"] = at("work interface")
             if self._case.run.coupling == "prescribed":
-                supplied = supplied + charge["interface_work"]  # an imposed motion supplies what it does on the charge
+                supplied = (
+                    supplied + charge["interface_work"]
+                )  # an imposed motion supplies what it does on the charge
             momentum = [at(f"charge momentum_{axis}") - at_first(f"charge momentum_{axis}") for axis in "xyz"]
             weight = charge_mass(self._case) * self._case.mechanism.gravity * (at("time") - at_first("time"))
-            defect = [momentum[k] + at(f"given {axis}") + (weight if axis == "z" else 0.0) for k, axis in enumerate("xyz")]
+            defect = [
+                momentum[k] + at(f"given {axis}") + (weight if axis == "z" else 0.0)
+                for k, axis in enumerate("xyz")
+            ]
             charge["interface_impulse_defect"] = np.linalg.norm(defect, axis=0)
         total = sum(stored.values()) + sum(lost.values()) - supplied
-        return {"motor_work": at("drive_work"), **stored, **lost, **charge, "ledger_residual": total - self._start_energy(at_first)}
+        return {
+            "motor_work": at("drive_work"),
+            **stored,
+            **lost,
+            **charge,
+            "ledger_residual": total - self._start_energy(at_first),
+        }
 
     def _start_energy(self, at_first: Callable[[str], np.ndarray]) -> np.ndarray:
         """Energy stored at the first row [J]; all cumulative works are zero there."""
         energy = at_first("kinetic") + at_first("potential") + at_first("elastic")
         if self._with_charge:
             energy = energy + at_first("charge kinetic_translational") + at_first("charge kinetic_rotational")
-            energy = energy + sum(at_first(f"charge elastic_{where}_{kind}") for where in ("pair", "wall") for kind in CONTACT_KINDS)
+            energy = energy + sum(
+                at_first(f"charge elastic_{where}_{kind}")
+                for where in ("pair", "wall")
+                for kind in CONTACT_KINDS
+            )
         return energy
 
 
@@ -178,11 +216,15 @@ def _vector(name: str, column: str, at: Callable[[str], np.ndarray]) -> dict[str
     return {f"{name}_{axis}": at(f"{column}_{axis}") for axis in "xyz"}
 
 
-def _crank_force(name: str, joint: str, at: Callable[[str], np.ndarray], at_first: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
-    """Radial (towards the axis), tangential and resultant force of the crank on what it drives; raw and less the force at rest.
+def _crank_force(
+    name: str, joint: str, at: Callable[[str], np.ndarray], at_first: Callable[[str], np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Radial (towards the axis), tangential and resultant force of the crank on what it drives; raw and less
+    the force at rest.
 
-    Columns are in driveshaft axes, x from the axis to the pin. A reading zeroed at rest loses gravity's radial share, which
-    turns with the crank; its tangential share at rest is zero, as the file's first row may hold the start of a ramp.
+    Columns are in driveshaft axes, x from the axis to the pin. A reading zeroed at rest loses gravity's
+    radial share, which turns with the crank; its tangential share at rest is zero, as the file's first row
+    may hold the start of a ramp.
     """
     radial, tangential = -at(f"{joint}_force_x"), at(f"{joint}_force_y")
     radial_tared = radial + at_first(f"{joint}_force_x")

@@ -19,7 +19,9 @@ class RigidPart(NamedTuple):
 
 
 def parallel_axis(mass: float, offset: np.ndarray) -> np.ndarray:
-    """Inertia [kg m^2] (3, 3) that a point mass at `offset` [m] (3,) adds about the origin (Huygens-Steiner)."""
+    """Inertia [kg m^2] (3, 3) that a point mass at `offset` [m] (3,) adds about the origin
+    (Huygens-Steiner).
+    """
     return mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
 
 
@@ -39,7 +41,8 @@ def remove(whole: RigidPart, *parts: RigidPart) -> RigidPart:
 def chamber_shell(chamber: Chamber) -> RigidPart:
     """The empty chamber without ribs and bars, in chamber axes from the nutation point.
 
-    The file gives the transverse inertia about the nutation point, because that is what the pin force measures.
+    The file gives the transverse inertia about the nutation point, because that is what the pin force
+    measures.
     """
     mass_centre = np.array([0.0, 0.0, -chamber.mass_centre_depth])
     about_point = np.diag([chamber.inertia_transverse, chamber.inertia_transverse, chamber.inertia_axial])
@@ -53,10 +56,11 @@ def bar_ring(bars: Bars) -> RigidPart:
 
 
 def rib_ring(chamber: Chamber) -> RigidPart:
-    """All ribs as equally spaced boxes on the bore, standing on the floor, in chamber axes from the nutation point.
+    """All ribs as equally spaced boxes on the bore, standing on the floor, in chamber axes from the nutation
+    point.
 
-    For three ribs or more the sum over equal angles makes the transverse inertias equal; one or two ribs are smeared
-    likewise.
+    For three ribs or more the sum over equal angles makes the transverse inertias equal; one or two ribs are
+    smeared likewise.
     """
     rib = chamber.rib
     mass = chamber.ribs_mass

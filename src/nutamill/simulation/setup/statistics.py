@@ -1,6 +1,7 @@
 """Where the statistics of a charge are summed in its chamber, and how they are written down.
 
-The grid has its origin in the middle of the chamber's floor and its z axis along the chamber's; it turns with the crank.
+The grid has its origin in the middle of the chamber's floor and its z axis along the chamber's; it turns with
+the crank.
 """
 
 import math
@@ -9,7 +10,13 @@ import numpy as np
 
 from nutamill.case import Case
 from nutamill.charge.kernels.impacts import FINE, bin_edges
-from nutamill.charge.measures.statistics import FIELD_SUMS, MOST_NEIGHBOURS, WALL_SUMS, StatisticsPlan, statistics_plan
+from nutamill.charge.measures.statistics import (
+    FIELD_SUMS,
+    MOST_NEIGHBOURS,
+    WALL_SUMS,
+    StatisticsPlan,
+    statistics_plan,
+)
 from nutamill.charge.model import ChargeModel, ChargeState
 from nutamill.charge.walls.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.walls.surface import Surface, SurfaceKind
@@ -27,7 +34,9 @@ MESH_POINTS = 1e6
 
 
 def chamber_cells(case: Case) -> tuple[int, int, int]:
-    """Cells along radius, azimuth and height [1]: two diameters of the largest particle wide, unless that makes too many."""
+    """Cells along radius, azimuth and height [1]: two diameters of the largest particle wide, unless that
+    makes too many.
+    """
     width = 4.0 * float(charge_particles(case).bounding_radius.max())
     across = min(max(round(case.chamber.inner_diameter / 2 / width), 2), MOST_ACROSS)
     return across, SECTORS, min(max(round(case.chamber.height / width), 4), MOST_UP)
@@ -41,7 +50,8 @@ def _cut(case: Case, surface: Surface) -> tuple[int, int, int, float, float]:
     if surface.kind == SurfaceKind.PLANE:
         return ANGLE_RADIUS, around, across, 0.0, case.chamber.inner_diameter / 2
     if surface.kind == SurfaceKind.BOX:
-        # a rib's box begins as far below the floor as it reaches into the charge: rows of the part that is free
+        # a rib's box begins as far below the floor as it reaches into the charge: rows of the part that is
+        # free
         depth, _, half = surface.size
         return FACE_HEIGHT, FACES, up, depth - half, half
     if surface.mesh.keep == "outside":
@@ -53,8 +63,8 @@ def _cut(case: Case, surface: Surface) -> tuple[int, int, int, float, float]:
 
 
 def _mesh_points(surface: Surface) -> tuple[np.ndarray, np.ndarray, float]:
-    """Points spread evenly over each triangle of a mesh's patch [m] (n, 3), the area of each [m^2] (n,), surface axes, and the mean z
-    component of the normal [1]."""
+    """Points spread evenly over each triangle of a mesh's patch [m] (n, 3), the area of each [m^2] (n,),
+    surface axes, and the mean z component of the normal [1]."""
     mesh = surface.mesh
     corners = mesh.vertices[mesh.faces[mesh.patch == surface.patch]]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -64,7 +74,10 @@ def _mesh_points(surface: Surface) -> tuple[np.ndarray, np.ndarray, float]:
     # middles of the k^2 equal triangles that a triangle falls into
     u, v = (part.ravel() for part in np.meshgrid(np.arange(k), np.arange(k), indexing="ij"))
     up, down = u + v < k, u + v < k - 1
-    u, v = np.concatenate([u[up] + 1 / 3, u[down] + 2 / 3]) / k, np.concatenate([v[up] + 1 / 3, v[down] + 2 / 3]) / k
+    u, v = (
+        np.concatenate([u[up] + 1 / 3, u[down] + 2 / 3]) / k,
+        np.concatenate([v[up] + 1 / 3, v[down] + 2 / 3]) / k,
+    )
     points = corners[:, :1] + u[:, None] * a[:, None, :] + v[:, None] * b[:, None, :]
     return points.reshape(-1, 3), np.repeat(areas / (k * k), k * k), float(normals[:, 2].sum() / areas.sum())
 
@@ -79,18 +92,26 @@ def chamber_survey(case: Case, model: ChargeModel, state: ChargeState, substep: 
     floor = np.array([0.0, 0.0, -case.chamber.floor_depth]) - whole_chamber(case.chamber).mass_centre
     extent = (case.chamber.inner_diameter / 2, 0.0, case.chamber.height)
     on, volumes = case.run.statistics, _pebble_volumes(case)
-    return statistics_plan(model, state, substep, CHAMBER_CARRIER, tuple(floor), chamber_cells(case), extent, on, volumes)
+    return statistics_plan(
+        model, state, substep, CHAMBER_CARRIER, tuple(floor), chamber_cells(case), extent, on, volumes
+    )
 
 
 def _pebble_volumes(case: Case) -> np.ndarray:
-    """Solid volume of every sphere [m^3] by id: pebbles share their particle's, which is less than the sum of overlapping spheres."""
+    """Solid volume of every sphere [m^3] by id: pebbles share their particle's, which is less than the sum of
+    overlapping spheres.
+    """
     particles = charge_particles(case)
     shares = [shape.radii**3 / (shape.radii**3).sum() for shape in particles.shapes]
-    return np.concatenate([volume * shares[shape] for volume, shape in zip(particles.volume, particles.shape_of, strict=True)])
+    return np.concatenate(
+        [volume * shares[shape] for volume, shape in zip(particles.volume, particles.shape_of, strict=True)]
+    )
 
 
 def pair_types(case: Case) -> list[tuple[str, list[int]]]:
-    """Kinds of pairs that can meet: name, and the types of `nutamill.charge.kernels.impacts` that belong to it."""
+    """Kinds of pairs that can meet: name, and the types of `nutamill.charge.kernels.impacts` that belong to
+    it.
+    """
     names = material_order(case)
     n, types = len(names), []
     for pair in case.touching:
@@ -100,7 +121,9 @@ def pair_types(case: Case) -> list[tuple[str, list[int]]]:
 
 
 def statistics_axes(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
-    """What the recorded arrays are laid out along, by the names of `nutamill.result.fields.STATISTICS_AXES`."""
+    """What the recorded arrays are laid out along, by the names of
+    `nutamill.result.fields.STATISTICS_AXES`.
+    """
     edges = bin_edges()
     radius = np.linspace(0.0, plan.extent[0], plan.cells[0] + 1)
     angle = np.linspace(0.0, math.tau, plan.cells[1] + 1)
@@ -123,7 +146,9 @@ def _patches(case: Case) -> dict[str, np.ndarray]:
     """Surface, place and area of every patch."""
     table = chamber_patches(case)
     floor = -case.chamber.floor_depth - whole_chamber(case.chamber).mass_centre[2]
-    columns: dict[str, list] = {name: [] for name in ("patch_surface", "patch_column", "patch_azimuth", "patch_along", "patch_area")}
+    columns: dict[str, list] = {
+        name: [] for name in ("patch_surface", "patch_column", "patch_azimuth", "patch_along", "patch_area")
+    }
     for s, surface in enumerate(chamber_surfaces(case)):
         rows = int(table.rows[s])
         count = int(table.first[s + 1] - table.first[s]) // rows
@@ -131,7 +156,9 @@ def _patches(case: Case) -> dict[str, np.ndarray]:
         azimuth = np.full(count, math.nan)
         if table.kind[s] != FACE_HEIGHT:
             own = (np.arange(count) + 0.5) * math.tau / count
-            across, along, _ = np.asarray(surface.rotation) @ np.stack([np.cos(own), np.sin(own), np.zeros(count)])
+            across, along, _ = np.asarray(surface.rotation) @ np.stack(
+                [np.cos(own), np.sin(own), np.zeros(count)]
+            )
             azimuth = np.mod(np.arctan2(along, across), math.tau)
         lift = 0.0 if table.kind[s] == ANGLE_RADIUS else surface.origin[2] - floor
         columns["patch_surface"] += [surface.name] * (count * rows)
@@ -143,7 +170,9 @@ def _patches(case: Case) -> dict[str, np.ndarray]:
 
 
 def _areas(surface: Surface, kind: int, edges: np.ndarray, count: int) -> np.ndarray:
-    """Free area of the patches of a surface [m^2] (columns, rows), cut at `edges` [m] along its second coordinate."""
+    """Free area of the patches of a surface [m^2] (columns, rows), cut at `edges` [m] along its second
+    coordinate.
+    """
     rows = len(edges) - 1
     if surface.kind == SurfaceKind.BOX:
         return _rib_areas(surface, np.diff(edges))
@@ -154,12 +183,16 @@ def _areas(surface: Surface, kind: int, edges: np.ndarray, count: int) -> np.nda
     points, areas, _ = _mesh_points(surface)
     along = np.hypot(points[:, 0], points[:, 1]) if kind == ANGLE_RADIUS else points[:, 2]
     row = np.clip(((along - edges[0]) / (edges[-1] - edges[0]) * rows).astype(int), 0, rows - 1)
-    column = np.minimum((np.mod(np.arctan2(points[:, 1], points[:, 0]) / math.tau, 1.0) * count).astype(int), count - 1)
+    column = np.minimum(
+        (np.mod(np.arctan2(points[:, 1], points[:, 0]) / math.tau, 1.0) * count).astype(int), count - 1
+    )
     return np.bincount(column * rows + row, areas, count * rows).reshape(count, rows)
 
 
 def _rib_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:
-    """Free area [m^2] (6, rows) of the faces of a rib: the face to the axis, two flanks, and the top in its last row."""
+    """Free area [m^2] (6, rows) of the faces of a rib: the face to the axis, two flanks, and the top in its
+    last row.
+    """
     depth, half_width, _ = surface.size
     areas = np.zeros((FACES, len(steps)))
     areas[0] = 2.0 * half_width * steps
@@ -168,8 +201,11 @@ def _rib_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:
     return areas
 
 
-def recorded_sums(case: Case, plan: StatisticsPlan, per_cut: float, sums: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Sums in small units, as `nutamill.charge.measures.statistics.gathered` gives them, as recorded quantities in SI.
+def recorded_sums(
+    case: Case, plan: StatisticsPlan, per_cut: float, sums: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Sums in small units, as `nutamill.charge.measures.statistics.gathered` gives them, as recorded
+    quantities in SI.
 
     Names and shapes are those of `nutamill.result.fields.STATISTICS`; `per_cut` [1/J] is the book's.
     """

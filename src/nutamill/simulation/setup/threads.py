@@ -9,7 +9,9 @@ from nutamill.charge.kernels.team import MOST_THREADS
 
 
 def team_size(case: Case) -> int:
-    """Threads of the charge: as the case says, or the cores this process may use; never more than there is work space for."""
+    """Threads of the charge: as the case says, or the cores this process may use; never more than there is
+    work space for.
+    """
     if not JIT:
         return 1
     return min(MOST_THREADS, usable_cores() if case.run.threads == "auto" else int(case.run.threads))

@@ -1,4 +1,5 @@
-"""Mesh files as walls: reading them, whether their size makes sense, and what of them can be told before a run.
+"""Mesh files as walls: reading them, whether their size makes sense, and what of them can be told before a
+run.
 
 The only room that imports trimesh, which is an optional package.
 """
@@ -26,7 +27,9 @@ FORMATS = (".stl", ".obj")
 """Kinds of file that are read."""
 
 FAR_OFF = 30.0
-"""Ratio of sizes from which a unit is taken to be wrong [1]; a chamber is never, units are by 10 at least, most by 1000."""
+"""Ratio of sizes from which a unit is taken to be wrong [1]; a chamber is never, units are by 10 at least,
+most by 1000.
+"""
 
 
 class MeshFacts(NamedTuple):
@@ -67,7 +70,8 @@ def chamber_mesh(case: Case) -> Mesh:
 
     Raises
     ------
-    CaseError : the file is not there, not the one the case was made with, no mesh, not closed, or of another size than the drawing
+    CaseError : the file is not there, not the one the case was made with, no mesh, not closed, or of another
+        size than the drawing
     """
     return _mesh(case, case.chamber.mesh, "inside", "chamber.mesh")
 
@@ -86,8 +90,14 @@ def wall_meshes(case: Case) -> list[Mesh]:
         low, high = placed.min(axis=0), placed.max(axis=0)
         if (low > room[1]).any() or (high < room[0]).any():
             axis = int(np.argmax(np.maximum(low - room[1], room[0] - high)))
-            what = f"{mesh.name} spans {'xyz'[axis]} = {_span(low[axis], high[axis])}, the chamber {_span(*room[:, axis])}"
-            hint = "It must stand in the chamber: `at` is the place of the file's origin in chamber axes from the nutation point"
+            what = (
+                f"{mesh.name} spans {'xyz'[axis]} = {_span(low[axis], high[axis])}, the chamber "
+                f"{_span(*room[:, axis])}"
+            )
+            hint = (
+                "It must stand in the chamber: `at` is the place of the file's origin in chamber axes "
+                "from the nutation point"
+            )
             raise CaseError(Fault(f"walls[{number}].at", what, hint))
     return meshes
 
@@ -95,11 +105,15 @@ def wall_meshes(case: Case) -> list[Mesh]:
 def placed_walls(case: Case) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Every mesh of a case in its place, by its key in the case, for the result to keep.
 
-    Corners [m] (n, 3), chamber axes from the nutation point, and triangles [1], int32 (m, 3), counter-clockwise from outside the solid.
+    Corners [m] (n, 3), chamber axes from the nutation point, and triangles [1], int32 (m, 3),
+    counter-clockwise from outside the solid.
     """
     return {
         # a mesh that holds the charge has been turned inside out
-        key: (mesh.vertices + table.at, np.array(mesh.faces[:, :: -1 if mesh.keep == "inside" else 1], np.int32))
+        key: (
+            mesh.vertices + table.at,
+            np.array(mesh.faces[:, :: -1 if mesh.keep == "inside" else 1], np.int32),
+        )
         for key, (table, mesh) in _meshes(case).items()
     }
 
@@ -129,9 +143,19 @@ def _mesh(case: Case, table: MeshFile, keep: Literal["inside", "outside"], where
     size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
     if low <= size <= FAR_OFF * drawn:
         return mesh
-    fitting = [unit for unit in ("mm", "m", "cm", "in", "um") if low <= size / _metres(table) * UNITS[Kind.LENGTH][unit] <= 3.0 * drawn]
+    fitting = [
+        unit
+        for unit in ("mm", "m", "cm", "in", "um")
+        if low <= size / _metres(table) * UNITS[Kind.LENGTH][unit] <= 3.0 * drawn
+    ]
     what = f"{Path(table.file).name} in {table.unit} is {size:.3g} m large, the chamber is {drawn:.3g} m"
-    raise CaseError(Fault(f"{where}.unit", what, f'In {fitting[0]}? Write unit = "{fitting[0]}"' if fitting else "Check the file"))
+    raise CaseError(
+        Fault(
+            f"{where}.unit",
+            what,
+            f'In {fitting[0]}? Write unit = "{fitting[0]}"' if fitting else "Check the file",
+        )
+    )
 
 
 def _radii(case: Case) -> tuple[float, float]:
@@ -145,19 +169,34 @@ def _metres(table: MeshFile) -> float:
 
 
 @functools.lru_cache(maxsize=32)
-def _read(file: str, sha256: str, metres: float, keep: Literal["inside", "outside"], particle_radius: float) -> Mesh:
+def _read(
+    file: str, sha256: str, metres: float, keep: Literal["inside", "outside"], particle_radius: float
+) -> Mesh:
     """The mesh of a file in metres, cut for particles up to a radius; kept, for several rooms ask for it."""
     path = Path(file)
     if path.suffix.lower() not in FORMATS:
-        raise CaseError(Fault(path.name, f"must be a file of the kinds {' and '.join(FORMATS)}, got {path.suffix or 'no suffix'}"))
+        raise CaseError(
+            Fault(
+                path.name,
+                f"must be a file of the kinds {' and '.join(FORMATS)}, got {path.suffix or 'no suffix'}",
+            )
+        )
     try:
         content = path.read_bytes()
     except OSError as error:
         what = f"cannot be read: {error.strerror} ({path})"
-        raise CaseError(Fault(path.name, what, f"A run needs the mesh its case was made with, SHA-256 {sha256}")) from None
+        raise CaseError(
+            Fault(path.name, what, f"A run needs the mesh its case was made with, SHA-256 {sha256}")
+        ) from None
     if hashlib.sha256(content).hexdigest() != sha256:
         what = "has changed since the case was read"
-        raise CaseError(Fault(path.name, what, "Put back the file, or begin a new run; a case file of your own needs no sha256"))
+        raise CaseError(
+            Fault(
+                path.name,
+                what,
+                "Put back the file, or begin a new run; a case file of your own needs no sha256",
+            )
+        )
     return closed_mesh(path.name, *_triangles(path, metres), keep, particle_radius)
 
 
@@ -179,7 +218,9 @@ def _triangles(path: Path, metres: float) -> tuple[np.ndarray, np.ndarray]:
     finally:
         logger.setLevel(level)
     if not len(faces):
-        raise CaseError(Fault(path.name, "must hold triangles, it holds none", "Is it a mesh file, and whole?"))
+        raise CaseError(
+            Fault(path.name, "must hold triangles, it holds none", "Is it a mesh file, and whole?")
+        )
     return metres * vertices, faces
 
 
@@ -191,16 +232,22 @@ def mesh_facts(case: Case) -> list[MeshFacts]:
         drawn = 0.25 * math.pi * chamber.inner_diameter**2 * chamber.height
         off = distance_from_drawing(case, mesh.corners + case.chamber.mesh.at)
         facts.append(MeshFacts(mesh.name, len(mesh.faces), mesh.n_patches, mesh.volume, drawn, off))
-    return facts + [MeshFacts(m.name, len(m.faces), m.n_patches, m.volume, None, None) for m in wall_meshes(case)]
+    return facts + [
+        MeshFacts(m.name, len(m.faces), m.n_patches, m.volume, None, None) for m in wall_meshes(case)
+    ]
 
 
 def distance_from_drawing(case: Case, corners: np.ndarray) -> float:
-    """Largest distance [m] of triangles `corners` [m] (T, 3, 3), in chamber axes from the nutation point, from the chamber as drawn.
+    """Largest distance [m] of triangles `corners` [m] (T, 3, 3), in chamber axes from the nutation point,
+    from the chamber as drawn.
 
-    Looked for at corners, middles of sides and middles of triangles; middles of sides are where a facet is farthest from a bore.
+    Looked for at corners, middles of sides and middles of triangles; middles of sides are where a facet is
+    farthest from a bore.
     """
     chamber = case.chamber
-    points = np.concatenate([corners, 0.5 * (corners + np.roll(corners, 1, axis=1)), corners.mean(axis=1, keepdims=True)], axis=1)
+    points = np.concatenate(
+        [corners, 0.5 * (corners + np.roll(corners, 1, axis=1)), corners.mean(axis=1, keepdims=True)], axis=1
+    )
     x, y, z = points.reshape(-1, 3).T
     out = np.hypot(x, y) - chamber.inner_diameter / 2
     over = np.maximum(-chamber.floor_depth - z, z + chamber.ceiling_depth)
@@ -209,7 +256,9 @@ def distance_from_drawing(case: Case, corners: np.ndarray) -> float:
 
 
 def free_volume(case: Case) -> float:
-    """Volume the charge may take [m^3]: that of the chamber, as drawn or meshed, less the ribs and the solids of ``[[walls]]``."""
+    """Volume the charge may take [m^3]: that of the chamber, as drawn or meshed, less the ribs and the solids
+    of ``[[walls]]``.
+    """
     chamber = case.chamber
     ribs = 0.25 * math.pi * chamber.inner_diameter**2 * chamber.height - chamber.free_volume
     room = chamber_mesh(case).volume - ribs if chamber.mesh is not None else chamber.free_volume
@@ -217,16 +266,25 @@ def free_volume(case: Case) -> float:
 
 
 def charge_room(case: Case) -> Room:
-    """Return the room that the charge is placed in: its free volume, and the area of chamber, ribs and meshed walls."""
+    """Return the room that the charge is placed in: its free volume, and the area of chamber, ribs and meshed
+    walls.
+    """
     chamber, rib = case.chamber, case.chamber.rib
     height = min(rib.length, chamber.height) if rib else 0.0
     boxes = [((), (), np.array([rib.depth, rib.width, height]) / 2) for _ in range(chamber.ribs)]
-    area = cylinder_room(0.5 * chamber.inner_diameter, 0.0, chamber.height, boxes).area  # a mesh of it has about as much
-    return Room(free_volume(case), area + sum(float(normals_and_areas(mesh.corners)[1].sum()) for mesh in wall_meshes(case)))
+    area = cylinder_room(
+        0.5 * chamber.inner_diameter, 0.0, chamber.height, boxes
+    ).area  # a mesh of it has about as much
+    return Room(
+        free_volume(case),
+        area + sum(float(normals_and_areas(mesh.corners)[1].sum()) for mesh in wall_meshes(case)),
+    )
 
 
 def room_box(case: Case) -> np.ndarray:
-    """Low and high corner of a box that holds the chamber [m] (2, 3), in chamber axes from the nutation point."""
+    """Low and high corner of a box that holds the chamber [m] (2, 3), in chamber axes from the nutation
+    point.
+    """
     chamber = case.chamber
     if chamber.mesh is not None:
         vertices = chamber_mesh(case).vertices + chamber.mesh.at

@@ -1,4 +1,6 @@
-"""Rows of a paper against our results: what was measured, what its authors simulated, what we find, and by how much each is off."""
+"""Rows of a paper against our results: what was measured, what its authors simulated, what we find, and by
+how much each is off.
+"""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -82,7 +84,9 @@ class Finding(NamedTuple):
 NOTHING = Measured(math.nan, math.nan, math.nan, 0, math.nan)
 
 
-def measure(paper: Paper, runs: Sequence[PlannedRun], keys: Iterable[Key], command: str) -> dict[Key, Measured]:
+def measure(
+    paper: Paper, runs: Sequence[PlannedRun], keys: Iterable[Key], command: str
+) -> dict[Key, Measured]:
     """Take numbers from the result files, each opened once.
 
     Parameters
@@ -123,7 +127,9 @@ def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str,
             values[MODES] = trouble_of(MISSING, command)
         else:
             values[MODES] = (
-                Value(frequencies[0], math.nan, frequencies[0], 1, True) if frequencies else "no mode oscillates below twice the speed"
+                Value(frequencies[0], math.nan, frequencies[0], 1, True)
+                if frequencies
+                else "no mode oscillates below twice the speed"
             )
     return values
 
@@ -165,7 +171,9 @@ def compare(rows: Iterable[Row], measured: Mapping[Key, Measured]) -> list[Findi
 def _finding(row: Row, parts: Sequence[Measured]) -> Finding:
     value, half_width, scatter = (_combined(row, parts, which) for which in ("mean", "half_width", "scatter"))
     window_value = _how(row, [part.window_mean for part in parts])
-    plain = (row.kind is None and row.against is not None and row.against.how == "change") or row.kind is Kind.ANGLE
+    plain = (
+        row.kind is None and row.against is not None and row.against.how == "change"
+    ) or row.kind is Kind.ANGLE
     points = plain or row.absolute is not None or row.reference == 0.0
     error = _off(value, row.reference, points)
     simulated = row.simulation_error
@@ -176,7 +184,9 @@ def _finding(row: Row, parts: Sequence[Measured]) -> Finding:
     runs = min(part.runs for part in parts)
     steady = all(part.steady for part in parts)
     within = _within(row, value, error)
-    return Finding(row, value, half_width, scatter, runs, window_value, error, simulated, points, within, trouble, steady)
+    return Finding(
+        row, value, half_width, scatter, runs, window_value, error, simulated, points, within, trouble, steady
+    )
 
 
 def _how(row: Row, values: Sequence[float]) -> float:
@@ -191,7 +201,9 @@ def _how(row: Row, values: Sequence[float]) -> float:
 
 
 def _combined(row: Row, parts: Sequence[Measured], which: str) -> float:
-    """The row's number (`which` is ``mean``), or its uncertainty, parts taken as independent; a part without one counts as exact."""
+    """The row's number (`which` is ``mean``), or its uncertainty, parts taken as independent; a part without
+    one counts as exact.
+    """
     means = [part.mean for part in parts]
     if which == "mean" or row.against is None:
         return _how(row, [getattr(part, which) for part in parts])
@@ -203,7 +215,9 @@ def _combined(row: Row, parts: Sequence[Measured], which: str) -> float:
         return math.hypot(*spreads)
     if not all(means) or math.isnan(means[0] + means[1]):
         return math.nan
-    return abs(means[0] / means[1]) * math.hypot(*(spread / mean for spread, mean in zip(spreads, means, strict=True)))
+    return abs(means[0] / means[1]) * math.hypot(
+        *(spread / mean for spread, mean in zip(spreads, means, strict=True))
+    )
 
 
 def _off(value: float, reference: float | None, points: bool) -> float:
@@ -227,5 +241,8 @@ def keys_of(paper: Paper) -> list[Key]:
     for panel in (panel for figure in paper.figures for panel in figure.panels):
         for curve in panel.curves:
             for name in curve.configurations:
-                keys += [Key.of(name, speed, curve.quantity or panel.quantity) for speed in paper.configurations[name].speeds]
+                keys += [
+                    Key.of(name, speed, curve.quantity or panel.quantity)
+                    for speed in paper.configurations[name].speeds
+                ]
     return keys

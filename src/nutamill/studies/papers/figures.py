@@ -1,4 +1,6 @@
-"""Figures in the papers' form, drawn from their plans: forces and torques over speed or centrifugal number, particles, run-ups."""
+"""Figures in the papers' form, drawn from their plans: forces and torques over speed or centrifugal number,
+particles, run-ups.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -30,7 +32,9 @@ MARKS = ("o", "s", "^", "D", "v")
 PUBLISHED = "#444444"
 
 
-def draw_figure(plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], measured: Mapping[Key, Measured]) -> Figure:
+def draw_figure(
+    plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], measured: Mapping[Key, Measured]
+) -> Figure:
     """The figure of a plan.
 
     Raises
@@ -39,23 +43,29 @@ def draw_figure(plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], meas
     """
     if plan.form in ("speed", "lambda"):
         return draw_over_speed(plan, paper, runs, measured)
-    run = next(run for run in runs if run.configuration == plan.configuration and same_speed(run.speed, plan.speed))
+    run = next(
+        run for run in runs if run.configuration == plan.configuration and same_speed(run.speed, plan.speed)
+    )
     if (state := run_state(run)) != COMPLETE:
         raise ResultError(f"{run_name(run.configuration, run.speed)} is {state}")
     with open_result(run.path) as result:
         return draw_particles(result) if plan.form == "particles" else draw_run(result)
 
 
-def draw_over_speed(plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], measured: Mapping[Key, Measured]) -> Figure:
-    """Each panel's quantity over the speed, or over lambda = L12 w^2/g with the speed along the top; published numbers as hollow marks.
+def draw_over_speed(
+    plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], measured: Mapping[Key, Measured]
+) -> Figure:
+    """Each panel's quantity over the speed, or over lambda = L12 w^2/g with the speed along the top;
+    published numbers as hollow marks.
 
-    A line joins our runs of a curve's configurations; where two have the same speed, the one named last counts.  Bars are 95 %
-    intervals of the steady means, mostly smaller than the marks.
+    A line joins our runs of a curve's configurations; where two have the same speed, the one named last
+    counts.  Bars are 95 % intervals of the steady means, mostly smaller than the marks.
 
     Source
     ------
-    van Tonder, Bredell, Coetzee and Branehog, J. S. Afr. Inst. Min. Metall. 125 (2025), figures 11 to 16, equation 1; Janse van Vuuren,
-    Bredell and Coetzee, Math. Comput. Appl. 31(5), 171 (2026), figures 7, 8, 10, 12 to 14 (forms of the pictures)
+    van Tonder, Bredell, Coetzee and Branehog, J. S. Afr. Inst. Min. Metall. 125 (2025), figures 11 to 16,
+    equation 1; Janse van Vuuren, Bredell and Coetzee, Math. Comput. Appl. 31(5), 171 (2026), figures 7, 8,
+    10, 12 to 14 (forms of the pictures)
     """
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 0.75 + 1.9 * len(plan.panels)), layout="constrained")
@@ -67,7 +77,11 @@ def draw_over_speed(plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], 
                 drawn += _draw_curve(axes, curve, panel.quantity, number, plan, paper, runs, measured)
                 _draw_published(axes, curve, panel.quantity, number, plan, paper, runs)
             unit, _ = UNIT[quantity.kind]
-            axes.set_ylabel(f"{quantity.label} ({unit})" if len(plan.panels) == 1 else f"{'torque' if unit == 'N m' else 'force'} ({unit})")
+            axes.set_ylabel(
+                f"{quantity.label} ({unit})"
+                if len(plan.panels) == 1
+                else f"{'torque' if unit == 'N m' else 'force'} ({unit})"
+            )
             if np.isfinite(axes.dataLim.y1):  # else the panel is empty
                 axes.set_ylim(min(0.0, 1.1 * axes.dataLim.y0), 1.1 * axes.dataLim.y1)
                 axes.set_xlim(0.0, 1.04 * axes.dataLim.x1)
@@ -108,7 +122,13 @@ def _draw_curve(
     _, many = UNIT[QUANTITIES[quantity].kind]
     means = [points[speed].mean * many for speed in speeds]
     bars = np.nan_to_num([points[speed].half_width * many for speed in speeds])
-    style = {"color": _colour(number), "marker": MARKS[number], "markersize": 3.0, "capsize": 1.5, "elinewidth": 0.7}
+    style = {
+        "color": _colour(number),
+        "marker": MARKS[number],
+        "markersize": 3.0,
+        "capsize": 1.5,
+        "elinewidth": 0.7,
+    }
     if curve.quantity is not None:
         style |= {"linestyle": (0, (3, 1.5))}
     axes.errorbar(_abscissa(speeds, plan, runs), means, bars, label=curve.label, **style)
@@ -116,9 +136,17 @@ def _draw_curve(
 
 
 def _draw_published(
-    axes: Axes, curve: Curve, quantity: str, number: int, plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun]
+    axes: Axes,
+    curve: Curve,
+    quantity: str,
+    number: int,
+    plan: FigurePlan,
+    paper: Paper,
+    runs: Sequence[PlannedRun],
 ) -> None:
-    """Printed numbers of a curve: experiment as a hollow mark, the authors' simulation as a cross, each at its own speed."""
+    """Printed numbers of a curve: experiment as a hollow mark, the authors' simulation as a cross, each at
+    its own speed.
+    """
     _, many = UNIT[QUANTITIES[quantity].kind]
     for row in paper.rows:
         if (
@@ -142,11 +170,21 @@ def _draw_published(
             )
         if row.simulation is not None:
             at = _abscissa([row.simulation_speed or row.speed], plan, runs)
-            axes.plot(at, [row.simulation * many], marker="x", markersize=5.0, mec=_colour(number), mew=1.0, linestyle="none")
+            axes.plot(
+                at,
+                [row.simulation * many],
+                marker="x",
+                markersize=5.0,
+                mec=_colour(number),
+                mew=1.0,
+                linestyle="none",
+            )
 
 
 def _colour(number: int) -> str:
-    """Colour of a curve of the style; not as ``C0``, which a picture saved later would look up in another style."""
+    """Colour of a curve of the style; not as ``C0``, which a picture saved later would look up in another
+    style.
+    """
     colours = matplotlib.rcParams["axes.prop_cycle"].by_key()["color"]
     return colours[number % len(colours)]
 
@@ -170,34 +208,48 @@ def centrifugal_number(speed: np.ndarray | float, mechanism: DrawnMechanism) -> 
 def _speed_on_top(axes: Axes, runs: Sequence[PlannedRun]) -> None:
     """A second axis along the top, in rpm."""
     scale = centrifugal_number(parse("1 rpm", Kind.SPEED), runs[0].case.mechanism)
-    top = axes.secondary_xaxis("top", functions=(lambda x: np.sqrt(np.maximum(x, 0.0) / scale), lambda n: scale * n**2))
+    top = axes.secondary_xaxis(
+        "top", functions=(lambda x: np.sqrt(np.maximum(x, 0.0) / scale), lambda n: scale * n**2)
+    )
     top.set_xticks([200, 300, 400, 500, 600, 700])
     top.set_xlabel("speed (rpm)")
 
 
 def _legend(figure: Figure, all_axes: Sequence[Axes]) -> None:
     """One legend below: our curves, and what hollow marks and crosses are."""
-    handles = {label: handle for axes in all_axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    handles = {
+        label: handle
+        for axes in all_axes
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
     marks = {
-        line.get_marker() for axes in all_axes for line in axes.lines if line.get_linestyle() == "None" and line.get_marker() != "None"
+        line.get_marker()
+        for axes in all_axes
+        for line in axes.lines
+        if line.get_linestyle() == "None" and line.get_marker() != "None"
     }
     hollow = {"color": PUBLISHED, "linestyle": "none", "markerfacecolor": "none"}
     if marks & {*MARKS}:
         handles["paper, measured"] = Line2D([], [], marker="o", markersize=6.0, **hollow)
     if "x" in marks:
         handles["paper, simulated"] = Line2D([], [], marker="x", markersize=5.0, **hollow)
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=min(3, len(handles)))
+    figure.legend(
+        list(handles.values()), list(handles), loc="outside lower center", ncols=min(3, len(handles))
+    )
 
 
 def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -> Figure:
-    """Side views of the charge at several crank angles [deg] of the last turns, as a camera on the chamber sees it, coloured by height.
+    """Side views of the charge at several crank angles [deg] of the last turns, as a camera on the chamber
+    sees it, coloured by height.
 
-    Height is the world z over the nutation point as assembled; the chamber stands upright because the camera tilts with it.  The camera
-    looks along +y of the chamber, so that at 0 deg the crank is on the right; what is nearer hides what is behind.
+    Height is the world z over the nutation point as assembled; the chamber stands upright because the camera
+    tilts with it.  The camera looks along +y of the chamber, so that at 0 deg the crank is on the right; what
+    is nearer hides what is behind.
 
     Source
     ------
-    van Tonder, Bredell, Coetzee and Branehog, J. S. Afr. Inst. Min. Metall. 125 (2025), figure 10 (form of the picture)
+    van Tonder, Bredell, Coetzee and Branehog, J. S. Afr. Inst. Min. Metall. 125 (2025), figure 10 (form of
+    the picture)
 
     Raises
     ------
@@ -212,14 +264,21 @@ def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -
     with matplotlib.rc_context(fname=STYLE):
         columns = 2
         lines = -(-len(positions) // columns)
-        figure = Figure(figsize=(WIDTH, 0.7 + lines * (0.35 + 1.25 * top / chamber.inner_diameter)), layout="constrained")
+        figure = Figure(
+            figsize=(WIDTH, 0.7 + lines * (0.35 + 1.25 * top / chamber.inner_diameter)), layout="constrained"
+        )
         all_axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
         radius = 1e3 * chamber.inner_diameter / 2
         for axes, view, position in zip(all_axes.flat, views, positions, strict=False):
             axes.set_aspect("equal")
             axes.set_xlim(-1.08 * radius, 1.08 * radius)
             axes.set_ylim(-3.0, 1e3 * top)
-            axes.plot([-radius, -radius, radius, radius], [1e3 * top, 0.0, 0.0, 1e3 * top], color=PUBLISHED, linewidth=0.8)
+            axes.plot(
+                [-radius, -radius, radius, radius],
+                [1e3 * top, 0.0, 0.0, 1e3 * top],
+                color=PUBLISHED,
+                linewidth=0.8,
+            )
             axes.grid(False)
             axes.set_title(f"arm at {position:.0f}°", loc="left")
             shown = _balls(axes, view, low, high)
@@ -227,24 +286,46 @@ def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -
             axes.set_ylabel("over the floor (mm)")
         for axes in all_axes[-1]:
             axes.set_xlabel("across (mm)")
-        figure.colorbar(shown, ax=all_axes, location="bottom", shrink=0.8, aspect=30, label="height from the nutation point (mm)")
+        figure.colorbar(
+            shown,
+            ax=all_axes,
+            location="bottom",
+            shrink=0.8,
+            aspect=30,
+            label="height from the nutation point (mm)",
+        )
     return figure
 
 
 def _balls(axes: Axes, view: np.ndarray, low: float, high: float) -> EllipseCollection:
-    """Draw the particles of a `_view` in their true size, coloured by height between `low` and `high` [mm]."""
+    """Draw the particles of a `_view` in their true size, coloured by height between `low` and `high`
+    [mm].
+    """
     across = 2e3 * view[:, 4]
     balls = EllipseCollection(
-        across, across, np.zeros(len(view)), units="x", offsets=1e3 * view[:, [0, 2]], offset_transform=axes.transData
+        across,
+        across,
+        np.zeros(len(view)),
+        units="x",
+        offsets=1e3 * view[:, [0, 2]],
+        offset_transform=axes.transData,
     )
-    balls.set(array=1e3 * view[:, 3], cmap="viridis", clim=(low, high), linewidth=0.15, edgecolor="white", rasterized=True)
+    balls.set(
+        array=1e3 * view[:, 3],
+        cmap="viridis",
+        clim=(low, high),
+        linewidth=0.15,
+        edgecolor="white",
+        rasterized=True,
+    )
     return axes.add_collection(balls)
 
 
 def _view(snapshots, angles: np.ndarray, position: float) -> np.ndarray:
     """Particles (n, 5) of the last snapshot nearest to a crank angle [deg]; those far from the camera first.
 
-    Columns are x, y, z in chamber axes from the middle of the floor, world z from the nutation point, and radius [m].
+    Columns are x, y, z in chamber axes from the middle of the floor, world z from the nutation point, and
+    radius [m].
     """
     off = np.abs((angles - position + 180.0) % 360.0 - 180.0)
     nearest = len(off) - 1 - int(np.argmin(off[::-1]))

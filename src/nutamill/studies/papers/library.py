@@ -28,7 +28,9 @@ def read_paper(name: str | Path) -> Paper:
     path = FOLDER / f"{name}.toml" if name in paper_names() else Path(name)
     refuse_other_kind(path, FileKind.PAPER)
     if not is_file(path):
-        raise CaseError(Fault(str(name), "no paper and no file has this name", similar(str(name), paper_names())))
+        raise CaseError(
+            Fault(str(name), "no paper and no file has this name", similar(str(name), paper_names()))
+        )
     try:
         text = read_text(path, MOST_CASE_TEXT)
     except (OSError, UnicodeDecodeError) as error:
@@ -37,6 +39,8 @@ def read_paper(name: str | Path) -> Paper:
 
 
 def parse_paper(text: str, shown: str) -> Paper:
-    """The paper that TOML text describes; `shown` is what messages call it.  Raises CaseError as `read_paper` does."""
+    """The paper that TOML text describes; `shown` is what messages call it.  Raises CaseError as `read_paper`
+    does.
+    """
     layer = Layer.of_text(text, shown)
     return checked(Paper, layer.content, layer.places)

@@ -1,4 +1,6 @@
-"""What a paper's file holds: configurations that were run, rows of numbers to compare, figures; frozen, and refused when wrong."""
+"""What a paper's file holds: configurations that were run, rows of numbers to compare, figures; frozen, and
+refused when wrong.
+"""
 
 import math
 from typing import Annotated, Any, Literal
@@ -44,7 +46,9 @@ class Configuration(Table):
     repeated: tuple[Speed, ...] = ()
     """Speeds that are run with all seeds [rad/s]; the others with the first."""
     sensitivity: str = ""
-    """What is changed of the mill on purpose, to see how much hangs on it; what is found is then no claim and is not counted."""
+    """What is changed of the mill on purpose, to see how much hangs on it; what is found is then no claim and
+    is not counted.
+    """
     note: str = ""
     """What differs from the paper's own run, and why."""
 
@@ -53,7 +57,9 @@ class Configuration(Table):
         for key in ("quick", "repeated"):
             if lost := [speed for speed in getattr(self, key) if not self.has(speed)]:
                 known = ", ".join(units.format(speed, Kind.SPEED) for speed in self.speeds)
-                raise refusal(f"{key} must be among speeds, got {units.format(lost[0], Kind.SPEED)}", f"Speeds: {known}")
+                raise refusal(
+                    f"{key} must be among speeds, got {units.format(lost[0], Kind.SPEED)}", f"Speeds: {known}"
+                )
         return self
 
     def has(self, speed: float) -> bool:
@@ -121,7 +127,10 @@ class Row(Table):
         if self.relative is not None and self.absolute is not None:
             raise refusal("must have one target, relative or absolute, got both", "Leave one out")
         if self.reference is None and (self.relative, self.absolute, self.same_sign) != (None, None, False):
-            raise refusal("must have a published value to be aimed at, got a target alone", "Add experiment or simulation, or leave it out")
+            raise refusal(
+                "must have a published value to be aimed at, got a target alone",
+                "Add experiment or simulation, or leave it out",
+            )
         if self.quantity == MODES and self.against is not None:
             raise refusal("must compare a natural frequency as it is, got against", "Leave it out")
         return self
@@ -140,7 +149,11 @@ class Row(Table):
     @property
     def kind(self) -> Kind | None:
         """Kind of the row's unit; None for a plain number."""
-        return None if self.against is not None and self.against.how != "difference" else QUANTITIES[self.quantity].kind
+        return (
+            None
+            if self.against is not None and self.against.how != "difference"
+            else QUANTITIES[self.quantity].kind
+        )
 
     @property
     def reference(self) -> float | None:
@@ -154,7 +167,10 @@ class Row(Table):
         if self.against is None:
             return [own]
         other = (self.against.configuration, self.against.speed, self.against.quantity)
-        return [own, tuple(mine if theirs is None else theirs for mine, theirs in zip(own, other, strict=True))]
+        return [
+            own,
+            tuple(mine if theirs is None else theirs for mine, theirs in zip(own, other, strict=True)),
+        ]
 
 
 def _si(key: str, given: Any, kind: Kind | None) -> float:
@@ -245,7 +261,13 @@ class Paper(Table):
         first: dict[str, int] = {}
         for number, row in enumerate(self.rows):
             if first.setdefault(row.id, number) != number:
-                found.append((("rows", number, "id"), f'must be used once, "{row.id}" is used before', "Give each row its own"))
+                found.append(
+                    (
+                        ("rows", number, "id"),
+                        f'must be used once, "{row.id}" is used before',
+                        "Give each row its own",
+                    )
+                )
             for configuration, speed, _ in row.needs:
                 found += self._missing(("rows", number), configuration, speed)
         return found
@@ -253,17 +275,27 @@ class Paper(Table):
     def _figure_findings(self) -> list[tuple[tuple[Any, ...], str, str]]:
         found = []
         for number, figure in enumerate(self.figures):
-            named = [name for panel in figure.panels for curve in panel.curves for name in curve.configurations]
+            named = [
+                name for panel in figure.panels for curve in panel.curves for name in curve.configurations
+            ]
             for name in dict.fromkeys(named):
                 found += self._missing(("figures", number), name, None)
             if figure.configuration is not None:
                 found += self._missing(("figures", number), figure.configuration, figure.speed)
         return found
 
-    def _missing(self, key: tuple[Any, ...], name: str, speed: float | None) -> list[tuple[tuple[Any, ...], str, str]]:
+    def _missing(
+        self, key: tuple[Any, ...], name: str, speed: float | None
+    ) -> list[tuple[tuple[Any, ...], str, str]]:
         """The finding that there is no such configuration, or not at that speed."""
         if name not in self.configurations:
-            return [((*key, "configuration"), f'no configuration is called "{name}"', f"Known: {', '.join(self.configurations)}")]
+            return [
+                (
+                    (*key, "configuration"),
+                    f'no configuration is called "{name}"',
+                    f"Known: {', '.join(self.configurations)}",
+                )
+            ]
         if speed is not None and not self.configurations[name].has(speed):
             text = f"must be a speed of {name}, got {units.format(speed, Kind.SPEED)}"
             return [((*key, "speed"), text, f"Add it to [configurations.{name}]")]

@@ -43,10 +43,11 @@ class PinForce(NamedTuple):
 def charge_at_pin(result: Result) -> PinForce:
     """Force with which the crank balances the charge's wrench on a chamber without mass.
 
-    The universal joint carries a force at the nutation point and the torsion about the chamber's axis, the crank pin a force across that
-    axis.  With the chamber's axis `a` from the nutation point to the pin, at distances L01 down and L12 out, and the charge's moment M
-    about the nutation point, moments across the axis give ``F_r = -M_t/L01`` and ``F_t = -(L01 M_r + L12 M_z)/(L01^2 + L12^2)``.  The
-    second makes ``L12 F_t`` the torque that the charge asks of the driveshaft.
+    The universal joint carries a force at the nutation point and the torsion about the chamber's axis, the
+    crank pin a force across that axis.  With the chamber's axis `a` from the nutation point to the pin, at
+    distances L01 down and L12 out, and the charge's moment M about the nutation point, moments across the
+    axis give ``F_r = -M_t/L01`` and ``F_t = -(L01 M_r + L12 M_z)/(L01^2 + L12^2)``.  The second makes
+    ``L12 F_t`` the torque that the charge asks of the driveshaft.
 
     Axes are those of a frame at rest: on soft mounts its rocking of some milliradians is left out.
 
@@ -56,11 +57,14 @@ def charge_at_pin(result: Result) -> PinForce:
 
     Source
     ------
-    van Tonder, Bredell, Coetzee and Branehog, J. S. Afr. Inst. Min. Metall. 125, 2025, figure 8 (free body of the chamber)
+    van Tonder, Bredell, Coetzee and Branehog, J. S. Afr. Inst. Min. Metall. 125, 2025, figure 8 (free body of
+    the chamber)
     """
     series = result.series
     if "charge_moment_x" not in series:
-        raise ResultError(f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge.")
+        raise ResultError(
+            f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge."
+        )
     drawn = Case.from_toml(result.case_text).mechanism
     down, out = drawn.nutation_point_to_crank, drawn.crank_radius
     x, y, z = vector(series, "charge_moment").T
@@ -70,9 +74,11 @@ def charge_at_pin(result: Result) -> PinForce:
 
 
 def superposed(result: Result) -> PinForce:
-    """Load-cell force of the mill without the charge's answer, gravity's share off, plus the charge's force at the pin.
+    """Load-cell force of the mill without the charge's answer, gravity's share off, plus the charge's force
+    at the pin.
 
-    Of a run with a prescribed motion: the mechanism then moves as if it were empty, and the charge is moved by it.
+    Of a run with a prescribed motion: the mechanism then moves as if it were empty, and the charge is moved
+    by it.
 
     Raises
     ------
@@ -86,7 +92,10 @@ def superposed(result: Result) -> PinForce:
 
 def _of_prescribed(result: Result) -> None:
     if Case.from_toml(result.case_text).run.coupling != "prescribed":
-        raise ResultError(f'{result.path}: must be a run with run.coupling = "prescribed" to be superposed, its charge acted on the mill.')
+        raise ResultError(
+            f'{result.path}: must be a run with run.coupling = "prescribed" to be superposed, its '
+            "charge acted on the mill."
+        )
 
 
 def _single(value: float) -> Value:
@@ -117,13 +126,21 @@ def _part(force: Callable[[Result], PinForce], part: str) -> Callable[[Result, f
 
 
 def _charge_lag(result: Result, last: float) -> Value:
-    """Angle by which the charge's force on the pin is behind the radial direction [rad], from the means of its two parts."""
+    """Angle by which the charge's force on the pin is behind the radial direction [rad], from the means of
+    its two parts.
+    """
     radial, tangential = (steady_value(result, part, last=last) for part in charge_at_pin(result))
     square = radial.mean**2 + tangential.mean**2
     half_width = math.hypot(radial.mean * tangential.half_width, tangential.mean * radial.half_width) / square
     window = math.atan2(tangential.window, radial.window)
     steady = radial.steady and tangential.steady
-    return Value(math.atan2(tangential.mean, radial.mean), half_width, window, min(radial.turns, tangential.turns), steady)
+    return Value(
+        math.atan2(tangential.mean, radial.mean),
+        half_width,
+        window,
+        min(radial.turns, tangential.turns),
+        steady,
+    )
 
 
 def _crank_radius(result: Result) -> float:
@@ -138,7 +155,9 @@ def _charge_torque(result: Result, last: float) -> Value:
 def _superposed_torque(result: Result, last: float) -> Value:
     """Torque of the mill without the charge's answer plus that of the charge [N m]."""
     _of_prescribed(result)
-    torque = result.series["driveshaft_torque"].values + _crank_radius(result) * charge_at_pin(result).tangential
+    torque = (
+        result.series["driveshaft_torque"].values + _crank_radius(result) * charge_at_pin(result).tangential
+    )
     return steady_value(result, torque, last=last)
 
 
@@ -146,14 +165,21 @@ def _unbalance(result: Result, last: float) -> Value:
     """Radial force over the square of the speed [kg m]."""
     force = _series("crank_pin_force_radial_tared")(result, last)
     square = float(result.series["driveshaft_speed"].values[-1]) ** 2
-    return force._replace(mean=force.mean / square, half_width=force.half_width / square, window=force.window / square)
+    return force._replace(
+        mean=force.mean / square, half_width=force.half_width / square, window=force.window / square
+    )
 
 
 def _sensor(result: Result, axis: str) -> np.ndarray:
     """Acceleration of the first sensor along an axis of its body [m/s^2]."""
-    name = next((name for name in map(str, result.series.data_vars) if name.endswith(f"_acceleration_{axis}")), None)
+    name = next(
+        (name for name in map(str, result.series.data_vars) if name.endswith(f"_acceleration_{axis}")), None
+    )
     if name is None:
-        raise ResultError(f"{result.path}: must hold the acceleration of a sensor, it holds none. Give the case a [sensors] table.")
+        raise ResultError(
+            f"{result.path}: must hold the acceleration of a sensor, it holds none. Give the case a "
+            "[sensors] table."
+        )
     return result.series[name].values
 
 
@@ -167,7 +193,9 @@ def _amplitude(axis: str) -> Callable[[Result, float], Value]:
 
 
 class Sway(NamedTuple):
-    """The turn of a ramp in which the frame sways most, by the standard deviation of the first mount's horizontal travel."""
+    """The turn of a ramp in which the frame sways most, by the standard deviation of the first mount's
+    horizontal travel.
+    """
 
     begin: float
     """Its beginning [s]."""
@@ -184,7 +212,9 @@ def _largest_sway(result: Result) -> Sway:
     time, angle = series["time"].values, series["crank_angle"].values
     cuts = np.flatnonzero(np.diff(np.floor(angle[time <= end] / math.tau)))
     if len(cuts) < 2:
-        raise ResultError(f"{result.path}: must hold two turns of a ramp, it begins at speed. Run it with drive.ramp.")
+        raise ResultError(
+            f"{result.path}: must hold two turns of a ramp, it begins at speed. Run it with drive.ramp."
+        )
     turns = list(itertools.pairwise(cuts))
     travel = series["mount_1_travel_x"].values
     first, stop = turns[int(np.argmax([travel[first:stop].std() for first, stop in turns]))]
@@ -192,7 +222,9 @@ def _largest_sway(result: Result) -> Sway:
 
 
 def _resonance_time(result: Result, last: float) -> Value:
-    """Time on the ramp at which the frame sways most [s]; `last` has no part in it, what is sought lies before the steady running."""
+    """Time on the ramp at which the frame sways most [s]; `last` has no part in it, what is sought lies
+    before the steady running.
+    """
     sway = _largest_sway(result)
     middle = 0.5 * (sway.begin + sway.end)
     return Value(middle, 0.5 * (sway.end - sway.begin), middle, 1, True)
@@ -204,7 +236,9 @@ def _resonance_travel(result: Result, last: float) -> Value:
 
 
 def _crest_of(part: str) -> Callable[[Result, float], Value]:
-    """Height [m] or phase lag [rad] of the crest of the charge's mean surface, from the statistics of the last seconds."""
+    """Height [m] or phase lag [rad] of the crest of the charge's mean surface, from the statistics of the
+    last seconds.
+    """
 
     def measure(result: Result, last: float) -> Value:
         done = window(result, last)
@@ -221,10 +255,14 @@ def _ledger_gap(result: Result, last: float) -> Value:
 
 
 def _momentum_gap(result: Result, last: float) -> Value:
-    """Momentum that the balance of the charge leaves open, over what its weight and the chamber gave it in the steady turns [1]."""
+    """Momentum that the balance of the charge leaves open, over what its weight and the chamber gave it in
+    the steady turns [1].
+    """
     series = result.series
     if "interface_impulse_defect" not in series:
-        raise ResultError(f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge.")
+        raise ResultError(
+            f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge."
+        )
     turns = steady_window(result, last, names=["time"]).turns
     time = series["time"].values
     force = np.linalg.norm(vector(series, "charge_force"), axis=1)
@@ -237,23 +275,37 @@ QUANTITIES: dict[str, Observable] = {
     "force": Observable("crank-pin force", Kind.FORCE, _series("crank_pin_force_resultant_tared")),
     "force_raw": Observable("crank-pin force with gravity", Kind.FORCE, _series("crank_pin_force_resultant")),
     "radial": Observable("radial crank-pin force", Kind.FORCE, _series("crank_pin_force_radial_tared")),
-    "radial_raw": Observable("radial crank-pin force with gravity", Kind.FORCE, _series("crank_pin_force_radial")),
-    "tangential": Observable("tangential crank-pin force", Kind.FORCE, _series("crank_pin_force_tangential_tared")),
+    "radial_raw": Observable(
+        "radial crank-pin force with gravity", Kind.FORCE, _series("crank_pin_force_radial")
+    ),
+    "tangential": Observable(
+        "tangential crank-pin force", Kind.FORCE, _series("crank_pin_force_tangential_tared")
+    ),
     "torque": Observable("driveshaft torque", Kind.TORQUE, _series("driveshaft_torque")),
     "unbalance": Observable("radial force over speed squared", Kind.UNBALANCE, _unbalance),
-    "charge_radial": Observable("radial crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "radial")),
-    "charge_tangential": Observable("tangential crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "tangential")),
-    "charge_resultant": Observable("crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "resultant")),
+    "charge_radial": Observable(
+        "radial crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "radial")
+    ),
+    "charge_tangential": Observable(
+        "tangential crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "tangential")
+    ),
+    "charge_resultant": Observable(
+        "crank-pin force of the charge", Kind.FORCE, _part(charge_at_pin, "resultant")
+    ),
     "charge_torque": Observable("driveshaft torque of the charge", Kind.TORQUE, _charge_torque),
     "charge_lag": Observable("lag of the charge's force", Kind.ANGLE, _charge_lag),
-    "superposed_force": Observable("crank-pin force, empty plus charge", Kind.FORCE, _part(superposed, "resultant")),
+    "superposed_force": Observable(
+        "crank-pin force, empty plus charge", Kind.FORCE, _part(superposed, "resultant")
+    ),
     "superposed_torque": Observable("driveshaft torque, empty plus charge", Kind.TORQUE, _superposed_torque),
     "crest_height": Observable("crest height of the charge", Kind.LENGTH, _crest_of("height")),
     "crest_lag": Observable("phase lag of the crest", Kind.ANGLE, _crest_of("phase_lag")),
     MODES: Observable("lowest natural frequency", Kind.FREQUENCY, None),
     "resonance_time": Observable("time of the largest sway on the ramp", Kind.TIME, _resonance_time),
     "resonance_travel": Observable("largest sway of a mount on the ramp", Kind.LENGTH, _resonance_travel),
-    "acceleration_horizontal": Observable("horizontal frame acceleration", Kind.ACCELERATION, _amplitude("x")),
+    "acceleration_horizontal": Observable(
+        "horizontal frame acceleration", Kind.ACCELERATION, _amplitude("x")
+    ),
     "acceleration_vertical": Observable("vertical frame acceleration", Kind.ACCELERATION, _amplitude("z")),
     "ledger_gap": Observable("power the ledger leaves open", None, _ledger_gap),
     "momentum_gap": Observable("momentum the charge's balance leaves open", None, _momentum_gap),

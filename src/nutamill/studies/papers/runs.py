@@ -44,7 +44,9 @@ class PlannedRun:
 
     @property
     def path(self) -> Path:
-        """Its result file, named as a campaign names it: by the content of the case, so that no result of another is taken for it."""
+        """Its result file, named as a campaign names it: by the content of the case, so that no result of
+        another is taken for it.
+        """
         return self.folder / f"{self.case.name}-{self.case.digest[:12]}.h5"
 
     @property
@@ -54,7 +56,9 @@ class PlannedRun:
 
 
 def run_name(configuration: str, speed: float, seed: int = 1) -> str:
-    """Name of a configuration at a speed [rad/s]: ``pellets-723rpm``, and ``pellets-723rpm-seed2`` where the seed is not 1."""
+    """Name of a configuration at a speed [rad/s]: ``pellets-723rpm``, and ``pellets-723rpm-seed2`` where the
+    seed is not 1.
+    """
     return f"{configuration}-{rpm(speed):.6g}rpm" + (f"-seed{seed}" if seed != 1 else "")
 
 
@@ -76,9 +80,15 @@ def planned_runs(paper: Paper, folder: str | Path) -> list[PlannedRun]:
                 try:
                     case = _case(paper, name, speed, seed)
                 except CaseError as error:
-                    faults += [Fault(f"configurations.{name}: {fault.where}", fault.what, fault.hint) for fault in error.faults]
+                    faults += [
+                        Fault(f"configurations.{name}: {fault.where}", fault.what, fault.hint)
+                        for fault in error.faults
+                    ]
                     continue
-                quick = any(same_speed(speed, own) for own in configuration.quick) and seed == configuration.seeds[0]
+                quick = (
+                    any(same_speed(speed, own) for own in configuration.quick)
+                    and seed == configuration.seeds[0]
+                )
                 runs.append(PlannedRun(name, speed, seed, quick, case, Path(folder), configuration.average))
     if faults:
         raise CaseError(*dict.fromkeys(faults))
@@ -90,12 +100,16 @@ def _case(paper: Paper, name: str, speed: float, seed: int) -> Case:
     configuration = paper.configurations[name]
     case = load_case(configuration.base, configuration.set)
     title = f"{paper.short}: {configuration.title}, {rpm(speed):.6g} rpm"
-    case = case.with_(drive__speed=speed, run__seed=seed, run__threads=1, title=title)  # one core each, many at once
+    case = case.with_(
+        drive__speed=speed, run__seed=seed, run__threads=1, title=title
+    )  # one core each, many at once
     case = case.with_("run.until", case.drive.ramp_end + configuration.hold)
     return Case.from_toml(case.to_toml(), run_name(name, speed, seed))
 
 
-def chosen(paper: Paper, runs: Sequence[PlannedRun], only: Iterable[str], quick: bool) -> tuple[list[Row], list[PlannedRun]]:
+def chosen(
+    paper: Paper, runs: Sequence[PlannedRun], only: Iterable[str], quick: bool
+) -> tuple[list[Row], list[PlannedRun]]:
     """Rows and runs that are asked for.
 
     Parameters
@@ -111,19 +125,34 @@ def chosen(paper: Paper, runs: Sequence[PlannedRun], only: Iterable[str], quick:
     known = [*(row.id for row in paper.rows), *paper.configurations, *dict.fromkeys(run.name for run in runs)]
     if unknown := [name for name in asked if name not in known]:
         raise CaseError(
-            *(Fault(f"--only {name}", "must name a row, a configuration or a run", similar(name, known, cutoff=0.6)) for name in unknown)
+            *(
+                Fault(
+                    f"--only {name}",
+                    "must name a row, a configuration or a run",
+                    similar(name, known, cutoff=0.6),
+                )
+                for name in unknown
+            )
         )
     rows = [row for row in paper.rows if not asked or row.id in asked or _names_of(row) & set(asked)]
     wanted = {(name, round(speed, 6)) for row in rows if row.id in asked for name, speed, _ in row.needs}
     taken = [
-        run for run in runs if not asked or {run.name, run.configuration} & set(asked) or (run.configuration, round(run.speed, 6)) in wanted
+        run
+        for run in runs
+        if not asked
+        or {run.name, run.configuration} & set(asked)
+        or (run.configuration, round(run.speed, 6)) in wanted
     ]
     return rows, [run for run in taken if run.quick] if quick else taken
 
 
 def _names_of(row: Row) -> set[str]:
     """Configurations and runs that a row is made of."""
-    return {name for configuration, speed, _ in row.needs for name in (configuration, run_name(configuration, speed))}
+    return {
+        name
+        for configuration, speed, _ in row.needs
+        for name in (configuration, run_name(configuration, speed))
+    }
 
 
 def wants_modes(rows: Iterable[Row], run: PlannedRun) -> bool:
@@ -133,7 +162,8 @@ def wants_modes(rows: Iterable[Row], run: PlannedRun) -> bool:
 
 
 def run_state(run: PlannedRun) -> str:
-    """``missing``, or what the result file says: ``complete``, ``running`` (perhaps killed), ``interrupted``, ``failed: ...``.
+    """``missing``, or what the result file says: ``complete``, ``running`` (perhaps killed), ``interrupted``,
+    ``failed: ...``.
 
     A file that cannot be read is ``failed`` with the reason.
     """
@@ -159,6 +189,10 @@ def read_modes(run: PlannedRun) -> list[float] | None:
     if not run.modes_path.exists():
         return None
     try:
-        return [float(value) for value in json.loads(run.modes_path.read_text(encoding="utf-8"))["frequency_Hz"]]
+        return [
+            float(value) for value in json.loads(run.modes_path.read_text(encoding="utf-8"))["frequency_Hz"]
+        ]
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ResultError(f"{run.modes_path}: must hold natural frequencies, it does not ({error}). Delete it and repeat.") from None
+        raise ResultError(
+            f"{run.modes_path}: must hold natural frequencies, it does not ({error}). Delete it and repeat."
+        ) from None

@@ -48,7 +48,9 @@ def title_of(row: Row, paper: Paper) -> str:
     if row.against is not None:
         other, speed, _ = row.needs[1]
         words = {"difference": "less", "change": "change from", "ratio": "over"}[row.against.how]
-        text += f", {words} {paper.configurations[other].title}" + ("" if same_speed(speed, row.speed) else f" at {_rpm(speed)} rpm")
+        text += f", {words} {paper.configurations[other].title}" + (
+            "" if same_speed(speed, row.speed) else f" at {_rpm(speed)} rpm"
+        )
     return text
 
 
@@ -63,7 +65,9 @@ def shown(value: float | None, row: Row, digits: int = 4) -> str:
 
 
 def with_uncertainty(finding: Finding) -> str:
-    """Ours with its interval, and the scatter over seeds where there are several: ``935 ± 4 N (3 seeds, s = 6)``."""
+    """Ours with its interval, and the scatter over seeds where there are several:
+    ``935 ± 4 N (3 seeds, s = 6)``.
+    """
     row = finding.row
     if math.isnan(finding.value):
         return "not run" if finding.trouble.startswith("not run") else "no result"
@@ -76,8 +80,14 @@ def with_uncertainty(finding: Finding) -> str:
     four = 1 if change else max(0, 3 - math.floor(math.log10(abs(finding.value * many) or 1.0)))
     digits = min(four, max(0, 1 - math.floor(math.log10(size)))) if size else four
     sign = "+" if change else ""
-    text = f"{finding.value * many:{sign}.{digits}f}" + (f" ± {size:.{digits}f}" if size >= 0.5 * 10.0**-digits else "")
-    seeds = f" ({finding.runs} seeds, s = {finding.scatter * many:.2g})" if not math.isnan(finding.scatter) else ""
+    text = f"{finding.value * many:{sign}.{digits}f}" + (
+        f" ± {size:.{digits}f}" if size >= 0.5 * 10.0**-digits else ""
+    )
+    seeds = (
+        f" ({finding.runs} seeds, s = {finding.scatter * many:.2g})"
+        if not math.isnan(finding.scatter)
+        else ""
+    )
     return f"{text} {unit}".rstrip() + seeds
 
 
@@ -111,7 +121,9 @@ def sensitivity_of(row: Row, paper: Paper) -> str:
 
 
 def verdict(finding: Finding, paper: Paper) -> str:
-    """``within`` or ``missed`` the target, whether the row was calibrated on or predicted, and if a run behind it is not steady."""
+    """``within`` or ``missed`` the target, whether the row was calibrated on or predicted, and if a run
+    behind it is not steady.
+    """
     words = [] if finding.within is None else ["within" if finding.within else "missed"]
     changed = bool(sensitivity_of(finding.row, paper))
     if finding.row.calibrated or (finding.row.reference not in (None, 0.0) and not changed):
@@ -160,7 +172,11 @@ def csv_text(findings: Iterable[Finding], paper: Paper) -> str:
 
 def json_text(findings: Iterable[Finding], paper: Paper) -> str:
     """The table as JSON: source, version that made it, and one object per row, numbers in SI."""
-    content = {"paper": paper.citation, "nutamill": __version__, "rows": [record(finding, paper) for finding in findings]}
+    content = {
+        "paper": paper.citation,
+        "nutamill": __version__,
+        "rows": [record(finding, paper) for finding in findings],
+    }
     return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
 
 
@@ -228,11 +244,14 @@ def print_table(findings: Sequence[Finding], paper: Paper) -> None:
 
 def trouble_lines(findings: Iterable[Finding]) -> list[str]:
     """What has no number yet and what makes it, each said once."""
-    return list(dict.fromkeys(part for finding in findings if finding.trouble for part in finding.trouble.split("; ")))
+    return list(
+        dict.fromkeys(part for finding in findings if finding.trouble for part in finding.trouble.split("; "))
+    )
 
 
 def tally(findings: Sequence[Finding], paper: Paper) -> str:
-    """One line: how many rows have a number, meet their target, and how we compare with the authors' simulation.
+    """One line: how many rows have a number, meet their target, and how we compare with the authors'
+    simulation.
 
     Targets and comparisons are of the mill as it is: rows of a mill changed on purpose are not among them.
     """

@@ -1,1 +1,3 @@
-"""One function, one figure: a result or an answer in, a Matplotlib figure out.  Saving is left to the caller."""
+"""One function, one figure: a result or an answer in, a Matplotlib figure out.  Saving is left to the
+caller.
+"""

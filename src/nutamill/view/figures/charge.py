@@ -1,4 +1,6 @@
-"""Figures of what the charge does: impact spectra, the worn wall, the flow.  One function, one figure; saving is left to the caller."""
+"""Figures of what the charge does: impact spectra, the worn wall, the flow.  One function, one figure; saving
+is left to the caller.
+"""
 
 import math
 
@@ -18,7 +20,8 @@ PATTERN = {"normal": "-", "tangential": (0, (3, 1.2))}
 
 
 def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
-    """How many contacts begin with how much energy, and the power they bring along, in bins of half an octave.
+    """How many contacts begin with how much energy, and the power they bring along, in bins of half an
+    octave.
 
     One line for each pair of materials and part of the relative velocity.
     """
@@ -32,7 +35,12 @@ def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         for k, pair in enumerate(map(str, spectra["pair"].values)):
             for part, line in PATTERN.items():
                 one = spectra.sel(part=part).isel(pair=k)
-                style = {"color": f"C{k}", "linestyle": line, "drawstyle": "steps-mid", "label": f"{pair}, {part}"}
+                style = {
+                    "color": f"C{k}",
+                    "linestyle": line,
+                    "drawstyle": "steps-mid",
+                    "label": f"{pair}, {part}",
+                }
                 rate = one["rate"].values.copy()
                 rate[rate == 0.0] = math.nan  # a logarithm has no place for it
                 number.plot(energy, rate, **style)
@@ -53,7 +61,8 @@ def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 
 def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
-    """The bore unrolled, in chamber axes: mean pressure, shear work and cutting energy of impacts per area and time.
+    """The bore unrolled, in chamber axes: mean pressure, shear work and cutting energy of impacts per area
+    and time.
 
     Where the chamber is a mesh, the patch with the largest area stands for the bore.
     """
@@ -63,12 +72,20 @@ def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     table = table.isel(patch=np.flatnonzero(number == largest))
     columns = int(table["patch_column"].max()) + 1
     azimuth, along = (table[name].values.reshape(columns, -1) for name in ("patch_azimuth", "patch_along"))
-    panels = (("pressure", "pressure (Pa)"), ("shear_intensity", "shear work (W/m$^2$)"), ("cutting_intensity", "cutting energy (W/m$^2$)"))
+    panels = (
+        ("pressure", "pressure (Pa)"),
+        ("shear_intensity", "shear work (W/m$^2$)"),
+        ("cutting_intensity", "cutting energy (W/m$^2$)"),
+    )
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
-        for k, (axes, (name, label)) in enumerate(zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True)):
+        for k, (axes, (name, label)) in enumerate(
+            zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True)
+        ):
             values = table[name].values.reshape(columns, -1)
-            drawn = axes.pcolormesh(np.degrees(azimuth[:, 0]), along[0], values.T, cmap="viridis", vmin=0.0, rasterized=True)
+            drawn = axes.pcolormesh(
+                np.degrees(azimuth[:, 0]), along[0], values.T, cmap="viridis", vmin=0.0, rasterized=True
+            )
             axes.grid(False)
             axes.set_ylabel("height (m)")
             axes.set_title(f"({'abc'[k]}) {label.split(' (')[0]}", loc="left")
@@ -79,10 +96,12 @@ def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 
 def draw_flow(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
-    """The charge as it stands in axes that turn with the crank: seen from above, and along the wall with its surface.
+    """The charge as it stands in axes that turn with the crank: seen from above, and along the wall with its
+    surface.
 
-    From above: solids fraction averaged over the height that the charge reaches, and the mean velocity relative to the chamber.  Along
-    the wall: solids fraction of the outermost cells, and the height below which 95 % of the charge lie in each sector.
+    From above: solids fraction averaged over the height that the charge reaches, and the mean velocity
+    relative to the chamber.  Along the wall: solids fraction of the outermost cells, and the height below
+    which 95 % of the charge lie in each sector.
     """
     done = window(result, last)
     fields = flow_fields(done)
@@ -98,9 +117,16 @@ def draw_flow(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         above.set_title("(a) from above, crank at 0 deg, turning anticlockwise", loc="left")
         outermost = fields["solids_fraction"].isel(radius=-1).transpose("height", "azimuth").values
         degrees = np.degrees(done["azimuth"].values)
-        drawn = along.pcolormesh(degrees, done["height"].values, outermost, cmap="viridis", vmin=0.0, rasterized=True)
+        drawn = along.pcolormesh(
+            degrees, done["height"].values, outermost, cmap="viridis", vmin=0.0, rasterized=True
+        )
         along.plot(degrees, heights, color="white", linewidth=1.6)
-        along.plot(degrees, heights, color="#D55E00", label=f"surface: crest {top.height:.3f} m, lag {math.degrees(top.phase_lag):.0f} deg")
+        along.plot(
+            degrees,
+            heights,
+            color="#D55E00",
+            label=f"surface: crest {top.height:.3f} m, lag {math.degrees(top.phase_lag):.0f} deg",
+        )
         along.set_ylim(0.0, min(1.3 * top.height, float(done["height"].values[-1])))
         along.set_xticks(range(0, 361, 90))
         along.grid(False)
@@ -113,12 +139,20 @@ def draw_flow(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 
 def _seen_from_above(axes: Axes, done, fields, height: float):
-    """Mean solids fraction and velocity over the height up to `height` [m], in polar axes; returns what a colour bar needs."""
-    reached = done.sel(height=slice(0.0, height)) if height > float(done["height"][0]) else done.isel(height=slice(0, 1))
+    """Mean solids fraction and velocity over the height up to `height` [m], in polar axes; returns what a
+    colour bar needs.
+    """
+    reached = (
+        done.sel(height=slice(0.0, height))
+        if height > float(done["height"][0])
+        else done.isel(height=slice(0, 1))
+    )
     volume = reached["cell_volume"].sum("height") * done["sampled_time"]
     solids = (reached["cell_solid_volume"].sum("height") / volume).transpose("radius", "azimuth").values
     mass = reached["cell_mass"].sum("height").transpose("radius", "azimuth").values
-    radial, azimuthal = (reached[f"cell_momentum_{k}"].sum("height").transpose("radius", "azimuth").values for k in "ra")
+    radial, azimuthal = (
+        reached[f"cell_momentum_{k}"].sum("height").transpose("radius", "azimuth").values for k in "ra"
+    )
     radius, azimuth = done["radius"].values, done["azimuth"].values
     step = radius[1] - radius[0]
     rings = np.concatenate([radius - 0.5 * step, radius[-1:] + 0.5 * step])
@@ -131,7 +165,16 @@ def _seen_from_above(axes: Axes, done, fields, height: float):
         v_r, v_a = radial / mass, azimuthal / mass
     shown = filled & (np.arange(len(azimuth)) % 2 == 0)
     across, up = v_r * np.cos(angle) - v_a * np.sin(angle), v_r * np.sin(angle) + v_a * np.cos(angle)
-    arrows = axes.quiver(angle[shown], distance[shown], across[shown], up[shown], color="white", scale=40.0, width=0.006, pivot="mid")
+    arrows = axes.quiver(
+        angle[shown],
+        distance[shown],
+        across[shown],
+        up[shown],
+        color="white",
+        scale=40.0,
+        width=0.006,
+        pivot="mid",
+    )
     axes.quiverkey(arrows, 0.0, -0.02, 4.0, "4 m/s", labelpos="E", color="#444444", coordinates="axes")
     axes.grid(False)
     axes.set_yticks([])

@@ -14,10 +14,14 @@ SHOWN_TURNS = 0.5
 """Time shown of the histories [s]: the turns can be told apart."""
 
 
-def draw_comparison(run: Result, test: Result, names: list[str], last: float, cut: float | None = None) -> Figure:
-    """Each quantity of a run and of a test over the last whole turns, and its spectrum, filtered alike; raises as `compare`.
+def draw_comparison(
+    run: Result, test: Result, names: list[str], last: float, cut: float | None = None
+) -> Figure:
+    """Each quantity of a run and of a test over the last whole turns, and its spectrum, filtered alike;
+    raises as `compare`.
 
-    Times are counted back from the ends, which are whole turns: where the crank stood then is not known of a test.
+    Times are counted back from the ends, which are whole turns: where the crank stood then is not known of a
+    test.
     """
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(7.0, 0.6 + 1.5 * len(names)), layout="constrained")

@@ -41,7 +41,8 @@ def draw_histories(result: Result, names: Sequence[str]) -> Figure:
 
 
 def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPER_WINDOW) -> Figure:
-    """Power spectral density of some series over the steady window, up to 500 Hz; a dotted line at the speed and at twice it.
+    """Power spectral density of some series over the steady window, up to 500 Hz; a dotted line at the speed
+    and at twice it.
 
     Raises CaseError for a series that the result does not hold, ResultError as `steady_window`.
     """
@@ -54,11 +55,19 @@ def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPE
         for axes, name in zip(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)), names, strict=True):
             lines = spectrum(result.series[name].values[inside], result.rate)
             shown = (lines.frequency > 0.0) & (lines.frequency <= HIGHEST)
-            axes.semilogy(lines.frequency[shown], np.where(lines.density[shown] > 0.0, lines.density[shown], math.nan), linewidth=0.7)
+            axes.semilogy(
+                lines.frequency[shown],
+                np.where(lines.density[shown] > 0.0, lines.density[shown], math.nan),
+                linewidth=0.7,
+            )
             axes.set_xlim(left=0.0)
             for order in (1, 2):
                 axes.axvline(
-                    order * turns, color=MARK, linewidth=0.6, linestyle=":", label="speed, twice the speed" if order == 1 else None
+                    order * turns,
+                    color=MARK,
+                    linewidth=0.6,
+                    linestyle=":",
+                    label="speed, twice the speed" if order == 1 else None,
                 )
             axes.set_ylabel(density_unit(name))
             axes.set_title(series_field(name).label, loc="left")
@@ -69,7 +78,8 @@ def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPE
 
 
 def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
-    """Path of the charge's mass centre in the steady window, seen from above, in axes that turn with the crank; its mean and phase lag.
+    """Path of the charge's mass centre in the steady window, seen from above, in axes that turn with the
+    crank; its mean and phase lag.
 
     Raises ResultError for an empty chamber, and as `steady_window`.
     """
@@ -77,7 +87,10 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     orbit = mass_centre_orbit(result, last)
     start = steady_window(result, last, names=["time"]).turns[0]
     inside = result.series["time"].values >= start
-    x, y, angle = (result.series[name].values[inside] for name in ("charge_mass_centre_x", "charge_mass_centre_y", "crank_angle"))
+    x, y, angle = (
+        result.series[name].values[inside]
+        for name in ("charge_mass_centre_x", "charge_mass_centre_y", "crank_angle")
+    )
     place = 1e3 * (x + 1j * y) * np.exp(-1j * angle)
     mean = 1e3 * orbit.radius * np.exp(-1j * orbit.phase_lag)
     reach = 1.15 * float(np.abs(place).max())
@@ -91,7 +104,9 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         axes.plot(0.4 * reach * np.cos(arc), 0.4 * reach * np.sin(arc), color=MEAN, linewidth=0.8)
         middle = -0.5 * orbit.phase_lag
         axes.annotate(
-            f"{math.degrees(orbit.phase_lag):.0f} deg", (0.45 * reach * math.cos(middle), 0.45 * reach * math.sin(middle)), va="center"
+            f"{math.degrees(orbit.phase_lag):.0f} deg",
+            (0.45 * reach * math.cos(middle), 0.45 * reach * math.sin(middle)),
+            va="center",
         )
         axes.set_aspect("equal")
         axes.set_xlim(-reach, reach)
@@ -116,11 +131,21 @@ def draw_steady_values(runs: Sequence[tuple[float, Sequence]], over: str, joined
     labels = [value.label for value in ordered[0][1]]
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 0.5 + 1.3 * len(labels)), layout="constrained")
-        for k, (axes, label) in enumerate(zip(np.atleast_1d(figure.subplots(len(labels), 1, sharex=True)), labels, strict=True)):
+        for k, (axes, label) in enumerate(
+            zip(np.atleast_1d(figure.subplots(len(labels), 1, sharex=True)), labels, strict=True)
+        ):
             values = [run[1][k] for run in ordered]
             width = [value.half_width if math.isfinite(value.half_width) else 0.0 for value in values]
             line = "o-" if joined else "o"
-            axes.errorbar(places, [value.mean for value in values], width, fmt=line, markersize=3, capsize=2, linewidth=0.8)
+            axes.errorbar(
+                places,
+                [value.mean for value in values],
+                width,
+                fmt=line,
+                markersize=3,
+                capsize=2,
+                linewidth=0.8,
+            )
             axes.set_ylabel(label.replace("driveshaft ", "").replace("charge ", ""))
             axes.margins(x=0.05)
         axes.set_xlabel(over)
@@ -138,9 +163,17 @@ def held_series(result: Result, names: Sequence[str]) -> None:
             faults += error.faults
             continue
         if name not in result.series:
-            faults.append(Fault(f"{result.path}: {name}", "must be recorded, this run did not", "`nutamill info fields` lists all series"))
+            faults.append(
+                Fault(
+                    f"{result.path}: {name}",
+                    "must be recorded, this run did not",
+                    "`nutamill info fields` lists all series",
+                )
+            )
     if not names:
-        faults.append(Fault("series", "at least one must be named, got none", "`nutamill info fields` lists all series"))
+        faults.append(
+            Fault("series", "at least one must be named, got none", "`nutamill info fields` lists all series")
+        )
     if faults:
         raise CaseError(*faults)
 

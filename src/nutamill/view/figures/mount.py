@@ -17,9 +17,19 @@ def draw_loop(test: MountTest, found: MountProperties) -> Figure:
         figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
         axes.plot(
-            1e3 * (test.displacement - test.displacement.mean()), test.force - test.force.mean(), ".", color="#888888", ms=2, label="test"
+            1e3 * (test.displacement - test.displacement.mean()),
+            test.force - test.force.mean(),
+            ".",
+            color="#888888",
+            ms=2,
+            label="test",
         )
-        axes.plot(1e3 * moved, pushed, color=MEAN, label=f"K' {found.storage / 1e3:.3g}, K'' {found.loss / 1e3:.3g} N/mm")
+        axes.plot(
+            1e3 * moved,
+            pushed,
+            color=MEAN,
+            label=f"K' {found.storage / 1e3:.3g}, K'' {found.loss / 1e3:.3g} N/mm",
+        )
         axes.margins(x=0.04)
         axes.set_xlabel("displacement (mm)")
         axes.set_ylabel("force (N)")

@@ -23,12 +23,16 @@ FIGURES: dict[str, tuple[Callable[[Result], Figure], str]] = {
     "flow": (draw_flow, "solids fraction and velocity of the charge in axes that turn with the crank"),
     "orbit": (draw_orbit, "path of the charge's mass centre and its phase lag"),
 }
-"""Figures of a whole result: the function, and what it shows; ``{panels}`` are the titles of the panels that were drawn."""
+"""Figures of a whole result: the function, and what it shows; ``{panels}`` are the titles of the panels that
+were drawn.
+"""
 SERIES_FIGURES: dict[str, tuple[Callable[[Result, list[str]], Figure], str]] = {
     "history": (draw_histories, "series over time"),
     "spectrum": (draw_spectrum, "power spectral density of series in the steady window"),
     "orders": (
-        lambda result, names: draw_orders(sensor_orders(result, names[0]), waterfall(result, names[0]), names[0]),
+        lambda result, names: draw_orders(
+            sensor_orders(result, names[0]), waterfall(result, names[0]), names[0]
+        ),
         "amplitude of a series once and twice per turn, and over time and frequency",
     ),
 }
@@ -36,7 +40,8 @@ SERIES_FIGURES: dict[str, tuple[Callable[[Result, list[str]], Figure], str]] = {
 
 
 def figure_of(result: Result, what: str) -> Figure:
-    """The figure called `what`: a name of `FIGURES`, or one of `SERIES_FIGURES` with its series, ``spectrum:driveshaft_torque``.
+    """The figure called `what`: a name of `FIGURES`, or one of `SERIES_FIGURES` with its series,
+    ``spectrum:driveshaft_torque``.
 
     Raises
     ------
@@ -47,12 +52,17 @@ def figure_of(result: Result, what: str) -> Figure:
     if not names and kind in FIGURES:
         if is_mechanism(result):
             drawn = f"nutamill plot {result.path} history:SERIES"
-            raise ResultError(f"{result.path}: must be the run of a mill for this figure, it is that of a mechanism. Use {drawn}.")
+            raise ResultError(
+                f"{result.path}: must be the run of a mill for this figure, it is that of a "
+                f"mechanism. Use {drawn}."
+            )
         return FIGURES[kind][0](result)
     if names and kind in SERIES_FIGURES:
         return SERIES_FIGURES[kind][0](result, names.split(","))
     known = ", ".join([*FIGURES, *(f"{name}:SERIES" for name in SERIES_FIGURES)])
-    raise CaseError(Fault(f'figure "{what}"', f"must be one of {known}", "`nutamill info fields` lists the series"))
+    raise CaseError(
+        Fault(f'figure "{what}"', f"must be one of {known}", "`nutamill info fields` lists the series")
+    )
 
 
 def caption_of(what: str, figure: Figure) -> str:
@@ -62,7 +72,9 @@ def caption_of(what: str, figure: Figure) -> str:
 
 
 def write_figures(result: Result, wanted: list[str], folder: Path) -> list[Path]:
-    """Draw figures to ``<result>-<name>.png`` in `folder`; returns the files. All names are checked by drawing before one is written."""
+    """Draw figures to ``<result>-<name>.png`` in `folder`; returns the files. All names are checked by
+    drawing before one is written.
+    """
     drawn = {what: figure_of(result, what) for what in dict.fromkeys(wanted)}
     files = []
     for what, figure in drawn.items():

@@ -45,7 +45,9 @@ def draw_orders(found: Orders, falls: Waterfall, name: str) -> Figure:
         size, lag, fall = figure.subplots(3, 1, height_ratios=[1.2, 0.8, 1.4])
         for k, order in enumerate(found.orders):
             size.plot(across, found.amplitude[k], color=PALETTE[k % 7], label=f"{order:g}x")
-            told = found.amplitude[k] > 0.02 * found.amplitude[k].max()  # of a small amplitude the phase is noise
+            told = (
+                found.amplitude[k] > 0.02 * found.amplitude[k].max()
+            )  # of a small amplitude the phase is noise
             lag.plot(across[told], np.degrees(found.lag[k])[told], ".", markersize=1.5, color=PALETTE[k % 7])
         size.set_ylim(bottom=0.0)
         size.set_ylabel(f"amplitude ({unit})")
@@ -69,9 +71,17 @@ def _draw_waterfall(figure: Figure, axes: Axes, falls: Waterfall, unit: str) -> 
     fastest = falls.speed.max() / (2.0 * math.pi)
     shown = falls.frequency <= 4.5 * fastest
     level = np.log10(np.maximum(falls.amplitude[shown] / falls.amplitude[shown].max(), FLOOR))
-    drawn = axes.pcolormesh(falls.time, falls.frequency[shown], level, cmap="Greys", shading="nearest", rasterized=True)
+    drawn = axes.pcolormesh(
+        falls.time, falls.frequency[shown], level, cmap="Greys", shading="nearest", rasterized=True
+    )
     for k, order in enumerate((1, 2)):
-        axes.plot(falls.time, order * falls.speed / (2.0 * math.pi), color=PALETTE[k], linewidth=0.6, linestyle=(0, (4, 3)))
+        axes.plot(
+            falls.time,
+            order * falls.speed / (2.0 * math.pi),
+            color=PALETTE[k],
+            linewidth=0.6,
+            linestyle=(0, (4, 3)),
+        )
     axes.grid(False)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("frequency (Hz)")
@@ -80,9 +90,11 @@ def _draw_waterfall(figure: Figure, axes: Axes, falls: Waterfall, unit: str) -> 
 
 
 def draw_loads(result: Result, axes: str = "frame", last: float | str = PAPER_WINDOW) -> Figure:
-    """Polar plots: path of the tip of each joint's force in the plane of x and y of the chosen axes, over the steady turns.
+    """Polar plots: path of the tip of each joint's force in the plane of x and y of the chosen axes, over the
+    steady turns.
 
-    A mean that is more than a tenth of the largest force is drawn as a line with a dot: in axes that turn along, the path may be a point.
+    A mean that is more than a tenth of the largest force is drawn as a line with a dot: in axes that turn
+    along, the path may be a point.
     """
     joints = joints_of(result)
     columns = 2
@@ -95,7 +107,14 @@ def draw_loads(result: Result, axes: str = "frame", last: float | str = PAPER_WI
             most = 1.15 * np.abs(force[:, :2]).max()
             panel.set_title(textwrap.fill(joint.replace("_", " "), TITLE), loc="left")
             if not most > NO_FORCE * largest:
-                panel.annotate("no force in\nthis plane", (0.5, 0.5), xycoords="axes fraction", ha="center", va="center", fontsize=6.5)
+                panel.annotate(
+                    "no force in\nthis plane",
+                    (0.5, 0.5),
+                    xycoords="axes fraction",
+                    ha="center",
+                    va="center",
+                    fontsize=6.5,
+                )
                 panel.set_axis_off()
                 continue
             panel.plot(force[:, 0], force[:, 1], color=PALETTE[0], linewidth=0.8)
@@ -117,7 +136,9 @@ def draw_loads(result: Result, axes: str = "frame", last: float | str = PAPER_WI
 
 
 def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
-    """Path of the first mount's foot and of the force on the floor, in the plane of the floor, over the steady end of the run."""
+    """Path of the first mount's foot and of the force on the floor, in the plane of the floor, over the
+    steady end of the run.
+    """
     length = last if isinstance(last, float) else PAPER_WINDOW
     time = result.series["time"].values
     inside = time >= time[-1] - min(length, 0.5 * time[-1])
@@ -128,7 +149,9 @@ def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         paths.append(("travel of mount 1", *travel, "mm"))
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.0 if len(paths) == 2 else 3.2), layout="constrained")
-        for panel, (title, x, y, unit) in zip(figure.subplots(1, len(paths), squeeze=False).ravel(), paths, strict=True):
+        for panel, (title, x, y, unit) in zip(
+            figure.subplots(1, len(paths), squeeze=False).ravel(), paths, strict=True
+        ):
             panel.plot(x, y, color=PALETTE[0], linewidth=0.6)
             panel.set_aspect("equal", adjustable="datalim")
             panel.locator_params(nbins=4)
@@ -141,7 +164,9 @@ def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 def draw_lives(bearings: list[BearingLife], sections: list[SectionLife]) -> Figure:
     """Lives of bearings and sections as bars on a logarithmic axis, up to the longest that is told."""
-    lives = [(one.joint, one.time, PALETTE[0]) for one in bearings] + [(one.name, one.time, PALETTE[1]) for one in sections]
+    lives = [(one.joint, one.time, PALETTE[0]) for one in bearings] + [
+        (one.name, one.time, PALETTE[1]) for one in sections
+    ]
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 0.8 + 0.28 * len(lives)), layout="constrained")
         axes = figure.subplots()
@@ -149,13 +174,22 @@ def draw_lives(bearings: list[BearingLife], sections: list[SectionLife]) -> Figu
             shown = min(max(time / 3600.0, 1.0), LONGEST)
             axes.barh(k, shown, color=color, height=0.6)
             said = f"{hours_text(time).strip()} h"
-            axes.annotate(said, (shown, k), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5)
+            axes.annotate(
+                said, (shown, k), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5
+            )
         axes.set_yticks(range(len(lives)), [name.replace("_", " ") for name, _, _ in lives])
         axes.invert_yaxis()
         axes.set_xscale("log")
         axes.set_xlim(1.0, 100.0 * LONGEST)
         axes.axvline(YEAR, color="black", linewidth=0.7, linestyle=(0, (4, 3)))
-        axes.annotate("one year", (YEAR, 1.0), xycoords=("data", "axes fraction"), xytext=(2, 2), textcoords="offset points", fontsize=6)
+        axes.annotate(
+            "one year",
+            (YEAR, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(2, 2),
+            textcoords="offset points",
+            fontsize=6,
+        )
         axes.grid(axis="y", visible=False)
         axes.set_xlabel("life (h)")
     return figure

@@ -20,21 +20,31 @@ STILL = 1e-6
 def draw_run(result: Result) -> Figure:
     """Crank-pin force, driveshaft torque and frame acceleration over the run; a dashed line ends the ramp.
 
-    A long series is drawn as the band between its smallest and largest value in each column of the picture, with the mean
-    over a turn (for accelerations: the root mean square over a turn) as a line.  A frame that stands still has no acceleration
-    panels.
+    A long series is drawn as the band between its smallest and largest value in each column of the picture,
+    with the mean over a turn (for accelerations: the root mean square over a turn) as a line.  A frame that
+    stands still has no acceleration panels.
 
     Source
     ------
-    Janse van Vuuren, Bredell and Coetzee, Math. Comput. Appl. 31(5), 171, 2026, figure 11 (form of the picture)
+    Janse van Vuuren, Bredell and Coetzee, Math. Comput. Appl. 31(5), 171, 2026, figure 11 (form of the
+    picture)
     """
-    sensor = next((name.removesuffix("_x") for name in result.series.data_vars if str(name).endswith("_acceleration_x")), None)
+    sensor = next(
+        (
+            name.removesuffix("_x")
+            for name in result.series.data_vars
+            if str(name).endswith("_acceleration_x")
+        ),
+        None,
+    )
     panels = [("crank_pin_force_resultant", "crank-pin force"), ("driveshaft_torque", "driveshaft torque")]
     if sensor is not None and float(abs(result.series[f"{sensor}_x"]).max()) > STILL:
         panels += [(f"{sensor}_x", "horizontal acceleration"), (f"{sensor}_z", "vertical acceleration")]
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 0.65 + 1.15 * len(panels)), layout="constrained")
-        for k, (axes, (name, quantity)) in enumerate(zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True)):
+        for k, (axes, (name, quantity)) in enumerate(
+            zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True)
+        ):
             _draw_series(axes, result, name, root_mean_square="acceleration" in name)
             axes.set_title(f"({'abcd'[k]}) {quantity}", loc="left")
             axes.set_ylabel(_axis_label(name))
@@ -49,7 +59,8 @@ def draw_run(result: Result) -> Figure:
 def draw_ledger(result: Result) -> Figure:
     """Where the motor's power goes, turn by turn: losses stacked, the motor's power as a line over them.
 
-    What lies between the stack and the line goes into kinetic, potential and elastic energy, or comes out of them.
+    What lies between the stack and the line goes into kinetic, potential and elastic energy, or comes out of
+    them.
     """
     time = result.series["time"].values
     edges = _turns(result)
@@ -86,7 +97,8 @@ def _draw_series(axes: Axes, result: Result, name: str, root_mean_square: bool) 
     time, value = result.series["time"].values, result.series[name].values
     if len(time) > 4 * BINS:
         starts = np.linspace(0, len(time), BINS + 1).astype(int)[:-1]
-        # widened to a turn at the last speed: narrower columns would show the beat of the columns with the turns
+        # widened to a turn at the last speed: narrower columns would show the beat of the columns with the
+        # turns
         turn = math.tau / max(abs(result.series["driveshaft_speed"].values[-1]), math.tau)
         width = 1 + 2 * math.ceil(0.5 * turn * BINS / (time[-1] - time[0]))
         low = minimum_filter1d(np.minimum.reduceat(value, starts), width)
@@ -104,7 +116,9 @@ def _draw_series(axes: Axes, result: Result, name: str, root_mean_square: bool) 
 
 
 def _mean_over_turn(result: Result, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and means of `value` over the turn around each of them, (n,) both; a turn needs half a turn on each side."""
+    """Times [s] and means of `value` over the turn around each of them, (n,) both; a turn needs half a turn
+    on each side.
+    """
     time, angle = result.series["time"].values, result.series["crank_angle"].values
     integral = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (value[1:] + value[:-1]))))
     at = np.linspace(time[0], time[-1], BINS)
@@ -115,7 +129,9 @@ def _mean_over_turn(result: Result, value: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _turns(result: Result) -> np.ndarray:
-    """Times [s] between which the ledger is averaged: whole turns, several together in a long run, (n + 1,)."""
+    """Times [s] between which the ledger is averaged: whole turns, several together in a long run, (n +
+    1,).
+    """
     time, angle = result.series["time"].values, result.series["crank_angle"].values
     count = max(1, math.floor((angle[-1] - angle[0]) / math.tau))
     each = math.ceil(count / BINS)
@@ -134,5 +150,9 @@ def _mark_ramp(all_axes: list[Axes], result: Result) -> None:
 
 def _legend(figure: Figure, columns: int, place: str) -> None:
     """One legend for all panels, outside them, so that it never hides a curve; last drawn comes first."""
-    handles = {label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    handles = {
+        label: handle
+        for axes in figure.axes
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
     figure.legend(list(handles.values())[::-1], list(handles)[::-1], loc=place, ncols=columns)
