@@ -53,10 +53,10 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
             clock = state.clock
             buffer, lst = clock[PUBLISHED], clock[LIST]
             points, rows, partners, memory = (
-                state.points[buffer],
-                state.rows[buffer],
-                state.partners[lst, c],
-                state.memory[lst, c],
+                state.published_points[buffer],
+                state.published_rows[buffer],
+                state.pairs.partners[lst, c],
+                state.pairs.memory[lst, c],
             )
             local, lanes, forces, work = (
                 scratch.local[0],
@@ -74,7 +74,7 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
             if last_stage < 1:
                 continue
             found = filter_pairs(
-                points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes
+                points, partners, state.pairs.owners[lst, c], local, state.pairs.counts[lst, c], lo, hi, lanes
             )
             counts[0] += found
             if last_stage < 2:
@@ -93,7 +93,7 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
                 now,
                 step,
                 forces,
-                scratch.impacts,
+                state.impacts,
                 0,
             )
             if last_stage < 3:
@@ -102,7 +102,7 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
             found = find_walls(
                 model,
                 state.x,
-                state.body[0],
+                state.mass_props[0],
                 local,
                 scratch.motion[0],
                 placed,
@@ -118,7 +118,7 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
             wall_contacts(
                 model,
                 state.x,
-                state.body[0],
+                state.mass_props[0],
                 rows,
                 state.wall_memory,
                 state.material,
@@ -133,7 +133,7 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
                 step,
                 forces,
                 scratch.sums[c],
-                scratch.impacts,
+                state.impacts,
                 0,
             )
             if last_stage < 5:
@@ -169,9 +169,9 @@ def bytes_of(state, pairs: float, walls: float, candidates: float) -> float:
     """Bytes read and written per particle and substep: every array once, however often a cache gives it
     again.
     """
-    listed, memory = candidates * 2 * 4, 2 * (pairs + walls) * 8 * state.rows.itemsize
-    seen = 2 * (8 * state.rows.itemsize + 4 * state.points.itemsize)
-    moving = 2 * (3 * 3) * 8 + (3 + state.body.shape[0]) * 8
+    listed, memory = candidates * 2 * 4, 2 * (pairs + walls) * 8 * state.published_rows.itemsize
+    seen = 2 * (8 * state.published_rows.itemsize + 4 * state.published_points.itemsize)
+    moving = 2 * (3 * 3) * 8 + (3 + state.mass_props.shape[0]) * 8
     return listed + memory + seen + moving
 
 
@@ -206,12 +206,12 @@ def main() -> None:
     for name, taken in rows:
         print(f"{name:42} {taken:6.2f} ns per particle and substep  {100 * taken / whole:3.0f} %")
     pairs, walls = counts / n
-    candidates = state.listed[state.clock[LIST]].sum() / n
+    candidates = state.pairs.counts[state.clock[LIST]].sum() / n
     print(
         f"{'all':42} {whole:6.2f}, with {pairs:.2f} pair and {walls:.2f} wall contacts and "
         f"{candidates:.2f} candidates per particle"
     )
-    real = state.rows.dtype.type
+    real = state.published_rows.dtype.type
     columns = np.ones((2, ROWS * BATCH), real)
     columns[1] = scratch.columns[0, 0]
     unit, dt = real(1 / charge.scale), real(dt)

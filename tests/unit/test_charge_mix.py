@@ -505,7 +505,7 @@ def test_spheres_of_two_materials_and_many_sizes_are_built_with_their_own_masses
     model, state = build(case, filled.poses)
     n = particle_count(case)
     masses = np.empty(n)
-    masses[state.charge.ids[:n]] = state.charge.body[1, :n]
+    masses[state.charge.ids[:n]] = state.charge.mass_props[1, :n]
     assert model.charge.n_particles == n and state.charge.status[0] == Status.OK
     assert masses == pytest.approx(particle_masses(case), rel=1e-12)
 

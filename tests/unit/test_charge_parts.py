@@ -270,4 +270,4 @@ def test_balls_that_just_touch_at_rest_stay_at_rest():
     # distance is a float32
     rounding = (math.sqrt(3.0) + 1.0) / model.scale + 2.0 * r * 2.0**-23
     assert state.status[0] == 0
-    assert np.abs(velocities(model, state)).max() <= k * rounding * dt / state.body[1, 0]
+    assert np.abs(velocities(model, state)).max() <= k * rounding * dt / state.mass_props[1, 0]

@@ -8,6 +8,7 @@ import numpy as np
 from charge_bench import law, sphere_mass
 
 from nutamill.charge.assembly import charge, positions, spins, velocities
+from nutamill.charge.kernels.copying import copied
 from nutamill.charge.kernels.dynamics import start as start_charge
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.observe import charge_reading
@@ -151,13 +152,10 @@ class CoupledBench:
         total = columns + 16 + 1 + len(Ledger) + 14
         self.rows = np.zeros((n_windows // self.plan.windows_per_row, total))
         survey = statistics_plan(*self.charge[:2], self.plan.dt / self.plan.substeps, on=False)
-        seen = (reading, survey, charge_statistics(survey, self.charge[2]))
+        seen = (reading, survey, charge_statistics(survey, self.charge[1]))
         parts = (*self.mechanism, self.sensors, *self.charge, self.plan, self.coupling, *seen)
         if self.plan.scheme == Scheme.ITERATED:
-            kept = [
-                part._make(np.copy(array) for array in part) for part in (self.mechanism[1], self.charge[1])
-            ]
-            kept += [np.copy(page) for page in self.charge[2].impacts[:2]]
+            kept = [copied(part) for part in (self.mechanism[1], self.charge[1])]
             run_team(march_iterated, (*parts, *kept, n_windows, self.rows), threads)
         else:
             run_team(march_coupled, (*parts, n_windows, self.rows), threads)

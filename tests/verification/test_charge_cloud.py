@@ -212,7 +212,7 @@ def test_too_deep_overlap_stops_with_the_names_of_the_particles():
     # it takes k d^2/2 of the energy m_eff u^2/2, k d^2/(2 m_eff u^2) of the speed, and the velocity is
     # predicted for mid-substep
     lost = 1e3 * (0.07 * 2 * R) ** 2 / (M * 20.0**2)
-    assert bench.scratch.stopped_by == pytest.approx([10.0, 10.0, 20.0], rel=lost)
+    assert bench.state.halt_speeds == pytest.approx([10.0, 10.0, 20.0], rel=lost)
     said = status_text(bench.state, bench.scratch)
     assert (
         "particles 0 and 1, at 10 and 10 m/s, overlap by 5." in said
@@ -230,7 +230,7 @@ def test_too_deep_overlap_with_a_moving_wall_tells_the_speeds_of_both():
     window(*bench.charge, bench.motions, REST, 500, bench.dt, 0, 1)
     assert list(bench.state.status[:3]) == [Status.WALL_OVERLAP, 0, 0]
     lost = 1e3 * (0.07 * 2 * R) ** 2 / (2 * M * 40.0**2) * 4
-    assert bench.scratch.stopped_by == pytest.approx([np.hypot(5.0, 10.0), 30.0, 40.0], rel=lost)
+    assert bench.state.halt_speeds == pytest.approx([np.hypot(5.0, 10.0), 30.0, 40.0], rel=lost)
     assert "particle 0, at 11.2 m/s, overlaps surface number 0, there at 30 m/s" in status_text(
         bench.state, bench.scratch
     )

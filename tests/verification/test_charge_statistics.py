@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from charge_bench import FLOOR, Bench, at_rest, law, sphere_mass
 
-from nutamill.charge.assembly import with_patches
 from nutamill.charge.kernels.impacts import FINE, LOWEST, cutting_energy
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.statistics import (
@@ -28,15 +27,12 @@ RIB = Surface("rib", SurfaceKind.BOX, 0, 0, origin=(0.02, 0, 0.01), size=(0.004,
 
 
 class Survey:
-    """Statistics of a bench; `cuts` of its surfaces as for `patch_table`."""
+    """Statistics of a bench."""
 
-    def __init__(self, bench, cuts=None, **plan):
+    def __init__(self, bench, **plan):
         self.bench = bench
-        if cuts is not None:
-            bench.scratch = with_patches(bench.model, bench.scratch, patch_table(cuts))
-            bench.charge = (bench.model, bench.state, bench.scratch)
         self.plan = statistics_plan(bench.model, bench.state, bench.dt, **plan)
-        self.sums = charge_statistics(self.plan, bench.scratch)
+        self.sums = charge_statistics(self.plan, bench.state)
 
     def take(self, angle=0.0, threads=1):
         """One sample."""
@@ -46,7 +42,7 @@ class Survey:
 
     @property
     def kept(self):
-        return gathered(self.sums, self.bench.scratch)
+        return gathered(self.sums, self.bench.state.impacts)
 
     def wall(self, name):
         """Sum of one quantity over the samples, by patch, SI but for the interval."""
@@ -61,7 +57,7 @@ class Survey:
 
 def spectrum(bench, kind, part):
     """Counts and energies [J] of a spectrum of `bench`."""
-    page = bench.scratch.impacts.spectra.sum(axis=0)[kind, part]
+    page = bench.state.impacts.spectra.sum(axis=0)[kind, part]
     edges = 2.0 ** (LOWEST + 0.5 * np.arange(len(page)))
     return page[:, 0], page[:, 1] / FINE * edges
 
@@ -86,7 +82,7 @@ def test_bouncing_balls_are_counted_in_the_bin_of_their_energy(v):
         counts, energies = spectrum(bench, 1, part)
         assert counts[bin_of(energy)] == counts.sum() == n
         assert energies.sum() == pytest.approx(n * energy, rel=2.0**-16)
-    assert not bench.scratch.impacts.spectra[:, 0].any()
+    assert not bench.state.impacts.spectra[:, 0].any()
 
 
 def test_pairs_are_counted_once_wherever_they_lie_in_the_arrays():
@@ -128,10 +124,17 @@ def test_an_impact_wears_the_patch_it_hits():
         np.array([-math.sin(azimuth), math.cos(azimuth), 0]),
     )
     at = (0.02 - R - 1e-7) * out + [0, 0, 0.013]
-    bench = Bench(at, law(K), 1e-6, [BORE], velocities=v * (math.sin(a) * out + math.cos(a) * tangent))
-    survey = Survey(bench, [(ANGLE_HEIGHT, 36, 10, 0.0, 0.1)])
+    bench = Bench(
+        at,
+        law(K),
+        1e-6,
+        [BORE],
+        velocities=v * (math.sin(a) * out + math.cos(a) * tangent),
+        patches=patch_table([(ANGLE_HEIGHT, 36, 10, 0.0, 0.1)]),
+    )
+    survey = Survey(bench)
     bench.march(20)
-    cut = survey.kept["cut"] / bench.scratch.impacts.per_cut
+    cut = survey.kept["cut"] / bench.model.per_cut
     assert np.flatnonzero(cut).tolist() == [10 * 10 + 1]
     # the wall curves by 1e-7/0.02 on the way: both parts are right to that, and to the small unit of 2^-30 of
     # the mass
@@ -146,8 +149,15 @@ def test_an_impact_on_a_rib_wears_its_face(place, face):
     direction = np.array(place, float)
     half = np.abs(direction) @ RIB.size
     at = np.array(RIB.origin) + direction * (half + R + 1e-7)
-    bench = Bench(at, law(K), 1e-6, [RIB], velocities=-direction + 0.5 * np.roll(direction, 1))
-    survey = Survey(bench, [(FACE_HEIGHT, 6, 4, -0.01, 0.01)])
+    bench = Bench(
+        at,
+        law(K),
+        1e-6,
+        [RIB],
+        velocities=-direction + 0.5 * np.roll(direction, 1),
+        patches=patch_table([(FACE_HEIGHT, 6, 4, -0.01, 0.01)]),
+    )
+    survey = Survey(bench)
     bench.march(10)
     (patch,) = np.flatnonzero(survey.kept["cut"])
     assert patch // 4 == face
@@ -168,8 +178,9 @@ def test_shear_work_of_a_sliding_ball_is_friction_times_distance_patch_by_patch(
         [FLOOR],
         velocities=[v0, 0, 0],
         gravity=(0, 0, -g),
+        patches=patch_table([(ANGLE_RADIUS, 8, 10, 0.0, 0.05)]),
     )
-    survey = Survey(bench, [(ANGLE_RADIUS, 8, 10, 0.0, 0.05)])
+    survey = Survey(bench)
     samples = 1500
     for _ in range(samples):
         survey.take()
@@ -187,6 +198,11 @@ def test_shear_work_of_a_sliding_ball_is_friction_times_distance_patch_by_patch(
     assert survey.wall("load").sum() / samples == pytest.approx(M * g, rel=1e-3)
 
 
+CUTS = patch_table(
+    [(ANGLE_RADIUS, 12, 4, 0.0, 0.02), (ANGLE_HEIGHT, 12, 8, 0.0, 0.08), (FACE_HEIGHT, 6, 4, -0.006, 0.01)]
+)
+
+
 def tumbling(n=150, precision="double", seed=3):
     """Balls thrown about between floor, bore and rib."""
     rng = np.random.default_rng(seed)
@@ -196,11 +212,15 @@ def tumbling(n=150, precision="double", seed=3):
     speeds = rng.normal(size=(n, 3)) - 20.0 * (x - x.mean(axis=0))
     pair = law(K, 0.2, 0.8, friction=0.5, rolling=0.05)
     return Bench(
-        x, pair, 3e-6, [FLOOR, BORE, RIB], velocities=speeds, precision=precision, gravity=(0, 0, -50.0)
+        x,
+        pair,
+        3e-6,
+        [FLOOR, BORE, RIB],
+        velocities=speeds,
+        precision=precision,
+        gravity=(0, 0, -50.0),
+        patches=CUTS,
     )
-
-
-CUTS = [(ANGLE_RADIUS, 12, 4, 0.0, 0.02), (ANGLE_HEIGHT, 12, 8, 0.0, 0.08), (FACE_HEIGHT, 6, 4, -0.006, 0.01)]
 
 
 def test_work_over_all_patches_is_the_ledgers_within_the_error_of_sampling():
@@ -209,7 +229,7 @@ def test_work_over_all_patches_is_the_ledgers_within_the_error_of_sampling():
     # the standard error of the whole; 4 of them leave one chance in a thousand (Student's t, 29 degrees of
     # freedom)
     bench = tumbling()
-    survey, every, blocks = Survey(bench, CUTS), 5, 30
+    survey, every, blocks = Survey(bench), 5, 30
     places = (Ledger.WALL_NORMAL, Ledger.WALL_TANGENTIAL, Ledger.WALL_ROLLING)
     names = ("normal_work", "shear_work", "rolling_work")
     sampled, true = [np.zeros(3)], [-bench.state.ledger[list(places)]]
@@ -229,7 +249,7 @@ def test_statistics_have_the_same_bits_on_one_and_two_threads():
     kept = []
     for threads in (1, 2):
         bench = tumbling(precision="single")
-        survey = Survey(bench, CUTS, cells=(3, 8, 5), extent=(0.02, 0.0, 0.1))
+        survey = Survey(bench, cells=(3, 8, 5), extent=(0.02, 0.0, 0.1))
         for k in range(40):
             bench.march(10, threads)
             survey.take(0.1 * k, threads)

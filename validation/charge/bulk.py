@@ -143,9 +143,9 @@ def janssen() -> list[Row]:
         steps = round(0.1 / dt)
         before = bench.v.copy()
         bench.march(steps)
-        mass = bench.parts[1].body[1, : len(before)].sum()
+        mass = bench.parts[1].mass_props[1, : len(before)].sum()
         masses = np.empty(len(before))
-        masses[bench.parts[1].ids[: len(before)]] = bench.parts[1].body[1, : len(before)]
+        masses[bench.parts[1].ids[: len(before)]] = bench.parts[1].mass_props[1, : len(before)]
         force = bench.impulse[:, 2] / (steps * dt)
         change = (masses @ (bench.v - before))[2] / (steps * dt)
         filled.append(mass)
@@ -211,7 +211,7 @@ def beverloo() -> list[Row]:
     )
     bed.march(round(0.4 / dt))
     radii = np.empty(count)
-    radii[bed.parts[1].ids[:count]] = bed.parts[1].body[0, :count]
+    radii[bed.parts[1].ids[:count]] = bed.parts[1].mass_props[0, :count]
     catch = Surface("catch", SurfaceKind.PLANE, 0, 0, (0.0, 0.0, -0.35))
     openings, rates, steady = np.array([6.0, 7.0, 8.0, 9.0, 10.0]), [], []
     for opening in openings:

@@ -15,6 +15,7 @@ from nutamill.charge.kernels.clump_integration import LANE_ROWS
 from nutamill.charge.kernels.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, cut_chunks
 from nutamill.charge.kernels.columns import ROWS
 from nutamill.charge.kernels.impacts import impact_book
+from nutamill.charge.kernels.neighbours import morton_bits
 from nutamill.charge.kernels.team import MOST_THREADS
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.numbers import law_faults, law_numbers
@@ -28,6 +29,8 @@ from nutamill.charge.model import (
     Clock,
     Ledger,
     ListScratch,
+    PairLists,
+    SavedContacts,
     Status,
 )
 from nutamill.charge.particles.particles import Particles, check_particles, motion_faults
@@ -243,6 +246,7 @@ def charge(
     domain: tuple[Sequence[float], float] | None = None,
     poses: np.ndarray | None = None,
     spheres: Pebbles | None = None,
+    patches: PatchTable | None = None,
 ) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
     """Build a charge of spheres, free ones or the pebbles of clumps; `start` it before the first `window`.
 
@@ -264,6 +268,7 @@ def charge(
     poses : mass centre [m] (3) and quaternion (4) of each body at the start (n_bodies, 7), world; at the
         origin if None
     spheres : the clumps that the spheres are pebbles of; None where they are free
+    patches : how the surfaces are cut into patches, on which impacts are counted; one patch each if None
 
     Raises
     ------
@@ -285,6 +290,10 @@ def charge(
         faults.append(Fault("precision", f'must be "single" or "double", got {precision!r}'))
     if faults:
         raise CaseError(*faults)
+    if spheres is None:
+        mass = np.array(densities, float)[materials] * 4.0 / 3.0 * math.pi * radii**3
+    else:
+        mass = spheres.clumps[spheres.place, ClumpColumn.MASS]
     single = precision == "single"
     real, point = (np.float32, np.int32) if single else (np.float64, np.int64)
     centre, reach = (
@@ -306,6 +315,8 @@ def charge(
         surface_rotation=np.array([np.array(s.rotation, float) for s in surfaces], float).reshape(-1, 3, 3),
         surface_size=np.array([s.size for s in surfaces], float).reshape(-1, 3),
         mesh=mesh_walls(surfaces, float(radii.max())),
+        patches=patch_table([(ANGLE_HEIGHT, 1, 1, 0.0, 1.0)] * len(surfaces)) if patches is None else patches,
+        per_cut=2.0**30 / float(mass.mean()),
         gravity=np.array(gravity, float),
         centre=centre,
         reach=reach,
@@ -345,11 +356,13 @@ def charge(
         int(16 * min(ratio, 3.0)),
     )
     if spheres is None:
-        mass = np.array(densities, float)[materials] * 4.0 / 3.0 * math.pi * radii**3
-        state.body[:, :n] = radii, mass, 1.0 / mass, 1.0 / (0.4 * mass * radii**2)
+        state.mass_props[:, :n] = radii, mass, 1.0 / mass, 1.0 / (0.4 * mass * radii**2)
     else:
-        state.body[0, :n], state.body[1, :n] = radii, spheres.clumps[spheres.place, ClumpColumn.MASS]
-        state.body[OFFSET : OFFSET + 3, :n], state.body[PLACE, :n] = spheres.offset.T, spheres.place
+        state.mass_props[:2, :n] = radii, mass
+        state.mass_props[OFFSET : OFFSET + 3, :n], state.mass_props[PLACE, :n] = (
+            spheres.offset.T,
+            spheres.place,
+        )
     cut_chunks(model, state)
     state.x[:, :n] = positions.T
     state.v[:, :n] = 0.0 if velocities is None else np.asarray(velocities, float).T
@@ -358,9 +371,9 @@ def charge(
     return model, state, _scratch(model, state)
 
 
-def _state(model, poses, clumps, longest, real, point, per_particle, slots) -> ChargeState:
-    """Empty state with room for `per_particle` candidates and `slots` kept contacts of each sphere; clumps
-    have at most `longest`.
+def _state(model, poses, clumps, longest, real, point, per_particle, saved) -> ChargeState:
+    """Empty state with room for `per_particle` candidates and `saved` contacts of each sphere; clumps have at
+    most `longest` spheres.
     """
     chunks = -(-model.n_particles // (model.chunk - longest + 1))
     # behind the last chunk: vector moves of a chunk that does not begin at a whole number of lanes
@@ -373,26 +386,33 @@ def _state(model, poses, clumps, longest, real, point, per_particle, slots) -> C
         x=_aligned((3, m), float),
         v=_aligned((3, m), float),
         w=_aligned((3, m), float),
-        body=_aligned((4 if len(clumps) == 0 else 8, m), float),
+        mass_props=_aligned((4 if len(clumps) == 0 else 8, m), float),
         clumps=clumps.copy(),
         material=_aligned(m, np.int32),
         ids=np.arange(m),
-        points=_aligned((2, m, 4), point),
-        rows=_aligned((2, m, 8), real),
-        partners=_aligned((2, chunks, capacity), np.uint32),
-        owners=_aligned((2, chunks, capacity), np.uint32),
-        listed=np.zeros((3, chunks + 1), np.int64),
-        memory=memory,
+        published_points=_aligned((2, m, 4), point),
+        published_rows=_aligned((2, m, 8), real),
+        pairs=PairLists(
+            partners=_aligned((2, chunks, capacity), np.uint32),
+            owners=_aligned((2, chunks, capacity), np.uint32),
+            memory=memory,
+            counts=np.zeros((3, chunks + 1), np.int64),
+        ),
+        saved=SavedContacts(
+            memory=_aligned((m, saved, 8), real),
+            partners=np.zeros((m, saved), np.int32),
+            counts=np.zeros(m, np.int32),
+        ),
         wall_memory=wall_memory,
         listed_at=_aligned((3, m), float),
-        kept=_aligned((m, slots, 8), real),
-        kept_with=np.zeros((m, slots), np.int32),
-        kept_count=np.zeros(m, np.int32),
+        list_angle=np.zeros(1),
+        last_dt=np.zeros(1),
         poses=poses,
-        turn=np.zeros(2),
         impulse=np.zeros((model.n_bodies, 6)),
         ledger=np.zeros(len(Ledger)),
         largest_overlap=np.zeros(3),
+        impacts=impact_book(MOST_THREADS, model.law_of.shape[0], int(model.patches.first[-1])),
+        halt_speeds=np.zeros(3),
         status=np.zeros(4, np.int64),
         clock=np.zeros(len(Clock), np.int64),
     )
@@ -400,17 +420,13 @@ def _state(model, poses, clumps, longest, real, point, per_particle, slots) -> C
 
 def _scratch(model, state) -> ChargeScratch:
     """Work space that fits `state`."""
-    chunks, capacity = state.partners.shape[1:]
+    chunks, capacity = state.pairs.partners.shape[1:]
     m, n_surfaces, chunk = state.x.shape[1], len(model.surface_kind), model.chunk
-    real, point = state.rows.dtype, state.points.dtype
-    bits = 1
-    while bits < 7 and 8 ** (bits - 1) < model.n_particles:
-        bits += 1
+    real, point = state.published_rows.dtype, state.published_points.dtype
     threads = MOST_THREADS
-    patches = patch_table([(ANGLE_HEIGHT, 1, 1, 0.0, 1.0)] * n_surfaces)
     lanes = max(capacity, n_surfaces * chunk) + 2 * BATCH
     lists = ListScratch(
-        counts=np.zeros(8**bits + 2, np.int32),
+        counts=np.zeros(8 ** morton_bits(model.n_particles) + 2, np.int32),
         cell=np.zeros(m, np.int32),
         order=np.zeros(m, np.int32),
         sorted=_aligned((4, m), real),
@@ -439,55 +455,42 @@ def _scratch(model, state) -> ChargeScratch:
         slots=np.arange(m, dtype=np.uint32),
         measured=_aligned((threads, 7, n_surfaces * chunk + BATCH), real),
         peaks=np.zeros((threads, 2)),
-        stopped_by=np.zeros(3),
         test=_aligned((threads, chunk), real),
         barrier=np.zeros(32, np.int64),
-        impacts=impact_book(
-            threads, model.law_of.shape[0], float(state.body[1, : model.n_particles].mean()), patches
-        ),
     )
-
-
-def with_patches(model: ChargeModel, scratch: ChargeScratch, patches: PatchTable) -> ChargeScratch:
-    """The work space with an empty book of impacts whose surfaces are cut as `patches` says; one patch each
-    without it.
-    """
-    threads, mean_mass = scratch.impacts.cut.shape[0], 2.0**30 / scratch.impacts.per_cut
-    return scratch._replace(impacts=impact_book(threads, model.law_of.shape[0], mean_mass, patches))
 
 
 def grow(
     model: ChargeModel, state: ChargeState, scratch: ChargeScratch
 ) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
-    """The same charge with twice the room in its lists, ready to go on: nothing is lost, and LISTS_FULL is
-    cleared.
+    """Return the same charge with twice the room in its lists, ready to go on, with LISTS_FULL cleared.
+
+    The arrays that need no more room are those of `state`.
     """
-    capacity, slots = state.partners.shape[2], state.kept.shape[1]
-    longest = model.chunk + 1 - -(-model.n_particles // (state.listed.shape[1] - 1))
-    larger = _state(
+    pairs, saved = state.pairs, state.saved
+    capacity, contacts = pairs.partners.shape[2], saved.memory.shape[1]
+    longest = model.chunk + 1 - -(-model.n_particles // (pairs.counts.shape[1] - 1))
+    empty = _state(
         model,
         state.poses,
         state.clumps,
         longest,
-        state.rows.dtype,
-        state.points.dtype,
+        state.published_rows.dtype,
+        state.published_points.dtype,
         2 * capacity // model.chunk,
-        2 * slots,
+        2 * contacts,
     )
-    for name, old in state._asdict().items():
-        new = getattr(larger, name)
-        if old.shape == new.shape:
-            new[...] = old
     for name in ("partners", "owners", "memory"):
-        getattr(larger, name)[:, :, :capacity] = getattr(state, name)
-    larger.kept[:, :slots] = state.kept
-    larger.kept_with[:, :slots] = state.kept_with
+        getattr(empty.pairs, name)[:, :, :capacity] = getattr(pairs, name)
+    for name in ("partners", "memory"):
+        getattr(empty.saved, name)[:, :contacts] = getattr(saved, name)
+    larger = state._replace(
+        pairs=empty.pairs._replace(counts=pairs.counts), saved=empty.saved._replace(counts=saved.counts)
+    )
     larger.clock[Clock.CROWDED] = 0
     if larger.status[0] == Status.LISTS_FULL:
         larger.status[:] = 0
-    larger_scratch = _scratch(model, larger)._replace(impacts=scratch.impacts)
-    larger_scratch.stopped_by[:] = scratch.stopped_by
-    return model, larger, larger_scratch
+    return model, larger, _scratch(model, larger)
 
 
 def _by_id(state, columns) -> np.ndarray:
@@ -552,6 +555,6 @@ def contact_forces(model: ChargeModel, state: ChargeState, dt: float) -> np.ndar
     if len(state.clumps):
         return None
     n = model.n_particles
-    middle = state.rows[state.clock[Clock.PUBLISHED], :n, :3].T
+    middle = state.published_rows[state.clock[Clock.PUBLISHED], :n, :3].T
     acceleration = 2.0 * (middle - state.v[:, :n]) / dt - np.reshape(model.gravity, (3, 1))
-    return np.linalg.norm(_by_id(state, state.body[1, :n] * acceleration), axis=1)
+    return np.linalg.norm(_by_id(state, state.mass_props[1, :n] * acceleration), axis=1)

@@ -2,20 +2,20 @@
 
 from collections.abc import Sequence
 
-from nutamill.charge.model import ChargeScratch, ChargeState, Status
+from nutamill.charge.model import ChargeState, Status
 
 
-def status_text(state: ChargeState, scratch: ChargeScratch, surfaces: Sequence[str] = ()) -> str:
+def status_text(state: ChargeState, surfaces: Sequence[str] = ()) -> str:
     """What `ChargeState.status` says: which particles, which surface, how deep, how fast.
 
     Parameters
     ----------
-    state, scratch : the charge as its last window left it
+    state : the charge as its last window left it
     surfaces : names of the surfaces, in their order; numbers are used where there are none
     """
     kind, particle, other, _ = (int(number) for number in state.status)
     share = 100 * state.largest_overlap[2]
-    first, second, closing = scratch.stopped_by
+    first, second, closing = state.halt_speeds
     if kind == Status.PAIR_OVERLAP:
         return (
             f"particles {particle} and {other}, at {first:.3g} and {second:.3g} m/s, overlap by "

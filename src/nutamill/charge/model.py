@@ -13,16 +13,14 @@ substep later.
 """
 
 from enum import IntEnum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from nutamill.base.kernel import kernel
 from nutamill.charge.laws.tags import ContactLaw
 from nutamill.charge.walls.mesh_model import MeshWalls
-
-if TYPE_CHECKING:
-    from nutamill.charge.kernels.impacts import ImpactBook
+from nutamill.charge.walls.patches import PatchTable
 
 PADDING = 64
 """Entries behind the last candidate of a chunk that the vector filter may read [1]."""
@@ -76,8 +74,8 @@ class Clock(IntEnum):
     """Rebuilds of the list since the start."""
     REBUILD = 6
     """1: rebuild before the next substep."""
-    KEPT = 7
-    """1: the contact memory waits in ``kept`` for the next list."""
+    SAVED = 7
+    """1: `ChargeState.saved` holds the contact memory until the next list is made."""
     DONE = 8
     """Substeps already done of a window that stopped with LISTS_FULL."""
     CROWDED = 9
@@ -123,6 +121,10 @@ class ChargeModel(NamedTuple):
     """Sizes [m], angles [rad] (S, 3), as `SurfaceKind` says."""
     mesh: MeshWalls
     """Meshed surfaces (empty arrays where there are none), surface axes."""
+    patches: PatchTable
+    """How the surfaces are cut into patches, on which impacts are counted."""
+    per_cut: float
+    """Small units of `ImpactBook.cut` in 1 J [1/J]."""
     gravity: np.ndarray
     """Acceleration of gravity [m/s^2] (3,), world axes."""
     centre: np.ndarray
@@ -137,21 +139,59 @@ class ChargeModel(NamedTuple):
     """Largest radius [m]."""
 
 
-class ChargeState(NamedTuple):
-    """All that changes from substep to substep, and decides how it goes on: copied, it repeats bit for
-    bit.
+class PairLists(NamedTuple):
+    """Two lists of candidate pairs by chunk: the current one, and the one made next."""
+
+    partners: np.ndarray
+    """Slot of the second particle of each candidate pair [1], uint32 (2, C, capacity)."""
+    owners: np.ndarray
+    """Position within the chunk of the first particle of each candidate pair [1], uint32 (2, C, capacity)."""
+    memory: np.ndarray
+    """Tangential spring [m] (StoredForce: [N]) (3), rolling spring [rad] (3), `stamp_of` the last substep in
+    contact (negative while sliding, 0 where there is none), history of the normal law [m]; real (2, C,
+    capacity, 8), world axes.
     """
+    counts: np.ndarray
+    """Number of candidate pairs of each chunk in both lists, and its first slot [1], int64 (3, C + 1)."""
+
+
+class SavedContacts(NamedTuple):
+    """Contact memory by particle while a list is remade."""
+
+    memory: np.ndarray
+    """Memory of each contact, real (M, contacts, 8), as `PairLists.memory`."""
+    partners: np.ndarray
+    """Id of the other particle of each contact [1], int32 (M, contacts)."""
+    counts: np.ndarray
+    """Number of contacts of each particle [1], int32 (M,)."""
+
+
+class ImpactBook(NamedTuple):
+    """Contacts begun since the start, by thread; the sum over threads is the same for any number of them."""
+
+    spectra: np.ndarray
+    """Number, and energy in `FINE` parts of the bin's lower edge, by type, part and bin, int64 (T, types,
+    PARTS, BINS, 2).
+
+    Types are numbered by materials: a pair of particles ``a n_materials + b``, a particle a on a surface of
+    material b the same behind all pairs."""
+    cut: np.ndarray
+    """Cutting energy of the impacts on each patch, in small units, int64 (T, P)."""
+
+
+class ChargeState(NamedTuple):
+    """All that changes from substep to substep: a copy of it repeats a march bit for bit."""
 
     x: np.ndarray
     """Positions [m] (3, M), world, half a substep ahead of the velocities."""
     v: np.ndarray
     """Velocities [m/s] (3, M), world axes."""
     w: np.ndarray
-    """Spins [rad/s] (3, M), world axes; not kept of pebbles, which have that of their clump."""
-    body: np.ndarray
+    """Spins [rad/s] (3, M), world axes; unused for pebbles, which have the spin of their clump."""
+    mass_props: np.ndarray
     """Radius [m], mass [kg], 1/mass [1/kg], 1/inertia [1/(kg m^2)] (4, M).  Where there are clumps (8, M):
     mass is the clump's, its inverses are unused, and there follow the centre in the clump's axes [m] (3) and
-    the place of the clump [1].
+    the index of the clump [1].
     """
     clumps: np.ndarray
     """A row for each clump, as `charge.clumps.ClumpColumn` (n_clumps, 24); no rows where all particles are
@@ -161,41 +201,32 @@ class ChargeState(NamedTuple):
     """Material [1], int32 (M,)."""
     ids: np.ndarray
     """Id of the particle in each slot [1], int64 (M,)."""
-    points: np.ndarray
+    published_points: np.ndarray
     """Published positions and radius, fixed point [1/scale], point (2, M, 4), from the domain's centre, world
     axes.
     """
-    rows: np.ndarray
+    published_rows: np.ndarray
     """Published mid-substep velocity [m/s], mass [kg], spin [rad/s], radius [m], real (2, M, 8), world
     axes.
     """
-    partners: np.ndarray
-    """Slot of the second particle of each candidate pair [1], uint32 (2, C, capacity)."""
-    owners: np.ndarray
-    """Place within the chunk of the first particle of each candidate pair [1], uint32 (2, C, capacity)."""
-    listed: np.ndarray
-    """Number of candidate pairs of each chunk in both lists, and its first slot [1], int64 (3, C + 1)."""
-    memory: np.ndarray
-    """Tangential spring [m] (StoredForce: [N]) (3), rolling spring [rad] (3), `stamp_of` the last substep in
-    contact (negative while sliding, 0 where there is none), history of the normal law [m]; real (2, C,
-    capacity, 8), world axes.
-    """
+    pairs: PairLists
+    """Candidate pairs and the memory of their contacts."""
+    saved: SavedContacts
+    """Contact memory while a list is remade."""
     wall_memory: np.ndarray
-    """The same of slot i and surface s in row i S + s, real (M S + 1, 8); the last row is spare."""
+    """As `PairLists.memory`, of slot i and surface s in row i S + s, real (M S + 1, 8); the last row is
+    spare.
+    """
     listed_at: np.ndarray
     """Positions when the list was made [m] (3, M), from the reference point, world axes."""
-    kept: np.ndarray
-    """Contact memory by particle while a list is remade, real (M, slots, 8), as `memory`."""
-    kept_with: np.ndarray
-    """Id of the other particle of each kept contact [1], int32 (M, slots)."""
-    kept_count: np.ndarray
-    """Number of kept contacts of each particle [1], int32 (M,)."""
+    list_angle: np.ndarray
+    """Angle of the reference when the list was made [rad] (1,)."""
+    last_dt: np.ndarray
+    """Substep of the last window [s] (1,)."""
     poses: np.ndarray
     """Mass centre [m] (3) and rotation matrix [1] (9) of each body at the end of the last window (B, 12),
     world.
     """
-    turn: np.ndarray
-    """Angle of the reference when the list was made [rad]; substep of the last window [s] (2,)."""
     impulse: np.ndarray
     """Impulse [N s] (3) and angular impulse [N m s] (3) the charge gave each body in the last window, about
     the body's moving mass centre, world axes (B, 6)."""
@@ -205,6 +236,12 @@ class ChargeState(NamedTuple):
     largest_overlap: np.ndarray
     """Largest overlap since last set to zero, of pairs and of walls, and that of the contact named in
     `status` [diameter] (3,).
+    """
+    impacts: ImpactBook
+    """Contacts begun since the start."""
+    halt_speeds: np.ndarray
+    """Speeds of what `status` names: of the particle and of the other particle or of the surface where they
+    touch, at mid-substep, and how fast they close (positive) along the normal [m/s] (3,).
     """
     status: np.ndarray
     """`Status`, id of the particle, id of the other particle or index of the surface, substep [1], int64
@@ -288,14 +325,9 @@ class ChargeScratch(NamedTuple):
     real (T, 7, S * chunk + BATCH), world axes."""
     peaks: np.ndarray
     """Largest overlap of pairs and of walls that each thread saw in the window [diameter] (T, 2)."""
-    stopped_by: np.ndarray
-    """Speeds of what `ChargeState.status` names: of the particle and of the other particle or of the surface
-    where they touch, at mid-substep, and how fast they close (positive) along the normal [m/s] (3,)."""
     test: np.ndarray
     """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T,
     chunk).
     """
     barrier: np.ndarray
     """Arrivals and generation of the team's barrier [1], int64 (32,)."""
-    impacts: "ImpactBook"
-    """Contacts begun since the start; no work space, but whole numbers that belong to the threads."""

@@ -26,7 +26,7 @@ import numpy as np
 
 from nutamill.base.frames import MOTION_SIZE, rotate, shift_moment
 from nutamill.base.kernel import kernel
-from nutamill.charge.kernels.copying import copy_all, copy_state
+from nutamill.charge.kernels.copying import copy_state
 from nutamill.charge.kernels.dynamics import window
 from nutamill.charge.kernels.team import barrier
 from nutamill.charge.measures.observe import observe
@@ -377,8 +377,6 @@ def march_iterated(
     sums,
     mkept,
     ckept,
-    kept_spectra,
-    kept_cut,
     n_windows,
     rows_out,
     tid,
@@ -388,8 +386,7 @@ def march_iterated(
 
     Parameters
     ----------
-    mkept, ckept, kept_spectra, kept_cut : states and booked impacts of the same shapes, to keep the start of
-        a window in
+    mkept, ckept : states of the same shapes, for the start of a window
 
     Returns
     -------
@@ -402,8 +399,6 @@ def march_iterated(
             coupling.outcome[0] = RUNNING
             copy_mechanism_state(mstate, mkept)
             copy_state(cstate, ckept)
-            copy_all(cscratch.impacts.spectra, kept_spectra)
-            copy_all(cscratch.impacts.cut, kept_cut)
             hand_out_motion(mechanism, mstate, mscratch, plan, coupling)
         barrier(cscratch.barrier, n_threads)
         for number in range(MAX_PASSES):
@@ -423,9 +418,6 @@ def march_iterated(
                 coupling.again[0] = 0
                 if coupling.outcome[0] == RUNNING:
                     repeat_window(mechanism, mstate, mscratch, cstate, plan, coupling, mkept, ckept, number)
-                if coupling.again[0] == 1:
-                    copy_all(kept_spectra, cscratch.impacts.spectra)
-                    copy_all(kept_cut, cscratch.impacts.cut)
             barrier(cscratch.barrier, n_threads)
             if coupling.again[0] == 0:
                 break
@@ -439,8 +431,6 @@ def march_iterated(
             elif coupling.outcome[0] != CHARGE_FAILED:
                 copy_mechanism_state(mkept, mstate)
                 copy_state(ckept, cstate)
-                copy_all(kept_spectra, cscratch.impacts.spectra)
-                copy_all(kept_cut, cscratch.impacts.cut)
         barrier(cscratch.barrier, n_threads)
         if coupling.outcome[0] != RUNNING:
             break

@@ -12,6 +12,7 @@ from nutamill.case import Case
 from nutamill.case.machine import CHAMBER
 from nutamill.charge.assembly import attitudes, contact_forces, grow, positions, spins, velocities
 from nutamill.charge.kernels.clumps import POSE, ClumpColumn
+from nutamill.charge.kernels.copying import copied
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.statistics import gathered, put_back
 from nutamill.charge.messages import status_text, status_time
@@ -71,11 +72,7 @@ def enter(model: Model, state: State, n_rows: int) -> tuple[Model, np.ndarray, S
             )
             before = coupling.windows[0]
             if model.plan.scheme == Scheme.ITERATED:
-                kept = (
-                    copy_of(state.mechanism),
-                    copy_of(state.charge),
-                    *(np.copy(page) for page in model.charge_scratch.impacts[:2]),
-                )
+                kept = copy_of(state.mechanism), copied(state.charge)
                 run_team(
                     march_iterated, (*mechanism, *charge, *kept, left, rows[done:]), team_size(model.case)
                 )
@@ -117,7 +114,7 @@ def keep(state: State, kept: State | None) -> State | None:
         [array for group in kept.arrays().values() for array in group.values()] if kept is not None else []
     )
     if [place.shape for place in places] != [array.shape for array in arrays]:
-        charge = None if state.charge is None else copy_of(state.charge)
+        charge = None if state.charge is None else copied(state.charge)
         return State(
             copy_of(state.mechanism),
             charge,
@@ -175,7 +172,7 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
 
 def statistics_group(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
     """The group of a checkpoint with the present statistics; no group for an empty chamber."""
-    return {} if model.charge is None else {"statistics": gathered(state.statistics, model.charge_scratch)}
+    return {} if model.charge is None else {"statistics": gathered(state.statistics, state.charge.impacts)}
 
 
 def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
@@ -189,17 +186,15 @@ def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
     """
     if model.charge is None or not model.survey.on:
         return None
-    scratch = model.charge_scratch
-    return recorded_sums(
-        model.case, model.survey, scratch.impacts.per_cut, gathered(state.statistics, scratch)
-    )
+    sums = gathered(state.statistics, state.charge.impacts)
+    return recorded_sums(model.case, model.survey, model.charge.per_cut, sums)
 
 
 def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]) -> Model:
     """Put the arrays of a checkpoint into `state`, in place; lists grow to the size they had."""
     if model.charge is not None:
-        while state.charge.partners.shape != groups["charge"]["partners"].shape:
-            if state.charge.partners.size > groups["charge"]["partners"].size:
+        while state.charge.pairs.partners.shape != groups["charge"]["pairs_partners"].shape:
+            if state.charge.pairs.partners.size > groups["charge"]["pairs_partners"].size:
                 raise ResultError(
                     "checkpoint: its neighbour lists are of no size this version makes. Run the case again."
                 )
@@ -208,7 +203,7 @@ def restore(model: Model, state: State, groups: dict[str, dict[str, np.ndarray]]
         for name, array in arrays.items():
             array[...] = groups[part][name]
     if model.charge is not None:
-        put_back(state.statistics, model.charge_scratch, groups["statistics"])
+        put_back(state.statistics, state.charge.impacts, groups["statistics"])
     return model
 
 
@@ -262,9 +257,7 @@ def failure(model: Model, state: State) -> str:
 
 def charge_fault(model: Model, state: State) -> str:
     """Words for the charge's status, and what to do."""
-    said = status_text(
-        state.charge, model.charge_scratch, [surface.name for surface in chamber_surfaces(model.case)]
-    )
+    said = status_text(state.charge, [surface.name for surface in chamber_surfaces(model.case)])
     return (
         f'{said}. The charge substep is {model.clock.substep:.3g} s; try run.dt = "auto" or a '
         "shorter one, stiffer contacts, or, where"

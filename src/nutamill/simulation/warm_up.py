@@ -170,7 +170,7 @@ def read_ball(names: Sequence[str]) -> None:
     survey = statistics_plan(*built[:2], STEP)
     motions = np.zeros((1, MOTION_SIZE))
     motions[0, 3] = 1.0
-    run_team(sample, (*built, motions, 0.0, survey, charge_statistics(survey, built[2])), 1)
+    run_team(sample, (*built, motions, 0.0, survey, charge_statistics(survey, built[1])), 1)
 
 
 def march_both(names: Sequence[str]) -> None:
@@ -179,7 +179,7 @@ def march_both(names: Sequence[str]) -> None:
     rows = np.empty((1, 128))
     built = ball(names)
     survey = statistics_plan(*built[:2], STEP)
-    seen = (charge_reading(), survey, charge_statistics(survey, built[2]))
+    seen = (charge_reading(), survey, charge_statistics(survey, built[1]))
     run_team(
         march_coupled,
         (mechanism, state, scratch, sensors, *built, plan(), coupling_state(1), *seen, 1, rows),

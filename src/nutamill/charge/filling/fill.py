@@ -279,7 +279,7 @@ def settle(
     """
     reference = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
     reading = charge_reading()
-    mass = float(state.body[1, : model.n_particles].sum())
+    mass = float(state.mass_props[1, : model.n_particles].sum())
     substeps = 500
     start_step = int(state.clock[Clock.STEP])
     elapsed = 0.0
@@ -293,7 +293,7 @@ def settle(
         if state.status[0] != Status.OK:
             when = status_time(state, dt) - start_step * dt
             raise StepError(
-                f"t = {when:.6g} s of settling: {status_text(state, scratch)}. Shorten the substep "
+                f"t = {when:.6g} s of settling: {status_text(state)}. Shorten the substep "
                 "or stiffen the contacts."
             )
         elapsed = (int(state.clock[Clock.STEP]) - start_step) * dt

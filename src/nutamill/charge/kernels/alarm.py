@@ -24,13 +24,15 @@ def overlap_of(model, state, points, i, j):
     for k in range(3):
         gap = (float(points[j, k]) - float(points[i, k])) / model.scale
         square += gap * gap
-    return state.body[0, i] + state.body[0, j] - square**0.5
+    return state.mass_props[0, i] + state.mass_props[0, j] - square**0.5
 
 
 @kernel
 def particle_in(state, i):
     """Id of the particle that the sphere in slot `i` belongs to."""
-    return int(state.clumps[int(state.body[PLACE, i]), ID]) if state.clumps.shape[0] > 0 else state.ids[i]
+    return (
+        int(state.clumps[int(state.mass_props[PLACE, i]), ID]) if state.clumps.shape[0] > 0 else state.ids[i]
+    )
 
 
 @kernel
@@ -80,7 +82,7 @@ def name_a_lost_one(model, state, scratch, rows, lo, hi):
             inside = inside and abs(state.x[k, i] - model.centre[k]) < model.reach
         if not inside:
             state.status[0], state.status[1], state.status[2] = OUTSIDE, particle_in(state, i), -1
-            scratch.stopped_by[0] = length(rows[i, 0], rows[i, 1], rows[i, 2])
+            state.halt_speeds[0] = length(rows[i, 0], rows[i, 1], rows[i, 2])
             return True
     return False
 
@@ -91,10 +93,12 @@ def name_the_deepest_pair(model, state, scratch, points, rows, c, lo, worst):
     excess.
     """
     lst = state.clock[LIST]
-    for p in range(state.listed[lst, c]):
-        i, j = lo + state.owners[lst, c, p], state.partners[lst, c, p]
+    for p in range(state.pairs.counts[lst, c]):
+        i, j = lo + state.pairs.owners[lst, c, p], state.pairs.partners[lst, c, p]
         law = model.law_of[state.material[i], state.material[j]]
-        share = overlap_of(model, state, points, i, j) / (2.0 * min(state.body[0, i], state.body[0, j]))
+        share = overlap_of(model, state, points, i, j) / (
+            2.0 * min(state.mass_props[0, i], state.mass_props[0, j])
+        )
         if share * model.laws[law, LIMIT] > worst:
             worst = share * model.laws[law, LIMIT]
             state.status[0], state.status[1], state.status[2] = (
@@ -103,7 +107,7 @@ def name_the_deepest_pair(model, state, scratch, points, rows, c, lo, worst):
                 particle_in(state, j),
             )
             state.largest_overlap[2] = share
-            note_pair_speeds(points, rows, i, j, scratch.stopped_by)
+            note_pair_speeds(points, rows, i, j, state.halt_speeds)
     return worst
 
 
@@ -113,7 +117,7 @@ def name_the_deepest_wall(model, state, scratch, points, rows, lo, hi, worst):
     [1]; returns the larger.
     """
     for i in range(lo, hi):
-        r = state.body[0, i]
+        r = state.mass_props[0, i]
         x = model.centre[0] + float(points[i, 0]) / model.scale
         y = model.centre[1] + float(points[i, 1]) / model.scale
         z = model.centre[2] + float(points[i, 2]) / model.scale
@@ -136,7 +140,7 @@ def name_the_deepest_wall(model, state, scratch, points, rows, lo, hi, worst):
                     n0,
                     n1,
                     n2,
-                    scratch.stopped_by,
+                    state.halt_speeds,
                 )
     return worst
 
@@ -149,7 +153,10 @@ def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratc
     Works on the positions and velocities the forces of this substep were taken at, before the clock turns;
     called by one thread.
     """
-    points, rows = state.points[state.clock[PUBLISHED]], state.rows[state.clock[PUBLISHED]]
+    points, rows = (
+        state.published_points[state.clock[PUBLISHED]],
+        state.published_rows[state.clock[PUBLISHED]],
+    )
     worst = 0.0
     state.status[3] = state.clock[STEP]
     for c in range(scratch.alarms.shape[0]):

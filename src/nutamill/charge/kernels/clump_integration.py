@@ -31,6 +31,7 @@ from nutamill.charge.kernels.clumps import (
     clump_end,
     spin_of,
 )
+from nutamill.charge.kernels.neighbours import largest_drift_squared
 from nutamill.charge.kernels.publish import fixed_point
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.model import Clock, Ledger
@@ -162,10 +163,10 @@ def load_clumps(state, i, lo, hi, forces, lanes):
     -------
     slot behind the last pebble, number of clumps, power of the forces on the velocities that the law saw [W]
     """
-    rows, x, body = state.rows[state.clock[PUBLISHED]], state.x, state.body
+    rows, x, mass_props = state.published_rows[state.clock[PUBLISHED]], state.x, state.mass_props
     seen, b = 0.0, 0
     while i < hi and b < BATCH:
-        clump = state.clumps[int(body[PLACE, i])]
+        clump = state.clumps[int(mass_props[PLACE, i])]
         for k in range(COLUMNS):
             lanes[k * BATCH + b] = clump[k]
         c0, c1, c2 = clump[CENTRE], clump[CENTRE + 1], clump[CENTRE + 2]
@@ -226,7 +227,7 @@ def integrate_clumps(model, state, scratch, lo, hi, forces, tid, point, dt, work
         end, count, seen = load_clumps(state, i, lo, hi, forces, lanes)
         # behind the last clump stands what came before, which moves and is forgotten
         move_batch(lanes, model.gravity, dt)
-        first = int(state.body[PLACE, i])
+        first = int(state.mass_props[PLACE, i])
         for b in range(count):
             clump = state.clumps[first + b]
             for k in range(COLUMNS):
@@ -252,21 +253,21 @@ def publish_pebbles(model, state, lo, hi, lanes, turned, point, per_dt):
     """
     now = state.clock[PUBLISHED]
     rows, new_rows, points, new_points = (
-        state.rows[now],
-        state.rows[1 - now],
-        state.points[now],
-        state.points[1 - now],
+        state.published_rows[now],
+        state.published_rows[1 - now],
+        state.published_points[now],
+        state.published_points[1 - now],
     )
-    x, v, body, listed_at = state.x, state.v, state.body, state.listed_at
+    x, v, mass_props, listed_at = state.x, state.v, state.mass_props, state.listed_at
     p0, p1, p2 = point[0], point[1], point[2]
     d0, d1, d2 = model.centre[0], model.centre[1], model.centre[2]
-    reach, scale, slack = model.reach, model.scale, 0.2475 * model.skin * model.skin
-    first = int(body[PLACE, lo])
+    reach, scale, slack = model.reach, model.scale, largest_drift_squared(model.skin)
+    first = int(mass_props[PLACE, lo])
     moved, gone = 0, 0
     for slot in range(lo, hi):
         p = np.uint32(slot)
-        b = np.uint32(int(body[PLACE, p]) - first)
-        o0, o1, o2 = body[OFFSET, p], body[OFFSET + 1, p], body[OFFSET + 2, p]
+        b = np.uint32(int(mass_props[PLACE, p]) - first)
+        o0, o1, o2 = mass_props[OFFSET, p], mass_props[OFFSET + 1, p], mass_props[OFFSET + 2, p]
         a0 = (
             lanes[ROTATION * BATCH + b] * o0
             + lanes[(ROTATION + 1) * BATCH + b] * o1

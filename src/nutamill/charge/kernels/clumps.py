@@ -44,7 +44,7 @@ COLUMNS = 24
 """Numbers in a row of `ChargeState.clumps` [1]."""
 
 OFFSET, PLACE = 4, 7
-"""Rows of `ChargeState.body` that only pebbles have: centre in the clump's axes, place of the clump."""
+"""Rows of `ChargeState.mass_props` that only pebbles have: centre in the clump's axes, place of the clump."""
 
 CENTRE, VELOCITY, MOMENTUM, ATTITUDE, MASS, INERTIA, SPIN_ENERGY, ID, AT_VELOCITY = (
     int(c) for c in ClumpColumn
@@ -63,9 +63,9 @@ def spin_of(q, momentum, inertia):
 @kernel
 def clump_end(state, i, hi):
     """First slot behind the clump that slot `i` belongs to; `hi` ends the chunk."""
-    place = state.body[PLACE, i]
+    place = state.mass_props[PLACE, i]
     end = i + 1
-    while end < hi and state.body[PLACE, end] == place:
+    while end < hi and state.mass_props[PLACE, end] == place:
         end += 1
     return end
 
@@ -75,7 +75,7 @@ def start_clumps(model, state, dt):
     """Half a drift of every clump, and its pebbles' places and predicted velocities, to the current published
     rows.
     """
-    rows = state.rows[state.clock[PUBLISHED]]
+    rows = state.published_rows[state.clock[PUBLISHED]]
     for p in range(state.clumps.shape[0]):
         clump = state.clumps[p]
         q = clump[ATTITUDE : ATTITUDE + 4]
@@ -89,11 +89,11 @@ def start_clumps(model, state, dt):
         for k in range(3):
             clump[CENTRE + k] += 0.5 * dt * clump[VELOCITY + k]
     for i in range(model.n_particles):
-        clump = state.clumps[int(state.body[PLACE, i])]
+        clump = state.clumps[int(state.mass_props[PLACE, i])]
         q = clump[ATTITUDE : ATTITUDE + 4]
         w0, w1, w2 = spin_of(q, clump[MOMENTUM : MOMENTUM + 3], clump[INERTIA : INERTIA + 3])
         a0, a1, a2 = turn_vector(
-            q, state.body[OFFSET, i], state.body[OFFSET + 1, i], state.body[OFFSET + 2, i]
+            q, state.mass_props[OFFSET, i], state.mass_props[OFFSET + 1, i], state.mass_props[OFFSET + 2, i]
         )
         u0, u1, u2 = cross(w0, w1, w2, a0, a1, a2)
         g = 0.5 * dt
@@ -117,7 +117,7 @@ def number_clumps(state, scratch, n):
     """Bring the rows of the clumps into the order of their pebbles' slots, and tell the pebbles; called by
     one thread.
     """
-    places, old = state.body[PLACE], scratch.lists.order
+    places, old = state.mass_props[PLACE], scratch.lists.order
     count = 0
     last = like(-1.0, places[0])
     for i in range(n):
@@ -136,9 +136,9 @@ def number_clumps(state, scratch, n):
 @kernel
 def cut_chunks(model, state):
     """Cut the slots into chunks, of whole clumps: the first slot of each chunk, to the last row of
-    `ChargeState.listed`.
+    `ChargeState.pairs`.
     """
-    n, bounds = model.n_particles, state.listed[2]
+    n, bounds = model.n_particles, state.pairs.counts[2]
     c, lo, i = 0, 0, 0
     bounds[0] = 0
     while i < n:

@@ -1,9 +1,33 @@
 """Copies of a charge's state, for restoring and repeating a window, and for checkpoints."""
 
+from typing import NamedTuple
+
+import numpy as np
+
 from nutamill.base.kernel import kernel
 from nutamill.charge.model import PADDING, ChargeState, Clock
 
-LIST, KEPT = int(Clock.LIST), int(Clock.KEPT)
+LIST, SAVED = int(Clock.LIST), int(Clock.SAVED)
+
+
+def copied(part: NamedTuple) -> NamedTuple:
+    """Return a copy of a struct of arrays and of the structs within it."""
+    return part._make(copied(field) if isinstance(field, tuple) else np.copy(field) for field in part)
+
+
+def checkpoint_arrays(state: ChargeState) -> dict[str, np.ndarray]:
+    """Return all arrays of a state by name, those of a struct within it as ``saved_memory``.
+
+    Impacts are left out: they are booked by thread, and `nutamill.charge.measures.statistics.gathered` sums
+    them.
+    """
+    arrays = {}
+    for name, field in state._asdict().items():
+        if isinstance(field, np.ndarray):
+            arrays[name] = field
+        elif name != "impacts":
+            arrays |= {f"{name}_{inner}": array for inner, array in field._asdict().items()}
+    return arrays
 
 
 @kernel
@@ -25,32 +49,36 @@ def copy_state(source: ChargeState, target: ChargeState):
     copy_all(source.x, target.x)
     copy_all(source.v, target.v)
     copy_all(source.w, target.w)
-    copy_all(source.body, target.body)
+    copy_all(source.mass_props, target.mass_props)
     copy_all(source.material, target.material)
     copy_all(source.ids, target.ids)
-    copy_all(source.points, target.points)
-    copy_all(source.rows, target.rows)
+    copy_all(source.published_points, target.published_points)
+    copy_all(source.published_rows, target.published_rows)
     lst = source.clock[LIST]
-    copy_all(source.listed[2], target.listed[2])
+    copy_all(source.pairs.counts[2], target.pairs.counts[2])
     copy_all(source.clumps, target.clumps)
-    for c in range(source.listed.shape[1] - 1):
-        n = source.listed[lst, c]
-        target.listed[lst, c] = n
+    for c in range(source.pairs.counts.shape[1] - 1):
+        n = source.pairs.counts[lst, c]
+        target.pairs.counts[lst, c] = n
         # behind the last pair: padding that the filter reads
-        for k in range(min(n + PADDING, source.partners.shape[2])):
-            target.partners[lst, c, k] = source.partners[lst, c, k]
-            target.owners[lst, c, k] = source.owners[lst, c, k]
+        for k in range(min(n + PADDING, source.pairs.partners.shape[2])):
+            target.pairs.partners[lst, c, k] = source.pairs.partners[lst, c, k]
+            target.pairs.owners[lst, c, k] = source.pairs.owners[lst, c, k]
         for k in range(n):
             for e in range(8):
-                target.memory[lst, c, k, e] = source.memory[lst, c, k, e]
+                target.pairs.memory[lst, c, k, e] = source.pairs.memory[lst, c, k, e]
     copy_all(source.wall_memory, target.wall_memory)
     copy_all(source.listed_at, target.listed_at)
-    if source.clock[KEPT] == 1:
-        copy_all(source.kept, target.kept)
-        copy_all(source.kept_with, target.kept_with)
-    copy_all(source.kept_count, target.kept_count)
+    if source.clock[SAVED] == 1:
+        copy_all(source.saved.memory, target.saved.memory)
+        copy_all(source.saved.partners, target.saved.partners)
+    copy_all(source.saved.counts, target.saved.counts)
     copy_all(source.poses, target.poses)
-    copy_all(source.turn, target.turn)
+    copy_all(source.list_angle, target.list_angle)
+    copy_all(source.last_dt, target.last_dt)
+    copy_all(source.impacts.spectra, target.impacts.spectra)
+    copy_all(source.impacts.cut, target.impacts.cut)
+    copy_all(source.halt_speeds, target.halt_speeds)
     copy_all(source.impulse, target.impulse)
     copy_all(source.ledger, target.ledger)
     copy_all(source.largest_overlap, target.largest_overlap)

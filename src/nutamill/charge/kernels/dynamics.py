@@ -28,7 +28,7 @@ from nutamill.charge.laws.pair import LAW_NUMBERS
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.walls.surfaces import place_surfaces
 
-STEP, PUBLISHED, LIST, LISTED, SINCE_SORT, REBUILDS, REBUILD, KEPT, DONE, CROWDED = (int(c) for c in Clock)
+STEP, PUBLISHED, LIST, LISTED, SINCE_SORT, REBUILDS, REBUILD, SAVED, DONE, CROWDED = (int(c) for c in Clock)
 
 MOVED, LEFT, PAIR, WALL = 1, 2, 4, 8
 """Alarms of a chunk."""
@@ -43,10 +43,10 @@ def start(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, dt: fl
     model, state, scratch : as `charge` made them, positions and velocities at the same time
     dt : substep [s]
     """
-    rows = state.rows[state.clock[PUBLISHED]]
+    rows = state.published_rows[state.clock[PUBLISHED]]
     for i in range(model.n_particles):
-        rows[i, 3] = state.body[1, i]
-        rows[i, 7] = state.body[0, i]
+        rows[i, 3] = state.mass_props[1, i]
+        rows[i, 7] = state.mass_props[0, i]
     if state.clumps.shape[0] > 0:
         start_clumps(model, state, dt)
     for i in range(model.n_particles):
@@ -56,7 +56,7 @@ def start(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, dt: fl
             rows[i, 4 + k] = state.w[k, i]
         publish(model, state, i)
     state.clock[REBUILD] = 1
-    state.turn[1] = dt
+    state.last_dt[0] = dt
 
 
 @kernel
@@ -90,8 +90,8 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     lo, hi = slots_of_chunk(state, c)
     clock = state.clock
     buffer, lst = clock[PUBLISHED], clock[LIST]
-    points, rows = state.points[buffer], state.rows[buffer]
-    partners, memory = state.partners[lst, c], state.memory[lst, c]
+    points, rows = state.published_points[buffer], state.published_rows[buffer]
+    partners, memory = state.pairs.partners[lst, c], state.pairs.memory[lst, c]
     local, lanes, forces, work = scratch.local[tid], scratch.lanes[tid], scratch.forces[tid], scratch.work[c]
     real = rows[0, 0]
     now = like(stamp_of(clock[STEP]), real)
@@ -103,7 +103,9 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         empty[k] = zero
     for l in range(0, hi - lo, WIDTH):
         negated_radii(points, scratch.slots, lo + l, local, l)
-    found = filter_pairs(points, partners, state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes)
+    found = filter_pairs(
+        points, partners, state.pairs.owners[lst, c], local, state.pairs.counts[lst, c], lo, hi, lanes
+    )
     work[0], work[1], work[2], pair_alarm = pair_contacts(
         model,
         points,
@@ -118,7 +120,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         now,
         step,
         forces,
-        scratch.impacts,
+        state.impacts,
         tid,
     )
     sums = scratch.sums[c]
@@ -127,12 +129,22 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
             sums[b, k] = 0.0
     measured, motion, placed = scratch.measured[tid], scratch.motion[tid], scratch.placed[tid]
     found = find_walls(
-        model, state.x, state.body[0], local, motion, placed, lo, hi - lo, lanes, measured, scratch.test[tid]
+        model,
+        state.x,
+        state.mass_props[0],
+        local,
+        motion,
+        placed,
+        lo,
+        hi - lo,
+        lanes,
+        measured,
+        scratch.test[tid],
     )
     work[3], work[4], work[5], work[6], wall_alarm = wall_contacts(
         model,
         state.x,
-        state.body[0],
+        state.mass_props[0],
         rows,
         state.wall_memory,
         state.material,
@@ -147,7 +159,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         step,
         forces,
         sums,
-        scratch.impacts,
+        state.impacts,
         tid,
     )
     if state.clumps.shape[0] > 0:
@@ -217,7 +229,7 @@ def close_window(model, state, scratch, motions, n_substeps, dt, tid, n_threads)
                 state.largest_overlap[p] = max(state.largest_overlap[p], scratch.peaks[t, p])
         for b in range(model.n_bodies):
             pose_of_body(motions[b], n_substeps * dt, scratch.motion[0, b])
-            state.turn[1] = dt
+            state.last_dt[0] = dt
             for k in range(12):
                 state.poses[b, k] = scratch.motion[0, b, k]
     barrier(scratch.barrier, n_threads)
@@ -273,7 +285,9 @@ def window(
             first, end = chunk_share(state, tid, n_threads)
         move_bodies(motions, (j + 0.5) * dt, scratch.motion[tid], scratch.twists[tid])
         place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
-        turning(reference, reference[6] + (j + 1.5) * dt * reference[7] - state.turn[0], scratch.turned[tid])
+        turning(
+            reference, reference[6] + (j + 1.5) * dt * reference[7] - state.list_angle[0], scratch.turned[tid]
+        )
         for c in range(first, end):
             chunk_substep(model, state, scratch, c, reference, dt, tid)
         barrier(scratch.barrier, n_threads)

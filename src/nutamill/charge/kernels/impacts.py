@@ -7,13 +7,13 @@ number of threads.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.laws.lanes import BATCH
-from nutamill.charge.walls.patches import PatchTable, patch_of, whole
+from nutamill.charge.model import ImpactBook
+from nutamill.charge.walls.patches import patch_of, whole
 
 LOWEST = -56
 """The lowest bin begins at 2^LOWEST J = 1.4e-17 J; what is lower is counted there."""
@@ -37,29 +37,10 @@ def bin_edges() -> np.ndarray:
     return 2.0 ** (LOWEST + 0.5 * np.arange(BINS + 1))
 
 
-class ImpactBook(NamedTuple):
-    """Where contacts that begin are booked; every thread has its own pages."""
-
-    spectra: np.ndarray
-    """Number, and energy in `FINE` parts of the bin's lower edge, by type, part and bin, int64 (T, types,
-    PARTS, BINS, 2).
-
-    Types are numbered by materials: a pair of particles ``a n_materials + b``, a particle a on a surface of
-    material b the same behind all pairs."""
-    cut: np.ndarray
-    """Cutting energy of the impacts on each patch, in small units, int64 (T, P)."""
-    per_cut: float
-    """Small units in 1 J [1/J]."""
-    patches: PatchTable
-    """How the surfaces are cut into patches."""
-
-
-def impact_book(n_threads: int, n_materials: int, mean_mass: float, patches: PatchTable) -> ImpactBook:
-    """A book without impacts; `mean_mass` [kg] is that of a particle."""
+def impact_book(n_threads: int, n_materials: int, n_patches: int) -> ImpactBook:
+    """Return a book without impacts."""
     spectra = np.zeros((n_threads, 2 * n_materials * n_materials, PARTS, BINS, 2), np.int64)
-    return ImpactBook(
-        spectra, np.zeros((n_threads, int(patches.first[-1])), np.int64), 2.0**30 / mean_mass, patches
-    )
+    return ImpactBook(spectra, np.zeros((n_threads, n_patches), np.int64))
 
 
 @kernel(inline="always")
@@ -150,7 +131,7 @@ def note_wall_impacts(columns, first, lanes, measured, model, x, radius, materia
             count_energy(tangential, spectra[1])
             arm = radius[slot] - 0.5 * float(measured[3, q])
             p = patch_of(
-                book.patches, placed[s], model.surface_size[s], s, x[0, slot] + arm * float(measured[0, q]),
+                model.patches, placed[s], model.surface_size[s], s, x[0, slot] + arm * float(measured[0, q]),
                 x[1, slot] + arm * float(measured[1, q]), x[2, slot] + arm * float(measured[2, q]),
             )  # fmt: skip
-            book.cut[tid, p] += whole(cutting_energy(normal, tangential), book.per_cut)
+            book.cut[tid, p] += whole(cutting_energy(normal, tangential), model.per_cut)

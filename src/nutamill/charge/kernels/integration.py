@@ -6,6 +6,7 @@ Everything the vector loop touches is first laid into flat arrays of rows of `BA
 import numpy as np
 
 from nutamill.base.kernel import kernel
+from nutamill.charge.kernels.neighbours import largest_drift_squared
 from nutamill.charge.kernels.simd import WIDTH, copy_lanes, gather_rows, set_points, set_rows
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.model import Clock, Ledger
@@ -123,10 +124,10 @@ def integrate_spheres(model, state, scratch, lo, hi, forces, tid, point, dt, wor
     """
     now = state.clock[PUBLISHED]
     rows, new_rows, points, new_points = (
-        state.rows[now],
-        state.rows[1 - now],
-        state.points[now],
-        state.points[1 - now],
+        state.published_rows[now],
+        state.published_rows[1 - now],
+        state.published_points[now],
+        state.published_points[1 - now],
     )
     columns, motion, fixed, turned, slots = (
         scratch.columns[tid, 2],
@@ -135,10 +136,10 @@ def integrate_spheres(model, state, scratch, lo, hi, forces, tid, point, dt, wor
         scratch.turned[tid],
         scratch.slots,
     )
-    slack = 0.2475 * model.skin * model.skin  # just under (skin/2)^2: two particles may approach each other
+    slack = largest_drift_squared(model.skin)
     m = state.x.shape[1]
     x, v, w = state.x.reshape(3 * m), state.v.reshape(3 * m), state.w.reshape(3 * m)
-    listed_at, body = state.listed_at.reshape(3 * m), state.body.reshape(4 * m)
+    listed_at, mass_props = state.listed_at.reshape(3 * m), state.mass_props.reshape(4 * m)
     missed, falling = 0.0, 0.0
     moved, stayed, expected = 0, 0, 0
     for first in range(lo, hi, BATCH):
@@ -151,7 +152,7 @@ def integrate_spheres(model, state, scratch, lo, hi, forces, tid, point, dt, wor
             copy_lanes(v, at, motion, V + k * BATCH)
             copy_lanes(w, at, motion, W + k * BATCH)
             copy_lanes(listed_at, at, motion, LISTED_AT + k * BATCH)
-            copy_lanes(body, at + m, motion, MASS + k * BATCH)
+            copy_lanes(mass_props, at + m, motion, MASS + k * BATCH)
         more, fallen, far, inside = integrate_batch(
             columns, motion, turned, point, model.gravity, model.centre, slack, model.reach, model.scale, dt
         )  # fmt: skip

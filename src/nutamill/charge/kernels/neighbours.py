@@ -12,11 +12,28 @@ from nutamill.charge.kernels.publish import publish
 from nutamill.charge.kernels.team import barrier
 from nutamill.charge.model import PADDING, ChargeModel, ChargeScratch, ChargeState, Clock, Status, stamp_of
 
-STEP, PUBLISHED, LIST, LISTED, SINCE_SORT, REBUILDS, REBUILD, KEPT, DONE, CROWDED = (int(c) for c in Clock)
+STEP, PUBLISHED, LIST, LISTED, SINCE_SORT, REBUILDS, REBUILD, SAVED, DONE, CROWDED = (int(c) for c in Clock)
 LISTS_FULL = int(Status.LISTS_FULL)
 
 REBUILDS_PER_SORT = 20
 """Rebuilds of the list after which the slots are sorted anew along the Morton curve [1]."""
+
+
+@kernel(inline="always")
+def largest_drift_squared(skin):
+    """Square of the displacement since the list was made that asks for a new one [m^2], just under
+    ``(skin/2)^2``: two particles may approach each other.
+    """
+    return 0.2475 * skin * skin
+
+
+@kernel
+def morton_bits(n):
+    """Bits along each axis of the Morton curve of `n` particles [1]."""
+    bits = 1
+    while bits < 7 and 8 ** (bits - 1) < n:
+        bits += 1
+    return bits
 
 
 @kernel
@@ -38,7 +55,7 @@ def thread_share(n, tid, n_threads):
 @kernel
 def slots_of_chunk(state, c):
     """First slot of chunk `c`, and the one behind its last."""
-    return state.listed[2, c], state.listed[2, c + 1]
+    return state.pairs.counts[2, c], state.pairs.counts[2, c + 1]
 
 
 @kernel
@@ -48,7 +65,7 @@ def chunk_share(state, tid, n_threads):
 
     Who does which chunk changes no bit of the result.
     """
-    lst, chunks = state.clock[LIST], state.listed.shape[1] - 1
+    lst, chunks = state.clock[LIST], state.pairs.counts.shape[1] - 1
     whole = 0
     for c in range(chunks):
         whole += work_of_chunk(state, lst, c)
@@ -68,7 +85,7 @@ def work_of_chunk(state, lst, c):
     time of two of them.
     """
     lo, hi = slots_of_chunk(state, c)
-    return state.listed[lst, c] + 2 * (hi - lo)
+    return state.pairs.counts[lst, c] + 2 * (hi - lo)
 
 
 @kernel
@@ -121,35 +138,35 @@ def fit_grid(smallest, most, grid, cells):
 
 
 @kernel
-def keep_memory(model, state, lo, hi, c):
+def save_memory(model, state, lo, hi, c):
     """Copy the contacts alive in chunk `c` to the table by particle; returns 0 where the table is too
     small.
     """
     lst = state.clock[LIST]
-    last = like(stamp_of(state.clock[STEP] - 1), state.rows[0, 0, 0])
-    memory = state.memory[lst, c]
+    last = like(stamp_of(state.clock[STEP] - 1), state.published_rows[0, 0, 0])
+    memory = state.pairs.memory[lst, c]
     for i in range(lo, hi):
-        state.kept_count[state.ids[i]] = 0
-    slots = state.kept.shape[1]
-    for k in range(state.listed[lst, c]):
+        state.saved.counts[state.ids[i]] = 0
+    slots = state.saved.memory.shape[1]
+    for k in range(state.pairs.counts[lst, c]):
         if abs(memory[k, 6]) == last:
-            i = lo + state.owners[lst, c, k]
-            j = state.partners[lst, c, k]
+            i = lo + state.pairs.owners[lst, c, k]
+            j = state.pairs.partners[lst, c, k]
             a, b = state.ids[i], state.ids[j]
             inside = lo <= j < hi
-            if state.kept_count[a] >= slots or (inside and state.kept_count[b] >= slots):
+            if state.saved.counts[a] >= slots or (inside and state.saved.counts[b] >= slots):
                 return 0
-            n = state.kept_count[a]
-            state.kept_count[a] = n + 1
-            state.kept_with[a, n] = b
+            n = state.saved.counts[a]
+            state.saved.counts[a] = n + 1
+            state.saved.partners[a, n] = b
             for e in range(8):
-                state.kept[a, n, e] = memory[k, e]
+                state.saved.memory[a, n, e] = memory[k, e]
             if inside:
-                n = state.kept_count[b]
-                state.kept_count[b] = n + 1
-                state.kept_with[b, n] = a
+                n = state.saved.counts[b]
+                state.saved.counts[b] = n + 1
+                state.saved.partners[b, n] = a
                 for e in range(8):
-                    state.kept[b, n, e] = memory[k, e] if e > 5 else -memory[k, e]
+                    state.saved.memory[b, n, e] = memory[k, e] if e > 5 else -memory[k, e]
     return 1
 
 
@@ -157,16 +174,14 @@ def keep_memory(model, state, lo, hi, c):
 def morton_order(model, state, scratch):
     """Fill ``scratch.lists.source`` with the slots in Morton order."""
     n = model.n_particles
-    bits = 1
-    while bits < 7 and 8 ** (bits - 1) < n and 8 ** (bits + 1) <= scratch.lists.counts.shape[0] - 2:
-        bits += 1
+    bits = morton_bits(n)
     find_bounds(state.x, n, scratch.lists.grid)
     extent = max(scratch.lists.grid[4], max(scratch.lists.grid[5], scratch.lists.grid[6]))
     h = (2**bits - 1e-6) / extent
     leader = 0
     for i in range(n):
         # the pebbles of a clump stay together: all have the key of the first
-        if state.clumps.shape[0] == 0 or state.body[PLACE, i] != state.body[PLACE, leader]:
+        if state.clumps.shape[0] == 0 or state.mass_props[PLACE, i] != state.mass_props[PLACE, leader]:
             leader = i
         a = int((state.x[0, leader] - scratch.lists.grid[0]) * h)
         b = int((state.x[1, leader] - scratch.lists.grid[1]) * h)
@@ -199,8 +214,8 @@ def sort_slots(model, state, scratch, tid, n_threads):
         reorder(state.v[k], scratch, n, tid, n_threads)
         if state.clumps.shape[0] == 0:
             reorder(state.w[k], scratch, n, tid, n_threads)
-    for k in range(state.body.shape[0]):
-        reorder(state.body[k], scratch, n, tid, n_threads)
+    for k in range(state.mass_props.shape[0]):
+        reorder(state.mass_props[k], scratch, n, tid, n_threads)
     if state.clumps.shape[0] > 0:
         if tid == 0:
             number_clumps(state, scratch, n)
@@ -208,7 +223,7 @@ def sort_slots(model, state, scratch, tid, n_threads):
         barrier(scratch.barrier, n_threads)
     reorder(state.material, scratch, n, tid, n_threads)
     reorder(state.ids, scratch, n, tid, n_threads)
-    rows = state.rows[state.clock[PUBLISHED]]
+    rows = state.published_rows[state.clock[PUBLISHED]]
     for k in range(8):
         reorder(rows[:, k], scratch, n, tid, n_threads)
     lo, hi = thread_share(n, tid, n_threads)
@@ -289,7 +304,7 @@ def without_own_clump(state, i, partners, start, k):
     """
     kept = start
     for p in range(start, k):
-        if state.body[PLACE, partners[p]] != state.body[PLACE, i]:
+        if state.mass_props[PLACE, partners[p]] != state.mass_props[PLACE, i]:
             partners[kept] = partners[p]
             kept += 1
     return kept
@@ -298,10 +313,14 @@ def without_own_clump(state, i, partners, start, k):
 @kernel
 def list_chunk(model, state, scratch, lst, c, lo, hi):
     """Candidate pairs of chunk `c`, with the memory they inherit; returns 0 where the list is too small."""
-    partners, owners, memory = state.partners[lst, c], state.owners[lst, c], state.memory[lst, c]
+    partners, owners, memory = (
+        state.pairs.partners[lst, c],
+        state.pairs.owners[lst, c],
+        state.pairs.memory[lst, c],
+    )
     room = partners.shape[0] - PADDING
     n0, n1 = scratch.lists.cells[0], scratch.lists.cells[1]
-    real = state.rows[0, 0, 0]
+    real = state.published_rows[0, 0, 0]
     # rounding of the positions relative to the grid, in the precision of the law
     slack = like(1.0 + 1e-5, real)
     k = 0
@@ -311,7 +330,7 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
         x = like(state.x[0, i] - scratch.lists.grid[0], real)
         y = like(state.x[1, i] - scratch.lists.grid[1], real)
         z = like(state.x[2, i] - scratch.lists.grid[2], real)
-        reach = like(state.body[0, i] + model.skin, real) * slack
+        reach = like(state.mass_props[0, i] + model.skin, real) * slack
         k = candidates_of(
             i, lo, x, y, z, reach, cell % n0, cell // n0 % n1, cell // (n0 * n1), scratch, partners, k, room
         )
@@ -323,14 +342,14 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
             owners[p] = i - lo
             memory[p, 6] = like(0.0, real)
         a = state.ids[i]
-        for q in range(state.kept_count[a]):
-            j = scratch.lists.slot_of[state.kept_with[a, q]]
+        for q in range(state.saved.counts[a]):
+            j = scratch.lists.slot_of[state.saved.partners[a, q]]
             for p in range(start, k):
                 if partners[p] == j:
                     for e in range(8):
-                        memory[p, e] = state.kept[a, q, e]
+                        memory[p, e] = state.saved.memory[a, q, e]
                     break
-    state.listed[lst, c] = k
+    state.pairs.counts[lst, c] = k
     for p in range(k, k + PADDING):
         partners[p] = lo
         owners[p] = 0
@@ -365,18 +384,18 @@ def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, refe
     n = model.n_particles
     clock = state.clock
     first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
-    sort = clock[KEPT] == 0 and (clock[LISTED] == 0 or clock[SINCE_SORT] >= REBUILDS_PER_SORT)
-    keep = clock[KEPT] == 0 and clock[LISTED] == 1
+    sort = clock[SAVED] == 0 and (clock[LISTED] == 0 or clock[SINCE_SORT] >= REBUILDS_PER_SORT)
+    keep = clock[SAVED] == 0 and clock[LISTED] == 1
     fresh = clock[LISTED] == 0
     barrier(scratch.barrier, n_threads)
     for c in range(first, end):
         lo, hi = slots_of_chunk(state, c)
         scratch.alarms[c] = 0
-        if keep and keep_memory(model, state, lo, hi, c) == 0:
+        if keep and save_memory(model, state, lo, hi, c) == 0:
             scratch.alarms[c] = 1
         if fresh:
             for i in range(lo, hi):
-                state.kept_count[state.ids[i]] = 0
+                state.saved.counts[state.ids[i]] = 0
     barrier(scratch.barrier, n_threads)
     if tid == 0:
         collect(state, scratch)
@@ -386,7 +405,7 @@ def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, refe
     if sort:
         sort_slots(model, state, scratch, tid, n_threads)
     if tid == 0:
-        clock[KEPT] = 1
+        clock[SAVED] = 1
         if sort:
             clock[SINCE_SORT] = 0
         for i in range(n):
@@ -394,13 +413,13 @@ def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, refe
         fill_cells(model, state, scratch)
     barrier(scratch.barrier, n_threads)
     lo, hi = thread_share(n, tid, n_threads)
-    real = state.rows[0, 0, 0]
+    real = state.published_rows[0, 0, 0]
     for d in range(lo, hi):
         i = scratch.lists.order[d]
         for k in range(3):
             scratch.lists.sorted[k, d] = like(state.x[k, i] - scratch.lists.grid[k], real)
             state.listed_at[k, i] = state.x[k, i] - reference[k]
-        scratch.lists.sorted[3, d] = like(state.body[0, i], real)
+        scratch.lists.sorted[3, d] = like(state.mass_props[0, i], real)
     barrier(scratch.barrier, n_threads)
     lst = 1 - clock[LIST]
     for c in range(first, end):
@@ -413,11 +432,11 @@ def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, refe
         if state.status[0] != LISTS_FULL:
             clock[LIST] = lst
             clock[LISTED] = 1
-            clock[KEPT] = 0
+            clock[SAVED] = 0
             clock[SINCE_SORT] += 1
             clock[REBUILDS] += 1
             clock[REBUILD] = 0
-            state.turn[0] = angle
+            state.list_angle[0] = angle
     barrier(scratch.barrier, n_threads)
 
 

@@ -40,22 +40,29 @@ def charge_reading() -> ChargeReading:
 def observe_pairs(model, state, back, last, out):
     """Add energies and number of the touching pairs, `back` [s] before the positions."""
     lst = state.clock[LIST]
-    x, v, body = state.x, state.v, state.body
-    for c in range(state.listed.shape[1] - 1):
+    x, v, mass_props = state.x, state.v, state.mass_props
+    for c in range(state.pairs.counts.shape[1] - 1):
         lo, hi = slots_of_chunk(state, c)
-        for p in range(state.listed[lst, c]):
-            i, j = lo + state.owners[lst, c, p], state.partners[lst, c, p]
+        for p in range(state.pairs.counts[lst, c]):
+            i, j = lo + state.pairs.owners[lst, c, p], state.pairs.partners[lst, c, p]
             square = 0.0
             for k in range(3):
                 gap = x[k, j] - x[k, i] - back * (v[k, j] - v[k, i])
                 square += gap * gap
-            overlap = body[0, i] + body[0, j] - square**0.5
+            overlap = mass_props[0, i] + mass_props[0, j] - square**0.5
             if overlap > 0.0:
                 weight = 1.0 if j < hi and j >= lo else 0.5
-                a, b = body[0, i], body[0, j]
+                a, b = mass_props[0, i], mass_props[0, j]
                 law = model.law_of[state.material[i], state.material[j]]
                 normal, tangential, rolling = stored_energy(
-                    model.law, model.laws[law], state.memory[lst, c, p], last, overlap, a, b, a * b / (a + b)
+                    model.law,
+                    model.laws[law],
+                    state.pairs.memory[lst, c, p],
+                    last,
+                    overlap,
+                    a,
+                    b,
+                    a * b / (a + b),
                 )
                 out.energy[2] += weight * normal
                 out.energy[3] += weight * tangential
@@ -71,7 +78,7 @@ def observe_walls(model, state, placed, back, last, out):
     n_surfaces = model.surface_kind.shape[0]
     x, v = state.x, state.v
     for i in range(model.n_particles):
-        r = state.body[0, i]
+        r = state.mass_props[0, i]
         for s in range(n_surfaces):
             overlap, _, _, _ = wall_overlap(
                 model.surface_kind[s],
@@ -107,7 +114,7 @@ def observe(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, out:
     out.contacts[:] = 0.0
     out.mass_centre[:] = 0.0
     out.momentum[:] = 0.0
-    back = 0.5 * state.turn[1]
+    back = 0.5 * state.last_dt[0]
     total = 0.0
     for p in range(state.clumps.shape[0]):
         clump = state.clumps[p]
@@ -121,7 +128,7 @@ def observe(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, out:
         out.energy[0] += 0.5 * clump[MASS] * v2
         out.energy[1] += clump[SPIN_ENERGY]
     for i in range(model.n_particles if state.clumps.shape[0] == 0 else 0):
-        m, per_inertia = state.body[1, i], state.body[3, i]
+        m, per_inertia = state.mass_props[1, i], state.mass_props[3, i]
         total += m
         v2, w2 = 0.0, 0.0
         for k in range(3):
@@ -134,7 +141,7 @@ def observe(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, out:
         out.energy[1] += 0.5 * w2 / per_inertia
     for k in range(3):
         out.mass_centre[k] /= total
-    last = like(stamp_of(state.clock[STEP] - 1), state.rows[0, 0, 0])
+    last = like(stamp_of(state.clock[STEP] - 1), state.published_rows[0, 0, 0])
     place_surfaces(model, state.poses, scratch.placed[0])
     observe_pairs(model, state, back, last, out)
     observe_walls(model, state, scratch.placed[0], back, last, out)

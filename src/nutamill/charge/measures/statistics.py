@@ -27,7 +27,7 @@ from nutamill.charge.kernels.neighbours import slots_of_chunk, thread_share
 from nutamill.charge.kernels.pair_contacts import filter_pairs
 from nutamill.charge.kernels.wall_contacts import OVERLAP, find_walls, lay_walls
 from nutamill.charge.laws.lanes import BATCH
-from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, ImpactBook, stamp_of
 from nutamill.charge.walls.patches import part_of, patch_of, sector_of, whole
 from nutamill.charge.walls.surfaces import place_surfaces
 
@@ -133,11 +133,11 @@ def statistics_plan(
     """
     n, ids = model.n_particles, state.ids[: model.n_particles]
     mass_of, volume_of = np.empty(n), np.empty(n)
-    volume_of[ids] = 4.0 / 3.0 * math.pi * state.body[0, :n] ** 3
+    volume_of[ids] = 4.0 / 3.0 * math.pi * state.mass_props[0, :n] ** 3
     volume_of = volume_of if volumes is None else np.array(volumes, float)
-    mass_of[ids] = state.body[1, :n]
+    mass_of[ids] = state.mass_props[1, :n]
     if len(state.clumps):
-        clump = state.body[PLACE, :n].astype(int)
+        clump = state.mass_props[PLACE, :n].astype(int)
         mass_of[ids] *= volume_of[ids] / np.bincount(clump, volume_of[ids])[clump]
     mass, volume = float(mass_of.mean()), float(volume_of.mean())
     power, force = mass / dt, mass / dt
@@ -155,9 +155,9 @@ def statistics_plan(
     )
 
 
-def charge_statistics(plan: StatisticsPlan, scratch: ChargeScratch) -> ChargeStatistics:
-    """Sums of nothing, for a charge with work space `scratch`; room for samples only if the plan is on."""
-    threads, patches = scratch.impacts.cut.shape
+def charge_statistics(plan: StatisticsPlan, state: ChargeState) -> ChargeStatistics:
+    """Return empty sums for a charge; without room for samples where the plan is off."""
+    threads, patches = state.impacts.cut.shape
     cells = int(plan.cells.prod())
     if not plan.on:
         threads, patches, cells = 1, 0, 0
@@ -169,32 +169,31 @@ def charge_statistics(plan: StatisticsPlan, scratch: ChargeScratch) -> ChargeSta
     )
 
 
-def _kept(sums: ChargeStatistics, scratch: ChargeScratch) -> dict[str, np.ndarray]:
+def _by_thread(sums: ChargeStatistics, impacts: ImpactBook) -> dict[str, np.ndarray]:
     """All arrays with a first axis of threads, by the names of a checkpoint."""
-    book = scratch.impacts
     return {
         "walls": sums.walls,
         "fields": sums.fields,
         "neighbours": sums.neighbours,
-        "spectra": book.spectra,
-        "cut": book.cut,
+        "spectra": impacts.spectra,
+        "cut": impacts.cut,
     }
 
 
-def gathered(sums: ChargeStatistics, scratch: ChargeScratch) -> dict[str, np.ndarray]:
+def gathered(sums: ChargeStatistics, impacts: ImpactBook) -> dict[str, np.ndarray]:
     """Sums over all threads, by name, as a checkpoint holds them; the same for any number of threads."""
     return {
         "samples": sums.samples.copy(),
-        **{name: array.sum(axis=0) for name, array in _kept(sums, scratch).items()},
+        **{name: array.sum(axis=0) for name, array in _by_thread(sums, impacts).items()},
     }
 
 
-def put_back(sums: ChargeStatistics, scratch: ChargeScratch, kept: dict[str, np.ndarray]) -> None:
+def put_back(sums: ChargeStatistics, impacts: ImpactBook, saved: dict[str, np.ndarray]) -> None:
     """Go on from what `gathered` gave."""
-    for name, array in _kept(sums, scratch).items():
+    for name, array in _by_thread(sums, impacts).items():
         array[...] = 0
-        array[0] = kept[name]
-    sums.samples[...] = kept["samples"]
+        array[0] = saved[name]
+    sums.samples[...] = saved["samples"]
 
 
 @kernel(fast=True)
@@ -204,16 +203,16 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
     """
     lo, hi = slots_of_chunk(state, c)
     buffer = state.clock[PUBLISHED]
-    rows = state.rows[buffer]
+    rows = state.published_rows[buffer]
     lanes, measured, columns = scratch.lanes[tid], scratch.measured[tid], scratch.columns[tid, 1]
     motion, placed = scratch.motion[tid], scratch.placed[tid]
     real = rows[0, 0]
     now, last = like(stamp_of(state.clock[STEP]), real), like(stamp_of(state.clock[STEP] - 1), real)
-    walls, per, patches = sums.walls[tid], plan.per_wall, scratch.impacts.patches
+    walls, per, patches = sums.walls[tid], plan.per_wall, model.patches
     found = find_walls(
         model,
         state.x,
-        state.body[0],
+        state.mass_props[0],
         scratch.local[tid],
         motion,
         placed,
@@ -252,7 +251,7 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
                 float(measured[1, first + b]),
                 float(measured[2, first + b]),
             )
-            arm = state.body[0, slot] - 0.5 * float(measured[OVERLAP, first + b])
+            arm = state.mass_props[0, slot] - 0.5 * float(measured[OVERLAP, first + b])
             p = patch_of(
                 patches,
                 placed[s],
@@ -279,7 +278,7 @@ def sample_neighbours(model, state, scratch, sums, c, tid):
     the histogram.
     """
     lo, hi = slots_of_chunk(state, c)
-    points, lst = state.points[state.clock[PUBLISHED]], state.clock[LIST]
+    points, lst = state.published_points[state.clock[PUBLISHED]], state.clock[LIST]
     local, lanes, counts = scratch.local[tid], scratch.lanes[tid], scratch.lists.cell
     for l in range(hi - lo):
         i = lo + l
@@ -291,7 +290,14 @@ def sample_neighbours(model, state, scratch, sums, c, tid):
             -points[i, 3],
         )
     found = filter_pairs(
-        points, state.partners[lst, c], state.owners[lst, c], local, state.listed[lst, c], lo, hi, lanes
+        points,
+        state.pairs.partners[lst, c],
+        state.pairs.owners[lst, c],
+        local,
+        state.pairs.counts[lst, c],
+        lo,
+        hi,
+        lanes,
     )
     for q in range(found):
         counts[lanes[4, q]] += 1
@@ -328,10 +334,10 @@ def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
         motion[3], motion[4], motion[5], motion[6], motion[7], motion[8], motion[9], motion[10], motion[11],
     )  # fmt: skip
     V0, V1, V2, W0, W1, W2 = motion[12], motion[13], motion[14], motion[15], motion[16], motion[17]
-    back = 0.5 * state.turn[1]
+    back = 0.5 * state.last_dt[0]
     sample = sums.samples[0]
     for i in range(lo, hi):
-        radius, mass = state.body[0, i], plan.mass_of[state.ids[i]]
+        radius, mass = state.mass_props[0, i], plan.mass_of[state.ids[i]]
         v0, v1, v2 = v[0, i], v[1, i], v[2, i]
         d0, d1, d2 = x[0, i] - back * v0 - m0, x[1, i] - back * v1 - m1, x[2, i] - back * v2 - m2
         u0, u1, u2 = (
@@ -391,7 +397,7 @@ def sample(
     angle : by which the grid is turned about the z axis of the body [rad]
     plan, sums : what is summed, and the sums
     """
-    dt = state.turn[1]
+    dt = state.last_dt[0]
     first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
     move_bodies(motions, 0.0, scratch.motion[tid], scratch.twists[tid])
     for c in range(first, end):
@@ -399,7 +405,7 @@ def sample(
         sample_fields(model, state, scratch, plan, sums, c, angle, tid)
     move_bodies(motions, 0.5 * dt, scratch.motion[tid], scratch.twists[tid])
     place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
-    points = state.points[state.clock[PUBLISHED]]
+    points = state.published_points[state.clock[PUBLISHED]]
     local, columns = scratch.local[tid], scratch.columns[tid, 1]
     for k in range(columns.shape[0]):
         columns[k] = 1.0

@@ -18,6 +18,7 @@ from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import ContactLaw, contact_law
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.charge.particles.particles import Particles
+from nutamill.charge.walls.patches import PatchTable
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.simulation.setup.particles import charge_particles, quickest_pebble
 from nutamill.simulation.setup.rigid_parts import whole_chamber
@@ -176,7 +177,12 @@ def damping_ratio(case: Case, pair: ContactPair) -> float:
 
 
 def chamber_charge(
-    case: Case, bed: np.ndarray, position: np.ndarray, quaternion: np.ndarray, substep: float
+    case: Case,
+    bed: np.ndarray,
+    position: np.ndarray,
+    quaternion: np.ndarray,
+    substep: float,
+    patches: PatchTable | None = None,
 ) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
     """The charge of a case at rest in its chamber, ready to march.
 
@@ -186,6 +192,7 @@ def chamber_charge(
         nutation point
     position, quaternion : mass centre [m] (3,) and attitude (4,) of the chamber, world
     substep : charge substep [s]
+    patches : how the surfaces are cut, for the statistics; one patch each if None
 
     Raises
     ------
@@ -207,6 +214,7 @@ def chamber_charge(
         law=contact_law_of(case),
         domain=(middle, chamber_reach(case)),
         poses=np.concatenate([position, quaternion])[None, :],
+        patches=patches,
     )
     start(*built, substep)
     return built

@@ -6,7 +6,7 @@ import numpy as np
 
 from nutamill.case import Case, MechanismCase
 from nutamill.case.machine import CHAMBER, CROSS
-from nutamill.charge.assembly import with_patches
+from nutamill.charge.kernels.copying import checkpoint_arrays
 from nutamill.charge.measures.observe import ChargeReading, charge_reading
 from nutamill.charge.measures.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
@@ -75,8 +75,10 @@ class State:
 
     def arrays(self) -> dict[str, dict[str, np.ndarray]]:
         """All arrays by part and name, but the statistics, which are kept as their sums over threads."""
-        parts = {"mechanism": self.mechanism, "charge": self.charge, "coupling": self.coupling}
-        groups = {name: part._asdict() for name, part in parts.items() if part is not None}
+        groups = {"mechanism": self.mechanism._asdict()}
+        if self.charge is not None:
+            groups["charge"] = checkpoint_arrays(self.charge)
+        groups["coupling"] = self.coupling._asdict()
         return groups | {"record": {"first_row": self.first_row}}
 
 
@@ -118,11 +120,15 @@ def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
     charge, cstate, cscratch, survey, sums = None, None, None, None, None
     if bed is not None:
         charge, cstate, cscratch = chamber_charge(
-            case, bed, mstate.position[chamber], mstate.quaternion[chamber], clock.substep
+            case,
+            bed,
+            mstate.position[chamber],
+            mstate.quaternion[chamber],
+            clock.substep,
+            chamber_patches(case),
         )
-        cscratch = with_patches(charge, cscratch, chamber_patches(case))
         survey = chamber_survey(case, charge, cstate, clock.substep)
-        sums = charge_statistics(survey, cscratch)
+        sums = charge_statistics(survey, cstate)
     readout = Readout(
         case,
         column_names(sensors),
