@@ -17,7 +17,7 @@ from nutamill.base.provenance import processor
 from nutamill.charge.kernels.columns import ROWS, pair_batch
 from nutamill.charge.kernels.dynamics import open_window
 from nutamill.charge.kernels.integration import integrate_spheres
-from nutamill.charge.kernels.neighbours import rebuild, slots_of_chunk, turning
+from nutamill.charge.kernels.neighbours import rebuild, rotation_about, slots_of_chunk
 from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
 from nutamill.charge.kernels.simd import WIDTH, negated_radii
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
@@ -70,36 +70,36 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
             for k in range(empty.size):
                 empty[k] = like(0.0, real)
             for l in range(0, hi - lo, WIDTH):
-                negated_radii(points, scratch.slots, lo + l, local, l)
+                negated_radii(points, scratch.slots, lo + l, l, local)
             if last_stage < 1:
                 continue
-            found = filter_pairs(
+            n_pairs = filter_pairs(
                 points, partners, state.pairs.owners[lst, c], local, state.pairs.counts[lst, c], lo, hi, lanes
             )
-            counts[0] += found
+            counts[0] += n_pairs
             if last_stage < 2:
                 continue
             pair_contacts(
                 model,
                 points,
                 rows,
-                memory,
                 state.material,
-                found,
                 lanes,
                 local,
-                scratch.columns[0, 0],
+                n_pairs,
                 now,
                 now,
                 step,
+                0,
+                memory,
+                scratch.columns[0, 0],
                 forces,
                 state.impacts,
-                0,
             )
             if last_stage < 3:
                 continue
             placed, measured = scratch.placed[0], scratch.measured[0]
-            found = find_walls(
+            n_walls = find_walls(
                 model,
                 state.x,
                 state.mass_props[0],
@@ -112,7 +112,7 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
                 measured,
                 scratch.test[0],
             )
-            counts[1] += found
+            counts[1] += n_walls
             if last_stage < 4:
                 continue
             wall_contacts(
@@ -120,25 +120,25 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
                 state.x,
                 state.mass_props[0],
                 rows,
-                state.wall_memory,
                 state.material,
                 scratch.twists[0],
                 placed,
-                found,
-                lanes,
                 measured,
-                scratch.columns[0, 1],
+                n_walls,
                 now,
                 now,
                 step,
+                0,
+                lanes,
+                state.wall_memory,
+                scratch.columns[0, 1],
                 forces,
                 scratch.sums[c],
                 state.impacts,
-                0,
             )
             if last_stage < 5:
                 continue
-            integrate_spheres(model, state, scratch, lo, hi, forces, 0, reference, dt, work)
+            integrate_spheres(model, state, scratch, forces, reference, lo, hi, dt, 0, work)
 
 
 @kernel(fast=True)
@@ -184,7 +184,7 @@ def main() -> None:
     hand_out_motion(model.mechanism, flow.mechanism, model.mechanism_scratch, model.plan, flow.coupling)
     reference = flow.coupling.reference
     open_window(charge, state, scratch, 0)
-    turning(reference, 0.0, scratch.turned[0])
+    rotation_about(reference, 0.0, scratch.rotation[0])
     dt, counts = model.clock.substep, np.zeros(2, np.int64)
     total, before, rows = 0.0, 0.0, []
     for stage, name in enumerate(STAGES):

@@ -126,15 +126,15 @@ def test_plane_and_cylinder_push_into_the_charge():
 @kernel
 def move_all(rows, index, points, local, owner, columns, fixed):
     """Use every vector move once; returns the mask of touching pairs."""
-    simd.gather_rows(rows, index, 3, columns, 8, 4)
-    simd.gather_differences(points, index, local, owner, 3, columns, 8)
+    simd.gather_rows(rows, index, 3, 8, 4, columns)
+    simd.gather_differences(points, index, local, owner, 3, 8, columns)
     mask = simd.touching(points, index, local, owner, 3)
-    simd.add_rows(rows, index, 3, columns, 8, 4)
-    simd.set_rows(rows, owner, 3, columns, 8, 4)
-    simd.set_points(points, index, 12, fixed, 16)
-    simd.negated_radii(points, index, 20, local, 7)
-    simd.copy_lanes(columns, 4 * BATCH, columns, 40 * BATCH)
-    simd.copy_lanes(columns, 40 * BATCH, fixed, BATCH)
+    simd.add_rows(index, 3, columns, 8, 4, rows)
+    simd.set_rows(owner, 3, columns, 8, 4, rows)
+    simd.set_points(index, 12, fixed, 16, points)
+    simd.negated_radii(points, index, 20, 7, local)
+    simd.copy_lanes(columns, 4 * BATCH, 40 * BATCH, columns)
+    simd.copy_lanes(columns, 40 * BATCH, BATCH, fixed)
     return mask
 
 

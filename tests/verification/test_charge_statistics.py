@@ -37,7 +37,7 @@ class Survey:
     def take(self, angle=0.0, threads=1):
         """One sample."""
         self.sums.samples[0] += 1
-        run_team(sample, (*self.bench.charge, self.bench.motions, angle, self.plan, self.sums), threads)
+        run_team(sample, (*self.bench.charge, self.plan, self.bench.motions, angle, self.sums), threads)
         return self
 
     @property

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from nutamill.base.errors import CaseError, Fault
 from nutamill.charge.checks import NAMED, extent, mesh_faults, named, surface_faults, wall_faults
 from nutamill.charge.kernels.clump_integration import LANE_ROWS
-from nutamill.charge.kernels.clumps import COLUMNS, OFFSET, PLACE, ClumpColumn, cut_chunks
+from nutamill.charge.kernels.clumps import CLUMP, COLUMNS, OFFSET, ClumpColumn, cut_chunks
 from nutamill.charge.kernels.columns import ROWS
 from nutamill.charge.kernels.impacts import impact_book
 from nutamill.charge.kernels.neighbours import morton_bits
@@ -359,7 +359,7 @@ def charge(
         state.mass_props[:, :n] = radii, mass, 1.0 / mass, 1.0 / (0.4 * mass * radii**2)
     else:
         state.mass_props[:2, :n] = radii, mass
-        state.mass_props[OFFSET : OFFSET + 3, :n], state.mass_props[PLACE, :n] = (
+        state.mass_props[OFFSET : OFFSET + 3, :n], state.mass_props[CLUMP, :n] = (
             spheres.offset.T,
             spheres.place,
         )
@@ -445,7 +445,7 @@ def _scratch(model, state) -> ChargeScratch:
         motion=np.zeros((threads, model.n_bodies, 18)),
         twists=_aligned((threads, model.n_bodies + 1, 8), real),
         placed=np.zeros((threads, n_surfaces, 12)),
-        turned=np.zeros((threads, 3, 3)),
+        rotation=np.zeros((threads, 3, 3)),
         forces=_aligned((threads, chunk + 1, 8), real),
         local=_aligned((threads, chunk + 1, 4), point),
         lanes=_aligned((threads, 5, lanes), np.uint32),

@@ -301,7 +301,7 @@ class ChargeScratch(NamedTuple):
     """
     placed: np.ndarray
     """Of each thread and surface: origin [m] (3), rotation [1] (9) (T, S, 12), world axes."""
-    turned: np.ndarray
+    rotation: np.ndarray
     """Of each thread: rotation of the reference since the list was made [1] (T, 3, 3), world axes."""
     forces: np.ndarray
     """Force [N] (3), spare, moment [N m] (3), spare, on each particle of the chunk, real (T, chunk + 1, 8),

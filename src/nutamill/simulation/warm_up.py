@@ -170,7 +170,7 @@ def read_ball(names: Sequence[str]) -> None:
     survey = statistics_plan(*built[:2], STEP)
     motions = np.zeros((1, MOTION_SIZE))
     motions[0, 3] = 1.0
-    run_team(sample, (*built, motions, 0.0, survey, charge_statistics(survey, built[1])), 1)
+    run_team(sample, (*built, survey, motions, 0.0, charge_statistics(survey, built[1])), 1)
 
 
 def march_both(names: Sequence[str]) -> None:

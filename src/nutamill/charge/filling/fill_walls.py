@@ -51,26 +51,26 @@ class FillWalls(NamedTuple):
 
 
 @kernel
-def push_out(walls, placed, x, r, top):
-    """Move particles `x` [m] (n, 3) of radii `r` [m] (n,) out of all walls, and below the height `top` [m];
-    the deepest overlap [m].
+def push_out(walls, placed, r, top, x_out):
+    """Move particles `x_out` [m] (n, 3) of radii `r` [m] (n,) out of all walls, and below the height `top`
+    [m]; the deepest overlap [m].
     """
     worst = 0.0
     for i in range(len(r)):
         for s in range(walls.surface_kind.shape[0]):
             overlap, a, b, c = wall_overlap(
-                walls.surface_kind[s], walls, placed, s, x[i, 0], x[i, 1], x[i, 2], r[i]
+                walls.surface_kind[s], walls, placed, s, x_out[i, 0], x_out[i, 1], x_out[i, 2], r[i]
             )
             if overlap > 0.0:
-                x[i, 0], x[i, 1], x[i, 2] = (
-                    x[i, 0] - overlap * a,
-                    x[i, 1] - overlap * b,
-                    x[i, 2] - overlap * c,
+                x_out[i, 0], x_out[i, 1], x_out[i, 2] = (
+                    x_out[i, 0] - overlap * a,
+                    x_out[i, 1] - overlap * b,
+                    x_out[i, 2] - overlap * c,
                 )
                 worst = max(worst, overlap)
-        over = x[i, 2] + r[i] - top
+        over = x_out[i, 2] + r[i] - top
         if over > 0.0:
-            x[i, 2] -= over
+            x_out[i, 2] -= over
             worst = max(worst, over)
     return worst
 
@@ -127,7 +127,7 @@ def fill_between(
         x[:] = _no_leap(before, x, r)
         # a crowded column grows upwards
         worst = push_out(
-            walls, placed, x, r, min(high[2], top + 0.1 * (high[2] - low[2]) * ((sweep + 1) // 100))
+            walls, placed, r, min(high[2], top + 0.1 * (high[2] - low[2]) * ((sweep + 1) // 100)), x
         )
         if sweep % PATIENCE == PATIENCE - 1:
             stuck = _deepest(walls, placed, x, r) > STUCK * r

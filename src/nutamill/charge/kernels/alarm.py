@@ -1,12 +1,10 @@
-"""What went wrong in a substep: names the particles, their overlap and speeds, once, after a chunk raised an
-alarm.
-"""
+"""Messages of an alarm: the particles that raised it in a substep, their overlap and their speeds."""
 
 import math
 
 from nutamill.base.frames import cross
 from nutamill.base.kernel import kernel
-from nutamill.charge.kernels.clumps import ID, PLACE
+from nutamill.charge.kernels.clumps import CLUMP, ID
 from nutamill.charge.kernels.neighbours import slots_of_chunk
 from nutamill.charge.laws.pair import LawColumn
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, Status
@@ -19,7 +17,7 @@ PAIR_OVERLAP, WALL_OVERLAP, OUTSIDE = int(Status.PAIR_OVERLAP), int(Status.WALL_
 
 @kernel
 def overlap_of(model, state, points, i, j):
-    """Overlap [m] of slots `i` and `j` at the positions `points` were published for."""
+    """Return the overlap [m] of slots `i` and `j` at the positions `points` were published for."""
     square = 0.0
     for k in range(3):
         gap = (float(points[j, k]) - float(points[i, k])) / model.scale
@@ -29,36 +27,36 @@ def overlap_of(model, state, points, i, j):
 
 @kernel
 def particle_in(state, i):
-    """Id of the particle that the sphere in slot `i` belongs to."""
+    """Return the id of the particle that the sphere in slot `i` belongs to."""
     return (
-        int(state.clumps[int(state.mass_props[PLACE, i]), ID]) if state.clumps.shape[0] > 0 else state.ids[i]
+        int(state.clumps[int(state.mass_props[CLUMP, i]), ID]) if state.clumps.shape[0] > 0 else state.ids[i]
     )
 
 
 @kernel
 def length(a0, a1, a2):
-    """Length of a vector."""
+    """Return the length of a vector."""
     return math.sqrt(a0 * a0 + a1 * a1 + a2 * a2)
 
 
 @kernel
-def note_pair_speeds(points, rows, i, j, speeds):
-    """Speeds of slots `i` and `j` and how fast they close [m/s], to `speeds` (3,)."""
+def note_pair_speeds(points, rows, i, j, speeds_out):
+    """Write the speeds of slots `i` and `j` and how fast they close [m/s] to `speeds_out` (3,)."""
     n0, n1, n2 = (
         float(points[j, 0]) - points[i, 0],
         float(points[j, 1]) - points[i, 1],
         float(points[j, 2]) - points[i, 2],
     )
     u0, u1, u2 = rows[i, 0] - rows[j, 0], rows[i, 1] - rows[j, 1], rows[i, 2] - rows[j, 2]
-    speeds[0] = length(rows[i, 0], rows[i, 1], rows[i, 2])
-    speeds[1] = length(rows[j, 0], rows[j, 1], rows[j, 2])
-    speeds[2] = (u0 * n0 + u1 * n1 + u2 * n2) / length(n0, n1, n2)
+    speeds_out[0] = length(rows[i, 0], rows[i, 1], rows[i, 2])
+    speeds_out[1] = length(rows[j, 0], rows[j, 1], rows[j, 2])
+    speeds_out[2] = (u0 * n0 + u1 * n1 + u2 * n2) / length(n0, n1, n2)
 
 
 @kernel
-def note_wall_speeds(rows, i, radius, x0, x1, x2, motion, n0, n1, n2, speeds):
-    """Speeds of slot `i` and of the surface where it touches, and how fast they close [m/s], to `speeds`
-    (3,).
+def note_wall_speeds(rows, i, radius, x0, x1, x2, motion, n0, n1, n2, speeds_out):
+    """Write the speeds of slot `i` and of the surface where it touches, and how fast they close [m/s], to
+    `speeds_out` (3,).
 
     `x` : centre of the particle [m], world; `motion` (18,) of the body as in `ChargeScratch`; `n` : normal
     [1].
@@ -66,15 +64,15 @@ def note_wall_speeds(rows, i, radius, x0, x1, x2, motion, n0, n1, n2, speeds):
     r0, r1, r2 = x0 + radius * n0 - motion[0], x1 + radius * n1 - motion[1], x2 + radius * n2 - motion[2]
     w0, w1, w2 = cross(motion[15], motion[16], motion[17], r0, r1, r2)
     w0, w1, w2 = w0 + motion[12], w1 + motion[13], w2 + motion[14]
-    speeds[0] = length(rows[i, 0], rows[i, 1], rows[i, 2])
-    speeds[1] = length(w0, w1, w2)
-    speeds[2] = (rows[i, 0] - w0) * n0 + (rows[i, 1] - w1) * n1 + (rows[i, 2] - w2) * n2
+    speeds_out[0] = length(rows[i, 0], rows[i, 1], rows[i, 2])
+    speeds_out[1] = length(w0, w1, w2)
+    speeds_out[2] = (rows[i, 0] - w0) * n0 + (rows[i, 1] - w1) * n1 + (rows[i, 2] - w2) * n2
 
 
 @kernel
 def name_a_lost_one(model, state, scratch, rows, lo, hi):
-    """Name a particle of the slots `lo` to `hi` that left the domain or whose position is not a number; tells
-    whether there is one.
+    """Name a particle of the slots `lo` to `hi` that left the domain or whose position is not a number, and
+    return whether there is one.
     """
     for i in range(lo, hi):
         inside = True
@@ -89,8 +87,8 @@ def name_a_lost_one(model, state, scratch, rows, lo, hi):
 
 @kernel
 def name_the_deepest_pair(model, state, scratch, points, rows, c, lo, worst):
-    """Name the pair of chunk `c` that exceeds its limit most, if by more than `worst` [1]; returns the larger
-    excess.
+    """Name the pair of chunk `c` that exceeds its limit most, if by more than `worst` [1], and return the
+    larger excess.
     """
     lst = state.clock[LIST]
     for p in range(state.pairs.counts[lst, c]):
@@ -114,7 +112,7 @@ def name_the_deepest_pair(model, state, scratch, points, rows, c, lo, worst):
 @kernel
 def name_the_deepest_wall(model, state, scratch, points, rows, lo, hi, worst):
     """Name the wall contact of the slots `lo` to `hi` that exceeds its limit most, if by more than `worst`
-    [1]; returns the larger.
+    [1], and return the larger excess.
     """
     for i in range(lo, hi):
         r = state.mass_props[0, i]
@@ -150,8 +148,8 @@ def name_the_worst(model: ChargeModel, state: ChargeState, scratch: ChargeScratc
     """Fill ``state.status`` with the contact that exceeds its limit most, or with a particle that left the
     domain.
 
-    Works on the positions and velocities the forces of this substep were taken at, before the clock turns;
-    called by one thread.
+    Works on the positions and velocities at which the forces of this substep were computed, before the clock
+    advances; called by one thread.
     """
     points, rows = (
         state.published_points[state.clock[PUBLISHED]],

@@ -1,13 +1,13 @@
 """Moves the clumps of one chunk by one substep, `BATCH` at a time, and publishes their pebbles.
 
-What pebbles feel is summed to their clump, the clump is moved, and what it does is laid back on them.
+The forces on pebbles are summed to their clump, the clump is moved, and its motion is given to its pebbles.
 
 Leapfrog of rotation: angular momentum L belongs to the end of a substep, the attitude q to half a substep
 later, as velocities and positions do (`nutamill.charge.kernels.dynamics`):
 
     L <- L + dt T,     q' = turn(q, w(q, L) dt/2),     w = w(q', L),     q <- turn(q, w dt)
 
-with ``w(q, L) = R I^-1 R^T L``: L is kept exactly without a moment, and q is of second order.
+with ``w(q, L) = R I^-1 R^T L``: without a moment L stays exactly the same, and q is of second order.
 
 Source: D. Fincham, "Leapfrog rotational algorithms", Molecular Simulation 8 (1992) 165, the explicit scheme.
 """
@@ -20,12 +20,12 @@ from nutamill.charge.kernels.clumps import (
     AT_VELOCITY,
     ATTITUDE,
     CENTRE,
+    CLUMP,
     COLUMNS,
     INERTIA,
     MASS,
     MOMENTUM,
     OFFSET,
-    PLACE,
     SPIN_ENERGY,
     VELOCITY,
     clump_end,
@@ -55,8 +55,8 @@ LANE_ROWS = COLUMNS + 23
 
 @kernel(inline="always")
 def turned_for(q, w, time):
-    """Attitude, a 4-tuple, of `q` (4,) turned with the spin `w` [rad/s] (3,) for a `time` [s] in which it
-    turns by less than 1 rad.
+    """Return the attitude, a 4-tuple, of `q` (4,) turned with the spin `w` [rad/s] (3,) for a `time` [s] in
+    which it turns by less than 1 rad.
     """
     t0, t1, t2 = time * w[0], time * w[1], time * w[2]
     scale, cosine = half_angle_series(t0 * t0 + t1 * t1 + t2 * t2)
@@ -64,100 +64,116 @@ def turned_for(q, w, time):
 
 
 @kernel(fast=True)
-def move_batch(lanes, gravity, dt):
+def move_batch(gravity, dt, lanes_out):
     """Kick and drift `BATCH` clumps.
 
     Parameters
     ----------
-    lanes : (LANE_ROWS * BATCH,), rows as `ClumpColumn`, which are brought up to date, then from FORCE on as
-        named above
+    lanes_out : (LANE_ROWS * BATCH,), rows as `ClumpColumn`, which are brought up to date, then from FORCE on
+        as named above
     gravity : (3,) [m/s^2]; dt : substep [s]
     """
     half, per_dt = 0.5 * dt, 1.0 / dt
     g0, g1, g2 = gravity[0], gravity[1], gravity[2]
     for b in range(BATCH):
-        mass = lanes[MASS * BATCH + b]
-        f0, f1, f2 = lanes[FORCE * BATCH + b], lanes[(FORCE + 1) * BATCH + b], lanes[(FORCE + 2) * BATCH + b]
+        mass = lanes_out[MASS * BATCH + b]
+        f0, f1, f2 = (
+            lanes_out[FORCE * BATCH + b],
+            lanes_out[(FORCE + 1) * BATCH + b],
+            lanes_out[(FORCE + 2) * BATCH + b],
+        )
         t0, t1, t2 = (
-            lanes[MOMENT * BATCH + b],
-            lanes[(MOMENT + 1) * BATCH + b],
-            lanes[(MOMENT + 2) * BATCH + b],
+            lanes_out[MOMENT * BATCH + b],
+            lanes_out[(MOMENT + 1) * BATCH + b],
+            lanes_out[(MOMENT + 2) * BATCH + b],
         )
         per_mass = 1.0 / mass
         a0, a1, a2 = half * (f0 * per_mass + g0), half * (f1 * per_mass + g1), half * (f2 * per_mass + g2)
-        u0 = lanes[VELOCITY * BATCH + b] + a0
-        u1 = lanes[(VELOCITY + 1) * BATCH + b] + a1
-        u2 = lanes[(VELOCITY + 2) * BATCH + b] + a2
-        lanes[FALLING * BATCH + b] = mass * (g0 * u0 + g1 * u1 + g2 * u2)
+        u0 = lanes_out[VELOCITY * BATCH + b] + a0
+        u1 = lanes_out[(VELOCITY + 1) * BATCH + b] + a1
+        u2 = lanes_out[(VELOCITY + 2) * BATCH + b] + a2
+        lanes_out[FALLING * BATCH + b] = mass * (g0 * u0 + g1 * u1 + g2 * u2)
         gain = f0 * u0 + f1 * u1 + f2 * u2
         u0, u1, u2 = u0 + a0, u1 + a1, u2 + a2
-        lanes[VELOCITY * BATCH + b], lanes[(VELOCITY + 1) * BATCH + b], lanes[(VELOCITY + 2) * BATCH + b] = (
+        (
+            lanes_out[VELOCITY * BATCH + b],
+            lanes_out[(VELOCITY + 1) * BATCH + b],
+            lanes_out[(VELOCITY + 2) * BATCH + b],
+        ) = (
             u0,
             u1,
             u2,
         )
-        lanes[CENTRE * BATCH + b] += dt * u0
-        lanes[(CENTRE + 1) * BATCH + b] += dt * u1
-        lanes[(CENTRE + 2) * BATCH + b] += dt * u2
-        lanes[NEXT_VELOCITY * BATCH + b] = u0 + a0
-        lanes[(NEXT_VELOCITY + 1) * BATCH + b] = u1 + a1
-        lanes[(NEXT_VELOCITY + 2) * BATCH + b] = u2 + a2
-        l0 = lanes[MOMENTUM * BATCH + b] + dt * t0
-        l1 = lanes[(MOMENTUM + 1) * BATCH + b] + dt * t1
-        l2 = lanes[(MOMENTUM + 2) * BATCH + b] + dt * t2
-        lanes[MOMENTUM * BATCH + b], lanes[(MOMENTUM + 1) * BATCH + b], lanes[(MOMENTUM + 2) * BATCH + b] = (
+        lanes_out[CENTRE * BATCH + b] += dt * u0
+        lanes_out[(CENTRE + 1) * BATCH + b] += dt * u1
+        lanes_out[(CENTRE + 2) * BATCH + b] += dt * u2
+        lanes_out[NEXT_VELOCITY * BATCH + b] = u0 + a0
+        lanes_out[(NEXT_VELOCITY + 1) * BATCH + b] = u1 + a1
+        lanes_out[(NEXT_VELOCITY + 2) * BATCH + b] = u2 + a2
+        l0 = lanes_out[MOMENTUM * BATCH + b] + dt * t0
+        l1 = lanes_out[(MOMENTUM + 1) * BATCH + b] + dt * t1
+        l2 = lanes_out[(MOMENTUM + 2) * BATCH + b] + dt * t2
+        (
+            lanes_out[MOMENTUM * BATCH + b],
+            lanes_out[(MOMENTUM + 1) * BATCH + b],
+            lanes_out[(MOMENTUM + 2) * BATCH + b],
+        ) = (
             l0,
             l1,
             l2,
         )
         i0, i1, i2 = (
-            lanes[INERTIA * BATCH + b],
-            lanes[(INERTIA + 1) * BATCH + b],
-            lanes[(INERTIA + 2) * BATCH + b],
+            lanes_out[INERTIA * BATCH + b],
+            lanes_out[(INERTIA + 1) * BATCH + b],
+            lanes_out[(INERTIA + 2) * BATCH + b],
         )
         q = (
-            lanes[ATTITUDE * BATCH + b],
-            lanes[(ATTITUDE + 1) * BATCH + b],
-            lanes[(ATTITUDE + 2) * BATCH + b],
-            lanes[(ATTITUDE + 3) * BATCH + b],
+            lanes_out[ATTITUDE * BATCH + b],
+            lanes_out[(ATTITUDE + 1) * BATCH + b],
+            lanes_out[(ATTITUDE + 2) * BATCH + b],
+            lanes_out[(ATTITUDE + 3) * BATCH + b],
         )
         then = turned_for(q, spin_of(q, (l0, l1, l2), (i0, i1, i2)), half)
         w0, w1, w2 = spin_of(then, (l0, l1, l2), (i0, i1, i2))
         q = turned_for(q, (w0, w1, w2), dt)
         energy = 0.5 * (w0 * l0 + w1 * l1 + w2 * l2)
-        lanes[GAIN * BATCH + b] = gain + (energy - lanes[SPIN_ENERGY * BATCH + b]) * per_dt
-        lanes[SPIN_ENERGY * BATCH + b] = energy
-        lanes[AT_VELOCITY * BATCH + b], lanes[(AT_VELOCITY + 1) * BATCH + b] = then[0], then[1]
-        lanes[(AT_VELOCITY + 2) * BATCH + b], lanes[(AT_VELOCITY + 3) * BATCH + b] = then[2], then[3]
-        lanes[ATTITUDE * BATCH + b], lanes[(ATTITUDE + 1) * BATCH + b] = q[0], q[1]
-        lanes[(ATTITUDE + 2) * BATCH + b], lanes[(ATTITUDE + 3) * BATCH + b] = q[2], q[3]
+        lanes_out[GAIN * BATCH + b] = gain + (energy - lanes_out[SPIN_ENERGY * BATCH + b]) * per_dt
+        lanes_out[SPIN_ENERGY * BATCH + b] = energy
+        lanes_out[AT_VELOCITY * BATCH + b], lanes_out[(AT_VELOCITY + 1) * BATCH + b] = then[0], then[1]
+        lanes_out[(AT_VELOCITY + 2) * BATCH + b], lanes_out[(AT_VELOCITY + 3) * BATCH + b] = then[2], then[3]
+        lanes_out[ATTITUDE * BATCH + b], lanes_out[(ATTITUDE + 1) * BATCH + b] = q[0], q[1]
+        lanes_out[(ATTITUDE + 2) * BATCH + b], lanes_out[(ATTITUDE + 3) * BATCH + b] = q[2], q[3]
         w0, w1, w2 = spin_of(q, (l0 + half * t0, l1 + half * t1, l2 + half * t2), (i0, i1, i2))
         (
-            lanes[NEXT_SPIN * BATCH + b],
-            lanes[(NEXT_SPIN + 1) * BATCH + b],
-            lanes[(NEXT_SPIN + 2) * BATCH + b],
+            lanes_out[NEXT_SPIN * BATCH + b],
+            lanes_out[(NEXT_SPIN + 1) * BATCH + b],
+            lanes_out[(NEXT_SPIN + 2) * BATCH + b],
         ) = w0, w1, w2
         r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation_numbers(q[0], q[1], q[2], q[3])
-        lanes[ROTATION * BATCH + b], lanes[(ROTATION + 1) * BATCH + b], lanes[(ROTATION + 2) * BATCH + b] = (
+        (
+            lanes_out[ROTATION * BATCH + b],
+            lanes_out[(ROTATION + 1) * BATCH + b],
+            lanes_out[(ROTATION + 2) * BATCH + b],
+        ) = (
             r0,
             r1,
             r2,
         )
         (
-            lanes[(ROTATION + 3) * BATCH + b],
-            lanes[(ROTATION + 4) * BATCH + b],
-            lanes[(ROTATION + 5) * BATCH + b],
+            lanes_out[(ROTATION + 3) * BATCH + b],
+            lanes_out[(ROTATION + 4) * BATCH + b],
+            lanes_out[(ROTATION + 5) * BATCH + b],
         ) = r3, r4, r5
         (
-            lanes[(ROTATION + 6) * BATCH + b],
-            lanes[(ROTATION + 7) * BATCH + b],
-            lanes[(ROTATION + 8) * BATCH + b],
+            lanes_out[(ROTATION + 6) * BATCH + b],
+            lanes_out[(ROTATION + 7) * BATCH + b],
+            lanes_out[(ROTATION + 8) * BATCH + b],
         ) = r6, r7, r8
 
 
 @kernel(fast=True)
-def load_clumps(state, i, lo, hi, forces, lanes):
-    """Lay up to `BATCH` clumps from slot `i` on into `lanes`, with what their pebbles feel.
+def load_clumps(state, forces, i, lo, hi, lanes_out):
+    """Load up to `BATCH` clumps from slot `i` on into `lanes_out`, with the forces on their pebbles.
 
     Returns
     -------
@@ -166,9 +182,9 @@ def load_clumps(state, i, lo, hi, forces, lanes):
     rows, x, mass_props = state.published_rows[state.clock[PUBLISHED]], state.x, state.mass_props
     seen, b = 0.0, 0
     while i < hi and b < BATCH:
-        clump = state.clumps[int(mass_props[PLACE, i])]
+        clump = state.clumps[int(mass_props[CLUMP, i])]
         for k in range(COLUMNS):
-            lanes[k * BATCH + b] = clump[k]
+            lanes_out[k * BATCH + b] = clump[k]
         c0, c1, c2 = clump[CENTRE], clump[CENTRE + 1], clump[CENTRE + 2]
         f0, f1, f2, t0, t1, t2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         end = clump_end(state, i, hi)
@@ -188,8 +204,16 @@ def load_clumps(state, i, lo, hi, forces, lanes):
             n0, n1, n2 = cross(x[0, p] - c0, x[1, p] - c1, x[2, p] - c2, q0, q1, q2)
             f0, f1, f2 = f0 + q0, f1 + q1, f2 + q2
             t0, t1, t2 = t0 + n0 + m0, t1 + n1 + m1, t2 + n2 + m2
-        lanes[FORCE * BATCH + b], lanes[(FORCE + 1) * BATCH + b], lanes[(FORCE + 2) * BATCH + b] = f0, f1, f2
-        lanes[MOMENT * BATCH + b], lanes[(MOMENT + 1) * BATCH + b], lanes[(MOMENT + 2) * BATCH + b] = (
+        (
+            lanes_out[FORCE * BATCH + b],
+            lanes_out[(FORCE + 1) * BATCH + b],
+            lanes_out[(FORCE + 2) * BATCH + b],
+        ) = f0, f1, f2
+        (
+            lanes_out[MOMENT * BATCH + b],
+            lanes_out[(MOMENT + 1) * BATCH + b],
+            lanes_out[(MOMENT + 2) * BATCH + b],
+        ) = (
             t0,
             t1,
             t2,
@@ -200,20 +224,19 @@ def load_clumps(state, i, lo, hi, forces, lanes):
 
 
 @kernel(fast=True)
-def integrate_clumps(model, state, scratch, lo, hi, forces, tid, point, dt, work):
+def integrate_clumps(model, state, scratch, forces, point, lo, hi, dt, tid, work_out):
     """Kick and drift the clumps of one chunk, and publish their pebbles in the other buffer.
-
-    Adds to `work` what the laws' work misses of the gain in kinetic energy, as for spheres; of a clump that
-    includes the error of the rotation's scheme.
 
     Parameters
     ----------
-    lo, hi : slots of the chunk
     forces : force [N] (3), spare, moment about its centre [N m] (3), spare, on each pebble, real (chunk + 1,
         8), world axes
-    tid : number of the thread
-    point : reference point [m] (3,) of the displacement since the list was made
-    dt : substep [s]; work : (9,) as `Ledger` [W]
+    point : reference point of the displacement since the list was made [m] (3,)
+    lo, hi : slots of the chunk
+    dt : substep [s]
+    tid : number of this thread
+    work_out : power by kind [W] (9,), as `Ledger`.  Gravity, and what the law's work misses of the gain in
+        kinetic energy, as for spheres; of a clump that includes the error of the rotation's scheme
 
     Returns
     -------
@@ -224,10 +247,10 @@ def integrate_clumps(model, state, scratch, lo, hi, forces, tid, point, dt, work
     moved, gone = 0, 0
     i = lo
     while i < hi:
-        end, count, seen = load_clumps(state, i, lo, hi, forces, lanes)
-        # behind the last clump stands what came before, which moves and is forgotten
-        move_batch(lanes, model.gravity, dt)
-        first = int(state.mass_props[PLACE, i])
+        end, count, seen = load_clumps(state, forces, i, lo, hi, lanes)
+        # unused lanes hold stale data: they are computed and discarded
+        move_batch(model.gravity, dt, lanes)
+        first = int(state.mass_props[CLUMP, i])
         for b in range(count):
             clump = state.clumps[first + b]
             for k in range(COLUMNS):
@@ -235,21 +258,23 @@ def integrate_clumps(model, state, scratch, lo, hi, forces, tid, point, dt, work
             missed += lanes[GAIN * BATCH + b]
             falling += lanes[FALLING * BATCH + b]
         missed -= seen
-        far, out = publish_pebbles(model, state, i, end, lanes, scratch.turned[tid], point, 1.0 / dt)
+        far, out = publish_pebbles(model, state, i, end, lanes, scratch.rotation[tid], point, 1.0 / dt)
         moved += far
         gone += out
         i = end
-    work[SCHEME] = missed
-    work[GRAVITY] = falling
+    work_out[SCHEME] = missed
+    work_out[GRAVITY] = falling
     return moved, gone
 
 
 @kernel(fast=True)
-def publish_pebbles(model, state, lo, hi, lanes, turned, point, per_dt):
-    """Lay the motion of a batch of clumps on their pebbles, slots `lo` to `hi`, and publish them in the other
-    buffer.
+def publish_pebbles(model, state, lo, hi, lanes, rotation, point, per_dt):
+    """Move the pebbles of a batch of clumps, slots `lo` to `hi`, with their clumps, and publish them in the
+    other buffer.
 
-    Returns as `integrate_clumps`.
+    Returns
+    -------
+    as `integrate_clumps`
     """
     now = state.clock[PUBLISHED]
     rows, new_rows, points, new_points = (
@@ -262,11 +287,11 @@ def publish_pebbles(model, state, lo, hi, lanes, turned, point, per_dt):
     p0, p1, p2 = point[0], point[1], point[2]
     d0, d1, d2 = model.centre[0], model.centre[1], model.centre[2]
     reach, scale, slack = model.reach, model.scale, largest_drift_squared(model.skin)
-    first = int(mass_props[PLACE, lo])
+    first = int(mass_props[CLUMP, lo])
     moved, gone = 0, 0
     for slot in range(lo, hi):
         p = np.uint32(slot)
-        b = np.uint32(int(mass_props[PLACE, p]) - first)
+        b = np.uint32(int(mass_props[CLUMP, p]) - first)
         o0, o1, o2 = mass_props[OFFSET, p], mass_props[OFFSET + 1, p], mass_props[OFFSET + 2, p]
         a0 = (
             lanes[ROTATION * BATCH + b] * o0
@@ -303,7 +328,7 @@ def publish_pebbles(model, state, lo, hi, lanes, turned, point, per_dt):
         # the mean velocity of the drift is that at the substep's end to second order
         v[0, p], v[1, p], v[2, p] = (a0 - x[0, p]) * per_dt, (a1 - x[1, p]) * per_dt, (a2 - x[2, p]) * per_dt
         x[0, p], x[1, p], x[2, p] = a0, a1, a2
-        c0, c1, c2 = rotate(turned, listed_at[0, p], listed_at[1, p], listed_at[2, p])
+        c0, c1, c2 = rotate(rotation, listed_at[0, p], listed_at[1, p], listed_at[2, p])
         c0, c1, c2 = a0 - p0 - c0, a1 - p1 - c1, a2 - p2 - c2
         moved += int(c0 * c0 + c1 * c1 + c2 * c2 > slack)
         a0, a1, a2 = a0 - d0, a1 - d1, a2 - d2

@@ -1,5 +1,5 @@
-"""Rigid clumps of spheres (pebbles): what a clump knows, how its motion begins, and how clumps lie in the
-slots.
+"""Rigid clumps of spheres (pebbles): the numbers of a clump, how its motion begins, and the order of clumps
+in the slots.
 
 A pebble has a slot like any sphere, and the slots of a clump are neighbours in one chunk.  The law sees a
 pebble's own centre, velocity and radius with the mass and the spin of its clump.
@@ -43,7 +43,7 @@ POSE = [0, 1, 2, 9, 10, 11, 12]
 COLUMNS = 24
 """Numbers in a row of `ChargeState.clumps` [1]."""
 
-OFFSET, PLACE = 4, 7
+OFFSET, CLUMP = 4, 7
 """Rows of `ChargeState.mass_props` that only pebbles have: centre in the clump's axes, place of the clump."""
 
 CENTRE, VELOCITY, MOMENTUM, ATTITUDE, MASS, INERTIA, SPIN_ENERGY, ID, AT_VELOCITY = (
@@ -53,8 +53,8 @@ CENTRE, VELOCITY, MOMENTUM, ATTITUDE, MASS, INERTIA, SPIN_ENERGY, ID, AT_VELOCIT
 
 @kernel(inline="always")
 def spin_of(q, momentum, inertia):
-    """Spin [rad/s] (3 numbers), world axes, of a body at attitude `q` (4,) with angular momentum (3,) and
-    principal moments (3,).
+    """Return the spin [rad/s] (3 numbers), world axes, of a body at attitude `q` (4,) with angular momentum
+    (3,) and principal moments (3,).
     """
     a, b, c = turn_vector_back(q, momentum[0], momentum[1], momentum[2])
     return turn_vector(q, a / inertia[0], b / inertia[1], c / inertia[2])
@@ -62,19 +62,17 @@ def spin_of(q, momentum, inertia):
 
 @kernel
 def clump_end(state, i, hi):
-    """First slot behind the clump that slot `i` belongs to; `hi` ends the chunk."""
-    place = state.mass_props[PLACE, i]
+    """Return the first slot behind the clump of slot `i`; `hi` ends the chunk."""
+    place = state.mass_props[CLUMP, i]
     end = i + 1
-    while end < hi and state.mass_props[PLACE, end] == place:
+    while end < hi and state.mass_props[CLUMP, end] == place:
         end += 1
     return end
 
 
 @kernel
 def start_clumps(model, state, dt):
-    """Half a drift of every clump, and its pebbles' places and predicted velocities, to the current published
-    rows.
-    """
+    """Drift every clump by half a substep, and publish positions and predicted velocities of its pebbles."""
     rows = state.published_rows[state.clock[PUBLISHED]]
     for p in range(state.clumps.shape[0]):
         clump = state.clumps[p]
@@ -89,7 +87,7 @@ def start_clumps(model, state, dt):
         for k in range(3):
             clump[CENTRE + k] += 0.5 * dt * clump[VELOCITY + k]
     for i in range(model.n_particles):
-        clump = state.clumps[int(state.mass_props[PLACE, i])]
+        clump = state.clumps[int(state.mass_props[CLUMP, i])]
         q = clump[ATTITUDE : ATTITUDE + 4]
         w0, w1, w2 = spin_of(q, clump[MOMENTUM : MOMENTUM + 3], clump[INERTIA : INERTIA + 3])
         a0, a1, a2 = turn_vector(
@@ -114,10 +112,10 @@ def start_clumps(model, state, dt):
 
 @kernel
 def number_clumps(state, scratch, n):
-    """Bring the rows of the clumps into the order of their pebbles' slots, and tell the pebbles; called by
+    """Sort the rows of the clumps in the order of their pebbles' slots, and renumber them there; called by
     one thread.
     """
-    places, old = state.mass_props[PLACE], scratch.lists.order
+    places, old = state.mass_props[CLUMP], scratch.lists.order
     count = 0
     last = like(-1.0, places[0])
     for i in range(n):
@@ -135,8 +133,8 @@ def number_clumps(state, scratch, n):
 
 @kernel
 def cut_chunks(model, state):
-    """Cut the slots into chunks, of whole clumps: the first slot of each chunk, to the last row of
-    `ChargeState.pairs`.
+    """Cut the slots into chunks of whole clumps: the first slot of each chunk, to the last row of
+    `PairLists.counts`.
     """
     n, bounds = model.n_particles, state.pairs.counts[2]
     c, lo, i = 0, 0, 0

@@ -17,7 +17,7 @@ from nutamill.charge.kernels.clump_integration import integrate_clumps
 from nutamill.charge.kernels.clumps import start_clumps
 from nutamill.charge.kernels.columns import HELD, LAW, PEAK, PEAK_RADIUS
 from nutamill.charge.kernels.integration import integrate_spheres
-from nutamill.charge.kernels.neighbours import chunk_share, rebuild, slots_of_chunk, turning
+from nutamill.charge.kernels.neighbours import chunk_share, rebuild, rotation_about, slots_of_chunk
 from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
 from nutamill.charge.kernels.publish import publish
 from nutamill.charge.kernels.simd import WIDTH, negated_radii
@@ -61,7 +61,7 @@ def start(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, dt: fl
 
 @kernel
 def pose_of_body(motion, s, out):
-    """Mass centre [m] (3) and rotation matrix [1] (9) of a body `s` seconds into a window, to
+    """Write mass centre [m] (3) and rotation matrix [1] (9) of a body `s` seconds into a window to
     ``out[0:12]``.
     """
     # out[12:16] is overwritten by the velocity afterwards
@@ -70,18 +70,18 @@ def pose_of_body(motion, s, out):
 
 
 @kernel
-def move_bodies(motions, s, out, twists):
-    """Poses and twists of all bodies `s` seconds into the window, to ``out`` (B, 18), and what the law sees
-    of them, to `twists`.
+def move_bodies(motions, s, out, twists_out):
+    """Write poses and twists of all bodies `s` seconds into the window to `out` (B, 18), and their twists in
+    the precision of the law to `twists_out`.
     """
     n = motions.shape[0]
     for b in range(n):
         pose_of_body(motions[b], s, out[b])
         twist_in_window(motions[b], s, out[b, 12:15], out[b, 15:18])
         for k in range(6):
-            twists[b, k] = out[b, 12 + k]
-        twists[b, 6] = b
-    twists[n, 6] = n
+            twists_out[b, k] = out[b, 12 + k]
+        twists_out[b, 6] = b
+    twists_out[n, 6] = n
 
 
 @kernel(fast=True)
@@ -102,33 +102,33 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     for k in range(empty.size):
         empty[k] = zero
     for l in range(0, hi - lo, WIDTH):
-        negated_radii(points, scratch.slots, lo + l, local, l)
-    found = filter_pairs(
+        negated_radii(points, scratch.slots, lo + l, l, local)
+    n_pairs = filter_pairs(
         points, partners, state.pairs.owners[lst, c], local, state.pairs.counts[lst, c], lo, hi, lanes
     )
     work[0], work[1], work[2], pair_alarm = pair_contacts(
         model,
         points,
         rows,
-        memory,
         state.material,
-        found,
         lanes,
         local,
-        scratch.columns[tid, 0],
+        n_pairs,
         last,
         now,
         step,
+        tid,
+        memory,
+        scratch.columns[tid, 0],
         forces,
         state.impacts,
-        tid,
     )
     sums = scratch.sums[c]
     for b in range(model.n_bodies):
         for k in range(6):
             sums[b, k] = 0.0
     measured, motion, placed = scratch.measured[tid], scratch.motion[tid], scratch.placed[tid]
-    found = find_walls(
+    n_walls = find_walls(
         model,
         state.x,
         state.mass_props[0],
@@ -146,26 +146,26 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         state.x,
         state.mass_props[0],
         rows,
-        state.wall_memory,
         state.material,
         scratch.twists[tid],
         placed,
-        found,
-        lanes,
         measured,
-        scratch.columns[tid, 1],
+        n_walls,
         last,
         now,
         step,
+        tid,
+        lanes,
+        state.wall_memory,
+        scratch.columns[tid, 1],
         forces,
         sums,
         state.impacts,
-        tid,
     )
     if state.clumps.shape[0] > 0:
-        moved, gone = integrate_clumps(model, state, scratch, lo, hi, forces, tid, reference, dt, work)
+        moved, gone = integrate_clumps(model, state, scratch, forces, reference, lo, hi, dt, tid, work)
     else:
-        moved, gone = integrate_spheres(model, state, scratch, lo, hi, forces, tid, reference, dt, work)
+        moved, gone = integrate_spheres(model, state, scratch, forces, reference, lo, hi, dt, tid, work)
     scratch.alarms[c] = (
         MOVED * int(moved > 0)
         + LEFT * int(gone > 0)
@@ -176,7 +176,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
 
 @kernel
 def close_substep(model, state, scratch, dt):
-    """Sum up a substep over the chunks, in fixed order, and turn the clock; called by one thread."""
+    """Sum a substep over the chunks in fixed order and advance the clock; called by one thread."""
     clock = state.clock
     alarms = 0
     for c in range(scratch.alarms.shape[0]):
@@ -195,12 +195,12 @@ def close_substep(model, state, scratch, dt):
 
 @kernel
 def open_window(model, state, scratch, tid):
-    """Empty a thread's columns, and the impulse unless the window goes on after LISTS_FULL."""
+    """Reset a thread's columns, and the impulse unless the window goes on after LISTS_FULL."""
     columns = scratch.columns[tid]
     for p in range(2):
         for k in range(columns.shape[1]):
             columns[p, k] = 1.0
-        # no law held yet; a single law is laid once
+        # no law is loaded yet; a single law is loaded once, below
         for b in range(BATCH):
             columns[p, HELD * BATCH + b] = -1.0
             columns[p, PEAK * BATCH + b] = 0.0
@@ -215,7 +215,7 @@ def open_window(model, state, scratch, tid):
 
 @kernel
 def close_window(model, state, scratch, motions, n_substeps, dt, tid, n_threads):
-    """Hand over the largest overlaps and the poses of the bodies at the end of the window."""
+    """Collect the largest overlaps, and the poses of the bodies at the end of the window."""
     for p in range(2):
         peak = 0.0
         for b in range(BATCH):
@@ -285,8 +285,10 @@ def window(
             first, end = chunk_share(state, tid, n_threads)
         move_bodies(motions, (j + 0.5) * dt, scratch.motion[tid], scratch.twists[tid])
         place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
-        turning(
-            reference, reference[6] + (j + 1.5) * dt * reference[7] - state.list_angle[0], scratch.turned[tid]
+        rotation_about(
+            reference,
+            reference[6] + (j + 1.5) * dt * reference[7] - state.list_angle[0],
+            scratch.rotation[tid],
         )
         for c in range(first, end):
             chunk_substep(model, state, scratch, c, reference, dt, tid)

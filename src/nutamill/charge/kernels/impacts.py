@@ -1,9 +1,9 @@
-"""Collision energy spectra: what a contact brings along when it begins, counted in bins of energy.
+"""Collision energy spectra: the energy of each contact when it begins, counted in bins.
 
-A contact begins in the first substep in which two bodies touch; the velocities it meets then are those before
-the impact, as none of its own forces has acted yet.  Counts and energies are whole numbers: they add up to
-the same sum in any order, so that every thread fills its own spectra and the sum has the same bits for any
-number of threads.
+A contact begins in the first substep in which two bodies touch.  The velocities it meets then are those
+before the impact, as none of its own forces has acted yet.  Counts and energies are whole numbers: they add
+up to the same sum in any order, so that every thread fills its own spectra and the sum has the same bits for
+any number of threads.
 """
 
 import math
@@ -33,7 +33,7 @@ counts has just begun, else 0: free once the distance has been used."""
 
 
 def bin_edges() -> np.ndarray:
-    """Edges of the bins [J] (BINS + 1,)."""
+    """Return the edges of the bins [J] (BINS + 1,)."""
     return 2.0 ** (LOWEST + 0.5 * np.arange(BINS + 1))
 
 
@@ -45,7 +45,7 @@ def impact_book(n_threads: int, n_materials: int, n_patches: int) -> ImpactBook:
 
 @kernel(inline="always")
 def impact_energies(m_eff, u0, u1, u2, n0, n1, n2):
-    """Normal and tangential part of the kinetic energy of a relative motion [J]: ``m_eff v_n^2/2`` and
+    """Return normal and tangential part of the kinetic energy of a relative motion [J]: ``m_eff v_n^2/2`` and
     ``m_eff v_t^2/2``.
 
     `m_eff` is the reduced mass [kg], u the relative velocity at the contact point [m/s], n the normal [1].
@@ -57,7 +57,7 @@ def impact_energies(m_eff, u0, u1, u2, n0, n1, n2):
 
 
 @kernel
-def count_energy(energy, spectrum):
+def count_energy(energy, spectrum_out):
     """Count one `energy` [J] in a spectrum, int64 (BINS, 2)."""
     octave, upper = 0, 0
     if energy >= 2.0**LOWEST:
@@ -66,14 +66,14 @@ def count_energy(energy, spectrum):
         # above the last bin everything is the last bin's
         upper = int((mantissa >= 0.7071067811865476) | (exponent - 1 - LOWEST > octave))
     share = energy * 2.0**-LOWEST * math.ldexp(FINE, -octave)
-    spectrum[2 * octave + upper, 0] += 1
-    spectrum[2 * octave + upper, 1] += int(share * (0.7071067811865476 if upper == 1 else 1.0) + 0.5)
+    spectrum_out[2 * octave + upper, 0] += 1
+    spectrum_out[2 * octave + upper, 1] += int(share * (0.7071067811865476 if upper == 1 else 1.0) + 0.5)
 
 
 @kernel
 def cutting_energy(normal, tangential):
-    """Share of an impact's energy that cuts a ductile wall [J]: ``E f(angle)`` with the angle of impact
-    ``tan a = sqrt(E_n/E_t)``.
+    """Return the share of an impact's energy that cuts a ductile wall [J]: ``E f(angle)`` with the angle of
+    impact ``tan a = sqrt(E_n/E_t)``.
 
     ``f = sin 2a - 3 sin^2 a`` for ``tan a <= 1/3``, else ``cos^2 a / 3``.  Divided by twice the flow pressure
     of the wall [Pa] it is the volume [m^3] that the impact removes.
@@ -92,31 +92,34 @@ def cutting_energy(normal, tangential):
 
 
 @kernel
-def note_pair_impacts(columns, first, lanes, across, material, n_materials, book, tid):
-    """Book the pairs of a batch that have just met.
+def note_pair_impacts(columns, lanes, material, first, across, n_materials, tid, book_out):
+    """Book the pairs of a batch that touch for the first time.
 
     Parameters
     ----------
     columns : of the batch, with rows `ENERGY_N`, `ENERGY_T` and `BEGUN`
+    lanes : as from `filter_pairs`
+    material : of each slot
     first : first entry of the batch in `lanes`
-    lanes : as `filter_pairs` leaves them
-    across : what row 3 of `lanes` says of a pair across two chunks
-    book : `ImpactBook`, page `tid`
+    across : row 3 of `lanes` for a pair across two chunks
+    n_materials : number of materials
+    tid : number of this thread, whose page is used
+    book_out : `ImpactBook`
     """
     for b in range(BATCH):
         if columns[BEGUN * BATCH + b] > 0.0:
             i, j = lanes[4, first + b], lanes[1, first + b]
             # a pair across two chunks is met in both, and counted by its first particle
             if lanes[3, first + b] != across or i < j:
-                spectra = book.spectra[tid, material[i] * n_materials + material[j]]
+                spectra = book_out.spectra[tid, material[i] * n_materials + material[j]]
                 count_energy(float(columns[ENERGY_N * BATCH + b]), spectra[0])
                 count_energy(float(columns[ENERGY_T * BATCH + b]), spectra[1])
 
 
 @kernel
-def note_wall_impacts(columns, first, lanes, measured, model, x, radius, material, placed, book, tid):
-    """As `note_pair_impacts`, for particles that have just met a surface; `lanes`, `measured` as `find_walls`
-    leaves them.
+def note_wall_impacts(model, columns, lanes, measured, x, radius, material, placed, first, tid, book_out):
+    """Book the wall contacts of a batch that begin, as `note_pair_impacts`; `lanes` and `measured` as from
+    `find_walls`.
     """
     n_materials = model.law_of.shape[0]
     for b in range(BATCH):
@@ -124,7 +127,7 @@ def note_wall_impacts(columns, first, lanes, measured, model, x, radius, materia
             q = first + b
             slot, s = lanes[1, q], lanes[2, q]
             normal, tangential = float(columns[ENERGY_N * BATCH + b]), float(columns[ENERGY_T * BATCH + b])
-            spectra = book.spectra[
+            spectra = book_out.spectra[
                 tid, (n_materials + material[slot]) * n_materials + model.surface_material[s]
             ]
             count_energy(normal, spectra[0])
@@ -134,4 +137,4 @@ def note_wall_impacts(columns, first, lanes, measured, model, x, radius, materia
                 model.patches, placed[s], model.surface_size[s], s, x[0, slot] + arm * float(measured[0, q]),
                 x[1, slot] + arm * float(measured[1, q]), x[2, slot] + arm * float(measured[2, q]),
             )  # fmt: skip
-            book.cut[tid, p] += whole(cutting_energy(normal, tangential), model.per_cut)
+            book_out.cut[tid, p] += whole(cutting_energy(normal, tangential), model.per_cut)

@@ -1,6 +1,6 @@
 """Moves the spheres of one chunk by one substep, eight at a time, and publishes them.
 
-Everything the vector loop touches is first laid into flat arrays of rows of `BATCH` lanes, as for contacts.
+Everything the vector loop touches is first copied into flat arrays of rows of `BATCH` lanes, as for contacts.
 """
 
 import numpy as np
@@ -24,20 +24,23 @@ X, V, W, LISTED_AT, MASS = (k * BATCH for k in (0, 3, 6, 9, 12))
 
 
 @kernel(fast=True)
-def integrate_batch(columns, motion, turned, point, gravity, centre, slack, reach, scale, dt):
+def integrate_batch(rotation, point, gravity, centre, slack, reach, scale, dt, columns_out, motion_out):
     """Kick and drift `BATCH` particles.
 
     Parameters
     ----------
-    columns : real (16 * BATCH,), rows from FORCE: force [N] (3), spare, moment [N m] (3), spare; from ROW:
-        what the law saw of the particle, replaced by what it is to see next
-    motion : (18 * BATCH,), rows as `Motion` names them; position, velocity and spin are brought up to date,
-        published positions [1/scale] replace the positions when the list was made
-    turned : (3, 3) rotation of the reference since the list was made [1]; point : (3,) its reference point
-        [m]
-    gravity : (3,) [m/s^2]; centre : (3,) of the domain [m]
-    slack : square of the displacement that asks for a new list [m^2]; reach : half size of the domain [m];
-        scale : [1/m]; dt : substep [s]
+    rotation : rotation of the reference since the list was made [1] (3, 3)
+    point : reference point [m] (3,)
+    gravity : [m/s^2] (3,)
+    centre : of the domain [m] (3,)
+    slack : square of the displacement that asks for a new list [m^2]
+    reach : half size of the domain [m]
+    scale : fixed-point units in a metre [1/m]
+    dt : substep [s]
+    columns_out : real (16 * BATCH,), rows from FORCE: force [N] (3), spare, moment [N m] (3), spare.  Rows
+        from ROW: what the law saw of the particle, replaced by what it is to see next
+    motion_out : (15 * BATCH,), rows as X, V, W, LISTED_AT and MASS name them.  Position, velocity and spin
+        are brought up to date, published positions [1/scale] replace the positions when the list was made
 
     Returns
     -------
@@ -48,23 +51,27 @@ def integrate_batch(columns, motion, turned, point, gravity, centre, slack, reac
     g0, g1, g2 = gravity[0], gravity[1], gravity[2]
     c0, c1, c2 = centre[0], centre[1], centre[2]
     p0, p1, p2 = point[0], point[1], point[2]
-    t00, t01, t02 = turned[0, 0], turned[0, 1], turned[0, 2]
-    t10, t11, t12 = turned[1, 0], turned[1, 1], turned[1, 2]
-    t20, t21, t22 = turned[2, 0], turned[2, 1], turned[2, 2]
+    t00, t01, t02 = rotation[0, 0], rotation[0, 1], rotation[0, 2]
+    t10, t11, t12 = rotation[1, 0], rotation[1, 1], rotation[1, 2]
+    t20, t21, t22 = rotation[2, 0], rotation[2, 1], rotation[2, 2]
     missed, falling = 0.0, 0.0
     moved, stayed = 0, 0
     for b in range(BATCH):
         f0, f1, f2 = (
-            float(columns[FORCE + b]),
-            float(columns[FORCE + b + BATCH]),
-            float(columns[FORCE + b + 2 * BATCH]),
+            float(columns_out[FORCE + b]),
+            float(columns_out[FORCE + b + BATCH]),
+            float(columns_out[FORCE + b + 2 * BATCH]),
         )
         m0, m1, m2 = (
-            float(columns[FORCE + b + 4 * BATCH]),
-            float(columns[FORCE + b + 5 * BATCH]),
-            float(columns[FORCE + b + 6 * BATCH]),
+            float(columns_out[FORCE + b + 4 * BATCH]),
+            float(columns_out[FORCE + b + 5 * BATCH]),
+            float(columns_out[FORCE + b + 6 * BATCH]),
         )
-        mass, per_mass, per_inertia = motion[MASS + b], motion[MASS + b + BATCH], motion[MASS + b + 2 * BATCH]
+        mass, per_mass, per_inertia = (
+            motion_out[MASS + b],
+            motion_out[MASS + b + BATCH],
+            motion_out[MASS + b + 2 * BATCH],
+        )
         a0 = half * (per_mass * f0 + g0)
         a1 = half * (per_mass * f1 + g1)
         a2 = half * (per_mass * f2 + g2)
@@ -72,34 +79,54 @@ def integrate_batch(columns, motion, turned, point, gravity, centre, slack, reac
         b1 = half * per_inertia * m1
         b2 = half * per_inertia * m2
         # mean velocity over the substep, and how far the prediction was from it
-        u0, u1, u2 = motion[V + b] + a0, motion[V + b + BATCH] + a1, motion[V + b + 2 * BATCH] + a2
-        z0, z1, z2 = motion[W + b] + b0, motion[W + b + BATCH] + b1, motion[W + b + 2 * BATCH] + b2
+        u0, u1, u2 = (
+            motion_out[V + b] + a0,
+            motion_out[V + b + BATCH] + a1,
+            motion_out[V + b + 2 * BATCH] + a2,
+        )
+        z0, z1, z2 = (
+            motion_out[W + b] + b0,
+            motion_out[W + b + BATCH] + b1,
+            motion_out[W + b + 2 * BATCH] + b2,
+        )
         falling += mass * (g0 * u0 + g1 * u1 + g2 * u2)
         missed += (
-            f0 * (u0 - columns[ROW + b])
-            + f1 * (u1 - columns[ROW + b + BATCH])
-            + f2 * (u2 - columns[ROW + b + 2 * BATCH])
-            + m0 * (z0 - columns[ROW + b + 4 * BATCH])
-            + m1 * (z1 - columns[ROW + b + 5 * BATCH])
-            + m2 * (z2 - columns[ROW + b + 6 * BATCH])
+            f0 * (u0 - columns_out[ROW + b])
+            + f1 * (u1 - columns_out[ROW + b + BATCH])
+            + f2 * (u2 - columns_out[ROW + b + 2 * BATCH])
+            + m0 * (z0 - columns_out[ROW + b + 4 * BATCH])
+            + m1 * (z1 - columns_out[ROW + b + 5 * BATCH])
+            + m2 * (z2 - columns_out[ROW + b + 6 * BATCH])
         )
         u0, u1, u2 = u0 + a0, u1 + a1, u2 + a2
         z0, z1, z2 = z0 + b0, z1 + b1, z2 + b2
-        motion[V + b], motion[V + b + BATCH], motion[V + b + 2 * BATCH] = u0, u1, u2
-        motion[W + b], motion[W + b + BATCH], motion[W + b + 2 * BATCH] = z0, z1, z2
-        columns[ROW + b], columns[ROW + b + BATCH], columns[ROW + b + 2 * BATCH] = u0 + a0, u1 + a1, u2 + a2
-        columns[ROW + b + 4 * BATCH], columns[ROW + b + 5 * BATCH], columns[ROW + b + 6 * BATCH] = (
+        motion_out[V + b], motion_out[V + b + BATCH], motion_out[V + b + 2 * BATCH] = u0, u1, u2
+        motion_out[W + b], motion_out[W + b + BATCH], motion_out[W + b + 2 * BATCH] = z0, z1, z2
+        columns_out[ROW + b], columns_out[ROW + b + BATCH], columns_out[ROW + b + 2 * BATCH] = (
+            u0 + a0,
+            u1 + a1,
+            u2 + a2,
+        )
+        (
+            columns_out[ROW + b + 4 * BATCH],
+            columns_out[ROW + b + 5 * BATCH],
+            columns_out[ROW + b + 6 * BATCH],
+        ) = (
             z0 + b0,
             z1 + b1,
             z2 + b2,
         )
         u0, u1, u2 = (
-            motion[X + b] + dt * u0,
-            motion[X + b + BATCH] + dt * u1,
-            motion[X + b + 2 * BATCH] + dt * u2,
+            motion_out[X + b] + dt * u0,
+            motion_out[X + b + BATCH] + dt * u1,
+            motion_out[X + b + 2 * BATCH] + dt * u2,
         )
-        motion[X + b], motion[X + b + BATCH], motion[X + b + 2 * BATCH] = u0, u1, u2
-        r0, r1, r2 = motion[LISTED_AT + b], motion[LISTED_AT + b + BATCH], motion[LISTED_AT + b + 2 * BATCH]
+        motion_out[X + b], motion_out[X + b + BATCH], motion_out[X + b + 2 * BATCH] = u0, u1, u2
+        r0, r1, r2 = (
+            motion_out[LISTED_AT + b],
+            motion_out[LISTED_AT + b + BATCH],
+            motion_out[LISTED_AT + b + 2 * BATCH],
+        )
         z0 = u0 - p0 - (t00 * r0 + t01 * r1 + t02 * r2)
         z1 = u1 - p1 - (t10 * r0 + t11 * r1 + t12 * r2)
         z2 = u2 - p2 - (t20 * r0 + t21 * r1 + t22 * r2)
@@ -107,18 +134,27 @@ def integrate_batch(columns, motion, turned, point, gravity, centre, slack, reac
         moved += 1 if (z0 * z0 + z1 * z1 + z2 * z2 > slack) & (not padding) else 0
         u0, u1, u2 = u0 - c0, u1 - c1, u2 - c2
         stayed += 1 if ((abs(u0) < reach) & (abs(u1) < reach) & (abs(u2) < reach)) | padding else 0
-        motion[LISTED_AT + b] = np.floor(u0 * scale + 0.5)
-        motion[LISTED_AT + b + BATCH] = np.floor(u1 * scale + 0.5)
-        motion[LISTED_AT + b + 2 * BATCH] = np.floor(u2 * scale + 0.5)
+        motion_out[LISTED_AT + b] = np.floor(u0 * scale + 0.5)
+        motion_out[LISTED_AT + b + BATCH] = np.floor(u1 * scale + 0.5)
+        motion_out[LISTED_AT + b + 2 * BATCH] = np.floor(u2 * scale + 0.5)
     return missed, falling, moved, stayed
 
 
 @kernel(fast=True, inline="always")
-def integrate_spheres(model, state, scratch, lo, hi, forces, tid, point, dt, work):
+def integrate_spheres(model, state, scratch, forces, point, lo, hi, dt, tid, work_out):
     """Kick and drift the particles of one chunk, and publish them in the other buffer.
 
-    Adds to `work` what the law's work misses because it used predicted velocities: with it, the ledger is
-    exact. Returns
+    Parameters
+    ----------
+    forces : force [N] (3), spare, moment [N m] (3), spare, on each particle of the chunk, world axes
+    point : reference point of the displacement since the list was made [m] (3,)
+    lo, hi : slots of the chunk
+    dt : substep [s]
+    tid : number of this thread
+    work_out : power by kind [W] (9,), as `Ledger`.  Gravity, and what the law's work misses because it used
+        predicted velocities: with it, the ledger is exact
+
+    Returns
     -------
     number of particles moved beyond the skin, number of particles that left the domain
     """
@@ -129,11 +165,11 @@ def integrate_spheres(model, state, scratch, lo, hi, forces, tid, point, dt, wor
         state.published_points[now],
         state.published_points[1 - now],
     )
-    columns, motion, fixed, turned, slots = (
+    columns, motion, fixed, rotation, slots = (
         scratch.columns[tid, 2],
         scratch.moving[tid],
         scratch.fixed[tid],
-        scratch.turned[tid],
+        scratch.rotation[tid],
         scratch.slots,
     )
     slack = largest_drift_squared(model.skin)
@@ -144,18 +180,27 @@ def integrate_spheres(model, state, scratch, lo, hi, forces, tid, point, dt, wor
     moved, stayed, expected = 0, 0, 0
     for first in range(lo, hi, BATCH):
         for q in range(0, BATCH, WIDTH):
-            gather_rows(forces, slots, first - lo + q, columns, q, 0)
-            gather_rows(rows, slots, first + q, columns, q, 8)
+            gather_rows(forces, slots, first - lo + q, q, 0, columns)
+            gather_rows(rows, slots, first + q, q, 8, columns)
         for k in range(3):
             at = k * m + first
-            copy_lanes(x, at, motion, X + k * BATCH)
-            copy_lanes(v, at, motion, V + k * BATCH)
-            copy_lanes(w, at, motion, W + k * BATCH)
-            copy_lanes(listed_at, at, motion, LISTED_AT + k * BATCH)
-            copy_lanes(mass_props, at + m, motion, MASS + k * BATCH)
+            copy_lanes(x, at, X + k * BATCH, motion)
+            copy_lanes(v, at, V + k * BATCH, motion)
+            copy_lanes(w, at, W + k * BATCH, motion)
+            copy_lanes(listed_at, at, LISTED_AT + k * BATCH, motion)
+            copy_lanes(mass_props, at + m, MASS + k * BATCH, motion)
         more, fallen, far, inside = integrate_batch(
-            columns, motion, turned, point, model.gravity, model.centre, slack, model.reach, model.scale, dt
-        )  # fmt: skip
+            rotation,
+            point,
+            model.gravity,
+            model.centre,
+            slack,
+            model.reach,
+            model.scale,
+            dt,
+            columns,
+            motion,
+        )
         missed += more
         falling += fallen
         moved += far
@@ -163,15 +208,15 @@ def integrate_spheres(model, state, scratch, lo, hi, forces, tid, point, dt, wor
         expected += BATCH
         for k in range(3):
             at = k * m + first
-            copy_lanes(motion, X + k * BATCH, x, at)
-            copy_lanes(motion, V + k * BATCH, v, at)
-            copy_lanes(motion, W + k * BATCH, w, at)
-            copy_lanes(motion, LISTED_AT + k * BATCH, fixed, k * BATCH)
+            copy_lanes(motion, X + k * BATCH, at, x)
+            copy_lanes(motion, V + k * BATCH, at, v)
+            copy_lanes(motion, W + k * BATCH, at, w)
+            copy_lanes(motion, LISTED_AT + k * BATCH, k * BATCH, fixed)
         for b in range(BATCH):
             fixed[3 * BATCH + b] = points[np.uint32(first) + np.uint32(b), 3]
         for q in range(0, BATCH, WIDTH):
-            set_rows(new_rows, slots, first + q, columns, q, 8)
-            set_points(new_points, slots, first + q, fixed, q)
-    work[SCHEME] = missed
-    work[GRAVITY] = falling
+            set_rows(slots, first + q, columns, q, 8, new_rows)
+            set_points(slots, first + q, fixed, q, new_points)
+    work_out[SCHEME] = missed
+    work_out[GRAVITY] = falling
     return moved, expected - stayed

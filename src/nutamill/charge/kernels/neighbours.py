@@ -1,13 +1,13 @@
 """Cell grid, Morton order, candidate pairs, and the transfer of contact memory from one list to the next.
 
 A pair within a chunk is listed once, a pair across two chunks in both: each chunk then sums all forces on its
-own particles, and nobody writes another's row.
+own particles, and no two chunks write the same row.
 """
 
 import math
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.kernels.clumps import PLACE, cut_chunks, number_clumps
+from nutamill.charge.kernels.clumps import CLUMP, cut_chunks, number_clumps
 from nutamill.charge.kernels.publish import publish
 from nutamill.charge.kernels.team import barrier
 from nutamill.charge.model import PADDING, ChargeModel, ChargeScratch, ChargeState, Clock, Status, stamp_of
@@ -38,7 +38,7 @@ def morton_bits(n):
 
 @kernel
 def spread_bits(v):
-    """Bits of `v` (10 of them) at every third place."""
+    """Return the 10 low bits of `v` at every third position."""
     v = v & 0x3FF
     v = (v | v << 16) & 0x030000FF
     v = (v | v << 8) & 0x0300F00F
@@ -48,22 +48,21 @@ def spread_bits(v):
 
 @kernel
 def thread_share(n, tid, n_threads):
-    """First and last-plus-one of `n` things for thread `tid`."""
+    """Return first and last-plus-one of `n` items for thread `tid`."""
     return n * tid // n_threads, n * (tid + 1) // n_threads
 
 
 @kernel
 def slots_of_chunk(state, c):
-    """First slot of chunk `c`, and the one behind its last."""
+    """Return the first slot of chunk `c`, and the one behind its last."""
     return state.pairs.counts[2, c], state.pairs.counts[2, c + 1]
 
 
 @kernel
 def chunk_share(state, tid, n_threads):
-    """First and last-plus-one chunk of thread `tid`: neighbours in the list, and together about an equal
-    share of the work.
+    """Return first and last-plus-one chunk of thread `tid`, so that all threads have about equal work.
 
-    Who does which chunk changes no bit of the result.
+    Which thread does which chunk changes no bit of the result.
     """
     lst, chunks = state.clock[LIST], state.pairs.counts.shape[1] - 1
     whole = 0
@@ -81,67 +80,65 @@ def chunk_share(state, tid, n_threads):
 
 @kernel
 def work_of_chunk(state, lst, c):
-    """What a substep of chunk `c` costs, in candidates: a particle, with its walls and its motion, takes the
-    time of two of them.
+    """Return the cost of a substep of chunk `c` in candidates: a particle, with its walls and its motion,
+    costs two.
     """
     lo, hi = slots_of_chunk(state, c)
     return state.pairs.counts[lst, c] + 2 * (hi - lo)
 
 
 @kernel
-def count_sort(cell, n, n_cells, counts, order):
-    """Stable counting sort: `order` lists the slots by `cell`, `counts[c]` is the first place of cell c
-    afterwards.
+def count_sort(cell, n, n_cells, counts_out, order_out):
+    """Sort by counting, stably: `order_out` lists the slots by `cell`, ``counts_out[c]`` is the first index
+    of cell c afterwards.
     """
     for c in range(n_cells + 2):
-        counts[c] = 0
+        counts_out[c] = 0
     for i in range(n):
-        counts[cell[i] + 2] += 1
+        counts_out[cell[i] + 2] += 1
     for c in range(2, n_cells + 2):
-        counts[c] += counts[c - 1]
+        counts_out[c] += counts_out[c - 1]
     for i in range(n):
         c = cell[i] + 1
-        order[counts[c]] = i
-        counts[c] += 1
+        order_out[counts_out[c]] = i
+        counts_out[c] += 1
 
 
 @kernel
-def find_bounds(x, n, grid):
-    """Corner and extents [m] of the box around the first `n` positions `x` (3, M) [m], to ``grid[0:3]`` and
-    ``grid[4:7]``.
+def find_bounds(x, n, grid_out):
+    """Write corner and extents [m] of the box around the first `n` positions `x` (3, M) [m] to
+    ``grid_out[0:3]`` and ``grid_out[4:7]``.
     """
     for k in range(3):
         low, high = x[k, 0], x[k, 0]
         for i in range(n):
             low = min(low, x[k, i])
             high = max(high, x[k, i])
-        grid[k] = low - 1e-9
-        grid[4 + k] = high - low + 2e-9
+        grid_out[k] = low - 1e-9
+        grid_out[4 + k] = high - low + 2e-9
 
 
 @kernel
-def fit_grid(smallest, most, grid, cells):
-    """Cut the box of `grid` into cells of at least `smallest` [m], at most `most` of them; returns their
-    number.
+def fit_grid(smallest, most, grid_out, cells_out):
+    """Cut the box of `grid_out` into cells of at least `smallest` [m], at most `most` of them, and return
+    their number.
     """
     size = smallest
     while True:
         total = 1
         for k in range(3):
-            cells[k] = int(grid[4 + k] / size) + 1
-            total *= cells[k]
+            cells_out[k] = int(grid_out[4 + k] / size) + 1
+            total *= cells_out[k]
         if total <= most:
             break
         size *= 1.26
-    grid[3] = size
+    grid_out[3] = size
     return total
 
 
 @kernel
 def save_memory(model, state, lo, hi, c):
-    """Copy the contacts alive in chunk `c` to the table by particle; returns 0 where the table is too
-    small.
-    """
+    """Copy the contacts alive in chunk `c` to the table by particle; return 0 if the table is too small."""
     lst = state.clock[LIST]
     last = like(stamp_of(state.clock[STEP] - 1), state.published_rows[0, 0, 0])
     memory = state.pairs.memory[lst, c]
@@ -181,7 +178,7 @@ def morton_order(model, state, scratch):
     leader = 0
     for i in range(n):
         # the pebbles of a clump stay together: all have the key of the first
-        if state.clumps.shape[0] == 0 or state.mass_props[PLACE, i] != state.mass_props[PLACE, leader]:
+        if state.clumps.shape[0] == 0 or state.mass_props[CLUMP, i] != state.mass_props[CLUMP, leader]:
             leader = i
         a = int((state.x[0, leader] - scratch.lists.grid[0]) * h)
         b = int((state.x[1, leader] - scratch.lists.grid[1]) * h)
@@ -191,14 +188,14 @@ def morton_order(model, state, scratch):
 
 
 @kernel
-def reorder(column, scratch, n, tid, n_threads):
+def reorder(scratch, n, tid, n_threads, column_out):
     """Bring one column of the state into the order of ``scratch.lists.source``."""
     lo, hi = thread_share(n, tid, n_threads)
     for i in range(lo, hi):
-        scratch.lists.moved[i] = column[scratch.lists.source[i]]
+        scratch.lists.moved[i] = column_out[scratch.lists.source[i]]
     barrier(scratch.barrier, n_threads)
     for i in range(lo, hi):
-        column[i] = scratch.lists.moved[i]
+        column_out[i] = scratch.lists.moved[i]
     barrier(scratch.barrier, n_threads)
 
 
@@ -210,22 +207,22 @@ def sort_slots(model, state, scratch, tid, n_threads):
         morton_order(model, state, scratch)
     barrier(scratch.barrier, n_threads)
     for k in range(3):
-        reorder(state.x[k], scratch, n, tid, n_threads)
-        reorder(state.v[k], scratch, n, tid, n_threads)
+        reorder(scratch, n, tid, n_threads, state.x[k])
+        reorder(scratch, n, tid, n_threads, state.v[k])
         if state.clumps.shape[0] == 0:
-            reorder(state.w[k], scratch, n, tid, n_threads)
+            reorder(scratch, n, tid, n_threads, state.w[k])
     for k in range(state.mass_props.shape[0]):
-        reorder(state.mass_props[k], scratch, n, tid, n_threads)
+        reorder(scratch, n, tid, n_threads, state.mass_props[k])
     if state.clumps.shape[0] > 0:
         if tid == 0:
             number_clumps(state, scratch, n)
             cut_chunks(model, state)
         barrier(scratch.barrier, n_threads)
-    reorder(state.material, scratch, n, tid, n_threads)
-    reorder(state.ids, scratch, n, tid, n_threads)
+    reorder(scratch, n, tid, n_threads, state.material)
+    reorder(scratch, n, tid, n_threads, state.ids)
     rows = state.published_rows[state.clock[PUBLISHED]]
     for k in range(8):
-        reorder(rows[:, k], scratch, n, tid, n_threads)
+        reorder(scratch, n, tid, n_threads, rows[:, k])
     lo, hi = thread_share(n, tid, n_threads)
     n_surfaces = model.surface_kind.shape[0]
     for i in range(lo, hi):
@@ -264,12 +261,21 @@ def fill_cells(model, state, scratch):
 
 
 @kernel(fast=True)
-def candidates_of(i, lo, x, y, z, reach, a, b, c, scratch, partners, k, room):
-    """Append the candidates of slot `i` to `partners` from place `k` on; returns the new end, or -1 where
-    there is no room.
+def candidates_of(scratch, i, lo, x, y, z, reach, a, b, c, k, room, partners_out):
+    """Append the candidates of slot `i` to `partners_out` from index `k` on.
 
-    x, y, z [m] from the corner of the cells; reach = radius + skin [m]; (a, b, c) its cell.  Slots before
-    `lo` are in other chunks.
+    Parameters
+    ----------
+    i : slot
+    lo : first slot of the chunk; slots before it are in other chunks
+    x, y, z : centre from the corner of the cells [m]
+    reach : radius + skin [m]
+    a, b, c : its cell
+    room : size of the list
+
+    Returns
+    -------
+    new end of the list, -1 where there is no room
     """
     n0, n1, n2 = scratch.lists.cells[0], scratch.lists.cells[1], scratch.lists.cells[2]
     px, py, pz, pr = (
@@ -292,27 +298,29 @@ def candidates_of(i, lo, x, y, z, reach, a, b, c, scratch, partners, k, room):
                 dy = py[d] - y
                 dz = pz[d] - z
                 far = reach + pr[d]
-                partners[k] = j
+                partners_out[k] = j
                 k += int((dx * dx + dy * dy + dz * dz < far * far) & ((j > i) | (j < lo)))
     return k
 
 
 @kernel
-def without_own_clump(state, i, partners, start, k):
-    """Strike the pebbles of its own clump from the candidates `start` to `k` of slot `i`; returns the new
+def without_own_clump(state, i, start, k, partners_out):
+    """Remove the pebbles of its own clump from the candidates `start` to `k` of slot `i`, and return the new
     end.
     """
-    kept = start
+    new_end = start
     for p in range(start, k):
-        if state.mass_props[PLACE, partners[p]] != state.mass_props[PLACE, i]:
-            partners[kept] = partners[p]
-            kept += 1
-    return kept
+        if state.mass_props[CLUMP, partners_out[p]] != state.mass_props[CLUMP, i]:
+            partners_out[new_end] = partners_out[p]
+            new_end += 1
+    return new_end
 
 
 @kernel
 def list_chunk(model, state, scratch, lst, c, lo, hi):
-    """Candidate pairs of chunk `c`, with the memory they inherit; returns 0 where the list is too small."""
+    """List the candidate pairs of chunk `c`, with the memory they inherit; return 0 where the list is too
+    small.
+    """
     partners, owners, memory = (
         state.pairs.partners[lst, c],
         state.pairs.owners[lst, c],
@@ -332,12 +340,12 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
         z = like(state.x[2, i] - scratch.lists.grid[2], real)
         reach = like(state.mass_props[0, i] + model.skin, real) * slack
         k = candidates_of(
-            i, lo, x, y, z, reach, cell % n0, cell // n0 % n1, cell // (n0 * n1), scratch, partners, k, room
+            scratch, i, lo, x, y, z, reach, cell % n0, cell // n0 % n1, cell // (n0 * n1), k, room, partners
         )
         if k < 0:
             return 0
         if state.clumps.shape[0] > 0:
-            k = without_own_clump(state, i, partners, start, k)
+            k = without_own_clump(state, i, start, k, partners)
         for p in range(start, k):
             owners[p] = i - lo
             memory[p, 6] = like(0.0, real)
@@ -360,7 +368,7 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
 
 @kernel
 def collect(state, scratch):
-    """Whether every chunk did its part; reports LISTS_FULL where not.  Called by one thread."""
+    """Report LISTS_FULL if any chunk had too little room; called by one thread."""
     full = False
     for c in range(scratch.alarms.shape[0]):
         full = full or scratch.alarms[c] != 0
@@ -441,8 +449,8 @@ def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, refe
 
 
 @kernel
-def turning(reference, angle, R_out):
-    """Rotation matrix (3, 3) by `angle` [rad] about the axis ``reference[3:6]`` (Rodrigues)."""
+def rotation_about(reference, angle, R_out):
+    """Write the rotation matrix (3, 3) by `angle` [rad] about the axis ``reference[3:6]`` (Rodrigues)."""
     x, y, z = reference[3], reference[4], reference[5]
     c, s = math.cos(angle), math.sin(angle)
     t = 1.0 - c

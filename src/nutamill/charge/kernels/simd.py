@@ -1,13 +1,13 @@
 """Moves between rows (one particle, eight numbers) and columns (one number, many contacts), eight contacts at
 a time.
 
-A compiler does not find these transpositions.  In single precision they are written once as
-target-independent LLVM vector code, which becomes AVX, AVX-512 or NEON; in double precision, and without the
-compiler, the plain Python below is used.  It says what each move does, and is what the vector code is tested
-against.
+A compiler does not recognise these transpositions.  In single precision they are written once as
+target-independent LLVM vector code, which becomes AVX, AVX-512 or NEON.  In double precision, and without the
+compiler, the plain Python below is used.  It states what each move does, and the vector code is tested
+against it.
 
-In all of them `columns` is a flat array of rows of `BATCH` lanes, `lane` the first of eight lanes, `first`
-the first of eight entries of an index array.
+In all of them `columns` and `columns_out` are flat arrays of rows of `BATCH` lanes, `lane` the first of eight
+lanes, `first` the first of eight entries of an index array.
 """
 
 from llvmlite import ir
@@ -20,57 +20,57 @@ WIDTH = 8
 """Contacts moved at a time [1]."""
 
 
-def gather_rows(rows, index, first, columns, lane, at):
+def gather_rows(rows, index, first, lane, at, columns_out):
     """Columns `at` to `at` + 7 become the eight numbers of ``rows[index[first + e]]``, e = 0 to 7."""
     for e in range(WIDTH):
         for k in range(8):
-            columns[(at + k) * BATCH + lane + e] = rows[index[first + e], k]
+            columns_out[(at + k) * BATCH + lane + e] = rows[index[first + e], k]
 
 
-def add_rows(rows, index, first, columns, lane, at):
-    """Add columns `at` to `at` + 7 to ``rows[index[first + e]]``; an index may occur twice."""
+def add_rows(index, first, columns, lane, at, rows_out):
+    """Add columns `at` to `at` + 7 to ``rows_out[index[first + e]]``; an index may occur twice."""
     for e in range(WIDTH):
         for k in range(8):
-            rows[index[first + e], k] += columns[(at + k) * BATCH + lane + e]
+            rows_out[index[first + e], k] += columns[(at + k) * BATCH + lane + e]
 
 
-def set_rows(rows, index, first, columns, lane, at):
-    """``rows[index[first + e]]`` become columns `at` to `at` + 7."""
+def set_rows(index, first, columns, lane, at, rows_out):
+    """``rows_out[index[first + e]]`` become columns `at` to `at` + 7."""
     for e in range(WIDTH):
         for k in range(8):
-            rows[index[first + e], k] = columns[(at + k) * BATCH + lane + e]
+            rows_out[index[first + e], k] = columns[(at + k) * BATCH + lane + e]
 
 
-def copy_lanes(source, at, target, to):
-    """`BATCH` numbers of the flat array `source` from place `at` on become those of `target` from place `to`
-    on.
+def copy_lanes(source, at, to, target_out):
+    """`BATCH` numbers of the flat array `source` from index `at` on become those of `target_out` from index
+    `to` on.
     """
     for b in range(BATCH):
-        target[to + b] = source[at + b]
+        target_out[to + b] = source[at + b]
 
 
-def set_points(points, index, first, fixed, lane):
-    """``points[index[first + e]]`` become the columns 0 to 3 of `fixed`, e = 0 to 7."""
+def set_points(index, first, fixed, lane, points_out):
+    """``points_out[index[first + e]]`` become the columns 0 to 3 of `fixed`, e = 0 to 7."""
     for e in range(WIDTH):
         for k in range(4):
-            points[index[first + e], k] = fixed[k * BATCH + lane + e]
+            points_out[index[first + e], k] = fixed[k * BATCH + lane + e]
 
 
-def negated_radii(points, index, first, local, at):
-    """``local[at + e]`` become ``points[index[first + e]]`` with the radius negated, e = 0 to 7."""
+def negated_radii(points, index, first, at, local_out):
+    """``local_out[at + e]`` become ``points[index[first + e]]`` with the radius negated, e = 0 to 7."""
     for e in range(WIDTH):
         for k in range(3):
-            local[at + e, k] = points[index[first + e], k]
-        local[at + e, 3] = -points[index[first + e], 3]
+            local_out[at + e, k] = points[index[first + e], k]
+        local_out[at + e, 3] = -points[index[first + e], 3]
 
 
-def gather_differences(points, second, local, owner, first, columns, lane):
+def gather_differences(points, second, local, owner, first, lane, columns_out):
     """Columns 0 to 3 become ``points[second] - local[owner]`` [fixed point], as real numbers: distance vector
     and sum of radii.
     """
     for e in range(WIDTH):
         for k in range(4):
-            columns[k * BATCH + lane + e] = float(
+            columns_out[k * BATCH + lane + e] = float(
                 int(points[second[first + e], k]) - int(local[owner[first + e], k])
             )
 
@@ -235,8 +235,8 @@ def _copy_lanes(typing_context, source, at, target, to):
 
 
 @overload(copy_lanes, inline="always")
-def _choose_copy_lanes(source, at, target, to):
-    return lambda source, at, target, to: _copy_lanes(source, at, target, to)
+def _choose_copy_lanes(source, at, to, target_out):
+    return lambda source, at, to, target_out: _copy_lanes(source, at, target_out, to)
 
 
 @intrinsic
@@ -275,47 +275,53 @@ def _negated_radii(typing_context, points, index, first, local, at):
 
 
 @overload(set_points, inline="always")
-def _choose_set_points(points, index, first, fixed, lane):
-    if points.dtype == types.int32:
-        return lambda points, index, first, fixed, lane: _set_points(points, index, first, fixed, lane)
+def _choose_set_points(index, first, fixed, lane, points_out):
+    if points_out.dtype == types.int32:
+        return lambda index, first, fixed, lane, points_out: _set_points(
+            points_out, index, first, fixed, lane
+        )
     return set_points
 
 
 @overload(negated_radii, inline="always")
-def _choose_negated_radii(points, index, first, local, at):
+def _choose_negated_radii(points, index, first, at, local_out):
     if points.dtype == types.int32:
-        return lambda points, index, first, local, at: _negated_radii(points, index, first, local, at)
+        return lambda points, index, first, at, local_out: _negated_radii(points, index, first, local_out, at)
     return negated_radii
 
 
 @overload(gather_rows, inline="always")
-def _choose_gather_rows(rows, index, first, columns, lane, at):
+def _choose_gather_rows(rows, index, first, lane, at, columns_out):
     if rows.dtype == types.float32:
-        return lambda rows, index, first, columns, lane, at: _gather_rows(
-            rows, index, first, columns, lane, at
+        return lambda rows, index, first, lane, at, columns_out: _gather_rows(
+            rows, index, first, columns_out, lane, at
         )
     return gather_rows
 
 
 @overload(add_rows, inline="always")
-def _choose_add_rows(rows, index, first, columns, lane, at):
-    if rows.dtype == types.float32:
-        return lambda rows, index, first, columns, lane, at: _add_rows(rows, index, first, columns, lane, at)
+def _choose_add_rows(index, first, columns, lane, at, rows_out):
+    if rows_out.dtype == types.float32:
+        return lambda index, first, columns, lane, at, rows_out: _add_rows(
+            rows_out, index, first, columns, lane, at
+        )
     return add_rows
 
 
 @overload(set_rows, inline="always")
-def _choose_set_rows(rows, index, first, columns, lane, at):
-    if rows.dtype == types.float32:
-        return lambda rows, index, first, columns, lane, at: _set_rows(rows, index, first, columns, lane, at)
+def _choose_set_rows(index, first, columns, lane, at, rows_out):
+    if rows_out.dtype == types.float32:
+        return lambda index, first, columns, lane, at, rows_out: _set_rows(
+            rows_out, index, first, columns, lane, at
+        )
     return set_rows
 
 
 @overload(gather_differences, inline="always")
-def _choose_gather_differences(points, second, local, owner, first, columns, lane):
+def _choose_gather_differences(points, second, local, owner, first, lane, columns_out):
     if points.dtype == types.int32:
-        return lambda points, second, local, owner, first, columns, lane: _gather_differences(
-            points, second, local, owner, first, columns, lane
+        return lambda points, second, local, owner, first, lane, columns_out: _gather_differences(
+            points, second, local, owner, first, columns_out, lane
         )
     return gather_differences
 

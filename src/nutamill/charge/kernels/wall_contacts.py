@@ -1,6 +1,6 @@
-"""The loop over contacts of one chunk with surfaces: who touches what, then the law for all that do.
+"""The loop over contacts of one chunk with surfaces: detect them, then apply the law to all of them.
 
-Contacts are found surface after surface, so that those with one surface lie side by side.
+Contacts are detected surface after surface, so that those with one surface are neighbours in the lists.
 """
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.kernels.columns import ARM, BODY, BODY_V, MEMORY, WEIGHT, A, wall_batch
 from nutamill.charge.kernels.impacts import note_wall_impacts
-from nutamill.charge.kernels.pair_contacts import hold_law
+from nutamill.charge.kernels.pair_contacts import load_law
 from nutamill.charge.kernels.simd import WIDTH, add_rows, copy_lanes, gather_rows, set_rows
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.walls.surface import SurfaceKind
@@ -26,8 +26,8 @@ centre (3).
 
 @kernel(inline="always")
 def chunk_sphere(model, local, n):
-    """Centre [m] (3), world, and radius [m] of a sphere about the particle centres of a chunk (fixed point, n
-    of them).
+    """Return centre [m] (3), world, and radius [m] of a sphere about the centres of the `n` particles of a
+    chunk.
     """
     flat = local.reshape(
         local.size
@@ -53,11 +53,15 @@ def chunk_sphere(model, local, n):
 
 
 @kernel(inline="always")
-def measure(kind, model, placed, s, centre, x, radius, slots, start, end, measured):
-    """Normal, overlap and place of the particles ``slots[start:end]`` at surface `s` of `kind`, to the rows
-    of `measured`.
+def measure(kind, model, placed, s, centre, x, radius, slots, start, end, measured_out):
+    """Compute normal, overlap and position of the particles ``slots[start:end]`` at surface `s` of `kind`.
 
-    Called with a constant kind, it becomes a vector loop.  Returns the smallest overlap [m].
+    Called with a constant kind, it becomes a vector loop.  Rows of `measured_out`: normal [1] (3), overlap
+    [m], position from the mass centre of the surface's body [m] (3).
+
+    Returns
+    -------
+    smallest overlap [m]
     """
     c0, c1, c2 = centre[0], centre[1], centre[2]
     least = 1.0
@@ -65,100 +69,121 @@ def measure(kind, model, placed, s, centre, x, radius, slots, start, end, measur
         slot = slots[q]
         x0, x1, x2 = x[0, slot], x[1, slot], x[2, slot]
         overlap, n0, n1, n2 = wall_overlap(kind, model, placed, s, x0, x1, x2, radius[slot])
-        measured[0, q], measured[1, q], measured[2, q], measured[3, q] = n0, n1, n2, overlap
-        measured[4, q], measured[5, q], measured[6, q] = x0 - c0, x1 - c1, x2 - c2
+        measured_out[0, q], measured_out[1, q], measured_out[2, q], measured_out[3, q] = n0, n1, n2, overlap
+        measured_out[4, q], measured_out[5, q], measured_out[6, q] = x0 - c0, x1 - c1, x2 - c2
         least = min(least, overlap)
     return least
 
 
 @kernel(fast=True)
-def measure_walls(model, placed, s, centre, x, radius, slots, start, end, measured):
+def measure_walls(model, placed, s, centre, x, radius, slots, start, end, measured_out):
     """As `measure`, for a surface of any kind."""
     kind = model.surface_kind[s]
     if kind == PLANE:
-        return measure(PLANE, model, placed, s, centre, x, radius, slots, start, end, measured)
+        return measure(PLANE, model, placed, s, centre, x, radius, slots, start, end, measured_out)
     if kind == CYLINDER:
-        return measure(CYLINDER, model, placed, s, centre, x, radius, slots, start, end, measured)
-    return measure(kind, model, placed, s, centre, x, radius, slots, start, end, measured)
+        return measure(CYLINDER, model, placed, s, centre, x, radius, slots, start, end, measured_out)
+    return measure(kind, model, placed, s, centre, x, radius, slots, start, end, measured_out)
 
 
 @kernel
-def keep_touching(start, end, lanes, measured):
-    """Strike those without overlap from the contacts `start` to `end`; returns the new end."""
-    kept = start
+def remove_apart(start, end, lanes_out, measured_out):
+    """Remove the contacts `start` to `end` without overlap from the lists, and return the new end."""
+    left = start
     for q in range(start, end):
-        if measured[OVERLAP, q] > 0.0:
+        if measured_out[OVERLAP, q] > 0.0:
             for k in range(5):
-                lanes[k, kept] = lanes[k, q]
-            for k in range(measured.shape[0]):
-                measured[k, kept] = measured[k, q]
-            kept += 1
-    return kept
+                lanes_out[k, left] = lanes_out[k, q]
+            for k in range(measured_out.shape[0]):
+                measured_out[k, left] = measured_out[k, q]
+            left += 1
+    return left
 
 
 @kernel(inline="always")
-def find_walls(model, x, radius, local, motion, placed, lo, n, lanes, measured, test):
-    """Find all contacts of a chunk's `n` particles with surfaces.
+def find_walls(model, x, radius, local, motion, placed, lo, n, lanes_out, measured_out, test_out):
+    """Detect all contacts of a chunk's `n` particles with surfaces.
 
-    Rows of `lanes`: place in the chunk, slot, surface, row of the wall memory, body.  `measured`: normal,
-    overlap, and place from the mass centre of the body, which `motion` (B, 18) holds.  Returns their number.
+    Parameters
+    ----------
+    x, radius : of all slots [m]
+    local : published positions of the chunk, fixed point
+    motion : pose and twist of each body, as `ChargeScratch.motion` (B, 18)
+    placed : place of each surface, as from `place_surfaces` (S, 12)
+    lo : first slot of the chunk
+    lanes_out : rows are position in the chunk, slot, surface, row of the wall memory, body
+    measured_out : as `measure`
+    test_out : work space, one number per particle
+
+    Returns
+    -------
+    number of contacts
     """
     n_surfaces = model.surface_kind.shape[0]
     c0, c1, c2, around = chunk_sphere(model, local, n)
-    found = 0
-    places, slots, surfaces, memories, bodies = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4]
+    count = 0
+    places, slots, surfaces, memories, bodies = (
+        lanes_out[0],
+        lanes_out[1],
+        lanes_out[2],
+        lanes_out[3],
+        lanes_out[4],
+    )
     for s in range(n_surfaces):
         body = model.surface_body[s]
         if wall_near(model, placed, s, c0, c1, c2, around + model.largest_radius) > 0.0:
-            touch_surface(model, x, radius, lo, n, s, placed[s], test)
-            start = found
-            end = np.uint64(found)
+            touch_surface(model, x, radius, lo, n, s, placed[s], test_out)
+            start = count
+            end = np.uint64(count)
             for i in range(np.uint32(n)):
                 places[end] = i
-                end += np.uint64(test[i] > 0.0)
-            found = np.int64(end)
+                end += np.uint64(test_out[i] > 0.0)
+            count = np.int64(end)
             for q in range(np.uint64(start), end):
                 slot = places[q] + np.uint32(lo)
                 slots[q] = slot
                 surfaces[q] = s
                 bodies[q] = body
                 memories[q] = slot * n_surfaces + s
-            if measure_walls(model, placed, s, motion[body], x, radius, slots, start, found, measured) <= 0.0:
-                found = keep_touching(start, found, lanes, measured)
-    return found
+            if (
+                measure_walls(model, placed, s, motion[body], x, radius, slots, start, count, measured_out)
+                <= 0.0
+            ):
+                count = remove_apart(start, count, lanes_out, measured_out)
+    return count
 
 
 @kernel(fast=True, inline="always")
-def lay_walls(model, rows, wall_memory, material, twists, first, m, lanes, measured, columns):
-    """Lay `m` contacts with walls, from entry `first` of the lists on, into the lanes of a batch."""
-    one, zero = like(1.0, columns[0]), like(0.0, columns[0])
+def load_walls(model, rows, wall_memory, material, twists, lanes, measured, first, m, columns_out):
+    """Load `m` wall contacts, from entry `first` of the lists on, into the lanes of a batch."""
+    one, zero = like(1.0, columns_out[0]), like(0.0, columns_out[0])
     slots, surfaces, memories, bodies = lanes[1], lanes[2], lanes[3], lanes[4]
     material_of, law_of = model.surface_material, model.law_of
     for g in range(0, m, WIDTH):
-        gather_rows(rows, slots, first + g, columns, g, A)
-        gather_rows(wall_memory, memories, first + g, columns, g, MEMORY)
+        gather_rows(rows, slots, first + g, g, A, columns_out)
+        gather_rows(wall_memory, memories, first + g, g, MEMORY, columns_out)
     for g in range(0, BATCH, WIDTH):
         gather_rows(
-            twists, bodies, first + g, columns, g, BODY_V
+            twists, bodies, first + g, g, BODY_V, columns_out
         )  # of empty lanes too: they belong to no body
     flat, width = measured.reshape(measured.size), measured.shape[1]
     for k in range(FROM_BODY):
-        copy_lanes(flat, k * width + first, columns, k * BATCH)
+        copy_lanes(flat, k * width + first, k * BATCH, columns_out)
     for k in range(3):
-        copy_lanes(flat, (FROM_BODY + k) * width + first, columns, (ARM + k) * BATCH)
+        copy_lanes(flat, (FROM_BODY + k) * width + first, (ARM + k) * BATCH, columns_out)
     for b in range(BATCH):
-        columns[WEIGHT * BATCH + b] = one
+        columns_out[WEIGHT * BATCH + b] = one
     for b in range(m, BATCH):
-        columns[WEIGHT * BATCH + b] = zero
+        columns_out[WEIGHT * BATCH + b] = zero
     for b in range(m):
         q = np.uint32(first) + np.uint32(b)
-        hold_law(columns, b, model.laws, law_of[material[slots[q]], material_of[surfaces[q]]])
+        load_law(model.laws, law_of[material[slots[q]], material_of[surfaces[q]]], b, columns_out)
 
 
 @kernel(fast=True, inline="always")
-def add_reactions(columns, body, sums):
-    """Take the forces and angular impulse rates of the batch's contacts with `body` from its row of `sums`
-    (B, 6).
+def add_reactions(columns, body, sums_out):
+    """Subtract the forces and angular impulse rates of the batch's contacts with `body` from its row of
+    `sums_out` (B, 6).
     """
     number = like(body, columns[0])
     for k in range(3):
@@ -167,8 +192,8 @@ def add_reactions(columns, body, sums):
             here = columns[BODY * BATCH + b] == number
             force += float(columns[(A + k) * BATCH + b]) if here else 0.0
             moment += float(columns[(ARM + k) * BATCH + b]) if here else 0.0
-        sums[body, k] -= force
-        sums[body, 3 + k] -= moment
+        sums_out[body, k] -= force
+        sums_out[body, 3 + k] -= moment
 
 
 @kernel(fast=True, inline="always")
@@ -177,56 +202,72 @@ def wall_contacts(
     x,
     radius,
     rows,
-    wall_memory,
     material,
     twists,
     placed,
-    found,
-    lanes,
     measured,
-    columns,
+    n,
     last,
     now,
     dt,
-    forces,
-    sums,
-    book,
     tid,
+    lanes_out,
+    wall_memory_out,
+    columns_out,
+    forces_out,
+    sums_out,
+    book_out,
 ):
-    """Forces of all touching walls of a chunk, added to `forces`, and their reaction on the bodies, added to
-    `sums` (B, 6).
+    """Add the forces of all touching walls of a chunk to `forces_out` and their reactions to `sums_out`, and
+    book the contacts that begin.
 
-    Contacts that begin are booked.
+    Parameters
+    ----------
+    x, radius, rows, material : of all slots
+    twists : velocity and spin of each body, as `ChargeScratch.twists`
+    placed : place of each surface
+    measured : as from `find_walls`
+    n : number of contacts
+    last, now : stamps of the last and of this substep [1]
+    dt : substep [s]
+    tid : number of this thread, whose page of `book_out` is used
+    lanes_out : as from `find_walls`; empty lanes are appended up to a full batch
+    wall_memory_out : as `ChargeState.wall_memory`
+    columns_out : work space of `wall_batch`
+    forces_out : force [N] (3), spare, moment [N m] (3), spare, on each particle of the chunk, world axes
+    sums_out : force [N] and moment [N m] on each body (B, 6), about its mass centre, world axes
 
     Returns
     -------
     powers of normal, tangential and rolling part and of the surfaces' motion [W] (4), number of overlaps
     beyond their limit
     """
-    places, slots, memories, bodies = lanes[0], lanes[1], lanes[3], lanes[4]
-    for q in range(found, found + BATCH):
+    places, slots, memories, bodies = lanes_out[0], lanes_out[1], lanes_out[3], lanes_out[4]
+    for q in range(n, n + BATCH):
         places[q], slots[q], memories[q], bodies[q] = (
-            forces.shape[0] - 1,
+            forces_out.shape[0] - 1,
             0,
-            wall_memory.shape[0] - 1,
+            wall_memory_out.shape[0] - 1,
             model.n_bodies,
         )
     sum_n, sum_t, sum_r, sum_i = 0.0, 0.0, 0.0, 0.0
     beyond = 0.0
-    for first in range(0, found, BATCH):
-        m = min(BATCH, found - first)
-        lay_walls(model, rows, wall_memory, material, twists, first, m, lanes, measured, columns)
-        power_n, power_t, power_r, power_i, over, begun = wall_batch(model.law, columns, last, now, dt)
+    for first in range(0, n, BATCH):
+        m = min(BATCH, n - first)
+        load_walls(model, rows, wall_memory_out, material, twists, lanes_out, measured, first, m, columns_out)
+        power_n, power_t, power_r, power_i, over, begun = wall_batch(model.law, columns_out, last, now, dt)
         if begun > 0.0:
-            note_wall_impacts(columns, first, lanes, measured, model, x, radius, material, placed, book, tid)
+            note_wall_impacts(
+                model, columns_out, lanes_out, measured, x, radius, material, placed, first, tid, book_out
+            )
         sum_n += power_n
         sum_t += power_t
         sum_r += power_r
         sum_i += power_i
         beyond += over
         for body in range(model.n_bodies):
-            add_reactions(columns, body, sums)
+            add_reactions(columns_out, body, sums_out)
         for g in range(0, m, WIDTH):
-            add_rows(forces, places, first + g, columns, g, A)
-            set_rows(wall_memory, memories, first + g, columns, g, MEMORY)
+            add_rows(places, first + g, columns_out, g, A, forces_out)
+            set_rows(memories, first + g, columns_out, g, MEMORY, wall_memory_out)
     return sum_n, sum_t, sum_r, sum_i, beyond

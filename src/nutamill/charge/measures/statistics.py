@@ -20,12 +20,12 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.kernels.clumps import PLACE
+from nutamill.charge.kernels.clumps import CLUMP
 from nutamill.charge.kernels.columns import ACT, HELD, A, wall_batch
 from nutamill.charge.kernels.dynamics import move_bodies
 from nutamill.charge.kernels.neighbours import slots_of_chunk, thread_share
 from nutamill.charge.kernels.pair_contacts import filter_pairs
-from nutamill.charge.kernels.wall_contacts import OVERLAP, find_walls, lay_walls
+from nutamill.charge.kernels.wall_contacts import OVERLAP, find_walls, load_walls
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, ImpactBook, stamp_of
 from nutamill.charge.walls.patches import part_of, patch_of, sector_of, whole
@@ -137,7 +137,7 @@ def statistics_plan(
     volume_of = volume_of if volumes is None else np.array(volumes, float)
     mass_of[ids] = state.mass_props[1, :n]
     if len(state.clumps):
-        clump = state.mass_props[PLACE, :n].astype(int)
+        clump = state.mass_props[CLUMP, :n].astype(int)
         mass_of[ids] *= volume_of[ids] / np.bincount(clump, volume_of[ids])[clump]
     mass, volume = float(mass_of.mean()), float(volume_of.mean())
     power, force = mass / dt, mass / dt
@@ -197,7 +197,7 @@ def put_back(sums: ChargeStatistics, impacts: ImpactBook, saved: dict[str, np.nd
 
 
 @kernel(fast=True)
-def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
+def sample_walls(model, state, scratch, plan, c, dt, tid, sums_out):
     """Add what chunk `c` does to the walls, as the next substep will meet it; bodies and surfaces are placed
     there.
     """
@@ -208,8 +208,8 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
     motion, placed = scratch.motion[tid], scratch.placed[tid]
     real = rows[0, 0]
     now, last = like(stamp_of(state.clock[STEP]), real), like(stamp_of(state.clock[STEP] - 1), real)
-    walls, per, patches = sums.walls[tid], plan.per_wall, model.patches
-    found = find_walls(
+    walls, per, patches = sums_out.walls[tid], plan.per_wall, model.patches
+    n_walls = find_walls(
         model,
         state.x,
         state.mass_props[0],
@@ -222,25 +222,25 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
         measured,
         scratch.test[tid],
     )
-    for q in range(found, found + BATCH):
+    for q in range(n_walls, n_walls + BATCH):
         lanes[0, q], lanes[1, q], lanes[3, q], lanes[4, q] = (
             model.chunk,
             0,
             state.wall_memory.shape[0] - 1,
             model.n_bodies,
         )
-    for first in range(0, found, BATCH):
-        m = min(BATCH, found - first)
-        lay_walls(
+    for first in range(0, n_walls, BATCH):
+        m = min(BATCH, n_walls - first)
+        load_walls(
             model,
             rows,
             state.wall_memory,
             state.material,
             scratch.twists[tid],
-            first,
-            m,
             lanes,
             measured,
+            first,
+            m,
             columns,
         )
         wall_batch(model.law, columns, last, now, like(dt, real))
@@ -273,7 +273,7 @@ def sample_walls(model, state, scratch, plan, sums, c, dt, tid):
 
 
 @kernel
-def sample_neighbours(model, state, scratch, sums, c, tid):
+def sample_neighbours(model, state, scratch, c, tid, sums_out):
     """Count the touching neighbours of each particle of chunk `c`, to ``scratch.lists.cell``, and put them in
     the histogram.
     """
@@ -289,7 +289,7 @@ def sample_neighbours(model, state, scratch, sums, c, tid):
             points[i, 2],
             -points[i, 3],
         )
-    found = filter_pairs(
+    n_pairs = filter_pairs(
         points,
         state.pairs.partners[lst, c],
         state.pairs.owners[lst, c],
@@ -299,13 +299,13 @@ def sample_neighbours(model, state, scratch, sums, c, tid):
         hi,
         lanes,
     )
-    for q in range(found):
+    for q in range(n_pairs):
         counts[lanes[4, q]] += 1
         # a pair within the chunk is listed once
         if lanes[3, q] != local.shape[0] - 1:
             counts[lanes[1, q]] += 1
     for i in range(lo, hi):
-        sums.neighbours[tid, min(counts[i], MOST_NEIGHBOURS - 1)] += 1
+        sums_out.neighbours[tid, min(counts[i], MOST_NEIGHBOURS - 1)] += 1
 
 
 @kernel(inline="always")
@@ -322,12 +322,12 @@ def cell_of(plan, a, b, c, angle):
 
 
 @kernel
-def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
+def sample_fields(model, state, scratch, plan, c, angle, tid, sums_out):
     """Add the particles of chunk `c` to the fields, the body being where ``scratch.motion[tid]`` says; counts
     of neighbours are there.
     """
     lo, hi = slots_of_chunk(state, c)
-    x, v, fields, per = state.x, state.v, sums.fields[tid], plan.per_field
+    x, v, fields, per = state.x, state.v, sums_out.fields[tid], plan.per_field
     motion = scratch.motion[tid, plan.body]
     m0, m1, m2 = motion[0], motion[1], motion[2]
     R00, R01, R02, R10, R11, R12, R20, R21, R22 = (
@@ -335,7 +335,7 @@ def sample_fields(model, state, scratch, plan, sums, c, angle, tid):
     )  # fmt: skip
     V0, V1, V2, W0, W1, W2 = motion[12], motion[13], motion[14], motion[15], motion[16], motion[17]
     back = 0.5 * state.last_dt[0]
-    sample = sums.samples[0]
+    sample = sums_out.samples[0]
     for i in range(lo, hi):
         radius, mass = state.mass_props[0, i], plan.mass_of[state.ids[i]]
         v0, v1, v2 = v[0, i], v[1, i], v[2, i]
@@ -378,10 +378,10 @@ def sample(
     model: ChargeModel,
     state: ChargeState,
     scratch: ChargeScratch,
+    plan: StatisticsPlan,
     motions,
     angle: float,
-    plan: StatisticsPlan,
-    sums: ChargeStatistics,
+    sums_out: ChargeStatistics,
     tid: int,
     n_threads: int,
 ):
@@ -389,20 +389,20 @@ def sample(
     chunks.
 
     Nobody may change the state meanwhile, and the next sample may begin only after all threads have left this
-    one; ``sums.samples`` is for the caller to count.
+    one; ``sums_out.samples`` is for the caller to count.
 
     Parameters
     ----------
     motions : (n_bodies, 19) motion of each body from now on, as `frames.MOTION_SIZE`, world axes
     angle : by which the grid is turned about the z axis of the body [rad]
-    plan, sums : what is summed, and the sums
+    plan, sums_out : what is summed, and the sums
     """
     dt = state.last_dt[0]
     first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
     move_bodies(motions, 0.0, scratch.motion[tid], scratch.twists[tid])
     for c in range(first, end):
-        sample_neighbours(model, state, scratch, sums, c, tid)
-        sample_fields(model, state, scratch, plan, sums, c, angle, tid)
+        sample_neighbours(model, state, scratch, c, tid, sums_out)
+        sample_fields(model, state, scratch, plan, c, angle, tid, sums_out)
     move_bodies(motions, 0.5 * dt, scratch.motion[tid], scratch.twists[tid])
     place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
     points = state.published_points[state.clock[PUBLISHED]]
@@ -410,10 +410,10 @@ def sample(
     for k in range(columns.shape[0]):
         columns[k] = 1.0
     for b in range(BATCH):
-        columns[HELD * BATCH + b] = -1.0  # no law is laid yet
+        columns[HELD * BATCH + b] = -1.0  # no law is loaded yet
     for c in range(first, end):
         lo, hi = slots_of_chunk(state, c)
         for l in range(hi - lo):
             for k in range(4):
                 local[l, k] = points[lo + l, k]
-        sample_walls(model, state, scratch, plan, sums, c, dt, tid)
+        sample_walls(model, state, scratch, plan, c, dt, tid, sums_out)

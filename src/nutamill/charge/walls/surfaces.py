@@ -179,8 +179,8 @@ def surface_near(kinds, sizes, placed, s, x0, x1, x2, r):
 
 
 @kernel
-def place_surfaces(model, bodies, placed):
-    """Origin [m] (3) and rotation [1] (9) of every surface, world axes, to `placed` (S, 12).
+def place_surfaces(model, bodies, placed_out):
+    """Origin [m] (3) and rotation [1] (9) of every surface, world axes, to `placed_out` (S, 12).
 
     ``bodies[b, 0:12]`` is mass centre [m] (3) and rotation matrix [1] (9) of body b.
     """
@@ -189,8 +189,8 @@ def place_surfaces(model, bodies, placed):
         R = body[3:12].reshape((3, 3))
         origin = model.surface_origin[s]
         o0, o1, o2 = rotate(R, origin[0], origin[1], origin[2])
-        placed[s, 0], placed[s, 1], placed[s, 2] = body[0] + o0, body[1] + o1, body[2] + o2
+        placed_out[s, 0], placed_out[s, 1], placed_out[s, 2] = body[0] + o0, body[1] + o1, body[2] + o2
         for j in range(3):
             Q = model.surface_rotation[s]
             a, b, c = rotate(R, Q[0, j], Q[1, j], Q[2, j])
-            placed[s, 3 + j], placed[s, 6 + j], placed[s, 9 + j] = a, b, c
+            placed_out[s, 3 + j], placed_out[s, 6 + j], placed_out[s, 9 + j] = a, b, c
