@@ -6,6 +6,8 @@ import functools
 import pathlib
 import re
 
+import pytest
+
 import nutamill
 
 PACKAGE = pathlib.Path(nutamill.__file__).parent
@@ -82,6 +84,148 @@ def test_a_kernel_raises_nothing_and_returns_a_status():
         ]
 
     assert not offences(faults)
+
+
+MOVES = "charge/kernels/simd.py"
+"""File of the plain Python of the vector moves, which no decorator marks."""
+
+FIRST = ("model", "state", "scratch")
+"""Parameters that come first, in this order."""
+
+LAST = ("tid", "n_threads")
+"""Parameters that may stand behind what is written: every thread has its own."""
+
+NOT_YET = {
+    "charge/kernels/columns.py",
+    "mechanism/drives.py",
+    "mechanism/dynamics.py",
+    "mechanism/equations.py",
+    "mechanism/loads.py",
+    "mechanism/joints.py",
+    "mechanism/sensors.py",
+    "mechanism/solve.py",
+    "simulation/coupling.py",
+}
+"""Files whose kernels do not keep the rule of outputs yet.  The list may only become shorter."""
+
+
+def is_output(name):
+    """Whether a name marks a parameter that may be written: ``..._out``, or a struct that is there to change."""
+    return name == "out" or name.endswith(("_out", "state", "scratch"))
+
+
+def home(expression, homes):
+    """Parameters whose array an expression is, or is a part of: ``a.b[c].reshape(d)`` is a part of ``a``."""
+    while not isinstance(expression, ast.Name):
+        if isinstance(expression, (ast.Attribute, ast.Subscript)):
+            expression = expression.value
+        elif isinstance(expression, ast.Call) and getattr(expression.func, "attr", "") == "reshape":
+            expression = expression.func.value
+        else:
+            return set()
+    return homes.get(expression.id, set())
+
+
+def written(function, known):
+    """Parameters of a kernel that it writes, itself or by a kernel it calls.
+
+    `known` are the parameters of each kernel, and which of them it writes as far as is known.
+    """
+    homes = {argument.arg: {argument.arg} for argument in function.args.args}
+    assignments = [node for node in ast.walk(function) if isinstance(node, ast.Assign)]
+    calls = [node for node in ast.walk(function) if isinstance(node, ast.Call)]
+
+    def bind(target, value):
+        if isinstance(target, ast.Name):
+            homes[target.id] = homes.get(target.id, set()) | home(value, homes)
+        elif isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+            for one, other in zip(target.elts, value.elts, strict=True):
+                bind(one, other)
+
+    for node in assignments * 2:
+        for target in node.targets:
+            bind(target, node.value)
+    targets = [target for node in assignments for target in node.targets]
+    targets += [node.target for node in ast.walk(function) if isinstance(node, ast.AugAssign)]
+    targets += [part for target in targets if isinstance(target, ast.Tuple) for part in target.elts]
+    out = set().union(*(home(target, homes) for target in targets if isinstance(target, ast.Subscript)))
+    for call in calls:
+        names, changed = known.get(getattr(call.func, "id", ""), ((), ()))
+        for argument, name in zip(call.args, names, strict=False):
+            out |= home(argument, homes) if name in changed else set()
+    return out & {argument.arg for argument in function.args.args}
+
+
+@pytest.fixture(scope="module")
+def all_kernels():
+    """Every kernel of the package by file, and what each writes."""
+    by_file = {named(path): kernels(path) for path in FILES}
+    by_file[MOVES] = [function for function in functions(PACKAGE / MOVES) if function.name[0] != "_"]
+    known = {}
+    while True:
+        now = {
+            function.name: ([argument.arg for argument in function.args.args], written(function, known))
+            for inside in by_file.values()
+            for function in inside
+        }
+        if now == known:
+            return by_file, known
+        known = now
+
+
+def faults_of(functions_of_a_file, known):
+    """Sentences on the parameters that break the rule of `test_a_kernel_writes_only_its_outputs`."""
+    faults = []
+    for function in functions_of_a_file:
+        names, changed = known[function.name]
+        silent = [name for name in names if name in changed and not is_output(name)]
+        faults += [f"{function.name}: {name} is written" for name in silent]
+        ends = [name == "out" or name.endswith("_out") for name in names]
+        if True in ends and not all(
+            end or name in LAST for end, name in list(zip(ends, names, strict=True))[ends.index(True) :]
+        ):
+            faults.append(f"{function.name}: outputs are not last")
+        if [name for name in names if name in FIRST] != [name for name in FIRST if name in names]:
+            faults.append(f"{function.name}: {', '.join(FIRST)} is the order")
+    return faults
+
+
+def test_a_kernel_writes_only_its_outputs(all_kernels):
+    """A kernel writes only what is named ``..._out``, or a state or scratch; outputs stand last.
+
+    An array that is written in part, through a local name or by a kernel that is called counts as written.
+    """
+    by_file, known = all_kernels
+    faults = {path: faults_of(inside, known) for path, inside in by_file.items()}
+    assert not {path: found for path, found in faults.items() if found and path not in NOT_YET}
+    assert not [path for path in NOT_YET if not faults[path]], "take these off the list NOT_YET"
+
+
+def test_the_rule_of_outputs_sees_writing_through_names_parts_and_calls():
+    source = """
+def fill(value, row_out):
+    row_out[0] = value
+
+def direct(a, b): a[0] = b
+def part(a, b): a.rows[1, 2] += b
+def local(a, b):
+    rows, other = a.rows, b
+    rows[0], other = 1.0, 2.0
+def called(a, b): fill(b, a.rows[3])
+def clean(a, b):
+    b = a[0]
+    return b
+"""
+    found = ast.parse(source).body
+    known = {"fill": (["value", "row_out"], {"row_out"})}
+    assert {function.name: written(function, known) for function in found} == {
+        "fill": {"row_out"},
+        "direct": {"a"},
+        "part": {"a"},
+        "local": {"a"},
+        "called": {"a"},
+        "clean": set(),
+    }
 
 
 def public_things(body):
