@@ -16,37 +16,24 @@ import time
 import numpy as np
 
 from nutamill.base.provenance import processor
-from nutamill.charge.assembly import charge_of, grow
-from nutamill.charge.kernels.dynamics import start, window
-from nutamill.charge.kernels.team import run_team
+from nutamill.charge.face import Charge
 from nutamill.charge.laws.pair import PairLaw
-from nutamill.charge.measures.observe import charge_reading, observe
-from nutamill.charge.model import Clock, Status
+from nutamill.charge.model import Clock
 from nutamill.charge.particles.particles import clumps, spheres
 from nutamill.charge.particles.shapes import clump_shape
-from nutamill.charge.walls.surface import Surface, SurfaceKind
+from nutamill.charge.walls.surface import Surface, plane
 from nutamill.simulation.setup.threads import usable_cores
 
 DIAMETER, SUBSTEP = 1.95e-3, 2e-6
 LAW = PairLaw(5e4, 0.0, 0.0, 2 / 3, 0.212, False, 0.5, 0.5, 0.01, 0.05, 0.5)
 GRAIN = clump_shape([[0, 0, 0], [1.0, 0, 0], [0.4, 0.9, 0]], [1.0, 0.9, 0.8])
-REST = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
 PIECES, SUBSTEPS = 7, 50
 
 
 def box(half: np.ndarray) -> list[Surface]:
     """Six planes that face inwards, `half` [m] (3,) from the origin."""
-    planes = []
-    for axis in range(3):
-        for sign in (-1.0, 1.0):
-            normal = np.zeros(3)
-            normal[axis] = -sign
-            first = np.roll(np.abs(normal), 1)
-            rotation = np.column_stack([first, np.cross(normal, first), normal])
-            planes.append(
-                Surface(f"side {len(planes)}", SurfaceKind.PLANE, 0, 0, tuple(-half * normal), rotation)
-            )
-    return planes
+    normals = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
+    return [plane(f"side {k}", -half * normal, normal) for k, normal in enumerate(normals)]
 
 
 def lattice(side: int, spacing: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -56,8 +43,8 @@ def lattice(side: int, spacing: np.ndarray, rng: np.random.Generator) -> np.ndar
     return (places + rng.uniform(-0.002, 0.002, places.shape)) * spacing
 
 
-def packing(kind: str, side: int):
-    """A started charge of `side`^3 particles."""
+def packing(kind: str, side: int) -> Charge:
+    """A charge of `side`^3 particles."""
     rng = np.random.default_rng(1)
     n = side**3
     particles = (
@@ -70,42 +57,28 @@ def packing(kind: str, side: int):
     placed = particles.placed(lattice(side, 0.998 * sizes, rng), attitudes)
     walls = box(0.5 * 0.998 * side * sizes)
     velocities = rng.normal(size=(n, 3)) * 0.05
-    built = charge_of(placed, [2480.0], {(0, 0): LAW}, walls, 1, velocities=velocities)
-    start(*built, SUBSTEP)
-    return built
-
-
-def march(built, substeps: int, threads: int):
-    """Go on by some substeps; lists may grow."""
-    motions = np.zeros((1, 19))
-    motions[0, 3] = 1.0
-    run_team(window, (*built, motions, REST, substeps, SUBSTEP), threads)
-    while built[1].status[0] == Status.LISTS_FULL:
-        built = grow(*built)
-        run_team(window, (*built, motions, REST, substeps, SUBSTEP), threads)
-    if built[1].status[0] != Status.OK:
-        raise SystemExit(f"the charge stopped: {built[1].status}")
-    return built
+    return Charge(placed, [2480.0], LAW, walls, dt=SUBSTEP, velocities=velocities)
 
 
 def measure(kind: str, side: int) -> None:
     """Print one line: cost on one thread and on all cores, contacts, rebuilds, memory."""
-    built = packing(kind, side)
-    count = built[0].n_particles
-    built = march(built, SUBSTEPS, 1)
+    charge = packing(kind, side)
+    count = charge.model.n_particles
+    charge.step(SUBSTEPS)
     line = f"{kind:8} {side**3:9d} {count:9d}"
     for threads in sorted({1, usable_cores()}):
-        begun, rebuilds, pieces = int(built[1].clock[Clock.STEP]), int(built[1].clock[Clock.REBUILDS]), []
+        clock = charge.state.clock
+        begun, rebuilds, pieces = int(clock[Clock.STEP]), int(clock[Clock.REBUILDS]), []
+        charge.threads = threads
         for _ in range(PIECES):
             since = time.perf_counter()
-            built = march(built, SUBSTEPS, threads)
+            charge.step(SUBSTEPS)
             pieces.append(1e9 * (time.perf_counter() - since) / SUBSTEPS / count)
         line += f"  {statistics.median(pieces):7.1f}"
-    every = (int(built[1].clock[Clock.STEP]) - begun) / max(int(built[1].clock[Clock.REBUILDS]) - rebuilds, 1)
-    reading = charge_reading()
-    observe(*built, reading)
+    clock = charge.state.clock
+    every = (int(clock[Clock.STEP]) - begun) / max(int(clock[Clock.REBUILDS]) - rebuilds, 1)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"{line}  {reading.contacts.sum() / count:6.2f}  {every:7.0f}  {peak:6.0f}", flush=True)
+    print(f"{line}  {sum(charge.contacts) / count:6.2f}  {every:7.0f}  {peak:6.0f}", flush=True)
 
 
 def main() -> None:

@@ -13,10 +13,9 @@ import numpy as np
 
 from nutamill.base.provenance import processor
 from nutamill.case import Case, load_case
-from nutamill.charge.assembly import charge, velocities
-from nutamill.charge.kernels.dynamics import start, window
-from nutamill.charge.kernels.team import run_team
-from nutamill.charge.walls.surface import Surface, SurfaceKind
+from nutamill.charge.face import Charge
+from nutamill.charge.particles.particles import spheres
+from nutamill.charge.walls.surface import plane
 from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.setup.bed import settled_bed
 from nutamill.simulation.setup.clock import ContactFacts, contact_facts
@@ -25,7 +24,6 @@ from nutamill.simulation.setup.particles import quickest_pebble
 
 SETTINGS = ["mechanism.mounting=rigid", "drive.ramp=1000 rpm/s", "run.until=1.3 s"]
 AVERAGED = 0.5
-FIXED = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
 
 
 def restitution_errors(
@@ -37,25 +35,14 @@ def restitution_errors(
     errors = []
     for phase in (np.arange(8) + 0.3) / 8:
         gap = (3 + phase) * dt
-        surfaces = [Surface("floor", SurfaceKind.PLANE, 0, 0)] if wall else []
+        walls = [plane("floor")] if wall else []
         x = [[0, 0, radius + gap]] if wall else [[0, 0, 0], [0, 0, 2 * radius + gap]]
         v = [[0, 0, -1.0]] if wall else [[0, 0, 0.5], [0, 0, -0.5]]
-        parts = charge(
-            np.array(x),
-            np.full(len(x), radius),
-            np.zeros(len(x), int),
-            [density],
-            {(0, 0): fact.law},
-            surfaces,
-            1,
-            (0.0, 0.0, 0.0),
-            velocities=np.array(v),
+        pellets = spheres([2 * radius] * len(x)).placed(np.array(x))
+        charge = Charge(
+            pellets, [density], fact.law, walls, dt=dt, gravity=(0.0, 0.0, 0.0), velocities=np.array(v)
         )
-        start(*parts, dt)
-        motions = np.zeros((1, 19))
-        motions[0, 3] = 1.0
-        run_team(window, (*parts, motions, FIXED, 80, dt), 1)
-        after = velocities(*parts[:2])[:, 2]
+        after = charge.step(80).velocities[:, 2]
         errors.append((after[0] if wall else after[1] - after[0]) - fact.restitution)
     return np.array(errors)
 

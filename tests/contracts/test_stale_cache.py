@@ -203,7 +203,7 @@ def test_every_struct_that_a_kernel_is_given_counts(counted):
         *charge,
         *mechanism,
         survey,
-        charge_statistics(survey, charge[2]),
+        charge_statistics(survey, charge[1]),
         charge_reading(),
         plan(),
         coupling_state(1),

@@ -4,15 +4,12 @@ one.
 
 import numpy as np
 import pytest
-from charge_bench import FLOOR, REST, Bench, at_rest, law
+from charge_bench import FLOOR, Bench, law
 from scipy.integrate import solve_ivp
 
-from nutamill.charge.assembly import attitudes, charge_of, grow, positions, spins, velocities
+from nutamill.charge.face import Charge
 from nutamill.charge.kernels.copying import copy_state
-from nutamill.charge.kernels.dynamics import start, window
-from nutamill.charge.kernels.team import run_team
-from nutamill.charge.measures.observe import charge_reading, observe
-from nutamill.charge.model import Ledger, Status
+from nutamill.charge.model import Ledger
 from nutamill.charge.particles.particles import Particles, clumps
 from nutamill.charge.particles.shapes import clump_shape, sphere_shape
 from nutamill.charge.pebbles import rotation_matrices
@@ -23,8 +20,8 @@ DUMBBELL = clump_shape([[-0.002, 0, 0], [0.002, 0, 0]], [0.0025, 0.0025])
 UPRIGHT = [1.0, 0.0, 0.0, 0.0]
 
 
-class ClumpBench:
-    """Clumps with their clock."""
+class ClumpBench(Charge):
+    """Clumps of one shape, without gravity and in double precision by default."""
 
     def __init__(
         self,
@@ -36,38 +33,26 @@ class ClumpBench:
         surfaces=(),
         gravity=(0.0, 0.0, 0.0),
         scale=None,
-        **motion,
+        precision="double",
+        **options,
     ):
         centre = np.atleast_2d(np.array(centre, float))
         n = len(centre)
         sizes = np.full(n, shape.equivalent_diameter) if scale is None else scale
-        particles = clumps([shape], sizes).placed(
-            centre, np.tile(UPRIGHT, (n, 1)) if attitude is None else np.asarray(attitude, float)
-        )
+        attitude = np.tile(UPRIGHT, (n, 1)) if attitude is None else np.asarray(attitude, float)
+        particles = clumps([shape], sizes).placed(centre, attitude)
         self.mass = particles.mass([DENSITY])
-        laws = {(0, 0): law() if pair_law is None else pair_law}
-        motion.setdefault("precision", "double")
-        self.charge = charge_of(particles, [DENSITY], laws, surfaces, 1, gravity=gravity, **motion)
-        self.dt = dt
-        start(*self.charge, dt)
-
-    def march(self, n, threads=1):
-        arguments = at_rest(), REST, n, self.dt
-        run_team(window, (*self.charge, *arguments), threads)
-        while self.charge[1].status[0] == Status.LISTS_FULL:
-            self.charge = grow(*self.charge)
-            run_team(window, (*self.charge, *arguments), threads)
-        assert self.charge[1].status[0] == 0
-        return self
-
-    @property
-    def state(self):
-        return self.charge[1]
-
-    def read(self):
-        out = charge_reading()
-        observe(*self.charge, out)
-        return out
+        pair_law = law() if pair_law is None else pair_law
+        super().__init__(
+            particles,
+            [DENSITY],
+            pair_law,
+            surfaces,
+            dt=dt,
+            gravity=gravity,
+            precision=precision,
+            **options,
+        )
 
 
 def free_spin(inertia, spin, time):
@@ -85,9 +70,9 @@ def test_free_clump_tumbles_as_euler_says_with_second_order():
     expected = free_spin(GRAIN.inertia, spin, time)
     errors = []
     for n in (500, 1000):
-        bench = ClumpBench(GRAIN, [0, 0, 0], time / n, spins=[spin], velocities=[[0.1, 0, 0]]).march(n)
-        rotation = rotation_matrices(attitudes(*bench.charge[:2]))[0]
-        errors.append(np.abs(rotation.T @ spins(*bench.charge[:2])[0] - expected).max())
+        bench = ClumpBench(GRAIN, [0, 0, 0], time / n, spins=[spin], velocities=[[0.1, 0, 0]]).step(n)
+        rotation = rotation_matrices(bench.attitudes)[0]
+        errors.append(np.abs(rotation.T @ bench.spins[0] - expected).max())
     # a step of 200 rad/s x 2e-5 s turns by 4e-3 rad: its square is 1.6e-5 of 200 rad/s, 80 steps of memory at
     # most
     assert errors[1] < 200.0 * 1.6e-5 * 4
@@ -97,7 +82,7 @@ def test_free_clump_tumbles_as_euler_says_with_second_order():
 def test_free_clump_keeps_its_angular_momentum():
     bench = ClumpBench(GRAIN, [0, 0, 0], 2e-5, spins=[[30.0, 200.0, 20.0]])
     before = bench.state.clumps[0, 6:9].copy()
-    bench.march(2000)
+    bench.step(2000)
     assert bench.state.clumps[0, 6:9] == pytest.approx(before, rel=1e-15)
 
 
@@ -105,22 +90,21 @@ def test_one_sphere_clump_moves_as_the_sphere():
     ball = law(k=1e5, zeta=0.1, friction=0.4)
     start_at, v, w = [0, 0, 0.0026], [0.3, 0.1, -0.5], [10.0, -20.0, 30.0]
     options = {"surfaces": [FLOOR], "gravity": (0.0, 0.0, -9.81)}
-    sphere = Bench(start_at, ball, 1e-6, density=DENSITY, velocities=v, spins=w, **options).march(1500)
+    sphere = Bench(start_at, ball, 1e-6, density=DENSITY, velocities=v, spins=w, **options).step(1500)
     # a charge of spheres alone takes another path, so a dumbbell flies along far away
     particles = Particles(
         (DUMBBELL, sphere_shape(0.005)), np.array([0, 1]), np.ones(2), np.zeros(2, np.int32)
     )
     placed = particles.placed(np.array([[0.1, 0.1, 0.1], start_at]), np.tile(UPRIGHT, (2, 1)))
     motion = np.array([np.zeros(3), v]), np.array([np.zeros(3), w])
-    built = charge_of(
-        placed, [DENSITY], {(0, 0): ball}, [FLOOR], 1, *motion, gravity=(0, 0, -9.81), precision="double"
+    v, w = motion
+    both = Charge(placed, [DENSITY], ball, [FLOOR], dt=1e-6, velocities=v, spins=w, precision="double").step(
+        1500
     )
-    start(*built, 1e-6)
-    window(*built, at_rest(), REST, 1500, 1e-6, 0, 1)
     # rotation goes through a quaternion: round-off of 1500 substeps
-    assert positions(*built[:2], 1e-6)[1] == pytest.approx(sphere.x[0], abs=1e-12)
-    assert velocities(*built[:2])[1] == pytest.approx(sphere.v[0], abs=1e-10)
-    assert spins(*built[:2])[1] == pytest.approx(sphere.w[0], abs=1e-8)
+    assert both.positions[1] == pytest.approx(sphere.positions[0], abs=1e-12)
+    assert both.velocities[1] == pytest.approx(sphere.velocities[0], abs=1e-10)
+    assert both.spins[1] == pytest.approx(sphere.spins[0], abs=1e-8)
 
 
 def test_dumbbell_that_lands_flat_bounces_as_one_body_on_two_springs():
@@ -129,14 +113,14 @@ def test_dumbbell_that_lands_flat_bounces_as_one_body_on_two_springs():
     mass = bench.mass[0]
     overlap = v * np.sqrt(mass / (2 * k))
     contact = np.pi * np.sqrt(mass / (2 * k))
-    bench.march(round((0.5 * contact + 1e-6 / v) / 1e-6))
+    bench.step(round((0.5 * contact + 1e-6 / v) / 1e-6))
     # the sampled maximum of a cosine: off by at most half the square of half a step's phase
     assert bench.state.largest_overlap[1] * 0.005 == pytest.approx(
         overlap, rel=0.5 * (np.pi * 1e-6 / contact) ** 2 + 1e-3
     )
-    bench.march(round(contact / 1e-6))
-    assert velocities(*bench.charge[:2])[0] == pytest.approx([0, 0, v], abs=2e-4 * v)
-    assert np.abs(spins(*bench.charge[:2])).max() < 1e-6
+    bench.step(round(contact / 1e-6))
+    assert bench.velocities[0] == pytest.approx([0, 0, v], abs=2e-4 * v)
+    assert np.abs(bench.spins).max() < 1e-6
 
 
 def test_dumbbell_hit_at_one_end_leaves_with_the_spin_of_a_free_rod():
@@ -158,12 +142,12 @@ def test_dumbbell_hit_at_one_end_leaves_with_the_spin_of_a_free_rod():
     impulse = 2 * v / yielding
     spin = np.linalg.solve(inertia, impulse * arm)
     contact = np.pi * np.sqrt(1 / (yielding * k))
-    bench.march(round((1e-7 / v + 1.5 * contact) / 2e-8))
+    bench.step(round((1e-7 / v + 1.5 * contact) / 2e-8))
     # the rod turns during the contact by spin x contact, which moves the arm by that share
     share = np.linalg.norm(spin) * contact
     assert share < 0.02
-    assert spins(*bench.charge[:2])[0] == pytest.approx(spin, abs=share * np.linalg.norm(spin))
-    assert velocities(*bench.charge[:2])[0, 2] == pytest.approx(-v + impulse / bench.mass[0], abs=share * v)
+    assert bench.spins[0] == pytest.approx(spin, abs=share * np.linalg.norm(spin))
+    assert bench.velocities[0, 2] == pytest.approx(-v + impulse / bench.mass[0], abs=share * v)
 
 
 def cloud(precision="double"):
@@ -185,24 +169,23 @@ def cloud(precision="double"):
 
 def moments(bench):
     """Momentum, angular momentum about the origin, kinetic energy."""
-    model, state = bench.charge[:2]
-    clump = state.clumps[np.argsort(state.clumps[:, 18])]
-    x, v = positions(model, state, bench.dt), velocities(model, state)
+    clump = bench.state.clumps[np.argsort(bench.state.clumps[:, 18])]
+    x, v = bench.positions, bench.velocities
     momentum = clump[:, 13, None] * v
     return (
         momentum.sum(axis=0),
         (np.cross(x, momentum) + clump[:, 6:9]).sum(axis=0),
-        bench.read().energy[:2].sum(),
+        bench.reading().energy[:2].sum(),
     )
 
 
 def test_cloud_of_clumps_keeps_momentum_and_closes_its_ledger():
-    bench = cloud().march(1)
-    scale = (bench.mass[:, None] * np.abs(velocities(*bench.charge[:2]))).sum()
+    bench = cloud().step(1)
+    scale = (bench.mass[:, None] * np.abs(bench.velocities)).sum()
     p, h, energy = moments(bench)
     ledger = bench.state.ledger.copy()
     for _ in range(8):
-        bench.march(250)
+        bench.step(250)
     p_end, h_end, energy_end = moments(bench)
     # the positions the law sees are rounded to 1e-18 of the domain in double precision: only sums are left to
     # round
@@ -215,20 +198,21 @@ def test_cloud_of_clumps_keeps_momentum_and_closes_its_ledger():
 
 
 def test_pebbles_of_one_clump_never_touch_each_other():
-    bench = ClumpBench(GRAIN, [0, 0, 0], 1e-6, spins=[[100.0, 50.0, 0]]).march(500)
-    assert bench.read().contacts[0] == 0
+    bench = ClumpBench(GRAIN, [0, 0, 0], 1e-6, spins=[[100.0, 50.0, 0]]).step(500)
+    assert bench.reading().contacts[0] == 0
     assert bench.state.largest_overlap[0] == 0
 
 
 def test_clumps_have_the_same_bits_on_any_number_of_threads_and_after_a_copy():
     one, two = cloud("single"), cloud("single")
+    two.threads = 2
     for _ in range(4):
-        one.march(200)
-        two.march(200, threads=2)
-    for name in ("x", "v", "rows", "clumps", "ledger", "ids"):
+        one.step(200)
+        two.step(200)
+    for name in ("x", "v", "published_rows", "clumps", "ledger", "ids"):
         assert np.array_equal(getattr(one.state, name), getattr(two.state, name)), name
-    kept = cloud("single")
-    copy_state(one.state, kept.state)
-    one.march(150)
-    kept.march(150)
-    assert np.array_equal(one.state.clumps, kept.state.clumps)
+    copy = cloud("single")
+    copy_state(one.state, copy.state)
+    one.step(150)
+    copy.step(150)
+    assert np.array_equal(one.state.clumps, copy.state.clumps)

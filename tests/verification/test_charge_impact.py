@@ -41,8 +41,8 @@ def bounce(zeta, cut, m_eff, pair, dt, phase=0.3, precision="double", k_law=None
             precision=precision,
         )
     n = int(1.5 * contact_time(K, m_eff, zeta, False) / dt) + 12
-    bench.march(n)
-    return (bench.v[1, 0] - bench.v[0, 0] if pair else bench.v[0, 2]), bench
+    bench.step(n)
+    return (bench.velocities[1, 0] - bench.velocities[0, 0] if pair else bench.velocities[0, 2]), bench
 
 
 @pytest.mark.parametrize("cut", [False, True])
@@ -107,7 +107,7 @@ def test_contact_lasts_as_long_as_the_closed_form_says():
     dt = contact_time(K, M, zeta, False) / 200
     bench = Bench([0, 0, R + 1e-9], law(K, zeta), dt, [FLOOR], velocities=[0, 0, -V])
     n = 0
-    while bench.march(1).read().contacts[1] or n < 3:
+    while bench.step(1).reading().contacts[1] or n < 3:
         n += 1
     assert n * dt == pytest.approx(contact_time(K, M, zeta, False), abs=2 * dt)
 
@@ -122,7 +122,7 @@ def test_stiffness_from_the_bodies_is_their_series(cut):
     bench = Bench(
         [0, 0, R + 1e-9], law(0.0, 0.0, a=per_a, b=per_b, cut=cut), dt, [FLOOR], velocities=[0, 0, -V]
     )
-    bench.march(150)
+    bench.step(150)
     assert bench.state.largest_overlap[1] * d == pytest.approx(V * math.sqrt(M / k), rel=(math.pi / 200) ** 2)
 
 
@@ -137,10 +137,10 @@ def test_gross_sliding_impact_is_that_of_hard_spheres():
     bench = Bench(
         [0, 0, R + 1e-9], law(k, zeta, friction=mu, cut=True), dt, [FLOOR], velocities=[v_t, 0, -v_n]
     )
-    bench.march(260)
+    bench.step(260)
     change = mu * (1 + e) * v_n
-    assert bench.v[0, 0] - v_t == pytest.approx(-change, rel=0.02)
-    assert bench.w[0, 1] == pytest.approx(2.5 * change / R, rel=0.02)
+    assert bench.velocities[0, 0] - v_t == pytest.approx(-change, rel=0.02)
+    assert bench.spins[0, 1] == pytest.approx(2.5 * change / R, rel=0.02)
 
 
 def test_sticking_impact_turns_the_slip_by_the_cosine():
@@ -153,8 +153,8 @@ def test_sticking_impact_turns_the_slip_by_the_cosine():
     bench = Bench(
         [0, 0, R + 1e-9], law(K, 0.0, ratio, friction=100.0), dt, [FLOOR], velocities=[v_t, 0, -v_n]
     )
-    bench.march(230)
-    slip = bench.v[0, 0] - R * bench.w[0, 1]
+    bench.step(230)
+    slip = bench.velocities[0, 0] - R * bench.spins[0, 1]
     assert slip == pytest.approx(v_t * math.cos(math.pi * math.sqrt(3.5 * ratio)), abs=0.01 * v_t)
 
 
@@ -190,7 +190,7 @@ def test_unequal_balls_of_two_materials_follow_a_two_body_integration():
         densities=[rho_a, rho_b],
         velocities=[[1, 0, 0], [0, 0, 0]],
     )
-    bench.march(60)
+    bench.step(60)
     c, h = 2 * zeta * math.sqrt(m_eff * k), dt / 10
     d, u, va, vb = -1e-7, 1.0, 1.0, 0.0
     for _ in range(600):
@@ -200,4 +200,4 @@ def test_unequal_balls_of_two_materials_follow_a_two_body_integration():
         u = va - vb
         d += 0.5 * h * u
     # each is wrong by second order of w0 dt = 0.03, or first order of the tenth of it: 1e-3 of the speed
-    assert bench.v[:, 0] == pytest.approx([va, vb], abs=2e-3)
+    assert bench.velocities[:, 0] == pytest.approx([va, vb], abs=2e-3)

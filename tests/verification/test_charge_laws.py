@@ -50,14 +50,17 @@ def crowd(composed, precision="single", surfaces=WALLS):
 def test_isolated_crowd_keeps_momentum_and_angular_momentum(composed):
     # action and reaction are the same number: float32 rounding of forces, sqrt(steps) of it at random
     bench = crowd(composed, surfaces=())
-    scale = M * np.abs(bench.v).sum()
-    energy = bench.read().energy[0]
+    scale = M * np.abs(bench.velocities).sum()
+    energy = bench.reading().energy[0]
     before = (
-        bench.read().momentum.copy(),
-        (M * np.cross(bench.x, bench.v) + 0.4 * M * R * R * bench.w).sum(axis=0),
+        bench.reading().momentum.copy(),
+        (M * np.cross(bench.positions, bench.velocities) + 0.4 * M * R * R * bench.spins).sum(axis=0),
     )
-    bench.march(400)
-    after = bench.read().momentum, (M * np.cross(bench.x, bench.v) + 0.4 * M * R * R * bench.w).sum(axis=0)
+    bench.step(400)
+    after = (
+        bench.reading().momentum,
+        (M * np.cross(bench.positions, bench.velocities) + 0.4 * M * R * R * bench.spins).sum(axis=0),
+    )
     assert -bench.state.ledger[Ledger.PAIR_NORMAL] > 0.1 * energy
     assert after[0] == pytest.approx(before[0], abs=8 * 2.0**-23 * scale)
     assert after[1] == pytest.approx(before[1], abs=40 * 2.0**-23 * scale * 0.02)
@@ -68,9 +71,9 @@ def test_ledger_closes_and_contacts_take_energy_out(composed):
     # work of contacts, walls and gravity is the change of kinetic energy, to rounding; what contacts took and
     # do not hold is lost
     bench = crowd(composed)
-    before = bench.read().energy[:2].sum()
-    bench.march(600)
-    after = bench.read()
+    before = bench.reading().energy[:2].sum()
+    bench.step(600)
+    after = bench.reading()
     assert bench.state.ledger.sum() == pytest.approx(after.energy[:2].sum() - before, abs=1e-6 * before)
     lost = -bench.state.ledger[: Ledger.INTERFACE] - after.energy[2:8]
     assert lost[[Ledger.PAIR_NORMAL, Ledger.PAIR_TANGENTIAL, Ledger.WALL_NORMAL]].min() > 0.0
@@ -78,7 +81,9 @@ def test_ledger_closes_and_contacts_take_energy_out(composed):
 
 
 def test_two_threads_give_the_bits_of_one_with_a_law_that_remembers():
-    one, two = crowd(HYSTERETIC).march(300), crowd(HYSTERETIC).march(300, threads=2)
+    one, two = crowd(HYSTERETIC).step(300), crowd(HYSTERETIC)
+    two.threads = 2
+    two.step(300)
     for name in ("x", "v", "w", "impulse", "ledger"):
         assert getattr(one.state, name).tobytes() == getattr(two.state, name).tobytes(), name
 
@@ -102,8 +107,8 @@ def test_engine_gives_the_impact_of_the_law(composed, pair):
     else:
         places, speeds, surfaces = [0, 0, R + gap], [0, 0, -1.0], [FLOOR]
     bench = Bench(places, given, dt, surfaces, velocities=speeds, law=composed, precision="single")
-    bench.march(math.ceil(1.2 * met.time / dt) + 12)
-    left = bench.v[1, 0] - bench.v[0, 0] if pair else bench.v[0, 2]
+    bench.step(math.ceil(1.2 * met.time / dt) + 12)
+    left = bench.velocities[1, 0] - bench.velocities[0, 0] if pair else bench.velocities[0, 2]
     ratio = given.unloading_ratio if composed is HYSTERETIC else 1.0
     assert left == pytest.approx(met.restitution, abs=met.stiffness * ratio / m * dt * dt + 1e-4)
     assert bench.state.largest_overlap[int(not pair)] * 2 * R == pytest.approx(

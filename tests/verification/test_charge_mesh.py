@@ -117,9 +117,16 @@ def rolled(surfaces, steps, floor=0.0):
     )  # fmt: skip
     out = []
     for _ in range(steps // 50):
-        bench.march(50)
+        bench.step(50)
         out.append(
-            np.concatenate([bench.x[0], bench.v[0], R * bench.w[0], bench.state.impulse[0] / (50 * bench.dt)])
+            np.concatenate(
+                [
+                    bench.positions[0],
+                    bench.velocities[0],
+                    R * bench.spins[0],
+                    bench.state.impulse[0] / (50 * bench.dt),
+                ]
+            )
         )
     return np.array(out)
 
@@ -151,13 +158,15 @@ def test_ball_bounces_straight_off_the_tip_of_a_corner_and_keeps_its_energy():
     bench = Bench(
         [0, 0, R + 0.5 * dt], law(K), dt, surfaces, velocities=[0, 0, -1.0], domain=((0, 0, 0), 0.5)
     )
-    bench.march(100)
-    assert R - bench.x[0, 2] == pytest.approx(time / math.pi, rel=1e-3)  # deepest at half time: v sqrt(m/k)
-    bench.march(104)
+    bench.step(100)
+    assert R - bench.positions[0, 2] == pytest.approx(
+        time / math.pi, rel=1e-3
+    )  # deepest at half time: v sqrt(m/k)
+    bench.step(104)
     # leapfrog keeps a spring's energy to (w dt)^2/24 = 1e-5; the two ends of the contact fall between steps:
     # w dt = 0.016 of a
     # step's force at zero overlap, twice squared
-    assert bench.v[0] == pytest.approx([0, 0, 1.0], abs=3e-4)
+    assert bench.velocities[0] == pytest.approx([0, 0, 1.0], abs=3e-4)
 
 
 def test_ball_on_a_slanting_edge_is_pushed_at_right_angles_to_it():
@@ -169,8 +178,8 @@ def test_ball_on_a_slanting_edge_is_pushed_at_right_angles_to_it():
     # the edge is along y, through (0.003, y, 0); the centre stands 30 degrees off the upright over it
     off = math.radians(30)
     centre = [0.003 + 0.99 * R * math.sin(off), 0.002, 0.99 * R * math.cos(off)]
-    bench = Bench(centre, law(K), 1e-7, surfaces, domain=((0, 0, 0), 0.5)).march(1)
-    push = bench.v[0] * M / 1e-7
+    bench = Bench(centre, law(K), 1e-7, surfaces, domain=((0, 0, 0), 0.5)).step(1)
+    push = bench.velocities[0] * M / 1e-7
     assert push == pytest.approx(
         K * 0.01 * R * np.array([math.sin(off), 0, math.cos(off)]), rel=1e-9, abs=1e-9 * K * R
     )
@@ -213,7 +222,7 @@ def test_overlap_in_a_tessellated_cylinder_converges_with_the_square_of_the_face
 
 def first_forces(surfaces, x):
     """Force and moment on the walls over one step from rest."""
-    bench = Bench(x, law(K, stop=1.0), 1e-7, surfaces, domain=((0, 0, 0.02), 0.2)).march(1)
+    bench = Bench(x, law(K, stop=1.0), 1e-7, surfaces, domain=((0, 0, 0.02), 0.2)).step(1)
     return bench.state.impulse[0] / 1e-7, bench
 
 
@@ -235,7 +244,7 @@ def test_forces_on_a_meshed_chamber_converge_to_those_on_the_exact_one():
         # each ball: overlap too large by up to BORE (1 - cos(pi/n)), direction off by up to pi/n
         overlap = 0.04 * R
         each = K * (BORE * (1 - math.cos(math.pi / n)) + overlap * math.pi / n)
-        assert np.abs((bench.v - reference.v) * M / 1e-7).max() <= each
+        assert np.abs((bench.velocities - reference.velocities) * M / 1e-7).max() <= each
         # facets turn the forces both ways alike: their sum is off by the root of the number of balls and not
         # by the number
         first = K * overlap * math.pi / n * math.sqrt(touching.sum())
@@ -257,9 +266,9 @@ def test_a_charge_moves_in_a_meshed_chamber_as_in_the_exact_one():
             gravity=(0, 0, -9.81),
             domain=((0, 0, 0.02), 0.2),
         )
-        bench.motions[0, 7:10] = 1.0, 0.5, 0.0
-        bench.march(steps)
-        return 0.5 * M * (bench.v**2).sum(), bench.state.ledger[6]
+        bench.motion[0, 7:10] = 1.0, 0.5, 0.0
+        bench.step(steps)
+        return 0.5 * M * (bench.velocities**2).sum(), bench.state.ledger[6]
 
     exact = [Surface("bore", SurfaceKind.CYLINDER, 0, 0, size=(0.02, 0, 0)), FLOOR]
     energy, work = kinetic(exact)
@@ -336,5 +345,5 @@ def test_fast_ball_that_has_gone_through_a_mesh_is_named():
         domain=((0, 0, 0), 0.5),
     )
     with pytest.raises(AssertionError, match="2"):
-        bench.march(200)
+        bench.step(200)
     assert bench.state.status[:3].tolist() == [2, 0, bench.state.status[2]]

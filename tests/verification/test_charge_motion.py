@@ -5,6 +5,7 @@ import math
 import pytest
 from charge_bench import FLOOR, Bench, law, sphere_mass
 
+from nutamill.charge.face import at_rest
 from nutamill.charge.laws.tags import ContactLaw, RollingTypeA
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 
@@ -23,15 +24,15 @@ def test_sliding_ball_rolls_at_five_sevenths_of_its_speed():
     mu, v0 = 0.3, 0.05
     t = 2 * v0 / (7 * mu * G)
     bench = Bench([0, 0, R - SAG], law(K, 0.1, friction=mu), DT, [FLOOR], gravity=DOWN, velocities=[v0, 0, 0])
-    bench.march(round(t / DT))
+    bench.step(round(t / DT))
     # the spring first stretches by mu m g/k: the start is late by about that length over the speed
     late = mu * SAG / v0 + DT
-    assert bench.x[0, 0] == pytest.approx(12 * v0**2 / (49 * mu * G), abs=2 * late * v0)
-    bench.march(round(0.3 * t / DT))
+    assert bench.positions[0, 0] == pytest.approx(12 * v0**2 / (49 * mu * G), abs=2 * late * v0)
+    bench.step(round(0.3 * t / DT))
     # the spring keeps swinging with at most the speed it was released with, sqrt(7/2 kt/m) mu m g/kt
     swing = mu * G * math.sqrt(M / K)
-    assert bench.v[0, 0] == pytest.approx(5 / 7 * v0, abs=swing)
-    assert R * bench.w[0, 1] == pytest.approx(5 / 7 * v0, abs=2.5 * swing)
+    assert bench.velocities[0, 0] == pytest.approx(5 / 7 * v0, abs=swing)
+    assert R * bench.spins[0, 1] == pytest.approx(5 / 7 * v0, abs=2.5 * swing)
 
 
 def test_ball_rolls_to_and_fro_in_a_cylinder_at_the_frequency_of_rolling():
@@ -56,11 +57,13 @@ def test_ball_rolls_to_and_fro_in_a_cylinder_at_the_frequency_of_rolling():
     )
     quarter = 0.5 * math.pi / math.sqrt(5 * G / (7 * (bore - R)))
     n = round(quarter / 1e-5)
-    bench.march(n)
+    bench.step(n)
     # amplitude: quarter period longer by angle^2/16 = 1.6e-4; the swing of the springs adds less than mu
     # SAG/2R = 1e-4 of the amplitude
-    assert abs(bench.x[0, 0]) < 1e-3 * arm * angle + bench.v[0, 0] ** 2
-    assert bench.v[0, 0] == pytest.approx(-arm * angle * math.sqrt(5 * G / (7 * (bore - R))), rel=2e-3)
+    assert abs(bench.positions[0, 0]) < 1e-3 * arm * angle + bench.velocities[0, 0] ** 2
+    assert bench.velocities[0, 0] == pytest.approx(
+        -arm * angle * math.sqrt(5 * G / (7 * (bore - R))), rel=2e-3
+    )
 
 
 @pytest.mark.parametrize(("slope", "rolls"), [(0.08, False), (0.12, True)])
@@ -68,7 +71,7 @@ def test_rolling_spring_holds_a_ball_on_an_incline_up_to_its_limit(slope, rolls)
     # M_r = mu_r R m g cos(slope) against R m g sin(slope): holds below atan(mu_r) = 0.0997
     gravity = (G * math.sin(slope), 0, -G * math.cos(slope))
     bench = Bench([0, 0, R - SAG], law(K, 0.3, friction=0.8, rolling=0.1), 4e-6, [FLOOR], gravity=gravity)
-    bench.march(25000)
+    bench.step(25000)
     t = 0.1
     # rolling freely with the limit moment: a = 5/7 g (sin - mu_r cos); holding: the spring gives by some g
     # sin/w^2 and swings undamped
@@ -76,7 +79,9 @@ def test_rolling_spring_holds_a_ball_on_an_incline_up_to_its_limit(slope, rolls)
     give = 10 * G * math.sin(slope) * M / K
     # until the spring reaches its limit the ball gains the speed sqrt(10/7 mu_r g x mu_r m g/k)
     lead = 0.1 * G * math.sqrt(10 / 7 * M / K) * t
-    assert bench.x[0, 0] == pytest.approx(free if rolls else 0.0, abs=lead + 0.002 * free if rolls else give)
+    assert bench.positions[0, 0] == pytest.approx(
+        free if rolls else 0.0, abs=lead + 0.002 * free if rolls else give
+    )
 
 
 def test_type_a_stops_a_rolling_ball_in_the_distance_of_its_moment_and_keeps_it_at_rest():
@@ -87,19 +92,19 @@ def test_type_a_stops_a_rolling_ball_in_the_distance_of_its_moment_and_keeps_it_
         [0, 0, R - SAG], law(K, 0.3, friction=0.8, rolling=mu_r), 1e-5, [FLOOR], gravity=DOWN,
         velocities=[v0, 0, 0], spins=[0, v0 / R, 0], law=ContactLaw(rolling=RollingTypeA()),
     )  # fmt: skip
-    bench.march(round(0.5 * stop / 1e-5))
-    assert bench.v[0, 0] == pytest.approx(0.5 * v0, rel=0.02)
-    bench.march(round(stop / 1e-5))
+    bench.step(round(0.5 * stop / 1e-5))
+    assert bench.velocities[0, 0] == pytest.approx(0.5 * v0, rel=0.02)
+    bench.step(round(stop / 1e-5))
     # the tangential spring has no loss of its own; what swings is below mu_r g sqrt(m/k)
-    assert abs(bench.v[0, 0]) < 2 * mu_r * G * math.sqrt(M / K)
-    assert bench.x[0, 0] == pytest.approx(0.7 * v0**2 / (mu_r * G), rel=0.02)
+    assert abs(bench.velocities[0, 0]) < 2 * mu_r * G * math.sqrt(M / K)
+    assert bench.positions[0, 0] == pytest.approx(0.7 * v0**2 / (mu_r * G), rel=0.02)
 
 
 def test_two_stacked_balls_rest_at_their_static_overlaps():
     # floor carries two weights, the pair one: overlaps 2 m g/k and m g/k
     bench = Bench([[0, 0, R], [0, 0, 3 * R]], law(K, 0.3), 1e-5, [FLOOR], gravity=DOWN)
-    bench.march(8000)
-    x = bench.x
+    bench.step(8000)
+    x = bench.positions
     assert R - x[0, 2] == pytest.approx(2 * SAG, rel=1e-3)
     assert 2 * R - (x[1, 2] - x[0, 2]) == pytest.approx(SAG, rel=1e-3)
 
@@ -120,9 +125,9 @@ def test_two_squeezed_balls_move_as_the_two_mass_chain():
         v1 += h * ((k * max(R - x1, 0.0) - middle) / M - G)
         v2 += h * ((middle - k * max(x2 + R - gap, 0.0)) / M - G)
         x1, x2 = x1 + 0.5 * h * v1, x2 + 0.5 * h * v2
-    bench.march(n)
+    bench.step(n)
     # phase error (w h)^2/24 per radian, w^2 = 3k/m, w t = 4.6: 2e-4 of an amplitude below 0.2 R
-    assert bench.x[:, 2] == pytest.approx([x1, x2], abs=1e-4 * R)
+    assert bench.positions[:, 2] == pytest.approx([x1, x2], abs=1e-4 * R)
 
 
 @pytest.mark.parametrize("k", [1e5, 1e6])
@@ -133,33 +138,34 @@ def test_ball_that_falls_on_an_edge_leaves_along_the_line_to_it(k):
     d = (R + 1e-5) / math.sqrt(2)
     dt = math.pi * math.sqrt(M / k) / 100
     bench = Bench([d, 0, d], law(k, 0.0), dt, [box], velocities=[-1 / math.sqrt(2), 0, -1 / math.sqrt(2)])
-    bench.march(110 + int(2e-5 / dt))
-    assert bench.v[0] == pytest.approx([1 / math.sqrt(2), 0, 1 / math.sqrt(2)], abs=2e-3)
+    bench.step(110 + int(2e-5 / dt))
+    assert bench.velocities[0] == pytest.approx([1 / math.sqrt(2), 0, 1 / math.sqrt(2)], abs=2e-3)
 
 
 def test_belt_takes_a_ball_along_at_two_sevenths_of_its_speed():
     # plane that moves in itself at V: the ball slides until V - v = R w (w backwards): v = 2/7 V
     speed = 0.05
     bench = Bench([0, 0, R - SAG], law(K, 0.1, friction=0.3), DT, [FLOOR], gravity=DOWN)
-    bench.motions[0, 7] = speed
-    bench.march(4000)
-    assert bench.v[0, 0] == pytest.approx(2 / 7 * speed, abs=0.3 * G * math.sqrt(M / K))
+    bench.motion[0, 7] = speed
+    bench.step(4000)
+    assert bench.velocities[0, 0] == pytest.approx(2 / 7 * speed, abs=0.3 * G * math.sqrt(M / K))
 
 
 def test_impulse_on_a_body_is_the_momentum_a_ball_lost_about_the_moving_mass_centre():
     # floor carried by a body whose mass centre lies at (0.1, 0, 0): impulse J, moment (r - c) x J at the
     # contact
     floor = Surface("floor", SurfaceKind.PLANE, 0, 0, origin=(-0.1, 0.0, 0.0))
+    carrier = at_rest()
+    carrier[0, 0] = 0.1
     bench = Bench(
         [0, 0.02, R + 1e-6],
         law(5e5, 0.0),
         1e-6,
         [floor],
         velocities=[0, 0, -1.0],
-        poses=[[0.1, 0, 0, 1, 0, 0, 0]],
+        motion=carrier,
     )
-    bench.motions[0, 0] = 0.1
-    bench.march(150)
-    lost = M * (-1.0 - bench.v[0, 2])
+    bench.step(150)
+    lost = M * (-1.0 - bench.velocities[0, 2])
     assert bench.state.impulse[0, :3] == pytest.approx([0, 0, lost], abs=1e-12)
     assert bench.state.impulse[0, 3:] == pytest.approx([0.02 * lost, 0.1 * lost, 0], abs=1e-12)

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from charge_bench import FLOOR, Bench, at_rest, law, sphere_mass
+from charge_bench import FLOOR, Bench, law, sphere_mass
 
+from nutamill.charge.face import at_rest
 from nutamill.charge.kernels.impacts import FINE, LOWEST, cutting_energy
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.statistics import (
@@ -37,7 +38,7 @@ class Survey:
     def take(self, angle=0.0, threads=1):
         """One sample."""
         self.sums.samples[0] += 1
-        run_team(sample, (*self.bench.charge, self.plan, self.bench.motions, angle, self.sums), threads)
+        run_team(sample, (*self.bench.parts, self.plan, self.bench.motion, angle, self.sums), threads)
         return self
 
     @property
@@ -75,8 +76,8 @@ def test_bouncing_balls_are_counted_in_the_bin_of_their_energy(v):
     n, along = 5, 0.4 * v
     x = np.column_stack([np.arange(n) * 3 * R, np.zeros(n), np.full(n, R + 1e-7)])
     bench = Bench(x, law(K, 0.1), 1e-6, [FLOOR], velocities=np.tile([along, 0, -v], (n, 1)))
-    bench.march(round(2 * math.pi * math.sqrt(M / K) / 1e-6 + 1e-7 / v / 1e-6))
-    assert np.all(bench.v[:, 2] > 0.0)
+    bench.step(round(2 * math.pi * math.sqrt(M / K) / 1e-6 + 1e-7 / v / 1e-6))
+    assert np.all(bench.velocities[:, 2] > 0.0)
     for part, speed in ((0, v), (1, along)):
         energy = 0.5 * M * speed**2
         counts, energies = spectrum(bench, 1, part)
@@ -93,7 +94,7 @@ def test_pairs_are_counted_once_wherever_they_lie_in_the_arrays():
     x = np.concatenate([first, first + np.array([2 * R + 1e-7, 0, 0])])
     speeds = np.concatenate([np.tile([v / 2, slip, 0], (n, 1)), np.tile([-v / 2, 0, 0], (n, 1))])
     bench = Bench(x, law(K), 1e-6, velocities=speeds)
-    bench.march(40)
+    bench.step(40)
     for part, speed in ((0, v), (1, slip)):
         counts, energies = spectrum(bench, 0, part)
         assert counts.sum() == n
@@ -104,7 +105,7 @@ def test_pairs_are_counted_once_wherever_they_lie_in_the_arrays():
 
 def test_a_contact_that_lasts_is_counted_once():
     bench = Bench([0, 0, R], law(K, 0.5), 2e-6, [FLOOR], gravity=(0, 0, -9.81))
-    bench.march(5000)  # ten milliseconds: the ball has come to rest in its dent
+    bench.step(5000)  # ten milliseconds: the ball has come to rest in its dent
     assert spectrum(bench, 1, 0)[0].sum() == 1
 
 
@@ -133,7 +134,7 @@ def test_an_impact_wears_the_patch_it_hits():
         patches=patch_table([(ANGLE_HEIGHT, 36, 10, 0.0, 0.1)]),
     )
     survey = Survey(bench)
-    bench.march(20)
+    bench.step(20)
     cut = survey.kept["cut"] / bench.model.per_cut
     assert np.flatnonzero(cut).tolist() == [10 * 10 + 1]
     # the wall curves by 1e-7/0.02 on the way: both parts are right to that, and to the small unit of 2^-30 of
@@ -158,7 +159,7 @@ def test_an_impact_on_a_rib_wears_its_face(place, face):
         patches=patch_table([(FACE_HEIGHT, 6, 4, -0.01, 0.01)]),
     )
     survey = Survey(bench)
-    bench.march(10)
+    bench.step(10)
     (patch,) = np.flatnonzero(survey.kept["cut"])
     assert patch // 4 == face
 
@@ -184,7 +185,7 @@ def test_shear_work_of_a_sliding_ball_is_friction_times_distance_patch_by_patch(
     samples = 1500
     for _ in range(samples):
         survey.take()
-        bench.march(every)
+        bench.step(every)
     work = survey.wall("shear_work") * every * dt
     t = (np.arange(200_000) + 0.5) / 200_000 * samples * every * dt
     rate = mu * M * g * (v0 - 3.5 * mu * g * t)
@@ -236,7 +237,7 @@ def test_work_over_all_patches_is_the_ledgers_within_the_error_of_sampling():
     for _ in range(blocks):
         for _ in range(50):
             survey.take()
-            bench.march(every)
+            bench.step(every)
         sampled.append(np.array([survey.wall(name).sum() for name in names]) * every * bench.dt)
         true.append(-bench.state.ledger[list(places)])
     missed = np.diff(sampled, axis=0) - np.diff(true, axis=0)
@@ -251,7 +252,8 @@ def test_statistics_have_the_same_bits_on_one_and_two_threads():
         bench = tumbling(precision="single")
         survey = Survey(bench, cells=(3, 8, 5), extent=(0.02, 0.0, 0.1))
         for k in range(40):
-            bench.march(10, threads)
+            bench.threads = threads
+            bench.step(10)
             survey.take(0.1 * k, threads)
         kept.append(survey.kept)
     assert (
@@ -300,8 +302,8 @@ def test_fields_of_a_turning_packing_are_omega_times_r_and_its_solids_fraction()
 def test_velocities_are_those_relative_to_the_body():
     spin = 30.0
     _, bench = packed(spin)
-    bench.motions = at_rest()
-    bench.motions[0, 10:13] = 0.0, 0.0, spin
+    bench.motion = at_rest()
+    bench.motion[0, 10:13] = 0.0, 0.0, spin
     survey = Survey(bench, cells=(3, 4, 1), extent=(0.03, 0.0, 1.0)).take()
     # small units are 2^-30 of a ball at 1 m/s; a rounding each
     assert np.abs(survey.field("momentum_a")).max() < 128 * M * 2.0**-30
@@ -319,7 +321,7 @@ def test_neighbours_of_a_packing_are_those_of_its_lattice():
     # 8 x 8 x 6 balls pressed together by 0.1 um: 6 neighbours less one for each free face
     x, _ = packed()
     bench = Bench(x * (1 - 1e-4), law(K), 1e-6)
-    bench.march(1)  # lists are made in the first substep
+    bench.step(1)  # lists are made in the first substep
     bench.state.v[...] = 0.0
     counts = Survey(bench).take().kept["neighbours"]
     grid = np.stack(np.meshgrid(range(8), range(8), range(6), indexing="ij"), axis=-1).reshape(-1, 3)

@@ -62,13 +62,13 @@ def haff() -> list[Row]:
     def collision_rate(temperature):
         return 4 * fewer * number * d * d * chi * math.sqrt(math.pi * temperature)
 
-    bench.march(round(2.0 / collision_rate(1.0) / dt))
-    t0 = float((bench.v**2).sum() / (3 * n))
+    bench.step(round(2.0 / collision_rate(1.0) / dt))
+    t0 = float((bench.velocities**2).sum() / (3 * n))
     tau = 6 / ((1 - e * e) * collision_rate(t0))
     rows = []
     for part, expected in ((1, 0.25), (2, 1 / 9)):
-        bench.march(round(tau / dt))
-        t = float((bench.v**2).sum() / (3 * n)) / t0
+        bench.step(round(tau / dt))
+        t = float((bench.velocities**2).sum() / (3 * n)) / t0
         # contacts last: each impact takes half a contact time from the flight between two of them
         late = 2 * 0.5 * contact_time(k, mass / 2, zeta, False) * collision_rate(t0)
         noise = 3 * 2 * math.sqrt(2 / (3 * n))
@@ -115,7 +115,6 @@ def filled_silo(diameters: float, seed: int, walls, numbers, dt, density, d, roo
         (density,),
         ("linear", "displacement", "none"),
         DOWN,
-        n_bodies=2,
         velocities=speeds,
         threads=THREADS,
         precision="single",
@@ -137,17 +136,17 @@ def janssen() -> list[Row]:
         bench = filled_silo(
             count, count, walls, numbers, dt, density, d, lambda x, y: np.hypot(x, y) < radius - 0.6 * d
         )
-        bench.march(round(0.4 / dt))
-        bench.motions[1, 9] = 0.01
-        bench.march(round(0.1 / dt))
+        bench.step(round(0.4 / dt))
+        bench.motion[1, 9] = 0.01
+        bench.step(round(0.1 / dt))
         steps = round(0.1 / dt)
-        before = bench.v.copy()
-        bench.march(steps)
-        mass = bench.parts[1].mass_props[1, : len(before)].sum()
+        before = bench.velocities.copy()
+        bench.step(steps)
+        mass = bench.state.mass_props[1, : len(before)].sum()
         masses = np.empty(len(before))
-        masses[bench.parts[1].ids[: len(before)]] = bench.parts[1].mass_props[1, : len(before)]
-        force = bench.impulse[:, 2] / (steps * dt)
-        change = (masses @ (bench.v - before))[2] / (steps * dt)
+        masses[bench.state.ids[: len(before)]] = bench.state.mass_props[1, : len(before)]
+        force = bench.wrenches[:, 2]
+        change = (masses @ (bench.velocities - before))[2] / (steps * dt)
         filled.append(mass)
         carried.append(-force[0] / G)
         balance.append(abs(mass * G + force.sum() + change) / (mass * G))
@@ -209,9 +208,9 @@ def beverloo() -> list[Row]:
         d,
         lambda x, y: np.maximum(abs(x), abs(y)) < half - 0.6 * d,
     )
-    bed.march(round(0.4 / dt))
+    bed.step(round(0.4 / dt))
     radii = np.empty(count)
-    radii[bed.parts[1].ids[:count]] = bed.parts[1].mass_props[0, :count]
+    radii[bed.state.ids[:count]] = bed.state.mass_props[0, :count]
     catch = Surface("catch", SurfaceKind.PLANE, 0, 0, (0.0, 0.0, -0.35))
     openings, rates, steady = np.array([6.0, 7.0, 8.0, 9.0, 10.0]), [], []
     for opening in openings:
@@ -224,14 +223,13 @@ def beverloo() -> list[Row]:
             Surface("back", SurfaceKind.BOX, 0, 0, (0, middle, -depth), size=(half + d, middle - b, depth)),
         ]
         silo = Bench(
-            bed.x,
+            bed.positions,
             numbers,
             dt,
             [catch, *sides, *plates],
             radii,
             (density,),
             gravity=DOWN,
-            n_bodies=1,
             threads=THREADS,
             precision="single",
             domain=((0.0, 0.0, 0.0), 0.6),
@@ -239,9 +237,9 @@ def beverloo() -> list[Row]:
         masses = density * 4 / 3 * math.pi * radii**3
         times, out = [], []
         while len(out) < 2 or out[-1] < 0.45 * masses.sum():
-            silo.march(round(0.01 / dt))
+            silo.step(round(0.01 / dt))
             times.append(silo.time)
-            out.append(masses[silo.x[:, 2] < -2 * depth].sum())
+            out.append(masses[silo.positions[:, 2] < -2 * depth].sum())
         times, out = np.array(times), np.array(out)
         flowing = out > 0.08 * masses.sum()
         times, out = times[flowing], out[flowing]

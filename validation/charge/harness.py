@@ -7,20 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.charge.assembly import charge, grow, positions, spins, velocities
-from nutamill.charge.kernels.dynamics import start, window
-from nutamill.charge.kernels.team import run_team
+from nutamill.charge.face import Charge
 from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import contact_law
-from nutamill.charge.model import Clock, Status
+from nutamill.charge.particles.particles import spheres
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 
 G = 9.81
 DOWN = (0.0, 0.0, -G)
 FLOOR = Surface("floor", SurfaceKind.PLANE, 0, 0)
-FIXED_FRAME = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-"""Reference of the neighbour list that does not turn."""
-
 SAMPLES = 400
 """Substeps in the contact time of a followed impact [1]."""
 
@@ -70,16 +65,19 @@ def sphere_mass(radius: float, density: float) -> float:
     return 4.0 / 3.0 * math.pi * radius**3 * density
 
 
-class Bench:
-    """A charge with its clock.
+class Bench(Charge):
+    """A charge of spheres with the defaults of the validation cases.
 
     Parameters
     ----------
     places : [m] (n, 3)
     pairs : numbers of the contact, or of each pair of materials
     dt : substep [s]
+    radius : of all, or of each [m]
+    densities : by material [kg/m^3]
     law : names of the normal, tangential and rolling law
-    others : as `nutamill.charge.assembly.charge`; double precision if nothing is said
+    materials : of all, or of each
+    options : as `nutamill.charge.face.Charge`
     """
 
     def __init__(
@@ -92,9 +90,8 @@ class Bench:
         densities=(2500.0,),
         law=("linear", "displacement", "none"),
         gravity=(0.0, 0.0, 0.0),
-        n_bodies=1,
-        materials=None,
-        threads=1,
+        materials=0,
+        precision="double",
         **options,
     ):
         places = np.atleast_2d(np.array(places, float))
@@ -102,68 +99,18 @@ class Bench:
         for name in ("velocities", "spins"):
             if name in options:
                 options[name] = np.broadcast_to(np.array(options[name], float), (n, 3))
-        options.setdefault("precision", "double")
-        self.parts = charge(
-            places,
-            np.broadcast_to(np.asarray(radius, float), (n,)),
-            np.zeros(n, int) if materials is None else materials,
+        placed = spheres(np.broadcast_to(2.0 * np.asarray(radius, float), (n,)), materials).placed(places)
+        super().__init__(
+            placed,
             densities,
-            pairs if isinstance(pairs, dict) else {(0, 0): pairs},
+            pairs,
             surfaces,
-            n_bodies,
-            gravity=gravity,
+            dt=dt,
             law=contact_law(*law),
+            gravity=gravity,
+            precision=precision,
             **options,
         )
-        self.dt, self.threads = dt, threads
-        self.motions = np.zeros((n_bodies, 19))
-        self.motions[:, 3] = 1.0
-        start(*self.parts, dt)
-
-    def march(self, n: int) -> "Bench":
-        """`n` substeps; the impulse on the bodies is that of all of them."""
-        while True:
-            run_team(window, (*self.parts, self.motions, FIXED_FRAME, n, self.dt), self.threads)
-            state = self.parts[1]
-            full = state.status[0] == Status.LISTS_FULL
-            if full or state.clock[Clock.CROWDED]:
-                self.parts = grow(*self.parts)
-            if not full:
-                break
-        if state.status[0] != Status.OK:
-            raise RuntimeError(f"the charge stopped: {state.status}, overlap {state.largest_overlap[2]:.3g}")
-        self.motions[:, :3] += n * self.dt * self.motions[:, 7:10]
-        return self
-
-    @property
-    def time(self) -> float:
-        """Simulated time [s]."""
-        return int(self.parts[1].clock[Clock.STEP]) * self.dt
-
-    @property
-    def x(self) -> np.ndarray:
-        """Positions [m] (n, 3)."""
-        return positions(*self.parts[:2], self.dt)
-
-    @property
-    def v(self) -> np.ndarray:
-        """Velocities [m/s] (n, 3)."""
-        return velocities(*self.parts[:2])
-
-    @property
-    def w(self) -> np.ndarray:
-        """Spins [rad/s] (n, 3)."""
-        return spins(*self.parts[:2])
-
-    @property
-    def impulse(self) -> np.ndarray:
-        """Impulse [N s] and angular impulse [N m s] on each body in the last march (n_bodies, 6)."""
-        return self.parts[1].impulse
-
-    @property
-    def overlap(self) -> np.ndarray:
-        """Largest overlap so far of pairs and of walls [diameter] (2,)."""
-        return self.parts[1].largest_overlap[:2]
 
 
 class Impact(NamedTuple):
@@ -195,11 +142,12 @@ def follow(bench: Bench, along, mass: float, radii: float, limit: int) -> Impact
     limit : substeps after which the contact must have ended
     """
     along = np.array(along)
-    curve, before = [], bench.v[0]
+    curve, before = [], bench.velocities[0]
     for _ in range(limit):
-        other = bench.parts[1].x[:, list(bench.parts[1].ids).index(1)] if len(bench.x) == 2 else np.zeros(3)
-        overlap = radii - (other - bench.parts[1].x[:, list(bench.parts[1].ids).index(0)]) @ along
-        now = bench.march(1).v[0]
+        x, ids = bench.state.x, list(bench.state.ids)
+        other = x[:, ids.index(1)] if len(bench.positions) == 2 else np.zeros(3)
+        overlap = radii - (other - x[:, ids.index(0)]) @ along
+        now = bench.step(1).velocities[0]
         if overlap > 0.0:
             curve.append((-mass * (now - before) @ along / bench.dt, overlap))
         elif curve:
@@ -208,7 +156,7 @@ def follow(bench: Bench, along, mass: float, radii: float, limit: int) -> Impact
     curve = np.array(curve)
     pressed = np.flatnonzero(np.abs(curve[:, 0]) > 1e-12 * np.abs(curve[:, 0]).max())
     duration = (pressed[-1] - pressed[0] + 1) * bench.dt
-    return Impact(bench.v, bench.w, curve[:, 0].max(), curve[:, 1].max(), duration, curve)
+    return Impact(bench.velocities, bench.spins, curve[:, 0].max(), curve[:, 1].max(), duration, curve)
 
 
 def strike_floor(

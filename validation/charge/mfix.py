@@ -26,14 +26,14 @@ def dem01() -> list[Row]:
         time = contact_time(k, mass, zeta, False)
         dt = time / 1000
         bench = Bench([0, 0, height], pair(k, zeta, stop=0.9), dt, [FLOOR], radius, (density,), gravity=DOWN)
-        bench.march(round(0.9 * touch / dt))
+        bench.step(round(0.9 * touch / dt))
         exact = height - 0.5 * G * bench.time**2
         rows.append(
             Row(
                 f"e = {e}: height in free fall at {bench.time:.4f} s [m]",
                 exact,
                 SOURCE,
-                bench.x[0, 2],
+                bench.positions[0, 2],
                 1e-9,
                 "exact but for rounding",
             )
@@ -41,16 +41,19 @@ def dem01() -> list[Row]:
         w0, ds = math.sqrt(k / mass), mass * G / k
         wd = w0 * math.sqrt(1 - zeta * zeta)
         b = (speed - zeta * w0 * ds) / wd
-        bench.march(round((touch + 0.25 * time) / dt) - round(0.9 * touch / dt))
+        bench.step(round((touch + 0.25 * time) / dt) - round(0.9 * touch / dt))
         heights, speeds = [], []
         for _ in range(5):
             t = bench.time - touch
             ex, c, s = math.exp(-zeta * w0 * t), math.cos(wd * t), math.sin(wd * t)
-            heights.append((radius - ds + ex * (ds * c - b * s), bench.x[0, 2]))
+            heights.append((radius - ds + ex * (ds * c - b * s), bench.positions[0, 2]))
             speeds.append(
-                (-ex * ((zeta * w0 * ds + wd * b) * c + (wd * ds - zeta * w0 * b) * s), bench.v[0, 2])
+                (
+                    -ex * ((zeta * w0 * ds + wd * b) * c + (wd * ds - zeta * w0 * b) * s),
+                    bench.velocities[0, 2],
+                )
             )
-            bench.march(round(0.12 * time / dt))
+            bench.step(round(0.12 * time / dt))
         # a step of the dashpot at touch is caught to second order; the start of contact is known to a
         # substep's share of that
         allowed = 4 * (math.pi / 1000) ** 2 * speed
@@ -95,8 +98,8 @@ def dem02() -> list[Row]:
             # from the middle of one flight to that of the next: half the way up is enough to know the top
             touch = now + (math.sqrt(2 * (height - radius) / G) if n == 1 else speed / G * 1.5)
             now = touch + time + 0.5 * after / G
-            bench.march(max(1, round((now - bench.time) / dt)))
-            apex = bench.x[0, 2] + bench.v[0, 2] ** 2 / (2 * G)
+            bench.step(max(1, round((now - bench.time) / dt)))
+            apex = bench.positions[0, 2] + bench.velocities[0, 2] ** 2 / (2 * G)
             speed = after
             exact, stiff = radius + after**2 / (2 * G), radius + (height - radius) * e ** (2 * n)
             allowed = n * 4 * (math.pi / 100) ** 2 * (exact - radius)
@@ -159,9 +162,9 @@ def dem03() -> list[Row]:
         )
         pairs, end = [], 10e-3
         while bench.time < end:
-            bench.march(50)
+            bench.step(50)
             exact = rest + expm(matrix * bench.time) @ (begin - rest)
-            pairs += list(zip(exact[:2], bench.x[:, 2], strict=True))
+            pairs += list(zip(exact[:2], bench.positions[:, 2], strict=True))
         # the phase of the fastest mode, w^2 = 3 k/m, is wrong by (w dt)^2/24; tested over 10 ms of at most
         # the first swing
         w = math.sqrt(3 * k / m2)
@@ -198,7 +201,7 @@ def dem04() -> list[Row]:
             velocities=[u0, 0, 0],
         )
         slides = 2 * u0 / (7 * mu * G)
-        bench.march(round(slides / dt))
+        bench.step(round(slides / dt))
         # friction sets in with the stretching of its spring, mu sag in length; half an overlap at the arm; a
         # substep
         late = mu * sag / u0 + dt
@@ -208,19 +211,19 @@ def dem04() -> list[Row]:
                 f"mu = {mu}: way until it rolls [m]",
                 12 * u0**2 / (49 * mu * G),
                 SOURCE,
-                bench.x[0, 0],
+                bench.positions[0, 0],
                 2 * u0 * late,
                 why,
             )
         )
-        bench.march(round(0.2 * slides / dt))
+        bench.step(round(0.2 * slides / dt))
         swing = mu * G * math.sqrt(mass / k) + sag / radius * u0
         rows.append(
             Row(
                 f"mu = {mu}: rolling speed [m/s]",
                 5 / 7 * u0,
                 SOURCE,
-                bench.v[0, 0],
+                bench.velocities[0, 0],
                 swing,
                 "the spring of friction goes on swinging",
             )
@@ -230,7 +233,7 @@ def dem04() -> list[Row]:
                 f"mu = {mu}: rolling spin [rad/s]",
                 5 / 7 * u0 / radius,
                 SOURCE,
-                bench.w[0, 1],
+                bench.spins[0, 1],
                 2.5 * swing / radius,
                 "the same, 5/2",
             )

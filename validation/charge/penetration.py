@@ -66,9 +66,9 @@ def penetration() -> list[Row]:
     ball = len(grains)
     times, heights, falls = [], [], []
     while LET_IN + bench.time < 0.036:
-        bench.march(20)
-        slot = int(np.flatnonzero(bench.parts[1].ids == ball)[0])
-        state = bench.parts[1]
+        bench.step(20)
+        slot = int(np.flatnonzero(bench.state.ids == ball)[0])
+        state = bench.state
         times.append(LET_IN + bench.time)
         heights.append(state.x[2, slot] - 0.5 * DT * state.v[2, slot])
         falls.append(state.v[2, slot])

@@ -39,18 +39,18 @@ def lammps_linear() -> list[Row]:
     # gamma = 10/s is mass-weighted: c = gamma m
     zeta = 10.0 * mass / (2 * math.sqrt(k * mass))
     bench = Bench([0, 0, height], pair(k, zeta, stop=2.0), 1e-4, [FLOOR], radius, (density,), gravity=DOWN)
-    bench.march(2500)
+    bench.step(2500)
     rows.append(
         Row(
             "dem01-hooke-3d: height after 0.25 s [m]",
             0.19343750000000071,
             LAMMPS,
-            bench.x[0, 2],
+            bench.positions[0, 2],
             1e-9,
             "free fall is exact",
         )
     )
-    bench.march(1500)
+    bench.step(1500)
     error = (math.sqrt(k / mass) * 1e-3) ** 2 / 8
     why = "their step of 1 ms: (w dt)^2/8 of the speed at touch, and half a step of the dashpot"
     rows.append(
@@ -58,7 +58,7 @@ def lammps_linear() -> list[Row]:
             "dem01-hooke-3d: height after 0.4 s [m]",
             9.8142846897904992e-02,
             LAMMPS,
-            bench.x[0, 2],
+            bench.positions[0, 2],
             2.8 * (2 * error + 10 * 0.5e-3) * 0.11,
             why,
         )
@@ -68,7 +68,7 @@ def lammps_linear() -> list[Row]:
             "dem01-hooke-3d: velocity after 0.4 s [m/s]",
             1.4883590261689112,
             LAMMPS,
-            bench.v[0, 2],
+            bench.velocities[0, 2],
             2.8 * (2 * error + 10 * 0.5e-3),
             why,
         )
@@ -111,14 +111,14 @@ def lammps_linear() -> list[Row]:
     )
     swing = mu * g * math.sqrt(mass / k_t)
     for n, (place, speed, spin) in enumerate(records, 1):
-        bench.march(25000)
+        bench.step(25000)
         # the wall of theirs is sampled a step later: friction acts a step longer
         rows.append(
             Row(
                 f"dem05-hookehistory-slip, {n}: way [m]",
                 place,
                 LAMMPS,
-                bench.x[0, 0],
+                bench.positions[0, 0],
                 5e-6,
                 "their first steps of friction, 1e-5 s x 0.4 m/s2 over the run",
             )
@@ -128,7 +128,7 @@ def lammps_linear() -> list[Row]:
                 f"dem05-hookehistory-slip, {n}: speed [m/s]",
                 speed,
                 LAMMPS,
-                bench.v[0, 0],
+                bench.velocities[0, 0],
                 2e-5,
                 "the same, and their undamped bounce on the floor, 2e-6 m/s",
             )
@@ -138,18 +138,18 @@ def lammps_linear() -> list[Row]:
                 f"dem05-hookehistory-slip, {n}: spin [rad/s]",
                 spin,
                 LAMMPS,
-                bench.w[0, 1],
+                bench.spins[0, 1],
                 2.5 * 2e-5 / radius,
                 "the same, 5/2",
             )
         )
-    bench.march(25000)
+    bench.step(25000)
     rows.append(
         Row(
             "dem05-hookehistory-slip, 3: speed [m/s]",
             7.1424033326038117e-01,
             LAMMPS,
-            bench.v[0, 0],
+            bench.velocities[0, 0],
             2 * swing,
             "both springs go on swinging about 5/7, undamped, each in its own phase",
         )
@@ -255,15 +255,15 @@ def mercury() -> list[Row]:
         ("hertz", "displacement", "none"),
         velocities=[0, 0, -v],
     )
-    bench.march(121)
+    bench.step(121)
     why = "both steps: 65 a contact, the dashpot's start within half a step"
     rows = [
-        Row("Hertz: speed afterwards [m/s]", 0.40107538, source, bench.v[0, 2], 5e-3 * 0.4, why),
+        Row("Hertz: speed afterwards [m/s]", 0.40107538, source, bench.velocities[0, 2], 5e-3 * 0.4, why),
         Row(
             "Hertz: height after 60.5 us [m]",
             0.00100724022,
             source,
-            bench.x[0, 2],
+            bench.positions[0, 2],
             5e-3 * 3.5e-5 * 0.4 + 0.4 * dt,
             why,
         ),
@@ -282,14 +282,21 @@ def mercury() -> list[Row]:
         ("hertz", "displacement", "none"),
         (g, 0.0, -g),
     )
-    bench.march(10001)
+    bench.step(10001)
     why = (
         "the first bounces on the floor, of a contact of Hertz that begins at no load, and the spring of "
         "friction: 1e-3"
     )
     rows += [
-        Row("Mindlin: velocity after 5 ms [m/s]", 0.0200031142, source, bench.v[0, 0], 1e-3 * 0.02, why),
-        Row("Mindlin: spin after 5 ms [rad/s]", 12.4983210, source, bench.w[0, 1], 1e-3 * 12.5, why),
+        Row(
+            "Mindlin: velocity after 5 ms [m/s]",
+            0.0200031142,
+            source,
+            bench.velocities[0, 0],
+            1e-3 * 0.02,
+            why,
+        ),
+        Row("Mindlin: spin after 5 ms [rad/s]", 12.4983210, source, bench.spins[0, 1], 1e-3 * 12.5, why),
     ]
     return rows
 

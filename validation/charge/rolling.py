@@ -46,19 +46,21 @@ def decay() -> list[Row]:
     w2 = 2 / 7 * K / MASS  # of both springs, tangential and rolling, per mass
     for law in ("type_a", "type_c"):
         bench = ball(0.0, mu_r, law, u0)
-        bench.march(round(0.5 * stop / DT))
+        bench.step(round(0.5 * stop / DT))
         why = "springs of friction and rolling stretched by mu_r m g/k_t first; half an overlap at the arm"
         allowed = (SAG / RADIUS + 2 * mu_r * G / math.sqrt(w2) / u0) * u0
         rows.append(
-            Row(f"{law}: speed at half the time [m/s]", 0.5 * u0, SOURCE, bench.v[0, 0], allowed, why)
+            Row(
+                f"{law}: speed at half the time [m/s]", 0.5 * u0, SOURCE, bench.velocities[0, 0], allowed, why
+            )
         )
-        bench.march(round(0.6 * stop / DT))
+        bench.step(round(0.6 * stop / DT))
         allowed = 2 * SAG / RADIUS * way + 4 * mu_r * G / w2 + 2 * mu_r * G / math.sqrt(w2) * stop
-        rows.append(Row(f"{law}: way to the stop [m]", way, SOURCE, bench.x[0, 0], allowed, why))
+        rows.append(Row(f"{law}: way to the stop [m]", way, SOURCE, bench.positions[0, 0], allowed, why))
         fastest = 0.0
         for _ in range(200):
-            bench.march(5)
-            fastest = max(fastest, abs(bench.v[0, 0]))
+            bench.step(5)
+            fastest = max(fastest, abs(bench.velocities[0, 0]))
         swing = 3.5 * mu_r * G / math.sqrt(w2)
         rows.append(
             Row(
@@ -94,14 +96,21 @@ def incline() -> list[Row]:
             bench = ball(slope, mu_r, law, u0)
             slowing = 5 / 7 * G * (sin + mu_r * cos)
             top = u0**2 / (2 * slowing)
-            bench.march(round(u0 / slowing / DT))
+            bench.step(round(u0 / slowing / DT))
             late = 2 * mu_r * G / math.sqrt(w2) * u0 / slowing + 4 * G / w2 + SAG / RADIUS * top
             why = "springs of friction and rolling are stretched first; half an overlap at the arm"
             rows.append(
-                Row(f"{law}, mu_r = {mu_r}: way up 10 degrees [m]", top, SOURCE, bench.x[0, 0], late, why)
+                Row(
+                    f"{law}, mu_r = {mu_r}: way up 10 degrees [m]",
+                    top,
+                    SOURCE,
+                    bench.positions[0, 0],
+                    late,
+                    why,
+                )
             )
             t = 0.2
-            bench.march(round(t / DT))
+            bench.step(round(t / DT))
             back = max(0.0, 5 / 7 * G * (sin - mu_r * cos)) * t
             swing = 3.5 * (sin + mu_r) * G / math.sqrt(w2)
             drag = 0.0
@@ -112,7 +121,7 @@ def incline() -> list[Row]:
                     f"{law}, mu_r = {mu_r}: speed 0.2 s after the stop [m/s]",
                     -back,
                     SOURCE,
-                    bench.v[0, 0],
+                    bench.velocities[0, 0],
                     swing + 0.01 * back + drag,
                     why + "; they go on swinging",
                 )

@@ -14,10 +14,10 @@ import numpy as np
 
 from nutamill.base.cache_folder import cache_trouble
 from nutamill.base.child import ended, start_child, task_of_parent
-from nutamill.base.frames import MOTION_SIZE
 from nutamill.base.kernel import JIT, compiled_mark
 from nutamill.charge.assembly import charge
-from nutamill.charge.kernels.dynamics import start, window
+from nutamill.charge.face import Charge, at_rest
+from nutamill.charge.kernels.dynamics import start
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw, contact_law, law_names
@@ -157,10 +157,7 @@ def march_turntable() -> None:
 
 def march_ball(names: Sequence[str]) -> None:
     """Compile the charge's window."""
-    built = ball(names)
-    motions = np.zeros((1, MOTION_SIZE))
-    motions[0, 3] = 1.0
-    run_team(window, (*built, motions, coupling_state(1).reference, 1, STEP), 1)
+    Charge.from_parts(*ball(names), STEP, at_rest()).step()
 
 
 def read_ball(names: Sequence[str]) -> None:
@@ -168,9 +165,7 @@ def read_ball(names: Sequence[str]) -> None:
     built = ball(names)
     observe(*built, charge_reading())
     survey = statistics_plan(*built[:2], STEP)
-    motions = np.zeros((1, MOTION_SIZE))
-    motions[0, 3] = 1.0
-    run_team(sample, (*built, survey, motions, 0.0, charge_statistics(survey, built[1])), 1)
+    run_team(sample, (*built, survey, at_rest(), 0.0, charge_statistics(survey, built[1])), 1)
 
 
 def march_both(names: Sequence[str]) -> None:

@@ -15,13 +15,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from nutamill.base.errors import CaseError, Fault, StepError
-from nutamill.charge.assembly import grow
+from nutamill.charge.face import Charge
 from nutamill.charge.filling.room import cylinder_room, fill_faults
-from nutamill.charge.kernels.dynamics import window
-from nutamill.charge.kernels.team import run_team
-from nutamill.charge.measures.observe import charge_reading, observe
-from nutamill.charge.messages import status_text, status_time
-from nutamill.charge.model import Clock, Status
+from nutamill.charge.model import Clock
 from nutamill.charge.particles.particles import LOOSE_PACKING, Particles
 
 COLUMN_PACKING = 0.40
@@ -35,6 +31,9 @@ STEP, MOMENTUM_STEP, MOMENTUM = 0.55, 0.3, 0.9
 share of a particle's last move that it repeats with momentum [1]: a crowded fill is relaxed in a tenth of the
 sweeps.
 """
+
+SUBSTEPS = 500
+"""Substeps of settling after which the charge is observed [1]."""
 
 MARGIN = 1.002
 """Particles are relaxed this much too large, so that they end without touching [1]."""
@@ -247,59 +246,39 @@ def relaxed(
 
 
 def settle(
-    model,
-    state,
-    scratch,
-    motions,
-    dt: float,
+    charge: Charge,
     longest: float = 1.0,
     still: float = 1e-9,
-    n_threads: int = 1,
-    progress=None,
-):
-    """March a started charge in a chamber at rest until it lies still.
+    progress: Callable[[float], None] | None = None,
+) -> float:
+    """March a charge among walls at rest until it is at rest too.
 
     Parameters
     ----------
-    model, state, scratch : the charge, after `start`
-    motions : (n_bodies, 19) bodies at rest, as `frames.MOTION_SIZE`
-    dt : substep [s]
     longest : give up after this time [s]
-    still : kinetic energy per mass [J/kg] that counts as still; 1e-9 is a mean speed of 0.04 mm/s
-    n_threads : size of the team
+    still : kinetic energy per mass [J/kg] that counts as rest; 1e-9 is a mean speed of 0.04 mm/s
     progress : called with the share of `longest` that has passed [1]
 
     Returns
     -------
-    model, state, scratch (new ones where the lists had to grow), and the time it took [s]
+    time it took [s]
 
     Raises
     ------
     StepError : an overlap beyond its limit, or a particle that left
     """
-    reference = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-    reading = charge_reading()
-    mass = float(state.mass_props[1, : model.n_particles].sum())
-    substeps = 500
-    start_step = int(state.clock[Clock.STEP])
+    mass = float(charge.state.mass_props[1, : charge.model.n_particles].sum())
+    begin = int(charge.state.clock[Clock.STEP])
     elapsed = 0.0
     while elapsed < longest:
-        run_team(window, (model, state, scratch, motions, reference, substeps, dt), n_threads)
-        if state.status[0] == Status.LISTS_FULL or state.clock[Clock.CROWDED]:
-            again = state.status[0] == Status.LISTS_FULL
-            model, state, scratch = grow(model, state, scratch)
-            if again:
-                continue
-        if state.status[0] != Status.OK:
-            when = status_time(state, dt) - start_step * dt
-            raise StepError(
-                f"t = {when:.6g} s of settling: {status_text(state)}. Shorten the substep "
-                "or stiffen the contacts."
-            )
-        elapsed = (int(state.clock[Clock.STEP]) - start_step) * dt
+        try:
+            charge.step(SUBSTEPS)
+        except StepError as stop:
+            raise StepError(f"settling: {stop}") from stop
+        elapsed = (int(charge.state.clock[Clock.STEP]) - begin) * charge.dt
         if progress is not None:
             progress(elapsed / longest)
-        observe(model, state, scratch, reading)
-        if elapsed > 0.02 and reading.energy[0] + reading.energy[1] < still * mass:
+        energies = charge.energies
+        if elapsed > 0.02 and energies["translation"] + energies["rotation"] < still * mass:
             break
-    return model, state, scratch, elapsed
+    return elapsed

@@ -75,8 +75,8 @@ def filter_pairs(points, partners, owners, local, n_listed, lo, hi, lanes_out):
 
 
 @kernel(inline="always")
-def load_law(laws, law, b, columns_out):
-    """Load the numbers of pair law `law` into lane `b`, unless they are there."""
+def set_law(laws, law, b, columns_out):
+    """Set the numbers of pair law `law` in lane `b`, unless they are there."""
     number = like(law, columns_out[0])
     if columns_out[HELD * BATCH + b] != number:
         columns_out[HELD * BATCH + b] = number
@@ -152,7 +152,7 @@ def pair_contacts(
             columns_out[WEIGHT * BATCH + b] = zero
         if several:
             for b in range(m):
-                load_law(
+                set_law(
                     model.laws,
                     model.law_of[material[first_slot[first + b]], material[second[first + b]]],
                     b,

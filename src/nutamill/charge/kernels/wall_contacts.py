@@ -8,7 +8,7 @@ import numpy as np
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.kernels.columns import ARM, BODY, BODY_V, MEMORY, WEIGHT, A, wall_batch
 from nutamill.charge.kernels.impacts import note_wall_impacts
-from nutamill.charge.kernels.pair_contacts import load_law
+from nutamill.charge.kernels.pair_contacts import set_law
 from nutamill.charge.kernels.simd import WIDTH, add_rows, copy_lanes, gather_rows, set_rows
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.walls.surface import SurfaceKind
@@ -177,7 +177,7 @@ def load_walls(model, rows, wall_memory, material, twists, lanes, measured, firs
         columns_out[WEIGHT * BATCH + b] = zero
     for b in range(m):
         q = np.uint32(first) + np.uint32(b)
-        load_law(model.laws, law_of[material[slots[q]], material_of[surfaces[q]]], b, columns_out)
+        set_law(model.laws, law_of[material[slots[q]], material_of[surfaces[q]]], b, columns_out)
 
 
 @kernel(fast=True, inline="always")

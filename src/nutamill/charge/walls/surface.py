@@ -1,7 +1,10 @@
 """A wall piece in the axes of the body that carries it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+
+import numpy as np
 
 from nutamill.charge.walls.mesh import Mesh
 
@@ -50,3 +53,28 @@ class Surface:
     size: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mesh: Mesh | None = None
     patch: int = 0
+
+
+def plane(
+    name: str,
+    point: Sequence[float] = (0.0, 0.0, 0.0),
+    normal: Sequence[float] = (0.0, 0.0, 1.0),
+    body: int = 0,
+    material: int = 0,
+) -> Surface:
+    """Return an endless plane.
+
+    Parameters
+    ----------
+    name : for messages
+    point : any point of it [m] (3,), in the body's axes, from the body's mass centre
+    normal : direction to the side of the charge (3,), of any length, in the body's axes
+    body : index of the carrying body
+    material : index of its material
+    """
+    up = np.asarray(normal, float) / np.linalg.norm(normal)
+    along = np.roll(np.eye(3)[np.argmax(np.abs(up))], 1)
+    along = along - (along @ up) * up
+    along /= np.linalg.norm(along)
+    rotation = np.column_stack([along, np.cross(up, along), up])
+    return Surface(name, SurfaceKind.PLANE, body, material, tuple(map(float, point)), rotation)

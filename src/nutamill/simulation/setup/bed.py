@@ -22,7 +22,7 @@ from nutamill.base.child import start_child, task_of_parent
 from nutamill.base.frames import MOTION_SIZE, quaternion_product
 from nutamill.base.source_code import code_digest, definition_of, reached
 from nutamill.case import Case
-from nutamill.charge.assembly import attitudes, positions
+from nutamill.charge.face import Charge
 from nutamill.charge.filling.fill import fill_cylinder, random_attitudes, settle
 from nutamill.charge.filling.fill_walls import fill_between
 from nutamill.charge.particles.particles import Particles
@@ -127,9 +127,10 @@ def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
     built = chamber_charge(case, placed.poses, position, quaternion, substep)
     at_rest = np.zeros((1, MOTION_SIZE))
     at_rest[0, :3], at_rest[0, 3:7] = position, quaternion
-    model, state, _, _ = settle(*built, at_rest, substep, LONGEST, STILL, team_size(case), progress)
-    places = (positions(model, state, substep) - position) @ rotation + mass_centre
-    turned = attitudes(model, state)
+    charge = Charge.from_parts(*built, substep, at_rest, team_size(case))
+    settle(charge, LONGEST, STILL, progress)
+    places = (charge.positions - position) @ rotation + mass_centre
+    turned = charge.attitudes
     if turned is None:
         return places
     back = quaternion * [1.0, -1.0, -1.0, -1.0]
