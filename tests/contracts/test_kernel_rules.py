@@ -110,7 +110,7 @@ NOT_YET = {
 
 
 def is_output(name):
-    """Whether a name marks a parameter that may be written: ``..._out``, or a struct that is there to change."""
+    """Whether a name marks a parameter that may be written: ``..._out``, or a struct that is to change."""
     return name == "out" or name.endswith(("_out", "state", "scratch"))
 
 

@@ -249,7 +249,7 @@ def test_degenerate_and_double_triangles_are_named_together():
         " Clean the mesh of degenerate faces"
     )
     assert second == (
-        "rib.stl: triangle 10: a triangle must stand once, this one repeats triangle 6; repeated: "
+        "rib.stl: triangle 10: a triangle must be given once, this one repeats triangle 6; repeated: "
         "10. Clean the mesh of double faces"
     )
 
@@ -275,7 +275,7 @@ def test_a_cavity_is_no_inverted_shell_and_a_solid_in_a_solid_is_refused():
         False,
         True,
     ]
-    assert "shells must not lie in each other, this shell of 8 triangles does" in refusal(
+    assert "shells must not be inside each other, this shell of 8 triangles does" in refusal(
         both, np.concatenate([faces, faces + 6])
     )
 

@@ -218,12 +218,12 @@ REFUSED = {
     "inside another": (
         [[0, 0, 0], [0.2, 0, 0]],
         [1.0, 0.5],
-        "sphere 1: must not lie wholly inside another, it lies in sphere 0",
+        "sphere 1: must not be wholly inside another, it is in sphere 0",
     ),
     "twice the same": (
         [[0, 0, 0], [0, 0, 0]],
         [1.0, 1.0],
-        "sphere 1: must not lie wholly inside another, it lies in sphere 0",
+        "sphere 1: must not be wholly inside another, it is in sphere 0",
     ),
     "no spheres": (np.zeros((0, 3)), [], "must be (k, 3) centres and (k,) radii"),
 }

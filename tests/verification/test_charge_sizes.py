@@ -141,5 +141,5 @@ def test_percentiles_are_of_mass():
 
 
 def test_cuts_beyond_the_law_are_refused():
-    with pytest.raises(ValueError, match="nothing of the law lies between the cuts"):
+    with pytest.raises(ValueError, match="the law has no share between the cuts"):
         normal_sizes(3 * MM, 0.1 * MM, 5 * MM, 6 * MM, "number")

@@ -51,7 +51,7 @@ CANDIDATES_PER_PARTICLE = 14
 
 
 def _aligned(shape, dtype) -> np.ndarray:
-    """Zeros that begin on a cache line."""
+    """Return zeros that begin on a cache line."""
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
     raw = np.zeros(size + 64, np.uint8)
     offset = -raw.ctypes.data % 64
@@ -59,7 +59,7 @@ def _aligned(shape, dtype) -> np.ndarray:
 
 
 def mirrored(law: PairLaw) -> PairLaw:
-    """The law of materials (b, a) from that of (a, b)."""
+    """Return the law of materials (b, a) from that of (a, b)."""
     return replace(
         law,
         stiffness_per_diameter_a=law.stiffness_per_diameter_b,
@@ -70,7 +70,7 @@ def mirrored(law: PairLaw) -> PairLaw:
 def _law_table(
     contact_law, pair_laws, materials, surfaces, n_materials
 ) -> tuple[list, np.ndarray, list[Fault]]:
-    """Rows of numbers, which row for which pair, and what is wrong with the pairs."""
+    """Return the rows of numbers, the row of each pair, and what is wrong with the pairs."""
     laws, faults = [], []
     table = np.zeros((n_materials, n_materials), np.int32)
     present = sorted({int(m) for m in materials})
@@ -96,7 +96,7 @@ def _law_table(
 
 
 def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
-    """Sizes that do not fit together, and numbers that cannot be."""
+    """Return arrays of wrong size and numbers out of range."""
     faults = []
     if positions.ndim != 2 or positions.shape[1:] != (3,) or len(positions) == 0:
         return [
@@ -127,8 +127,8 @@ def _particle_faults(positions, radii, materials, densities) -> list[Fault]:
 
 
 def _pair_faults(positions, radii, materials, model, owner) -> list[Fault]:
-    """Particles that overlap beyond their limit at the start; the worst are named, by the `owner` of each
-    sphere.
+    """Return particles that overlap beyond their limit at the start; the worst are named, by the `owner` of
+    each sphere.
     """
     pairs = cKDTree(positions).query_pairs(2.0 * float(radii.max()), output_type="ndarray")
     pairs = pairs[owner[pairs[:, 0]] != owner[pairs[:, 1]]]
@@ -151,8 +151,8 @@ def _pair_faults(positions, radii, materials, model, owner) -> list[Fault]:
 
 
 def body_poses(n_bodies: int, poses=None) -> np.ndarray:
-    """Mass centre [m] and rotation matrix [1] (n_bodies, 12), from positions and quaternions (n_bodies, 7),
-    or at the origin.
+    """Return mass centre [m] and rotation matrix [1] (n_bodies, 12), from positions and quaternions
+    (n_bodies, 7), or at the origin.
     """
     out = np.zeros((n_bodies, 12))
     out[:, 3] = out[:, 7] = out[:, 11] = 1.0
@@ -176,7 +176,7 @@ def body_poses(n_bodies: int, poses=None) -> np.ndarray:
 
 
 def _default_domain(positions, radii, surfaces) -> tuple[np.ndarray, float]:
-    """Centre and half size of a cube with room for everything to move."""
+    """Return centre and half size of a cube with room for everything to move."""
     low, high = positions.min(axis=0), positions.max(axis=0)
     reach = max([float((high - low).max()), 200.0 * float(radii.max())] + [2.0 * extent(s) for s in surfaces])
     return 0.5 * (low + high), reach
@@ -215,16 +215,16 @@ def charge_of(
     faults = motion_faults(particles.number, velocities, spins)
     if faults:
         raise CaseError(*faults)
-    laid = pebbles(particles, densities, velocities, spins)
+    spheres_of = pebbles(particles, densities, velocities, spins)
     return charge(
-        laid.centre,
-        laid.radius,
-        laid.material,
+        spheres_of.centre,
+        spheres_of.radius,
+        spheres_of.material,
         densities,
         pair_laws,
         surfaces,
         n_bodies,
-        spheres=laid,
+        spheres=spheres_of,
         **settings,
     )
 
@@ -372,8 +372,8 @@ def charge(
 
 
 def _state(model, poses, clumps, longest, real, point, per_particle, saved) -> ChargeState:
-    """Empty state with room for `per_particle` candidates and `saved` contacts of each sphere; clumps have at
-    most `longest` spheres.
+    """Return an empty state with room for `per_particle` candidates and `saved` contacts of each sphere;
+    clumps have at most `longest` spheres.
     """
     chunks = -(-model.n_particles // (model.chunk - longest + 1))
     # behind the last chunk: vector moves of a chunk that does not begin at a whole number of lanes
@@ -419,7 +419,7 @@ def _state(model, poses, clumps, longest, real, point, per_particle, saved) -> C
 
 
 def _scratch(model, state) -> ChargeScratch:
-    """Work space that fits `state`."""
+    """Return work space that fits `state`."""
     chunks, capacity = state.pairs.partners.shape[1:]
     m, n_surfaces, chunk = state.x.shape[1], len(model.surface_kind), model.chunk
     real, point = state.published_rows.dtype, state.published_points.dtype
@@ -501,8 +501,8 @@ def _by_id(state, columns) -> np.ndarray:
 
 
 def positions(model: ChargeModel, state: ChargeState, dt: float) -> np.ndarray:
-    """Mass centres [m] (n, 3) by particle id, world, at the time of the velocities; `dt` is the substep [s]
-    of the last window.
+    """Return the mass centres [m] (n, 3) by particle id, world, at the time of the velocities; `dt` is the
+    substep [s] of the last window.
     """
     if len(state.clumps):
         centre, velocity = (
@@ -514,14 +514,14 @@ def positions(model: ChargeModel, state: ChargeState, dt: float) -> np.ndarray:
 
 
 def velocities(model: ChargeModel, state: ChargeState) -> np.ndarray:
-    """Velocities [m/s] (n, 3) of the mass centres by particle id, world axes."""
+    """Return the velocities [m/s] (n, 3) of the mass centres by particle id, world axes."""
     if len(state.clumps):
         return _clumps_by_id(state, ClumpColumn.VELOCITY, 3)
     return _by_id(state, state.v[:, : model.n_particles])
 
 
 def spins(model: ChargeModel, state: ChargeState) -> np.ndarray:
-    """Spins [rad/s] (n, 3) by particle id, world axes."""
+    """Return the spins [rad/s] (n, 3) by particle id, world axes."""
     if len(state.clumps):
         momentum, inertia = (
             _clumps_by_id(state, column, 3) for column in (ClumpColumn.MOMENTUM, ClumpColumn.INERTIA)
@@ -532,7 +532,7 @@ def spins(model: ChargeModel, state: ChargeState) -> np.ndarray:
 
 
 def attitudes(model: ChargeModel, state: ChargeState) -> np.ndarray | None:
-    """Quaternions (n, 4) by particle id, from the axes of a clump to world axes, at the time of the
+    """Return quaternions (n, 4) by particle id, from the axes of a clump to world axes, at the time of the
     velocities; None for spheres.
     """
     return _clumps_by_id(state, ClumpColumn.AT_VELOCITY, 4) if len(state.clumps) else None
@@ -545,8 +545,8 @@ def _clumps_by_id(state, column, width) -> np.ndarray:
 
 
 def contact_forces(model: ChargeModel, state: ChargeState, dt: float) -> np.ndarray | None:
-    """Resultant of the contact forces on each particle [N] (n,) by id in the last substep `dt` [s]; None of
-    clumps.
+    """Return the resultant of the contact forces on each particle [N] (n,) by id in the last substep `dt`
+    [s]; None of clumps.
 
     The published velocity is that of the middle of the coming substep, ``v* = v + dt a/2`` with the last
     acceleration, so that ``F = m (2 (v* - v)/dt - g)``; published in single precision, it is good to about

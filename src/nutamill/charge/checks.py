@@ -1,6 +1,4 @@
-"""What is refused of the walls of a charge at the start: sizes that cannot be, and particles in or behind a
-wall.
-"""
+"""Checks of the walls of a charge at the start: valid sizes, and no particle in or behind a wall."""
 
 import math
 
@@ -20,14 +18,14 @@ NAMED = 5
 
 
 def named(ids) -> str:
-    """Numbers for a message: the first few, and how many more."""
+    """Format numbers for a message: the first few, and how many more."""
     shown = ", ".join(str(int(i)) for i in ids[:NAMED])
     return shown + (f" and {len(ids) - NAMED} more" if len(ids) > NAMED else "")
 
 
 def wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> list[Fault]:
-    """Particles that start inside or behind a surface; `owner` is the particle each sphere belongs to [1]
-    (n,).
+    """Return particles that start inside or behind a surface; `owner` is the particle each sphere belongs to
+    [1] (n,).
     """
     faults = []
     placed = np.zeros((len(surfaces), 12))
@@ -48,12 +46,12 @@ def wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> l
 
 
 def mesh_faults(positions, model, surfaces, poses, owner) -> list[Fault]:
-    """Particles that start behind a mesh, however far; `owner` as for `wall_faults`."""
+    """Return particles that start behind a mesh at any distance; `owner` as for `wall_faults`."""
     faults = []
     placed = np.zeros((len(surfaces), 12))
     place_surfaces(model, poses, placed)
     for s, surface in enumerate(surfaces):
-        # one patch of a mesh speaks for all
+        # the first patch of a mesh stands for all
         if surface.kind == SurfaceKind.MESH_PATCH and surface.patch == 0:
             rotation = placed[s, 3:].reshape(3, 3)
             behind = np.flatnonzero(~on_charge_side(surface.mesh, (positions - placed[s, :3]) @ rotation))
@@ -66,7 +64,7 @@ def mesh_faults(positions, model, surfaces, poses, owner) -> list[Fault]:
 
 
 def surface_faults(surfaces, n_bodies) -> list[Fault]:
-    """Bodies that are not there, and sizes that no surface has."""
+    """Return surfaces with a missing body or with sizes out of range."""
     faults = []
     for surface in surfaces:
         where, (a, b, c), kind = f'surface "{surface.name}"', surface.size, surface.kind
@@ -104,7 +102,7 @@ def surface_faults(surfaces, n_bodies) -> list[Fault]:
 
 
 def extent(surface) -> float:
-    """Largest size of a surface [m]."""
+    """Return the largest size of a surface [m]."""
     if surface.kind == SurfaceKind.MESH_PATCH:
         return float(np.ptp(surface.mesh.vertices, axis=0).max())
     return surface.size[0] if surface.kind == SurfaceKind.SPHERE_CAP else max(surface.size)

@@ -1,4 +1,4 @@
-"""Words for what stopped a charge."""
+"""Messages for what stopped a charge."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ from nutamill.charge.model import ChargeState, Status
 
 
 def status_text(state: ChargeState, surfaces: Sequence[str] = ()) -> str:
-    """What `ChargeState.status` says: which particles, which surface, how deep, how fast.
+    """Return `ChargeState.status` as a sentence: particles or surface, overlap and speeds.
 
     Parameters
     ----------
@@ -33,10 +33,10 @@ def status_text(state: ChargeState, surfaces: Sequence[str] = ()) -> str:
 
 
 def _closing(speed: float) -> str:
-    """How fast two bodies close or part [m/s], in words."""
+    """Return how fast two bodies close or part [m/s], in words."""
     return f"{'close' if speed > 0 else 'part'} at {abs(speed):.3g} m/s"
 
 
 def status_time(state: ChargeState, dt: float) -> float:
-    """Simulated time of the positions that `ChargeState.status` speaks of [s]; `dt` is the substep [s]."""
+    """Return the simulated time of the positions of `ChargeState.status` [s]; `dt` is the substep [s]."""
     return (int(state.status[3]) + 0.5) * dt

@@ -1,10 +1,10 @@
-"""What a charge is, as arrays: constants (`ChargeModel`), what moves (`ChargeState`), what may be forgotten
+"""A charge as arrays: constants (`ChargeModel`), all that changes (`ChargeState`), work space
 (`ChargeScratch`).
 
-A particle keeps its id for life; its *slot* is its present place in the arrays, which follows a Morton curve.
-Slots are cut into chunks: a chunk is the unit of work, of locality and of summation, so that sums have the
-same bits at any number of threads.  ``M`` is the number of slots (particles, and padding to whole chunks),
-``C`` of chunks, ``S`` of surfaces, ``B`` of bodies, ``T`` of threads.  *real* stands for float32
+The id of a particle never changes.  Its *slot* is its present index in the arrays, which follows a Morton
+curve. Slots are cut into chunks: a chunk is the unit of work, of locality and of summation, so that sums have
+the same bits at any number of threads.  ``M`` is the number of slots (particles, and padding to whole
+chunks), ``C`` of chunks, ``S`` of surfaces, ``B`` of bodies, ``T`` of threads.  *real* stands for float32
 (``precision="single"``) or float64,
 *point* for int32 or int64.
 
@@ -27,7 +27,7 @@ PADDING = 64
 
 
 class Status(IntEnum):
-    """What `ChargeState.status` says in its first place."""
+    """First number of `ChargeState.status`."""
 
     OK = 0
     PAIR_OVERLAP = 1
@@ -37,11 +37,11 @@ class Status(IntEnum):
     OUTSIDE = 3
     """A particle left the domain, or its position is not a number."""
     LISTS_FULL = 4
-    """Neighbour lists too small; `grow` and call the window again: it goes on where it stopped."""
+    """Neighbour lists are too small.  After `grow`, the window called again goes on where it stopped."""
 
 
 class Ledger(IntEnum):
-    """Places in `ChargeState.ledger`."""
+    """Indices of `ChargeState.ledger`."""
 
     PAIR_NORMAL = 0
     PAIR_TANGENTIAL = 1
@@ -58,7 +58,7 @@ class Ledger(IntEnum):
 
 
 class Clock(IntEnum):
-    """Places in `ChargeState.clock`."""
+    """Indices of `ChargeState.clock`."""
 
     STEP = 0
     """Substeps since the start."""
@@ -84,8 +84,8 @@ class Clock(IntEnum):
 
 @kernel(inline="always")
 def stamp_of(step):
-    """Mark that a contact alive in substep `step` carries in its memory [1]: whole, from 1, and exact in
-    single precision.
+    """Return the mark in the memory of a contact alive in substep `step` [1]: whole, from 1, exact in single
+    precision.
     """
     return (step & 0xFFFFFF) + 1
 
@@ -279,7 +279,7 @@ class ListScratch(NamedTuple):
 
 
 class ChargeScratch(NamedTuple):
-    """Work space; nothing in it is needed from one window to the next."""
+    """Work space: no window needs what an earlier one left in it."""
 
     lists: ListScratch
     """For making neighbour lists."""

@@ -1,4 +1,4 @@
-"""From particles to their spheres: what a charge of clumps looks like to the contact engine."""
+"""From particles to their spheres: the arrays of a charge of clumps."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -27,7 +27,7 @@ class Pebbles(NamedTuple):
 
 
 def rotation_matrices(attitudes: np.ndarray) -> np.ndarray:
-    """Rotation matrices (n, 3, 3) of unit quaternions (n, 4), body to world."""
+    """Return the rotation matrices (n, 3, 3) of unit quaternions (n, 4), body to world."""
     w, x, y, z = np.asarray(attitudes, float).T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -40,7 +40,7 @@ def rotation_matrices(attitudes: np.ndarray) -> np.ndarray:
 def pebbles(
     particles: Particles, densities: Sequence[float], velocities: np.ndarray | None, spins: np.ndarray | None
 ) -> Pebbles:
-    """Lay out the spheres of placed particles.
+    """Return the spheres of placed particles.
 
     Parameters
     ----------

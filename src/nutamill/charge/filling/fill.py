@@ -112,9 +112,9 @@ def near_pairs(x: np.ndarray, octaves: list[tuple[np.ndarray, float]]) -> tuple[
         first.append(ids[pairs[:, 0]])
         second.append(ids[pairs[:, 1]])
         for b in range(a):
-            found = trees[a].sparse_distance_matrix(trees[b], r + octaves[b][1], output_type="ndarray")
-            first.append(ids[found["i"]])
-            second.append(octaves[b][0][found["j"]])
+            near = trees[a].sparse_distance_matrix(trees[b], r + octaves[b][1], output_type="ndarray")
+            first.append(ids[near["i"]])
+            second.append(octaves[b][0][near["j"]])
     return np.concatenate(first), np.concatenate(second)
 
 
@@ -139,7 +139,7 @@ def fill_cylinder(
 
     Raises
     ------
-    CaseError : more than a loose bed of bounding spheres holds, or no way found to place all
+    CaseError : more than a loose bed of bounding spheres holds, or particles that cannot be placed
     """
     places = random_fill(particles.bounding_radius, radius, floor, ceiling, boxes, seed)
     return particles.placed(
@@ -165,7 +165,7 @@ def random_fill(
 
     Raises
     ------
-    CaseError : more than a loose bed holds, or no way found to place all
+    CaseError : more than a loose bed holds, or particles that cannot be placed
     """
     r = np.asarray(radii, float) * MARGIN
     boxes = [(np.asarray(c, float), np.asarray(q, float), np.asarray(h, float)) for c, q, h in boxes]
@@ -213,7 +213,7 @@ def relaxed(
 
     Raises
     ------
-    CaseError : no way found to place all
+    CaseError : particles that cannot be placed
     """
     n, octaves = len(r), size_octaves(r)
     moved = np.zeros_like(x)
@@ -239,7 +239,7 @@ def relaxed(
     raise CaseError(
         Fault(
             "charge",
-            f"no random packing found in {2 * SWEEPS} sweeps",
+            f"no random packing after {2 * SWEEPS} sweeps",
             "Take less charge or a larger chamber",
         )
     )

@@ -100,7 +100,7 @@ def fill_between(
 
     Raises
     ------
-    CaseError : more than a loose bed holds, or no way found to place all
+    CaseError : more than a loose bed holds, or particles that cannot be placed
     """
     low, high = np.asarray(low, float), np.asarray(high, float)
     r = np.asarray(radii, float) * MARGIN
@@ -171,15 +171,13 @@ def _scattered(rng, n, surfaces, low, high, share) -> tuple[np.ndarray, float]:
     trial = rng.uniform(low, high, (4000, 3))
     heights = np.sort(trial[in_room(surfaces, trial), 2])
     top = float(heights[min(len(heights) - 1, int(share * len(heights)))]) if len(heights) else high[2]
-    found = np.empty((0, 3))
+    inside = np.empty((0, 3))
     for _ in range(TRIES):
         drawn = rng.uniform(low, (high[0], high[1], top), (n, 3))
-        found = np.concatenate([found, drawn[in_room(surfaces, drawn)]])
-        if len(found) >= n:
-            return found[:n], top
-    raise CaseError(
-        Fault("charge", "no room found among the walls", "Check the place and unit of the meshes")
-    )
+        inside = np.concatenate([inside, drawn[in_room(surfaces, drawn)]])
+        if len(inside) >= n:
+            return inside[:n], top
+    raise CaseError(Fault("charge", "no room among the walls", "Check the position and unit of the meshes"))
 
 
 def in_room(surfaces: Sequence[Surface], x: np.ndarray) -> np.ndarray:

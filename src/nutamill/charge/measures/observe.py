@@ -1,4 +1,4 @@
-"""What a charge amounts to at the end of a window: energies, contacts, mass centre, momentum."""
+"""Sums over a charge at the end of a window: energies, contacts, mass centre, momentum."""
 
 from typing import NamedTuple
 
@@ -32,7 +32,7 @@ class ChargeReading(NamedTuple):
 
 
 def charge_reading() -> ChargeReading:
-    """An empty `ChargeReading` for `observe` to fill."""
+    """Return an empty `ChargeReading` for `observe` to fill."""
     return ChargeReading(np.zeros(8), np.zeros(2), np.zeros(3), np.zeros(3), np.zeros(1))
 
 

@@ -1,5 +1,5 @@
-"""What a charge does, summed while it runs: work and load on the walls, density and velocity fields, touching
-neighbours.
+"""Statistics of a charge, summed while it runs: work and load on the walls, density and velocity fields,
+touching neighbours.
 
 A *sample* is taken at the rows of the record: contacts with walls as the next substep will meet them,
 everything else as it is.  The sum of samples times their interval is the integral over time by the rectangle
@@ -58,7 +58,7 @@ POINTS = 1024
 
 
 class StatisticsPlan(NamedTuple):
-    """What is summed, and where; never changes."""
+    """What is summed, and where: constants."""
 
     on: int
     """1: take samples, 0: none [1]."""
@@ -69,7 +69,7 @@ class StatisticsPlan(NamedTuple):
     cells: np.ndarray
     """Cells along radius, azimuth and height [1], int64 (3,)."""
     extent: np.ndarray
-    """Largest radius, lowest and highest height [m] (3,), grid axes; what lies beyond counts in the outermost
+    """Largest radius, lowest and highest height [m] (3,), grid axes; points beyond count in the outermost
     cell.
     """
     within: np.ndarray
@@ -98,7 +98,7 @@ class ChargeStatistics(NamedTuple):
 
 
 def points_within() -> np.ndarray:
-    """Evenly spread places in a ball of radius 1 (POINTS, 3), whose mean is the centre.
+    """Return evenly spread points in a ball of radius 1 (POINTS, 3), whose mean is the centre.
 
     Source: M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018 (R3 sequence); each
     place is used with its opposite.
@@ -122,7 +122,7 @@ def statistics_plan(
     on: bool = True,
     volumes: np.ndarray | None = None,
 ) -> StatisticsPlan:
-    """What to sum for a charge.
+    """Return what is summed for a charge, and where.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def charge_statistics(plan: StatisticsPlan, state: ChargeState) -> ChargeStatist
 
 
 def _by_thread(sums: ChargeStatistics, impacts: ImpactBook) -> dict[str, np.ndarray]:
-    """All arrays with a first axis of threads, by the names of a checkpoint."""
+    """Return all arrays with a first axis of threads, by their names in a checkpoint."""
     return {
         "walls": sums.walls,
         "fields": sums.fields,
@@ -181,7 +181,9 @@ def _by_thread(sums: ChargeStatistics, impacts: ImpactBook) -> dict[str, np.ndar
 
 
 def gathered(sums: ChargeStatistics, impacts: ImpactBook) -> dict[str, np.ndarray]:
-    """Sums over all threads, by name, as a checkpoint holds them; the same for any number of threads."""
+    """Return the sums over all threads by name, as a checkpoint holds them: the same for any number of
+    threads.
+    """
     return {
         "samples": sums.samples.copy(),
         **{name: array.sum(axis=0) for name, array in _by_thread(sums, impacts).items()},
@@ -189,7 +191,7 @@ def gathered(sums: ChargeStatistics, impacts: ImpactBook) -> dict[str, np.ndarra
 
 
 def put_back(sums: ChargeStatistics, impacts: ImpactBook, saved: dict[str, np.ndarray]) -> None:
-    """Go on from what `gathered` gave."""
+    """Set the sums to those that `gathered` returned."""
     for name, array in _by_thread(sums, impacts).items():
         array[...] = 0
         array[0] = saved[name]
@@ -198,9 +200,7 @@ def put_back(sums: ChargeStatistics, impacts: ImpactBook, saved: dict[str, np.nd
 
 @kernel(fast=True)
 def sample_walls(model, state, scratch, plan, c, dt, tid, sums_out):
-    """Add what chunk `c` does to the walls, as the next substep will meet it; bodies and surfaces are placed
-    there.
-    """
+    """Add work and load of chunk `c` on the walls, as the next substep will meet them."""
     lo, hi = slots_of_chunk(state, c)
     buffer = state.clock[PUBLISHED]
     rows = state.published_rows[buffer]
@@ -310,8 +310,8 @@ def sample_neighbours(model, state, scratch, c, tid, sums_out):
 
 @kernel(inline="always")
 def cell_of(plan, a, b, c, angle):
-    """Cell, distance from the axis [m] and azimuth [rad] in the body's axes of the point (a, b, c) [m] from
-    the grid's origin.
+    """Return cell, distance from the axis [m] and azimuth [rad] in the body's axes of the point (a, b, c) [m]
+    from the grid's origin.
     """
     radius = math.sqrt(a * a + b * b)
     azimuth = math.atan2(b, a)
@@ -323,9 +323,7 @@ def cell_of(plan, a, b, c, angle):
 
 @kernel
 def sample_fields(model, state, scratch, plan, c, angle, tid, sums_out):
-    """Add the particles of chunk `c` to the fields, the body being where ``scratch.motion[tid]`` says; counts
-    of neighbours are there.
-    """
+    """Add the particles of chunk `c` to the fields; ``scratch.motion[tid]`` is the pose of the body."""
     lo, hi = slots_of_chunk(state, c)
     x, v, fields, per = state.x, state.v, sums_out.fields[tid], plan.per_field
     motion = scratch.motion[tid, plan.body]
@@ -385,8 +383,7 @@ def sample(
     tid: int,
     n_threads: int,
 ):
-    """Take one sample, between two windows; called by all threads of a team, each does its share of the
-    chunks.
+    """Take one sample between two windows; called by all threads of a team, each for its share of the chunks.
 
     Nobody may change the state meanwhile, and the next sample may begin only after all threads have left this
     one; ``sums_out.samples`` is for the caller to count.

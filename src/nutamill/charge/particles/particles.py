@@ -1,4 +1,4 @@
-"""The particles of a charge: of what shape and size each is, what it is made of, and where it lies."""
+"""The particles of a charge: shape, size, material and position of each."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -72,15 +72,15 @@ class Particles:
 
     @property
     def poses(self) -> np.ndarray:
-        """Places [m] (n, 3), with the attitudes (n, 7) where there are any."""
+        """Positions [m] (n, 3), with the attitudes (n, 7) where there are any."""
         return self.centre if self.attitude is None else np.column_stack([self.centre, self.attitude])
 
     def mass(self, densities: Sequence[float]) -> np.ndarray:
-        """Mass of each particle [kg] (n,), with the densities of the materials [kg/m^3]."""
+        """Return the mass of each particle [kg] (n,), with the densities of the materials [kg/m^3]."""
         return np.asarray(densities, float)[self.material] * self.volume
 
     def placed(self, centre: np.ndarray, attitude: np.ndarray | None = None) -> "Particles":
-        """The same particles at other places and attitudes."""
+        """Return the same particles at other positions and attitudes."""
         return replace(self, centre=centre, attitude=attitude)
 
     def _of_shape(self, values) -> np.ndarray:
@@ -88,7 +88,9 @@ class Particles:
 
 
 def joined(parts: Sequence[Particles]) -> Particles:
-    """The particles of several parts that are not placed yet, part after part, under one list of shapes."""
+    """Return the particles of several parts that are not placed yet, part after part, with one list of
+    shapes.
+    """
     first = np.cumsum([0] + [len(part.shapes) for part in parts])
     return Particles(
         tuple(shape for part in parts for shape in part.shapes),
@@ -99,7 +101,7 @@ def joined(parts: Sequence[Particles]) -> Particles:
 
 
 def spheres(diameters: np.ndarray, material: int = 0) -> Particles:
-    """Spheres of the given diameters [m] (n,), not placed yet."""
+    """Return spheres of the given diameters [m] (n,), not placed yet; `material` of all or of each."""
     diameters = np.asarray(diameters, float)
     n = len(diameters)
     return Particles((sphere_shape(),), np.zeros(n, np.int32), diameters, np.full(n, material, np.int32))
@@ -108,8 +110,8 @@ def spheres(diameters: np.ndarray, material: int = 0) -> Particles:
 def clumps(
     shapes: Sequence[ClumpShape], diameters: np.ndarray, material: int = 0, seed: int = 1
 ) -> Particles:
-    """Clumps of the given equivalent diameters [m] (n,), not placed yet; each shape equally often, whatever
-    the size.
+    """Return clumps of the given equivalent diameters [m] (n,), not placed yet, with each shape equally
+    often.
 
     Parameters
     ----------
@@ -125,7 +127,7 @@ def clumps(
 
 
 def check_particles(particles: Particles, densities: Sequence[float]) -> None:
-    """Refuse particles that cannot be: of no shape, size, mass or place.
+    """Reject particles without a valid shape, size, mass or position.
 
     Raises
     ------
@@ -169,8 +171,8 @@ def check_particles(particles: Particles, densities: Sequence[float]) -> None:
 
 
 def motion_faults(number: int, velocities: np.ndarray | None, spins: np.ndarray | None) -> list[Fault]:
-    """What is wrong with velocities [m/s] and spins [rad/s], each (number, 3), of particles at the start;
-    None stands for rest.
+    """Return what is wrong with the first velocities [m/s] and spins [rad/s], each (number, 3), None for
+    rest.
     """
     faults = []
     for name, given in (("velocities", velocities), ("spins", spins)):
@@ -186,7 +188,7 @@ def _outside(numbers, count) -> np.ndarray:
 
 
 def _named(name, bad, must, prefix="particles.") -> list[Fault]:
-    """A fault that names the particles for which it holds, or none."""
+    """Return a fault with the numbers of the particles for which it holds, or none."""
     ids = np.flatnonzero(bad)
     if not len(ids):
         return []

@@ -1,6 +1,6 @@
 """Shapes of particles: one sphere, or a rigid clump of spheres with the mass properties of their union.
 
-A shape carries no density and no place.  Its axes are its principal axes and its origin is its mass centre,
+A shape has no density and no position.  Its axes are its principal axes and its origin is its mass centre,
 so that a particle needs a centre, an attitude and a factor on the lengths of its shape.
 """
 
@@ -35,7 +35,7 @@ class ClumpShape:
     inertia: np.ndarray
 
     def __post_init__(self):
-        """Take the arrays out of reach: shapes are shared between particles."""
+        """Make the arrays read-only: particles share shapes."""
         for name in ("offsets", "radii", "inertia"):
             array = np.array(getattr(self, name), float)
             array.setflags(write=False)
@@ -69,15 +69,15 @@ class ClumpShape:
         return float(self.extents.max() / self.extents.min())
 
     def scaled(self, to: float) -> "ClumpShape":
-        """The same shape with the equivalent diameter `to` [m]."""
+        """Return the same shape with the equivalent diameter `to` [m]."""
         factor = to / self.equivalent_diameter
         return ClumpShape(
             self.offsets * factor, self.radii * factor, self.volume * factor**3, self.inertia * factor**5
         )
 
     def push_mass(self) -> np.ndarray:
-        """Least mass over density [m^3] (k,) with which each sphere resists a push through its centre,
-        turning included.
+        """Return the least effective mass over density [m^3] (k,) of a push through the centre of each
+        sphere.
 
         A normal force at sphere c in direction n moves the contact as a free mass m_n does, with
         ``1/m_n = 1/m + (c x n) . I^-1 (c x n)``; the direction that yields most rules.  It replaces the
@@ -92,14 +92,14 @@ class ClumpShape:
 
 
 def sphere_shape(diameter: float = 1.0) -> ClumpShape:
-    """One sphere; the diameter [m] of 1 makes a particle's scale its diameter."""
+    """Return one sphere of the given diameter [m]; with 1, a particle's scale is its diameter."""
     radius = 0.5 * diameter
     volume = 4.0 / 3.0 * math.pi * radius**3
     return ClumpShape(np.zeros((1, 3)), np.array([radius]), volume, np.full(3, 0.4 * volume * radius**2))
 
 
 def clump_shape(centres: Sequence[Sequence[float]], radii: Sequence[float]) -> ClumpShape:
-    """The shape of a rigid union of spheres, given in any axes and from any origin.
+    """Return the shape of a rigid union of spheres, given in any axes and from any origin.
 
     Where moments are equal their axes are not determined, and which are taken is not defined; where they
     differ, each axis points to the side on which its largest direction cosine is positive, and the third
@@ -127,7 +127,7 @@ def clump_shape(centres: Sequence[Sequence[float]], radii: Sequence[float]) -> C
 
 
 def shape_faults(centres: np.ndarray, radii: np.ndarray) -> list[Fault]:
-    """What keeps spheres from being one rigid particle; spheres are counted from 0."""
+    """Return what prevents spheres from being one rigid particle, counting them from 0."""
     if centres.ndim != 2 or centres.shape[1:] != (3,) or radii.shape != (len(centres),) or not len(centres):
         return [
             Fault("spheres", f"must be (k, 3) centres and (k,) radii, got {centres.shape} and {radii.shape}")
@@ -152,7 +152,7 @@ def shape_faults(centres: np.ndarray, radii: np.ndarray) -> list[Fault]:
             faults.append(
                 Fault(
                     f"sphere {k}",
-                    f"must not lie wholly inside another, it lies in sphere {holders[0]}",
+                    f"must not be wholly inside another, it is in sphere {holders[0]}",
                     "Leave it out",
                 )
             )

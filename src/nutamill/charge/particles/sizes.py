@@ -1,8 +1,8 @@
 """Sizes of particles: classes by share of the mass, or a normal or Rosin-Rammler law between two cuts.
 
-A size is the diameter of a sphere, or of the sphere of a clump's volume.  Sizes are not drawn by lot: of n
-particles, particle i has the size below which a share (i + 1/2)/n of all particles lies.  No sample can be
-nearer to the law: the distribution of the sample differs from it by 1/(2 n) at most.
+A size is the diameter of a sphere, or of the sphere of a clump's volume.  Sizes are not random: of n
+particles, particle i has the quantile (i + 1/2)/n of the law.  No sample is nearer to it: the distribution of
+the sample differs from the law by 1/(2 n) at most.
 """
 
 import math
@@ -94,7 +94,7 @@ class SizeLaw:
 
 
 def normal_sizes(mean: float, deviation: float, smallest: float, largest: float, by: str) -> SizeLaw:
-    """Normal law of diameters, cut at both ends; what is cut off is spread over the rest.
+    """Return the normal law of diameters, truncated at both ends and normalised.
 
     Parameters
     ----------
@@ -104,14 +104,14 @@ def normal_sizes(mean: float, deviation: float, smallest: float, largest: float,
 
     Raises
     ------
-    ValueError : nothing of the law lies between the cuts
+    ValueError : the law has no share between the cuts
     """
     return _tabulated(lambda d: ndtr((d - mean) / deviation), smallest, largest, by)
 
 
 def rosin_rammler_sizes(size: float, exponent: float, smallest: float, largest: float) -> SizeLaw:
-    """Rosin-Rammler law: the share ``exp(-(d/size)^exponent)`` of the mass is coarser than d, between two
-    cuts.
+    """Return the Rosin-Rammler law: the share ``exp(-(d/size)^exponent)`` of the mass is coarser than d,
+    between two cuts.
 
     Source: P. Rosin and E. Rammler, "The laws governing the fineness of powdered coal", J. Inst. Fuel 7,
     29-36 (1933).
@@ -124,7 +124,7 @@ def rosin_rammler_sizes(size: float, exponent: float, smallest: float, largest: 
 
     Raises
     ------
-    ValueError : nothing of the law lies between the cuts
+    ValueError : the law has no share between the cuts
     """
     return _tabulated(lambda d: -np.expm1(-((d / size) ** exponent)), smallest, largest, "mass")
 
@@ -132,7 +132,7 @@ def rosin_rammler_sizes(size: float, exponent: float, smallest: float, largest: 
 def mass_percentiles(
     diameters: np.ndarray, volumes: np.ndarray, shares: Sequence[float] = (0.1, 0.5, 0.9)
 ) -> list[float]:
-    """Diameters [m] below which these shares of the mass lie: d10, d50, d90 of particles of one density."""
+    """Return d10, d50 and d90 by mass [m] of particles of one density."""
     order = np.argsort(diameters)
     below = np.cumsum(volumes[order])
     return [
@@ -142,7 +142,7 @@ def mass_percentiles(
 
 
 def sphere_volume(diameter: float) -> float:
-    """Volume of a sphere [m^3]."""
+    """Return the volume of a sphere [m^3]."""
     return math.pi / 6.0 * diameter**3
 
 
@@ -151,18 +151,18 @@ def _solid(diameters) -> float:
 
 
 def _cell_volume(diameter) -> np.ndarray:
-    """Mean volume [m^3] of the sizes in each cell of a table, taken as evenly spread."""
+    """Return the mean volume [m^3] of the sizes in each cell of a table, uniform within a cell."""
     a, b = diameter[:-1], diameter[1:]
     return math.pi / 24.0 * (a + b) * (a * a + b * b)
 
 
 def _tabulated(below, smallest: float, largest: float, by: str) -> SizeLaw:
-    """The law whose share of number or mass below d [m] is `below`, between two cuts."""
+    """Return the law whose share of number or mass below d [m] is `below`, between two cuts."""
     diameter = np.geomspace(smallest, largest, CELLS + 1)
     diameter[[0, -1]] = smallest, largest
     weight = np.diff(below(diameter))
     if not weight.sum() > 1e-9:
-        raise ValueError("nothing of the law lies between the cuts")
+        raise ValueError("the law has no share between the cuts")
     if by == "mass":
         weight = weight / _cell_volume(diameter)
     number = np.concatenate([[0.0], np.cumsum(weight)])

@@ -1,4 +1,4 @@
-"""Volume, mass centre and inertia of a union of spheres; what spheres share counts once.
+"""Volume, mass centre and inertia of a union of spheres, overlaps counted once.
 
 The solid is cut into slices across z.  In a slice it is a union of discs, whose area and moments follow from
 the arcs that no other disc covers (Green's theorem, closed form).  Along z the integrand is smooth except
@@ -36,7 +36,7 @@ class SolidProperties(NamedTuple):
 
 
 def union_properties(centres: np.ndarray, radii: np.ndarray) -> SolidProperties:
-    """Volume, mass centre and inertia of the union of spheres.
+    """Compute volume, mass centre and inertia of the union of spheres.
 
     Parameters
     ----------
@@ -59,7 +59,9 @@ def union_properties(centres: np.ndarray, radii: np.ndarray) -> SolidProperties:
 
 
 def _properties(moments: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Volume, mass centre and central inertia from the moments 1, x, y, z, xx, xy, yy, xz, yz, zz (10,)."""
+    """Compute volume, mass centre and central inertia from the moments 1, x, y, z, xx, xy, yy, xz, yz, zz
+    (10,).
+    """
     volume, first = moments[0], moments[1:4]
     xx, xy, yy, xz, yz, zz = moments[4:]
     second = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) - np.outer(first, first) / volume
@@ -67,26 +69,26 @@ def _properties(moments: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
 
 
 def _heights(centres, radii) -> np.ndarray:
-    """Heights at which the picture of a slice changes, rising (m,): ends of spheres, of the circles two
-    share, points three share.
+    """Return the heights at which a slice changes its form, rising (m,): ends of spheres and of the circles
+    that two share, and points that three share.
 
-    A place inside another sphere does not show and is left out.
+    Points inside another sphere do not count.
     """
     up = np.array([0.0, 0.0, 1.0])
-    found = [
+    points = [
         (c + side * r * up, (i,))
         for i, (c, r) in enumerate(zip(centres, radii, strict=True))
         for side in (-1.0, 1.0)
     ]
     k = len(radii)
     for i, j in itertools.combinations(range(k), 2):
-        found += [
+        points += [
             (point, (i, j)) for point in _ends_of_shared_circle(centres[i], radii[i], centres[j], radii[j])
         ]
     for three in itertools.combinations(range(k), 3):
-        found += [(point, three) for point in _shared_points(centres[list(three)], radii[list(three)])]
+        points += [(point, three) for point in _shared_points(centres[list(three)], radii[list(three)])]
     seen = []
-    for point, own in found:
+    for point, own in points:
         deep = np.linalg.norm(centres - point, axis=1) < radii * (1.0 - 1e-9)
         deep[list(own)] = False
         if not deep.any():
@@ -96,7 +98,7 @@ def _heights(centres, radii) -> np.ndarray:
 
 
 def _ends_of_shared_circle(p, r, q, s) -> list[np.ndarray]:
-    """Lowest and highest point (3,) of the circle in which two spheres meet, if they do."""
+    """Return the lowest and highest point (3,) of the circle in which two spheres meet, if they do."""
     gap = q - p
     d = float(np.linalg.norm(gap))
     if d == 0.0:
@@ -112,7 +114,7 @@ def _ends_of_shared_circle(p, r, q, s) -> list[np.ndarray]:
 
 
 def _shared_points(p, r) -> list[np.ndarray]:
-    """The two points (3,) that three spheres share, if they do."""
+    """Return the two points (3,) that three spheres share, if they do."""
     a, b = p[1] - p[0], p[2] - p[0]
     normal = np.cross(a, b)
     square = float(normal @ normal)
@@ -130,7 +132,7 @@ def _shared_points(p, r) -> list[np.ndarray]:
 
 
 def _moments(centres, radii, heights, points) -> np.ndarray:
-    """Moments 1, x, y, z, xx, xy, yy, xz, yz, zz of the union (10,)."""
+    """Compute the moments 1, x, y, z, xx, xy, yy, xz, yz, zz of the union (10,)."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     t = 0.5 * (nodes + 1.0)
     share, pull = np.sin(0.5 * math.pi * t) ** 2, 0.25 * math.pi * np.sin(math.pi * t) * weights
@@ -146,7 +148,7 @@ def _moments(centres, radii, heights, points) -> np.ndarray:
 
 
 def _slice_moments(centres, radii, z) -> np.ndarray:
-    """Area and moments x, y, xx, xy, yy of the union of discs at the heights z (6, len(z))."""
+    """Compute area and moments x, y, xx, xy, yy of the union of discs at the heights z (6, len(z))."""
     k = len(radii)
     rho = np.sqrt(np.maximum(radii**2 - (z[:, None] - centres[:, 2]) ** 2, 0.0))
     out = np.zeros((6, len(z)))
@@ -158,8 +160,9 @@ def _slice_moments(centres, radii, z) -> np.ndarray:
 
 
 def _open_arcs(centres, rho, i) -> tuple[np.ndarray, np.ndarray]:
-    """Angles at which the arcs of circle i begin and end that lie in no other disc, (slices, 2 k - 1) each;
-    empty ones have no length.
+    """Return begin and end of the arcs of circle i outside all other discs [rad], (slices, 2 k - 1) each.
+
+    Empty arcs have no length.
     """
     others = [j for j in range(rho.shape[1]) if j != i]
     gap = centres[others, :2] - centres[i, :2]
@@ -184,8 +187,8 @@ def _open_arcs(centres, rho, i) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _along_arc(cx, cy, r, t) -> np.ndarray:
-    """Integrals from angle 0 to t along a circle whose differences are area, x, y, xx, xy, yy of what it
-    encloses (6, ...).
+    """Compute the integrals from angle 0 to t along a circle whose differences are area, x, y, xx, xy, yy of
+    what it encloses (6, ...).
 
     Green's theorem: the integral of f over a region is that of F dy along its edge, with dF/dx = f.
     """

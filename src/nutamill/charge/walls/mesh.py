@@ -1,4 +1,4 @@
-"""A closed triangle mesh as a wall: refused unless it is one, and cut into smooth patches.
+"""A closed triangle mesh as a wall: checked, and cut into smooth patches.
 
 The one rule of orientation: a mesh bounds a solid and its normals point out of that solid (corners
 counter-clockwise, seen from outside), as every drawing program writes it.  ``keep`` says on which side the
@@ -45,7 +45,7 @@ NAMED = 5
 """Triangles that a message names [1]."""
 
 SIDE_CELLS = 40
-"""Cells along the longest side of the grid that tells inside from outside [1]."""
+"""Cells along the longest side of the grid that separates inside and outside [1]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +87,7 @@ def closed_mesh(
     keep: Literal["inside", "outside"],
     particle_radius: float,
 ) -> Mesh:
-    """A wall of triangles, checked and cut into patches.
+    """Return a wall of triangles, checked and cut into patches.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def closed_mesh(
     tolerance = SAME * float(np.linalg.norm(np.ptp(vertices, axis=0)))
     vertices, faces = _joined(vertices, faces, tolerance)
     faults = _triangle_faults(name, vertices, faces, tolerance)
-    # each check needs what the one before has found sound
+    # each check needs a mesh that passes the one before
     faults = faults or _edge_faults(name, vertices, faces)
     faults = faults or _shell_faults(name, vertices, faces)
     if faults:
@@ -130,9 +130,7 @@ def closed_mesh(
 
 
 def _joined(vertices, faces, tolerance) -> tuple[np.ndarray, np.ndarray]:
-    """Corners that are the same but for rounding made one; an STL file repeats each corner in every
-    triangle.
-    """
+    """Merge corners that are equal but for rounding: an STL file repeats each corner in every triangle."""
     vertices, place = np.unique(vertices, axis=0, return_inverse=True)
     faces = place.reshape(-1)[faces]
     pairs = cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
@@ -143,13 +141,13 @@ def _joined(vertices, faces, tolerance) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _listed(triangles) -> str:
-    """Numbers of triangles, counted from 1, the first few."""
+    """Return the numbers of triangles, counted from 1, the first few."""
     shown = ", ".join(str(int(t) + 1) for t in triangles[:NAMED])
     return shown + (f" and {len(triangles) - NAMED} more" if len(triangles) > NAMED else "")
 
 
 def _triangle_faults(name, vertices, faces, tolerance) -> list[Fault]:
-    """Triangles without area, and triangles that stand twice."""
+    """Return triangles without area, and triangles that are given twice."""
     faults = []
     corners = vertices[faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
@@ -166,7 +164,7 @@ def _triangle_faults(name, vertices, faces, tolerance) -> list[Fault]:
     if len(twice):
         original = int(first[place.reshape(-1)[twice[0]]])
         what = (
-            f"a triangle must stand once, this one repeats triangle {original + 1}; repeated: "
+            f"a triangle must be given once, this one repeats triangle {original + 1}; repeated: "
             f"{_listed(twice)}"
         )
         faults.append(Fault(f"{name}: triangle {twice[0] + 1}", what, "Clean the mesh of double faces"))
@@ -174,7 +172,7 @@ def _triangle_faults(name, vertices, faces, tolerance) -> list[Fault]:
 
 
 def _edge_faults(name, vertices, faces) -> list[Fault]:
-    """Edges with one triangle or more than two, and triangles turned against their neighbours."""
+    """Return edges with one triangle or more than two, and triangles turned against their neighbours."""
     faults = []
     edges, of_side, upward = directed_edges(faces)
     count = np.bincount(of_side.ravel(), minlength=len(edges))
@@ -217,20 +215,20 @@ def _point(p) -> str:
 
 
 def _neighbours(of_side, n_edges) -> np.ndarray:
-    """The two triangles of each edge [1] (E, 2), of a mesh whose edges all have two."""
+    """Return the two triangles of each edge [1] (E, 2), of a mesh whose edges all have two."""
     return (np.argsort(of_side.ravel(), kind="stable") // 3).reshape(n_edges, 2)
 
 
 def _groups(n, pairs) -> np.ndarray:
-    """Number of the connected group of each of `n` triangles, in the order of their first."""
+    """Return the number of the connected group of each of `n` triangles, in the order of their first."""
     _, group = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), (n, n)), directed=False)
     _, first, place = np.unique(group, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[place]
 
 
 def _turned(faces, of_side, upward, n_edges) -> np.ndarray:
-    """Triangles that turn against the greater part of their shell: the two triangles of an edge must pass it
-    in opposite ways.
+    """Return triangles that turn against the greater part of their shell: the two triangles of an edge must
+    pass it in opposite ways.
     """
     pairs = _neighbours(of_side, n_edges)
     way = upward.ravel()[np.argsort(of_side.ravel(), kind="stable")].reshape(n_edges, 2)
@@ -242,8 +240,9 @@ def _turned(faces, of_side, upward, n_edges) -> np.ndarray:
 
 
 def _shell_faults(name, vertices, faces) -> list[Fault]:
-    """Shells whose normals point into the solid; the shell of a cavity lies within another and points into
-    the cavity.
+    """Return shells whose normals point into the solid.
+
+    The shell of a cavity is within another and points into the cavity.
     """
     edges, of_side, _ = directed_edges(faces)
     shell = _groups(len(faces), _neighbours(of_side, len(edges)))
@@ -265,7 +264,7 @@ def _shell_faults(name, vertices, faces) -> list[Fault]:
             )
             faults.append(Fault(where, what, "Flip the normals"))
         elif volume > 0.0 and within > 0:
-            what = f"shells must not lie in each other, this shell of {(shell == s).sum()} triangles does"
+            what = f"shells must not be inside each other, this shell of {(shell == s).sum()} triangles does"
             faults.append(
                 Fault(
                     where,
@@ -277,7 +276,7 @@ def _shell_faults(name, vertices, faces) -> list[Fault]:
 
 
 def _cut(vertices, faces, particle_radius) -> np.ndarray:
-    """Number of the smooth patch of each triangle."""
+    """Return the number of the smooth patch of each triangle."""
     edges, of_side, _ = directed_edges(faces)
     pairs = _neighbours(of_side, len(edges))
     corners = vertices[faces]
@@ -296,7 +295,7 @@ def _cut(vertices, faces, particle_radius) -> np.ndarray:
 
 
 def on_charge_side(mesh: Mesh, points: np.ndarray) -> np.ndarray:
-    """Whether each of the `points` [m] (n, 3), in the mesh's axes, is on the side of the charge (n,).
+    """Return whether each of the `points` [m] (n, 3), in the mesh's axes, is on the side of the charge (n,).
 
     The winding number decides, in each of the regions that the triangles leave of a coarse grid once, and for
     points in a cell that a triangle passes for each.
@@ -324,7 +323,7 @@ def on_charge_side(mesh: Mesh, points: np.ndarray) -> np.ndarray:
 def winding_of_regions(
     regions: np.ndarray, corners: np.ndarray, corner: np.ndarray, size: float
 ) -> np.ndarray:
-    """Winding number of each connected region of free cells, by its number; place 0 is not used."""
+    """Return the winding number of each connected region of free cells by its number, 0 unused."""
     numbers, first = np.unique(regions, return_index=True)
     middles = corner + size * (np.stack(np.unravel_index(first, regions.shape), axis=1) + 0.5)
     out = np.zeros(int(numbers.max()) + 1)

@@ -2,7 +2,7 @@
 patch.
 
 A point of the mesh is touched only if it is a local minimum of the distance from the particle's centre to the
-*whole* mesh.  A point of a face always is; one on an edge or a corner is only if the centre lies in the
+*whole* mesh.  A point of a face always is; one on an edge or a corner is only if the centre is in the
 Voronoi region of that feature, that is, if no triangle around it comes nearer.  So an inner corner gives one
 contact with each face and none with its edge, an outer edge or corner gives one, and a seam between triangles
 of one plane none at all.  An edge or corner between patches belongs to one of them.
@@ -25,8 +25,8 @@ FACE, EDGE, VERTEX = 0, 1, 2
 
 @kernel
 def beside(shape, e, side, x, y, z):
-    """Distance [m] by which (x, y, z) stands on the triangle's side of edge `e`, in the plane of its triangle
-    `side` (0 or 1).
+    """Return the distance [m] by which (x, y, z) stands on the triangle's side of edge `e`, in the plane of
+    its triangle `side` (0 or 1).
     """
     v, wing = shape.edge_ends[e, 0], shape.edge_wing
     d0, d1, d2 = x - shape.vertices[v, 0], y - shape.vertices[v, 1], z - shape.vertices[v, 2]
@@ -35,7 +35,7 @@ def beside(shape, e, side, x, y, z):
 
 @kernel
 def along(shape, e, x, y, z):
-    """Place [m] of the foot of (x, y, z) along edge `e`, from where it begins."""
+    """Return the coordinate [m] of the foot of (x, y, z) along edge `e`, from its first corner."""
     v, way = shape.edge_ends[e, 0], shape.edge_direction
     d0, d1, d2 = x - shape.vertices[v, 0], y - shape.vertices[v, 1], z - shape.vertices[v, 2]
     return d0 * way[e, 0] + d1 * way[e, 1] + d2 * way[e, 2]
@@ -43,7 +43,7 @@ def along(shape, e, x, y, z):
 
 @kernel
 def over_face(shape, t, x, y, z):
-    """Whether the foot of (x, y, z) in the plane of triangle `t` lies on the triangle."""
+    """Return whether the foot of (x, y, z) in the plane of triangle `t` is on the triangle."""
     over = True
     for k in range(3):
         over = over and beside(shape, shape.triangle_edges[t, k], shape.triangle_side[t, k], x, y, z) >= 0.0
@@ -52,7 +52,7 @@ def over_face(shape, t, x, y, z):
 
 @kernel
 def nearest_on_triangle(shape, t, x, y, z):
-    """Nearest point of triangle `t`.
+    """Return the nearest point of triangle `t`.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def nearest_on_triangle(shape, t, x, y, z):
 
 @kernel
 def in_region(shape, feature, index, patch, x, y, z):
-    """Whether the feature belongs to `patch` and (x, y, z) lies in its Voronoi region."""
+    """Return whether the feature belongs to `patch` and (x, y, z) is in its Voronoi region."""
     if feature == FACE:
         return True
     if feature == EDGE:
@@ -119,9 +119,7 @@ def in_region(shape, feature, index, patch, x, y, z):
 
 @kernel
 def feature_normal(shape, feature, index):
-    """Normal of a face, or mean normal of an edge or corner [1] (3), of any length: it tells front from
-    back.
-    """
+    """Return the normal of a face, or the mean normal of an edge or corner [1] (3), of any length."""
     if feature == FACE:
         n = shape.triangle_normal
     elif feature == EDGE:
@@ -133,7 +131,7 @@ def feature_normal(shape, feature, index):
 
 @kernel
 def cell_of(grid, patch, x, y, z):
-    """Cell that holds (x, y, z) in the grid of a patch, or -1."""
+    """Return the cell that holds (x, y, z) in the grid of a patch, or -1."""
     size = grid.size[patch]
     i = (x - grid.corner[patch, 0]) / size
     j = (y - grid.corner[patch, 1]) / size
@@ -147,7 +145,7 @@ def cell_of(grid, patch, x, y, z):
 
 @kernel
 def nearest_of_all(walls, patch, square, x, y, z):
-    """Whether no other patch of the mesh comes nearer to (x, y, z) than the root of `square` [m^2]."""
+    """Return whether no other patch of the mesh comes nearer to (x, y, z) than the root of `square` [m^2]."""
     for p in range(walls.siblings[patch, 0], walls.siblings[patch, 1]):
         cell = cell_of(walls.grid, p, x, y, z)
         if p != patch and cell >= 0:
@@ -160,7 +158,8 @@ def nearest_of_all(walls, patch, square, x, y, z):
 
 @kernel
 def patch_contact(walls, patch, x, y, z, r):
-    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] with a patch, surface axes.
+    """Return overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] with a patch, surface
+    axes.
 
     A centre behind the mesh, if the patch is the nearest part of it, is pushed out to the front: overlap
     beyond `r`.

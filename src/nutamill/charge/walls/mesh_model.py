@@ -1,8 +1,7 @@
-"""What a meshed wall is to the kernels: triangles with their edges and corners, and a grid that finds the
-near ones.
+"""Meshed walls as arrays: triangles with their edges and corners, and a grid of those near each cell.
 
 ``V`` is the number of corners, ``E`` of edges, ``T`` of triangles, ``P`` of patches and ``N`` of grid cells,
-over all meshes of a charge. A mesh that several bodies carry, or one body several times, is kept once.
+over all meshes of a charge. A mesh that several bodies carry, or one body several times, is stored once.
 """
 
 from typing import NamedTuple

@@ -29,7 +29,7 @@ def mesh_surfaces(
     origin: Sequence[float] = (0.0, 0.0, 0.0),
     rotation: object = ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
 ) -> list[Surface]:
-    """The patches of a mesh as surfaces of a body, in the order of their numbers.
+    """Return the patches of a mesh as surfaces of a body, in the order of their numbers.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def mesh_surfaces(
 
 
 def mesh_walls(surfaces: Sequence[Surface], largest_radius: float) -> MeshWalls:
-    """The meshes among the surfaces of a charge, for its kernels.
+    """Return the meshes among the surfaces of a charge as arrays for its kernels.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ EMPTY = MeshShape(
 
 
 def _shape(mesh: Mesh, first_patch: int) -> MeshShape:
-    """Features of one mesh."""
+    """Return the features of one mesh."""
     vertices, faces, patch = mesh.vertices, mesh.faces, mesh.patch + first_patch
     corners = mesh.corners
     normals, _ = normals_and_areas(corners)
@@ -146,10 +146,10 @@ def _shape(mesh: Mesh, first_patch: int) -> MeshShape:
 
 
 def _vertex_normals(corners, faces, normals, n_vertices) -> np.ndarray:
-    """Sum of the normals about each corner, each by its triangle's angle there [rad] (V, 3).
+    """Sum the normals about each corner, weighted by the angle of the triangle there [rad] (V, 3).
 
-    Source: J. A. Baerentzen and H. Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005) 243-253: it tells front
-    from back.
+    Source: J. A. Baerentzen and H. Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005) 243-253: its sign
+    separates front and back.
     """
     out = np.zeros((n_vertices, 3))
     for k in range(3):
@@ -169,7 +169,7 @@ COUNTS = {
 
 
 def _joined_shapes(shapes: list[MeshShape]) -> MeshShape:
-    """Several meshes as one set of arrays."""
+    """Join several meshes to one set of arrays."""
     joined = EMPTY
     for shape in shapes:
         offset = {
@@ -190,7 +190,7 @@ def _joined_shapes(shapes: list[MeshShape]) -> MeshShape:
 
 
 def _grid(meshes: list[Mesh], largest_radius: float) -> MeshGrid:
-    """The grids of all patches, one after the other."""
+    """Return the grids of all patches, one after the other."""
     reach = largest_radius * (1.0 + 1e-9)
     corners, sizes, counts, first_cell, begins, listed, apart = (
         [],
@@ -205,16 +205,16 @@ def _grid(meshes: list[Mesh], largest_radius: float) -> MeshGrid:
     for mesh in meshes:
         for patch in range(mesh.n_patches):
             triangles = np.flatnonzero(mesh.patch == patch)
-            corner, size, cells, begin, found, far = _patch_grid(mesh.corners[triangles], reach)
+            corner, size, cells, begin, near, far = _patch_grid(mesh.corners[triangles], reach)
             corners.append(corner)
             sizes.append(size)
             counts.append(cells)
             first_cell.append(n_cells)
             begins.append(begin[1:] + n_listed)
-            listed.append(triangles[found] + first_triangle)
+            listed.append(triangles[near] + first_triangle)
             apart.append(far)
             n_cells += len(far)
-            n_listed += len(found)
+            n_listed += len(near)
         first_triangle += len(mesh.faces)
     return MeshGrid(
         reach,
@@ -229,8 +229,8 @@ def _grid(meshes: list[Mesh], largest_radius: float) -> MeshGrid:
 
 
 def _patch_grid(corners: np.ndarray, reach: float) -> tuple:
-    """Grid of one patch of triangles `corners` [m] (n, 3, 3): corner, size, cells, begin, triangles, apart as
-    in `MeshGrid`.
+    """Return the grid of one patch of triangles `corners` [m] (n, 3, 3): corner, size, cells, begin,
+    triangles, apart as in `MeshGrid`.
     """
     low, high = corners.min(axis=(0, 1)) - reach, corners.max(axis=(0, 1)) + reach
     size = max(reach, float(np.prod(high - low) / MOST_CELLS) ** (1 / 3))
@@ -246,7 +246,7 @@ def _patch_grid(corners: np.ndarray, reach: float) -> tuple:
     cell_of, triangle_of = np.concatenate(cell_of), np.concatenate(triangle_of)
     order = np.argsort(cell_of, kind="stable")
     begin = np.searchsorted(cell_of[order], np.arange(len(core) + 1))
-    # each triangle lies in core cells; two points of two cells are nearer than their middles by a diagonal at
+    # each triangle is in core cells; two points of two cells are nearer than their middles by a diagonal at
     # most
     apart = np.maximum(size * ndimage.distance_transform_edt(~core.reshape(cells)).ravel() - 2.0 * half, 0.0)
     return low, size, cells, begin, triangle_of[order], apart * (1.0 - 1e-6)

@@ -1,4 +1,4 @@
-"""Surfaces cut into patches, and cells: which of them holds a point."""
+"""Surfaces cut into patches, and cells: index of the one that holds a point."""
 
 import math
 from typing import NamedTuple
@@ -22,14 +22,14 @@ class PatchTable(NamedTuple):
     rows: np.ndarray
     """Patches of each surface along its second coordinate [1], int64 (S,)."""
     range: np.ndarray
-    """Lowest and highest second coordinate of each surface [m] (S, 2), surface axes; what lies beyond counts
-    in the outermost patch.
+    """Lowest and highest second coordinate of each surface [m] (S, 2), surface axes; points beyond
+    count in the outermost patch.
     """
 
 
 def patch_table(cuts: list[tuple[int, int, int, float, float]]) -> PatchTable:
-    """A table from one row for each surface: how it is cut, patches along the azimuth (6 for `FACE_HEIGHT`),
-    patches along the second coordinate [1], its lowest and highest value [m]."""
+    """Return a table from one row for each surface: how it is cut, patches along the azimuth (6 for
+    `FACE_HEIGHT`), patches along the second coordinate [1], its lowest and highest value [m]."""
     return PatchTable(
         np.array([cut[0] for cut in cuts], np.int64),
         np.cumsum([0] + [cut[1] * cut[2] for cut in cuts]).astype(np.int64),
@@ -40,29 +40,27 @@ def patch_table(cuts: list[tuple[int, int, int, float, float]]) -> PatchTable:
 
 @kernel(inline="always")
 def whole(value, per_unit):
-    """Nearest whole number of small units, `per_unit` of them in 1."""
+    """Return the nearest whole number of small units, `per_unit` of them in 1."""
     return np.int64(math.floor(float(value) * per_unit + 0.5))
 
 
 @kernel(inline="always")
 def part_of(value, low, high, n):
-    """Which of `n` equal parts from `low` to `high` holds `value`; what lies beyond belongs to the
-    outermost.
-    """
+    """Return which of `n` equal parts from `low` to `high` holds `value`; the outermost hold all beyond."""
     k = math.floor((value - low) / (high - low) * n)
     return min(max(k, 0), n - 1)
 
 
 @kernel(inline="always")
 def sector_of(angle, n):
-    """Which of `n` sectors holds an angle [rad]; sector 0 begins at angle 0."""
+    """Return which of `n` sectors holds an angle [rad]; sector 0 begins at angle 0."""
     turns = angle * (0.5 / math.pi)
     return min(int((turns - math.floor(turns)) * n), n - 1)
 
 
 @kernel
 def patch_of(table, place, size, s, p0, p1, p2):
-    """Number of the patch of surface `s` at the point (p0, p1, p2) [m], world.
+    """Return the number of the patch of surface `s` at the point (p0, p1, p2) [m], world.
 
     `place` (12,) is where the surface is, as from `place_surfaces`, and `size` (3,) [m] its sizes.
     """

@@ -1,7 +1,7 @@
 """Nearest point on a surface: overlap and normal of a sphere, in the axes of the surface and in the world's.
 
 Plane and cylinder are endless.  Cone and sphere cap end, without a rim: a contact counts only where the foot
-of the perpendicular from the particle's centre lies on the surface, and beyond the end the next surface takes
+of the perpendicular from the particle's centre is on the surface, and beyond the end the next surface takes
 over (floor, cylinder, another cone, a cap that meets the cone in its tangent).  This is exact wherever two
 surfaces meet in an inner corner, where each has its own contact, or smoothly.  An edge that stands out into
 the charge belongs to a box or to a mesh, which know their edges.
@@ -26,14 +26,14 @@ particle.
 
 @kernel(inline="always")
 def plane_contact(z, r):
-    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at height `z` [m] over the plane z = 0."""
+    """Return overlap [m] and normal [1] (3) of a sphere of radius `r` at height `z` [m] over z = 0."""
     return r - z, 0.0, 0.0, -1.0
 
 
 @kernel(inline="always")
 def cylinder_contact(x, y, r, bore):
-    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y) [m] inside a cylinder of radius
-    `bore` [m] about z.
+    """Return overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y) [m] inside a cylinder of
+    radius `bore` [m] about z.
     """
     distance = math.sqrt(x * x + y * y)
     inverse = 1.0 / (distance + 1e-300)
@@ -42,8 +42,8 @@ def cylinder_contact(x, y, r, bore):
 
 @kernel(inline="always")
 def box_contact(x, y, z, r, a, b, c):
-    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] outside a box of half sizes
-    (a, b, c) [m].
+    """Return overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] outside a box of half
+    sizes (a, b, c) [m].
 
     Outside, the nearest point is the position clamped to the box: on a face, an edge or a corner.  A centre
     inside the box (far beyond any allowed overlap) is pushed out through the nearest face.
@@ -66,8 +66,8 @@ def box_contact(x, y, z, r, a, b, c):
 
 @kernel(inline="always")
 def cone_frame(distance, z, r0, r1, h):
-    """Height [m] over the side of a cone, positive inside, and place [m] along it from its end of radius
-    `r0`, and its length [m].
+    """Return height [m] over the side of a cone, positive inside, coordinate [m] along it from its end of
+    radius `r0`, and its length [m].
 
     In the half-plane of the axis and a point at `distance` [m] from it and height `z` [m], the side is the
     line from (r0, 0) to (r1, h); ``((r1 - r0), h)/length`` runs along it and ``(-h, r1 - r0)/length`` into
@@ -81,8 +81,8 @@ def cone_frame(distance, z, r0, r1, h):
 
 @kernel(inline="always")
 def cone_contact(x, y, z, r, r0, r1, h):
-    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] inside a cone, `r0` at z = 0
-    and `r1` at z = `h` [m].
+    """Return overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] inside a cone, `r0` at
+    z = 0 and `r1` at z = `h` [m].
 
     One end is part of it and the other not, so that two cones end to end never both count.
     """
@@ -97,7 +97,7 @@ def cone_contact(x, y, z, r, r0, r1, h):
 
 @kernel(inline="always")
 def cap_contact(x, y, z, r, radius, angle):
-    """Overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] in a bowl: a sphere of
+    """Return overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] in a bowl: a sphere of
     `radius` [m] about the origin, within `angle` [rad] of -z."""
     distance = math.sqrt(x * x + y * y + z * z)
     inverse = 1.0 / (distance + 1e-300)
@@ -107,8 +107,8 @@ def cap_contact(x, y, z, r, radius, angle):
 
 @kernel(inline="always")
 def surface_contact(kind, x, y, z, r, a, b, c):
-    """Overlap [m] and normal [1] (3), in surface axes, of a sphere of radius `r` at (x, y, z) [m] in surface
-    axes.
+    """Return overlap [m] and normal [1] (3), in surface axes, of a sphere of radius `r` at (x, y, z) [m] in
+    surface axes.
 
     The normal points from the particle to the surface.  `kind` is a `SurfaceKind`, but for MESH_PATCH; a, b,
     c are its sizes.
@@ -126,8 +126,8 @@ def surface_contact(kind, x, y, z, r, a, b, c):
 
 @kernel(inline="always")
 def surface_room(kind, x, y, z, r, a, b, c):
-    """Positive where a ball of radius `r` about (x, y, z) [m], surface axes, may hold a particle that touches
-    the surface.
+    """Return a positive number where a ball of radius `r` about (x, y, z) [m], surface axes, may hold a
+    particle that touches the surface.
 
     The quick test of a whole chunk: an overlap, but for cone and cap, which end, with a margin of `r` at the
     end.
@@ -146,8 +146,8 @@ def surface_room(kind, x, y, z, r, a, b, c):
 
 @kernel(inline="always")
 def surface_overlap(kind, sizes, placed, s, x0, x1, x2, r):
-    """Overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with surface
-    `s`.
+    """Return overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with
+    surface `s`.
 
     `kind` is its `SurfaceKind`, `sizes` [m] (S, 3) of all surfaces as in `ChargeModel`, `placed` (S, 12) as
     from `place_surfaces`. Inlined, with whole arrays: a slice or a struct handed over in the loop over
@@ -180,7 +180,7 @@ def surface_near(kinds, sizes, placed, s, x0, x1, x2, r):
 
 @kernel
 def place_surfaces(model, bodies, placed_out):
-    """Origin [m] (3) and rotation [1] (9) of every surface, world axes, to `placed_out` (S, 12).
+    """Write origin [m] (3) and rotation [1] (9) of every surface, world axes, to `placed_out` (S, 12).
 
     ``bodies[b, 0:12]`` is mass centre [m] (3) and rotation matrix [1] (9) of body b.
     """

@@ -1,5 +1,5 @@
-"""Quick tests of a whole chunk against one surface: which particles touch it, before normals and overlaps are
-found for those alone.
+"""Quick tests of a whole chunk against one surface: which particles touch it. Normals and overlaps are
+computed for those alone.
 """
 
 import math

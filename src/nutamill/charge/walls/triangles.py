@@ -11,8 +11,8 @@ AT_ONCE = 400_000
 
 
 def normals_and_areas(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit normals [1] (n, 3) by the right-hand rule, and areas [m^2] (n,), of triangles with `corners` [m]
-    (n, 3, 3).
+    """Return unit normals [1] (n, 3) by the right-hand rule, and areas [m^2] (n,), of triangles with
+    `corners` [m] (n, 3, 3).
     """
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     twice = np.linalg.norm(across, axis=1)
@@ -20,14 +20,14 @@ def normals_and_areas(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def signed_volumes(corners: np.ndarray) -> np.ndarray:
-    """Volumes [m^3] (n,) of the tetrahedra of triangles `corners` [m] (n, 3, 3) with the origin; their sum is
-    the volume enclosed.
+    """Return the volumes [m^3] (n,) of the tetrahedra of triangles `corners` [m] (n, 3, 3) with the origin;
+    their sum is the volume enclosed.
     """
     return np.einsum("ni,ni->n", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
 
 
 def directed_edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Edges of a mesh without their direction, and which of them each triangle has.
+    """Return the edges of a mesh without their direction, and which of them each triangle has.
 
     Returns
     -------
@@ -40,7 +40,7 @@ def directed_edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 def triangle_distance(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distance [m] (n,) of `points` [m] (n, 3) from one triangle `corners` [m] (3, 3)."""
+    """Return the distance [m] (n,) of `points` [m] (n, 3) from one triangle `corners` [m] (3, 3)."""
     normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
     normal /= np.linalg.norm(normal)
     outside = np.zeros(len(points), bool)
@@ -55,8 +55,8 @@ def triangle_distance(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 def winding_number(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """How often the triangles `corners` [m] (T, 3, 3) wind about each of the `points` [m] (n, 3): their solid
-    angle over 4 pi [1] (n,).
+    """Return how often the triangles `corners` [m] (T, 3, 3) wind about each of the `points` [m] (n, 3):
+    their solid angle over 4 pi [1] (n,).
 
     Of a closed mesh with its normals outwards: 1 inside, 0 outside.
     Source: A. van Oosterom and J. Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng.
@@ -77,7 +77,7 @@ def winding_number(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 def cells_near(
     corners: np.ndarray, corner: np.ndarray, size: float, cells: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Cells of a grid whose middle may be within `reach` of a triangle.
+    """Return the cells of a grid whose middle may be within `reach` of a triangle.
 
     Parameters
     ----------

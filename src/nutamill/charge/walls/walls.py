@@ -12,8 +12,8 @@ MESH_PATCH = int(SurfaceKind.MESH_PATCH)
 
 @kernel(inline="always")
 def wall_overlap(kind, model, placed, s, x0, x1, x2, r):
-    """Overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with surface
-    `s` of `kind`.
+    """Return overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with
+    surface `s` of `kind`.
 
     `placed` (S, 12) as from `place_surfaces`.  No contact where the overlap is not positive.
     """
@@ -24,8 +24,8 @@ def wall_overlap(kind, model, placed, s, x0, x1, x2, r):
 
 @kernel(inline="always")
 def wall_near(model, placed, s, x0, x1, x2, r):
-    """Positive where a ball of radius `r` about (x0, x1, x2) [m], world, may hold a particle that touches
-    surface `s`.
+    """Return a positive number where a ball of radius `r` about (x0, x1, x2) [m], world, may hold a particle
+    that touches surface `s`.
     """
     if model.surface_kind[s] == MESH_PATCH:
         return mesh_near(model.mesh, placed, s, x0, x1, x2, r)
@@ -34,8 +34,8 @@ def wall_near(model, placed, s, x0, x1, x2, r):
 
 @kernel
 def wall_overlaps(model, placed, s, x, r, out):
-    """Overlaps [m] (n,) of spheres of radii `r` [m] (n,) at `x` [m] (n, 3), world, with surface `s`, to
-    `out`.
+    """Write the overlaps [m] (n,) of spheres of radii `r` [m] (n,) at `x` [m] (n, 3), world, with surface
+    `s`, to `out`.
     """
     kind = model.surface_kind[s]
     for i in range(len(r)):
