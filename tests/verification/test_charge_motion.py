@@ -169,3 +169,21 @@ def test_impulse_on_a_body_is_the_momentum_a_ball_lost_about_the_moving_mass_cen
     lost = M * (-1.0 - bench.velocities[0, 2])
     assert bench.state.impulse[0, :3] == pytest.approx([0, 0, lost], abs=1e-12)
     assert bench.state.impulse[0, 3:] == pytest.approx([0.02 * lost, 0.1 * lost, 0], abs=1e-12)
+
+
+def test_a_carrier_goes_on_where_the_last_march_left_it():
+    # a floor that rises with a given acceleration and turns: marched in two pieces it ends as in one
+    def ball():
+        motion = at_rest()
+        motion[0, 7:] = [0.1, 0, 0.02, 0, 0.5, 3.0, 0, 0, 9.0, 0, 0, 2.0]
+        return Bench([0, 0, R - SAG], law(K, 0.1, friction=0.3), DT, [FLOOR], gravity=DOWN, motion=motion)
+
+    one, two = ball().step(400), ball().step(150).step(250)
+    # rounding of some 400 sums
+    assert two.motion == pytest.approx(one.motion, abs=1e-13)
+    assert two.positions == pytest.approx(one.positions, abs=1e-13)
+    assert two.velocities == pytest.approx(one.velocities, abs=1e-10)
+    # the floor has risen by v t + a t^2/2
+    t = 400 * DT
+    assert one.motion[0, 2] == pytest.approx(0.02 * t + 4.5 * t * t, rel=1e-12)
+    assert one.contacts == (0, 1)
