@@ -9,7 +9,7 @@ import numpy as np
 from scene import Law, Record, Scene
 
 from nutamill.case import Case, load_case
-from nutamill.charge.assembly import positions, spins, velocities
+from nutamill.charge.readout import positions, spins, velocities
 from nutamill.cli.bench import developed_case, developed_flow, on_threads
 from nutamill.simulation.coupling import coupling_state, march_mechanism
 from nutamill.simulation.entry import enter, record_first_row

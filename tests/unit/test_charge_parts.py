@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from nutamill.base.errors import CaseError
 from nutamill.base.kernel import JIT, kernel
-from nutamill.charge.assembly import charge, velocities
+from nutamill.charge.assembly import charge
 from nutamill.charge.filling.fill import random_fill
 from nutamill.charge.filling.room import cylinder_room, largest_fill
 from nutamill.charge.kernels import simd
@@ -24,6 +24,7 @@ from nutamill.charge.laws.rolling import constant_rolling, spring_rolling
 from nutamill.charge.laws.tags import LinearSpring, RollingTypeA, RollingTypeC, StoredDisplacement
 from nutamill.charge.laws.tangential import displacement_friction
 from nutamill.charge.particles.particles import LOOSE_PACKING
+from nutamill.charge.readout import velocities
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.charge.walls.surfaces import surface_contact
 

@@ -7,13 +7,14 @@ import math
 import numpy as np
 from charge_bench import law, sphere_mass
 
-from nutamill.charge.assembly import charge, positions, spins, velocities
+from nutamill.charge.assembly import charge
 from nutamill.charge.kernels.copying import copied
 from nutamill.charge.kernels.dynamics import start as start_charge
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.observe import charge_reading
 from nutamill.charge.measures.statistics import charge_statistics, statistics_plan
 from nutamill.charge.model import Ledger
+from nutamill.charge.readout import positions, spins, velocities
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start

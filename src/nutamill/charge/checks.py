@@ -1,8 +1,11 @@
-"""Checks of the walls of a charge at the start: valid sizes, and no particle in or behind a wall."""
+"""Checks of the particles and walls of a charge at the start: valid numbers, no deep overlap, no particle in
+or behind a wall.
+"""
 
 import math
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from nutamill.base.errors import Fault
 from nutamill.charge.laws.pair import LawColumn
@@ -21,6 +24,61 @@ def named(ids) -> str:
     """Format numbers for a message: the first few, and how many more."""
     shown = ", ".join(str(int(i)) for i in ids[:NAMED])
     return shown + (f" and {len(ids) - NAMED} more" if len(ids) > NAMED else "")
+
+
+def particle_faults(positions, radii, materials, densities) -> list[Fault]:
+    """Return arrays of wrong size and numbers out of range."""
+    faults = []
+    if positions.ndim != 2 or positions.shape[1:] != (3,) or len(positions) == 0:
+        return [
+            Fault(
+                "positions", f"must be an (n, 3) array of at least one particle, got shape {positions.shape}"
+            )
+        ]
+    n = len(positions)
+    if radii.shape != (n,) or materials.shape != (n,):
+        return [Fault("radii, materials", f"must be ({n},) arrays, got {radii.shape} and {materials.shape}")]
+    for name, bad, must in (
+        ("positions", ~np.isfinite(positions).all(axis=1), "finite"),
+        ("radii", ~(np.isfinite(radii) & (radii > 0.0)), "positive"),
+        ("materials", (materials < 0) | (materials >= len(densities)), f"from 0 to {len(densities) - 1}"),
+    ):
+        if bad.any():
+            faults.append(Fault(name, f"must be {must}, not so for particles {named(np.flatnonzero(bad))}"))
+    for material in sorted(set(materials.tolist())):
+        if 0 <= material < len(densities) and not (
+            math.isfinite(densities[material]) and densities[material] > 0.0
+        ):
+            faults.append(
+                Fault(
+                    f"density of material {material}", f"must be positive, got {densities[material]} kg/m^3"
+                )
+            )
+    return faults
+
+
+def pair_faults(positions, radii, materials, model, owner) -> list[Fault]:
+    """Return particles that overlap beyond their limit at the start; the worst are named, by the `owner` of
+    each sphere.
+    """
+    pairs = cKDTree(positions).query_pairs(2.0 * float(radii.max()), output_type="ndarray")
+    pairs = pairs[owner[pairs[:, 0]] != owner[pairs[:, 1]]]
+    if len(pairs) == 0:
+        return []
+    i, j = pairs.T
+    overlap = radii[i] + radii[j] - np.linalg.norm(positions[i] - positions[j], axis=1)
+    share = overlap / (2.0 * np.minimum(radii[i], radii[j]))
+    excess = share * model.laws[model.law_of[materials[i], materials[j]], LIMIT]
+    bad = np.flatnonzero(excess > 1.0)
+    worst = bad[np.argsort(-excess[bad])][:NAMED]
+    if len(bad) == 0:
+        return []
+    listed = ", ".join(f"{owner[i[k]]}-{owner[j[k]]} ({100 * share[k]:.0f} %)" for k in worst)
+    what = (
+        f"particles must not overlap beyond overlap_stop, {len(bad)} pairs do; worst, with the share of "
+        f"the diameter: {listed}"
+    )
+    return [Fault("positions", what, "Start from a looser packing")]
 
 
 def wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> list[Fault]:

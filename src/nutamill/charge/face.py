@@ -16,7 +16,8 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.base.frames import MOTION_SIZE, pose_in_window, twist_in_window
-from nutamill.charge.assembly import attitudes, charge_of, grow, positions, spins, velocities
+from nutamill.charge.arrays import grow
+from nutamill.charge.assembly import charge_of
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import MOST_THREADS, run_team
 from nutamill.charge.laws.impact import damping_ratio_from_restitution
@@ -26,6 +27,7 @@ from nutamill.charge.measures.observe import ChargeReading, charge_reading, obse
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, Status
 from nutamill.charge.particles.particles import Particles
+from nutamill.charge.readout import attitudes, positions, spins, velocities
 from nutamill.charge.walls.patches import PatchTable
 from nutamill.charge.walls.surface import Surface
 

@@ -10,13 +10,14 @@ from nutamill.base.errors import ResultError, StepError
 from nutamill.base.frames import quaternion_product, rotation_matrix
 from nutamill.case import Case
 from nutamill.case.machine import CHAMBER
-from nutamill.charge.assembly import attitudes, contact_forces, grow, positions, spins, velocities
+from nutamill.charge.arrays import grow
 from nutamill.charge.kernels.clumps import POSE, ClumpColumn
 from nutamill.charge.kernels.copying import copied
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.statistics import gathered, put_back
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import Clock as ChargeClock
+from nutamill.charge.readout import attitudes, contact_forces, positions, spins, velocities
 from nutamill.simulation.coupling import (
     CHARGE_FAILED,
     LISTS_FULL,
