@@ -98,14 +98,14 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
             )
             if last_stage < 3:
                 continue
-            placed, measured = scratch.placed[0], scratch.measured[0]
+            surface_poses, measured = scratch.surface_poses[0], scratch.measured[0]
             n_walls = find_walls(
                 model,
                 state.x,
                 state.mass_props[0],
                 local,
                 scratch.motion[0],
-                placed,
+                surface_poses,
                 lo,
                 hi - lo,
                 lanes,
@@ -122,7 +122,7 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
                 rows,
                 state.material,
                 scratch.twists[0],
-                placed,
+                surface_poses,
                 measured,
                 n_walls,
                 now,

@@ -103,7 +103,7 @@ def scratch_for(model, state) -> ChargeScratch:
         alarms=np.zeros(chunks, np.int64),
         motion=np.zeros((threads, model.n_bodies, 18)),
         twists=_aligned((threads, model.n_bodies + 1, 8), real),
-        placed=np.zeros((threads, n_surfaces, 12)),
+        surface_poses=np.zeros((threads, n_surfaces, 12)),
         rotation=np.zeros((threads, 3, 3)),
         forces=_aligned((threads, chunk + 1, 8), real),
         local=_aligned((threads, chunk + 1, 4), point),

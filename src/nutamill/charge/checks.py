@@ -86,11 +86,11 @@ def wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> l
     [1] (n,).
     """
     faults = []
-    placed = np.zeros((len(surfaces), 12))
-    place_surfaces(model, poses, placed)
+    surface_poses = np.zeros((len(surfaces), 12))
+    place_surfaces(model, poses, surface_poses)
     for s, surface in enumerate(surfaces):
         deep = np.empty(len(radii))
-        wall_overlaps(model, placed, s, positions, radii, deep)
+        wall_overlaps(model, surface_poses, s, positions, radii, deep)
         excess = deep / (2.0 * radii) * model.laws[model.law_of[materials, surface.material], LIMIT]
         bad = np.flatnonzero(excess > 1.0)
         if len(bad):
@@ -106,13 +106,15 @@ def wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> l
 def mesh_faults(positions, model, surfaces, poses, owner) -> list[Fault]:
     """Return particles that start behind a mesh at any distance; `owner` as for `wall_faults`."""
     faults = []
-    placed = np.zeros((len(surfaces), 12))
-    place_surfaces(model, poses, placed)
+    surface_poses = np.zeros((len(surfaces), 12))
+    place_surfaces(model, poses, surface_poses)
     for s, surface in enumerate(surfaces):
         # the first patch of a mesh stands for all
         if surface.kind == SurfaceKind.MESH_PATCH and surface.patch == 0:
-            rotation = placed[s, 3:].reshape(3, 3)
-            behind = np.flatnonzero(~on_charge_side(surface.mesh, (positions - placed[s, :3]) @ rotation))
+            rotation = surface_poses[s, 3:].reshape(3, 3)
+            behind = np.flatnonzero(
+                ~on_charge_side(surface.mesh, (positions - surface_poses[s, :3]) @ rotation)
+            )
             if len(behind):
                 what = f"particles must start {surface.mesh.keep} of it, these do not: {named(owner[behind])}"
                 faults.append(

@@ -299,7 +299,7 @@ class ChargeScratch(NamedTuple):
     """Of each thread and body, and of no body: velocity [m/s] (3), spin [rad/s] (3), number of the body,
     spare, real (T, B + 1, 8).
     """
-    placed: np.ndarray
+    surface_poses: np.ndarray
     """Of each thread and surface: origin [m] (3), rotation [1] (9) (T, S, 12), world axes."""
     rotation: np.ndarray
     """Of each thread: rotation of the reference since the list was made [1] (T, 3, 3), world axes."""

@@ -51,7 +51,7 @@ class FillWalls(NamedTuple):
 
 
 @kernel
-def push_out(walls, placed, r, top, x_out):
+def push_out(walls, surface_poses, r, top, x_out):
     """Move particles `x_out` [m] (n, 3) of radii `r` [m] (n,) out of all walls, and below the height `top`
     [m]; the deepest overlap [m].
     """
@@ -59,7 +59,7 @@ def push_out(walls, placed, r, top, x_out):
     for i in range(len(r)):
         for s in range(walls.surface_kind.shape[0]):
             overlap, a, b, c = wall_overlap(
-                walls.surface_kind[s], walls, placed, s, x_out[i, 0], x_out[i, 1], x_out[i, 2], r[i]
+                walls.surface_kind[s], walls, surface_poses, s, x_out[i, 0], x_out[i, 1], x_out[i, 2], r[i]
             )
             if overlap > 0.0:
                 x_out[i, 0], x_out[i, 1], x_out[i, 2] = (
@@ -115,8 +115,8 @@ def fill_between(
         np.array([s.size for s in surfaces], float),
         mesh_walls(surfaces, float(r.max())),
     )
-    placed = np.zeros((len(surfaces), 12))
-    place_surfaces(walls, np.array([[0.0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]]), placed)
+    surface_poses = np.zeros((len(surfaces), 12))
+    place_surfaces(walls, np.array([[0.0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]]), surface_poses)
     share = min(1.0, solid / (COLUMN_PACKING * room.volume) + 4.0 * float(r.max()) / (high[2] - low[2]))
     rng = np.random.default_rng(seed)
     x, top = _scattered(rng, len(r), surfaces, low, high, share)
@@ -127,10 +127,10 @@ def fill_between(
         x[:] = _no_leap(before, x, r)
         # a crowded column grows upwards
         worst = push_out(
-            walls, placed, r, min(high[2], top + 0.1 * (high[2] - low[2]) * ((sweep + 1) // 100)), x
+            walls, surface_poses, r, min(high[2], top + 0.1 * (high[2] - low[2]) * ((sweep + 1) // 100)), x
         )
         if sweep % PATIENCE == PATIENCE - 1:
-            stuck = _deepest(walls, placed, x, r) > STUCK * r
+            stuck = _deepest(walls, surface_poses, x, r) > STUCK * r
             x[stuck] = _scattered(rng, int(stuck.sum()), surfaces, low, high, share)[0]
         before[:] = x
         return worst
@@ -147,11 +147,11 @@ def fill_between(
     return x
 
 
-def _deepest(walls, placed, x, r) -> np.ndarray:
+def _deepest(walls, surface_poses, x, r) -> np.ndarray:
     """Largest overlap [m] (n,) of each particle with any wall."""
     deepest, overlaps = np.zeros(len(r)), np.empty(len(r))
-    for s in range(len(placed)):
-        wall_overlaps(walls, placed, s, x, r, overlaps)
+    for s in range(len(surface_poses)):
+        wall_overlaps(walls, surface_poses, s, x, r, overlaps)
         np.maximum(deepest, overlaps, out=deepest)
     return deepest
 

@@ -121,7 +121,9 @@ def name_the_deepest_wall(model, state, scratch, points, rows, lo, hi, worst):
         z = model.centre[2] + float(points[i, 2]) / model.scale
         for s in range(model.surface_kind.shape[0]):
             law = model.law_of[state.material[i], model.surface_material[s]]
-            overlap, n0, n1, n2 = wall_overlap(model.surface_kind[s], model, scratch.placed[0], s, x, y, z, r)
+            overlap, n0, n1, n2 = wall_overlap(
+                model.surface_kind[s], model, scratch.surface_poses[0], s, x, y, z, r
+            )
             share = overlap / (2.0 * r)
             if share * model.laws[law, LIMIT] > worst:
                 worst = share * model.laws[law, LIMIT]

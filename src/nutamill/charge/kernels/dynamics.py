@@ -127,14 +127,14 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     for b in range(model.n_bodies):
         for k in range(6):
             sums[b, k] = 0.0
-    measured, motion, placed = scratch.measured[tid], scratch.motion[tid], scratch.placed[tid]
+    measured, motion, surface_poses = scratch.measured[tid], scratch.motion[tid], scratch.surface_poses[tid]
     n_walls = find_walls(
         model,
         state.x,
         state.mass_props[0],
         local,
         motion,
-        placed,
+        surface_poses,
         lo,
         hi - lo,
         lanes,
@@ -148,7 +148,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         rows,
         state.material,
         scratch.twists[tid],
-        placed,
+        surface_poses,
         measured,
         n_walls,
         last,
@@ -284,7 +284,7 @@ def window(
                 break
             first, end = chunk_share(state, tid, n_threads)
         move_bodies(motions, (j + 0.5) * dt, scratch.motion[tid], scratch.twists[tid])
-        place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
+        place_surfaces(model, scratch.motion[tid], scratch.surface_poses[tid])
         rotation_about(
             reference,
             reference[6] + (j + 1.5) * dt * reference[7] - state.list_angle[0],

@@ -117,7 +117,9 @@ def note_pair_impacts(columns, lanes, material, first, across, n_materials, tid,
 
 
 @kernel
-def note_wall_impacts(model, columns, lanes, measured, x, radius, material, placed, first, tid, book_out):
+def note_wall_impacts(
+    model, columns, lanes, measured, x, radius, material, surface_poses, first, tid, book_out
+):
     """Book the wall contacts of a batch that begin, as `note_pair_impacts`; `lanes` and `measured` as from
     `find_walls`.
     """
@@ -134,7 +136,12 @@ def note_wall_impacts(model, columns, lanes, measured, x, radius, material, plac
             count_energy(tangential, spectra[1])
             arm = radius[slot] - 0.5 * float(measured[3, q])
             p = patch_of(
-                model.patches, placed[s], model.surface_size[s], s, x[0, slot] + arm * float(measured[0, q]),
-                x[1, slot] + arm * float(measured[1, q]), x[2, slot] + arm * float(measured[2, q]),
-            )  # fmt: skip
+                model.patches,
+                surface_poses[s],
+                model.surface_size[s],
+                s,
+                x[0, slot] + arm * float(measured[0, q]),
+                x[1, slot] + arm * float(measured[1, q]),
+                x[2, slot] + arm * float(measured[2, q]),
+            )
             book_out.cut[tid, p] += whole(cutting_energy(normal, tangential), model.per_cut)

@@ -32,7 +32,7 @@ _HAS_PAUSE = platform.machine().lower() in ("x86_64", "amd64", "i686", "i386")
 _YIELD = "SwitchToThread" if sys.platform == "win32" else "sched_yield"
 
 
-def _place(context, builder, array_type, array, index):
+def _pointer(context, builder, array_type, array, index):
     return builder.gep(context.make_array(array_type)(context, builder, array).data, [index])
 
 
@@ -40,7 +40,7 @@ def _place(context, builder, array_type, array, index):
 def _fetch_add(typing_context, array, index, value):
     def code(context, builder, signature, args):
         return builder.atomic_rmw(
-            "add", _place(context, builder, signature.args[0], args[0], args[1]), args[2], "seq_cst"
+            "add", _pointer(context, builder, signature.args[0], args[0], args[1]), args[2], "seq_cst"
         )
 
     return types.int64(array, types.intp, types.int64), code
@@ -50,7 +50,7 @@ def _fetch_add(typing_context, array, index, value):
 def _load(typing_context, array, index):
     def code(context, builder, signature, args):
         return builder.load_atomic(
-            _place(context, builder, signature.args[0], args[0], args[1]), "acquire", 8
+            _pointer(context, builder, signature.args[0], args[0], args[1]), "acquire", 8
         )
 
     return types.int64(array, types.intp), code
@@ -60,7 +60,7 @@ def _load(typing_context, array, index):
 def _store(typing_context, array, index, value):
     def code(context, builder, signature, args):
         builder.store_atomic(
-            args[2], _place(context, builder, signature.args[0], args[0], args[1]), "release", 8
+            args[2], _pointer(context, builder, signature.args[0], args[0], args[1]), "release", 8
         )
         return context.get_dummy_value()
 
@@ -93,22 +93,22 @@ def _give_core_away(typing_context):
 
 
 @kernel
-def barrier(places, n_threads):
+def barrier(counters_out, n_threads):
     """Wait until all threads of the team are here.
 
     Parameters
     ----------
-    places : int64 (32,), zero at first; arrivals, and generation a cache line away [1]
+    counters_out : int64 (32,), zero at first; arrivals, and generation a cache line away [1]
     n_threads : size of the team [1]; 1 returns at once
     """
     if n_threads > 1:
-        generation = _load(places, GENERATION)
-        if _fetch_add(places, 0, 1) == n_threads - 1:
-            _store(places, 0, 0)
-            _store(places, GENERATION, generation + 1)
+        generation = _load(counters_out, GENERATION)
+        if _fetch_add(counters_out, 0, 1) == n_threads - 1:
+            _store(counters_out, 0, 0)
+            _store(counters_out, GENERATION, generation + 1)
         else:
             spins = 0
-            while _load(places, GENERATION) == generation:
+            while _load(counters_out, GENERATION) == generation:
                 _pause()
                 spins += 1
                 if spins > SPINS:

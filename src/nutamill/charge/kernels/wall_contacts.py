@@ -53,7 +53,7 @@ def chunk_sphere(model, local, n):
 
 
 @kernel(inline="always")
-def measure(kind, model, placed, s, centre, x, radius, slots, start, end, measured_out):
+def measure(kind, model, surface_poses, s, centre, x, radius, slots, start, end, measured_out):
     """Compute normal, overlap and position of the particles ``slots[start:end]`` at surface `s` of `kind`.
 
     Called with a constant kind, it becomes a vector loop.  Rows of `measured_out`: normal [1] (3), overlap
@@ -68,7 +68,7 @@ def measure(kind, model, placed, s, centre, x, radius, slots, start, end, measur
     for q in range(np.uint64(start), np.uint64(end)):
         slot = slots[q]
         x0, x1, x2 = x[0, slot], x[1, slot], x[2, slot]
-        overlap, n0, n1, n2 = wall_overlap(kind, model, placed, s, x0, x1, x2, radius[slot])
+        overlap, n0, n1, n2 = wall_overlap(kind, model, surface_poses, s, x0, x1, x2, radius[slot])
         measured_out[0, q], measured_out[1, q], measured_out[2, q], measured_out[3, q] = n0, n1, n2, overlap
         measured_out[4, q], measured_out[5, q], measured_out[6, q] = x0 - c0, x1 - c1, x2 - c2
         least = min(least, overlap)
@@ -76,14 +76,14 @@ def measure(kind, model, placed, s, centre, x, radius, slots, start, end, measur
 
 
 @kernel(fast=True)
-def measure_walls(model, placed, s, centre, x, radius, slots, start, end, measured_out):
+def measure_walls(model, surface_poses, s, centre, x, radius, slots, start, end, measured_out):
     """As `measure`, for a surface of any kind."""
     kind = model.surface_kind[s]
     if kind == PLANE:
-        return measure(PLANE, model, placed, s, centre, x, radius, slots, start, end, measured_out)
+        return measure(PLANE, model, surface_poses, s, centre, x, radius, slots, start, end, measured_out)
     if kind == CYLINDER:
-        return measure(CYLINDER, model, placed, s, centre, x, radius, slots, start, end, measured_out)
-    return measure(kind, model, placed, s, centre, x, radius, slots, start, end, measured_out)
+        return measure(CYLINDER, model, surface_poses, s, centre, x, radius, slots, start, end, measured_out)
+    return measure(kind, model, surface_poses, s, centre, x, radius, slots, start, end, measured_out)
 
 
 @kernel
@@ -101,7 +101,7 @@ def remove_apart(start, end, lanes_out, measured_out):
 
 
 @kernel(inline="always")
-def find_walls(model, x, radius, local, motion, placed, lo, n, lanes_out, measured_out, test_out):
+def find_walls(model, x, radius, local, motion, surface_poses, lo, n, lanes_out, measured_out, test_out):
     """Detect all contacts of a chunk's `n` particles with surfaces.
 
     Parameters
@@ -109,7 +109,7 @@ def find_walls(model, x, radius, local, motion, placed, lo, n, lanes_out, measur
     x, radius : of all slots [m]
     local : published positions of the chunk, fixed point
     motion : pose and twist of each body, as `ChargeScratch.motion` (B, 18)
-    placed : place of each surface, as from `place_surfaces` (S, 12)
+    surface_poses : place of each surface, as from `place_surfaces` (S, 12)
     lo : first slot of the chunk
     lanes_out : rows are position in the chunk, slot, surface, row of the wall memory, body
     measured_out : as `measure`
@@ -131,8 +131,8 @@ def find_walls(model, x, radius, local, motion, placed, lo, n, lanes_out, measur
     )
     for s in range(n_surfaces):
         body = model.surface_body[s]
-        if wall_near(model, placed, s, c0, c1, c2, around + model.largest_radius) > 0.0:
-            touch_surface(model, x, radius, lo, n, s, placed[s], test_out)
+        if wall_near(model, surface_poses, s, c0, c1, c2, around + model.largest_radius) > 0.0:
+            touch_surface(model, x, radius, lo, n, s, surface_poses[s], test_out)
             start = count
             end = np.uint64(count)
             for i in range(np.uint32(n)):
@@ -146,7 +146,9 @@ def find_walls(model, x, radius, local, motion, placed, lo, n, lanes_out, measur
                 bodies[q] = body
                 memories[q] = slot * n_surfaces + s
             if (
-                measure_walls(model, placed, s, motion[body], x, radius, slots, start, count, measured_out)
+                measure_walls(
+                    model, surface_poses, s, motion[body], x, radius, slots, start, count, measured_out
+                )
                 <= 0.0
             ):
                 count = remove_apart(start, count, lanes_out, measured_out)
@@ -204,7 +206,7 @@ def wall_contacts(
     rows,
     material,
     twists,
-    placed,
+    surface_poses,
     measured,
     n,
     last,
@@ -225,7 +227,7 @@ def wall_contacts(
     ----------
     x, radius, rows, material : of all slots
     twists : velocity and spin of each body, as `ChargeScratch.twists`
-    placed : place of each surface
+    surface_poses : place of each surface
     measured : as from `find_walls`
     n : number of contacts
     last, now : stamps of the last and of this substep [1]
@@ -258,7 +260,17 @@ def wall_contacts(
         power_n, power_t, power_r, power_i, over, begun = wall_batch(model.law, columns_out, last, now, dt)
         if begun > 0.0:
             note_wall_impacts(
-                model, columns_out, lanes_out, measured, x, radius, material, placed, first, tid, book_out
+                model,
+                columns_out,
+                lanes_out,
+                measured,
+                x,
+                radius,
+                material,
+                surface_poses,
+                first,
+                tid,
+                book_out,
             )
         sum_n += power_n
         sum_t += power_t

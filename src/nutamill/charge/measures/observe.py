@@ -71,9 +71,9 @@ def observe_pairs(model, state, back, last, out):
 
 
 @kernel
-def observe_walls(model, state, placed, back, last, out):
-    """Add energies and number of the wall contacts, `back` [s] before the positions, surfaces at `placed` (S,
-    12).
+def observe_walls(model, state, surface_poses, back, last, out):
+    """Add energies and number of the wall contacts, `back` [s] before the positions, surfaces at
+    `surface_poses` (S, 12).
     """
     n_surfaces = model.surface_kind.shape[0]
     x, v = state.x, state.v
@@ -83,7 +83,7 @@ def observe_walls(model, state, placed, back, last, out):
             overlap, _, _, _ = wall_overlap(
                 model.surface_kind[s],
                 model,
-                placed,
+                surface_poses,
                 s,
                 x[0, i] - back * v[0, i],
                 x[1, i] - back * v[1, i],
@@ -142,8 +142,8 @@ def observe(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, out:
     for k in range(3):
         out.mass_centre[k] /= total
     last = like(stamp_of(state.clock[STEP] - 1), state.published_rows[0, 0, 0])
-    place_surfaces(model, state.poses, scratch.placed[0])
+    place_surfaces(model, state.poses, scratch.surface_poses[0])
     observe_pairs(model, state, back, last, out)
-    observe_walls(model, state, scratch.placed[0], back, last, out)
+    observe_walls(model, state, scratch.surface_poses[0], back, last, out)
     particles = state.clumps.shape[0] if state.clumps.shape[0] > 0 else model.n_particles
     out.coordination[0] = 2.0 * out.contacts[0] / particles

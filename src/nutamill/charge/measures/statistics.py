@@ -205,7 +205,7 @@ def sample_walls(model, state, scratch, plan, c, dt, tid, sums_out):
     buffer = state.clock[PUBLISHED]
     rows = state.published_rows[buffer]
     lanes, measured, columns = scratch.lanes[tid], scratch.measured[tid], scratch.columns[tid, 1]
-    motion, placed = scratch.motion[tid], scratch.placed[tid]
+    motion, surface_poses = scratch.motion[tid], scratch.surface_poses[tid]
     real = rows[0, 0]
     now, last = like(stamp_of(state.clock[STEP]), real), like(stamp_of(state.clock[STEP] - 1), real)
     walls, per, patches = sums_out.walls[tid], plan.per_wall, model.patches
@@ -215,7 +215,7 @@ def sample_walls(model, state, scratch, plan, c, dt, tid, sums_out):
         state.mass_props[0],
         scratch.local[tid],
         motion,
-        placed,
+        surface_poses,
         lo,
         hi - lo,
         lanes,
@@ -254,7 +254,7 @@ def sample_walls(model, state, scratch, plan, c, dt, tid, sums_out):
             arm = state.mass_props[0, slot] - 0.5 * float(measured[OVERLAP, first + b])
             p = patch_of(
                 patches,
-                placed[s],
+                surface_poses[s],
                 model.surface_size[s],
                 s,
                 state.x[0, slot] + arm * n0,
@@ -401,7 +401,7 @@ def sample(
         sample_neighbours(model, state, scratch, c, tid, sums_out)
         sample_fields(model, state, scratch, plan, c, angle, tid, sums_out)
     move_bodies(motions, 0.5 * dt, scratch.motion[tid], scratch.twists[tid])
-    place_surfaces(model, scratch.motion[tid], scratch.placed[tid])
+    place_surfaces(model, scratch.motion[tid], scratch.surface_poses[tid])
     points = state.published_points[state.clock[PUBLISHED]]
     local, columns = scratch.local[tid], scratch.columns[tid, 1]
     for k in range(columns.shape[0]):

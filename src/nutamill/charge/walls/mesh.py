@@ -131,13 +131,13 @@ def closed_mesh(
 
 def _joined(vertices, faces, tolerance) -> tuple[np.ndarray, np.ndarray]:
     """Merge corners that are equal but for rounding: an STL file repeats each corner in every triangle."""
-    vertices, place = np.unique(vertices, axis=0, return_inverse=True)
-    faces = place.reshape(-1)[faces]
+    vertices, index = np.unique(vertices, axis=0, return_inverse=True)
+    faces = index.reshape(-1)[faces]
     pairs = cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
     n = len(vertices)
     _, group = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), (n, n)), directed=False)
-    _, first, place = np.unique(group, return_index=True, return_inverse=True)
-    return vertices[first], place[faces]
+    _, first, index = np.unique(group, return_index=True, return_inverse=True)
+    return vertices[first], index[faces]
 
 
 def _listed(triangles) -> str:
@@ -159,10 +159,10 @@ def _triangle_faults(name, vertices, faces, tolerance) -> list[Fault]:
             f"line): {_listed(thin)}"
         )
         faults.append(Fault(f"{name}: triangle {thin[0] + 1}", what, "Clean the mesh of degenerate faces"))
-    _, first, place = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True)
-    twice = np.flatnonzero(first[place.reshape(-1)] != np.arange(len(faces)))
+    _, first, index = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True)
+    twice = np.flatnonzero(first[index.reshape(-1)] != np.arange(len(faces)))
     if len(twice):
-        original = int(first[place.reshape(-1)[twice[0]]])
+        original = int(first[index.reshape(-1)[twice[0]]])
         what = (
             f"a triangle must be given once, this one repeats triangle {original + 1}; repeated: "
             f"{_listed(twice)}"
@@ -222,8 +222,8 @@ def _neighbours(of_side, n_edges) -> np.ndarray:
 def _groups(n, pairs) -> np.ndarray:
     """Return the number of the connected group of each of `n` triangles, in the order of their first."""
     _, group = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), (n, n)), directed=False)
-    _, first, place = np.unique(group, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(first))[place]
+    _, first, index = np.unique(group, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[index]
 
 
 def _turned(faces, of_side, upward, n_edges) -> np.ndarray:
@@ -311,9 +311,9 @@ def on_charge_side(mesh: Mesh, points: np.ndarray) -> np.ndarray:
         )
     regions, _ = ndimage.label(~passed.reshape(cells))
     within = winding_of_regions(regions, corners, corner, size)
-    place = np.floor((points - corner) / size).astype(int)
-    gridded = ((place >= 0) & (place < cells)).all(axis=1)
-    region = regions[tuple(np.where(gridded[:, None], place, 0).T)]
+    index = np.floor((points - corner) / size).astype(int)
+    gridded = ((index >= 0) & (index < cells)).all(axis=1)
+    region = regions[tuple(np.where(gridded[:, None], index, 0).T)]
     wound = np.where(gridded, within[region], 0.0)
     close = gridded & (region == 0)
     wound[close] = winding_number(points[close], corners)

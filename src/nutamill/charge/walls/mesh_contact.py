@@ -195,47 +195,47 @@ def patch_contact(walls, patch, x, y, z, r):
 
 
 @kernel
-def mesh_overlap(walls, placed, s, x0, x1, x2, r):
+def mesh_overlap(walls, surface_poses, s, x0, x1, x2, r):
     """As `surface_overlap`, for a surface `s` that is a patch of a mesh."""
-    d0, d1, d2 = x0 - placed[s, 0], x1 - placed[s, 1], x2 - placed[s, 2]
-    a = placed[s, 3] * d0 + placed[s, 6] * d1 + placed[s, 9] * d2
-    b = placed[s, 4] * d0 + placed[s, 7] * d1 + placed[s, 10] * d2
-    c = placed[s, 5] * d0 + placed[s, 8] * d1 + placed[s, 11] * d2
+    d0, d1, d2 = x0 - surface_poses[s, 0], x1 - surface_poses[s, 1], x2 - surface_poses[s, 2]
+    a = surface_poses[s, 3] * d0 + surface_poses[s, 6] * d1 + surface_poses[s, 9] * d2
+    b = surface_poses[s, 4] * d0 + surface_poses[s, 7] * d1 + surface_poses[s, 10] * d2
+    c = surface_poses[s, 5] * d0 + surface_poses[s, 8] * d1 + surface_poses[s, 11] * d2
     overlap, na, nb, nc = patch_contact(walls, walls.patch_of[s], a, b, c, r)
     return (
         overlap,
-        placed[s, 3] * na + placed[s, 4] * nb + placed[s, 5] * nc,
-        placed[s, 6] * na + placed[s, 7] * nb + placed[s, 8] * nc,
-        placed[s, 9] * na + placed[s, 10] * nb + placed[s, 11] * nc,
+        surface_poses[s, 3] * na + surface_poses[s, 4] * nb + surface_poses[s, 5] * nc,
+        surface_poses[s, 6] * na + surface_poses[s, 7] * nb + surface_poses[s, 8] * nc,
+        surface_poses[s, 9] * na + surface_poses[s, 10] * nb + surface_poses[s, 11] * nc,
     )
 
 
 @kernel
-def mesh_near(walls, placed, s, x0, x1, x2, r):
+def mesh_near(walls, surface_poses, s, x0, x1, x2, r):
     """As `surface_near`, for a surface `s` that is a patch of a mesh: `r` less a distance the patch has at
     least.
     """
     grid, p = walls.grid, walls.patch_of[s]
-    d0, d1, d2 = x0 - placed[s, 0], x1 - placed[s, 1], x2 - placed[s, 2]
+    d0, d1, d2 = x0 - surface_poses[s, 0], x1 - surface_poses[s, 1], x2 - surface_poses[s, 2]
     cell = 0
     for k in range(3):
-        c = placed[s, 3 + k] * d0 + placed[s, 6 + k] * d1 + placed[s, 9 + k] * d2
+        c = surface_poses[s, 3 + k] * d0 + surface_poses[s, 6 + k] * d1 + surface_poses[s, 9 + k] * d2
         # a point outside the grid is at least as far from the patch as the nearest point of the grid is
-        place = min(max((c - grid.corner[p, k]) / grid.size[p], 0.0), grid.cells[p, k] - 1.0)
-        cell = cell * grid.cells[p, k] + int(place)
+        position = min(max((c - grid.corner[p, k]) / grid.size[p], 0.0), grid.cells[p, k] - 1.0)
+        cell = cell * grid.cells[p, k] + int(position)
     return r - grid.apart[grid.first_cell[p] + cell]
 
 
 @kernel
-def touch_mesh(walls, x, lo, n, s, place, out):
+def touch_mesh(walls, x, lo, n, s, pose, out):
     """Write a positive number to ``out[l]`` where particle ``lo + l`` is in a cell with triangles of surface
-    `s`, at `place` (12,).
+    `s`, at `pose` (12,).
     """
     grid, p = walls.grid, walls.patch_of[s]
     for i in range(n):
-        d0, d1, d2 = x[0, lo + i] - place[0], x[1, lo + i] - place[1], x[2, lo + i] - place[2]
-        a = place[3] * d0 + place[6] * d1 + place[9] * d2
-        b = place[4] * d0 + place[7] * d1 + place[10] * d2
-        c = place[5] * d0 + place[8] * d1 + place[11] * d2
+        d0, d1, d2 = x[0, lo + i] - pose[0], x[1, lo + i] - pose[1], x[2, lo + i] - pose[2]
+        a = pose[3] * d0 + pose[6] * d1 + pose[9] * d2
+        b = pose[4] * d0 + pose[7] * d1 + pose[10] * d2
+        c = pose[5] * d0 + pose[8] * d1 + pose[11] * d2
         cell = cell_of(grid, p, a, b, c)
         out[i] = grid.begin[cell + 1] - grid.begin[cell] if cell >= 0 else 0

@@ -59,15 +59,15 @@ def sector_of(angle, n):
 
 
 @kernel
-def patch_of(table, place, size, s, p0, p1, p2):
+def patch_of(table, pose, size, s, p0, p1, p2):
     """Return the number of the patch of surface `s` at the point (p0, p1, p2) [m], world.
 
-    `place` (12,) is where the surface is, as from `place_surfaces`, and `size` (3,) [m] its sizes.
+    `pose` (12,) is where the surface is, as from `place_surfaces`, and `size` (3,) [m] its sizes.
     """
-    d0, d1, d2 = p0 - place[0], p1 - place[1], p2 - place[2]
-    a = place[3] * d0 + place[6] * d1 + place[9] * d2
-    b = place[4] * d0 + place[7] * d1 + place[10] * d2
-    c = place[5] * d0 + place[8] * d1 + place[11] * d2
+    d0, d1, d2 = p0 - pose[0], p1 - pose[1], p2 - pose[2]
+    a = pose[3] * d0 + pose[6] * d1 + pose[9] * d2
+    b = pose[4] * d0 + pose[7] * d1 + pose[10] * d2
+    c = pose[5] * d0 + pose[8] * d1 + pose[11] * d2
     rows, first, kind = table.rows[s], table.first[s], table.kind[s]
     along = math.sqrt(a * a + b * b) if kind == ANGLE_RADIUS else c
     row = part_of(along, table.range[s, 0], table.range[s, 1], rows)

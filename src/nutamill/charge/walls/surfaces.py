@@ -145,42 +145,42 @@ def surface_room(kind, x, y, z, r, a, b, c):
 
 
 @kernel(inline="always")
-def surface_overlap(kind, sizes, placed, s, x0, x1, x2, r):
+def surface_overlap(kind, sizes, surface_poses, s, x0, x1, x2, r):
     """Return overlap [m] and normal [1] (3), world axes, of a sphere of radius `r` at (x0, x1, x2) [m] with
     surface `s`.
 
-    `kind` is its `SurfaceKind`, `sizes` [m] (S, 3) of all surfaces as in `ChargeModel`, `placed` (S, 12) as
-    from `place_surfaces`. Inlined, with whole arrays: a slice or a struct handed over in the loop over
+    `kind` is its `SurfaceKind`, `sizes` [m] (S, 3) of all surfaces as in `ChargeModel`, `surface_poses` (S,
+    12) as from `place_surfaces`. Inlined, with whole arrays: a slice or a struct handed over in the loop over
     contacts costs more than the arithmetic.
     """
-    d0, d1, d2 = x0 - placed[s, 0], x1 - placed[s, 1], x2 - placed[s, 2]
-    a = placed[s, 3] * d0 + placed[s, 6] * d1 + placed[s, 9] * d2
-    b = placed[s, 4] * d0 + placed[s, 7] * d1 + placed[s, 10] * d2
-    c = placed[s, 5] * d0 + placed[s, 8] * d1 + placed[s, 11] * d2
+    d0, d1, d2 = x0 - surface_poses[s, 0], x1 - surface_poses[s, 1], x2 - surface_poses[s, 2]
+    a = surface_poses[s, 3] * d0 + surface_poses[s, 6] * d1 + surface_poses[s, 9] * d2
+    b = surface_poses[s, 4] * d0 + surface_poses[s, 7] * d1 + surface_poses[s, 10] * d2
+    c = surface_poses[s, 5] * d0 + surface_poses[s, 8] * d1 + surface_poses[s, 11] * d2
     overlap, na, nb, nc = surface_contact(kind, a, b, c, r, sizes[s, 0], sizes[s, 1], sizes[s, 2])
     return (
         overlap,
-        placed[s, 3] * na + placed[s, 4] * nb + placed[s, 5] * nc,
-        placed[s, 6] * na + placed[s, 7] * nb + placed[s, 8] * nc,
-        placed[s, 9] * na + placed[s, 10] * nb + placed[s, 11] * nc,
+        surface_poses[s, 3] * na + surface_poses[s, 4] * nb + surface_poses[s, 5] * nc,
+        surface_poses[s, 6] * na + surface_poses[s, 7] * nb + surface_poses[s, 8] * nc,
+        surface_poses[s, 9] * na + surface_poses[s, 10] * nb + surface_poses[s, 11] * nc,
     )
 
 
 @kernel(inline="always")
-def surface_near(kinds, sizes, placed, s, x0, x1, x2, r):
+def surface_near(kinds, sizes, surface_poses, s, x0, x1, x2, r):
     """As `surface_room`, for surface `s` and a ball of radius `r` about (x0, x1, x2) [m], world; arrays as
     for `surface_overlap`.
     """
-    d0, d1, d2 = x0 - placed[s, 0], x1 - placed[s, 1], x2 - placed[s, 2]
-    a = placed[s, 3] * d0 + placed[s, 6] * d1 + placed[s, 9] * d2
-    b = placed[s, 4] * d0 + placed[s, 7] * d1 + placed[s, 10] * d2
-    c = placed[s, 5] * d0 + placed[s, 8] * d1 + placed[s, 11] * d2
+    d0, d1, d2 = x0 - surface_poses[s, 0], x1 - surface_poses[s, 1], x2 - surface_poses[s, 2]
+    a = surface_poses[s, 3] * d0 + surface_poses[s, 6] * d1 + surface_poses[s, 9] * d2
+    b = surface_poses[s, 4] * d0 + surface_poses[s, 7] * d1 + surface_poses[s, 10] * d2
+    c = surface_poses[s, 5] * d0 + surface_poses[s, 8] * d1 + surface_poses[s, 11] * d2
     return surface_room(kinds[s], a, b, c, r, sizes[s, 0], sizes[s, 1], sizes[s, 2])
 
 
 @kernel
-def place_surfaces(model, bodies, placed_out):
-    """Write origin [m] (3) and rotation [1] (9) of every surface, world axes, to `placed_out` (S, 12).
+def place_surfaces(model, bodies, surface_poses_out):
+    """Write origin [m] (3) and rotation [1] (9) of every surface, world axes, to `surface_poses_out` (S, 12).
 
     ``bodies[b, 0:12]`` is mass centre [m] (3) and rotation matrix [1] (9) of body b.
     """
@@ -189,8 +189,12 @@ def place_surfaces(model, bodies, placed_out):
         R = body[3:12].reshape((3, 3))
         origin = model.surface_origin[s]
         o0, o1, o2 = rotate(R, origin[0], origin[1], origin[2])
-        placed_out[s, 0], placed_out[s, 1], placed_out[s, 2] = body[0] + o0, body[1] + o1, body[2] + o2
+        surface_poses_out[s, 0], surface_poses_out[s, 1], surface_poses_out[s, 2] = (
+            body[0] + o0,
+            body[1] + o1,
+            body[2] + o2,
+        )
         for j in range(3):
             Q = model.surface_rotation[s]
             a, b, c = rotate(R, Q[0, j], Q[1, j], Q[2, j])
-            placed_out[s, 3 + j], placed_out[s, 6 + j], placed_out[s, 9 + j] = a, b, c
+            surface_poses_out[s, 3 + j], surface_poses_out[s, 6 + j], surface_poses_out[s, 9 + j] = a, b, c

@@ -17,20 +17,20 @@ MESH_PATCH = int(SurfaceKind.MESH_PATCH)
 
 
 @kernel(fast=True)
-def touch_plane(x, radius, lo, n, place, out):
-    """Write a positive number to ``out[l]`` where particle ``lo + l`` touches the plane `place` (12,)."""
-    a, b, c = place[5], place[8], place[11]
+def touch_plane(x, radius, lo, n, pose, out):
+    """Write a positive number to ``out[l]`` where particle ``lo + l`` touches the plane `pose` (12,)."""
+    a, b, c = pose[5], pose[8], pose[11]
     x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
-    at = a * place[0] + b * place[1] + c * place[2]
+    at = a * pose[0] + b * pose[1] + c * pose[2]
     for i in range(n):
         out[i] = r[i] + at - (a * x0[i] + b * x1[i] + c * x2[i])
 
 
 @kernel(fast=True)
-def touch_cylinder(x, radius, lo, n, place, bore, out):
+def touch_cylinder(x, radius, lo, n, pose, bore, out):
     """As `touch_plane`, for the inside of a cylinder of radius `bore` [m]."""
-    o0, o1, o2 = place[0], place[1], place[2]
-    a, b, c = place[5], place[8], place[11]
+    o0, o1, o2 = pose[0], pose[1], pose[2]
+    a, b, c = pose[5], pose[8], pose[11]
     x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
     for i in range(n):
         d0, d1, d2 = x0[i] - o0, x1[i] - o1, x2[i] - o2
@@ -40,19 +40,19 @@ def touch_cylinder(x, radius, lo, n, place, bore, out):
 
 
 @kernel(fast=True)
-def touch_box(x, radius, lo, n, place, size, out):
+def touch_box(x, radius, lo, n, pose, size, out):
     """As `touch_plane`, for the outside of a box of half sizes `size` (3,) [m]."""
-    o0, o1, o2 = place[0], place[1], place[2]
+    o0, o1, o2 = pose[0], pose[1], pose[2]
     a0, a1, a2, b0, b1, b2, c0, c1, c2 = (
-        place[3],
-        place[6],
-        place[9],
-        place[4],
-        place[7],
-        place[10],
-        place[5],
-        place[8],
-        place[11],
+        pose[3],
+        pose[6],
+        pose[9],
+        pose[4],
+        pose[7],
+        pose[10],
+        pose[5],
+        pose[8],
+        pose[11],
     )
     h0, h1, h2 = size[0], size[1], size[2]
     x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
@@ -68,12 +68,12 @@ def touch_box(x, radius, lo, n, place, size, out):
 
 
 @kernel(fast=True)
-def touch_cone(x, radius, lo, n, place, size, out):
+def touch_cone(x, radius, lo, n, pose, size, out):
     """Write a positive number to ``out[l]`` where particle ``lo + l`` touches the inside of a cone of `size`
-    (3,) [m], at `place` (12,).
+    (3,) [m], at `pose` (12,).
     """
-    o0, o1, o2 = place[0], place[1], place[2]
-    a, b, c = place[5], place[8], place[11]
+    o0, o1, o2 = pose[0], pose[1], pose[2]
+    a, b, c = pose[5], pose[8], pose[11]
     r0, r1, h = size[0], size[1], size[2]
     x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
     for i in range(n):
@@ -87,12 +87,12 @@ def touch_cone(x, radius, lo, n, place, size, out):
 
 
 @kernel(fast=True)
-def touch_cap(x, radius, lo, n, place, size, out):
+def touch_cap(x, radius, lo, n, pose, size, out):
     """As `touch_cone`, for the inside of a sphere cap of radius ``size[0]`` [m] and angle ``size[1]``
     [rad].
     """
-    o0, o1, o2 = place[0], place[1], place[2]
-    a, b, c = place[5], place[8], place[11]
+    o0, o1, o2 = pose[0], pose[1], pose[2]
+    a, b, c = pose[5], pose[8], pose[11]
     bore, rim = size[0], math.cos(size[1]) - 1e-6
     x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
     for i in range(n):
@@ -103,20 +103,20 @@ def touch_cap(x, radius, lo, n, place, size, out):
 
 
 @kernel
-def touch_surface(model, x, radius, lo, n, s, place, out):
-    """Choose the test for surface `s`, at `place` (12,): positive ``out[l]`` where particle ``lo + l``
+def touch_surface(model, x, radius, lo, n, s, pose, out):
+    """Choose the test for surface `s`, at `pose` (12,): positive ``out[l]`` where particle ``lo + l``
     touches, or may touch a mesh.
     """
     kind, size = model.surface_kind[s], model.surface_size[s]
     if kind == PLANE:
-        touch_plane(x, radius, lo, n, place, out)
+        touch_plane(x, radius, lo, n, pose, out)
     elif kind == CYLINDER:
-        touch_cylinder(x, radius, lo, n, place, size[0], out)
+        touch_cylinder(x, radius, lo, n, pose, size[0], out)
     elif kind == BOX:
-        touch_box(x, radius, lo, n, place, size, out)
+        touch_box(x, radius, lo, n, pose, size, out)
     elif kind == CONE:
-        touch_cone(x, radius, lo, n, place, size, out)
+        touch_cone(x, radius, lo, n, pose, size, out)
     elif kind == MESH_PATCH:
-        touch_mesh(model.mesh, x, lo, n, s, place, out)
+        touch_mesh(model.mesh, x, lo, n, s, pose, out)
     else:
-        touch_cap(x, radius, lo, n, place, size, out)
+        touch_cap(x, radius, lo, n, pose, size, out)

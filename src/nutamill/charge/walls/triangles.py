@@ -35,8 +35,8 @@ def directed_edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
     3); True where the side runs from the lower to the higher corner (T, 3)
     """
     sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
-    edges, place = np.unique(np.sort(sides.reshape(-1, 2), axis=1), axis=0, return_inverse=True)
-    return edges, place.reshape(-1, 3), sides[:, :, 0] < sides[:, :, 1]
+    edges, index = np.unique(np.sort(sides.reshape(-1, 2), axis=1), axis=0, return_inverse=True)
+    return edges, index.reshape(-1, 3), sides[:, :, 0] < sides[:, :, 1]
 
 
 def triangle_distance(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
