@@ -306,8 +306,7 @@ FAULTS = {
     "cuts beyond the law": (
         'distribution = { law = "rosin_rammler", size = "1 mm", exponent = 9, smallest = "6 mm", '
         'largest = "7 mm" }',
-        "mill.toml:3: charge.distribution: the law has no share between the cuts. Move smallest "
-        "and largest",
+        "mill.toml:3: charge.distribution: the law has no share between the cuts. Move smallest and largest",
     ),
     # 100000 x pi/6 (5 mm)^3 / 0.58 = 11.28 L; pi/4 (140 mm)^2 x 228 mm = 3.51 L hold 31102.8 of them
     "too many": (
