@@ -1,7 +1,7 @@
 """Seeded random placement of particles in a chamber, and settling under gravity.
 
-A lattice is no start: a bed of stacked layers does not move at low speed.  Particles are thrown at random
-into a column from the floor up, and pushed apart until none overlap (Jodrey and Tory's relaxation): a loose
+Stacked layers of a lattice would not move at low speed.  Particles are placed at random
+in a column from the floor up, and pushed apart until none overlap (Jodrey and Tory's relaxation): a loose
 random packing that then settles.
 
 Source: W. S. Jodrey and E. M. Tory, "Computer simulation of close random packing of equal spheres", Phys.
@@ -40,8 +40,8 @@ MARGIN = 1.002
 
 
 def _way_out(x, local, r, rotation, half, radius, floor, ceiling):
-    """Unit vector and distance [m] by which a centre inside a box leaves it: the nearest face that does not
-    lead into a wall.
+    """Return unit vector and distance [m] by which a centre inside a box leaves it: the nearest face that
+    does not lead into a wall.
     """
     ways = []
     for axis in range(3):
@@ -61,7 +61,7 @@ def _way_out(x, local, r, rotation, half, radius, floor, ceiling):
 
 
 def _push_from_walls(x, r, radius, floor, ceiling, boxes) -> float:
-    """Move particles that stand in a wall to its surface; returns the deepest overlap [m]."""
+    """Move particles that overlap a wall to its surface, and return the deepest overlap [m]."""
     out = np.hypot(x[:, 0], x[:, 1])
     deep = np.maximum(out + r - radius, 0.0)
     x[:, :2] -= x[:, :2] * (deep / np.maximum(out, 1e-300))[:, None]
@@ -85,8 +85,8 @@ def _push_from_walls(x, r, radius, floor, ceiling, boxes) -> float:
 
 
 def size_octaves(radii: np.ndarray) -> list[tuple[np.ndarray, float]]:
-    """Particles sorted by size into classes of a factor of two: ids [1] and largest radius [m] of each
-    class.
+    """Return the particles sorted by size into classes of a factor of two: ids [1] and largest radius [m] of
+    each class.
     """
     number = np.floor(np.log2(radii / radii.min()) + 1e-9).astype(int)
     return [
@@ -95,7 +95,7 @@ def size_octaves(radii: np.ndarray) -> list[tuple[np.ndarray, float]]:
 
 
 def near_pairs(x: np.ndarray, octaves: list[tuple[np.ndarray, float]]) -> tuple[np.ndarray, np.ndarray]:
-    """Ids (i, j) of all pairs that may overlap, and of few others.
+    """Return the ids (i, j) of all pairs that may overlap, and of few others.
 
     Classes of like size are searched one against the other, so that a few large particles do not make every
     pair of small ones near.
@@ -119,7 +119,7 @@ def near_pairs(x: np.ndarray, octaves: list[tuple[np.ndarray, float]]) -> tuple[
 
 
 def random_attitudes(number: int, seed: int = 1) -> np.ndarray:
-    """Quaternions (number, 4) of which no attitude is likelier than another.
+    """Return uniformly distributed random attitudes as quaternions (number, 4).
 
     Source: K. Shoemake, "Uniform random rotations", Graphics Gems III (1992): directions in four dimensions.
     """
@@ -130,8 +130,8 @@ def random_attitudes(number: int, seed: int = 1) -> np.ndarray:
 def fill_cylinder(
     particles: Particles, radius: float, floor: float, ceiling: float, boxes: Sequence = (), seed: int = 1
 ) -> Particles:
-    """The particles, placed by `random_fill` so that their bounding spheres do not overlap, clumps in random
-    attitudes.
+    """Return the particles, placed by `random_fill` so that their bounding spheres do not overlap, clumps in
+    random attitudes.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def fill_cylinder(
 def random_fill(
     radii: np.ndarray, radius: float, floor: float, ceiling: float, boxes: Sequence = (), seed: int = 1
 ) -> np.ndarray:  # fmt: skip
-    """Random positions without overlaps in an upright cylinder; a loose column from the floor up.
+    """Return random positions without overlaps in an upright cylinder; a loose column from the floor up.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def random_fill(
 def relaxed(
     x: np.ndarray, r: np.ndarray, push: Callable[[np.ndarray, int], float], crowded: bool = False
 ) -> np.ndarray:  # fmt: skip
-    """Positions without overlaps, by pushing apart what overlaps until nothing does.
+    """Return positions without overlaps, by pushing particles apart until none overlap.
 
     Parameters
     ----------

@@ -53,7 +53,8 @@ class FillWalls(NamedTuple):
 @kernel
 def push_out(walls, surface_poses, r, top, x_out):
     """Move particles `x_out` [m] (n, 3) of radii `r` [m] (n,) out of all walls, and below the height `top`
-    [m]; the deepest overlap [m].
+    [m]; return the deepest
+    overlap [m].
     """
     worst = 0.0
     for i in range(len(r)):
@@ -83,7 +84,7 @@ def fill_between(
     room: Room,
     seed: int = 1,
 ) -> np.ndarray:
-    """Random positions without overlaps among the walls of an upright chamber, from the floor up.
+    """Return random positions without overlaps among the walls of an upright chamber, from the floor up.
 
     Parameters
     ----------
@@ -148,7 +149,7 @@ def fill_between(
 
 
 def _deepest(walls, surface_poses, x, r) -> np.ndarray:
-    """Largest overlap [m] (n,) of each particle with any wall."""
+    """Return the largest overlap [m] (n,) of each particle with any wall."""
     deepest, overlaps = np.zeros(len(r)), np.empty(len(r))
     for s in range(len(surface_poses)):
         wall_overlaps(walls, surface_poses, s, x, r, overlaps)
@@ -157,8 +158,8 @@ def _deepest(walls, surface_poses, x, r) -> np.ndarray:
 
 
 def _no_leap(before, x, r) -> np.ndarray:
-    """Steps from `before` to `x` [m] (n, 3), cut to half a radius: such a centre cannot jump over the depth
-    in which a wall finds it.
+    """Return positions from `before` towards `x` [m] (n, 3), by half a radius at most: a centre cannot jump
+    over the depth in which a wall detects it.
     """
     step = x - before
     return (
@@ -167,7 +168,7 @@ def _no_leap(before, x, r) -> np.ndarray:
 
 
 def _scattered(rng, n, surfaces, low, high, share) -> tuple[np.ndarray, float]:
-    """Random places in the lowest `share` of the room, and the height [m] this reaches to."""
+    """Return random points in the lowest `share` of the room, and the height [m] this reaches to."""
     trial = rng.uniform(low, high, (4000, 3))
     heights = np.sort(trial[in_room(surfaces, trial), 2])
     top = float(heights[min(len(heights) - 1, int(share * len(heights)))]) if len(heights) else high[2]
@@ -181,7 +182,9 @@ def _scattered(rng, n, surfaces, low, high, share) -> tuple[np.ndarray, float]:
 
 
 def in_room(surfaces: Sequence[Surface], x: np.ndarray) -> np.ndarray:
-    """Whether each of the points `x` [m] (n, 3), chamber axes, is on the charge's side of all walls (n,)."""
+    """Return whether each of the points `x` [m] (n, 3), chamber axes, is on the charge's side of all walls
+    (n,).
+    """
     free = np.ones(len(x), bool)
     for surface in surfaces:
         local = (x - np.asarray(surface.origin)) @ np.asarray(surface.rotation, float)

@@ -13,8 +13,9 @@ DENSEST, WALL_LOSS = 0.635, 0.12
 area, over volume [1].
 
 Random close packing of equal spheres is 0.637 (G. D. Scott, "Packing of spheres", Nature 188, 908 (1960)).
-The loss was found by filling cylinders as high as wide: of 12 and 20 diameters, 0.58 and 0.60 can be placed,
-0.59 and 0.61 could not be in 2000 sweeps; up to the rule, those of 12, 16, 20 and 30 diameters were filled.
+The loss was measured by filling cylinders as high as wide: of 12 and 20 diameters, 0.58 and 0.60 can be
+placed, 0.59 and 0.61 could not be in 2000 sweeps; up to the rule, those of 12, 16, 20 and 30 diameters were
+filled.
 """
 
 
