@@ -120,7 +120,7 @@ def test_picture_of_a_changed_case_or_of_another_option_leaves_the_earlier_one(i
         assert told.exit_code == 0, told.output
     cases = load_case(pendulum), load_case(pendulum, changes)
     assert {file.name for file in (folder / "results").iterdir()} == {
-        f"{case.result_file.stem}-modes.png" for case in cases
+        f"{case.file_in().stem}-modes.png" for case in cases
     }
     assert {file.name for file in folder.glob("empty-orders-*.png")} == {
         f"empty-orders-{sensor}.png" for sensor in SENSORS

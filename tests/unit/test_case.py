@@ -1,6 +1,7 @@
 """The case: what is read, changed, written back, and what follows from it."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -271,3 +272,10 @@ def test_the_starter_file_is_the_case_it_starts_from(mill, tmp_path):
     text = starter("numill", tmp_path / "mill.toml")
     assert 25 <= len(text.splitlines()) <= 40
     assert case_of(tmp_path, text).with_(title=mill.title) == mill
+
+
+def test_the_result_file_of_a_case_is_named_by_its_content(mill):
+    changed = mill.with_("run.seed", 99)
+    assert mill.file_in("there") == Path("there") / f"numill-{mill.digest[:12]}.h5"
+    assert mill.file_in().parent == Path("results")
+    assert changed.file_in() != mill.file_in() and changed.file_in().name.startswith("numill-")

@@ -196,7 +196,7 @@ def test_a_case_of_a_name_that_no_file_can_have_is_not_found(name):
 def test_a_case_of_a_long_name_has_a_result_file_that_can_be_made(tmp_path):
     with open(f"{'n' * 250}.toml", "w") as file:
         file.write(BASE)
-    path = load_case(f"{'n' * 250}.toml").result_file
+    path = load_case(f"{'n' * 250}.toml").file_in()
     path.parent.mkdir()
     path.touch()
 

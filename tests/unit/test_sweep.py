@@ -231,8 +231,8 @@ def test_table_holds_means_over_the_swept_keys_in_si(tmp_path, engine):
 
 def test_same_call_again_runs_only_what_is_missing_and_resumes_what_was_begun(tmp_path, engine):
     found = made({"drive.speed": ["300 rpm", "400 rpm", "500 rpm", "600 rpm"]})
-    engine(found[1].case, sweep.result_path(found[1].case, tmp_path), "interrupted", 1.0)
-    engine(found[2].case, sweep.result_path(found[2].case, tmp_path), "complete")
+    engine(found[1].case, found[1].case.file_in(tmp_path), "interrupted", 1.0)
+    engine(found[2].case, found[2].case.file_in(tmp_path), "complete")
     outcomes = sweep.run_all(found, tmp_path, first := Here(), (TORQUE,))
     assert [task.path.rsplit("/", 1)[1] for task in first.asked] == [outcomes[k].file.name for k in (0, 1, 3)]
     assert [outcome.state for outcome in outcomes] == ["complete"] * 4
@@ -249,7 +249,7 @@ def test_run_that_fails_is_named_and_the_rest_goes_on(tmp_path, engine):
     found = made({"drive.speed": ["300 rpm", "400 rpm", "500 rpm"]})
 
     def spoil(task):
-        if task.path == str(sweep.result_path(found[1].case, tmp_path)):
+        if task.path == str(found[1].case.file_in(tmp_path)):
             raise StepError("t = 0.1 s: particle 17 left the chamber")
 
     outcomes = sweep.run_all(found, tmp_path, Here(spoil), (TORQUE,))

@@ -21,6 +21,12 @@ from nutamill.case.toml.write import written
 LONGEST_STEM = 100
 """Characters of a case's name that go into the name of its result [1]."""
 
+DIGEST_CHARACTERS = 12
+"""Characters of a case's digest that go into the name of its result [1]."""
+
+RESULTS = Path("results")
+"""Folder of a result for which no folder is given."""
+
 
 class SnapshotPlan(Table):
     """When the whole state is kept for looking."""
@@ -47,10 +53,9 @@ class CaseFile(Table):
         """Short name for file names: the stem of the case file, or the library name."""
         return self._name
 
-    @property
-    def result_file(self) -> Path:
-        """Where the result goes unless told otherwise: ``results/<case>-<hash>.h5``."""
-        return Path("results") / f"{self.name[:LONGEST_STEM]}-{self.digest[:6]}.h5"
+    def file_in(self, folder: str | Path = RESULTS) -> Path:
+        """Return the result file of the case in a folder: ``<name>-<digest>.h5``."""
+        return Path(folder) / f"{self.name[:LONGEST_STEM]}-{self.digest[:DIGEST_CHARACTERS]}.h5"
 
     @property
     def warnings(self) -> list[Fault]:

@@ -48,7 +48,7 @@ def _picture_name(subject: "Case | Path", question: str, *options: str | None, c
     It holds the name of the case with its digest, or that of the result, as result files have it; the
     question; and the options that were given.
     """
-    stem = subject.stem if isinstance(subject, Path) else subject.result_file.stem
+    stem = subject.stem if isinstance(subject, Path) else subject.file_in().stem
     given = [option for option in (*options, "charge" if charge else None) if option]
     return "-".join([stem, question, *(re.sub(r"[^\w.+-]", "", option) for option in given)])
 

@@ -102,7 +102,7 @@ def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, agai
         loaded = loaded.with_("run.threads", threads)
     for warning in loaded.warnings:
         typer.echo(f"warning: {warning}", err=True)
-    path = to or loaded.result_file
+    path = to or loaded.file_in()
     refuse_suffix(path, RESULTS)
     from nutamill.simulation import march
 

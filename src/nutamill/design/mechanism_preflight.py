@@ -58,7 +58,7 @@ class MechanismSheet:
         masses = ", ".join(f"{name} {mass:.4g}" for name, mass in self.masses.items())
         centre = ", ".join(f"{1e3 * value:.4g}" for value in self.mass_centre)
         forecast = self._forecast()
-        warnings = forecast.warnings(total_memory(), free_disk(case.result_file))
+        warnings = forecast.warnings(total_memory(), free_disk(case.file_in()))
         shown = [
             f"{case.title or case.name}: ok",
             *(f"  warning: {warning}" for warning in warnings),

@@ -282,7 +282,7 @@ def preflight(case: Case) -> Preflight:
         warnings=[
             *case.warnings,
             *_idle_threads(case),
-            *forecast.warnings(total_memory(), free_disk(case.result_file)),
+            *forecast.warnings(total_memory(), free_disk(case.file_in())),
         ],
     )
 

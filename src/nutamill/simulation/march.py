@@ -82,7 +82,7 @@ def run(
     Parameters
     ----------
     case : what is asked, of a mill or of any mechanism; or the name of a mill, or a case file
-    to : result file; `Case.result_file` if None
+    to : result file; in the folder `results`, as `Case.file_in` names it, if None
     progress : called about twice a second with where the run stands
     tell : called with a line of text when something takes time before the first step, or a checkpoint that
         was asked for is saved
@@ -100,7 +100,7 @@ def run(
     Interrupted : after an interrupt of the march, with everything saved
     """
     case = asked_case(case)
-    path = Path(case.result_file if to is None else to)
+    path = Path(case.file_in() if to is None else to)
     if isinstance(case, Case):
         run_clock(case)  # refuses a substep that is too long before a file is touched
     with stop_at_once():

@@ -176,11 +176,6 @@ def tell_of_other_kernels(files: Iterable[Path], tell: Callable[[str], None] | N
         tell(f"made by other kernels than this version has, and read as it is: {named}")
 
 
-def result_path(case: Case, folder: Path) -> Path:
-    """Result file of a case in a campaign's folder: named by the content of the case."""
-    return folder / f"{case.name}-{case.digest[:12]}.h5"
-
-
 def _task(act: str, case: Case, file: Path) -> Task:
     return Task(act, case.to_toml(), case.name, str(file.absolute()))
 
@@ -218,7 +213,7 @@ def _trouble(future: Future) -> str:
 
 def _outcome(member: Member, folder: Path, state: str, readings: Sequence[Reading]) -> Outcome:
     """How a member stands by its file: finished, with what was read from it, or else as `state` says."""
-    file = result_path(member.case, folder)
+    file = member.case.file_in(folder)
     try:
         held = state_of(file)
         if is_finished(held):

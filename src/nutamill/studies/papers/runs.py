@@ -44,10 +44,8 @@ class PlannedRun:
 
     @property
     def path(self) -> Path:
-        """Its result file, named as a campaign names it: by the content of the case, so that no result of
-        another is taken for it.
-        """
-        return self.folder / f"{self.case.name}-{self.case.digest[:12]}.h5"
+        """Its result file, named by the content of the case."""
+        return self.case.file_in(self.folder)
 
     @property
     def modes_path(self) -> Path:
