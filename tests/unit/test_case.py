@@ -260,7 +260,7 @@ def test_number_of_a_pair_that_the_chosen_law_does_not_read_is_warned_of(mill):
     (warning,) = [str(found) for found in stiff.warnings if found.where.startswith("contact")]
     assert (
         warning
-        == 'contact.pairs.steel-acrylic.normal_stiffness: does not count, with contact.stiffness = "young"'
+        == 'contact.pairs.steel-acrylic.normal_stiffness: is not used with contact.stiffness = "young"'
     )
     both = stiff.with_("contact.pairs.steel-steel.normal_stiffness", "500 kN/m").with_(
         "contact.stiffness", "direct"

@@ -179,7 +179,7 @@ CONTRADICTIONS = {
     ),
     "pressure without cohesion": (
         '[contact.pairs]\nsteel-steel = { cohesive_pressure = "1 MPa" }',
-        "mill.toml:3: contact.pairs.steel-steel.cohesive_pressure: would do nothing, with "
+        "mill.toml:3: contact.pairs.steel-steel.cohesive_pressure: has no effect with "
         'contact.cohesion = "none". '
         'Write cohesion = "area" in [contact], or leave it out',
     ),
@@ -239,7 +239,7 @@ CONTRADICTIONS = {
     ),
     "pair given twice": (
         "[contact.pairs.acrylic-steel]\nsliding_friction = 0.5\nrestitution = 0.5",
-        "numill-2026.toml: contact.pairs.steel-acrylic: this pair stands twice, also as "
+        "numill-2026.toml: contact.pairs.steel-acrylic: this pair appears twice, also as "
         "acrylic-steel. Keep one of the two",
     ),
     "limits of the overlap": (
@@ -304,12 +304,12 @@ SYNTAX = {
         "[charge]\nkind = spheres",
         'mill.toml:3:8: text needs quotes. Write kind = "spheres"',
     ),
-    "no value": ("[charge]\ndiameter =", "mill.toml:3:11: after = comes a value"),
+    "no value": ("[charge]\ndiameter =", "mill.toml:3:11: no value after ="),
     "key twice": (
         '[charge]\nmass = "1 kg"\nmass = "2 kg"',
-        "mill.toml:4:14: mass stands twice. Keep one of the two",
+        "mill.toml:4:14: mass appears twice. Keep one of the two",
     ),
-    "table twice": ("[charge]\n[run]\n[charge]", "mill.toml:4:8: charge stands twice. Keep one of the two"),
+    "table twice": ("[charge]\n[run]\n[charge]", "mill.toml:4:8: charge appears twice. Keep one of the two"),
     "open bracket": ("[charge\n", "mill.toml:2:8: expected ']' at the end of a table declaration"),
 }
 
@@ -360,7 +360,10 @@ def test_an_empty_file_is_told_to_take_a_base():
             'base = "numil"',
             'mill.toml:1: base: no mill and no file is called "numil". Did you mean "numill"?',
         ),
-        ('base = "mill.toml"', 'mill.toml:1: base: "mill.toml" leads back to this file. Break the circle'),
+        (
+            'base = "mill.toml"',
+            'mill.toml:1: base: "mill.toml" leads back to this file. Remove one base of the circle',
+        ),
         (
             "base = 3",
             f"mill.toml:1: base: must be a name or a file, got 3. Known: {', '.join(library_names())}",

@@ -110,7 +110,7 @@ def test_new_writes_a_file_that_loads_and_never_over_another(invoke, tmp_path):
     again = invoke("new", "mymill.toml")
     assert (again.exit_code, again.stderr) == (
         2,
-        "mymill.toml: is there already and is not written over. Take another name\n",
+        "mymill.toml: exists already. Choose another name\n",
     )
     assert (tmp_path / "mymill.toml").read_text() == text
 

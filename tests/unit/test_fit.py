@@ -82,7 +82,7 @@ def test_value_on_its_bound_is_marked():
 def test_keys_that_no_target_depends_on_or_that_act_alike_are_named():
     with pytest.raises(CaseError, match="free b: no target depends on it"):
         fitted(FREE, np.ones(4), SIGMA, lambda points: points[:, :1] * np.ones(4))
-    with pytest.raises(CaseError, match="the targets do not tell apart: a, b"):
+    with pytest.raises(CaseError, match="the targets cannot separate: a, b"):
         fitted(
             FREE,
             np.ones(4),
@@ -94,7 +94,11 @@ def test_keys_that_no_target_depends_on_or_that_act_alike_are_named():
 def test_too_few_targets_and_guesses_out_of_bounds_are_refused_together():
     with pytest.raises(CaseError) as raised:
         fitted([FREE[0], Free("b", 4.0, -3.0, 3.0)], np.ones(1), np.zeros(1), linear)
-    assert [fault.where for fault in raised.value.faults] == ["free b", "target", "target 1"]
+    assert [str(fault) for fault in raised.value.faults] == [
+        "free b: must have low < start < high, got -3, 4, 3 (SI)",
+        "target: there must be as many targets as free keys or more, got 1 for 2. Fix some keys",
+        "target 1: must have an uncertainty above zero, got 0",
+    ]
 
 
 FILE = """
@@ -170,7 +174,10 @@ def test_run_that_does_not_end_stops_the_fit_and_is_named(bench, tmp_path, monke
         "run_all",
         lambda found, *_: [Outcome(one, tmp_path, "its process was killed (SIGKILL)", {}) for one in found],
     )
-    with pytest.raises(StepError, match=r"joint_friction=0\.02 .*its process was killed"):
+    with pytest.raises(
+        StepError,
+        match=r"did not finish \(.*joint_friction=0\.02 .*was killed .*Repeat the command",
+    ):
         fitting.fit(bench, tmp_path)
 
 

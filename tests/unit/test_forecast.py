@@ -59,7 +59,7 @@ def test_the_sheet_warns_of_a_run_of_months_and_of_threads_that_are_not_there():
     assert [warning.where for warning in sheet.warnings] == ["run.threads", "forecast"]
     lines = sheet.lines()
     assert lines[0].endswith(": ok, 2 warnings")
-    assert f"asks for {cores + 1} threads, this machine has {cores} core" in lines[1]
+    assert f"asks for {cores + 1} threads on a machine with {cores} core" in lines[1]
     assert lines[2].endswith(
         "Coarser particles (charge.diameter), softer contacts or an earlier run.until brings it down"
     )

@@ -136,7 +136,7 @@ def test_show_of_a_test_gives_the_means_of_its_channels_and_report_says_what_it_
     refused = CliRunner().invoke(cli.app, ["report", "m.h5"])
     assert (refused.exit_code, refused.stderr.split(". ")[0]) == (
         2,
-        "m.h5: must be the result of a run, it is measured data",
+        "m.h5: holds measured data, not the result of a run",
     )
 
 

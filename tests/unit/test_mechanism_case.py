@@ -209,13 +209,33 @@ def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
     for words in (
         "bad.toml:6: bodies[0].mass: must be positive, got 0 kg",
         'joints[0].between[1]: no body is called "amr". Did you mean "arm"?',
-        "joints[0].axis: is missing, a revolute joint needs it",
+        "joints[0].axis: is missing for a revolute joint",
         "bushings[0].axis: must have a length",
         "bushings[0]: must have some stiffness or damping",
         'drives[0].joint: no joint is called "pim". Did you mean "pin"?',
-        "springs[0].point_b: must be apart from point_a",
+        "springs[0].point_b: is the same point as point_a",
     ):
         assert words in said, words
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (ARM, 'bodies[1].name: is the name of two parts, got "arm". Rename one of the two'),
+        (
+            PIN.replace("pin", "ball").replace("revolute", "spherical").replace("axis     = [0, 1, 0]\n", "")
+            + '[[drives]]\nname = "motor"\njoint = "ball"\nspeed = "1 rpm"\nramp = "1 rpm/s"\n',
+            'drives[0].joint: must be a revolute or cylindrical joint, got "ball", a spherical joint',
+        ),
+        (
+            '[[sensors]]\nname = "joint_a"\nkind = "position"\nof = "arm"\n',
+            'sensors[0].name: begins like the series of a part, got "joint_a". Choose a name that does not '
+            "begin with joint_, bushing_, drive_, spring_, torque_",
+        ),
+    ],
+)
+def test_parts_that_contradict_each_other_are_refused(tmp_path, text, message):
+    assert message in refusal(tmp_path, HEAD + ARM + PIN + text + REST)
 
 
 def test_units_and_unknown_keys_of_a_part_are_told_with_their_lines(tmp_path):
@@ -232,5 +252,5 @@ def test_a_loop_that_does_not_close_is_refused_before_a_step(file):
 
 
 def test_what_only_a_mill_can_do_refuses_a_mechanism(file):
-    with pytest.raises(CaseError, match=r"must describe a mill, it lists \[\[bodies\]\]"):
+    with pytest.raises(CaseError, match=r"describes a mechanism part by part \(\[\[bodies\]\]\), not a mill"):
         load_mill(file)

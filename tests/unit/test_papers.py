@@ -24,7 +24,7 @@ from nutamill.studies.papers.compare import Key, Measured, _together, compare
 from nutamill.studies.papers.figures import draw_over_speed, draw_particles
 from nutamill.studies.papers.library import paper_names, parse_paper, read_paper
 from nutamill.studies.papers.quantities import QUANTITIES, charge_at_pin
-from nutamill.studies.papers.runs import planned_runs
+from nutamill.studies.papers.runs import chosen, planned_runs
 from nutamill.studies.papers.table import csv_text, json_text, markdown, tally, verdict
 
 RATE = 2000.0
@@ -134,11 +134,45 @@ def test_rows_that_name_what_is_not_there_are_refused():
         )
     )
     assert any('no configuration is called "bar"' in line for line in said)
-    assert any('"force" is used before' in line for line in said)
+    assert any('rows[1].id: is the id of two rows, got "force"' in line for line in said)
     assert (
         "must be a speed of bars, got 650 rpm"
         in faults(PAPER.replace('bars"\nspeed = "700', 'bars"\nspeed = "650'))[0]
     )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "experiment = 0.3\n",
+            "",
+            "rows[1]: has a target but no published value. Add experiment or simulation, or leave it out",
+        ),
+        (
+            "absolute = 0.02",
+            "absolute = 0.02\nrelative = 0.1",
+            "must have one target, relative or absolute, got both",
+        ),
+        (
+            'form = "speed"',
+            'form = "speed"\nconfiguration = "bars"',
+            'figures[1]: needs panels, and neither configuration nor speed, with form = "speed"',
+        ),
+        (
+            'form = "speed"',
+            'form = "particles"',
+            'figures[1]: needs a configuration and a speed, and no panels, with form = "particles"',
+        ),
+    ],
+)
+def test_a_row_or_figure_that_contradicts_itself_is_refused(old, new, message):
+    assert any(message in line for line in faults(PAPER.replace(old, new, 1)))
+
+
+def test_a_name_after_only_that_is_nothing_of_the_paper_is_refused(paper, tmp_path):
+    with pytest.raises(CaseError, match="--only moon: is not the name of a row, a configuration or a run"):
+        chosen(paper, planned_runs(paper, tmp_path), ["moon"], False)
 
 
 def test_a_change_no_case_knows_is_refused_before_anything_runs(tmp_path):
@@ -377,7 +411,7 @@ def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_no
     room.write_short(readme, nothing, "paper")
     assert "1 more rows have no result yet; `nutamill validate paper` makes them." in readme.read_text()
     readme.write_text("<!-- validate paper -->\nno end")
-    with pytest.raises(CaseError, match="must hold the line"):
+    with pytest.raises(CaseError, match=r"has no line .* Add that line"):
         room.write_short(readme, done, "paper")
 
 

@@ -473,7 +473,7 @@ def test_results_of_other_kernels_are_told(tmp_path, engine):
     told = []
     sweep.run_all(found, tmp_path, Here(), (TORQUE,), tell=told.append)
     assert len(told) == 1 and told[0].startswith(
-        "made by other kernels than this version has"
+        "made by the kernels of another version"
     )  # the record here names no kernels
 
 

@@ -67,7 +67,11 @@ def test_permissible_unbalance_is_that_of_the_standards_example():
 
 @pytest.mark.parametrize(
     ("planes", "said"),
-    [([], "one or two"), ([(0.08, 0.4)] * 2, "different depths"), ([(0.0, 0.4)], "positive")],
+    [
+        ([], "needs one or two planes, got 0"),
+        ([(0.08, 0.4)] * 2, "the depths of two planes must differ, got 80 mm, 400 mm and 80 mm, 400 mm"),
+        ([(0.0, 0.4)], "radius and depth must be positive, got 0 mm, 400 mm"),
+    ],
 )
 def test_planes_that_make_no_sense_are_refused(rigid, planes, said):
     with pytest.raises(CaseError, match=said):
@@ -91,7 +95,7 @@ def test_mounts_pass_on_slow_shaking_as_it_is():
 
 
 def test_isolation_of_rigid_mounts_is_refused(rigid):
-    with pytest.raises(CaseError, match="must be flexible"):
+    with pytest.raises(CaseError, match='must be "flexible", got "rigid"'):
         isolation(rigid)
 
 
@@ -105,9 +109,9 @@ def test_quicker_ramp_passes_the_resonance_lower_and_later():
 
 
 def test_run_up_of_a_series_that_is_not_there_is_refused(rigid):
-    with pytest.raises(CaseError, match="must be recorded"):
+    with pytest.raises(CaseError, match="is not a series of this mill"):
         run_up(rigid, [500.0], "mount_1_force_x")
-    with pytest.raises(CaseError, match="positive rates"):
+    with pytest.raises(CaseError, match="must be one or more positive rates, got"):
         run_up(rigid, [])
 
 

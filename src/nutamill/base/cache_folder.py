@@ -20,7 +20,7 @@ def cache_folder() -> Path:
 
 
 def cache_trouble() -> str:
-    """Say in one sentence why nothing is kept from one run to the next; "" if all is well."""
+    """Return in one sentence why nothing is stored from one run to the next; "" if all is well."""
     return _chosen()[1]
 
 
@@ -46,13 +46,14 @@ def _chosen() -> tuple[Path, str]:
     except OSError:
         return (
             wanted,
-            f"compiled kernels and settled beds are not kept: {reason}, nor can a temporary folder. {hint}.",
+            f"compiled kernels and settled beds are not stored: {reason}, and no temporary folder can be "
+            f"made. {hint}.",
         )
     os.environ[VARIABLE] = str(folder)  # for the processes that this one starts
     atexit.register(_remove, temporary, os.getpid())
     return (
         folder,
-        f"compiled kernels and settled beds are kept until this process ends only: {reason}. {hint}.",
+        f"compiled kernels and settled beds are stored only until this process ends: {reason}. {hint}.",
     )
 
 

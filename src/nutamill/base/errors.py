@@ -1,6 +1,6 @@
 """The exceptions, the one way to word them, and the exit code of each kind.
 
-Wording, always: *where: what must hold, got what. What to do.*  A case reports all its faults at once.
+Wording, always: *where: what is wrong, got what. What to do.*  A case reports all its faults at once.
 """
 
 import re
@@ -50,7 +50,7 @@ class Fault(NamedTuple):
     where: str
     """File, line and key, as ``mymill.toml:14: chamber.ribs``; or a part of the machine."""
     what: str
-    """What must hold, and what was given."""
+    """What is wrong, and what was given."""
     hint: str = ""
     """What to write instead."""
 
@@ -72,7 +72,7 @@ class MillError(Exception):
 
 
 class CaseError(MillError, ValueError):
-    """Bad input; carries every fault found, so that a user mends a file once and not ten times."""
+    """Bad input; carries all faults of the input, so that a user corrects a file once and not ten times."""
 
     exit_code = ExitCode.BAD_INPUT
 

@@ -49,7 +49,7 @@ def _names(case: "MechanismCase") -> Iterator[Finding]:
             if part.name in seen:
                 yield (
                     (where, number, "name"),
-                    f'must be unique, "{part.name}" is taken',
+                    f'is the name of two parts, got "{part.name}"',
                     "Rename one of the two",
                 )
             seen.add(part.name)
@@ -109,7 +109,7 @@ def _joints(case: "MechanismCase") -> Iterator[Finding]:
             if needs and axis is None:
                 yield (
                     ("joints", number, key),
-                    f"is missing, a {joint.kind} joint needs it",
+                    f"is missing for a {joint.kind} joint",
                     f"Add e.g. {key} = [0, 0, 1]",
                 )
             elif not needs and axis is not None:
@@ -134,7 +134,7 @@ def _springs(case: "MechanismCase") -> Iterator[Finding]:
     for number, spring in enumerate(case.springs):
         if spring.point_a == spring.point_b:
             what, hint = (
-                "must be apart from point_a: the force needs a direction",
+                "is the same point as point_a: the force has no direction",
                 "Use a bushing for a spring of no length",
             )
             yield ("springs", number, "point_b"), what, hint
@@ -153,7 +153,7 @@ def _drives(case: "MechanismCase") -> Iterator[Finding]:
         if kind not in TURNING:
             yield (
                 ("drives", number, "joint"),
-                f'must be a revolute or cylindrical joint, "{drive.joint}" is {kind}',
+                f'must be a revolute or cylindrical joint, got "{drive.joint}", a {kind} joint',
                 "",
             )
 
@@ -164,8 +164,8 @@ def _sensors(case: "MechanismCase") -> Iterator[Finding]:
         if sensor.name.startswith(TAKEN):
             yield (
                 (*key, "name"),
-                f"must not begin with {', '.join(TAKEN)}: series of the parts do",
-                "Rename the sensor",
+                f'begins like the series of a part, got "{sensor.name}"',
+                f"Choose a name that does not begin with {', '.join(TAKEN)}",
             )
         if sensor.axes is not None and sensor.kind in ("position", "attitude"):
             yield (

@@ -204,7 +204,7 @@ def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
         raise CaseError(
             Fault(
                 str(name_or_path),
-                "must describe a mill, it lists [[bodies]]",
+                "describes a mechanism part by part ([[bodies]]), not a mill",
                 "Use nutamill check, run, show and resume",
             )
         )
@@ -222,8 +222,8 @@ def case_of_text(text: str, name: str = "case") -> Case | MechanismCase:
         raise CaseError(
             Fault(
                 name,
-                "must be the result of a run, it is measured data",
-                "It is for: nutamill show, plot and compare",
+                "holds measured data, not the result of a run",
+                "Use nutamill show, plot and compare",
             )
         )
     layers = [Layer.of_text(text, name)]

@@ -86,7 +86,7 @@ def _idle_numbers(case: "Case") -> list[Fault]:
                 found.append(
                     Fault(
                         f"contact.pairs.{name}.{number}",
-                        f'does not count, with contact.{law} = "{getattr(contact, law)}"',
+                        f'is not used with contact.{law} = "{getattr(contact, law)}"',
                     )
                 )
     return found
@@ -132,13 +132,13 @@ def record_findings(run: Any, series: int) -> list[Finding]:
     if rows * series > MOST_NUMBERS:
         found.append((("run", "series_rate"), _too_many(rows * series), "Lower it, or end the run sooner"))
     if (checkpoints := run.end / run.checkpoint) > MOST_CHECKPOINTS:
-        what = f"makes {checkpoints:.2g} checkpoints, at most {MOST_CHECKPOINTS:.0e} can be meant"
+        what = f"makes {checkpoints:.2g} checkpoints, more than the limit of {MOST_CHECKPOINTS:.0e}"
         found.append((("run", "checkpoint"), what, "Take a longer time"))
     return found
 
 
 def _too_many(numbers: float) -> str:
-    return f"makes {numbers:.2g} numbers to record, at most {MOST_NUMBERS:.0e} can be meant"
+    return f"makes {numbers:.2g} numbers to record, more than the limit of {MOST_NUMBERS:.0e}"
 
 
 def _geometry(case: "Case") -> list[Finding]:
@@ -273,7 +273,7 @@ def _laws(case: "Case") -> list[Finding]:
     if contact.cohesion == "none":
         for name, pair in contact.pairs.items():
             if pair.cohesive_pressure:
-                what = 'would do nothing, with contact.cohesion = "none"'
+                what = 'has no effect with contact.cohesion = "none"'
                 key = ("contact", "pairs", name, "cohesive_pressure")
                 found.append((key, what, 'Write cohesion = "area" in [contact], or leave it out'))
     return found
@@ -289,7 +289,7 @@ def _pairs(case: "Case") -> list[Finding]:
         if name not in possible:
             found.append((key, "must name two materials of the file", similar(name, possible)))
         elif first != second and f"{second}-{first}" in pairs and first > second:
-            found.append((key, f"this pair stands twice, also as {second}-{first}", "Keep one of the two"))
+            found.append((key, f"this pair appears twice, also as {second}-{first}", "Keep one of the two"))
         if pair.overlap_warn >= pair.overlap_stop:
             found.append(
                 (
@@ -389,7 +389,7 @@ def _amounts(case: "Case") -> list[Finding]:
         solid = part.solid_volume(density, free)
         loose += solid / part.packing
         if (number := solid / part.size_law().mean_volume) > MOST_PARTICLES:
-            what = f"makes {number:.2g} particles, at most {MOST_PARTICLES:.0e} can be meant"
+            what = f"makes {number:.2g} particles, more than the limit of {MOST_PARTICLES:.0e}"
             found.append(((*key, amount), what, "Take less, or coarser particles"))
     if found or loose <= free * (1.0 + 1e-9) or case.chamber.mesh is not None:
         return found

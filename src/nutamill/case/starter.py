@@ -86,9 +86,7 @@ def write_starter(base: str, file: Path) -> None:
         with file.open("x", encoding="utf-8") as stream:
             stream.write(text)
     except FileExistsError:
-        raise CaseError(
-            Fault(str(file), "is there already and is not written over", "Take another name")
-        ) from None
+        raise CaseError(Fault(str(file), "exists already", "Choose another name")) from None
     except OSError as error:
         raise OutputError(
             f'{file}: cannot be written, the system reports "{error.strerror}". Choose another place.'

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.cli.common import CaseName, Overrides, ResultFile, app, load, load_mill, quantity, told
+from nutamill.base.schema import spelled
+from nutamill.cli.common import (
+    CaseName,
+    Overrides,
+    ResultFile,
+    app,
+    load,
+    load_mill,
+    quantity,
+    reports_errors,
+)
 
 if TYPE_CHECKING:
     from nutamill.case import Case
@@ -54,7 +64,7 @@ def _picture_name(subject: "Case | Path", question: str, *options: str | None, c
 
 
 @app.command()
-@told
+@reports_errors
 def modes(
     case: CaseName,
     overrides: Overrides = None,
@@ -75,9 +85,7 @@ def modes(
     if isinstance(loaded, MechanismCase):
         if turning or charge:
             raise CaseError(
-                Fault(
-                    "--charge" if charge else "--speed", "is for mills, this is a mechanism", "Leave it out"
-                )
+                Fault("--charge" if charge else "--speed", "has no use for a mechanism", "Leave it out")
             )
         found = mechanism_modes(loaded)
     else:
@@ -86,7 +94,7 @@ def modes(
 
 
 @app.command()
-@told
+@reports_errors
 def campbell(
     case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None
 ) -> None:
@@ -102,7 +110,7 @@ def campbell(
 
 
 @app.command()
-@told
+@reports_errors
 def runup(
     case: CaseName,
     overrides: Overrides = None,
@@ -131,7 +139,7 @@ def runup(
 
 
 @app.command()
-@told
+@reports_errors
 def isolation(
     case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None
 ) -> None:
@@ -147,7 +155,7 @@ def isolation(
 
 
 @app.command()
-@told
+@reports_errors
 def balance(
     case: CaseName,
     overrides: Overrides = None,
@@ -173,7 +181,11 @@ def balance(
     ]
     if any(len(lengths) != 2 for lengths in given):
         raise CaseError(
-            Fault("--plane", "must be a radius and a depth", 'Write e.g. --plane "80 mm, 420 mm"')
+            Fault(
+                "--plane",
+                f"must be a radius and a depth, got {', '.join(map(spelled, plane or ()))}",
+                'Write e.g. --plane "80 mm, 420 mm"',
+            )
         )
     planes = [tuple(lengths) for lengths in given] or [(loaded.balance.radius, loaded.balance.depth)]
     found = balance_mill(
@@ -183,7 +195,7 @@ def balance(
 
 
 @app.command()
-@told
+@reports_errors
 def orders(
     file: ResultFile,
     sensor: Annotated[
@@ -203,7 +215,7 @@ def orders(
 
 
 @app.command()
-@told
+@reports_errors
 def loads(
     file: ResultFile,
     axes: Annotated[str, typer.Option(help='"ground", "frame", "crank" or "chamber".')] = "frame",
@@ -227,7 +239,7 @@ def loads(
 
 
 @app.command()
-@told
+@reports_errors
 def mounts(
     file: ResultFile,
     last: Last = "3 s",
@@ -263,7 +275,7 @@ def mounts(
 
 
 @app.command()
-@told
+@reports_errors
 def life(
     file: ResultFile,
     ratings: Annotated[

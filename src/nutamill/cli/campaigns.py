@@ -6,11 +6,11 @@ from typing import Annotated
 import typer
 
 from nutamill.base.errors import ExitCode
-from nutamill.cli.common import Quick, app, told
+from nutamill.cli.common import Quick, app, reports_errors
 
 
 @app.command()
-@told
+@reports_errors
 def sweep(
     case: Annotated[str, typer.Argument(metavar="CASE|SWEEP.toml", help="A case, or a sweep file.")],
     changes: Annotated[
@@ -40,7 +40,7 @@ def sweep(
 
 
 @app.command()
-@told
+@reports_errors
 def fit(
     file: Annotated[
         Path, typer.Argument(metavar="FIT.toml", help="The fit file: case, free keys, measured values.")
@@ -61,7 +61,7 @@ def fit(
 
 
 @app.command("mount-test")
-@told
+@reports_errors
 def mount_test(
     file: Annotated[
         Path,
@@ -84,7 +84,7 @@ def mount_test(
 
 
 @app.command()
-@told
+@reports_errors
 def validate(
     paper: Annotated[
         str, typer.Argument(metavar="PAPER", help="saimm2025, mca2026, or a file of the same form.")

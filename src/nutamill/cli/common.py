@@ -1,4 +1,4 @@
-"""What all commands share: the application, options that many take, and how faults are told."""
+"""What all commands share: the application, options that many take, and how faults are printed."""
 
 import functools
 from collections.abc import Callable
@@ -28,11 +28,11 @@ Quick = Annotated[
 ]
 
 
-def told(command: Callable[..., None]) -> Callable[..., None]:
-    """A command whose faults are printed, one line each, instead of raised."""
+def reports_errors(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command that prints its faults, one line each, instead of raising them."""
 
     @functools.wraps(command)
-    def telling(*args: Any, **kwargs: Any) -> None:
+    def reporting(*args: Any, **kwargs: Any) -> None:
         try:
             command(*args, **kwargs)
         except MillError as error:
@@ -42,7 +42,7 @@ def told(command: Callable[..., None]) -> Callable[..., None]:
             typer.echo("interrupted", err=True)
             raise typer.Exit(ExitCode.INTERRUPTED) from None
 
-    return telling
+    return reporting
 
 
 def _version(asked: bool) -> None:
@@ -78,12 +78,9 @@ def load(name: str, overrides: list[str] | None) -> "Case":
 
 
 def load_mill(name: str, overrides: list[str] | None) -> "Case":
-    """A case that is a mill, not a mechanism of listed parts."""
-    from nutamill.case import MechanismCase
+    """Return the mill of a name or file with the overrides of the command line; refuse a mechanism of listed
+    parts.
+    """
+    from nutamill.case import load_mill
 
-    loaded = load(name, overrides)
-    if isinstance(loaded, MechanismCase):
-        raise CaseError(
-            Fault(name, "must be a mill, it lists the parts of a mechanism", "Ask nutamill check, or run it")
-        )
-    return loaded
+    return load_mill(name, overrides or [])

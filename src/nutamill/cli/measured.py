@@ -7,11 +7,11 @@ import typer
 
 from nutamill.base.atomic_file import RESULTS, refuse_suffix
 from nutamill.base.errors import CaseError, Fault
-from nutamill.cli.common import ResultFile, app, quantity, told
+from nutamill.cli.common import ResultFile, app, quantity, reports_errors
 
 
 @app.command("import")
-@told
+@reports_errors
 def import_measured(
     file: Annotated[Path, typer.Argument(help="A test file: CSV, TDMS, MAT or UFF.")],
     mapping: Annotated[Path, typer.Option("--map", help="What its columns are: a mapping file.")],
@@ -26,7 +26,7 @@ def import_measured(
 
 
 @app.command()
-@told
+@reports_errors
 def compare(
     run: ResultFile,
     measured: Annotated[

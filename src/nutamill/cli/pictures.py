@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from nutamill.base.files import is_folder
-from nutamill.cli.common import ResultFile, app, told
+from nutamill.cli.common import ResultFile, app, reports_errors
 
 Camera = Annotated[str, typer.Option(help="front, inside (riding on the chamber) or axis (down the shaft).")]
 ColourBy = Annotated[
@@ -15,7 +15,7 @@ ColourBy = Annotated[
 
 
 @app.command()
-@told
+@reports_errors
 def plot(
     file: ResultFile,
     what: Annotated[
@@ -35,7 +35,7 @@ def plot(
 
 
 @app.command()
-@told
+@reports_errors
 def picture(
     file: ResultFile,
     png: Annotated[Path, typer.Argument(help="The picture.")],
@@ -51,7 +51,7 @@ def picture(
 
 
 @app.command()
-@told
+@reports_errors
 def movie(
     file: ResultFile,
     mp4: Annotated[Path, typer.Argument(help="The film.")],
@@ -70,7 +70,7 @@ def movie(
 
 
 @app.command()
-@told
+@reports_errors
 def view(
     file: ResultFile,
     html: Annotated[Path | None, typer.Option(help="The page to write; else beside the result.")] = None,
@@ -88,7 +88,7 @@ def view(
 
 
 @app.command()
-@told
+@reports_errors
 def export(
     file: ResultFile,
     vtkhdf: Annotated[Path, typer.Option(help="File for ParaView: charge and machine over time.")],
@@ -102,7 +102,7 @@ def export(
 
 
 @app.command()
-@told
+@reports_errors
 def report(
     files: Annotated[
         list[Path],

@@ -1,4 +1,4 @@
-"""Commands about one case: write, check, run, resume, show; and what the package knows."""
+"""Commands about one case: write, check, run, resume, show; and lists of what the package contains."""
 
 import json
 from collections.abc import Callable
@@ -9,7 +9,7 @@ import typer
 
 from nutamill.base.atomic_file import RESULTS, refuse_suffix
 from nutamill.base.errors import CaseError, ExitCode, Fault, Interrupted, NotSteadyError, printable
-from nutamill.cli.common import CaseName, Overrides, Quick, app, load, told
+from nutamill.cli.common import CaseName, Overrides, Quick, app, load, reports_errors
 from nutamill.simulation.signals import stop_at_once
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from nutamill.cli.screen import Screen
     from nutamill.result import Result
 
-info_app = typer.Typer(no_args_is_help=True, help="Say what the package knows.")
+info_app = typer.Typer(no_args_is_help=True, help="List what the package contains.")
 app.add_typer(info_app, name="info")
 MEASURED = "measured"
 """State of a file that holds a test, as `nutamill.analysis.measured_import` writes it."""
@@ -25,7 +25,7 @@ Threads = Annotated[int | None, typer.Option(min=1, help="Threads of the charge.
 
 
 @app.command()
-@told
+@reports_errors
 def new(
     file: Annotated[Path, typer.Argument(help="The file to write.")],
     base: Annotated[str, typer.Option("--from", help="A published mill or another case file.")] = "numill",
@@ -38,7 +38,7 @@ def new(
 
 
 @app.command()
-@told
+@reports_errors
 def check(
     case: CaseName,
     overrides: Overrides = None,
@@ -47,7 +47,7 @@ def check(
         typer.Option("--dialects", help="Also the contacts as Rocky, PFC, LAMMPS and LIGGGHTS take them."),
     ] = False,
 ) -> None:
-    """Say everything that can be known before a run."""
+    """Check a case and print what is known before a run."""
     loaded = load(case, overrides)
     from nutamill.case import MechanismCase
 
@@ -66,7 +66,7 @@ def check(
 
 
 @app.command()
-@told
+@reports_errors
 def run(
     case: CaseName,
     overrides: Overrides = None,
@@ -75,7 +75,9 @@ def run(
     threads: Threads = None,
     again: Annotated[
         bool,
-        typer.Option("--again", help="Run it anew; an earlier result stays until the new run has ended."),
+        typer.Option(
+            "--again", help="Run the case again; an earlier result stays until the new one is whole."
+        ),
     ] = False,
 ) -> None:
     """Run a case to a result file; if it is complete already, show it."""
@@ -88,7 +90,7 @@ def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, agai
         raise CaseError(
             Fault(
                 "--quick" if quick else "--threads",
-                "is for mills with a charge, this is a mechanism",
+                "has no use for a mechanism, which holds no charge",
                 "Leave it out",
             )
         )
@@ -106,7 +108,7 @@ def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, agai
     refuse_suffix(path, RESULTS)
     from nutamill.simulation import march
 
-    _watched(
+    _run_on_screen(
         loaded.title or loaded.name,
         path,
         lambda screen: march.run(loaded, to=path, progress=screen, tell=screen.message, again=again),
@@ -114,7 +116,7 @@ def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, agai
 
 
 @app.command()
-@told
+@reports_errors
 def resume(
     file: Annotated[
         Path,
@@ -128,7 +130,7 @@ def resume(
     with stop_at_once():
         from nutamill.simulation import march
 
-        _watched(
+        _run_on_screen(
             file.stem,
             file,
             lambda screen: march.resume(file, until=until, progress=screen, tell=screen.message),
@@ -136,7 +138,7 @@ def resume(
 
 
 @app.command()
-@told
+@reports_errors
 def show(
     case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A case or a result.")],
     overrides: Overrides = None,
@@ -153,7 +155,7 @@ def show(
 
 
 @info_app.command()
-@told
+@reports_errors
 def fields() -> None:
     """List every recorded quantity: name, unit, meaning."""
     from nutamill.result.fields import PART_SERIES, SERIES, SNAPSHOT
@@ -170,7 +172,7 @@ def fields() -> None:
 
 
 @info_app.command()
-@told
+@reports_errors
 def mills() -> None:
     """List the published mills."""
     from nutamill.case import library_file, library_names, load_case
@@ -183,7 +185,7 @@ def mills() -> None:
 
 
 @app.command()
-@told
+@reports_errors
 def schema() -> None:
     """Print the JSON schema of case files, for completion in editors."""
     from nutamill.case.toml.schema import case_schema
@@ -192,7 +194,7 @@ def schema() -> None:
 
 
 @app.command()
-@told
+@reports_errors
 def bench() -> None:
     """Measure the speed of this version on this machine; takes about two minutes."""
     from nutamill.cli.bench import measure
@@ -201,17 +203,17 @@ def bench() -> None:
         typer.echo(line)
 
 
-def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> None:
+def _run_on_screen(title: str, path: Path, march: Callable[["Screen"], "Result"]) -> None:
     """Run with the live screen, then print the summary and draw the pictures beside the result."""
     from nutamill.cli.screen import Screen
     from nutamill.result import open_result
 
-    missed = None
+    not_steady = None
     try:
         with Screen(title) as screen:
-            result = act(screen)
+            result = march(screen)
     except NotSteadyError as error:
-        missed, result = error, open_result(path)
+        not_steady, result = error, open_result(path)
     except Interrupted as stop:
         typer.echo(f"interrupted, saved. Go on with: nutamill resume {stop.path}", err=True)
         raise typer.Exit(ExitCode.INTERRUPTED) from None
@@ -225,12 +227,12 @@ def _watched(title: str, path: Path, act: Callable[["Screen"], "Result"]) -> Non
             typer.echo(warning, err=True)
         pictures = _draw(result, path)
     typer.echo(f"{path}   picture{'s' * (len(pictures) > 1)} {', '.join(map(str, pictures))}")
-    if missed is not None:
-        raise missed
+    if not_steady is not None:
+        raise not_steady
 
 
 def _summary(result: "Result") -> tuple[list[str], list[str]]:
-    """What a result came to, and what is odd about it, as lines."""
+    """Return the summary lines of a result, and its warnings."""
     if result.state == MEASURED:
         from nutamill.analysis.measured_import import measured_lines
 
@@ -244,7 +246,7 @@ def _summary(result: "Result") -> tuple[list[str], list[str]]:
 
 
 def _facts(result: "Result") -> list[str]:
-    """What was run, how it stepped and what made the numbers, one fact a line."""
+    """Return title, state, steps and provenance of a result, one fact a line."""
     from nutamill.case import case_of_text
 
     facts = {"title": case_of_text(result.case_text).title} if result.case_text else {}
@@ -259,7 +261,7 @@ def _facts(result: "Result") -> list[str]:
 
 
 def _draw(result: "Result", path: Path) -> list[Path]:
-    """Draw the pictures of a run beside its result; their files."""
+    """Draw the pictures of a run beside its result, and return their files."""
     from nutamill.analysis.mechanism import is_mechanism
     from nutamill.view.figures.run import draw_ledger, draw_run
     from nutamill.view.figures.saving import save_figure

@@ -3,11 +3,11 @@
 import typer
 
 from nutamill.base.errors import ResultError
-from nutamill.cli.common import ResultFile, app, told
+from nutamill.cli.common import ResultFile, app, reports_errors
 
 
 @app.command()
-@told
+@reports_errors
 def verify(file: ResultFile) -> None:
     """Compare everything in a result with its checksums: what is damaged, which checkpoint is whole."""
     from nutamill.result import verify as verified

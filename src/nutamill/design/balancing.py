@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.analysis.source import vector
+from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
-from nutamill.base.units import rpm
+from nutamill.base.units import Kind, rpm
 from nutamill.case import Case
 from nutamill.case.machine import FRAME, SHAFT
 from nutamill.design.empty import once_per_turn, steady_series
@@ -193,15 +194,18 @@ def _check(planes: Sequence[tuple[float, float]]) -> None:
     """Refuse planes that make no sense."""
     if not 1 <= len(planes) <= 2:
         raise CaseError(
-            Fault("--plane", f"must be one or two, got {len(planes)}", 'Write e.g. --plane "80 mm" "420 mm"')
+            Fault(
+                "--plane", f"needs one or two planes, got {len(planes)}", 'Write e.g. --plane "80 mm, 420 mm"'
+            )
         )
+    given = " and ".join(", ".join(units.format(length, Kind.LENGTH) for length in plane) for plane in planes)
     if min(min(plane) for plane in planes) <= 0.0:
-        raise CaseError(Fault("--plane", f"radius and depth must be positive, got {planes} m"))
+        raise CaseError(Fault("--plane", f"radius and depth must be positive, got {given}"))
     if len(planes) == 2 and abs(planes[0][1] - planes[1][1]) < 1e-3:
         raise CaseError(
             Fault(
                 "--plane",
-                "two planes must lie at different depths, got one depth twice",
+                f"the depths of two planes must differ, got {given}",
                 "Give one plane, or move one",
             )
         )

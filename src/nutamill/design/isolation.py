@@ -62,8 +62,8 @@ def isolation(case: Case, charge: bool = False) -> Isolation:
         raise CaseError(
             Fault(
                 "mechanism.mounting",
-                "must be flexible: rigid mounts pass everything on",
-                "Set mechanism.mounting=flexible",
+                'must be "flexible", got "rigid"',
+                "Rigid mounts pass on the whole force: set mechanism.mounting=flexible",
             )
         )
     full = case.drive.speed

@@ -77,7 +77,7 @@ class MechanismSheet:
             stable = [f"{f:.4g} Hz ({round(100 * z, 6) + 0.0:.2g} %)" for f, z in self.modes if z > UNSTABLE]
             shown.append("modes     " + (", ".join(stable) or "none that swing") + " about rest, drives held")
             if len(stable) < len(self.modes):
-                shown.append("          the rest found is unstable: the mechanism falls away from it")
+                shown.append("          this equilibrium is unstable")
         else:
             shown.append(f"modes     none: {self.modes_missing}")
         steps = case.run.until / self.step
@@ -119,7 +119,7 @@ def mechanism_preflight(case: MechanismCase) -> MechanismSheet:
     centre = masses @ np.array([body.position for body in parts.bodies]) / masses.sum()
     if start(mechanism, state, scratch) != OK:
         raise StepError(
-            f"{case.name}: the first accelerations must be finite, they are not. Look at masses and inertias."
+            f"{case.name}: the accelerations at the start are not finite. Check the masses and inertias."
         )
     gap = float(np.abs(scratch.gap).max(initial=0.0))
     found, missing = _modes(mechanism, state, scratch)
@@ -152,7 +152,7 @@ def _modes(mechanism, state, scratch) -> tuple[list[tuple[float, float]], str]:
     except CaseError as error:
         return [], f"{error.faults[0].what}"
     except StepError:
-        return [], "no rest is found near the assembled pose"
+        return [], "there is no equilibrium near the assembled pose"
     listed = [
         (float(f), float(z)) for f, z in zip(found.frequency, found.damping_ratio, strict=True) if z < 1.0
     ]

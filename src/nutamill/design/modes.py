@@ -179,7 +179,7 @@ def mechanism_modes(case: MechanismCase) -> MachineModes:
     found, names = modes(mechanism, state, scratch), tuple(entry.name for entry in case.bodies)
     if np.any(found.damping_ratio <= UNSTABLE):
         raise CaseError(
-            Fault("modes", "the mechanism falls away from the rest found", "Assemble it near a stable one")
+            Fault("modes", "the equilibrium is unstable", "Assemble the mechanism near a stable one")
         )
     return _named(found, mass_matrix(mechanism, scratch), names, 0.0)
 
@@ -205,7 +205,9 @@ def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: b
             raise CaseError(
                 Fault(
                     "campbell",
-                    f"must find {n} modes at every speed, found {len(found.frequency)} at {speed:g} rad/s",
+                    f"the number of modes changes with the speed: {n} at rest, {len(found.frequency)} at "
+                    f"{rpm(speed):.4g} rpm",
+                    "Choose a lower speed",
                 )
             )
         order = linear_sum_assignment(-_likeness(before, found))[1]
@@ -238,7 +240,7 @@ def _named(found: Modes, mass: np.ndarray, names: tuple[str, ...], speed: float)
         raise CaseError(
             Fault(
                 "modes",
-                "every motion of the machine must be held by something elastic, one is free",
+                "a motion of the machine has no stiffness",
                 "Give mounts and shaft_coupling stiffness in that direction",
             )
         )

@@ -292,7 +292,7 @@ def _idle_threads(case: Case) -> list[Fault]:
     cores = usable_cores()
     if case.run.threads == "auto" or case.run.threads <= cores:
         return []
-    what = f"asks for {case.run.threads} threads, this machine has {cores} core{'s' * (cores > 1)}"
+    what = f"asks for {case.run.threads} threads on a machine with {cores} core{'s' * (cores > 1)}"
     return [Fault("run.threads", what, 'More threads than cores slow a run down: write threads = "auto"')]
 
 
@@ -326,7 +326,7 @@ def _refuse_full(case: Case, room: float) -> None:
     asked = zip(case.charge.parts, densities, strict=True)
     needed = sum(part.solid_volume(density, room) / part.packing for part, density in asked)
     if needed > room * (1.0 + 1e-9):
-        what = f"must fit as a loose bed, got {1e3 * needed:.4g} L where {1e3 * room:.4g} L are free"
+        what = f"does not fit as a loose bed, got {1e3 * needed:.4g} L where {1e3 * room:.4g} L are free"
         raise CaseError(Fault("charge", what, "Take less charge or a larger chamber"))
     if faults := fill_faults(charge_particles(case).bounding_radius, charge_room(case)):
         raise CaseError(*faults)

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from nutamill.analysis.orders import Orders, Waterfall, peaks, spectra, track
+from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
-from nutamill.base.units import rpm
+from nutamill.base.units import Kind, rpm
 from nutamill.case import Case
 from nutamill.design.empty import empty_series
 from nutamill.result.fields import series_field
@@ -51,12 +52,14 @@ def run_up(
         raise CaseError(
             Fault(
                 "drive.profile",
-                "must be left out: a run-up sets the ramp itself",
+                "has no use in a run-up, which sets the ramp itself",
                 'Write ramp = "70 rpm/s" instead',
             )
         )
     if not ramps or min(ramps) <= 0.0:
-        raise CaseError(Fault("--ramp", "must be one or more positive rates", 'Write e.g. --ramp "70 rpm/s"'))
+        given = ", ".join(units.format(ramp, Kind.RAMP) for ramp in ramps) or "none"
+        what = f"must be one or more positive rates, got {given}"
+        raise CaseError(Fault("--ramp", what, 'Write e.g. --ramp "70 rpm/s"'))
     runs = []
     for ramp in ramps:
         series = empty_series(
@@ -66,8 +69,8 @@ def run_up(
             raise CaseError(
                 Fault(
                     name,
-                    "must be recorded, this mill has no such series",
-                    "nutamill info fields lists all names",
+                    "is not a series of this mill",
+                    "`nutamill info fields` lists all series",
                 )
             )
         time, angle, value = series["time"], series["crank_angle"], series[name]

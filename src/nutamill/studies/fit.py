@@ -11,6 +11,7 @@ import numpy as np
 from nutamill.analysis.values import Reading, reading_of
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault, StepError
+from nutamill.base.schema import spelled
 from nutamill.case import Case, load_mill
 from nutamill.case.toml.keys import held, si_at, si_of, unit_at
 from nutamill.design.preflight import oscillations
@@ -107,7 +108,7 @@ def fit(
 
     Raises
     ------
-    CaseError : every fault of the file, before anything is run; keys that the targets do not tell apart
+    CaseError : every fault of the file, before anything is run; keys that the targets cannot separate
     StepError : a run that did not end well, or gives no steady mean
     """
     free, targets = read_fit(file)
@@ -162,7 +163,8 @@ def _free(key: str, given: FreeKey, base: Case, where: str) -> Free:
         si_at(key, getattr(given, name), f"{where}.{name}") for name in ("start", "low", "high")
     )
     if not isinstance(held(tried, key), (int, float)):
-        raise CaseError(Fault(where, "must be a key with one number"))
+        what = f"must be a key of one number, got {spelled(held(tried, key))}"
+        raise CaseError(Fault(where, what, "Name a key that holds a number"))
     return Free(key, start, low, high, given.step)
 
 
@@ -209,9 +211,10 @@ def computed(
     outcomes = run_all(list(wanted.values()), folder, workers(), readings, report, tell) if wanted else []
     by_case = {outcome.member.case.digest: outcome for outcome in outcomes}
     if bad := [outcome for outcome in outcomes if not is_finished(outcome.state)]:
-        told = "; ".join(f"{outcome.member.label}: {outcome.state}" for outcome in bad)
+        states = "; ".join(f"{outcome.member.label}: {outcome.state}" for outcome in bad)
         raise StepError(
-            f"fit: every run must end, {told}. The others are kept; the same command again does what is left."
+            f"fit: {len(bad)} of {len(outcomes)} runs did not finish ({states}). Repeat the command: it "
+            "reads the finished runs and does the rest."
         )
     values = np.empty((len(points), len(targets)))
     for k, row in enumerate(cases):
@@ -222,7 +225,7 @@ def computed(
                 values[k, j] = _frequency(case, target.what)
             if not np.isfinite(values[k, j]):
                 raise StepError(
-                    f"fit: {target.label} must have a steady mean, it has none. Run longer "
+                    f"fit: {target.label} has no steady mean. Run longer "
                     "(run.until), or take another quantity."
                 )
     return values

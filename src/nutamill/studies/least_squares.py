@@ -75,8 +75,8 @@ def fitted(free: Sequence[Free], measured: np.ndarray, sigma: np.ndarray, comput
 
     Raises
     ------
-    CaseError : fewer targets than free keys, a first guess out of bounds, or keys that the targets do not
-        tell apart
+    CaseError : fewer targets than free keys, a first guess out of bounds, or keys that the targets cannot
+        separate
 
     Source
     ------
@@ -142,7 +142,7 @@ def _refuse(free: Sequence[Free], measured: np.ndarray, sigma: np.ndarray) -> No
         faults.append(
             Fault(
                 "target",
-                f"must be at least as many as the free keys, got {len(measured)} for {len(free)}",
+                f"there must be as many targets as free keys or more, got {len(measured)} for {len(free)}",
                 "Fix some keys",
             )
         )
@@ -174,5 +174,5 @@ def _refuse_blind(free: Sequence[Free], scaled: np.ndarray) -> None:
     if singular[-1] < 1e-8 * singular[0]:
         together = ", ".join(one.key for one, share in zip(free, right[-1], strict=True) if abs(share) > 0.1)
         raise CaseError(
-            Fault("free", f"the targets do not tell apart: {together}", "Fix one of them, or add targets")
+            Fault("free", f"the targets cannot separate: {together}", "Fix one of them, or add targets")
         )

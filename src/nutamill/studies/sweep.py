@@ -173,7 +173,7 @@ def tell_of_other_kernels(files: Iterable[Path], tell: Callable[[str], None] | N
         named = ", ".join(others[:NAMED]) + (
             f" and {len(others) - NAMED} more" if len(others) > NAMED else ""
         )
-        tell(f"made by other kernels than this version has, and read as it is: {named}")
+        tell(f"made by the kernels of another version, and read as it is: {named}")
 
 
 def _task(act: str, case: Case, file: Path) -> Task:

@@ -224,14 +224,10 @@ def write_short(file: Path, done: Comparison, name: str) -> None:
         try:
             old = file.read_text(encoding="utf-8") if file.exists() else ""
         except UnicodeDecodeError:
-            raise CaseError(
-                Fault(str(file), "must be a text file to be changed, it is none", "Choose another name")
-            ) from None
+            raise CaseError(Fault(str(file), "is not a text file", "Choose another name")) from None
     if begin in old:
         before, _, rest = old.partition(begin)
         if end not in rest:
-            raise CaseError(
-                Fault(str(file), f'must hold the line "{end}" after "{begin.strip()}", it does not', "Add it")
-            )
+            raise CaseError(Fault(str(file), f'has no line "{end}" after "{begin.strip()}"', "Add that line"))
         text = f"{before}{begin}{text}{end}{rest.partition(end)[2]}"
     write_whole(file, text)

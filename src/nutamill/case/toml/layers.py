@@ -92,10 +92,10 @@ def read_layers(name: str | Path, _above: tuple[Path, ...] = ()) -> list[Layer]:
             Fault(place, f"must be a name or a file, got {base!r}", f"Known: {', '.join(library_names())}")
         )
     if path.resolve() in _above:
-        raise CaseError(Fault(place, f'"{base}" leads back to this file', "Break the circle"))
+        raise CaseError(Fault(place, f'"{base}" leads back to this file', "Remove one base of the circle"))
     if len(_above) >= MOST_BASES:
         raise CaseError(
-            Fault(place, f"more than {MOST_BASES} files stand upon each other", "Write fewer bases")
+            Fault(place, f"the chain of bases is longer than {MOST_BASES} files", "Use fewer bases")
         )
     if library_file(base) is None and not is_file(path.parent / base):
         raise CaseError(
@@ -244,13 +244,13 @@ def _parsed(text: str, shown: str) -> dict[str, Any]:
     bare = _BARE.match(lines[line - 1].rstrip()[:MOST_LINE])
     if "overwrite a value" in what or "twice" in what:
         named = re.match(r"\s*\[*\s*([^=\]]*[^=\]\s])", lines[line - 1][:MOST_LINE])
-        what, hint = f"{named[1] if named else 'a key or table'} stands twice", "Keep one of the two"
+        what, hint = f"{named[1] if named else 'a key or table'} appears twice", "Keep one of the two"
     elif bare:
         value = bare[2].rstrip()
         what = "units need quotes" if re.match(r"[+-]?[\d.]", value) else "text needs quotes"
         hint = f'Write {bare[1]} = "{value}"'
     elif re.match(r"\s*[\w.\-]+\s*=\s*(#.*)?$", lines[line - 1]):
-        what = "after = comes a value"
+        what = "no value after ="
     raise CaseError(Fault(f"{shown}:{line}:{column}", what[0].lower() + what[1:], hint)) from None
 
 

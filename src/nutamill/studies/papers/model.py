@@ -128,11 +128,11 @@ class Row(Table):
             raise refusal("must have one target, relative or absolute, got both", "Leave one out")
         if self.reference is None and (self.relative, self.absolute, self.same_sign) != (None, None, False):
             raise refusal(
-                "must have a published value to be aimed at, got a target alone",
+                "has a target but no published value",
                 "Add experiment or simulation, or leave it out",
             )
         if self.quantity == MODES and self.against is not None:
-            raise refusal("must compare a natural frequency as it is, got against", "Leave it out")
+            raise refusal("against has no use with a natural frequency", "Leave it out")
         return self
 
     @model_validator(mode="before")
@@ -227,9 +227,9 @@ class FigurePlan(Table):
     def _of_its_form(self) -> "FigurePlan":
         if self.form in ("speed", "lambda"):
             if not self.panels or self.configuration is not None or self.speed is not None:
-                raise refusal(f'must have panels only, with form = "{self.form}"')
+                raise refusal(f'needs panels, and neither configuration nor speed, with form = "{self.form}"')
         elif self.panels or self.configuration is None or self.speed is None:
-            raise refusal(f'must have a configuration and a speed only, with form = "{self.form}"')
+            raise refusal(f'needs a configuration and a speed, and no panels, with form = "{self.form}"')
         return self
 
 
@@ -264,7 +264,7 @@ class Paper(Table):
                 found.append(
                     (
                         ("rows", number, "id"),
-                        f'must be used once, "{row.id}" is used before',
+                        f'is the id of two rows, got "{row.id}"',
                         "Give each row its own",
                     )
                 )

@@ -62,9 +62,7 @@ def charge_at_pin(result: Result) -> PinForce:
     """
     series = result.series
     if "charge_moment_x" not in series:
-        raise ResultError(
-            f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge."
-        )
+        raise ResultError(f"{result.path}: has no charge. Run a configuration with a charge.")
     drawn = Case.from_toml(result.case_text).mechanism
     down, out = drawn.nutation_point_to_crank, drawn.crank_radius
     x, y, z = vector(series, "charge_moment").T
@@ -93,8 +91,8 @@ def superposed(result: Result) -> PinForce:
 def _of_prescribed(result: Result) -> None:
     if Case.from_toml(result.case_text).run.coupling != "prescribed":
         raise ResultError(
-            f'{result.path}: must be a run with run.coupling = "prescribed" to be superposed, its '
-            "charge acted on the mill."
+            f"{result.path}: cannot be superposed, because its charge acted on the mill. Run it with "
+            'run.coupling = "prescribed".'
         )
 
 
@@ -108,7 +106,9 @@ def _series(name: str) -> Callable[[Result, float], Value]:
 
     def measure(result: Result, last: float) -> Value:
         if name not in result.series:
-            raise ResultError(f"{result.path}: must hold the series {name}, it does not.")
+            raise ResultError(
+                f"{result.path}: has no series {name}. `nutamill info fields` lists all series."
+            )
         return steady_value(result, result.series[name].values, last=last)
 
     return measure
@@ -177,8 +177,7 @@ def _sensor(result: Result, axis: str) -> np.ndarray:
     )
     if name is None:
         raise ResultError(
-            f"{result.path}: must hold the acceleration of a sensor, it holds none. Give the case a "
-            "[sensors] table."
+            f"{result.path}: has no acceleration of a sensor. Add to the case a [sensors] table."
         )
     return result.series[name].values
 
@@ -208,13 +207,11 @@ class Sway(NamedTuple):
 def _largest_sway(result: Result) -> Sway:
     series, end = result.series, ramp_end(result)
     if "mount_1_travel_x" not in series:
-        raise ResultError(f"{result.path}: must be on soft mounts to pass a resonance, its mounts are rigid.")
+        raise ResultError(f"{result.path}: has rigid mounts and passes no resonance. Run it on soft mounts.")
     time, angle = series["time"].values, series["crank_angle"].values
     cuts = np.flatnonzero(np.diff(np.floor(angle[time <= end] / math.tau)))
     if len(cuts) < 2:
-        raise ResultError(
-            f"{result.path}: must hold two turns of a ramp, it begins at speed. Run it with drive.ramp."
-        )
+        raise ResultError(f"{result.path}: has fewer than two turns of a ramp. Run it with drive.ramp.")
     turns = list(itertools.pairwise(cuts))
     travel = series["mount_1_travel_x"].values
     first, stop = turns[int(np.argmax([travel[first:stop].std() for first, stop in turns]))]
@@ -260,9 +257,7 @@ def _momentum_gap(result: Result, last: float) -> Value:
     """
     series = result.series
     if "interface_impulse_defect" not in series:
-        raise ResultError(
-            f"{result.path}: must hold a charge, the chamber was empty. Run a configuration with a charge."
-        )
+        raise ResultError(f"{result.path}: has no charge. Run a configuration with a charge.")
     turns = steady_window(result, last, names=["time"]).turns
     time = series["time"].values
     force = np.linalg.norm(vector(series, "charge_force"), axis=1)

@@ -126,7 +126,7 @@ def chosen(
             *(
                 Fault(
                     f"--only {name}",
-                    "must name a row, a configuration or a run",
+                    "is not the name of a row, a configuration or a run",
                     similar(name, known, cutoff=0.6),
                 )
                 for name in unknown
@@ -192,5 +192,5 @@ def read_modes(run: PlannedRun) -> list[float] | None:
         ]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ResultError(
-            f"{run.modes_path}: must hold natural frequencies, it does not ({error}). Delete it and repeat."
+            f"{run.modes_path}: holds no natural frequencies ({error}). Delete it and repeat the command."
         ) from None
