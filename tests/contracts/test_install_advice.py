@@ -2,9 +2,14 @@
 clone.
 """
 
+import os
 import re
+import shutil
+import subprocess
 import tomllib
 from pathlib import Path
+
+import pytest
 
 from nutamill.base.errors import missing_extra
 
@@ -64,6 +69,33 @@ def test_the_first_commands_of_the_readme_activate_the_environment_before_they_u
     ]
 
 
-def test_the_readme_and_the_continuous_integration_run_the_same_test_command():
-    command = (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()[-1]
-    assert f"{command}\n" in blocks((ROOT / "README.md").read_text(encoding="utf-8"))
+def commands_of_ci():
+    """Return the commands of the continuous integration that install and test."""
+    lines = (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
+    return [line for line in lines if "pip install" in line or "pytest" in line.split()]
+
+
+def test_the_readme_and_the_continuous_integration_run_the_same_test_commands():
+    first, *others = commands_of_ci()
+    texts = blocks((ROOT / "README.md").read_text(encoding="utf-8"))
+    assert f"{first.removesuffix(' || exit')}\n" in texts
+    assert "\n".join(others) + "\n" in texts
+
+
+@pytest.mark.skipif(os.name != "posix", reason="the script is run by bash")
+@pytest.mark.parametrize("failing", [1, 2, 3, 4, 5, None])
+def test_the_continuous_integration_stops_at_the_first_command_that_fails(tmp_path, failing):
+    # the Python and the pip of this clone count their calls, and one of the calls fails
+    clone, tools = tmp_path / "clone", tmp_path / "tools"
+    for folder in (clone / ".ci", clone / ".venv/bin", tools):
+        folder.mkdir(parents=True)
+    shutil.copy(ROOT / ".ci/run", clone / ".ci/run")
+    stub = f'#!/bin/sh\necho "$*" >> calls\n[ $(wc -l < calls) -ne {failing or 0} ] || exit 7\n'
+    for program in (tools / "python3", clone / ".venv/bin/python", clone / ".venv/bin/pip"):
+        program.write_text(stub, encoding="utf-8")
+        program.chmod(0o755)
+    path = f"{tools}{os.pathsep}{os.environ['PATH']}"
+    ended = subprocess.run(["bash", clone / ".ci/run"], env=os.environ | {"PATH": path}, check=False)
+    calls = (clone / "calls").read_text(encoding="utf-8").splitlines()
+    assert (ended.returncode, len(calls)) == ((7, failing) if failing else (0, 5)), calls
+    assert calls[-1] == "-m pytest -m external" or failing

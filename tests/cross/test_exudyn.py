@@ -16,9 +16,11 @@ pytest.importorskip("exudyn", reason="the comparison with an independent engine 
 
 from exudyn_mill import exudyn_mill  # after the check above: it imports exudyn
 
-pytestmark = pytest.mark.filterwarnings(
-    "ignore::DeprecationWarning"
-)  # of names that newer versions of Exudyn spell otherwise
+pytestmark = [
+    pytest.mark.external,
+    # of names that newer versions of Exudyn spell otherwise
+    pytest.mark.filterwarnings("ignore::DeprecationWarning"),
+]
 
 END, ROWS = 0.04, 16
 """Length of a run [s], and readings in it [1]."""

@@ -48,6 +48,7 @@ def test_example_is_short_says_what_it_does_and_imports_what_there_is(path):
             assert all(hasattr(importlib.import_module(node.module), alias.name) for alias in node.names)
 
 
+@pytest.mark.external
 def test_site_builds_without_a_warning(tmp_path):
     for name in ("sphinx", "myst_parser", "pydata_sphinx_theme"):
         pytest.importorskip(name, reason='needs the extra "docs"')

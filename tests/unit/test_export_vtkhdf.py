@@ -6,11 +6,18 @@ import pytest
 from nutamill.base.errors import ResultError
 from nutamill.view.vtkhdf import write_vtkhdf
 
-VTK = pytest.importorskip("vtkmodules.vtkIOHDF", reason='needs VTK, of the extra "view"')
+pytestmark = pytest.mark.external
+
+
+@pytest.fixture(autouse=True)
+def _vtk():
+    pytest.importorskip("vtkmodules.vtkIOHDF", reason='needs VTK, of the extra "view"')
 
 
 def reader_of(path):
-    reader = VTK.vtkHDFReader()
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    reader = vtkHDFReader()
     reader.SetFileName(str(path))
     return reader
 

@@ -90,7 +90,15 @@ def write_uff(folder):
     return path, UNCLOCKED
 
 
-@pytest.mark.parametrize("write", [write_csv, write_mat, write_tdms, write_uff])
+@pytest.mark.parametrize(
+    "write",
+    [
+        write_csv,
+        write_mat,
+        pytest.param(write_tdms, marks=pytest.mark.external),
+        pytest.param(write_uff, marks=pytest.mark.external),
+    ],
+)
 def test_file_of_each_kind_comes_in_with_its_units_signs_and_clock(tmp_path, write):
     path, text = write(tmp_path)
     with open_result(import_test(path, mapping(tmp_path, text), tmp_path / "m.h5")) as test:

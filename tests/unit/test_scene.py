@@ -11,7 +11,12 @@ from nutamill.base.errors import CaseError, MillError, ResultError
 from nutamill.case import Case
 from nutamill.view.scene import camera_of, draw_scene, film_scene
 
-pytest.importorskip("pyvista", reason='needs the extra "view"')
+pytestmark = pytest.mark.external
+
+
+@pytest.fixture(autouse=True)
+def _pyvista():
+    pytest.importorskip("pyvista", reason='needs the extra "view"')
 
 
 def test_camera_inside_rides_on_the_chamber(filmed):

@@ -111,6 +111,7 @@ def test_result_without_snapshots_says_what_to_run(unfilmed):
         view_page(unfilmed)
 
 
+@pytest.mark.external
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium to open the page in")
 def test_browser_shows_pellets_inside_the_chamber_and_complains_of_nothing(tmp_path, film):
     width, height = 800, 600
