@@ -317,7 +317,7 @@ FAULTS = {
     # 1.347 kg / 7863.7 kg/m^3 / (pi/6 (1 um)^3) = 3.3e14
     "dust": (
         'diameter = "1 um"',
-        "numill-2026.toml: charge.mass: makes 3.3e+14 particles, more than the limit of 1e+08. Take "
+        "numill-2026.toml: charge.mass: makes 3.3e+14 particles, more than the limit of 2e+07. Take "
         "less, or coarser particles",
     ),
     "parts and keys of their own": (

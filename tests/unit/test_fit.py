@@ -161,7 +161,7 @@ def test_fit_file_finds_two_keys_from_runs_and_a_mode(bench, tmp_path):
     # two torques, two keys: solved exactly but for the frequency, which is one part in a thousand of the
     # weight
     friction = (0.67 - 0.35) / (10.0 * (speed[1] ** 2 - speed[0] ** 2))
-    assert result.found.values == pytest.approx([friction, 0.35 - 10.0 * friction * speed[0] ** 2], rel=0.02)
+    assert result.best.values == pytest.approx([friction, 0.35 - 10.0 * friction * speed[0] ** 2], rel=0.02)
     said = "\n".join(result.lines())
     assert "mechanism.joint_friction_constant" in said and " N m" in said
     assert "driveshaft torque, drive.speed = 400 rpm" in said and "natural frequency 1" in said

@@ -339,7 +339,7 @@ class AtOnce:
 
     def submit(self, task):
         future = Future()
-        if task.act == "run":
+        if task.work == "run":
             STARTED.append(task.name)
             path = Path(task.path)
             begun = path.exists()
@@ -370,20 +370,20 @@ def marched(monkeypatch):
 
 
 def test_finished_runs_are_read_begun_ones_resumed_and_a_failure_does_not_stop_the_rest(marched, tmp_path):
-    done = room.validate("paper", folder=tmp_path, tell=lambda line: None)
+    done = room.validate("paper", folder=tmp_path, log=lambda line: None)
     assert sorted(marched) == ["bars-700rpm", "empty-600rpm", "empty-700rpm"]
     assert any("it blew up" in failure for failure in done.failures)
     assert done.findings[0].value == pytest.approx(620.0)
     assert done.findings[1].trouble == "not run. Do: nutamill validate paper --only bars-700rpm"
     marched.clear()
-    room.validate("paper", only=["empty"], folder=tmp_path, tell=lambda line: None)
+    room.validate("paper", only=["empty"], folder=tmp_path, log=lambda line: None)
     assert marched == ["empty-600rpm"]  # the others are complete: their files are read
-    room.validate("paper", only=["empty"], folder=tmp_path, tell=lambda line: None)
+    room.validate("paper", only=["empty"], folder=tmp_path, log=lambda line: None)
     assert marched == ["empty-600rpm"]
 
 
 def test_quick_starts_the_decisive_runs_only_and_every_file_holds_all_rows(marched, tmp_path):
-    done = room.validate("paper", quick=True, folder=tmp_path, tell=lambda line: None)
+    done = room.validate("paper", quick=True, folder=tmp_path, log=lambda line: None)
     assert marched == ["empty-700rpm"]
     assert [file.name for file in done.files] == [
         "comparison.csv",
@@ -395,7 +395,7 @@ def test_quick_starts_the_decisive_runs_only_and_every_file_holds_all_rows(march
 
 
 def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_not_run(marched, tmp_path):
-    done = room.validate("paper", quick=True, folder=tmp_path, tell=lambda line: None)
+    done = room.validate("paper", quick=True, folder=tmp_path, log=lambda line: None)
     readme = tmp_path / "README.md"
     readme.write_text("above\n<!-- validate paper -->\nold\n<!-- end paper -->\nbelow\n")
     room.write_short(readme, done, "paper")
@@ -425,12 +425,12 @@ def test_what_the_complete_runs_took_is_said(paper, tmp_path, monkeypatch):
             checksums.take_one(file, "provenance")
             checksums.write(file)
     said = []
-    room.validate("paper", folder=tmp_path, start=False, tell=said.append)
+    room.validate("paper", folder=tmp_path, start=False, log=said.append)
     assert "2 of 3 runs are complete; they took 1:01:40 in all, one after the other" in said
 
 
 def test_stored_results_are_evaluated_without_a_run(marched, tmp_path):
-    done = room.validate("paper", folder=tmp_path, start=False, tell=lambda line: None)
+    done = room.validate("paper", folder=tmp_path, start=False, log=lambda line: None)
     assert not marched and all(finding.trouble.startswith("not run") for finding in done.findings)
     assert done.undrawn == [f"figure {number} not drawn: none of its runs is complete" for number in (1, 2)]
 

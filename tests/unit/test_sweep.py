@@ -275,10 +275,10 @@ def test_bed_that_several_runs_share_is_settled_once_before_them_and_any_other_b
     monkeypatch.setattr(sweep, "bed_is_kept", lambda case: False)
     monkeypatch.setattr(member, "settled_bed", lambda case: None)
     sweep.run_all(found, tmp_path, here := Here(), (TORQUE,))
-    assert [task.act for task in here.asked] == ["settle"] * 2 + ["run"] * 4
+    assert [task.work for task in here.asked] == ["settle"] * 2 + ["run"] * 4
     alone = members({"run.seed": [3, 4]}, lambda values: changed(case, values))
     sweep.run_all(alone, tmp_path / "alone", here := Here(), (TORQUE,))
-    assert [task.act for task in here.asked] == ["run"] * 2
+    assert [task.work for task in here.asked] == ["run"] * 2
 
 
 def test_interrupted_sweep_stops_its_workers_and_keeps_its_table(tmp_path, engine):
@@ -471,7 +471,7 @@ def test_results_of_other_kernels_are_told(tmp_path, engine):
     found = made({"drive.speed": ["300 rpm"]})
     sweep.run_all(found, tmp_path, Here(), (TORQUE,))
     told = []
-    sweep.run_all(found, tmp_path, Here(), (TORQUE,), tell=told.append)
+    sweep.run_all(found, tmp_path, Here(), (TORQUE,), log=told.append)
     assert len(told) == 1 and told[0].startswith(
         "made by the kernels of another version"
     )  # the record here names no kernels

@@ -46,7 +46,7 @@ def start_child(program: str, task: object, **streams: int) -> subprocess.Popen:
         process.stdin.write(json.dumps(task) + "\n")
         process.stdin.flush()
     except BrokenPipeError:
-        pass  # it has ended already; its exit status says how
+        pass  # it has ended already, with its own exit status
     return process
 
 

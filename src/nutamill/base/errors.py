@@ -18,7 +18,7 @@ def printable(text: str) -> str:
     """Return text of a user as one line that a terminal shows and does not obey: control characters are
     escaped.
     """
-    return _UNSHOWABLE.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+    return _UNSHOWABLE.sub(lambda match: match[0].encode("unicode_escape").decode(), text)
 
 
 class ExitCode(IntEnum):

@@ -1,4 +1,4 @@
-"""Recognise what a file is, so that a command which gets another kind of file says what it got and which
+"""Recognise what a file is, so that a command which gets another kind of file names what it got and which
 command takes it.
 """
 
@@ -45,7 +45,7 @@ class FileKind(Enum):
 
 
 def file_kind(name: str | Path) -> FileKind | None:
-    """Return what a file, a folder or the name of a published mill is; None where nothing says so."""
+    """Return what a file, a folder or the name of a published mill is; None where that is unknown."""
     if library_file(str(name)):
         return FileKind.CASE
     path = Path(name)
@@ -71,11 +71,11 @@ def refuse_other_kind(name: str | Path, *wanted: FileKind) -> None:
 
 def other_kind(name: str | Path, *wanted: FileKind) -> Fault | None:
     """Return the fault of a file that is known to be of another kind than those wanted, else None."""
-    found = file_kind(name)
-    if found is None or found in wanted:
+    given = file_kind(name)
+    if given is None or given in wanted:
         return None
-    hint = f"It is for: {found.command.format(name)}" if found.command else ""
-    return Fault(str(name), f"must be {wanted[0].label}, got {found.label}", hint)
+    hint = f"It is for: {given.command.format(name)}" if given.command else ""
+    return Fault(str(name), f"must be {wanted[0].label}, got {given.label}", hint)
 
 
 def _kind_of_bytes(content: bytes, suffix: str) -> FileKind | None:

@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 CGROUP_LIMIT = Path("/sys/fs/cgroup/memory.max")
-"""Where Linux says how much memory a container may use."""
+"""Files in which Linux gives the memory that a container may use."""
 
 
 def total_memory() -> float | None:

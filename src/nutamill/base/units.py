@@ -158,16 +158,16 @@ def parse(text: str, kind: Kind | str) -> float:
         if other is None or _same_letters(unit, UNITS[kind]):
             raise UnitError(f'unknown unit "{unit}"', _nearest(unit, kind))
         unit = other
-    found = _KIND_OF[unit]
-    if found is not kind:
-        if kind is Kind.SPEED and found is Kind.FREQUENCY:
-            turns = float(number) * UNITS[found][unit]
+    given = _KIND_OF[unit]
+    if given is not kind:
+        if kind is Kind.SPEED and given is Kind.FREQUENCY:
+            turns = float(number) * UNITS[given][unit]
             raise UnitError(
                 f'{shown} is a frequency; write "{turns:g} rev/s" or "{60.0 * turns:g} rpm" (we do '
                 "not guess between Hz and rad/s)"
             )
         raise UnitError(
-            f'{shown} is {_with_article(found)}, this needs {_with_article(kind)}, e.g. "{EXAMPLES[kind]}"'
+            f'{shown} is {_with_article(given)}, this needs {_with_article(kind)}, e.g. "{EXAMPLES[kind]}"'
         )
     value = _si(number, UNITS[kind][unit])
     if not math.isfinite(value):

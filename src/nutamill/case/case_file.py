@@ -29,7 +29,7 @@ RESULTS = Path("results")
 
 
 class SnapshotPlan(Table):
-    """When the whole state is kept for looking."""
+    """When the whole state is recorded for pictures."""
 
     rate: Frequency
     """How often [Hz]."""
@@ -71,7 +71,7 @@ class CaseFile(Table):
         return hashlib.sha256(content.encode()).hexdigest()
 
     def _plain(self, **how: Any) -> dict[str, Any]:
-        """Return the values of the case; a title that says what was changed gives way to the one that it was
+        """Return the values of the case; a title that names what was changed gives way to the one that it was
         derived from.
         """
         content = self.model_dump(by_alias=True, exclude_none=True, **how)
@@ -121,7 +121,7 @@ class CaseFile(Table):
 
         Raises
         ------
-        CaseError : every fault found
+        CaseError : every fault
         """
         return validated(cls, [Layer.of_text(text, name)], name, [])
 
@@ -138,7 +138,7 @@ Case = TypeVar("Case", bound=CaseFile)
 def validated(
     kind: type[CaseFile], layers: list[Layer], name: str, faults: list[Fault], *, from_file: bool = True
 ) -> Any:
-    """Merge the layers and make the case of that `kind`, or raise the faults found so far with all others."""
+    """Merge the layers and make the case of that `kind`, or raise the earlier faults with all others."""
     content, places, more = merge(layers)
     case = checked(kind, content, places, [*faults, *more], from_file)
     case._name = name
@@ -146,7 +146,7 @@ def validated(
 
 
 def titled(case: Case, origin: Origin, typed: Mapping[str, Any]) -> Case:
-    """Return the case with a title that says in what it differs from its origin; `typed` are values by the
+    """Return the case with a title that names in what it differs from its origin; `typed` are values by the
     keys as they were written.
     """
     title = origin.title_with(dict(leaves(case._plain(mode="json"))), typed) if origin.title else ""

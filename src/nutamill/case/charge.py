@@ -93,8 +93,8 @@ class Shapes(Table):
     def _rigid(self) -> "Shapes":
         for number, rows in enumerate(self.clumps):
             spheres = np.array(rows, float).reshape(-1, 4)
-            if found := shape_faults(spheres[:, :3], spheres[:, 3]):
-                raise refusal(f"clump {number}, {found[0].where}: {found[0].what}", found[0].hint)
+            if faults := shape_faults(spheres[:, :3], spheres[:, 3]):
+                raise refusal(f"clump {number}, {faults[0].where}: {faults[0].what}", faults[0].hint)
         return self
 
 
@@ -194,26 +194,26 @@ class ChargeRecipe(Portion):
 
 
 def portion_faults(part: Portion) -> list[tuple[str, str, str]]:
-    """What contradicts or lacks within one part: key, what must hold, hint."""
-    found = []
+    """Return what contradicts or lacks within one part: key, what is wrong, hint."""
+    findings = []
     for keys, example in ((SIZE_KEYS, 'diameter = "5 mm"'), (AMOUNT_KEYS, 'mass = "1 kg"')):
         given = [key for key in keys if getattr(part, key) is not None]
         if len(given) != 1:
             what = f"needs one of {', '.join(keys)}, got {' and '.join(given) if given else 'none'}"
-            found.append((given[-1] if given else keys[0], what, f"Write e.g. {example}"))
+            findings.append((given[-1] if given else keys[0], what, f"Write e.g. {example}"))
     if part.mass == 0.0:
-        found.append(("mass", "must be positive", 'For an empty chamber write kind = "none"'))
+        findings.append(("mass", "must be positive", 'For an empty chamber write kind = "none"'))
     if part.material is None:
-        found.append(("material", "is missing", "Name one of [materials.*]"))
+        findings.append(("material", "is missing", "Name one of [materials.*]"))
     if part.kind == "clumps" and part.shapes is None:
-        found.append(("shapes", 'is missing, with kind = "clumps"', 'Write e.g. shapes = "coarse-sand"'))
+        findings.append(("shapes", 'is missing, with kind = "clumps"', 'Write e.g. shapes = "coarse-sand"'))
     if part.kind == "spheres" and part.shapes is not None:
-        found.append(
+        findings.append(
             ("shapes", 'belongs to kind = "clumps", got kind = "spheres"', "Leave one of the two out")
         )
     if part.sizes is not None and abs((total := sum(share for _, share in part.sizes)) - 1.0) > 1e-6:
-        found.append(("sizes", f"the shares of the mass must sum to 1, got {total:g}", ""))
-    return found
+        findings.append(("sizes", f"the shares of the mass must sum to 1, got {total:g}", ""))
+    return findings
 
 
 def stand_ins(charge: ChargeRecipe) -> list[Fault]:

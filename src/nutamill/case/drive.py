@@ -133,12 +133,12 @@ def profile_fault(times: list[float]) -> tuple[int, str] | None:
     return None
 
 
-def found_file(name: str, where: str, folders: Iterable[Path]) -> Path:
+def existing_file(name: str, where: str, folders: Iterable[Path]) -> Path:
     """Full path of a file that a case names; a relative name is looked for in each of the folders.
 
     Raises
     ------
-    CaseError : no such file; similar names are told
+    CaseError : no such file; the message names similar ones
     """
     folders = list(dict.fromkeys(folder.resolve() for folder in folders))
     path = next((folder / name for folder in folders if is_file(folder / name)), None)
@@ -171,7 +171,7 @@ def read_profile(name: str, where: str, folders: Iterable[Path]) -> dict[str, An
     ------
     CaseError : no such file, or each line that is wrong (the first ten)
     """
-    path = found_file(name, where, folders)
+    path = existing_file(name, where, folders)
     try:
         text = read_text(path, MOST_CASE_TEXT)
     except (OSError, UnicodeDecodeError) as error:
@@ -211,8 +211,8 @@ def _columns(name: str, first: tuple[int, list[str]]) -> list[tuple[str, str, Ki
     number, row = first
     kinds = (Kind.TIME, Kind.SPEED)
     headers = [cell.strip() for cell in row]
-    found = [header.partition("[")[2].removesuffix("]").strip() for header in headers]
-    if len(row) != 2 or any(unit not in units.UNITS[kind] for unit, kind in zip(found, kinds, strict=True)):
+    written = [header.partition("[")[2].removesuffix("]").strip() for header in headers]
+    if len(row) != 2 or any(unit not in units.UNITS[kind] for unit, kind in zip(written, kinds, strict=True)):
         shown = ",".join(row)
         raise CaseError(
             Fault(
@@ -221,7 +221,7 @@ def _columns(name: str, first: tuple[int, list[str]]) -> list[tuple[str, str, Ki
                 'Write "time [s],speed [rpm]"',
             )
         )
-    return list(zip(headers, found, kinds, strict=True))
+    return list(zip(headers, written, kinds, strict=True))
 
 
 def _cells(where: str, row: list[str], columns: list[tuple[str, str, Kind]]) -> list[float | Fault]:

@@ -209,7 +209,7 @@ class SensorEntry(Table):
 
 
 class MechanismRun(Table):
-    """How long, how finely, and what is kept."""
+    """How long, how finely, and what is recorded."""
 
     until: Time
     """Simulated time at the end [s]."""
@@ -222,7 +222,7 @@ class MechanismRun(Table):
     snapshots: SnapshotPlan = SnapshotPlan(rate=50.0, last=10.0)
     """Snapshots of all bodies."""
     checkpoint: Time = 1.0
-    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are kept
+    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are saved
     between.
     """
 
@@ -245,7 +245,7 @@ class MechanismCase(CaseFile):
     schema_version: Annotated[Literal[1], Field(alias="schema")] = 1
     """Version of the form of this file."""
     title: str = ""
-    """One line that says what it is."""
+    """What it is, in one line."""
     changed_from: str | None = None
     """Title of the case that this one was changed from, where its own title was made to say what was
     changed.
@@ -253,7 +253,7 @@ class MechanismCase(CaseFile):
     gravity: tuple[AnyAcceleration, AnyAcceleration, AnyAcceleration] = (0.0, 0.0, -9.81)
     """Acceleration of gravity, world axes [m/s^2]."""
     redundant: Literal["refuse", "allow"] = "refuse"
-    """Constraints that say the same twice: refused, or solved with their reactions marked as not unique."""
+    """Redundant constraints: refused, or solved with their reactions marked as not unique."""
     bodies: tuple[BodyEntry, ...]
     """The bodies that move."""
     joints: tuple[JointEntry, ...] = ()
@@ -272,8 +272,8 @@ class MechanismCase(CaseFile):
 
     @model_validator(mode="after")
     def _sound(self) -> "MechanismCase":
-        if found := findings(self):
-            raise refusal("parts of the mechanism contradict each other", findings=found)
+        if contradictions := findings(self):
+            raise refusal("parts of the mechanism contradict each other", findings=contradictions)
         return self
 
     @property

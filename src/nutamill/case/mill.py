@@ -69,7 +69,7 @@ STEADY_DEFAULTS = {"max": "30 s", "precision": 0.01}
 
 
 class RunPlan(Table):
-    """How long, how finely, and what is kept."""
+    """How long, how finely, and what is recorded."""
 
     until: EndTime
     """Simulated time at the end [s]; ``"steady"``: when crank-pin force and torque are steady, looked at
@@ -96,7 +96,7 @@ class RunPlan(Table):
     snapshots: SnapshotPlan = SnapshotPlan(rate=200.0, last=0.5)
     """Snapshots of the charge."""
     checkpoint: Time = 1.0
-    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are kept
+    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are saved
     between.
     """
     statistics: bool = True
@@ -124,7 +124,7 @@ class Case(CaseFile):
     schema_version: Annotated[Literal[1], Field(alias="schema")] = 1
     """Version of the form of this file."""
     title: str = ""
-    """One line that says what is asked."""
+    """What is asked, in one line."""
     changed_from: str | None = None
     """Title of the case that this one was changed from, where its own title was made to say what was
     changed.
@@ -155,8 +155,8 @@ class Case(CaseFile):
 
     @model_validator(mode="after")
     def _sound(self) -> "Case":
-        if found := mill_checks.faults(self):
-            raise refusal("parts of the case contradict each other", findings=found)
+        if contradictions := mill_checks.faults(self):
+            raise refusal("parts of the case contradict each other", findings=contradictions)
         return self
 
     @property
@@ -185,7 +185,7 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
 
     Raises
     ------
-    CaseError : every fault found, each with its file, line and key
+    CaseError : every fault, each with its file, line and key
     """
     refuse_other_kind(name_or_path, FileKind.CASE, FileKind.MECHANISM)
     layer, faults = override_layer(list(overrides))
@@ -216,7 +216,7 @@ def case_of_text(text: str, name: str = "case") -> Case | MechanismCase:
 
     Raises
     ------
-    CaseError : every fault found
+    CaseError : every fault
     """
     if not text:
         raise CaseError(

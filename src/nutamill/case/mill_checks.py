@@ -1,6 +1,6 @@
 """Checks that need more than one key: what contradicts, and what is odd.
 
-A finding is (key, what, hint); the key is a tuple of its parts, so that its line can be found.
+A finding is (key, what, hint); the key is a tuple of its parts, which gives its line in the file.
 """
 
 import math
@@ -53,11 +53,11 @@ def faults(case: "Case") -> list[Finding]:
 
 def warnings(case: "Case") -> list[Fault]:
     """Everything that is possible but odd."""
-    found = [*_rounded_angle(case), *stand_ins(case.charge)]
+    findings = [*_rounded_angle(case), *stand_ins(case.charge)]
     if case.run.end < case.drive.ramp_end:
         what = f"the run ends at {case.run.end:g} s, before the speed is reached at {case.drive.ramp_end:g} s"
-        found.append(Fault("run.until", what, "There will be no steady mean"))
-    return found + _idle_numbers(case)
+        findings.append(Fault("run.until", what, "There will be no steady mean"))
+    return findings + _idle_numbers(case)
 
 
 def _rounded_angle(case: "Case") -> list[Fault]:
@@ -77,19 +77,19 @@ def _rounded_angle(case: "Case") -> list[Fault]:
 
 
 def _idle_numbers(case: "Case") -> list[Fault]:
-    """Numbers of pairs in contact that the chosen laws do not read: who writes one expects it to count."""
-    contact, found = case.contact, []
+    """Numbers of pairs in contact that the chosen laws do not read: who writes one expects it to be used."""
+    contact, findings = case.contact, []
     idle = [(number, law) for number, (law, reader) in READ_WITH.items() if getattr(contact, law) != reader]
     for name in filter(None, (_pair_name(case, *pair) for pair in _contacts(case))):
         for number, law in idle:
             if getattr(contact.pairs[name], number) is not None:
-                found.append(
+                findings.append(
                     Fault(
                         f"contact.pairs.{name}.{number}",
                         f'is not used with contact.{law} = "{getattr(contact, law)}"',
                     )
                 )
-    return found
+    return findings
 
 
 def crank_angle(case: "Case") -> float:
@@ -111,30 +111,30 @@ def frame_mass(case: "Case") -> float:
 def _record(case: "Case") -> list[Finding]:
     """Records that hold nothing, or more than can be meant."""
     mounts = case.mounts.count if case.mechanism.mounting == "flexible" else 0
-    found = record_findings(case.run, len(expand(mounts, list(case.sensors))))
+    findings = record_findings(case.run, len(expand(mounts, list(case.sensors))))
     particles = max((part.count or 0 for part in case.charge.parts), default=0)
     snapshots = min(case.run.snapshots.last, case.run.end) * case.run.snapshots.rate
     if (numbers := snapshots * PARTICLE_NUMBERS * max(1, particles)) > MOST_NUMBERS:
-        found.append(
+        findings.append(
             (("run", "snapshots", "rate"), _too_many(numbers), "Lower it, or shorten run.snapshots.last")
         )
-    return found
+    return findings
 
 
 def record_findings(run: Any, series: int) -> list[Finding]:
     """Return what is wrong with the series and checkpoints of a run of any kind of case, with this number of
     series.
     """
-    rows, found = run.end * run.series_rate, []
+    rows, findings = run.end * run.series_rate, []
     if rows < 1.0:
         what = f"must give at least one row in {run.end:g} s, got {rows:.2g}"
-        found.append((("run", "series_rate"), what, f'Write e.g. "{units.example(Kind.FREQUENCY)}"'))
+        findings.append((("run", "series_rate"), what, f'Write e.g. "{units.example(Kind.FREQUENCY)}"'))
     if rows * series > MOST_NUMBERS:
-        found.append((("run", "series_rate"), _too_many(rows * series), "Lower it, or end the run sooner"))
+        findings.append((("run", "series_rate"), _too_many(rows * series), "Lower it, or end the run sooner"))
     if (checkpoints := run.end / run.checkpoint) > MOST_CHECKPOINTS:
         what = f"makes {checkpoints:.2g} checkpoints, more than the limit of {MOST_CHECKPOINTS:.0e}"
-        found.append((("run", "checkpoint"), what, "Take a longer time"))
-    return found
+        findings.append((("run", "checkpoint"), what, "Take a longer time"))
+    return findings
 
 
 def _too_many(numbers: float) -> str:
@@ -142,7 +142,7 @@ def _too_many(numbers: float) -> str:
 
 
 def _geometry(case: "Case") -> list[Finding]:
-    found: list[Finding] = []
+    findings: list[Finding] = []
     chamber, mechanism = case.chamber, case.mechanism
     ruling = crank_angle(case)
     if abs(chamber.nutation_angle - ruling) > ANGLE_STOP:
@@ -158,16 +158,16 @@ def _geometry(case: "Case") -> list[Finding]:
             "One of the three is wrong; with these lengths write nutation_angle = "
             f'"{math.degrees(ruling):.3f} deg"'
         )
-        found.append((("chamber", "nutation_angle"), what, hint))
+        findings.append((("chamber", "nutation_angle"), what, hint))
     if chamber.height >= chamber.floor_depth:
         what = f"must be less than floor_depth {_mm(chamber.floor_depth)}, got {_mm(chamber.height)}"
-        found.append((("chamber", "height"), what, "The ceiling has to lie below the nutation point"))
+        findings.append((("chamber", "height"), what, "The ceiling has to lie below the nutation point"))
     if frame_mass(case) <= 0.0:
         parts = mechanism.total_mass - frame_mass(case)
         names = "chamber, carriage, driveshaft and bearing cross"
         what = f"must exceed the {parts:.4g} kg of {names}, got {mechanism.total_mass:g} kg"
-        found.append((("mechanism", "total_mass"), what, "The frame takes what the other parts leave"))
-    return found
+        findings.append((("mechanism", "total_mass"), what, "The frame takes what the other parts leave"))
+    return findings
 
 
 def _ribs(case: "Case") -> list[Finding]:
@@ -206,7 +206,7 @@ def _inertia(case: "Case") -> list[Finding]:
     """Moments of inertia that no body can have: the largest principal one is at most the sum of the other
     two.
     """
-    found: list[Finding] = []
+    findings: list[Finding] = []
     chamber = case.chamber
     steiner = chamber.mass * chamber.mass_centre_depth**2
     central = chamber.inertia_transverse - steiner
@@ -215,18 +215,18 @@ def _inertia(case: "Case") -> list[Finding]:
             f"must exceed mass x mass_centre_depth^2 = {steiner:.4g} kg m^2, got "
             f"{chamber.inertia_transverse:.4g} kg m^2"
         )
-        found.append((("chamber", "inertia_transverse"), what, "It is taken about the nutation point"))
+        findings.append((("chamber", "inertia_transverse"), what, "It is taken about the nutation point"))
     elif chamber.inertia_axial > 2.0 * central:
         most = f"twice the transverse one about the mass centre, {2 * central:.4g} kg m^2"
         what = f"must be at most {most}, got {chamber.inertia_axial:.4g} kg m^2"
-        found.append((("chamber", "inertia_axial"), what, ""))
+        findings.append((("chamber", "inertia_axial"), what, ""))
     for table in ("driveshaft", "intermediate_shaft"):
         part = getattr(case, table)
         if part.inertia_axial > 2.0 * part.inertia_transverse:
             most = f"twice inertia_transverse, {2 * part.inertia_transverse:.4g} kg m^2"
             what = f"must be at most {most}, got {part.inertia_axial:.4g} kg m^2"
-            found.append(((table, "inertia_axial"), what, ""))
-    return found
+            findings.append(((table, "inertia_axial"), what, ""))
+    return findings
 
 
 def _portions(case: "Case") -> list[tuple[tuple[str | int, ...], Portion]]:
@@ -243,55 +243,57 @@ def _needed_materials(case: "Case") -> dict[tuple[str | int, ...], str | None]:
 
 
 def _materials(case: "Case") -> list[Finding]:
-    found: list[Finding] = []
+    findings: list[Finding] = []
     known = sorted(case.materials)
     for key, name in _needed_materials(case).items():
         if name is not None and name not in case.materials:
             hint = similar(name, known) if known else f"Add a table [materials.{name}]"
-            found.append((key, f'no material is called "{name}"', hint))
+            findings.append((key, f'no material is called "{name}"', hint))
     for name in known:
         if "-" in name:
             hint = f"Write {name.replace('-', '_')}; a hyphen joins the two materials of a pair"
-            found.append((("materials", name), "the name of a material must not contain a hyphen", hint))
-    return found
+            findings.append((("materials", name), "the name of a material must not contain a hyphen", hint))
+    return findings
 
 
 def _laws(case: "Case") -> list[Finding]:
     """Laws that do not go together."""
-    contact, found = case.contact, []
+    contact, findings = case.contact, []
     if contact.normal == "hertz" and contact.stiffness == "direct":
         what = 'must be "young" with normal = "hertz", got "direct"'
         hint = (
             "Hertz takes young_modulus and poisson_ratio of the materials; contact.softening makes them "
             "softer"
         )
-        found.append((("contact", "stiffness"), what, hint))
+        findings.append((("contact", "stiffness"), what, hint))
     if contact.normal == "hysteretic" and contact.damping == "ratio":
         what = 'must be "restitution" with normal = "hysteretic", got "ratio"'
         hint = "It has no dashpot: its unloading stiffness follows from the restitution of each pair"
-        found.append((("contact", "damping"), what, hint))
+        findings.append((("contact", "damping"), what, hint))
     if contact.cohesion == "none":
         for name, pair in contact.pairs.items():
             if pair.cohesive_pressure:
                 what = 'has no effect with contact.cohesion = "none"'
                 key = ("contact", "pairs", name, "cohesive_pressure")
-                found.append((key, what, 'Write cohesion = "area" in [contact], or leave it out'))
-    return found
+                findings.append((key, what, 'Write cohesion = "area" in [contact], or leave it out'))
+    return findings
 
 
 def _pairs(case: "Case") -> list[Finding]:
-    found: list[Finding] = []
+    findings: list[Finding] = []
     pairs, known = case.contact.pairs, case.materials
     possible = [f"{a}-{b}" for a in known for b in known]
     for name, pair in pairs.items():
         key = ("contact", "pairs", name)
         first, _, second = name.partition("-")
         if name not in possible:
-            found.append((key, "must name two materials of the file", similar(name, possible)))
+            findings.append((key, "must name two materials of the file", similar(name, possible)))
         elif first != second and f"{second}-{first}" in pairs and first > second:
-            found.append((key, f"this pair appears twice, also as {second}-{first}", "Keep one of the two"))
+            findings.append(
+                (key, f"this pair appears twice, also as {second}-{first}", "Keep one of the two")
+            )
         if pair.overlap_warn >= pair.overlap_stop:
-            found.append(
+            findings.append(
                 (
                     (*key, "overlap_warn"),
                     f"must be less than overlap_stop {pair.overlap_stop:g}, got {pair.overlap_warn:g}",
@@ -305,7 +307,7 @@ def _pairs(case: "Case") -> list[Finding]:
         name = _pair_name(case, charge, other)
         if name is None:
             what = f"is missing: the charge is {charge} and touches {other}"
-            found.append(
+            findings.append(
                 (
                     ("contact", "pairs", f"{charge}-{other}"),
                     what,
@@ -316,8 +318,8 @@ def _pairs(case: "Case") -> list[Finding]:
         for number, law in needs:
             if getattr(pairs[name], number) is None:
                 what = f'is missing, with contact.{law} = "{getattr(case.contact, law)}"'
-                found.append((("contact", "pairs", name, number), what, f"Add {number} to the pair"))
-    return found
+                findings.append((("contact", "pairs", name, number), what, f"Add {number} to the pair"))
+    return findings
 
 
 def _pair_name(case: "Case", first: str, second: str) -> str | None:
@@ -329,12 +331,12 @@ def _pair_name(case: "Case", first: str, second: str) -> str | None:
 
 def _contacts(case: "Case") -> list[tuple[str, str]]:
     """Pairs of known materials that may touch, the charge's first, each pair once."""
-    known, found = case.materials, []
+    known, pairs = case.materials, []
     for first, second, _ in case.touching:
-        listed = (first, second) in found or (second, first) in found
+        listed = (first, second) in pairs or (second, first) in pairs
         if first in known and second in known and not listed:
-            found.append((first, second))
-    return found
+            pairs.append((first, second))
+    return pairs
 
 
 def _charge(case: "Case") -> list[Finding]:
@@ -352,28 +354,28 @@ def _charge(case: "Case") -> list[Finding]:
         return [
             (("charge", "kind"), "is missing", 'Write e.g. kind = "spheres", or add tables [[charge.part]]')
         ]
-    found = [
+    findings = [
         ((*key, inner), what, hint)
         for key, part in _portions(case)
         for inner, what, hint in portion_faults(part)
     ]
-    if found:
-        return found
+    if findings:
+        return findings
     room = min(case.chamber.inner_diameter, case.chamber.height)
     for key, part in _portions(case):
         given = next(
             name for name in ("diameter", "sizes", "distribution") if getattr(part, name) is not None
         )
         if part.size_range[1] >= room:
-            found.append(
+            findings.append(
                 (
                     (*key, given),
                     f"must be less than the chamber's {_mm(room)}, got {_mm(part.size_range[1])}",
                     "",
                 )
             )
-    if found or not all(name in case.materials for name in charge.materials):
-        return found
+    if findings or not all(name in case.materials for name in charge.materials):
+        return findings
     return _amounts(case)
 
 
@@ -382,7 +384,7 @@ def _amounts(case: "Case") -> list[Finding]:
     is not known here.
     """
     free = case.chamber.free_volume
-    found, loose = [], 0.0
+    findings, loose = [], 0.0
     for key, part in _portions(case):
         amount = next(name for name in ("mass", "count", "fill") if getattr(part, name) is not None)
         density = case.materials[part.material].density
@@ -390,9 +392,9 @@ def _amounts(case: "Case") -> list[Finding]:
         loose += solid / part.packing
         if (number := solid / part.size_law().mean_volume) > MOST_PARTICLES:
             what = f"makes {number:.2g} particles, more than the limit of {MOST_PARTICLES:.0e}"
-            found.append(((*key, amount), what, "Take less, or coarser particles"))
-    if found or loose <= free * (1.0 + 1e-9) or case.chamber.mesh is not None:
-        return found
+            findings.append(((*key, amount), what, "Take less, or coarser particles"))
+    if findings or loose <= free * (1.0 + 1e-9) or case.chamber.mesh is not None:
+        return findings
     kind = "ribbed chamber" if case.chamber.ribs else "chamber"
     holds = f"L loose, the {kind} holds {1e3 * free:.3g} L"
     if case.charge.part:

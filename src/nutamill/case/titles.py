@@ -1,4 +1,4 @@
-"""The title of a changed case: the title of what it was changed from may not hold any more, so it says what
+"""The title of a changed case: the title of what it was changed from may not hold any more, so it names what
 was changed.
 """
 
@@ -31,7 +31,7 @@ class Origin(NamedTuple):
     """Keys that were changed since, in their order."""
 
     def title_with(self, values: Mapping[str, Any], typed: Mapping[str, Any]) -> str:
-        """Return the title of a case with these `values`, of which those `typed` were not found under the key
+        """Return the title of a case with these `values`, of which those `typed` are not there under the key
         that was written.
         """
         shown = []
@@ -76,7 +76,7 @@ def leaves(content: Any, above: str = "") -> list[tuple[str, Any]]:
     """Return dotted key and value of all that stands in a table and its inner tables; tables of a list by
     their number.
     """
-    found = []
+    entries = []
     for key, value in content.items() if isinstance(content, Mapping) else enumerate(content):
         dotted = f"{above}.{key}".lstrip(".")
         tables = (
@@ -84,5 +84,5 @@ def leaves(content: Any, above: str = "") -> list[tuple[str, Any]]:
             and bool(value)
             and all(isinstance(inner, Mapping) for inner in value)
         )
-        found += leaves(value, dotted) if isinstance(value, Mapping) or tables else [(dotted, value)]
-    return found
+        entries += leaves(value, dotted) if isinstance(value, Mapping) or tables else [(dotted, value)]
+    return entries

@@ -28,10 +28,12 @@ def wall_keys(case: "Case") -> dict[Key, str]:
     """Return the material of every wall that the charge can touch, by its key: chamber, ribs, then
     ``[[walls]]``.
     """
-    found: dict[Key, str] = {("chamber", "material"): case.chamber.material}
+    materials: dict[Key, str] = {("chamber", "material"): case.chamber.material}
     if case.chamber.ribs and case.chamber.rib:
-        found[("chamber", "rib", "material")] = case.chamber.rib.material
-    return found | {("walls", number, "material"): wall.material for number, wall in enumerate(case.walls)}
+        materials[("chamber", "rib", "material")] = case.chamber.rib.material
+    return materials | {
+        ("walls", number, "material"): wall.material for number, wall in enumerate(case.walls)
+    }
 
 
 def touching_pairs(case: "Case") -> tuple[TouchingPair, ...]:

@@ -44,7 +44,7 @@ def _place(picture: Path | None, stem: str, folder: Path = RESULTS) -> Path:
     return path
 
 
-def _answer(lines: list[str], figure: Any, picture: Path) -> None:
+def _print_answer(lines: list[str], figure: Any, picture: Path) -> None:
     """Print a table, save its figure and say where."""
     from nutamill.view.figures.saving import save_figure
 
@@ -87,10 +87,10 @@ def modes(
             raise CaseError(
                 Fault("--charge" if charge else "--speed", "has no use for a mechanism", "Leave it out")
             )
-        found = mechanism_modes(loaded)
+        answer = mechanism_modes(loaded)
     else:
-        found = machine_modes(loaded, turning, charge)
-    _answer(modes_lines(found), draw_modes(sticks(loaded), found), picture)
+        answer = machine_modes(loaded, turning, charge)
+    _print_answer(modes_lines(answer), draw_modes(sticks(loaded), answer), picture)
 
 
 @app.command()
@@ -105,8 +105,8 @@ def campbell(
 
     loaded = load_mill(case, overrides)
     picture = _place(to, _picture_name(loaded, "campbell", charge=charge))
-    found = diagram(loaded, charge=charge)
-    _answer(avoid_lines(found), draw_campbell(found), picture)
+    answer = diagram(loaded, charge=charge)
+    _print_answer(avoid_lines(answer), draw_campbell(answer), picture)
 
 
 @app.command()
@@ -135,7 +135,7 @@ def runup(
     ]
     name = sensor or default_sensor(loaded)
     runs = run_up(loaded, rates, name, charge=charge)
-    _answer(run_up_lines(runs, name), draw_run_up(runs, name), picture)
+    _print_answer(run_up_lines(runs, name), draw_run_up(runs, name), picture)
 
 
 @app.command()
@@ -150,8 +150,8 @@ def isolation(
 
     loaded = load_mill(case, overrides)
     picture = _place(to, _picture_name(loaded, "isolation", charge=charge))
-    found = passed_on(loaded, charge)
-    _answer(isolation_lines(found), draw_isolation(found), picture)
+    answer = passed_on(loaded, charge)
+    _print_answer(isolation_lines(answer), draw_isolation(answer), picture)
 
 
 @app.command()
@@ -188,10 +188,10 @@ def balance(
             )
         )
     planes = [tuple(lengths) for lengths in given] or [(loaded.balance.radius, loaded.balance.depth)]
-    found = balance_mill(
+    answer = balance_mill(
         loaded, planes, None if speed is None else quantity("--speed", speed, "speed of rotation"), charge
     )
-    _answer(balance_lines(found, loaded, grade), draw_balancing(found, loaded), picture)
+    _print_answer(balance_lines(answer, loaded, grade), draw_balancing(answer, loaded), picture)
 
 
 @app.command()
@@ -210,8 +210,10 @@ def orders(
 
     with open_mill_result(file) as result:
         picture = _place(to, _picture_name(file, "orders", sensor), file.parent)
-        found = sensor_orders(result, sensor)
-        _answer(orders_lines(found, sensor), draw_orders(found, waterfall(result, sensor), sensor), picture)
+        answer = sensor_orders(result, sensor)
+        _print_answer(
+            orders_lines(answer, sensor), draw_orders(answer, waterfall(result, sensor), sensor), picture
+        )
 
 
 @app.command()
@@ -235,7 +237,7 @@ def loads(
         figure = draw_loads(result, axes, last)
         picture = _place(to, _picture_name(file, "loads", axes, last), file.parent)
         rods = rods_lines(yoke_rods(result, last)) if Case.from_toml(result.case_text).rods else []
-        _answer(loads_lines(load_paths(result, last), axes) + rods, figure, picture)
+        _print_answer(loads_lines(load_paths(result, last), axes) + rods, figure, picture)
 
 
 @app.command()
@@ -271,7 +273,7 @@ def mounts(
                     )
                 )
             )
-        _answer(lines, draw_floor(result, last), picture)
+        _print_answer(lines, draw_floor(result, last), picture)
 
 
 @app.command()
@@ -301,4 +303,4 @@ def life(
         bearings = [bearing_life(result, joint, rated, last) for joint in bearing or rated.bearings]
         sections = [] if bearing else [section_life(result, name, rated, last) for name in rated.sections]
     lines = (bearings_lines(bearings) if bearings else []) + (sections_lines(sections) if sections else [])
-    _answer(lines, draw_lives(bearings, sections), picture)
+    _print_answer(lines, draw_lives(bearings, sections), picture)

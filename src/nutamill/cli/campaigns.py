@@ -78,9 +78,9 @@ def mount_test(
     from nutamill.view.figures.saving import save_figure
 
     test = read_mount_test(file)
-    found = mount_properties(test)
-    picture = save_figure(draw_loop(test, found), to or file.with_suffix(".png"))
-    typer.echo("\n".join([*found.lines(), f"picture {picture}"]))
+    properties = mount_properties(test)
+    picture = save_figure(draw_loop(test, properties), to or file.with_suffix(".png"))
+    typer.echo("\n".join([*properties.lines(), f"picture {picture}"]))
 
 
 @app.command()

@@ -152,7 +152,7 @@ def line(progress: Progress) -> str:
 def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = False) -> "Panel":
     """The live table: a bar for each phase, the readings now and their means, and a line of technicalities.
 
-    `spent` is the wall time [s] each phase that has begun has taken; `keys` tells that single keys are heard.
+    `spent` is the wall time [s] of each phase that has begun; `keys` is true where single keys are read.
     """
     from rich import box
     from rich.console import Group

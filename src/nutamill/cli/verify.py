@@ -12,7 +12,7 @@ def verify(file: ResultFile) -> None:
     """Compare everything in a result with its checksums: what is damaged, which checkpoint is whole."""
     from nutamill.result import verify as verified
 
-    found = verified(file)
-    typer.echo("\n".join(found.lines()))
-    if found.faults:
+    contents = verified(file)
+    typer.echo("\n".join(contents.lines()))
+    if contents.faults:
         raise ResultError(f"{file}: is damaged. Copy it again, or run the case again.")

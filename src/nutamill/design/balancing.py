@@ -146,31 +146,33 @@ def readings(case: Case, speed: float, charge: bool) -> np.ndarray:
     return np.array([*force[:2] / 4.0, *upright])
 
 
-def balance_lines(found: Balancing, case: Case, grade: float = GRADE) -> list[str]:
+def balance_lines(balancing: Balancing, case: Case, grade: float = GRADE) -> list[str]:
     """Weights, vibration and residual unbalance as a table, and the keys that put the weights into a case."""
     unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
     what = "travel of the mounts" if unit == "mm" else "force of each corner on the floor"
-    rows = [f"balancing at {rpm(found.speed):.4g} rpm: unbalance {1e3 * abs(found.unbalance):.4g} kg mm"]
+    rows = [
+        f"balancing at {rpm(balancing.speed):.4g} rpm: unbalance {1e3 * abs(balancing.unbalance):.4g} kg mm"
+    ]
     rows.append(f"{'mass (kg)':>10} {'radius (mm)':>12} {'depth (mm)':>11} {'azimuth':>9}")
-    for weight in found.weights:
+    for weight in balancing.weights:
         rows.append(
             f"{weight.mass:10.4f} {1e3 * weight.radius:12.4g} {1e3 * weight.depth:11.4g} "
             f"{np.degrees(weight.azimuth):7.2f} °"
         )
-    ratio = 100.0 * found.after / found.before
+    ratio = 100.0 * balancing.after / balancing.before
     rows.append(
-        f"{what} once per turn, r.m.s.: {factor * found.before:.4g} {unit} before, "
-        f"{factor * found.after:.4g} {unit} after ({ratio:.3g} %)"
+        f"{what} once per turn, r.m.s.: {factor * balancing.before:.4g} {unit} before, "
+        f"{factor * balancing.after:.4g} {unit} after ({ratio:.3g} %)"
     )
-    allowed = permissible_unbalance(grade, found.speed, found.turning_mass)
+    allowed = permissible_unbalance(grade, balancing.speed, balancing.turning_mass)
     left = (
-        f"residual unbalance {1e3 * abs(found.residual):.4g} kg mm of {found.turning_mass:.4g} kg: G "
-        f"{found.grade:.3g}"
+        f"residual unbalance {1e3 * abs(balancing.residual):.4g} kg mm of {balancing.turning_mass:.4g} kg: G "
+        f"{balancing.grade:.3g}"
     )
     rows.append(f"{left}; G {grade:g} allows {1e3 * allowed:.4g} kg mm")
     keys = [
         f'balance.{"second." if k else ""}{name}="{value}"'
-        for k, weight in enumerate(found.weights)
+        for k, weight in enumerate(balancing.weights)
         for name, value in _texts(weight)
     ]
     rows.append("in a case: " + " ".join(f"-s {key}" for key in keys))

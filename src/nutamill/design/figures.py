@@ -23,7 +23,7 @@ LARGEST = 0.1
 LINES = {1.0: "-", 2.0: (0, (5, 2))}
 
 
-def draw_modes(lines: list[Stick], found: MachineModes) -> Figure:
+def draw_modes(lines: list[Stick], vibrations: MachineModes) -> Figure:
     """Shapes of the modes: the machine at rest in grey, displaced in blue, paths of its corners in orange;
     seen from above and aside.
 
@@ -31,7 +31,7 @@ def draw_modes(lines: list[Stick], found: MachineModes) -> Figure:
     ----------
     lines : the machine as `nutamill.design.sticks.sticks` draws it
     """
-    count = len(found.frequency)
+    count = len(vibrations.frequency)
     columns = min(count, 4)
     rows = math.ceil(count / columns)
     look = _looking(math.radians(-62.0), math.radians(18.0))
@@ -43,8 +43,8 @@ def draw_modes(lines: list[Stick], found: MachineModes) -> Figure:
             panel.set_axis_off()
             panel.set_aspect("equal")
         for k in range(count):
-            axes, shape = panels[k], found.shape[:, :, k]
-            moves = [line.moved(shape[found.bodies.index(line.body)]) for line in lines]
+            axes, shape = panels[k], vibrations.shape[:, :, k]
+            moves = [line.moved(shape[vibrations.bodies.index(line.body)]) for line in lines]
             scale = largest / max(largest / 1.5, *(np.abs(move).max() for move in moves))
             for line, move in zip(lines, moves, strict=True):
                 axes.plot(*(line.points @ look).T, color=GREY, linewidth=0.6)
@@ -56,34 +56,34 @@ def draw_modes(lines: list[Stick], found: MachineModes) -> Figure:
                     path = line.points[corner] + scale * (move[corner] * turn).real
                     axes.plot(*(path @ look).T, color=ORBIT, linewidth=0.7)
             title = (
-                f"{found.frequency[k]:.2f} Hz, {round(100 * found.damping_ratio[k], 1) + 0.0:.1f} "
-                f"%\n{found.label(k)}"
+                f"{vibrations.frequency[k]:.2f} Hz, {round(100 * vibrations.damping_ratio[k], 1) + 0.0:.1f} "
+                f"%\n{vibrations.label(k)}"
             )
             axes.set_title(title, loc="center")
     return figure
 
 
-def draw_campbell(found: Campbell) -> Figure:
+def draw_campbell(diagram: Campbell) -> Figure:
     """Campbell diagram: natural frequencies over driveshaft speed, lines of one and two excitations per turn,
     speeds to avoid.
     """
-    speeds = rpm(found.speeds)
+    speeds = rpm(diagram.speeds)
     highest = 1.08 * max(
-        found.frequency[found.frequency < 2.2 * found.speeds[-1] / (2 * np.pi)].max(initial=1.0),
+        diagram.frequency[diagram.frequency < 2.2 * diagram.speeds[-1] / (2 * np.pi)].max(initial=1.0),
         speeds[-1] / 60.0,
     )
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
         axes = figure.subplots()
-        shown = [k for k in range(len(found.labels)) if found.frequency[:, k].min() < highest]
+        shown = [k for k in range(len(diagram.labels)) if diagram.frequency[:, k].min() < highest]
         for n, k in enumerate(shown):
             axes.plot(
                 speeds,
-                found.frequency[:, k],
+                diagram.frequency[:, k],
                 color=PALETTE[n % 7],
                 linestyle=("-", (0, (2, 2)))[n % 2],
                 linewidth=1.4,
-                label=found.labels[k],
+                label=diagram.labels[k],
             )
         for order in ORDERS:
             axes.plot(
@@ -95,8 +95,8 @@ def draw_campbell(found: Campbell) -> Figure:
                 label=f"{order:.0f}x speed",
             )
         axes.plot(
-            [rpm(a.speed) for a in found.avoid],
-            [a.frequency for a in found.avoid],
+            [rpm(a.speed) for a in diagram.avoid],
+            [a.frequency for a in diagram.avoid],
             "ko",
             markersize=3,
             label="speeds to avoid",
@@ -119,9 +119,9 @@ def draw_run_up(runs: list[RunUp], name: str) -> Figure:
             style = {"color": PALETTE[n % 7], "label": f"{rpm(run.ramp):.4g} rpm/s"}
             for k in range(len(orders)):
                 panels[k].plot(rpm(run.orders.speed), run.orders.amplitude[k], **style)
-            told = run.orders.amplitude[0] > 0.02 * run.orders.amplitude[0].max()
-            lag = np.degrees(np.unwrap(run.orders.lag[0][told]))
-            panels[-1].plot(rpm(run.orders.speed[told]), lag - 360.0 * round(lag.mean() / 360.0), **style)
+            visible = run.orders.amplitude[0] > 0.02 * run.orders.amplitude[0].max()
+            lag = np.degrees(np.unwrap(run.orders.lag[0][visible]))
+            panels[-1].plot(rpm(run.orders.speed[visible]), lag - 360.0 * round(lag.mean() / 360.0), **style)
         for k, order in enumerate(orders):
             panels[k].set_title(f"({'abcdefg'[k]}) {series_field(name).label}, {order:g}x", loc="left")
             panels[k].set_ylabel(f"amplitude ({unit})")
@@ -135,15 +135,15 @@ def draw_run_up(runs: list[RunUp], name: str) -> Figure:
     return figure
 
 
-def draw_isolation(found: Isolation) -> Figure:
+def draw_isolation(answer: Isolation) -> Figure:
     """Force on the floor over the shaking force, over speed, beside that of one mass on a spring."""
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
-        axes.plot(rpm(found.speed), found.transmissibility, color=PALETTE[0], label="mill on its mounts")
+        axes.plot(rpm(answer.speed), answer.transmissibility, color=PALETTE[0], label="mill on its mounts")
         axes.plot(
-            rpm(found.speed),
-            found.single,
+            rpm(answer.speed),
+            answer.single,
             color=PALETTE[5],
             linestyle=(0, (5, 2)),
             label="one mass on a spring",
@@ -152,14 +152,14 @@ def draw_isolation(found: Isolation) -> Figure:
         axes.set_yscale("log")
         axes.yaxis.set_major_formatter("{x:g}")
         axes.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(2.0, 0.5)))
-        axes.set_xlim(0.0, rpm(found.speed[-1]))
+        axes.set_xlim(0.0, rpm(answer.speed[-1]))
         axes.set_xlabel("driveshaft speed (rpm)")
         axes.set_ylabel("force passed on")
         figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
-def draw_balancing(found: Balancing, case: Case) -> Figure:
+def draw_balancing(balancing: Balancing, case: Case) -> Figure:
     """Vibration before and after, and the driveshaft seen from above with the pin and the weights."""
     unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
     with matplotlib.rc_context(fname=STYLE):
@@ -167,7 +167,7 @@ def draw_balancing(found: Balancing, case: Case) -> Figure:
         bars, view = figure.subplots(1, 2)
         bars.bar(
             ["before", "after"],
-            [factor * found.before, factor * found.after],
+            [factor * balancing.before, factor * balancing.after],
             color=[PALETTE[5], PALETTE[0]],
             width=0.6,
         )
@@ -178,11 +178,11 @@ def draw_balancing(found: Balancing, case: Case) -> Figure:
         view.plot(
             [1e3 * case.mechanism.crank_radius], [0.0], "o", color="black", markersize=4, label="crank pin"
         )
-        for k, weight in enumerate(found.weights):
+        for k, weight in enumerate(balancing.weights):
             place = 1e3 * weight.radius * np.array([math.cos(weight.azimuth), math.sin(weight.azimuth)])
             label = f"{weight.mass:.3g} kg at {1e3 * weight.depth:.0f} mm"
             view.plot(*place[:, None], "s", color=PALETTE[k], markersize=8 - 4 * k, label=label)
-        most = 1.3e3 * max(case.mechanism.crank_radius, *(weight.radius for weight in found.weights))
+        most = 1.3e3 * max(case.mechanism.crank_radius, *(weight.radius for weight in balancing.weights))
         view.set_xlim(-most, most)
         view.set_ylim(-most, most)
         view.set_aspect("equal")

@@ -39,18 +39,18 @@ class Forecast(NamedTuple):
         """Return what is too much for a machine with this total memory and this free disk [bytes], if they
         are known.
         """
-        found = []
+        warnings = []
         if self.wall_time > LONG:
             what = f"the run takes about {duration(self.wall_time)}, more than a day"
-            found.append(Fault("forecast", what, f"{self.time_key} brings it down"))
+            warnings.append(Fault("forecast", what, f"{self.time_key} brings it down"))
         for what, needed, there, place, key in (
             ("memory", self.memory, memory, "of memory", self.memory_key),
             ("file", self.file_size, disk, "free on the disk", self.file_key),
         ):
             if there is not None and needed > SHARE * there:
                 text = f"the {what} takes about {_size(needed)}, more than half of the {_size(there)} {place}"
-                found.append(Fault("forecast", text, f"{key} brings it down"))
-        return found
+                warnings.append(Fault("forecast", text, f"{key} brings it down"))
+        return warnings
 
 
 def duration(seconds: float) -> str:

@@ -89,15 +89,15 @@ def shaking_unbalance(case: Case, speed: float, charge: bool = False) -> complex
     return complex(0.5 * (c[0] + 1j * c[1]) / speed**2)  # the part that turns forward
 
 
-def isolation_lines(found: Isolation, count: int = 8) -> list[str]:
+def isolation_lines(answer: Isolation, count: int = 8) -> list[str]:
     """Transmissibility at some speeds as a table."""
     rows = ["force on the floor once per turn, over the shaking force of the mill bolted down"]
     rows.append(f"{'rpm':>8} {'floor (N)':>10} {'shaking (N)':>12} {'passed on':>10} {'one mass':>9}")
-    for speed in np.linspace(found.speed[0], found.speed[-1], count + 1)[1:]:
-        k = int(np.abs(found.speed - speed).argmin())
+    for speed in np.linspace(answer.speed[0], answer.speed[-1], count + 1)[1:]:
+        k = int(np.abs(answer.speed - speed).argmin())
         numbers = (
-            f"{found.transmitted[k]:10.4g} {found.shaking[k]:12.4g} {found.transmissibility[k]:10.3f} "
-            f"{found.single[k]:9.3f}"
+            f"{answer.transmitted[k]:10.4g} {answer.shaking[k]:12.4g} {answer.transmissibility[k]:10.3f} "
+            f"{answer.single[k]:9.3f}"
         )
-        rows.append(f"{rpm(found.speed[k]):8.1f} {numbers}")
+        rows.append(f"{rpm(answer.speed[k]):8.1f} {numbers}")
     return rows

@@ -103,7 +103,7 @@ class MechanismSheet:
 
 
 def mechanism_preflight(case: MechanismCase) -> MechanismSheet:
-    """Find out what can be known about a mechanism without running it; compiles the mechanism's kernels the
+    """Return what is known about a mechanism without running it; compiles the mechanism's kernels the
     first time.
 
     Raises
@@ -122,7 +122,7 @@ def mechanism_preflight(case: MechanismCase) -> MechanismSheet:
             f"{case.name}: the accelerations at the start are not finite. Check the masses and inertias."
         )
     gap = float(np.abs(scratch.gap).max(initial=0.0))
-    found, missing = _modes(mechanism, state, scratch)
+    vibrations, missing = _modes(mechanism, state, scratch)
     rank = len(mechanism.rows) - len(redundant)
     return MechanismSheet(
         case=case,
@@ -138,7 +138,7 @@ def mechanism_preflight(case: MechanismCase) -> MechanismSheet:
             if not record.reaction_unique
         ],
         gap=gap,
-        modes=found,
+        modes=vibrations,
         modes_missing=missing,
         step=mechanism_clock(case).window,
     )
@@ -148,12 +148,14 @@ def _modes(mechanism, state, scratch) -> tuple[list[tuple[float, float]], str]:
     """Modes about rest, or why there are none."""
     try:
         static_equilibrium(mechanism, state, scratch)
-        found = modes(mechanism, state, scratch)
+        vibrations = modes(mechanism, state, scratch)
     except CaseError as error:
         return [], f"{error.faults[0].what}"
     except StepError:
         return [], "there is no equilibrium near the assembled pose"
     listed = [
-        (float(f), float(z)) for f, z in zip(found.frequency, found.damping_ratio, strict=True) if z < 1.0
+        (float(f), float(z))
+        for f, z in zip(vibrations.frequency, vibrations.damping_ratio, strict=True)
+        if z < 1.0
     ]
     return listed, "" if listed else "nothing is free to vibrate with the drives held"

@@ -84,18 +84,18 @@ class MachineModes(NamedTuple):
 
     def movers(self, k: int) -> str:
         """Which bodies move in mode `k`, by their share of the kinetic energy."""
-        return ", ".join(f"{said} {100 * part:.0f} %" for part, said in self._motions(k) if part >= SMALL)
+        return ", ".join(f"{motion} {100 * part:.0f} %" for part, motion in self._motions(k) if part >= SMALL)
 
     def _motions(self, k: int) -> list[tuple[float, str]]:
         """Share of each body's translation and rotation in the kinetic energy of mode `k` [1], and its name,
         largest first.
         """
-        found = [
+        motions = [
             (float(self.share[b, way, k]), f"{name.replace('_', ' ')} {'turns' if way else 'moves'}")
             for b, name in enumerate(self.bodies)
             for way in (0, 1)
         ]
-        return sorted(found, reverse=True)
+        return sorted(motions, reverse=True)
 
 
 class Avoid(NamedTuple):
@@ -156,13 +156,13 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
     static_equilibrium(mechanism, state, scratch)
     names = tuple(body.name for body in mill.bodies)
     if speed == 0.0:
-        found = modes(mechanism, state, scratch)
+        vibrations = modes(mechanism, state, scratch)
     else:
         times = np.arange(ANGLES) / ANGLES * 2.0 * np.pi / speed
         free = _free(loaded, names)
         rate = np.where(free == free[-1], speed, 0.0)  # the intermediate shaft turns with the driveshaft
-        found, _ = running_modes(mechanism, state, scratch, free, rate, times)
-    return _named(found, mass_matrix(mechanism, scratch), names, speed)
+        vibrations, _ = running_modes(mechanism, state, scratch, free, rate, times)
+    return _named(vibrations, mass_matrix(mechanism, scratch), names, speed)
 
 
 def mechanism_modes(case: MechanismCase) -> MachineModes:
@@ -170,18 +170,17 @@ def mechanism_modes(case: MechanismCase) -> MachineModes:
 
     Raises
     ------
-    CaseError : faults of the mechanism; a motion that nothing brings back, or that falls away from the rest
-        found
-    StepError : no rest is found near the assembled pose
+    CaseError : faults of the mechanism; a motion that nothing brings back, or that is unstable
+    StepError : there is no equilibrium near the assembled pose
     """
     mechanism, state, scratch = assemble_case(case)
     static_equilibrium(mechanism, state, scratch)
-    found, names = modes(mechanism, state, scratch), tuple(entry.name for entry in case.bodies)
-    if np.any(found.damping_ratio <= UNSTABLE):
+    vibrations, names = modes(mechanism, state, scratch), tuple(entry.name for entry in case.bodies)
+    if np.any(vibrations.damping_ratio <= UNSTABLE):
         raise CaseError(
             Fault("modes", "the equilibrium is unstable", "Assemble the mechanism near a stable one")
         )
-    return _named(found, mass_matrix(mechanism, scratch), names, 0.0)
+    return _named(vibrations, mass_matrix(mechanism, scratch), names, 0.0)
 
 
 def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: bool = False) -> Campbell:
@@ -200,20 +199,20 @@ def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: b
     frequency, damping = np.empty((count, n)), np.empty((count, n))
     frequency[0], damping[0], before = first.frequency, first.damping_ratio, first
     for k, speed in enumerate(speeds[1:], start=1):
-        found = machine_modes(case, speed, charge)
-        if len(found.frequency) != n:
+        vibrations = machine_modes(case, speed, charge)
+        if len(vibrations.frequency) != n:
             raise CaseError(
                 Fault(
                     "campbell",
-                    f"the number of modes changes with the speed: {n} at rest, {len(found.frequency)} at "
-                    f"{rpm(speed):.4g} rpm",
+                    f"the number of modes changes with the speed: {n} at rest, "
+                    f"{len(vibrations.frequency)} at {rpm(speed):.4g} rpm",
                     "Choose a lower speed",
                 )
             )
-        order = linear_sum_assignment(-_likeness(before, found))[1]
-        before = MachineModes(speed, *(part[..., order] for part in found[1:5]), found.bodies)
+        order = linear_sum_assignment(-_likeness(before, vibrations))[1]
+        before = MachineModes(speed, *(part[..., order] for part in vibrations[1:5]), vibrations.bodies)
         frequency[k], damping[k] = before.frequency, before.damping_ratio
-    # the last shapes tell forward from backward whirls, which are one at rest
+    # at rest forward and backward whirls are the same shape: the labels are those of the last speed
     labels = tuple(before.label(k) for k in range(n))
     return Campbell(
         speeds, frequency, damping, labels, tuple(sorted(_crossings(speeds, frequency, damping, labels)))
@@ -233,10 +232,10 @@ def _free(case: Case, names: tuple[str, ...]) -> np.ndarray:
     return np.append(frame, 6 * names.index(SHAFT) + 5)
 
 
-def _named(found: Modes, mass: np.ndarray, names: tuple[str, ...], speed: float) -> MachineModes:
+def _named(vibrations: Modes, mass: np.ndarray, names: tuple[str, ...], speed: float) -> MachineModes:
     """Oscillations among the modes, with each body's share of the kinetic energy."""
-    chosen = np.flatnonzero(found.damping_ratio < 1.0)
-    if np.any(found.frequency < 1e-3):
+    chosen = np.flatnonzero(vibrations.damping_ratio < 1.0)
+    if np.any(vibrations.frequency < 1e-3):
         raise CaseError(
             Fault(
                 "modes",
@@ -244,13 +243,13 @@ def _named(found: Modes, mass: np.ndarray, names: tuple[str, ...], speed: float)
                 "Give mounts and shaft_coupling stiffness in that direction",
             )
         )
-    shape = found.shape[:, :, chosen]
+    shape = vibrations.shape[:, :, chosen]
     flat = shape.reshape(-1, len(chosen))
     energy = (flat.conj() * (mass @ flat)).real.reshape(len(names), 2, 3, -1).sum(axis=2)
     return MachineModes(
         speed,
-        found.frequency[chosen],
-        found.damping_ratio[chosen],
+        vibrations.frequency[chosen],
+        vibrations.damping_ratio[chosen],
         shape,
         energy / energy.sum(axis=(0, 1)),
         names,
@@ -281,24 +280,26 @@ def _crossings(speeds: np.ndarray, frequency: np.ndarray, damping: np.ndarray, l
                 yield Avoid(at[0], order, at[1], at[2], label)
 
 
-def modes_lines(found: MachineModes) -> list[str]:
+def modes_lines(vibrations: MachineModes) -> list[str]:
     """The modes as a table."""
-    state = "at rest" if found.speed == 0.0 else f"at {rpm(found.speed):.4g} rpm"
+    state = "at rest" if vibrations.speed == 0.0 else f"at {rpm(vibrations.speed):.4g} rpm"
     rows = [f"modes {state}", f"{'Hz':>8}  {'damping':>8}  motion"]
-    for k, (frequency, ratio) in enumerate(zip(found.frequency, found.damping_ratio, strict=True)):
-        label, movers = found.label(k), found.movers(k)
-        said = movers if movers.startswith(label) else f"{label}: {movers}"
-        rows.append(f"{frequency:8.3f}  {round(100 * ratio, 2) + 0.0:6.2f} %  {said}")  # + 0.0: no minus zero
+    for k, (frequency, ratio) in enumerate(zip(vibrations.frequency, vibrations.damping_ratio, strict=True)):
+        label, movers = vibrations.label(k), vibrations.movers(k)
+        motion = movers if movers.startswith(label) else f"{label}: {movers}"
+        rows.append(
+            f"{frequency:8.3f}  {round(100 * ratio, 2) + 0.0:6.2f} %  {motion}"
+        )  # + 0.0: no minus zero
     return rows
 
 
-def avoid_lines(found: Campbell) -> list[str]:
+def avoid_lines(diagram: Campbell) -> list[str]:
     """The speeds to avoid as a table."""
     rows = [
-        f"speeds to avoid up to {rpm(found.speeds[-1]):.4g} rpm",
+        f"speeds to avoid up to {rpm(diagram.speeds[-1]):.4g} rpm",
         f"{'rpm':>8}  order  {'Hz':>8}  {'damping':>8}  motion",
     ]
-    for at in found.avoid:
+    for at in diagram.avoid:
         rows.append(
             f"{rpm(at.speed):8.1f}  {at.order:4.0f}x  {at.frequency:8.3f}  "
             f"{100 * at.damping_ratio:6.2f} %  {at.label}"

@@ -235,12 +235,12 @@ class Preflight:
         listed = ", ".join(f"{frequency:.2f}" for frequency, _ in self.empty_modes)
         loaded = "with charge" if self.particles and self.case.chamber.bars else "as it is"
         shown = [f"modes     empty: {listed} Hz"]
-        told = ""
+        last = ""
         for crossing in self.crossings:
             place = f"{crossing.frequency:.2f} Hz = {rpm(crossing.speed):.0f} rpm"
-            if place == told:  # the two sways of a machine that is alike in x and y
+            if place == last:  # the two sways of a machine that is alike in x and y
                 continue
-            told = place
+            last = place
             shown.append(
                 f"          {loaded}: {place} (damping {100 * crossing.damping_ratio:.1f} %)"
                 f" is passed at t = {crossing.time:.1f} s; the largest motion comes later"
@@ -249,7 +249,7 @@ class Preflight:
 
 
 def preflight(case: Case) -> Preflight:
-    """Find out what can be known about a case without running it; compiles the mechanism's kernels the first
+    """Return what is known about a case without running it; compiles the mechanism's kernels the first
     time.
 
     Raises
@@ -341,11 +341,11 @@ def wall_time(case: Case) -> float:
 
 def _part_facts(case: Case, room: float) -> list[PartFacts]:
     """What each part of the charge comes to in a free volume of `room` [m^3]."""
-    found = []
+    facts = []
     for part, particles in zip(case.charge.parts, charge_parts(case), strict=True):
         volume = particles.volume
         solid = float(volume.sum())
-        found.append(
+        facts.append(
             PartFacts(
                 name=f"{part.kind} of {part.material}",
                 particles=particles.number,
@@ -356,7 +356,7 @@ def _part_facts(case: Case, room: float) -> list[PartFacts]:
                 filling=solid / part.packing / room,
             )
         )
-    return found
+    return facts
 
 
 def oscillations(case: Case) -> list[tuple[float, float]]:
@@ -367,9 +367,11 @@ def oscillations(case: Case) -> list[tuple[float, float]]:
         return []
     mechanism, state, scratch = assemble_mill(mill_mechanism(case))
     static_equilibrium(mechanism, state, scratch)
-    found = modes(mechanism, state, scratch, loose="keep")
+    vibrations = modes(mechanism, state, scratch, loose="keep")
     return [
-        (float(f), float(z)) for f, z in zip(found.frequency, found.damping_ratio, strict=True) if z < 1.0
+        (float(f), float(z))
+        for f, z in zip(vibrations.frequency, vibrations.damping_ratio, strict=True)
+        if z < 1.0
     ]
 
 
@@ -379,7 +381,7 @@ def _crossings(case: Case) -> list[Crossing]:
     """
     loaded = with_charge_mass(case) if case.chamber.bars else case
     times, speeds = case.drive.breakpoints()
-    found = []
+    crossings = []
     for frequency, damping in oscillations(loaded):
         speed = 2 * np.pi * frequency
         above = np.flatnonzero(speeds >= speed)
@@ -388,8 +390,8 @@ def _crossings(case: Case) -> list[Crossing]:
             time = times[k - 1] + (speed - speeds[k - 1]) / (speeds[k] - speeds[k - 1]) * (
                 times[k] - times[k - 1]
             )
-            found.append(Crossing(frequency, damping, speed, float(time)))
-    return found
+            crossings.append(Crossing(frequency, damping, speed, float(time)))
+    return crossings
 
 
 def _wall_time(case: Case, clock: Clock, pebbles: int) -> float:

@@ -48,19 +48,19 @@ def _mechanism_sticks(case: MechanismCase) -> list[Stick]:
     ]
     for spring in parts.springs:
         held += [(spring.body_a, spring.point_a), (spring.body_b, spring.point_b)]
-    found = []
+    lines = []
     for number, body in enumerate(parts.bodies):
         centre = state.position[number]
         for side, point in held:
             if side == body.name:
-                found.append(
+                lines.append(
                     Stick(
                         body.name,
                         np.array([centre, centre + turn[number] @ (np.array(point) - body.position)]),
                         centre,
                     )
                 )
-    return found
+    return lines
 
 
 def _mill_sticks(case: Case) -> list[Stick]:

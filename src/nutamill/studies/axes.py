@@ -13,7 +13,7 @@ from nutamill.case import Case
 from nutamill.case.toml.keys import quantity_at
 
 MOST_FAULTS = 10
-"""Faults of the members of a sweep that are listed; of the others only the number is told."""
+"""Faults of the members of a sweep that are listed; of the others only the number is given."""
 MOST_MEMBERS = 10_000
 """Members above which a campaign is refused as a slip of the pen [1]."""
 
@@ -57,12 +57,12 @@ def members(axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], 
     if not 0 < count <= MOST_MEMBERS:
         what = f"must be 1 to {MOST_MEMBERS} cases, got {count}"
         raise CaseError(Fault("sweep", what, "Give fewer values"))
-    found: list[Member] = []
+    combinations: list[Member] = []
     faults: list[Fault] = []
     for chosen in itertools.product(*axes.values()):
         values = dict(zip(axes, chosen, strict=True))
         try:
-            found.append(Member(values, make(values).with_("run.threads", 1)))
+            combinations.append(Member(values, make(values).with_("run.threads", 1)))
         except CaseError as error:
             faults += error.faults
     if faults:
@@ -73,19 +73,19 @@ def members(axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], 
             else []
         )
         raise CaseError(*each[:MOST_FAULTS], *left)
-    for one, other in _twins(found):
+    for one, other in _twins(combinations):
         faults.append(
             Fault("sweep", f"{one.label} and {other.label} are the same case", "Give each value once")
         )
     if faults:
         raise CaseError(*faults)
-    return found
+    return combinations
 
 
-def _twins(found: list[Member]) -> Iterator[tuple[Member, Member]]:
+def _twins(combinations: list[Member]) -> Iterator[tuple[Member, Member]]:
     """Members that are the same case as one before them."""
     seen: dict[str, Member] = {}
-    for member in found:
+    for member in combinations:
         if (before := seen.setdefault(member.case.digest, member)) is not member:
             yield before, member
 

@@ -26,7 +26,7 @@ class Board:
     def __init__(self, readings: Sequence[Reading]):
         self._readings = readings[:2]
         self._live: Live | None = None
-        self._told: set[str] = set()
+        self._printed: set[str] = set()
 
     def __enter__(self) -> Self:
         if sys.stdout.isatty():
@@ -55,9 +55,9 @@ class Board:
             self._live.update(table(outcomes, self._readings))
             return
         over = [outcome for outcome in outcomes if ended(outcome)]
-        new = [outcome for outcome in over if outcome.file.name not in self._told]
+        new = [outcome for outcome in over if outcome.file.name not in self._printed]
         for number, outcome in enumerate(new, start=len(over) - len(new) + 1):
-            self._told.add(outcome.file.name)
+            self._printed.add(outcome.file.name)
             print(f"{number} of {len(outcomes)}  {line(outcome, self._readings)}", flush=True)
 
 
@@ -68,11 +68,11 @@ def ended(outcome: Outcome) -> bool:
 
 def line(outcome: Outcome, readings: Sequence[Reading]) -> str:
     """A run in one line."""
-    said = [
+    means = [
         f"{reading.field.label} {with_interval(value)} {reading.field.unit}"
         for reading, value in _read(outcome, readings)
     ]
-    return "  ".join([outcome.member.label or outcome.member.case.name, *said, outcome.state])
+    return "  ".join([outcome.member.label or outcome.member.case.name, *means, outcome.state])
 
 
 def _read(outcome: Outcome, readings: Sequence[Reading]) -> list[tuple[Reading, Value]]:

@@ -36,7 +36,7 @@ def run_sweep(
     cluster: str | None,
     to: Path | None,
     quick: bool,
-    say: Callable[[str], None],
+    log: Callable[[str], None],
 ) -> bool:
     """Run a sweep and print its table; whether all of its runs are finished.
 
@@ -45,7 +45,7 @@ def run_sweep(
     name : a case or a sweep file
     changes : ``key=values``; a key with one value is changed in all runs
     jobs, cluster, to, quick : as typed
-    say : prints a line
+    log : prints a line
 
     Raises
     ------
@@ -78,21 +78,21 @@ def run_sweep(
         return quickened(case) if quick else case
 
     readings = tuple(reading_of(text, "readings") for text in named) or DEFAULT
-    found = members(axes, made)
+    planned = members(axes, made)
     folder = to or Path("sweeps") / stem
     if quick:
-        say(banner(found[0].case))
+        log(banner(planned[0].case))
     workers = workers_of(jobs, cluster)()
     with Board(readings) as board:
-        board.message(f"{len(found)} runs into {folder}")
-        outcomes = run_all(found, folder, workers, readings, board, board.message)
+        board.message(f"{len(planned)} runs into {folder}")
+        outcomes = run_all(planned, folder, workers, readings, board, board.message)
         board(outcomes)
     picture = draw_sweep(dataset(outcomes, axes, readings), readings)
     if picture is not None:
         save_figure(picture, folder / "table.png")
     bad = [outcome for outcome in outcomes if ended(outcome) and not is_finished(outcome.state)]
     drawn = f"   picture {folder / 'table.png'}" if picture is not None else ""
-    say(
+    log(
         f"{total(outcomes)}   {folder / 'table.csv'}{drawn}"
         + ("   the same command again does what is left" if bad else "")
     )
@@ -100,7 +100,7 @@ def run_sweep(
 
 
 def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) -> list[str]:
-    """Fit, and say what was found; parameters as typed, errors as of `nutamill.studies.fit.fit`."""
+    """Fit, and return the lines to print; parameters as typed, errors as of `nutamill.studies.fit.fit`."""
     folder = to or Path("fits") / file.stem
     client = None if cluster is None else cluster_client(cluster, jobs)
     with Board(DEFAULT) as board:

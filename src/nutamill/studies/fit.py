@@ -48,42 +48,42 @@ class Target(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """Free keys, targets, and what was found."""
+    """Free keys, targets, and the values that meet them best."""
 
     free: list[Free]
-    """What was to be found."""
+    """Keys that are fitted."""
     targets: list[Target]
     """What was to be met."""
-    found: Fitted
+    best: Fitted
     """Values, uncertainties, residuals."""
 
     def lines(self) -> list[str]:
         """The fit as text: values, correlation, residuals."""
-        found = self.found
+        best = self.best
         width = max(len(one.key) for one in self.free)
         shown = []
         for one, value, doubt, bound in zip(
-            self.free, found.values, found.uncertainty, found.at_bound, strict=True
+            self.free, best.values, best.uncertainty, best.at_bound, strict=True
         ):
             unit = unit_at(one.key)
-            said = "   on its bound" if bound else ""
+            mark = "   on its bound" if bound else ""
             shown.append(
-                f"{one.key:{width}}  {value:10.5g} ± {doubt:.2g}{'' if unit == '1' else f' {unit}'}{said}"
+                f"{one.key:{width}}  {value:10.5g} ± {doubt:.2g}{'' if unit == '1' else f' {unit}'}{mark}"
             )
         if len(self.free) > 1:
             shown.append("correlation")
             shown += [
                 f"{one.key:{width}}  " + " ".join(f"{value:+.3f}" for value in row)
-                for one, row in zip(self.free, found.correlation, strict=True)
+                for one, row in zip(self.free, best.correlation, strict=True)
             ]
         wide = max(len(target.label) for target in self.targets)
         shown.append(f"{'target':{wide}}  {'measured':>20}  {'computed':>10}  residual")
-        for target, computed, residual in zip(self.targets, found.computed, found.residual, strict=True):
+        for target, computed, residual in zip(self.targets, best.computed, best.residual, strict=True):
             measured = f"{target.value:.4g} ± {target.sigma:.2g} {target.unit}"
             shown.append(f"{target.label:{wide}}  {measured:>20}  {computed:10.4g}  {residual:+.2f} u")
         shown.append(
-            f"chi squared {found.chi_squared:.3g} with {found.freedom} degrees of freedom, "
-            f"{found.evaluations} evaluations" + ("" if found.converged else ": not converged")
+            f"chi squared {best.chi_squared:.3g} with {best.freedom} degrees of freedom, "
+            f"{best.evaluations} evaluations" + ("" if best.converged else ": not converged")
         )
         return shown
 
@@ -94,17 +94,17 @@ def fit(
     jobs: int | None = None,
     client: "distributed.Client | None" = None,
     report: Report | None = None,
-    tell: Callable[[str], None] | None = None,
+    log: Callable[[str], None] | None = None,
 ) -> Fit:
     """Find the free keys of a fit file.
 
-    Every run is kept in `folder`, named by its case: a fit that is begun again reads what it has already run.
+    Every run is stored in `folder`, named by its case: a fit that is repeated reads what it has already run.
 
     Parameters
     ----------
     file : the fit file (TOML)
     folder : for result files; ``fits/<file>`` if None
-    jobs, client, report, tell : as for `nutamill.studies.sweep.sweep`
+    jobs, client, report, log : as for `nutamill.studies.sweep.sweep`
 
     Raises
     ------
@@ -119,14 +119,14 @@ def fit(
 
     def compute(points: np.ndarray) -> np.ndarray:
         asked = [{one.key: float(value) for one, value in zip(free, point, strict=True)} for point in points]
-        return computed(asked, targets, place, workers, report, tell)
+        return computed(asked, targets, place, workers, report, log)
 
     measured, sigma = (np.array([getattr(target, name) for target in targets]) for name in ("value", "sigma"))
     return Fit(free, targets, fitted(free, measured, sigma, compute))
 
 
 def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
-    """Free keys and targets of a fit file; CaseError with every fault found."""
+    """Free keys and targets of a fit file; CaseError with every fault."""
     file, layer = load_fit(name)
     case, fixed = case_of(file, layer)
     faults: list[Fault] = []
@@ -196,7 +196,7 @@ def computed(
     folder: Path,
     workers: Callable[[], Workers],
     report: Report | None = None,
-    tell: Callable[[str], None] | None = None,
+    log: Callable[[str], None] | None = None,
 ) -> np.ndarray:
     """What the model gives for each target at each point, (n_points, n_targets), SI; all runs of all points
     at the same time.
@@ -208,7 +208,7 @@ def computed(
             if isinstance(target.what, Reading):
                 wanted.setdefault(case.digest, Member(_rounded(point) | {"target": target.label}, case))
     readings = tuple(dict.fromkeys(target.what for target in targets if isinstance(target.what, Reading)))
-    outcomes = run_all(list(wanted.values()), folder, workers(), readings, report, tell) if wanted else []
+    outcomes = run_all(list(wanted.values()), folder, workers(), readings, report, log) if wanted else []
     by_case = {outcome.member.case.digest: outcome for outcome in outcomes}
     if bad := [outcome for outcome in outcomes if not is_finished(outcome.state)]:
         states = "; ".join(f"{outcome.member.label}: {outcome.state}" for outcome in bad)
@@ -235,8 +235,8 @@ def _frequency(case: Case, number: int) -> float:
     """A natural frequency of the mill on its mounts with rigid bars as they are, at rest [Hz]; NaN if there
     are fewer.
     """
-    found = oscillations(case)
-    return found[number - 1][0] if number <= len(found) else float("nan")
+    modes = oscillations(case)
+    return modes[number - 1][0] if number <= len(modes) else float("nan")
 
 
 def _rounded(point: Mapping[str, float]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ Given = str | int | float
 
 
 class FreeKey(Table):
-    """A key that is to be found, and where to look for it."""
+    """A key that is fitted, with its first guess and bounds."""
 
     start: Given
     """First guess."""
@@ -23,7 +23,7 @@ class FreeKey(Table):
     high: Given
     """Upper bound."""
     step: Share = 0.01
-    """Difference by which its influence is found, share of the range [1]; larger where the readings
+    """Difference by which its influence is computed, share of the range [1]; larger where the readings
     scatter.
     """
 
@@ -51,7 +51,7 @@ class FitFile(CampaignFile):
     kind_of_file = FileKind.FIT
 
     free: Annotated[dict[str, FreeKey], Field(min_length=1)]
-    """The keys to be found."""
+    """The keys that are fitted."""
     target: Annotated[tuple[Measured, ...], Field(min_length=1)]
     """The values to be met."""
 

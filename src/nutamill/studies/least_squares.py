@@ -20,7 +20,7 @@ Compute = Callable[[np.ndarray], np.ndarray]
 
 
 class Free(NamedTuple):
-    """A key that is to be found."""
+    """A key that is fitted."""
 
     key: str
     """Dotted key of the case."""
@@ -35,7 +35,7 @@ class Free(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """What a fit has found."""
+    """Result of a fit."""
 
     values: np.ndarray
     """Values of the free keys, (n_free,), SI."""
@@ -52,7 +52,7 @@ class Fitted(NamedTuple):
     freedom: int
     """Targets less free keys [1]."""
     at_bound: np.ndarray
-    """Which of the values lie on a bound, (n_free,); their uncertainty means little."""
+    """Which of the values are on a bound, (n_free,); their uncertainty means little."""
     converged: bool
     """Whether the search ended by itself."""
     evaluations: int
@@ -97,7 +97,7 @@ def fitted(free: Sequence[Free], measured: np.ndarray, sigma: np.ndarray, comput
             known[x.tobytes()] = values[0], ((values[1:] - values[0]) / steps[:, None]).T
         return known[x.tobytes()]
 
-    found = least_squares(
+    solution = least_squares(
         lambda x: (at(x)[0] - measured) / sigma,
         np.array([one.start for one in free]),
         jac=lambda x: at(x)[1] / sigma[:, None],
@@ -108,22 +108,22 @@ def fitted(free: Sequence[Free], measured: np.ndarray, sigma: np.ndarray, comput
         gtol=None,
         max_nfev=STEPS,
     )
-    scaled = found.jac * span
+    scaled = solution.jac * span
     _refuse_blind(free, scaled)
     freedom = len(measured) - len(free)
-    chi_squared = float(found.fun @ found.fun)
+    chi_squared = float(solution.fun @ solution.fun)
     covariance = np.linalg.inv(scaled.T @ scaled) * max(1.0, chi_squared / freedom if freedom else 1.0)
     deviation = np.sqrt(np.diag(covariance))
     return Fitted(
-        values=found.x,
+        values=solution.x,
         uncertainty=deviation * span,
         correlation=covariance / np.outer(deviation, deviation),
-        computed=at(found.x)[0],
-        residual=found.fun,
+        computed=at(solution.x)[0],
+        residual=solution.fun,
         chi_squared=chi_squared,
         freedom=freedom,
-        at_bound=np.minimum(found.x - low, high - found.x) < 1e-6 * span,
-        converged=found.status > 0,
+        at_bound=np.minimum(solution.x - low, high - solution.x) < 1e-6 * span,
+        converged=solution.status > 0,
         evaluations=len(known),
     )
 

@@ -21,7 +21,7 @@ from nutamill.simulation.setup.bed import settled_bed
 class Task(NamedTuple):
     """One piece of work, in words that travel."""
 
-    act: Literal["settle", "run"]
+    work: Literal["settle", "run"]
     """Settle the bed of the case into the cache, or run it."""
     case_text: str
     """The case (TOML)."""
@@ -43,7 +43,7 @@ def perform(task: Task) -> None:
         finished all the same
     """
     case, file = Case.from_toml(task.case_text, task.name), Path(task.path)
-    if task.act == "settle":
+    if task.work == "settle":
         settled_bed(case)
         return
     if is_finished(state_of(file)):

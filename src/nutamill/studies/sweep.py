@@ -40,7 +40,7 @@ Report = Callable[[Sequence[Outcome]], None]
 
 
 class Campaign(NamedTuple):
-    """What a sweep has found."""
+    """The result of a sweep."""
 
     table: "xarray.Dataset"
     """Readings over the swept keys."""
@@ -58,7 +58,7 @@ def sweep(
     client: "distributed.Client | None" = None,
     readings: Sequence[Reading] = DEFAULT,
     report: Report | None = None,
-    tell: Callable[[str], None] | None = None,
+    log: Callable[[str], None] | None = None,
 ) -> Campaign:
     """Run a case with all combinations of other values, one process a run, and collect the steady means in a
     table.
@@ -75,40 +75,40 @@ def sweep(
     client : a Dask client, whose workers run instead
     readings : what is put into the table
     report : called about once a second with how all runs stand
-    tell : called with a line of text when something takes time before the first run
+    log : called with a line of text when something takes time before the first run
 
     Raises
     ------
     CaseError : every fault of every case, before anything is run
     KeyboardInterrupt : after an interrupt, with everything saved
     """
-    found = members(axes, lambda values: changed(case, values))
+    planned = members(axes, lambda values: changed(case, values))
     place = Path("sweeps") / case.name if folder is None else Path(folder)
     outcomes = run_all(
-        found, place, ClusterWorkers(client) if client else LocalProcesses(jobs), readings, report, tell
+        planned, place, ClusterWorkers(client) if client else LocalProcesses(jobs), readings, report, log
     )
     return Campaign(dataset(outcomes, axes, readings), outcomes, place)
 
 
 def run_all(
-    found: Sequence[Member],
+    planned: Sequence[Member],
     folder: Path,
     workers: Workers,
     readings: Sequence[Reading] = DEFAULT,
     report: Report | None = None,
-    tell: Callable[[str], None] | None = None,
+    log: Callable[[str], None] | None = None,
 ) -> list[Outcome]:
     """Run members that are not run yet, into `folder`, and read all; beds that several share are settled
     once, before.
 
     A run that fails, or whose worker is killed, is named in its outcome, and the others go on.  ``table.csv``
-    in the folder is kept up to date.  Parameters and errors as of `sweep`.
+    in the folder is updated after every run.  Parameters and errors as of `sweep`.
     """
-    _refuse(found)
+    _refuse(planned)
     make_folder(folder / TABLE)
-    board = {member.case.digest: _outcome(member, folder, "waiting", readings) for member in found}
+    board = {member.case.digest: _outcome(member, folder, "waiting", readings) for member in planned}
     left = [outcome for outcome in board.values() if not is_finished(outcome.state)]
-    tell_of_other_kernels((outcome.file for outcome in board.values() if is_finished(outcome.state)), tell)
+    log_other_kernels((outcome.file for outcome in board.values() if is_finished(outcome.state)), log)
 
     def keep(outcome: Outcome) -> None:
         board[outcome.member.case.digest] = outcome
@@ -117,9 +117,9 @@ def run_all(
     try:
         if left:
             for law in {contact_law_of(outcome.member.case) for outcome in left}:
-                warm_up(tell, law=law)
+                warm_up(log, law=law)
             with requests() as asked:
-                _settle([outcome.member.case for outcome in left], workers, tell, asked.stop)
+                _settle([outcome.member.case for outcome in left], workers, log, asked.stop)
                 tasks = {
                     workers.submit(_task("run", outcome.member.case, outcome.file)): outcome.member
                     for outcome in left
@@ -149,10 +149,10 @@ def _as_they_end(futures: Iterable[Future], interrupted: Event) -> Iterator[set[
         yield done
 
 
-def _refuse(found: Sequence[Member]) -> None:
+def _refuse(planned: Sequence[Member]) -> None:
     """Raise every fault that shows before the first step, each once."""
     faults: list[Fault] = []
-    for member in found:
+    for member in planned:
         try:
             run_clock(member.case)
         except CaseError as error:
@@ -163,34 +163,34 @@ def _refuse(found: Sequence[Member]) -> None:
         raise CaseError(*dict.fromkeys(faults))
 
 
-def tell_of_other_kernels(files: Iterable[Path], tell: Callable[[str], None] | None) -> None:
-    """Say which of these finished results another version has made: they are read all the same."""
+def log_other_kernels(files: Iterable[Path], log: Callable[[str], None] | None) -> None:
+    """Log which of these finished results another version has made; they are read all the same."""
     others = []
     for file in files:
         with open_result(file) as result:
             others += [file.name] if result.provenance.get("kernel_digest") != kernel_digest() else []
-    if others and tell is not None:
+    if others and log is not None:
         named = ", ".join(others[:NAMED]) + (
             f" and {len(others) - NAMED} more" if len(others) > NAMED else ""
         )
-        tell(f"made by the kernels of another version, and read as it is: {named}")
+        log(f"made by the kernels of another version, and read as it is: {named}")
 
 
-def _task(act: str, case: Case, file: Path) -> Task:
-    return Task(act, case.to_toml(), case.name, str(file.absolute()))
+def _task(work: str, case: Case, file: Path) -> Task:
+    return Task(work, case.to_toml(), case.name, str(file.absolute()))
 
 
 def _settle(
-    cases: Sequence[Case], workers: Workers, tell: Callable[[str], None] | None, interrupted: Event
+    cases: Sequence[Case], workers: Workers, log: Callable[[str], None] | None, interrupted: Event
 ) -> None:
-    """Settle each bed that several runs share and that is not kept yet; a fault shows again in the runs that
-    need it.
+    """Settle each bed that several runs share and that is not in the cache yet; a fault shows again in the
+    runs that need it.
     """
     needed = [(bed_key(case), case) for case in cases if not bed_is_kept(case)]
     runs = Counter(key for key, _ in needed)
     beds = {key: case for key, case in needed if runs[key] > 1}
-    if beds and tell is not None:
-        tell(
+    if beds and log is not None:
+        log(
             f"settling {len(beds)} bed{'s' if len(beds) > 1 else ''} that "
             f"{sum(runs[key] for key in beds)} runs share"
         )

@@ -31,12 +31,12 @@ def load_sweep(name: str | Path) -> tuple[str, list[str], dict[str, str | list[s
 
     Raises
     ------
-    CaseError : every fault found, with file, line and key
+    CaseError : every fault, with file, line and key
     """
-    found, layer = read_campaign_file(name, SweepFile)
-    case, fixed = case_of(found, layer)
+    file, layer = read_campaign_file(name, SweepFile)
+    case, fixed = case_of(file, layer)
     swept = {
         key: [toml_value(one) for one in value] if isinstance(value, list) else str(value)
-        for key, value in found.sweep.items()
+        for key, value in file.sweep.items()
     }
-    return case, fixed, swept, found.readings
+    return case, fixed, swept, file.readings

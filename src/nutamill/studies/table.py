@@ -39,12 +39,12 @@ def dataset(
     seconds, as in the papers).
 
     Coordinates are SI numbers with their unit where the key holds a quantity, else text.  ``state`` and
-    ``file`` are told for each run.
+    ``file`` are given for each run.
     """
     shape = tuple(len(values) for values in axes.values())
     dims = tuple(axes)
 
-    def laid(column: list[Any]) -> tuple[tuple[str, ...], np.ndarray]:
+    def over_axes(column: list[Any]) -> tuple[tuple[str, ...], np.ndarray]:
         return dims, np.array(column).reshape(shape)
 
     variables: dict[str, Any] = {}
@@ -58,9 +58,9 @@ def dataset(
                 "units": reading.field.unit,
                 "long_name": f"{label}{'' if reading.by == 'mean' else f' ({reading.by})'}",
             }
-            variables[f"{reading.name}{suffix}"] = (*laid(column), attributes)
-    variables["state"] = laid([outcome.state for outcome in outcomes])
-    variables["file"] = laid([outcome.file.name for outcome in outcomes])
+            variables[f"{reading.name}{suffix}"] = (*over_axes(column), attributes)
+    variables["state"] = over_axes([outcome.state for outcome in outcomes])
+    variables["file"] = over_axes([outcome.file.name for outcome in outcomes])
     return xarray.Dataset(variables, {key: _coordinate(key, outcomes) for key in dims})
 
 
@@ -82,9 +82,9 @@ def write_csv(path: Path, outcomes: Sequence[Outcome], readings: Sequence[Readin
     writer = csv.writer(out, lineterminator="\n")
     keys = list(outcomes[0].member.values)
     heads = [
-        f"{reading.name}{said} [{reading.field.unit}]"
+        f"{reading.name}{ending} [{reading.field.unit}]"
         for reading in readings
-        for said in ("", " half width 95 %", " last seconds")
+        for ending in ("", " half width 95 %", " last seconds")
     ]
     writer.writerow([*keys, "state", "file", *heads])
     for outcome in outcomes:

@@ -28,7 +28,7 @@ from nutamill.studies.papers.runs import (
     write_modes,
 )
 from nutamill.studies.papers.table import csv_text, json_text, markdown
-from nutamill.studies.sweep import run_all, tell_of_other_kernels
+from nutamill.studies.sweep import log_other_kernels, run_all
 from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.view.figures.saving import save_figure
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     import distributed
 
 FOLDER = Path("results") / "validation"
-"""Where results go unless told otherwise, each paper's in a folder of its name."""
+"""Where results go unless another folder is given, each paper's in a folder of its name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ def validate(
     start: bool = True,
     jobs: int | None = None,
     client: "distributed.Client | None" = None,
-    tell: Callable[[str], None] = print,
+    log: Callable[[str], None] = print,
 ) -> Comparison:
     """Compare a paper with our own runs of all its configurations, row by row.
 
@@ -79,7 +79,7 @@ def validate(
     start : False: start no run, evaluate what is there
     jobs : runs at once on this machine, the physical cores if None
     client : a Dask client, whose workers run instead
-    tell : called with each line of what goes on
+    log : called with each line of what goes on
 
     Raises
     ------
@@ -94,14 +94,14 @@ def validate(
     failures: list[str] = []
     if start:
         find_modes([run for run in runs if wants_modes(rows, run)])
-        if waiting := in_order(taken, tell):
+        if waiting := in_order(taken, log):
             failures = run_campaign(
                 waiting, place, ClusterWorkers(client) if client else LocalProcesses(jobs)
             )
     complete = [run.path for run in runs if run_state(run) == COMPLETE]
-    tell_of_other_kernels(complete, tell)
+    log_other_kernels(complete, log)
     if complete:
-        tell(
+        log(
             f"{len(complete)} of {len(runs)} runs are complete; they took "
             f"{duration(wall_time_of(complete))} in all, one after the other"
         )
@@ -111,7 +111,7 @@ def validate(
 
 
 def wall_time_of(files: Sequence[Path]) -> float:
-    """Wall time that the runs of these results took together [s], beds that were kept before not counted."""
+    """Wall time that the runs of these results took together [s], beds from the cache not counted."""
     total = 0.0
     for file in files:
         with open_result(file) as result:
@@ -120,32 +120,34 @@ def wall_time_of(files: Sequence[Path]) -> float:
 
 
 def find_modes(runs: Sequence[PlannedRun]) -> None:
-    """Find and keep the natural frequencies of machines, the charge counted as a rigid mass, where they are
-    not kept yet.
+    """Compute and store the natural frequencies of machines, the charge counted as a rigid mass, where they
+    are not stored yet.
     """
     for run in runs:
         if read_modes(run) is None:
-            found = preflight(run.case).crossings
-            write_modes(run, [mode.frequency for mode in found], [mode.damping_ratio for mode in found])
+            crossings = preflight(run.case).crossings
+            write_modes(
+                run, [mode.frequency for mode in crossings], [mode.damping_ratio for mode in crossings]
+            )
 
 
-def in_order(runs: Sequence[PlannedRun], tell: Callable[[str], None]) -> list[PlannedRun]:
-    """The runs that are not complete, the quickest first; tells the forecast of each."""
+def in_order(runs: Sequence[PlannedRun], log: Callable[[str], None]) -> list[PlannedRun]:
+    """The runs that are not complete, the quickest first; log the forecast of each."""
     waiting = []
     for run in runs:
         state = run_state(run)
         if state == COMPLETE:
             continue
         if state.startswith("failed"):
-            tell(f"{run.name}: {state} Left as it is; delete {run.path} to run it anew")
+            log(f"{run.name}: {state} The file stays as it is; delete {run.path} to run it again")
             continue
         waiting.append((wall_time(run.case) * _share_left(run, state), run, state))
     waiting.sort(key=lambda entry: entry[0])
     forecast = duration(sum(seconds for seconds, _, _ in waiting))
-    tell(f"{len(waiting)} of {len(runs)} runs to do, forecast {forecast}")
+    log(f"{len(waiting)} of {len(runs)} runs to do, forecast {forecast}")
     for seconds, run, state in waiting:
         left = "" if state == MISSING else "   to resume"
-        tell(f"  {run.name:32} {run.case.run.end:6.2f} s simulated   forecast {duration(seconds)}{left}")
+        log(f"  {run.name:32} {run.case.run.end:6.2f} s simulated   forecast {duration(seconds)}{left}")
     return [run for _, run, _ in waiting]
 
 

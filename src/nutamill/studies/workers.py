@@ -61,7 +61,7 @@ class LocalProcesses:
             process = start_child(PROGRAM, task, stderr=subprocess.PIPE)
             self._running.add(process)
         try:
-            said = process.stderr.read()  # until the process ends; its input stays open meanwhile
+            output = process.stderr.read()  # until the process ends; its input stays open meanwhile
         finally:
             code = process.wait()
             with contextlib.suppress(BrokenPipeError):
@@ -75,7 +75,7 @@ class LocalProcesses:
             raise WorkerError(f"its process was killed ({signal.Signals(-code).name})")
         if code:
             raise WorkerError(
-                said.strip().splitlines()[-1] if said.strip() else f"its process ended with code {code}"
+                output.strip().splitlines()[-1] if output.strip() else f"its process ended with code {code}"
             )
 
     def stop(self) -> None:
@@ -88,7 +88,7 @@ class LocalProcesses:
 
 
 class ClusterWorkers:
-    """The workers of a Dask cluster; results and settled beds must lie where they and this process can reach
+    """The workers of a Dask cluster; results and settled beds must be where they and this process can reach
     them.
 
     Parameters

@@ -64,10 +64,10 @@ def si_of(given: Any, kind: units.Kind, where: str) -> float:
 
 def held(case: Case, key: str) -> Any:
     """What a case holds at a dotted key, in SI; None where there is nothing."""
-    found: Any = case.model_dump(by_alias=True)
+    value: Any = case.model_dump(by_alias=True)
     for part in key.split("."):
         try:
-            found = found[int(part)] if isinstance(found, (list, tuple)) else found[part]
+            value = value[int(part)] if isinstance(value, (list, tuple)) else value[part]
         except (KeyError, IndexError, TypeError):
             return None
-    return found
+    return value

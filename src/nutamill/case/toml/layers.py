@@ -1,6 +1,6 @@
 """From files and overrides to one nested dict, each key with the place it came from.
 
-A case is read in layers: the base (and its base), the file, what stands after ``--set``.  A later layer wins,
+A case is read in layers: the base (and its base), the file, the values after ``--set``.  A later layer wins,
 key by key.
 """
 
@@ -32,14 +32,14 @@ from nutamill.case.toml.locate import key_lines, key_parts
 from nutamill.case.toml.mesh_file import pin_mesh
 
 MOST_BASES = 20
-"""Files that may stand upon each other, each the base of the next [1]."""
-RIVALS = (
+"""Files in a chain of bases [1]."""
+EXCLUSIVE_KEYS = (
     ("diameter", "sizes", "distribution"),
     ("mass", "count", "fill"),
     ("ramp", "profile"),
     ("restitution", "damping_ratio"),
 )
-"""Keys of which one table may hold one only: the later layer's takes the place of the earlier layer's."""
+"""Mutually exclusive keys of a table; the later layer wins."""
 
 Key = tuple[str | int, ...]
 
@@ -129,7 +129,7 @@ def override_layer(overrides: list[str]) -> tuple[Layer, list[Fault]]:
             )
             continue
         _put(content, path, _value(value.strip()))
-        places[path] = places[_numbered(path)] = "--set"
+        places[path] = places[_with_indices(path)] = "--set"
     _refuse_shape(content, {(): "--set"})
     return Layer(content, places, Path.cwd()), faults
 
@@ -236,11 +236,13 @@ def _parsed(text: str, shown: str) -> dict[str, Any]:
         raise CaseError(
             Fault(f"{shown}:{line}", f"holds a whole number of more than {digits} digits")
         ) from None
-    found = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)$", message)
+    position = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)$", message)
     lines = text.splitlines() or [""]
-    line, column = (int(found[1]), int(found[2])) if found and found[1] else (len(lines), len(lines[-1]) + 1)
+    line, column = (
+        (int(position[1]), int(position[2])) if position and position[1] else (len(lines), len(lines[-1]) + 1)
+    )
     line = min(line, len(lines))
-    what, hint = message[: found.start()] if found else message, ""
+    what, hint = message[: position.start()] if position else message, ""
     bare = _BARE.match(lines[line - 1].rstrip()[:MOST_LINE])
     if "overwrite a value" in what or "twice" in what:
         named = re.match(r"\s*\[*\s*([^=\]]*[^=\]\s])", lines[line - 1][:MOST_LINE])
@@ -262,8 +264,8 @@ MOST_LINE = 500
 
 def _refuse_shape(content: dict[str, Any], places: dict[Key, str]) -> None:
     """Raise CaseError where tables are nested too deeply or hold too much."""
-    if found := shape_finding(content):
-        key, what, hint = found
+    if finding := shape_finding(content):
+        key, what, hint = finding
         raise CaseError(Fault(placed(places, key), what, hint))
 
 
@@ -285,10 +287,10 @@ def _put(content: dict[str, Any], path: Key, value: Any) -> None:
 
 def _overlay(below: dict[str, Any], above: dict[str, Any]) -> None:
     """Lay one nested dict over another, in place."""
-    for group in RIVALS:
+    for group in EXCLUSIVE_KEYS:
         if any(key in above for key in group):
-            for rival in group:
-                below.pop(rival, None)
+            for other in group:
+                below.pop(other, None)
     if above.get("kind") in ("spheres", "none"):
         below.pop("shapes", None)
     if _is_tables(above.get("part")):
@@ -304,9 +306,9 @@ def _overlay(below: dict[str, Any], above: dict[str, Any]) -> None:
             and "clumps" not in value
         ):
             _overlay(under, value)
-        elif isinstance(value, dict) and _is_tables(under) and all(_numbers(under, part) for part in value):
+        elif isinstance(value, dict) and _is_tables(under) and all(_indices(under, part) for part in value):
             for part, inner in value.items():
-                _overlay(under[_numbers(under, part)[0]], inner)
+                _overlay(under[_indices(under, part)[0]], inner)
         else:
             below[key] = _copied(value)
 
@@ -318,16 +320,14 @@ def _is_tables(value: Any) -> bool:
     )
 
 
-def _numbers(tables: list[dict[str, Any]], part: str) -> list[int]:
-    """Where in a list of tables the one is that a key means, by its number or by its name; empty if there is
-    none.
-    """
+def _indices(tables: list[dict[str, Any]], part: str) -> list[int]:
+    """Return the index of the table that `part` names, by number or by name; empty if there is none."""
     if part.isdigit():
         return [int(part)] if int(part) < len(tables) else []
     return [number for number, table in enumerate(tables) if table.get("name") == part][:1]
 
 
-def _numbered(path: Key) -> Key:
+def _with_indices(path: Key) -> Key:
     """A dotted key with the numbers of a list's tables as numbers."""
     return tuple(int(part) if part.isdigit() else part for part in path)
 
@@ -400,7 +400,7 @@ def _expand_charge_set(layer: Layer, key: Key, portion: dict[str, Any]) -> None:
         )
     values = tomllib.loads((CHARGES / f"{name}.toml").read_text(encoding="utf-8"))
     for own, value in values.items():
-        if not any(rival in portion for group in RIVALS if own in group for rival in group):
+        if not any(other in portion for group in EXCLUSIVE_KEYS if own in group for other in group):
             portion.setdefault(own, value)
             layer.places.setdefault((*key, own), layer.places.get((*key, "set"), ""))
 

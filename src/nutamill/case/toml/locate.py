@@ -11,7 +11,7 @@ _TOKEN = re.compile(r'"""|\'\'\'|"(?:[^"\\]|\\.)*+"|\'[^\']*+\'|[\[\]{}#]')
 
 
 def key_lines(text: str) -> dict[tuple[str | int, ...], int]:
-    """Line, counted from 1, of every table header and key; keys of inline tables are found at their parent.
+    """Return the line (from 1) of every table header and key; keys of inline tables have their parent's line.
 
     Tables of a list, ``[[charge.part]]``, are counted from 0: the key of the first is
     ``("charge", "part", 0)``.
@@ -50,12 +50,12 @@ def key_parts(dotted: str) -> tuple[str, ...]:
     ------
     ValueError : no key (tomllib's error is one too)
     """
-    found = tomllib.loads(f"{dotted} = 0")
+    table = tomllib.loads(f"{dotted} = 0")
     parts = []
-    while isinstance(found, dict):
-        if len(found) != 1:
+    while isinstance(table, dict):
+        if len(table) != 1:
             raise ValueError(f"more than one key in {dotted!r}")
-        part, found = next(iter(found.items()))
+        part, table = next(iter(table.items()))
         parts.append(part)
     return tuple(parts)
 

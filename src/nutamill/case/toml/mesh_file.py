@@ -1,11 +1,11 @@
-"""Mesh files that a case names: found beside the case file, and known by their content from then on."""
+"""Mesh files that a case names: beside the case file, and identified by their content."""
 
 import hashlib
 from pathlib import Path
 from typing import Any
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.case.drive import found_file
+from nutamill.case.drive import existing_file
 
 
 def pin_mesh(table: dict[str, Any], where: str, folders: list[Path]) -> None:
@@ -28,7 +28,7 @@ def pin_mesh(table: dict[str, Any], where: str, folders: list[Path]) -> None:
     name = table.get("file")
     if not isinstance(name, str) or "sha256" in table:
         return
-    path = found_file(name, where, folders)
+    path = existing_file(name, where, folders)
     try:
         table["sha256"] = hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError as error:

@@ -1,4 +1,4 @@
-"""From the validator's findings to one `Fault` each: file, line, key, what must hold, what to write."""
+"""From the validator's findings to one `Fault` each: file, line, key, what is wrong, what to write."""
 
 import itertools
 import types
@@ -31,8 +31,8 @@ def checked(
 
     Parameters
     ----------
-    places : where each key stands, as `nutamill.case.toml.layers.merge` tells it
-    faults : those found before, raised with all others
+    places : where each key stands, as `nutamill.case.toml.layers.merge` returns it
+    faults : earlier faults, raised with all others
     from_file : quantities are text with a unit; otherwise SI floats are taken too
 
     Raises

@@ -98,13 +98,13 @@ def measure(
     wanted: dict[tuple[str, float], list[str]] = {}
     for key in dict.fromkeys(keys):
         wanted.setdefault(key[:2], []).append(key.quantity)
-    found = {}
+    numbers = {}
     for (configuration, speed), quantities in wanted.items():
         own = [run for run in runs if (run.configuration, round(run.speed, 6)) == (configuration, speed)]
         taken = [_take(run, quantities, f"{command} {run.name}") for run in own]
         for quantity in quantities:
-            found[Key(configuration, speed, quantity)] = _together([values[quantity] for values in taken])
-    return found
+            numbers[Key(configuration, speed, quantity)] = _together([values[quantity] for values in taken])
+    return numbers
 
 
 def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str, Value | str]:
@@ -135,16 +135,16 @@ def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str,
 
 
 def trouble_of(state: str, command: str) -> str:
-    """What is said of a run that is not complete: its state, and what to do."""
+    """Return why a run is not complete, and what to do."""
     if state == MISSING:
         return f"not run. Do: {command}"
     if state.startswith("failed"):
-        return f"{state} To run it anew, delete its file"
+        return f"{state} To run it again, delete its file"
     return f"not finished ({state}). Do: {command}"
 
 
 def _together(values: Sequence[Value | str]) -> Measured:
-    """One number of several runs; troubles are kept in words."""
+    """One number of several runs; troubles are joined in words."""
     good = [value for value in values if not isinstance(value, str)]
     trouble = "; ".join(dict.fromkeys(value for value in values if isinstance(value, str)))
     if not good:

@@ -46,9 +46,7 @@ class Configuration(Table):
     repeated: tuple[Speed, ...] = ()
     """Speeds that are run with all seeds [rad/s]; the others with the first."""
     sensitivity: str = ""
-    """What is changed of the mill on purpose, to see how much hangs on it; what is found is then no claim and
-    is not counted.
-    """
+    """What is changed of the mill, where this is a sensitivity run: shown, not counted as a prediction."""
     note: str = ""
     """What differs from the paper's own run, and why."""
 
@@ -251,17 +249,17 @@ class Paper(Table):
 
     @model_validator(mode="after")
     def _refers_to_what_is_there(self) -> "Paper":
-        found = self._row_findings() + self._figure_findings()
-        if found:
-            raise refusal("parts of the paper's file contradict each other", findings=found)
+        findings = self._row_findings() + self._figure_findings()
+        if findings:
+            raise refusal("parts of the paper's file contradict each other", findings=findings)
         return self
 
     def _row_findings(self) -> list[tuple[tuple[Any, ...], str, str]]:
-        found = []
+        findings = []
         first: dict[str, int] = {}
         for number, row in enumerate(self.rows):
             if first.setdefault(row.id, number) != number:
-                found.append(
+                findings.append(
                     (
                         ("rows", number, "id"),
                         f'is the id of two rows, got "{row.id}"',
@@ -269,20 +267,20 @@ class Paper(Table):
                     )
                 )
             for configuration, speed, _ in row.needs:
-                found += self._missing(("rows", number), configuration, speed)
-        return found
+                findings += self._missing(("rows", number), configuration, speed)
+        return findings
 
     def _figure_findings(self) -> list[tuple[tuple[Any, ...], str, str]]:
-        found = []
+        findings = []
         for number, figure in enumerate(self.figures):
             named = [
                 name for panel in figure.panels for curve in panel.curves for name in curve.configurations
             ]
             for name in dict.fromkeys(named):
-                found += self._missing(("figures", number), name, None)
+                findings += self._missing(("figures", number), name, None)
             if figure.configuration is not None:
-                found += self._missing(("figures", number), figure.configuration, figure.speed)
-        return found
+                findings += self._missing(("figures", number), figure.configuration, figure.speed)
+        return findings
 
     def _missing(
         self, key: tuple[Any, ...], name: str, speed: float | None

@@ -219,8 +219,8 @@ def _largest_sway(result: Result) -> Sway:
 
 
 def _resonance_time(result: Result, last: float) -> Value:
-    """Time on the ramp at which the frame sways most [s]; `last` has no part in it, what is sought lies
-    before the steady running.
+    """Time on the ramp at which the frame sways most [s]; `last` has no part in it, the largest sway
+    comes before the steady running.
     """
     sway = _largest_sway(result)
     middle = 0.5 * (sway.begin + sway.end)

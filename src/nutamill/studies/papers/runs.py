@@ -172,13 +172,13 @@ def run_state(run: PlannedRun) -> str:
 
 
 def write_modes(run: PlannedRun, frequencies: Sequence[float], damping: Sequence[float]) -> None:
-    """Keep natural frequencies [Hz] and damping ratios of a run's machine, slowest first."""
+    """Store natural frequencies [Hz] and damping ratios of a run's machine, slowest first."""
     text = json.dumps({"frequency_Hz": list(frequencies), "damping_ratio": list(damping)}, indent=1)
     write_whole(run.modes_path, text + "\n")
 
 
 def read_modes(run: PlannedRun) -> list[float] | None:
-    """Natural frequencies [Hz] of a run's machine, slowest first; None if they have not been found yet.
+    """Natural frequencies [Hz] of a run's machine, slowest first; None if they are not stored yet.
 
     Raises
     ------

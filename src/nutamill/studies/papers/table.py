@@ -243,7 +243,7 @@ def print_table(findings: Sequence[Finding], paper: Paper) -> None:
 
 
 def trouble_lines(findings: Iterable[Finding]) -> list[str]:
-    """What has no number yet and what makes it, each said once."""
+    """Return what has no number yet and what makes it, each once."""
     return list(
         dict.fromkeys(part for finding in findings if finding.trouble for part in finding.trouble.split("; "))
     )
