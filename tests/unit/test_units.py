@@ -127,3 +127,17 @@ def test_a_value_is_written_as_engineers_type_it(value, kind, text):
 def test_a_value_without_end_cannot_be_written():
     with pytest.raises(ValueError, match="not finite"):
         units.format(math.inf, Kind.MASS)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "form", "text"),
+    [
+        (2.5e-6, "us", ".3g", "2.5 us"),
+        (0.14, "mm", ".4g", "140 mm"),
+        (math.pi / 30.0, "deg", ".2f", "6.00 deg"),
+        (72200.0, "kN/m", "7.4g", "   72.2 kN/m"),
+        (1.6e-3, "kg mm", ".4g", "1.6 kg mm"),
+    ],
+)
+def test_a_quantity_is_shown_rounded_in_its_unit(value, unit, form, text):
+    assert units.shown(value, unit, form) == text

@@ -15,7 +15,7 @@ from decimal import Decimal
 from enum import StrEnum
 from typing import TypeVar
 
-__all__ = ["UNITS", "Kind", "UnitError", "example", "format", "parse", "rpm"]
+__all__ = ["UNITS", "Kind", "UnitError", "example", "format", "in_unit", "parse", "rpm", "shown"]
 
 Speed = TypeVar("Speed")
 """A number, or an array of numbers."""
@@ -209,6 +209,18 @@ def format(value: float, kind: Kind | str) -> str:
 def example(kind: Kind | str) -> str:
     """A typical value of this kind, as a user would type it."""
     return EXAMPLES[Kind(kind)]
+
+
+def in_unit(value: Speed, unit: str) -> Speed:
+    """Return an SI value, or an array of them, as a number of `unit`: for tables and figures."""
+    return value / UNITS[_KIND_OF[unit]][unit]
+
+
+def shown(value: float, unit: str, form: str = ".4g") -> str:
+    """Return an SI value as text in `unit`, rounded by a format specification: ``shown(2e-6, "us")`` is
+    ``"2 us"``.  `format` gives text that is read back exactly.
+    """
+    return f"{in_unit(value, unit):{form}} {unit}"
 
 
 def rpm(speed: Speed) -> Speed:

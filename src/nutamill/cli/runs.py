@@ -247,13 +247,14 @@ def _summary(result: "Result") -> tuple[list[str], list[str]]:
 
 def _facts(result: "Result") -> list[str]:
     """Return title, state, steps and provenance of a result, one fact a line."""
+    from nutamill.base.units import shown
     from nutamill.case import case_of_text
 
     facts = {"title": case_of_text(result.case_text).title} if result.case_text else {}
     if not result.verifiable:
         facts["checksums"] = "none, the file is of format 1: what it holds cannot be verified"
     facts |= {"state": result.state, **result.summary, **result.provenance}
-    facts |= {key: f"{1e6 * facts[key]:.4g} us" for key in ("substep", "mechanism_step") if key in facts}
+    facts |= {key: shown(facts[key], "us") for key in ("substep", "mechanism_step") if key in facts}
     if "wall_time" in facts:
         facts["wall_time"] = f"{facts['wall_time']:.1f} s"
     width = max(map(len, facts))

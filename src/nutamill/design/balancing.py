@@ -151,13 +151,14 @@ def balance_lines(balancing: Balancing, case: Case, grade: float = GRADE) -> lis
     unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
     what = "travel of the mounts" if unit == "mm" else "force of each corner on the floor"
     rows = [
-        f"balancing at {rpm(balancing.speed):.4g} rpm: unbalance {1e3 * abs(balancing.unbalance):.4g} kg mm"
+        f"balancing at {rpm(balancing.speed):.4g} rpm: "
+        f"unbalance {units.shown(abs(balancing.unbalance), 'kg mm')}"
     ]
     rows.append(f"{'mass (kg)':>10} {'radius (mm)':>12} {'depth (mm)':>11} {'azimuth':>9}")
     for weight in balancing.weights:
         rows.append(
-            f"{weight.mass:10.4f} {1e3 * weight.radius:12.4g} {1e3 * weight.depth:11.4g} "
-            f"{np.degrees(weight.azimuth):7.2f} °"
+            f"{weight.mass:10.4f} {units.in_unit(weight.radius, 'mm'):12.4g} "
+            f"{units.in_unit(weight.depth, 'mm'):11.4g} {units.in_unit(weight.azimuth, 'deg'):7.2f} °"
         )
     ratio = 100.0 * balancing.after / balancing.before
     rows.append(
@@ -166,10 +167,10 @@ def balance_lines(balancing: Balancing, case: Case, grade: float = GRADE) -> lis
     )
     allowed = permissible_unbalance(grade, balancing.speed, balancing.turning_mass)
     left = (
-        f"residual unbalance {1e3 * abs(balancing.residual):.4g} kg mm of {balancing.turning_mass:.4g} kg: G "
-        f"{balancing.grade:.3g}"
+        f"residual unbalance {units.shown(abs(balancing.residual), 'kg mm')} "
+        f"of {balancing.turning_mass:.4g} kg: G {balancing.grade:.3g}"
     )
-    rows.append(f"{left}; G {grade:g} allows {1e3 * allowed:.4g} kg mm")
+    rows.append(f"{left}; G {grade:g} allows {units.shown(allowed, 'kg mm')}")
     keys = [
         f'balance.{"second." if k else ""}{name}="{value}"'
         for k, weight in enumerate(balancing.weights)
@@ -182,9 +183,9 @@ def balance_lines(balancing: Balancing, case: Case, grade: float = GRADE) -> lis
 def _texts(weight: Weight) -> list[tuple[str, str]]:
     return [
         ("mass", f"{weight.mass:.5g} kg"),
-        ("radius", f"{1e3 * weight.radius:.6g} mm"),
-        ("depth", f"{1e3 * weight.depth:.6g} mm"),
-        ("azimuth", f"{np.degrees(weight.azimuth):.5g} deg"),
+        ("radius", units.shown(weight.radius, "mm", ".6g")),
+        ("depth", units.shown(weight.depth, "mm", ".6g")),
+        ("azimuth", units.shown(weight.azimuth, "deg", ".5g")),
     ]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, StepError
 from nutamill.base.host import free_disk, total_memory
+from nutamill.base.units import in_unit, shown
 from nutamill.case import MechanismCase
 from nutamill.case.mechanism_checks import series_count
 from nutamill.design.forecast import RUN_MEMORY, Forecast
@@ -56,10 +57,10 @@ class MechanismSheet:
         """The sheet as text."""
         case = self.case
         masses = ", ".join(f"{name} {mass:.4g}" for name, mass in self.masses.items())
-        centre = ", ".join(f"{1e3 * value:.4g}" for value in self.mass_centre)
+        centre = ", ".join(f"{in_unit(value, 'mm'):.4g}" for value in self.mass_centre)
         forecast = self._forecast()
         warnings = forecast.warnings(total_memory(), free_disk(case.file_in()))
-        shown = [
+        lines = [
             f"{case.title or case.name}: ok",
             *(f"  warning: {warning}" for warning in warnings),
             f"bodies    {len(self.masses)}, {sum(self.masses.values()):.5g} kg in all, mass centre "
@@ -70,23 +71,23 @@ class MechanismSheet:
             f"freedom   {self.freedoms} degree{'s' * (self.freedoms != 1)} of freedom, {self.driven} "
             "of them driven",
         ]
-        shown += [f"redundant {text}" for text in self.redundant]
+        lines += [f"redundant {text}" for text in self.redundant]
         if self.not_unique:
-            shown.append(f"          reactions not unique: {', '.join(self.not_unique)}")
+            lines.append(f"          reactions not unique: {', '.join(self.not_unique)}")
         if self.modes:
             stable = [f"{f:.4g} Hz ({round(100 * z, 6) + 0.0:.2g} %)" for f, z in self.modes if z > UNSTABLE]
-            shown.append("modes     " + (", ".join(stable) or "none that swing") + " about rest, drives held")
+            lines.append("modes     " + (", ".join(stable) or "none that swing") + " about rest, drives held")
             if len(stable) < len(self.modes):
-                shown.append("          this equilibrium is unstable")
+                lines.append("          this equilibrium is unstable")
         else:
-            shown.append(f"modes     none: {self.modes_missing}")
+            lines.append(f"modes     none: {self.modes_missing}")
         steps = case.run.until / self.step
-        shown.append(
-            f"time step {1e6 * self.step:.3g} us, {steps:.3g} steps, series every "
-            f"{1e6 / case.run.series_rate:.4g} us"
+        lines.append(
+            f"time step {shown(self.step, 'us', '.3g')}, {steps:.3g} steps, series every "
+            f"{shown(1.0 / case.run.series_rate, 'us')}"
         )
-        shown.append(f"forecast  about {forecast.text}")
-        return shown
+        lines.append(f"forecast  about {forecast.text}")
+        return lines
 
     def _forecast(self) -> Forecast:
         """What the run will take."""

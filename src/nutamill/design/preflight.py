@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.host import free_disk, total_memory
 from nutamill.base.units import rpm
@@ -126,7 +127,7 @@ class Preflight:
         )
         shown.append(
             f"          mechanism step {_microseconds(self.clock.window)}, series every "
-            f"{1e6 / case.run.series_rate:.4g} us"
+            f"{units.shown(1.0 / case.run.series_rate, 'us')}"
         )
         shown += self._mode_lines()
         threads = team_size(case)
@@ -162,7 +163,7 @@ class Preflight:
         return [
             f"machine   {len(self.parts)} bodies, {mounting}, {total:.2f} kg in all;"
             f" loop closes within {max(1e6 * self.assembly_gap, 0.001):.3f} um; nutation "
-            f"{np.degrees(self.nutation_angle):.2f} deg",
+            f"{units.shown(self.nutation_angle, 'deg', '.2f')}",
             f"          masses in kg: {masses}",
         ]
 
@@ -177,8 +178,8 @@ class Preflight:
             if mesh.volume_drawn is not None:
                 more = 100 * (mesh.volume / mesh.volume_drawn - 1)
                 text += (
-                    f" ({more:+.3g} % of the drawn chamber), within {1e3 * mesh.off_drawing:.3g} mm of "
-                    "the drawing"
+                    f" ({more:+.3g} % of the drawn chamber), within "
+                    f"{units.shown(mesh.off_drawing, 'mm', '.3g')} of the drawing"
                 )
             shown.append(text)
         return shown
@@ -202,8 +203,8 @@ class Preflight:
         for facts in self.contacts:
             soft = "  soft" if facts.overlap > facts.law.overlap_warn else ""
             shown.append(
-                f"          {facts.pair:22} {facts.stiffness / 1e3:5.4g} kN/m "
-                f"{1e6 * facts.time:6.0f} us {100 * facts.overlap:16.1f} % d"
+                f"          {facts.pair:22} {units.shown(facts.stiffness, 'kN/m', '5.4g')} "
+                f"{units.shown(facts.time, 'us', '6.0f')} {100 * facts.overlap:16.1f} % d"
                 f" {facts.restitution:11.3f} {facts.law.damping_ratio:8.4f} "
                 f"{facts.law.static_friction:8.3g}{soft}"
             )
@@ -211,7 +212,7 @@ class Preflight:
 
     def _amount_line(self, part: PartFacts, head: str) -> str:
         """Number, mass, sizes and fill of a part of the charge."""
-        ten, half, ninety = (1e3 * size for size in part.sizes)
+        ten, half, ninety = (units.in_unit(size, "mm") for size in part.sizes)
         spread = f"d10/50/90 {ten:.3g}/{half:.3g}/{ninety:.3g} mm" if ninety > ten else f"d {half:.4g} mm"
         pebbles = f" of {part.pebbles} spheres" if part.pebbles > part.particles else ""
         return (
@@ -416,4 +417,4 @@ def _file_parts(case: Case, particles: int, size: str) -> dict[str, float]:
 
 
 def _microseconds(seconds: float) -> str:
-    return f"{1e6 * seconds:.3g} us"
+    return units.shown(seconds, "us", ".3g")
