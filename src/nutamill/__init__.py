@@ -19,6 +19,7 @@ _HOME = {
     "load_case": "nutamill.case",
     "library_names": "nutamill.case",
     "check": "nutamill.design.preflight",
+    "System": "nutamill.mechanism.system",
     "run": "nutamill.simulation.march",
     "resume": "nutamill.simulation.march",
     "sweep": "nutamill.studies.sweep",

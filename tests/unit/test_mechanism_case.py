@@ -188,9 +188,7 @@ def test_a_body_that_nothing_holds_is_named_by_the_search_for_modes(file):
         )
     )
     static_equilibrium(*engine)
-    with pytest.raises(
-        CaseError, match=r"every motion must be held by something, the (shift|turn) of body 'arm'"
-    ):
+    with pytest.raises(CaseError, match=r"no restoring force, got (translation|rotation) of body 'arm'"):
         modes(*engine)
     assert mechanism_preflight(load_case(file)).modes
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from nutamill.base.frames import pose_in_window
+from nutamill.base.kernel import copy_arrays
 from nutamill.mechanism.assembly import assemble, new_scratch
 from nutamill.mechanism.dynamics import (
     OK,
     body_motion,
-    copy_mechanism_state,
     drift,
     finish,
     march,
@@ -18,7 +18,7 @@ from nutamill.mechanism.dynamics import (
     start,
 )
 from nutamill.mechanism.energy import energies
-from nutamill.mechanism.equations import place, row_residuals
+from nutamill.mechanism.equations import row_residuals, update_kinematics
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind
 from nutamill.mechanism.probes import joint_reaction
@@ -90,7 +90,7 @@ def test_step_is_of_second_order_in_motion_and_reaction():
         mechanism, state, scratch = small_mill(friction=0.0)
         march(mechanism, state, scratch, end / n, n)
         force = np.zeros(6)
-        joint_reaction(mechanism, state, scratch, 3, force)
+        joint_reaction(mechanism, state, 3, force)
         paths.append((state.position[0].copy(), state.velocity[1].copy(), force[:3].copy()))
     for quantity in range(3):
         one, two = (np.linalg.norm(paths[k][quantity] - paths[k + 1][quantity]) for k in range(2))
@@ -101,7 +101,7 @@ def test_step_is_of_second_order_in_motion_and_reaction():
 def test_constraints_hold_to_round_off_over_ten_thousand_steps():
     mechanism, state, scratch = small_mill()
     assert march(mechanism, state, scratch, 1e-4, 10_000) == OK
-    place(mechanism, state, scratch)
+    update_kinematics(mechanism, state, scratch)
     rate, twist = np.zeros(len(mechanism.rows)), np.hstack([state.velocity, state.angular_velocity])
     row_residuals(mechanism.rows, scratch.jacobian, twist, -scratch.gap_rate, rate)
     # gaps: the square of one step's error (w dt)^3 x 0.36 m ~ 1e-7 m; rates: that error times the speeds of
@@ -151,7 +151,7 @@ def test_every_array_of_the_state_is_copied():
     mechanism, state, scratch = small_mill()
     march(mechanism, state, scratch, 1e-4, 10)
     other = type(state)(*(np.full_like(array, -1.0) for array in state))
-    copy_mechanism_state(state, other)
+    copy_arrays(state, other)
     for name, one, two in zip(state._fields, state, other, strict=True):
         assert np.array_equal(one, two), name
 
@@ -203,7 +203,7 @@ def test_sensors_read_what_they_are_named_for():
     # angle of the ramp: 70 t^2/0.1 up to 0.05 s, then 70 t
     assert read["motor_angle"] == pytest.approx(70 * 0.05 / 2 + 70 * 0.03, abs=1e-12)
     force = np.zeros(6)
-    joint_reaction(mechanism, state, scratch, 3, force)
+    joint_reaction(mechanism, state, 3, force)
     in_shaft = matrix_of(state.quaternion[3]).T @ force[:3]
     assert np.allclose(
         [read["pin_force_x"], read["pin_force_y"], read["pin_force_z"]], in_shaft, rtol=1e-12, atol=1e-12

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.case import load_case
-from nutamill.mechanism.equations import place, row_residuals
+from nutamill.mechanism.equations import row_residuals, update_kinematics
 from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.setup.mechanism import build_mechanism
 
@@ -52,7 +52,7 @@ def simulate(name: str, halvings: int = 0, until: float | None = None) -> Run:
     table = model.readout.series(np.vstack([state.first_row, rows]), state.first_row)
     series = dict(zip(model.readout.names, table.T, strict=True))
     mechanism, mstate, scratch = model.mechanism, state.mechanism, model.mechanism_scratch
-    place(mechanism, mstate, scratch)
+    update_kinematics(mechanism, mstate, scratch)
     rate, twist = np.zeros(len(mechanism.rows)), np.hstack([mstate.velocity, mstate.angular_velocity])
     row_residuals(mechanism.rows, scratch.jacobian, twist, -scratch.gap_rate, rate)
     return Run(

@@ -177,6 +177,32 @@ def _like(value, x):
     return None
 
 
+@kernel
+def copy_numbers(source, target_out):
+    """Copy every number of an array to one of the same shape; an assignment of slices would allocate."""
+    numbers, target = source.reshape(source.size), target_out.reshape(target_out.size)
+    for k in range(numbers.size):
+        target[k] = numbers[k]
+
+
+def copy_arrays(sources, targets_out):
+    """Copy every array of a tuple, named or not, to the array at the same position of another."""
+    for source, target in zip(sources, targets_out, strict=True):
+        target[...] = source
+
+
+@overload(copy_arrays, jit_options={"nogil": True, "_nrt": False})
+def _copy_arrays(sources, targets_out):
+    if len(sources) == 0:
+        return lambda sources, targets_out: None
+
+    def copy(sources, targets_out):
+        copy_numbers(sources[0], targets_out[0])
+        copy_arrays(sources[1:], targets_out[1:])
+
+    return copy
+
+
 def by_type(kernels):
     """A function that is, where it is called, the one of `kernels` (type of the first argument: kernel) its
     first argument asks for.

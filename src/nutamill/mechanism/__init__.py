@@ -1,1 +1,1 @@
-"""Multibody engine."""
+"""Multibody engine: rigid bodies, joints, loads and drives."""

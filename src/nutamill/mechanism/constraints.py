@@ -1,10 +1,10 @@
-"""Do the constraints of an assembled mechanism depend on each other, and do they contradict?"""
+"""Check whether the constraints of an assembled mechanism depend on each other or contradict each other."""
 
 import numpy as np
 
 from nutamill.base.errors import Fault
 from nutamill.mechanism.drives import evaluate_drives
-from nutamill.mechanism.equations import place
+from nutamill.mechanism.equations import update_kinematics
 from nutamill.mechanism.solve import DEPENDENT
 
 INVOLVED = 1e-6
@@ -17,11 +17,11 @@ round-off.
 
 
 def dense_jacobian(mechanism, state, scratch) -> np.ndarray:
-    """Jacobian (n_rows, 6 n_bodies) at the present pose: columns are velocity and angular velocity of each
-    body in turn.
+    """Return the Jacobian (n_rows, 6 n_bodies) at the present pose: columns are velocity and angular velocity
+    of each body.
     """
     evaluate_drives(mechanism.drives, mechanism.knots, state.time[0], scratch.drive_motion)
-    place(mechanism, state, scratch)
+    update_kinematics(mechanism, state, scratch)
     rows, n = mechanism.rows, len(mechanism.bodies)
     jacobian = np.zeros((len(rows), 6 * n))
     for i, bodies in enumerate(zip(rows.body_a, rows.body_b, strict=True)):
@@ -31,10 +31,10 @@ def dense_jacobian(mechanism, state, scratch) -> np.ndarray:
 
 
 def dependencies(mechanism, state, scratch) -> tuple[np.ndarray, list[int]]:
-    """Combinations of rows that say nothing: an orthonormal basis (n_rows, k), rows scaled to unit size; and
-    the k dependent rows.
+    """Return the combinations of rows that vanish, as an orthonormal basis (n_rows, k) of rows scaled to unit
+    size, and the k dependent rows.
 
-    Rows are taken in order and tested as the constraint solve tests them, on ``J M^-1/2``.
+    Rows are tested in order and on ``J M^-1/2``, as in the constraint solve.
     """
     jacobian = dense_jacobian(mechanism, state, scratch)
     scaled = jacobian.copy()
@@ -57,7 +57,9 @@ def dependencies(mechanism, state, scratch) -> tuple[np.ndarray, list[int]]:
 
 
 def check_constraints(mechanism, state, scratch, labels, redundant) -> list[Fault]:
-    """Faults of constraints that depend on each other; marks reactions that are not unique in `mechanism`."""
+    """Return the faults of constraints that depend on each other; mark the reactions in `mechanism` that are
+    not unique.
+    """
     if not labels:
         return []
     null, dependent = dependencies(mechanism, state, scratch)
@@ -75,7 +77,7 @@ def check_constraints(mechanism, state, scratch, labels, redundant) -> list[Faul
 
 
 def holders(labels, null, i) -> str:
-    """The parts that already hold what the dependent row `i` holds, as text."""
+    """Return the parts that already lock the direction of the dependent row `i`, as text."""
     weights = null @ null[i]
     others = dict.fromkeys(
         labels[k].part for k in np.flatnonzero(np.abs(weights) > INVOLVED) if labels[k].part != labels[i].part
@@ -84,68 +86,70 @@ def holders(labels, null, i) -> str:
 
 
 def redundancies(mechanism, state, scratch, labels) -> list[str]:
-    """What is held more than once, one line each: the part, the direction, and the parts that hold it
-    already.
+    """Return a line for every direction that is locked more than once: the part, the direction, and the parts
+    that lock it already.
     """
     if not labels:
         return []
     null, dependent = dependencies(mechanism, state, scratch)
     return [
-        f"{labels[i].part}: {labels[i].direction}, already held by {holders(labels, null, i)}"
+        f"{labels[i].part}: {labels[i].direction}, already locked by {holders(labels, null, i)}"
         for i in dependent
     ]
 
 
 def redundancy_fault(labels, null, i) -> Fault:
-    """The dependent row `i`, and the parts that already hold what it holds."""
+    """Return the fault of the dependent row `i`: its direction, and the parts that lock it already."""
     return Fault(
         labels[i].part,
-        f"{labels[i].direction} must be held once, but it is already held by {holders(labels, null, i)}",
+        f"{labels[i].direction} is already locked by {holders(labels, null, i)}",
         'Free that direction in one of these joints, or set redundant = "allow" (their reactions are '
         "then not unique)",
     )
 
 
 def contradictions(mechanism, state, scratch, labels, dependent) -> list[Fault]:
-    """Dependent rows that ask for something else than the rows they depend on, in position or in any
-    prescribed speed.
+    """Return a fault for every dependent row whose position or prescribed speed differs from that of the rows
+    it depends on.
     """
     jacobian = dense_jacobian(mechanism, state, scratch)
-    kept = [i for i in range(len(labels)) if i not in dependent]
-    # row i = combination of kept rows; its right-hand side must be the same combination
-    combination = np.linalg.lstsq(jacobian[kept].T, jacobian[dependent].T, rcond=None)[0].T
+    independent = [i for i in range(len(labels)) if i not in dependent]
+    # row i = combination of independent rows; its right-hand side must be the same combination
+    combination = np.linalg.lstsq(jacobian[independent].T, jacobian[dependent].T, rcond=None)[0].T
     faults = []
     for n, i in enumerate(dependent):
-        gap = scratch.gap[i] - combination[n] @ scratch.gap[kept]
+        gap = scratch.gap[i] - combination[n] @ scratch.gap[independent]
         size = f"{gap * 1e3:.4g} mm" if labels[i].unit == "m" else f"{gap:.4g} rad"
         if abs(gap) > 1e-5:
-            faults.append(contradiction_fault(labels, kept, combination[n], i, f"they differ by {size}"))
+            faults.append(
+                contradiction_fault(labels, independent, combination[n], i, f"they differ by {size}")
+            )
             continue
-        mismatch = speed_mismatch(mechanism, combination[n], kept, i)
+        mismatch = speed_mismatch(mechanism, combination[n], independent, i)
         if mismatch:
             faults.append(
                 contradiction_fault(
-                    labels, kept, combination[n], i, f"their speeds differ by {mismatch:.4g} rad/s"
+                    labels, independent, combination[n], i, f"their speeds differ by {mismatch:.4g} rad/s"
                 )
             )
     return faults
 
 
-def contradiction_fault(labels, kept, weights, i, what) -> Fault:
-    """Row `i` against the rows it depends on."""
+def contradiction_fault(labels, independent, weights, i, what) -> Fault:
+    """Return the fault of row `i` against the rows it depends on."""
     others = dict.fromkeys(
-        labels[k].part for k, weight in zip(kept, weights, strict=True) if abs(weight) > INVOLVED
+        labels[k].part for k, weight in zip(independent, weights, strict=True) if abs(weight) > INVOLVED
     )
     return Fault(
         labels[i].part,
-        f"must not contradict {', '.join(others)}: {labels[i].direction}, {what}",
-        "Take one of them away",
+        f"contradicts {', '.join(others)}: {labels[i].direction}, {what}",
+        "Remove one of them",
     )
 
 
-def speed_mismatch(mechanism, weights, kept, i) -> float:
-    """Largest difference [rad/s] between what row `i` and its combination of kept rows prescribe, over all
-    knots of all drives.
+def speed_mismatch(mechanism, weights, independent, i) -> float:
+    """Return the largest difference [rad/s] between the speeds that row `i` and its combination of
+    independent rows prescribe, over all knots of all drives.
     """
     times, largest, scale = np.unique(mechanism.knots.time), 0.0, 0.0
     motion = np.zeros((len(mechanism.drives), 3))
@@ -154,6 +158,6 @@ def speed_mismatch(mechanism, weights, kept, i) -> float:
         rate = np.zeros(len(mechanism.rows))
         prescribed = mechanism.drives.row >= 0
         rate[mechanism.drives.row[prescribed]] = motion[prescribed, 1]
-        largest = max(largest, abs(rate[i] - weights @ rate[kept]))
+        largest = max(largest, abs(rate[i] - weights @ rate[independent]))
         scale = max(scale, np.abs(motion[:, 1]).max())
     return largest if largest > LARGEST_MISMATCH * max(scale, 1.0) else 0.0

@@ -1,6 +1,4 @@
-"""Drives: angle, speed and acceleration of a prescribed rotation at a time; torque and motion of a controlled
-motor.
-"""
+"""Drives: angle, speed and acceleration of a prescribed rotation, torque and motion of a controlled motor."""
 
 import math
 
@@ -10,7 +8,7 @@ from nutamill.base.kernel import kernel
 
 @kernel
 def last_knot_before(knots, first, end, t):
-    """Index of the last knot in ``[first, end)`` that is not later than `t` [s]; `first` if all are."""
+    """Return the index of the last knot in ``[first, end)`` that is not later than `t` [s], or `first`."""
     low, high = first, end
     while high - low > 1:
         middle = (low + high) // 2
@@ -23,10 +21,10 @@ def last_knot_before(knots, first, end, t):
 
 @kernel
 def drive_motion(drive, knots, t):
-    """Angle [rad], speed [rad/s] and acceleration [rad/s^2] of a `DRIVE` record at time `t` [s].
+    """Return angle [rad], speed [rad/s] and acceleration [rad/s^2] of a `DRIVE` record at time `t` [s].
 
     Speed is linear between knots and constant after the last; the angle is its exact integral.
-    At a knot the acceleration is that of the interval which begins there.
+    At a knot the acceleration is that of the interval that begins there.
     """
     k = last_knot_before(knots, drive.first_knot, drive.end_knot, t)
     knot = knots[k]
@@ -47,14 +45,14 @@ def evaluate_drives(drives, knots, t, motion_out):
 
 @kernel
 def driven_axis(drive, quaternion):
-    """Axis of a `DRIVE` record in world axes [1], as a 3-tuple."""
+    """Return the axis of a `DRIVE` record in world axes [1], as a 3-tuple."""
     return turn_vector(quaternion[drive.body_a], drive.axis_a[0], drive.axis_a[1], drive.axis_a[2])
 
 
 @kernel
 def driven_rate(drive, quaternion, rates):
-    """Rate of b relative to a about the axis of a `DRIVE` record, from rates (n_bodies + 1, 6): twists
-    [rad/s] or accelerations.
+    """Return the rate of b relative to a about the axis of a `DRIVE` record, from rates (n_bodies + 1, 6):
+    twists [rad/s] or accelerations [rad/s^2].
     """
     e0, e1, e2 = driven_axis(drive, quaternion)
     a, b = rates[drive.body_a], rates[drive.body_b]
@@ -63,8 +61,8 @@ def driven_rate(drive, quaternion, rates):
 
 @kernel
 def driven_angle(drive, quaternion, near):
-    """Angle of b relative to a about the axis of a `DRIVE` record [rad], of all turns the one within half a
-    turn of `near`.
+    """Return the angle of b relative to a about the axis of a `DRIVE` record [rad]: of all that differ by
+    whole revolutions, the one nearest to `near`.
     """
     e0, e1, e2 = driven_axis(drive, quaternion)
     x0, x1, x2 = turn_vector(quaternion[drive.body_a], drive.zero_a[0], drive.zero_a[1], drive.zero_a[2])
@@ -76,32 +74,36 @@ def driven_angle(drive, quaternion, near):
 
 @kernel
 def motor_limit(drive, t, speed):
-    """Largest torque [N m] of a motor at time `t` [s] and `speed` [rad/s]; zero while its power is cut."""
+    """Return the largest torque [N m] of a motor at time `t` [s] and `speed` [rad/s]; zero while its power is
+    cut.
+    """
     if drive.cut <= t < drive.restored:
         return 0.0
     return min(drive.torque_limit, drive.power_limit / max(abs(speed), 1e-9))
 
 
 @kernel
-def motor_torque(drive, t, asked, speed, integral):
-    """Torque [N m] of a motor that turns with `speed` and is asked for the speed `asked` [rad/s].
+def motor_torque(drive, t, target, speed, integral):
+    """Return the torque [N m] of a motor at `speed` [rad/s] whose set point is the speed `target` [rad/s].
 
     Proportional to the error, plus the `integral` part [N m], within the limits: a drive with a speed
     controller and a limit of current and power.  Source: Leonhard, Control of Electrical Drives, 3rd ed.,
     2001, section 7.2 (speed control by a PI controller with a limited output).
     """
     limit = motor_limit(drive, t, speed)
-    return max(-limit, min(limit, drive.gain * (asked - speed) + integral))
+    return max(-limit, min(limit, drive.gain * (target - speed) + integral))
 
 
 @kernel
-def next_integral(drive, t, asked, speed, integral, dt):
-    """Integral part [N m] a step of `dt` [s] later: it rests while the torque is at a limit that it would
-    push further, and starts anew after a cut."""
+def next_integral(drive, t, target, speed, integral, dt):
+    """Return the integral part [N m] a step of `dt` [s] later.
+
+    It does not change while the torque is at a limit that it would push further, and is zero after a cut.
+    """
     limit = motor_limit(drive, t, speed)
     if limit == 0.0:
         return 0.0
-    error = asked - speed
+    error = target - speed
     demand = drive.gain * error + integral
     if abs(demand) >= limit and demand * error > 0.0:
         return integral
@@ -109,18 +111,18 @@ def next_integral(drive, t, asked, speed, integral, dt):
 
 
 @kernel
-def apply_motors(drives, quaternion, twist, t, asked, integral, load_out, torque_out):
-    """Add every motor's torque to `load_out` (n_bodies + 1, 6) and write it, (n_drives,) [N m]; zero for
-    prescribed rotations.
+def apply_motors(drives, quaternion, twist, t, target, integral, load_out, torque_out):
+    """Add every motor's torque to `load_out` (n_bodies + 1, 6) and write it into `torque_out` (n_drives,) [N
+    m]; zero for prescribed rotations.
 
-    `asked` (n_drives, 3) is what `evaluate_drives` gave, `twist` what the loads see.
+    `target` (n_drives, 3) is the output of `evaluate_drives`.
     """
     for d in range(drives.shape[0]):
         torque_out[d] = 0.0
         if drives[d].row >= 0:
             continue
         torque = motor_torque(
-            drives[d], t, asked[d, 1], driven_rate(drives[d], quaternion, twist), integral[d]
+            drives[d], t, target[d, 1], driven_rate(drives[d], quaternion, twist), integral[d]
         )
         torque_out[d] = torque
         e0, e1, e2 = driven_axis(drives[d], quaternion)
@@ -134,37 +136,36 @@ def apply_motors(drives, quaternion, twist, t, asked, integral, load_out, torque
 
 
 @kernel
-def advance_motors(drives, quaternion, twist, t, asked, dt, integral):
-    """Advance the integral parts (n_drives,) [N m] of all motors over the step of `dt` [s] that has brought
-    them to `twist` at `t`.
+def advance_motors(drives, quaternion, twist, t, target, dt, integral_out):
+    """Advance the integral parts (n_drives,) [N m] of all motors over the step of `dt` [s] that ends at time
+    `t` with `twist`.
     """
     for d in range(drives.shape[0]):
         if drives[d].row < 0:
-            integral[d] = next_integral(
-                drives[d], t, asked[d, 1], driven_rate(drives[d], quaternion, twist), integral[d], dt
-            )
+            speed = driven_rate(drives[d], quaternion, twist)
+            integral_out[d] = next_integral(drives[d], t, target[d, 1], speed, integral_out[d], dt)
 
 
 @kernel
-def take_over_drives(
-    drives, quaternion, twist, acceleration, multiplier, motor_torques, asked, torque_out, motion_out
+def store_drives(
+    drives, quaternion, twist, acceleration, multiplier, motor_torques, target, torque_out, motion_out
 ):
-    """Torque [N m] of every drive, and its angle, speed and acceleration: as prescribed, or as a motor's
-    joint has come to move.
+    """Write the torque [N m] of every drive, and its angle, speed and acceleration: the prescribed ones, or
+    those of a motor's joint.
 
     Parameters
     ----------
     twist, acceleration : of the bodies, (n_bodies + 1, 6)
     multiplier, motor_torques : reactions of the constraint rows, and torques of the motors [N m]
-    asked : what `evaluate_drives` gave, (n_drives, 3)
-    motion_out : (n_drives, 3); a motor's angle before, from which its turns are counted on
+    target : output of `evaluate_drives`, (n_drives, 3)
+    motion_out : (n_drives, 3); holds the former angle of a motor, so that whole revolutions are counted
     """
     for d in range(drives.shape[0]):
         drive, motion = drives[d], motion_out[d]
         if drive.row >= 0:
             torque_out[d] = multiplier[drive.row]
             for k in range(3):
-                motion[k] = asked[d, k]
+                motion[k] = target[d, k]
         else:
             torque_out[d] = motor_torques[d]
             motion[0] = driven_angle(drive, quaternion, motion[0])

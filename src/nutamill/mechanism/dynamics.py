@@ -1,16 +1,15 @@
 """One step of the constrained mechanism, in two halves: `drift` to the next pose, `finish` with the loads
-found there.
+there.
 
 Velocity Verlet on momentum and angular momentum with one constraint solve per step:
 
 1. drift: ``p += v dt + a dt^2/2``, ``q = exp(w dt + alpha dt^2/2) q``;
 2. loads and reactions there, velocity-dependent loads with the predicted ``v + a dt``;
-3. kick: ``L1 = L0 + dt/2 (T0 + T1) + dt/2 (W1 - W0)``, T the load with reactions and external wrench W. W0
-  leaves and W1 counts
-   in full: the step gives exactly the impulse ``W1 dt``;
+3. kick: ``L1 = L0 + dt/2 (T0 + T1) + dt/2 (W1 - W0)``, T the load with reactions and external wrench W: the
+   step gives exactly the impulse ``W1 dt``;
 4. poses and velocities back onto the constraints, along the mass-orthogonal directions, with the same factor.
 
-Angular momentum is stepped in world axes, where a free body keeps it to round-off.
+Angular momentum is stepped in world axes, in which that of a free body is constant to round-off.
 
 Source: Hairer, Lubich and Wanner, Geometric Numerical Integration, 2006, section VII.5 (Verlet on the
 rotation group) and section VII.1.4 (projection); Andersen, J. Comput. Phys. 52, 24-34, 1983 (Verlet with
@@ -20,17 +19,15 @@ positions and velocities on constraints).
 import math
 
 from nutamill.base.frames import turn_quaternion
-from nutamill.base.kernel import kernel
-from nutamill.mechanism.drives import advance_motors, driven_rate, evaluate_drives, take_over_drives
+from nutamill.base.kernel import copy_numbers, kernel
+from nutamill.mechanism.drives import advance_motors, driven_rate, evaluate_drives, store_drives
 from nutamill.mechanism.equations import (
-    copy_rows,
-    copy_vector,
     factor_constraints,
-    hold_ground,
-    place,
     place_bodies,
     row_residuals,
     solve_reactions,
+    update_kinematics,
+    zero_ground,
 )
 from nutamill.mechanism.solve import add_row_reactions, divide_by_mass, solve_factored
 
@@ -38,18 +35,18 @@ OK, NOT_FINITE = 0, 1
 """Status of a step: fine; a number is no longer finite (the state is lost)."""
 
 START_ROUNDS = 8
-"""Newton rounds that bring an assembled pose onto its constraints; each squares the gap."""
+"""Newton rounds that bring an assembled pose onto its constraints [1]; each squares the gap."""
 
 FRICTION_ROUNDS = 4
-"""Solves at the start, so that friction finds the reactions it belongs to; each shrinks the error by about
-the friction coefficient.
+"""Solves at the start [1], so that friction and reactions agree; each shrinks the error by about the friction
+coefficient.
 """
 
 
 @kernel
 def gather_momentum(bodies, inertia, velocity, angular_velocity, twist_out, momentum_out):
-    """Twists, and momentum [kg m/s] with angular momentum about the mass centre [kg m^2/s], (n_bodies + 1, 6)
-    each.
+    """Write twists, and momentum [kg m/s] with angular momentum about the mass centre [kg m^2/s], (n_bodies +
+    1, 6) each.
     """
     for b in range(bodies.shape[0]):
         I, w = inertia[b], angular_velocity[b]
@@ -62,34 +59,34 @@ def gather_momentum(bodies, inertia, velocity, angular_velocity, twist_out, mome
 
 @kernel
 def project_positions(
-    rows, factors, inverse_mass_jacobian, gap, solution, move, position_out, quaternion_out
+    rows, factors, inverse_mass_jacobian, gap, solution_out, move_out, position_out, quaternion_out
 ):
     """Move positions and attitudes by ``-M^-1 J^T S^-1 gap``, with the present `factors` (L, U, 1/D).
 
-    `solution` (n_rows,) and `move` (n_bodies + 1, 6) are work space.
+    `solution_out` (n_rows,) and `move_out` (n_bodies + 1, 6) are work space.
     """
-    for i in range(solution.shape[0]):
-        solution[i] = -gap[i]
-    solve_factored(factors[0], factors[1], factors[2], solution)
-    for b in range(move.shape[0]):
+    for i in range(solution_out.shape[0]):
+        solution_out[i] = -gap[i]
+    solve_factored(factors[0], factors[1], factors[2], solution_out)
+    for b in range(move_out.shape[0]):
         for k in range(6):
-            move[b, k] = 0.0
-    add_row_reactions(rows, inverse_mass_jacobian, solution, move)
-    for b in range(move.shape[0] - 1):
+            move_out[b, k] = 0.0
+    add_row_reactions(rows, inverse_mass_jacobian, solution_out, move_out)
+    for b in range(move_out.shape[0] - 1):
         for k in range(3):
-            position_out[b, k] += move[b, k]
+            position_out[b, k] += move_out[b, k]
         q = quaternion_out[b]
-        turn_quaternion(q, move[b, 3], move[b, 4], move[b, 5], q)
+        turn_quaternion(q, move_out[b, 3], move_out[b, 4], move_out[b, 5], q)
 
 
 @kernel
 def project_velocities(mechanism, state, scratch):
-    """Velocities from `scratch.momentum`, brought onto the constraints at the present (already projected)
-    pose.
+    """Compute velocities from `scratch.momentum` and bring them onto the constraints at the present (already
+    projected) pose.
 
-    The gap rates are those of the present pose; the correction runs along ``M^-1 J^T`` of the pose that was
-    factored, because only with its own factor is it the smallest motion that does the work, whatever the
-    ratios of the masses. The row impulses [N s or N m s] stay in `scratch.solution`.
+    The gap rates are those of the present pose.  The correction runs along ``M^-1 J^T`` of the pose that was
+    factored: only with the factor of the same pose is it the smallest motion that closes the rates, whatever
+    the ratios of the masses.  The row impulses [N s or N m s] stay in `scratch.solution`.
     """
     twist, impulse = scratch.twist, scratch.solution
     divide_by_mass(mechanism.bodies, scratch.inverse_inertia, scratch.momentum, twist)
@@ -98,7 +95,7 @@ def project_velocities(mechanism, state, scratch):
     row_residuals(mechanism.rows, scratch.jacobian, twist, impulse, impulse)
     solve_factored(scratch.lower, scratch.upper, scratch.inverse_pivot, impulse)
     add_row_reactions(mechanism.rows, scratch.inverse_mass_jacobian, impulse, twist)
-    hold_ground(twist)
+    zero_ground(twist)
     for b in range(twist.shape[0]):
         for k in range(3):
             state.velocity[b, k] = twist[b, k]
@@ -106,15 +103,15 @@ def project_velocities(mechanism, state, scratch):
 
 
 @kernel
-def keep_solution(mechanism, state, scratch):
-    """Take over what the solve found: reactions, drive motions and torques, dissipated powers, and the wrench
-    contained in the load.
+def store_solution(mechanism, state, scratch):
+    """Store the results of the solve in the state: reactions, drive motions and torques, dissipated powers,
+    and the wrench contained in the load.
     """
-    copy_vector(scratch.multiplier, state.multiplier)
-    copy_vector(scratch.power, state.power)
-    copy_rows(state.wrench, state.previous_wrench)
+    copy_numbers(scratch.multiplier, state.multiplier)
+    copy_numbers(scratch.power, state.power)
+    copy_numbers(state.wrench, state.previous_wrench)
     gather_twists(state, scratch.twist)
-    take_over_drives(
+    store_drives(
         mechanism.drives,
         state.quaternion,
         scratch.twist,
@@ -129,7 +126,7 @@ def keep_solution(mechanism, state, scratch):
 
 @kernel
 def start(mechanism, state, scratch):
-    """Bring the assembled state onto its constraints and solve once, in place; call it before the first step.
+    """Bring the assembled state onto its constraints and solve once, in place, before the first step.
 
     Positions and attitudes move along mass-orthogonal directions until the gaps are at round-off, velocities
     likewise. `state.wrench` counts as acting already.
@@ -141,7 +138,7 @@ def start(mechanism, state, scratch):
     factors = scratch.lower, scratch.upper, scratch.inverse_pivot
     evaluate_drives(mechanism.drives, mechanism.knots, state.time[0], scratch.drive_motion)
     for _ in range(START_ROUNDS):
-        place(mechanism, state, scratch)
+        update_kinematics(mechanism, state, scratch)
         factor_constraints(mechanism, scratch)
         project_positions(
             mechanism.rows,
@@ -153,7 +150,7 @@ def start(mechanism, state, scratch):
             state.position,
             state.quaternion,
         )
-    place(mechanism, state, scratch)
+    update_kinematics(mechanism, state, scratch)
     gather_momentum(
         mechanism.bodies,
         scratch.inertia,
@@ -165,14 +162,14 @@ def start(mechanism, state, scratch):
     project_velocities(mechanism, state, scratch)
     for _ in range(FRICTION_ROUNDS):
         solve_reactions(mechanism, state, scratch)
-        keep_solution(mechanism, state, scratch)
+        store_solution(mechanism, state, scratch)
     return check_finite(state.velocity, state.acceleration)
 
 
 @kernel
 def drift(mechanism, state, scratch, dt):
-    """First half of a step: positions and attitudes to the end of `dt` [s], under the present velocities and
-    accelerations.
+    """Make the first half of a step: positions and attitudes to the end of `dt` [s] under the present
+    velocities and accelerations.
 
     Exactly the motion of `nutamill.base.frames.pose_in_window` at ``s = dt``.  Velocities, accelerations and
     time stay those of the start.  `finish` must follow with the same `scratch`.
@@ -204,8 +201,8 @@ def drift(mechanism, state, scratch, dt):
 
 @kernel
 def finish(mechanism, state, scratch, dt):
-    """Second half of a step: loads with `state.wrench`, reactions, kick, projection, ledgers; time advances
-    by `dt` [s].
+    """Make the second half of a step: loads with `state.wrench`, reactions, kick, projection, ledgers; time
+    advances by `dt` [s].
 
     `state.wrench` (n_bodies + 1, 6) is the mean over the step: the bodies receive exactly ``wrench dt``.
 
@@ -236,7 +233,7 @@ def finish(mechanism, state, scratch, dt):
         state.position,
         state.quaternion,
     )
-    place(mechanism, state, scratch)
+    update_kinematics(mechanism, state, scratch)
     project_velocities(mechanism, state, scratch)
     add_works(mechanism, state, scratch, dt)
     add_losses(mechanism, state, scratch.power, dt)
@@ -249,13 +246,14 @@ def finish(mechanism, state, scratch, dt):
         dt,
         state.motor_integral,
     )
-    keep_solution(mechanism, state, scratch)
+    store_solution(mechanism, state, scratch)
     return check_finite(state.velocity, state.acceleration)
 
 
 @kernel
 def add_works(mechanism, state, scratch, dt):
-    """Works of drives, wrenches and constant moments over the step just made: impulse times mean velocity.
+    """Add the works of drives, wrenches and constant moments over the step just made: impulse times mean
+    velocity.
 
     A drive's impulse is the mean of its two reactions times `dt`, plus the impulse of the velocity
     projection.
@@ -286,8 +284,8 @@ def add_works(mechanism, state, scratch, dt):
 
 @kernel
 def add_losses(mechanism, state, power, dt):
-    """Losses of bushings, springs and joints over the step just made [J], by the trapezoid rule of their
-    powers.
+    """Add the losses of bushings, springs and joints over the step just made [J], by the trapezoid rule of
+    their powers.
     """
     n_bushings, n_springs = mechanism.bushings.shape[0], mechanism.springs.shape[0]
     for i in range(n_bushings):
@@ -302,7 +300,7 @@ def add_losses(mechanism, state, power, dt):
 
 @kernel
 def check_finite(velocity, acceleration):
-    """OK, or NOT_FINITE if any acceleration or velocity is NaN or infinite."""
+    """Return OK, or NOT_FINITE if any acceleration or velocity is NaN or infinite."""
     total = 0.0
     for b in range(velocity.shape[0]):
         for k in range(3):
@@ -312,15 +310,15 @@ def check_finite(velocity, acceleration):
 
 @kernel
 def step(mechanism, state, scratch, dt):
-    """One step of `dt` [s] under a constant `state.wrench`; returns OK or NOT_FINITE."""
+    """Make one step of `dt` [s] under a constant `state.wrench`; return OK or NOT_FINITE."""
     drift(mechanism, state, scratch, dt)
     return finish(mechanism, state, scratch, dt)
 
 
 @kernel
 def march(mechanism, state, scratch, dt, n_steps):
-    """`n_steps` steps of `dt` [s] under a constant `state.wrench`; returns OK or NOT_FINITE, and stops at the
-    latter.
+    """Make `n_steps` steps of `dt` [s] under a constant `state.wrench`; return OK, or NOT_FINITE from the
+    step that failed.
     """
     for _ in range(n_steps):
         drift(mechanism, state, scratch, dt)
@@ -332,21 +330,21 @@ def march(mechanism, state, scratch, dt, n_steps):
 
 @kernel
 def solve_again(mechanism, state, scratch):
-    """Solve anew at the present pose and velocities with the present `state.wrench`, which then counts as
+    """Solve again at the present pose and velocities with the present `state.wrench`, which then counts as
     acting already.
 
-    For a step that is repeated from its start with another wrench: restore the state, set the wrench, call
-    this, then `drift`.
+    To repeat a step from its start with another wrench: restore the state, set the wrench, call this, then
+    `drift`.
     """
     evaluate_drives(mechanism.drives, mechanism.knots, state.time[0], scratch.drive_motion)
     gather_twists(state, scratch.twist)
     solve_reactions(mechanism, state, scratch)
-    keep_solution(mechanism, state, scratch)
+    store_solution(mechanism, state, scratch)
 
 
 @kernel
 def gather_twists(state, twist_out):
-    """Velocity and angular velocity of every body side by side, (n_bodies + 1, 6) [m/s, rad/s], world
+    """Write velocity and angular velocity of every body side by side, (n_bodies + 1, 6) [m/s, rad/s], world
     axes.
     """
     for b in range(twist_out.shape[0]):
@@ -356,45 +354,10 @@ def gather_twists(state, twist_out):
 
 
 @kernel
-def copy_mechanism_state(source, target):
-    """Copy every array of one `MechanismState` into another of the same mechanism: enough to repeat a step
-    bit for bit.
-    """
-    for one, other in (
-        (source.time, target.time),
-        (source.multiplier, target.multiplier),
-        (source.power, target.power),
-        (source.drive_torque, target.drive_torque),
-        (source.motor_integral, target.motor_integral),
-        (source.drive_work, target.drive_work),
-        (source.wrench_work, target.wrench_work),
-        (source.torque_work, target.torque_work),
-        (source.bushing_loss, target.bushing_loss),
-        (source.spring_loss, target.spring_loss),
-        (source.joint_loss, target.joint_loss),
-    ):
-        copy_vector(one, other)
-    for one, other in (
-        (source.position, target.position),
-        (source.quaternion, target.quaternion),
-        (source.velocity, target.velocity),
-        (source.angular_velocity, target.angular_velocity),
-        (source.acceleration, target.acceleration),
-        (source.load, target.load),
-        (source.friction_moment, target.friction_moment),
-        (source.drive_motion, target.drive_motion),
-        (source.wrench, target.wrench),
-        (source.previous_wrench, target.previous_wrench),
-    ):
-        copy_rows(one, other)
-
-
-@kernel
 def body_motion(state, body, motion_out):
-    """Position, quaternion, velocity, angular velocity, acceleration, angular acceleration of a body's mass
-    centre.
-
-    `motion_out` (19,) in the order of `nutamill.base.frames.MOTION_SIZE`, SI, world axes.
+    """Write position, quaternion, velocity, angular velocity, acceleration and angular acceleration of a
+    body's mass centre into `motion_out` (19,), in the order of `nutamill.base.frames.MOTION_SIZE`, SI, world
+    axes.
     """
     for k in range(3):
         motion_out[k] = state.position[body, k]

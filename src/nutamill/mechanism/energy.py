@@ -8,7 +8,7 @@ from nutamill.mechanism.loads import bushing_travel_of, spring_pull
 
 @kernel
 def kinetic_energy(mechanism, state):
-    """Kinetic energy of all bodies [J]."""
+    """Return the kinetic energy of all bodies [J]."""
     total = 0.0
     for b in range(mechanism.bodies.shape[0] - 1):
         v, w, I = state.velocity[b], state.angular_velocity[b], mechanism.bodies[b].inertia
@@ -21,7 +21,9 @@ def kinetic_energy(mechanism, state):
 
 @kernel
 def potential_energy(mechanism, state):
-    """Potential energy of gravity of all bodies [J], zero with the mass centres at the world's origin."""
+    """Return the potential energy of gravity of all bodies [J], zero with the mass centres at the world's
+    origin.
+    """
     total = 0.0
     for b in range(mechanism.bodies.shape[0] - 1):
         for k in range(3):
@@ -31,7 +33,7 @@ def potential_energy(mechanism, state):
 
 @kernel
 def bushing_energy(mechanism, state, bushing):
-    """Elastic energy [J] of bushing number `bushing`: half of stiffness times travel squared."""
+    """Return the elastic energy [J] of bushing number `bushing`: half of stiffness times travel squared."""
     k = mechanism.bushings[bushing].stiffness
     d0, d1, d2, t0, t1, t2 = bushing_travel_of(mechanism.bushings[bushing], state.position, state.quaternion)
     return 0.5 * (
@@ -41,8 +43,8 @@ def bushing_energy(mechanism, state, bushing):
 
 @kernel
 def energies(mechanism, state, scratch, out):
-    """Kinetic, potential and elastic energy [J] (bushings and springs) into `out` (3,).  `scratch.twist` is
-    overwritten.
+    """Write kinetic, potential and elastic energy [J] (bushings and springs) into `out` (3,); `scratch.twist`
+    is overwritten.
     """
     out[0], out[1], out[2] = kinetic_energy(mechanism, state), potential_energy(mechanism, state), 0.0
     for i in range(mechanism.bushings.shape[0]):

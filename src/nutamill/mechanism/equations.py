@@ -1,16 +1,16 @@
 """The equations of motion at one instant: poses to Jacobians and inertias, loads, accelerations and
 reactions.
 
-``M a = F + J^T lambda`` with ``J a = curvature``, solved by elimination of a.
+``M a = F + J^T lambda`` with ``J a = bias``, solved by elimination of a.
 
 Source: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems, 1989, section 11.3; Featherstone,
 Rigid Body Dynamics Algorithms, 2008, section 3.2.
 """
 
 from nutamill.base.frames import cross, rotation_matrix
-from nutamill.base.kernel import kernel
+from nutamill.base.kernel import copy_numbers, kernel
 from nutamill.mechanism.drives import apply_motors
-from nutamill.mechanism.joints import bend_rows, place_rows, row_rate
+from nutamill.mechanism.joints import bias_rows, place_rows, row_rate
 from nutamill.mechanism.loads import apply_bushings, apply_given, apply_joint_friction, apply_springs
 from nutamill.mechanism.solve import (
     add_row_reactions,
@@ -23,23 +23,8 @@ from nutamill.mechanism.solve import (
 
 
 @kernel
-def copy_vector(source, out):
-    """Copy a vector (n,)."""
-    for i in range(out.shape[0]):
-        out[i] = source[i]
-
-
-@kernel
-def copy_rows(source, out):
-    """Copy an array (n, m)."""
-    for i in range(out.shape[0]):
-        for k in range(out.shape[1]):
-            out[i, k] = source[i, k]
-
-
-@kernel
-def turn_inertia(R, I_body, I_out):
-    """``R I R^T``: an inertia (3, 3) [kg m^2] or its inverse, from body axes to world axes."""
+def rotate_inertia(R, I_body, I_out):
+    """Write ``R I R^T``: an inertia (3, 3) [kg m^2] or its inverse, from body axes to world axes."""
     for i in range(3):
         t0 = R[i, 0] * I_body[0, 0] + R[i, 1] * I_body[1, 0] + R[i, 2] * I_body[2, 0]
         t1 = R[i, 0] * I_body[0, 1] + R[i, 1] * I_body[1, 1] + R[i, 2] * I_body[2, 1]
@@ -52,19 +37,19 @@ def turn_inertia(R, I_body, I_out):
 
 @kernel
 def place_bodies(bodies, quaternion, rotation_out, inertia_out, inverse_inertia_out):
-    """Rotation matrices, inertias and inverse inertias in world axes, (n_bodies + 1, 3, 3) each, at given
-    attitudes.
+    """Write rotation matrices, inertias and inverse inertias in world axes, (n_bodies + 1, 3, 3) each, at
+    given attitudes.
     """
     for b in range(bodies.shape[0]):
         R = rotation_out[b]
         rotation_matrix(quaternion[b], R)
-        turn_inertia(R, bodies[b].inertia, inertia_out[b])
-        turn_inertia(R, bodies[b].inverse_inertia, inverse_inertia_out[b])
+        rotate_inertia(R, bodies[b].inertia, inertia_out[b])
+        rotate_inertia(R, bodies[b].inverse_inertia, inverse_inertia_out[b])
 
 
 @kernel
 def accelerate(bodies, inertia, inverse_inertia, twist, load, out):
-    """Accelerations (n_bodies + 1, 6) [m/s^2, rad/s^2] from loads about the mass centres and twists.
+    """Write accelerations (n_bodies + 1, 6) [m/s^2, rad/s^2] from loads about the mass centres and twists.
 
     Newton and Euler: ``m a = F``, ``I alpha = M - w x I w``.
     """
@@ -80,8 +65,10 @@ def accelerate(bodies, inertia, inverse_inertia, twist, load, out):
 
 
 @kernel
-def place(mechanism, state, scratch):
-    """Rotations, inertias, row vectors, gaps and Jacobian at the present pose and `scratch.drive_motion`."""
+def update_kinematics(mechanism, state, scratch):
+    """Compute rotations, inertias, row vectors, gaps and Jacobian at the present pose and
+    `scratch.drive_motion`.
+    """
     place_bodies(
         mechanism.bodies, state.quaternion, scratch.rotation, scratch.inertia, scratch.inverse_inertia
     )
@@ -93,7 +80,7 @@ def place(mechanism, state, scratch):
 
 @kernel
 def factor_constraints(mechanism, scratch):
-    """``M^-1 J^T``, ``J M^-1 J^T`` and its factor from the placed Jacobian."""
+    """Compute ``M^-1 J^T``, ``J M^-1 J^T`` and its factor from the present Jacobian."""
     divide_rows_by_mass(
         mechanism.rows,
         mechanism.bodies,
@@ -107,8 +94,8 @@ def factor_constraints(mechanism, scratch):
 
 @kernel
 def apply_loads(mechanism, state, scratch):
-    """Applied loads (friction apart) about the mass centres into `scratch.load`, with the velocities of
-    `scratch.twist`.
+    """Compute the applied loads (friction apart) about the mass centres, with the velocities of
+    `scratch.twist`, into `scratch.load`.
     """
     twist, load, power = scratch.twist, scratch.load, scratch.power
     apply_given(mechanism.bodies, mechanism.gravity, mechanism.torques, state.wrench, load)
@@ -130,7 +117,7 @@ def apply_loads(mechanism, state, scratch):
 
 @kernel
 def row_residuals(rows, jacobian, motion, target, out):
-    """``target - J motion`` row by row into `out` (n_rows,); `motion` (n_bodies + 1, 6) are twists or
+    """Write ``target - J motion`` row by row into `out` (n_rows,); `motion` (n_bodies + 1, 6) are twists or
     accelerations.
     """
     for i in range(rows.shape[0]):
@@ -138,36 +125,37 @@ def row_residuals(rows, jacobian, motion, target, out):
 
 
 @kernel
-def hold_ground(per_body):
+def zero_ground(per_body_out):
     """Zero the ground's row of a per-body array (n_bodies + 1, 6)."""
     for k in range(6):
-        per_body[per_body.shape[0] - 1, k] = 0.0
+        per_body_out[per_body_out.shape[0] - 1, k] = 0.0
 
 
 @kernel
 def solve_reactions(mechanism, state, scratch):
-    """Loads at the present pose and `scratch.twist`, and the row reactions that keep the constraints.
+    """Compute the loads at the present pose and `scratch.twist`, and the row reactions that satisfy the
+    constraints.
 
     Leaves Jacobian, gaps and factor in `scratch`, the reactions in `scratch.multiplier`, the load with
     reactions in `state.load`, and the accelerations in `state.acceleration`.
     """
-    place(mechanism, state, scratch)
+    update_kinematics(mechanism, state, scratch)
     apply_loads(mechanism, state, scratch)
     offset = mechanism.bushings.shape[0] + mechanism.springs.shape[0]
     apply_joint_friction(
         mechanism.joints, state.multiplier, state.quaternion, scratch.twist, offset,
         scratch.load, state.friction_moment, scratch.power,
     )  # fmt: skip
-    bend_rows(mechanism.rows, scratch.row_vectors, scratch.twist, scratch.drive_motion, scratch.curvature)
+    bias_rows(mechanism.rows, scratch.row_vectors, scratch.twist, scratch.drive_motion, scratch.bias)
     factor_constraints(mechanism, scratch)
     acceleration, reaction = state.acceleration, scratch.multiplier
     accelerate(
         mechanism.bodies, scratch.inertia, scratch.inverse_inertia, scratch.twist, scratch.load, acceleration
     )
-    row_residuals(mechanism.rows, scratch.jacobian, acceleration, scratch.curvature, reaction)
+    row_residuals(mechanism.rows, scratch.jacobian, acceleration, scratch.bias, reaction)
     solve_factored(scratch.lower, scratch.upper, scratch.inverse_pivot, reaction)
     add_row_reactions(mechanism.rows, scratch.inverse_mass_jacobian, reaction, acceleration)
-    copy_rows(scratch.load, state.load)
+    copy_numbers(scratch.load, state.load)
     add_row_reactions(mechanism.rows, scratch.jacobian, reaction, state.load)
-    hold_ground(state.load)
-    hold_ground(acceleration)
+    zero_ground(state.load)
+    zero_ground(acceleration)

@@ -1,11 +1,11 @@
-"""Joints as rows of two kinds: the gap, its Jacobian, and the part of its second derivative that needs no
-acceleration.
+"""Joints as rows of two kinds: the gap, its Jacobian, and the part of its second derivative that does not
+depend on accelerations.
 
 POINT: ``e . (x_b - x_a) = 0`` holds a point of b in the plane through a point of a, square to the axis e of
-a. AXIS: ``u . z = 0`` holds an axis z of b square to an axis u of a; a drive turns u in a by its angle.
+a. AXIS: ``u . z = 0`` holds an axis z of b square to an axis u of a; a drive rotates u in a by its angle.
 
 With J the Jacobian to the velocities (v_a, w_a, v_b, w_b) in world axes, a row's rate is ``J v + gap_rate``
-and its second derivative ``J a - curvature``.
+and its second derivative ``J a - bias``.
 
 Source: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems, 1989, section 9.4 ("dot-1" and
 "dot-2" constraints), written for world axes.
@@ -19,48 +19,49 @@ from nutamill.mechanism.model import POINT
 
 
 @kernel
-def put(out, at, a0, a1, a2):
+def put(at, a0, a1, a2, out):
     """Write a 3-vector into ``out[at:at + 3]``."""
     out[at], out[at + 1], out[at + 2] = a0, a1, a2
 
 
 @kernel
 def dot3(a, at_a, b, at_b):
-    """Scalar product of ``a[at_a:at_a + 3]`` and ``b[at_b:at_b + 3]``."""
+    """Return the scalar product of ``a[at_a:at_a + 3]`` and ``b[at_b:at_b + 3]``."""
     return a[at_a] * b[at_b] + a[at_a + 1] * b[at_b + 1] + a[at_a + 2] * b[at_b + 2]
 
 
 @kernel
 def place_point_row(row, R_a, R_b, p_a, p_b, vectors_out):
-    """World vectors of a POINT row into `vectors_out` (12,): axis e [1], arms on a and on b [m], gap vector
-    x_b - x_a [m].
+    """Write the world vectors of a POINT row into `vectors_out` (12,): axis e [1], arms on a and on b [m],
+    gap vector x_b - x_a [m].
     """
     e0, e1, e2 = rotate(R_a, row.axis_a[0], row.axis_a[1], row.axis_a[2])
     a0, a1, a2 = rotate(R_a, row.point_a[0], row.point_a[1], row.point_a[2])
     b0, b1, b2 = rotate(R_b, row.point_b[0], row.point_b[1], row.point_b[2])
-    put(vectors_out, 0, e0, e1, e2)
-    put(vectors_out, 3, a0, a1, a2)
-    put(vectors_out, 6, b0, b1, b2)
-    put(vectors_out, 9, p_b[0] + b0 - p_a[0] - a0, p_b[1] + b1 - p_a[1] - a1, p_b[2] + b2 - p_a[2] - a2)
+    put(0, e0, e1, e2, vectors_out)
+    put(3, a0, a1, a2, vectors_out)
+    put(6, b0, b1, b2, vectors_out)
+    put(9, p_b[0] + b0 - p_a[0] - a0, p_b[1] + b1 - p_a[1] - a1, p_b[2] + b2 - p_a[2] - a2, vectors_out)
 
 
 @kernel
 def point_row_jacobian(x, J_out):
-    """Jacobian (12,) of a POINT row from its world vectors `x`.
+    """Write the Jacobian (12,) of a POINT row from its world vectors `x`.
 
-    The axis turns with a, so a's arm ends at the point of b: the force on a acts where it acts on b.
+    The axis rotates with a, so that the arm of a ends at the point of b: the forces on a and b act at one
+    point.
     """
-    put(J_out, 0, -x[0], -x[1], -x[2])
+    put(0, -x[0], -x[1], -x[2], J_out)
     c0, c1, c2 = cross(x[3] + x[9], x[4] + x[10], x[5] + x[11], x[0], x[1], x[2])
-    put(J_out, 3, -c0, -c1, -c2)
-    put(J_out, 6, x[0], x[1], x[2])
+    put(3, -c0, -c1, -c2, J_out)
+    put(6, x[0], x[1], x[2], J_out)
     c0, c1, c2 = cross(x[6], x[7], x[8], x[0], x[1], x[2])
-    put(J_out, 9, c0, c1, c2)
+    put(9, c0, c1, c2, J_out)
 
 
 @kernel
-def point_row_curvature(x, twist_a, twist_b):
-    """What ``J a`` must equal for a POINT row [m/s^2]: ``-(e'' . d + 2 e' . d' + e . d'')`` at zero
+def point_row_bias(x, twist_a, twist_b):
+    """Return the required ``J a`` of a POINT row [m/s^2]: ``-(e'' . d + 2 e' . d' + e . d'')`` at zero
     accelerations.
     """
     p0, p1, p2 = cross(twist_a[3], twist_a[4], twist_a[5], x[3], x[4], x[5])
@@ -81,8 +82,8 @@ def point_row_curvature(x, twist_a, twist_b):
 
 @kernel
 def place_axis_row(row, angle, R_a, R_b, vectors_out):
-    """World vectors of an AXIS row into `vectors_out` (9,): u of a, u a quarter turn of the drive later, z of
-    b [1].
+    """Write the world vectors of an AXIS row into `vectors_out` (9,): u of a, u at 90 deg more of the drive's
+    angle, z of b [1].
     """
     c, s = math.cos(angle), math.sin(angle)
     u0 = c * row.axis_a[0] + s * row.quarter_a[0]
@@ -94,25 +95,25 @@ def place_axis_row(row, angle, R_a, R_b, vectors_out):
     u0, u1, u2 = rotate(R_a, u0, u1, u2)
     n0, n1, n2 = rotate(R_a, n0, n1, n2)
     z0, z1, z2 = rotate(R_b, row.axis_b[0], row.axis_b[1], row.axis_b[2])
-    put(vectors_out, 0, u0, u1, u2)
-    put(vectors_out, 3, n0, n1, n2)
-    put(vectors_out, 6, z0, z1, z2)
+    put(0, u0, u1, u2, vectors_out)
+    put(3, n0, n1, n2, vectors_out)
+    put(6, z0, z1, z2, vectors_out)
 
 
 @kernel
 def axis_row_jacobian(x, J_out):
-    """Jacobian (12,) of an AXIS row from its world vectors `x`: ``w_b . (z x u) - w_a . (z x u)``."""
+    """Write the Jacobian (12,) of an AXIS row, ``(w_b - w_a) . (z x u)``, from its world vectors `x`."""
     c0, c1, c2 = cross(x[6], x[7], x[8], x[0], x[1], x[2])
-    put(J_out, 0, 0.0, 0.0, 0.0)
-    put(J_out, 3, -c0, -c1, -c2)
-    put(J_out, 6, 0.0, 0.0, 0.0)
-    put(J_out, 9, c0, c1, c2)
+    put(0, 0.0, 0.0, 0.0, J_out)
+    put(3, -c0, -c1, -c2, J_out)
+    put(6, 0.0, 0.0, 0.0, J_out)
+    put(9, c0, c1, c2, J_out)
 
 
 @kernel
-def axis_row_curvature(x, speed, acceleration, twist_a, twist_b):
-    """What ``J a`` must equal for an AXIS row [rad/s^2]: ``-(u'' . z + 2 u' . z' + u . z'')`` at zero angular
-    accelerations.
+def axis_row_bias(x, speed, acceleration, twist_a, twist_b):
+    """Return the required ``J a`` of an AXIS row [rad/s^2]: ``-(u'' . z + 2 u' . z' + u . z'')`` at zero
+    angular accelerations.
 
     `speed` [rad/s] and `acceleration` [rad/s^2] are those of the row's drive, zero without one.
     """
@@ -133,8 +134,8 @@ def axis_row_curvature(x, speed, acceleration, twist_a, twist_b):
 
 @kernel
 def place_rows(rows, position, rotation, drive_motion, vectors_out, gap_out, gap_rate_out, jacobian_out):
-    """World vectors, gaps [m or rad], explicit rates [rad/s] and Jacobians of all rows at a pose and at the
-    drives' motions.
+    """Write world vectors, gaps [m or rad], explicit rates [rad/s] and Jacobians of all rows at a pose and at
+    the drives' motions.
     """
     for i in range(rows.shape[0]):
         row, x, J = rows[i], vectors_out[i], jacobian_out[i]
@@ -154,25 +155,25 @@ def place_rows(rows, position, rotation, drive_motion, vectors_out, gap_out, gap
 
 
 @kernel
-def bend_rows(rows, vectors, twist, drive_motion, curvature_out):
-    """What ``J a`` must equal for every row [m/s^2 or rad/s^2], from its placed vectors and the twists of the
-    bodies.
+def bias_rows(rows, vectors, twist, drive_motion, bias_out):
+    """Write the required ``J a`` of every row [m/s^2 or rad/s^2], from its world vectors and the twists of
+    the bodies.
     """
     for i in range(rows.shape[0]):
         row = rows[i]
         t_a, t_b = twist[row.body_a], twist[row.body_b]
         if row.kind == POINT:
-            curvature_out[i] = point_row_curvature(vectors[i], t_a, t_b)
+            bias_out[i] = point_row_bias(vectors[i], t_a, t_b)
             continue
         speed, acceleration = 0.0, 0.0
         if row.drive >= 0:
             speed, acceleration = drive_motion[row.drive, 1], drive_motion[row.drive, 2]
-        curvature_out[i] = axis_row_curvature(vectors[i], speed, acceleration, t_a, t_b)
+        bias_out[i] = axis_row_bias(vectors[i], speed, acceleration, t_a, t_b)
 
 
 @kernel
 def row_rate(J, twist_a, twist_b):
-    """``J v`` of one row (12,) with the twists (6,) of its two bodies [m/s or rad/s]."""
+    """Return ``J v`` of one row (12,) with the twists (6,) of its two bodies [m/s or rad/s]."""
     rate = 0.0
     for k in range(6):
         rate += J[k] * twist_a[k] + J[6 + k] * twist_b[k]

@@ -1,21 +1,18 @@
 """Loads: gravity, constant moments, bushings, springs, joint friction, and the external wrench.
 
 Each load is a small function of two bodies; `apply_loads` sums them.  Every pair of opposite forces acts at
-one point in space, so momentum and angular momentum are passed on, never made.
+one point in space, so that loads conserve momentum and angular momentum.
 """
 
 import math
 
 from nutamill.base.frames import cross, quaternion_product, rotation_vector, turn_vector, turn_vector_back
 from nutamill.base.kernel import kernel
-from nutamill.mechanism.parts import JointKind
 
 FRICTION_SPEED = 0.1
 """Relative angular velocity [rad/s] over which Coulomb friction grows from nothing to (tanh 1 = 76 % of) its
 full moment.
 """
-
-CYLINDRICAL, REVOLUTE = int(JointKind.CYLINDRICAL), int(JointKind.REVOLUTE)
 
 
 @kernel
@@ -45,14 +42,16 @@ def add_wrench(load_out, position, body_a, body_b, x0, x1, x2, f0, f1, f2, m0, m
 
 @kernel
 def world_point(position, quaternion, body, point):
-    """World coordinates [m] of `point` (3,), given from the body's mass centre in body axes, as a 3-tuple."""
+    """Return the world coordinates [m] of `point` (3,), given from the body's mass centre in body axes, as a
+    3-tuple.
+    """
     r0, r1, r2 = turn_vector(quaternion[body], point[0], point[1], point[2])
     return position[body, 0] + r0, position[body, 1] + r1, position[body, 2] + r2
 
 
 @kernel
 def point_velocity(twist, position, body, x0, x1, x2):
-    """Velocity [m/s] of the material point of `body` that is at the world point x, as a 3-tuple."""
+    """Return the velocity [m/s] of the material point of `body` at the world point x, as a 3-tuple."""
     t = twist[body]
     c0, c1, c2 = cross(
         t[3], t[4], t[5], x0 - position[body, 0], x1 - position[body, 1], x2 - position[body, 2]
@@ -62,14 +61,14 @@ def point_velocity(twist, position, body, x0, x1, x2):
 
 @kernel
 def bushing_travel_of(bushing, position, quaternion):
-    """Travel of a `BUSHING` record: displacement [m] 3 and rotation vector [rad] 3 of b relative to a,
-    bushing axes fixed in a.
+    """Return the travel of a `BUSHING` record: displacement [m] 3 and rotation vector [rad] 3 of b relative
+    to a, bushing axes fixed in a.
     """
     a, b = bushing.body_a, bushing.body_b
     x = world_point(position, quaternion, b, bushing.point_b)
     y = world_point(position, quaternion, a, bushing.point_a)
-    e = quaternion_product(quaternion[a], bushing.turn_a)
-    f = quaternion_product(quaternion[b], bushing.turn_b)
+    e = quaternion_product(quaternion[a], bushing.attitude_a)
+    f = quaternion_product(quaternion[b], bushing.attitude_b)
     d0, d1, d2 = turn_vector_back(e, x[0] - y[0], x[1] - y[1], x[2] - y[2])
     r = quaternion_product((e[0], -e[1], -e[2], -e[3]), f)
     t0, t1, t2 = rotation_vector(r[0], r[1], r[2], r[3])
@@ -78,7 +77,7 @@ def bushing_travel_of(bushing, position, quaternion):
 
 @kernel
 def moment_from_rotation_energy(t0, t1, t2, g0, g1, g2):
-    r"""Moment conjugate to a turn, from the gradient g of an energy to the rotation vector t, as a 3-tuple.
+    r"""Return the moment (3-tuple) conjugate to a rotation vector t, from the gradient g of an energy to t.
 
     .. math:: M = g + \tfrac12 t \times g + c\, t \times (t \times g), \quad
               c = \frac{1}{\theta^2} - \frac{1 + \cos\theta}{2\theta\sin\theta}
@@ -92,7 +91,7 @@ def moment_from_rotation_energy(t0, t1, t2, g0, g1, g2):
     square = t0 * t0 + t1 * t1 + t2 * t2
     if square > 0.01:
         angle = math.sqrt(square)
-        # (1 + cos)/sin = 1/tan(angle/2), which stays finite at a half turn
+        # (1 + cos)/sin = 1/tan(angle/2), which stays finite at 180 deg
         c = 1.0 / square - 0.5 / (angle * math.tan(0.5 * angle))
     else:  # series; the next term is below 1e-14 of the first
         c = 1.0 / 12.0 + square * (1.0 / 720.0 + square * (1.0 / 30240.0 + square / 1209600.0))
@@ -103,8 +102,8 @@ def moment_from_rotation_energy(t0, t1, t2, g0, g1, g2):
 
 @kernel
 def bushing_wrench_of(bushing, position, quaternion, twist):
-    """Wrench of a `BUSHING` record on body b about its point on b, in bushing axes, and the power it
-    dissipates.
+    """Return the wrench of a `BUSHING` record on body b about its point on b, in bushing axes, and the power
+    it dissipates.
 
     Elastic part: minus the gradient of ``sum k travel^2 / 2``, exactly.  Viscous part: proportional to the
     velocity of b's point and the angular velocity, both relative to a.
@@ -116,7 +115,7 @@ def bushing_wrench_of(bushing, position, quaternion, twist):
     a, b = bushing.body_a, bushing.body_b
     k, c = bushing.stiffness, bushing.damping
     d0, d1, d2, t0, t1, t2 = bushing_travel_of(bushing, position, quaternion)
-    e = quaternion_product(quaternion[a], bushing.turn_a)
+    e = quaternion_product(quaternion[a], bushing.attitude_a)
     x0, x1, x2 = world_point(position, quaternion, b, bushing.point_b)
     v_b = point_velocity(twist, position, b, x0, x1, x2)
     v_a = point_velocity(twist, position, a, x0, x1, x2)
@@ -141,14 +140,14 @@ def bushing_wrench_of(bushing, position, quaternion, twist):
 
 @kernel
 def apply_bushings(bushings, position, quaternion, twist, load_out, power_out):
-    """Add every bushing's wrench to `load_out` (n_bodies + 1, 6); the first of `power_out` [W] are what it
-    dissipates.
+    """Add every bushing's wrench to `load_out` (n_bodies + 1, 6); write the power it dissipates [W] into the
+    first numbers of `power_out`.
     """
     for i in range(bushings.shape[0]):
         bushing = bushings[i]
         f0, f1, f2, m0, m1, m2, power = bushing_wrench_of(bushing, position, quaternion, twist)
         power_out[i] = power
-        e = quaternion_product(quaternion[bushing.body_a], bushing.turn_a)
+        e = quaternion_product(quaternion[bushing.body_a], bushing.attitude_a)
         f0, f1, f2 = turn_vector(e, f0, f1, f2)
         m0, m1, m2 = turn_vector(e, m0, m1, m2)
         x0, x1, x2 = world_point(position, quaternion, bushing.body_b, bushing.point_b)
@@ -157,8 +156,8 @@ def apply_bushings(bushings, position, quaternion, twist, load_out, power_out):
 
 @kernel
 def spring_pull(spring, position, quaternion, twist):
-    """Length [m], tension [N] and dissipated power [W] of a `SPRING` record, and the direction from its end
-    on a to that on b.
+    """Return length [m], tension [N] and dissipated power [W] of a `SPRING` record, and the direction from
+    its end on a to that on b.
 
     Tension ``stiffness (length - free_length) + damping d(length)/dt``.
     """
@@ -175,8 +174,8 @@ def spring_pull(spring, position, quaternion, twist):
 
 @kernel
 def apply_springs(springs, position, quaternion, twist, offset, load_out, power_out):
-    """Add every spring's force to `load_out` (n_bodies + 1, 6); `power_out` from `offset` on [W] is what its
-    damper dissipates.
+    """Add every spring's force to `load_out` (n_bodies + 1, 6); write the power its damper dissipates [W]
+    into `power_out` from `offset` on.
     """
     for i in range(springs.shape[0]):
         spring = springs[i]
@@ -202,8 +201,8 @@ def apply_springs(springs, position, quaternion, twist, offset, load_out, power_
 
 @kernel
 def friction_per_speed(reaction, speed, coefficient, radius, constant, viscous):
-    """Friction moment over relative angular velocity [N m s/rad] of a joint that carries the force `reaction`
-    [N].
+    """Return the friction moment over the relative angular velocity [N m s/rad] of a joint that carries the
+    force `reaction` [N].
 
     ``(coefficient radius reaction + constant) tanh(speed / FRICTION_SPEED) + viscous speed``, divided by
     `speed` [rad/s]: Coulomb friction, regularised near rest.
@@ -218,26 +217,22 @@ def friction_per_speed(reaction, speed, coefficient, radius, constant, viscous):
 
 @kernel
 def joint_force(joint, multiplier):
-    """Magnitude [N] of the force a `JOINT` record carried in the last solve: its first rows are forces along
-    square axes.
+    """Return the magnitude [N] of the force that a `JOINT` record carried in the last solve: the reactions of
+    its POINT rows, along axes square to each other.
     """
     square = 0.0
-    n_points = (
-        2 if joint.kind >= CYLINDRICAL else 3
-    )  # kinds from CYLINDRICAL on let the point slide along the axis
-    for i in range(joint.first_row, joint.first_row + n_points):
+    for i in range(joint.first_row, joint.first_row + joint.points):
         square += multiplier[i] * multiplier[i]
     return math.sqrt(square)
 
 
 @kernel
 def apply_joint_friction(joints, multiplier, quaternion, twist, offset, load_out, moment_out, power_out):
-    """Add every joint's friction moment to `load_out`; write it as it acts on b, `moment_out` (n_joints, 3)
-    [N m].
+    """Add every joint's friction moment to `load_out`; write the moment on b into `moment_out` (n_joints, 3)
+    [N m] and the power it dissipates [W] into `power_out` from `offset` on.
 
-    `power_out` from `offset` on [W] is what it dissipates.  Revolute and cylindrical joints: about the axis.
-    Others: against the whole relative angular velocity.  The load-dependent part takes the joint's own
-    reaction from the last solve (`multiplier`).
+    In joints that turn about an axis it acts about the axis, in others against the whole relative angular
+    velocity.  The load-dependent part takes the joint's reaction of the last solve (`multiplier`).
     """
     for j in range(joints.shape[0]):
         joint = joints[j]
@@ -250,7 +245,7 @@ def apply_joint_friction(joints, multiplier, quaternion, twist, offset, load_out
             continue
         a, b = joint.body_a, joint.body_b
         w0, w1, w2 = twist[b, 3] - twist[a, 3], twist[b, 4] - twist[a, 4], twist[b, 5] - twist[a, 5]
-        if joint.kind == REVOLUTE or joint.kind == CYLINDRICAL:
+        if joint.turns == 1:
             e0, e1, e2 = turn_vector(quaternion[a], joint.axis_a[0], joint.axis_a[1], joint.axis_a[2])
             about = e0 * w0 + e1 * w1 + e2 * w2
             w0, w1, w2 = about * e0, about * e1, about * e2

@@ -1,7 +1,7 @@
-"""The mechanism as arrays: what is constant (`Mechanism`), what moves (`MechanismState`), and work space.
+"""The mechanism as arrays: constants (`Mechanism`), state (`MechanismState`) and work space.
 
-Row `n_bodies` of every per-body array is the ground: zero velocity, infinite mass.  Names are kept as
-fixed-width text, so that a kernel may receive the struct whatever the parts are called.
+Row `n_bodies` of every per-body array is the ground: zero velocity, infinite mass.  Names are fixed-width
+text, so that the type of the struct does not depend on them.
 """
 
 from typing import NamedTuple
@@ -30,32 +30,29 @@ ROW = np.dtype(
         ("kind", "i8"),  # POINT or AXIS
         ("body_a", "i8"),
         ("body_b", "i8"),
-        ("drive", "i8"),  # the drive that turns axis_a, or -1
+        ("drive", "i8"),  # the drive that rotates axis_a, or -1
         ("point_a", "f8", (3,)),  # POINT: joint point on a from a's mass centre [m], axes of a
         ("point_b", "f8", (3,)),  # POINT: joint point on b from b's mass centre [m], axes of b
         ("axis_a", "f8", (3,)),  # unit vector of a [1], axes of a; of a drive: at drive angle zero
         ("axis_b", "f8", (3,)),  # AXIS: unit vector of b [1], axes of b
-        (
-            "quarter_a",
-            "f8",
-            (3,),
-        ),  # drive: where axis_a points after a quarter turn of the drive [1], axes of a
+        ("quarter_a", "f8", (3,)),  # drive: direction of axis_a at drive angle 90 deg [1], axes of a
     ]
 )
-"""A scalar constraint; every joint and drive is a run of them."""
+"""A scalar constraint; every joint and every prescribed rotation is a run of them."""
 
 PAIR = np.dtype([("row", "i8"), ("other", "i8"), ("block", "i8"), ("other_block", "i8")])
-"""Two rows (row >= other) that share a moving body, and where it stands in either's Jacobian (0: body a, 6:
-body b).
+"""Two rows (row >= other) that share a moving body, and its first column in the Jacobian of each (0: body a,
+6: body b).
 """
 
 JOINT = np.dtype(
     [
-        ("kind", "i8"),  # JointKind
         ("body_a", "i8"),
         ("body_b", "i8"),
         ("first_row", "i8"),
         ("end_row", "i8"),  # one past the joint's last row
+        ("points", "i8"),  # number of POINT rows, the joint's first; their reactions are forces
+        ("turns", "i8"),  # 1: b turns about the joint's axis, and so does its friction; 0: about any axis
         ("reaction_unique", "i8"),  # 1; 0 where redundant constraints share the reaction arbitrarily
         ("point_b", "f8", (3,)),  # the joint's point from b's mass centre [m], axes of b
         ("axis_a", "f8", (3,)),  # the joint's axis [1], axes of a; zero if it has none
@@ -73,8 +70,8 @@ BUSHING = np.dtype(
         ("body_b", "i8"),
         ("point_a", "f8", (3,)),  # the bushing's point from a's mass centre [m], axes of a
         ("point_b", "f8", (3,)),  # the same on b
-        ("turn_a", "f8", (4,)),  # quaternion from bushing axes to axes of a [1]
-        ("turn_b", "f8", (4,)),  # quaternion from bushing axes to axes of b [1]; same attitude at assembly
+        ("attitude_a", "f8", (4,)),  # quaternion from bushing axes to axes of a [1]
+        ("attitude_b", "f8", (4,)),  # quaternion from bushing axes to axes of b [1], which agree at assembly
         ("stiffness", "f8", (6,)),  # three [N/m], three [N m/rad], bushing axes (third: the bushing's axis)
         ("damping", "f8", (6,)),  # three [N s/m], three [N m s/rad], bushing axes
     ]
@@ -105,14 +102,14 @@ DRIVE = np.dtype(
         ("body_a", "i8"),
         ("body_b", "i8"),
         ("axis_a", "f8", (3,)),  # the joint's axis [1], axes of a
-        ("zero_a", "f8", (3,)),  # where zero_b points at angle zero [1], axes of a
+        ("zero_a", "f8", (3,)),  # direction of zero_b at angle zero [1], axes of a
         ("zero_b", "f8", (3,)),  # a direction of b square to the axis [1], axes of b
         ("gain", "f8"),  # motor: torque per error of the speed [N m s/rad]
         ("integral_gain", "f8"),  # motor: rate of the torque per error of the speed [N m/rad]
         ("torque_limit", "f8"),  # motor: largest torque [N m]
         ("power_limit", "f8"),  # motor: largest torque times speed [W]
         ("cut", "f8"),  # motor: time from which it gives no torque [s]
-        ("restored", "f8"),  # motor: time from which it works again [s]
+        ("restored", "f8"),  # motor: time from which it gives torque again [s]
     ]
 )
 """A drive: the constraint row of a prescribed rotation or the numbers of a motor, and its run of knots."""
@@ -124,9 +121,7 @@ at the first.
 
 
 class Mechanism(NamedTuple):
-    """Everything constant about a mechanism. Tables are record arrays, one record per part, in the order
-    given.
-    """
+    """The constants of a mechanism: record arrays, one record per part, in the order given."""
 
     gravity: np.ndarray
     """Gravity [m/s^2], (3,), world axes."""
@@ -155,7 +150,7 @@ class Mechanism(NamedTuple):
 
 
 class MechanismState(NamedTuple):
-    """Everything that moves; a copy of these arrays restores a run bit for bit."""
+    """The state of a mechanism; a copy of these arrays restores a run bit for bit."""
 
     time: np.ndarray
     """Time [s], (1,)."""
@@ -219,7 +214,8 @@ class MechanismScratch(NamedTuple):
     inverse_inertia: np.ndarray
     """Inverse of `inertia` [1/(kg m^2)], (n_bodies + 1, 3, 3), world axes."""
     twist: np.ndarray
-    """Velocity [m/s] and angular velocity [rad/s] the loads see, (n_bodies + 1, 6), world axes."""
+    """Velocity [m/s] and angular velocity [rad/s] of which loads are computed, (n_bodies + 1, 6), world axes.
+    """
     start_twist: np.ndarray
     """Velocity and angular velocity at the start of the step, (n_bodies + 1, 6), as `twist`."""
     momentum: np.ndarray
@@ -237,15 +233,15 @@ class MechanismScratch(NamedTuple):
     inverse_mass_jacobian: np.ndarray
     """Inverse mass times the transposed Jacobian, (n_rows, 12) [1/kg or m/(kg m^2)], world axes."""
     row_vectors: np.ndarray
-    """World vectors of each row [1 or m], (n_rows, 12): POINT axis, arm a, arm b, gap; AXIS axis a, its
-    quarter turn, axis b.
+    """World vectors of each row [1 or m], (n_rows, 12): POINT axis, arm a, arm b, gap; AXIS axis a, the
+    same 90 deg of the drive later, axis b.
     """
     gap: np.ndarray
     """Value of each constraint [m or rad], (n_rows,)."""
     gap_rate: np.ndarray
     """Explicit time derivative of each constraint [rad/s], (n_rows,)."""
-    curvature: np.ndarray
-    """What J a must equal [m/s^2 or rad/s^2], (n_rows,)."""
+    bias: np.ndarray
+    """Required value of J a [m/s^2 or rad/s^2], (n_rows,)."""
     schur: np.ndarray
     """J M^-1 J^T [SI], (n_rows, n_rows), lower triangle; destroyed by the factorisation."""
     lower: np.ndarray
@@ -259,8 +255,8 @@ class MechanismScratch(NamedTuple):
     multiplier: np.ndarray
     """Row reactions of the new solve [N or N m], (n_rows,)."""
     drive_motion: np.ndarray
-    """Angle [rad], speed [rad/s], acceleration [rad/s^2] prescribed to, or asked of, each drive at the end of
-    the step, (n_drives, 3).
+    """Angle [rad], speed [rad/s], acceleration [rad/s^2] of each drive at the end of the step, prescribed or
+    the set point of a motor, (n_drives, 3).
     """
     motor_torque: np.ndarray
     """Torque of each motor at the end of the step [N m], (n_drives,)."""
@@ -271,7 +267,7 @@ class MechanismScratch(NamedTuple):
 
 
 class SensorTable(NamedTuple):
-    """What `read_sensors` writes, column by column."""
+    """The sensors of a mechanism and the columns that `read_sensors` writes."""
 
     kind: np.ndarray
     """`SensorKind` [1], (n_sensors,)."""
@@ -282,6 +278,6 @@ class SensorTable(NamedTuple):
     point: np.ndarray
     """Point from the body's mass centre [m], (n_sensors, 3), body axes."""
     axes_body: np.ndarray
-    """Body whose axes the vectors are written in [1], (n_sensors,); the ground stands for world axes."""
+    """Body in whose axes the vectors are written [1], (n_sensors,); the ground stands for world axes."""
     column: np.ndarray
     """Names of the columns [1], (n_columns,)."""

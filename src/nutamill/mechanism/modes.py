@@ -1,8 +1,8 @@
-"""Small motions of a mechanism: where it rests, and how it vibrates about rest.
+"""Static equilibrium of a mechanism, and its small vibrations about rest.
 
 Both use the tangent stiffness of loads and present reactions, by central differences over the positions and
-attitudes of the bodies, and the directions the constraints leave free.  Joint friction is left out: it has no
-slope at rest.
+attitudes of the bodies, and the directions that the constraints leave free.  Joint friction is left out: it
+has no slope at rest.
 """
 
 from typing import NamedTuple
@@ -22,17 +22,14 @@ PROBE = 1e-6
 
 NEWTON_ROUNDS, NEWTON_TOLERANCE, LONGEST_STEP = 300, 1e-11, 0.05
 """Limit of rounds [1], last step [m or rad] that counts as none, and largest step [m or rad] of the search
-for rest.
+for equilibrium.
 """
-
 
 BALANCE = 1e-6
-"""Load that may be left over at rest [1], over the largest load."""
+"""Largest load without balance at rest, over the largest load [1]."""
 
 SLOWEST = 0.01
-"""Frequency below which a motion counts as held by nothing [Hz]: what the central differences leave of zero
-lies below.
-"""
+"""Frequency below which a motion counts as free [Hz]; the errors of the central differences are smaller."""
 
 
 class Modes(NamedTuple):
@@ -57,77 +54,79 @@ def static_equilibrium(
     wrench: np.ndarray | None = None,
     hold_drives: bool = True,
 ) -> None:
-    """Move `state` to rest under weights, loads and a constant `wrench`, in place, then `start` it.
+    """Move `state` to static equilibrium under weights, loads and a constant `wrench`, in place, then `start`
+    it.
 
-    Newton's method on forces and gaps together; velocities become zero but for what the drives prescribe.
+    Newton's method on forces and gaps together.  Velocities become zero, except those that drives prescribe.
 
     Parameters
     ----------
-    wrench : external force [N] and moment about the mass centres [N m], (n_bodies + 1, 6), world axes; it
-        stays in `state.wrench`. As it is in `state` if not given
-    hold_drives : hold the drives' present angles; otherwise driven joints turn freely to where they rest
+    wrench : external force [N] and moment about the mass centres [N m], (n_bodies + 1, 6), world axes, put
+        into `state.wrench`; None to leave that as it is
+    hold_drives : lock the present angles of the drives; otherwise driven joints turn freely to equilibrium
 
     Raises
     ------
     StepError
-        if no rest is found
+        if there is no equilibrium
     """
     if wrench is not None:
         state.wrench[:] = wrench
     state.velocity[:], state.angular_velocity[:] = 0.0, 0.0
-    held = held_rows(mechanism, hold_drives)
-    n, n_held = 6 * (len(mechanism.bodies) - 1), int(held.sum())
-    reaction = np.zeros(len(held))
+    locked = locked_rows(mechanism, hold_drives)
+    n, n_locked = 6 * (len(mechanism.bodies) - 1), int(locked.sum())
+    reaction = np.zeros(len(locked))
     jacobian = locked_jacobian(mechanism, state, scratch)
-    reaction[held] = np.linalg.lstsq(
-        jacobian[held].T, -residual(mechanism, state, scratch, reaction), rcond=None
+    reaction[locked] = np.linalg.lstsq(
+        jacobian[locked].T, -residual(mechanism, state, scratch, reaction), rcond=None
     )[0]
     for _ in range(NEWTON_ROUNDS):
         stiffness = tangent_stiffness(mechanism, state, scratch, reaction)
         force = residual(mechanism, state, scratch, reaction)
-        jacobian = locked_jacobian(mechanism, state, scratch)[held]
-        gap = np.append(scratch.gap, np.zeros(len(held) - len(scratch.gap)))
+        jacobian = locked_jacobian(mechanism, state, scratch)[locked]
+        gap = np.append(scratch.gap, np.zeros(len(locked) - len(scratch.gap)))
         scale = max(np.abs(stiffness).max(), 1.0)
-        matrix = np.block([[stiffness / scale, -jacobian.T], [jacobian, np.zeros((n_held, n_held))]])
-        solution = np.linalg.lstsq(matrix, np.concatenate([force / scale, -gap[held]]), rcond=1e-13)[0]
+        matrix = np.block([[stiffness / scale, -jacobian.T], [jacobian, np.zeros((n_locked, n_locked))]])
+        solution = np.linalg.lstsq(matrix, np.concatenate([force / scale, -gap[locked]]), rcond=1e-13)[0]
         longest = np.abs(solution[:n]).max(initial=0.0)
-        pull = unbalanced(mechanism, state, scratch, held)
+        pull = unbalanced(mechanism, state, scratch, locked)
         if pull.any() and (longest < NEWTON_TOLERANCE or pull @ solution[:n] < 0.0):
-            # the loads have no slope here, as on a pendulum held level, or one that leads uphill: go the way
-            # they pull
+            # the loads have no slope here, as on a level pendulum, or one that leads uphill: follow the loads
             length = LONGEST_STEP if longest < NEWTON_TOLERANCE else min(longest, LONGEST_STEP)
             displace(state, length / np.abs(pull).max() * pull)
             continue
         share = min(1.0, LONGEST_STEP / max(longest, LONGEST_STEP))
         displace(state, share * solution[:n])
-        reaction[held] += share * scale * solution[n:]
+        reaction[locked] += share * scale * solution[n:]
         if longest < NEWTON_TOLERANCE:
             break
     else:
         how = (
             "nothing balances all loads"
             if longest < NEWTON_TOLERANCE
-            else f"the last one still moved {longest:.3g} m or rad"
+            else f"the last one moved a body by {longest:.3g} m or rad"
         )
         raise StepError(
-            f"static equilibrium: must be found in {NEWTON_ROUNDS} rounds, {how}. "
-            "Check that every body is held by a joint, a bushing or a spring, and assemble the "
-            "mechanism near to where it rests"
+            f"static equilibrium: none after {NEWTON_ROUNDS} rounds, {how}. "
+            "Check that a joint, a bushing or a spring supports every body, and assemble the mechanism near "
+            "its equilibrium."
         )
     if start(mechanism, state, scratch) != OK:
-        raise StepError("static equilibrium: must give finite accelerations. Check that every body is held")
+        raise StepError(
+            "static equilibrium: the accelerations are not finite. Check that every body is supported."
+        )
 
 
-def unbalanced(mechanism, state, scratch, held) -> np.ndarray:
-    """Loads on what moves freely that neither constraints nor stiffness balance [N, N m] (6 n,); zeros where
-    all is in balance.
+def unbalanced(mechanism, state, scratch, locked) -> np.ndarray:
+    """Return the loads along free motions that neither constraints nor stiffness balance [N, N m] (6 n,),
+    zeros in equilibrium.
     """
-    free = free_directions(locked_jacobian(mechanism, state, scratch)[held])
+    free = free_directions(locked_jacobian(mechanism, state, scratch)[locked])
     load = residual(mechanism, state, scratch, np.zeros(len(mechanism.rows)))
-    left = free.T @ load
+    rest = free.T @ load
     return (
-        free @ left
-        if np.abs(left).max(initial=0.0) > BALANCE * max(np.abs(load).max(), 1.0)
+        free @ rest
+        if np.abs(rest).max(initial=0.0) > BALANCE * max(np.abs(load).max(), 1.0)
         else np.zeros_like(load)
     )
 
@@ -135,28 +134,23 @@ def unbalanced(mechanism, state, scratch, held) -> np.ndarray:
 def modes(
     mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch, loose: str = "refuse"
 ) -> Modes:
-    """Frequencies, damping ratios and shapes of small vibrations about the present pose, at rest, drives
-    held.
+    """Compute frequencies, damping ratios and shapes of small vibrations about the present pose, drives
+    locked.
 
-    `state` is left as it is, and should be at rest (`static_equilibrium`): velocities count as zero.
+    `state` does not change and should be in equilibrium (`static_equilibrium`): velocities count as zero.
 
     Parameters
     ----------
-    loose : "refuse" bodies that nothing brings back (`loose_motions`), or "keep" them as modes of frequency
+    loose : "refuse" motions without a restoring force (`loose_motions`), or "keep" them as modes of frequency
         zero
 
     Raises
     ------
-    CaseError : what is loose, by the bodies that move
+    CaseError : the loose motions, by the bodies that move
     """
-    if loose == "refuse" and (found := loose_motions(mechanism, state, scratch)):
-        hint = "Hold it with a joint, a bushing or a spring"
-        raise CaseError(
-            *(
-                Fault("modes", f"every motion must be held by something, {motion} is not", hint)
-                for motion in found
-            )
-        )
+    if loose == "refuse" and (motions := loose_motions(mechanism, state, scratch)):
+        hint = "Support it with a joint, a bushing or a spring"
+        raise CaseError(*(Fault("modes", f"no restoring force, got {motion}", hint) for motion in motions))
     jacobian = locked_jacobian(mechanism, state, scratch)
     mass = mass_matrix(mechanism, scratch)
     stiffness = tangent_stiffness(mechanism, state, scratch, state.multiplier)
@@ -169,8 +163,8 @@ def modes(
 
 
 def modes_of(stiffness: np.ndarray, damping: np.ndarray, directions: np.ndarray) -> Modes:
-    """Modes of ``q'' + damping q' + stiffness q = 0``, matrices (m, m) per unit mass; bodies move by
-    ``directions q``, (6 n_bodies, m).
+    """Return the modes of ``q'' + damping q' + stiffness q = 0``, matrices (m, m) per unit mass; bodies move
+    by ``directions q``, (6 n_bodies, m).
     """
     m = len(stiffness)
     values, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-stiffness, -damping]]))
@@ -184,34 +178,35 @@ def modes_of(stiffness: np.ndarray, damping: np.ndarray, directions: np.ndarray)
 
 
 def loose_motions(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch) -> list[str]:
-    """Motions that constraints allow and that no stiffness brings back, each by the bodies that move most in
-    it.
+    """Name the motions that constraints allow and no stiffness restores, each by the body that moves most.
 
-    At the present pose, drives held; undamped motions slower than `SLOWEST` count.
+    At the present pose, drives locked; undamped motions slower than `SLOWEST` count.
     """
     free = free_directions(locked_jacobian(mechanism, state, scratch))
     stiffness = free.T @ tangent_stiffness(mechanism, state, scratch, state.multiplier) @ free
     values, vectors = np.linalg.eig(
         np.linalg.solve(free.T @ mass_matrix(mechanism, scratch) @ free, stiffness)
     )
-    found = []
+    motions = []
     for k in np.flatnonzero(np.abs(values) < (2.0 * np.pi * SLOWEST) ** 2):
         moves = np.abs(free @ vectors[:, k]).reshape(-1, 6)
         b, way = np.unravel_index(moves.argmax(), moves.shape)
-        sort = "the shift" if way < 3 else "the turn"
-        found.append(f"{sort} of body '{mechanism.names[b]}' along or about {'xyz'[way % 3]}")
-    return list(dict.fromkeys(found))
+        sort = "translation" if way < 3 else "rotation"
+        motions.append(
+            f"{sort} of body '{mechanism.names[b]}' {'along' if way < 3 else 'about'} {'xyz'[way % 3]}"
+        )
+    return list(dict.fromkeys(motions))
 
 
-def held_rows(mechanism, hold_drives) -> np.ndarray:
-    """Which rows of `locked_jacobian` count, (n_rows + n_motors,) of bool."""
+def locked_rows(mechanism, hold_drives) -> np.ndarray:
+    """Return which rows of `locked_jacobian` apply, (n_rows + n_motors,) of bool."""
     motors = np.full(int((mechanism.drives.row < 0).sum()), hold_drives)
     return np.append((mechanism.rows.drive < 0) | hold_drives, motors)
 
 
 def locked_jacobian(mechanism, state, scratch) -> np.ndarray:
-    """Jacobian (n_rows + n_motors, 6 n_bodies) of the constraints, and of what would hold the motors' joints
-    where they are.
+    """Return the Jacobian (n_rows + n_motors, 6 n_bodies) of the constraints and of a lock in every motor's
+    joint.
     """
     jacobian = dense_jacobian(mechanism, state, scratch)
     motors = [drive for drive in mechanism.drives if drive.row < 0]
@@ -223,8 +218,8 @@ def locked_jacobian(mechanism, state, scratch) -> np.ndarray:
 
 
 def free_directions(jacobian) -> np.ndarray:
-    """Orthonormal basis (n, n - rank) of the motions that keep all constraints; rows are scaled to unit size
-    first.
+    """Return an orthonormal basis (n, n - rank) of the motions that satisfy all constraints, of rows scaled
+    to unit size.
     """
     if len(jacobian) == 0:
         return np.eye(jacobian.shape[1])
@@ -241,7 +236,7 @@ def displace(state, move) -> None:
 
 
 def residual(mechanism, state, scratch, reaction) -> np.ndarray:
-    """Loads plus row reactions on every body at rest [N, N m], (6 n_bodies,)."""
+    """Return loads plus row reactions on every body at rest [N, N m], (6 n_bodies,)."""
     scratch.twist[:] = 0.0
     jacobian = locked_jacobian(mechanism, state, scratch)
     apply_loads(mechanism, state, scratch)
@@ -249,7 +244,7 @@ def residual(mechanism, state, scratch, reaction) -> np.ndarray:
 
 
 def tangent_stiffness(mechanism, state, scratch, reaction) -> np.ndarray:
-    """Minus the derivative of `residual` to the displacements of the bodies at fixed row reactions, (6
+    """Return minus the derivative of `residual` to the displacements of the bodies at fixed row reactions, (6
     n_bodies, 6 n_bodies).
     """
     n = 6 * (len(mechanism.bodies) - 1)
@@ -263,7 +258,7 @@ def tangent_stiffness(mechanism, state, scratch, reaction) -> np.ndarray:
 
 
 def tangent_damping(mechanism, state, scratch) -> np.ndarray:
-    """Minus the derivative of the loads to the velocities at rest, (6 n_bodies, 6 n_bodies)."""
+    """Return minus the derivative of the loads to the velocities at rest, (6 n_bodies, 6 n_bodies)."""
     n = 6 * (len(mechanism.bodies) - 1)
     damping = np.zeros((n, n))
     scratch.twist[:] = 0.0
@@ -277,7 +272,9 @@ def tangent_damping(mechanism, state, scratch) -> np.ndarray:
 
 
 def mass_matrix(mechanism, scratch) -> np.ndarray:
-    """Masses and inertias about the mass centres at the placed pose, (6 n_bodies, 6 n_bodies), world axes."""
+    """Return masses and inertias about the mass centres at the present pose, (6 n_bodies, 6 n_bodies), world
+    axes.
+    """
     n = len(mechanism.bodies) - 1
     mass = np.zeros((6 * n, 6 * n))
     for b in range(n):

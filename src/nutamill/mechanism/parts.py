@@ -1,11 +1,12 @@
-"""What a mechanism is made of, as a person describes it: frozen data, SI, world coordinates as assembled.
+"""The parts of a mechanism as a person describes them: frozen data, SI, world coordinates as assembled.
 
-`nutamill.mechanism.assembly.assemble` checks these and turns them into arrays.
+`nutamill.mechanism.assembly.assemble` checks the parts and turns them into arrays.
 """
 
 import math
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,22 +17,52 @@ Vector = tuple[float, float, float] | np.ndarray
 
 
 class JointKind(IntEnum):
-    """What a joint lets body b do relative to body a."""
+    """Motions of body b relative to body a that a joint leaves free."""
 
     FIXED = 0
-    """Nothing."""
+    """None."""
     REVOLUTE = 1
-    """Turn about the axis."""
+    """Rotation about the axis."""
     SPHERICAL = 2
-    """Turn about the point."""
+    """Rotation about the point."""
     UNIVERSAL = 3
-    """Turn about `axis` of a and about `second_axis` of b (Hooke joint)."""
+    """Rotation about `axis` of a and about `second_axis` of b (Hooke joint)."""
     CYLINDRICAL = 4
-    """Turn about and slide along the axis."""
+    """Rotation about the axis and sliding along it."""
     PRISMATIC = 5
-    """Slide along the axis."""
+    """Sliding along the axis."""
     POINT_ON_LINE = 6
-    """Turn freely; the point of b slides on the line of a along the axis ("sphere and cylinder")."""
+    """Any rotation; the point of b slides along the axis of a ("sphere and cylinder")."""
+
+
+class JointRows(NamedTuple):
+    """Scalar constraints and properties of a joint kind."""
+
+    points: int
+    """Directions in which the points of a and b stay together [1]: 3, or 2 if b slides along the axis."""
+    axes: int
+    """Rotations that the joint locks [1], 0 to 3."""
+    turns: bool
+    """Whether b turns about the joint's axis, so that a drive can drive it."""
+    rubs: bool
+    """Whether the joint can have friction."""
+
+    @property
+    def needs_axis(self) -> bool:
+        """Whether the joint has an axis: it slides along it, or locks some rotations but not all."""
+        return self.points == 2 or self.axes in (1, 2)
+
+
+JOINTS = {
+    JointKind.FIXED: JointRows(points=3, axes=3, turns=False, rubs=False),
+    JointKind.REVOLUTE: JointRows(points=3, axes=2, turns=True, rubs=True),
+    JointKind.SPHERICAL: JointRows(points=3, axes=0, turns=False, rubs=True),
+    JointKind.UNIVERSAL: JointRows(points=3, axes=1, turns=False, rubs=True),
+    JointKind.CYLINDRICAL: JointRows(points=2, axes=2, turns=True, rubs=True),
+    JointKind.PRISMATIC: JointRows(points=2, axes=3, turns=False, rubs=False),
+    JointKind.POINT_ON_LINE: JointRows(points=2, axes=0, turns=False, rubs=True),
+}
+"""The declaration of every joint kind: a new kind is a member of `JointKind` and a line here."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +106,7 @@ class Joint:
     name: str
     """Unique name."""
     kind: JointKind
-    """What it lets b do relative to a."""
+    """Motions that it leaves free."""
     body_a: str
     """Name of body a; the axis is fixed in it."""
     body_b: str
@@ -89,14 +120,14 @@ class Joint:
     friction: JointFriction | None = None
     """Friction, for joints that turn."""
     point_b: Vector | None = None
-    """Where body b has its point [m], (3,), world, as assembled, if it may differ from `point` (a loop that
-    may not close).
+    """Joint point of body b [m], (3,), world, as assembled, where it may differ from `point`: a loop that
+    may not close.
     """
 
 
 @dataclass(frozen=True, slots=True)
 class Bushing:
-    """A compliant connection, without load as assembled."""
+    """A compliant connection, unloaded as assembled."""
 
     name: str
     """Unique name."""
@@ -150,8 +181,8 @@ class Torque:
 
 @dataclass(frozen=True, slots=True)
 class Motor:
-    """A motor whose speed is not prescribed but controlled: proportional and integral action on the speed,
-    within its limits.
+    """A speed-controlled motor: proportional and integral action on the speed, within limits of torque and
+    power.
     """
 
     gain: float
@@ -165,13 +196,13 @@ class Motor:
     cut: float = math.inf
     """Time from which it gives no torque [s]."""
     restored: float = math.inf
-    """Time from which it works again [s]."""
+    """Time from which it gives torque again [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """What turns a joint's body b relative to its body a about the joint's axis: a prescribed rotation, or a
-    motor asked for it.
+    """A rotation of a joint's body b relative to its body a about the joint's axis, prescribed or by a
+    motor.
     """
 
     name: str
@@ -185,4 +216,11 @@ class Drive:
     first knot.
     """
     motor: Motor | None = None
-    """The motor that is to reach these speeds; a prescribed rotation if None."""
+    """Motor whose set point these speeds are; None for a prescribed rotation."""
+
+
+Part = Body | Joint | Bushing | Spring | Torque | Drive
+"""Any part of a mechanism."""
+
+Load = Bushing | Spring | Torque
+"""A part that exerts forces or moments and constrains nothing."""

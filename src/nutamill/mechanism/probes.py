@@ -1,7 +1,7 @@
 """Read the state: motions of points, reactions, bushing wrenches, drive torques.
 
-Every function needs the state alone (reactions are those of its last solve), so it may be called after a
-restored checkpoint.
+Every function reads the state alone, so that it may be called after a restored checkpoint.  Reactions are
+those of the last solve.
 """
 
 from nutamill.base.frames import cross, turn_vector
@@ -13,13 +13,11 @@ from nutamill.mechanism.model import POINT
 
 
 @kernel
-def joint_reaction(mechanism, state, scratch, joint, out):
-    """Wrench joint number `joint` exerts on its body b about the joint's point on b, friction moment
-    included.
+def joint_reaction(mechanism, state, joint, out):
+    """Write the wrench that joint number `joint` exerts on its body b about the joint's point on b, friction
+    moment included: force [N] and moment [N m] into `out` (6,), world axes.
 
-    A drive of the joint is not part of it: see `drive_torque`.
-
-    `out` (6,): force [N], moment [N m], world axes.  `scratch` is not used.
+    The torque of a drive of the joint is no part of it (`drive_torque`).
     """
     table = mechanism.joints[joint]
     for k in range(3):
@@ -41,53 +39,53 @@ def joint_reaction(mechanism, state, scratch, joint, out):
 
 @kernel
 def bushing_wrench(mechanism, state, scratch, bushing, out):
-    """Wrench of bushing number `bushing` on its body b about its point on b: force [N], moment [N m], (6,).
+    """Write the wrench of bushing number `bushing` on its body b about its point on b: force [N] and moment
+    [N m] into `out` (6,).
 
-    Bushing axes fixed in a: those of a itself where the bushing's axis is a's z.  `scratch.twist` is
-    overwritten.
+    Axes are those of the bushing, fixed in a.  `scratch.twist` is overwritten.
     """
     gather_twists(state, scratch.twist)
     f0, f1, f2, m0, m1, m2, _power = bushing_wrench_of(
         mechanism.bushings[bushing], state.position, state.quaternion, scratch.twist
     )
-    put(out, 0, f0, f1, f2)
-    put(out, 3, m0, m1, m2)
+    put(0, f0, f1, f2, out)
+    put(3, m0, m1, m2, out)
 
 
 @kernel
-def bushing_travel(mechanism, state, scratch, bushing, out):
-    """Displacement [m] and rotation vector [rad] of b relative to a at bushing number `bushing`, (6,), axes
-    as `bushing_wrench`.
-
-    Zero at assembly.  `scratch` is not used.
+def bushing_travel(mechanism, state, bushing, out):
+    """Write displacement [m] and rotation vector [rad] of b relative to a at bushing number `bushing` into
+    `out` (6,), axes of the bushing; zero at assembly.
     """
     d0, d1, d2, t0, t1, t2 = bushing_travel_of(mechanism.bushings[bushing], state.position, state.quaternion)
-    put(out, 0, d0, d1, d2)
-    put(out, 3, t0, t1, t2)
+    put(0, d0, d1, d2, out)
+    put(3, t0, t1, t2, out)
 
 
 @kernel
 def drive_torque(mechanism, state, drive):
-    """Torque [N m] of drive number `drive` on its joint's body b about the joint's axis."""
+    """Return the torque [N m] of drive number `drive` on its joint's body b about the joint's axis."""
     return state.drive_torque[drive]
 
 
 @kernel
 def drive_angle_speed(state, drive):
-    """Angle [rad] and speed [rad/s] of drive number `drive`, as a pair."""
+    """Return angle [rad] and speed [rad/s] of drive number `drive`, as a pair."""
     return state.drive_motion[drive, 0], state.drive_motion[drive, 1]
 
 
 @kernel
 def point_position(state, body, point):
-    """World position [m] of a `point` (3,) given from the body's mass centre in body axes, as a 3-tuple."""
+    """Return the world position [m] of a `point` (3,) given from the body's mass centre in body axes, as a
+    3-tuple.
+    """
     return world_point(state.position, state.quaternion, body, point)
 
 
 @kernel
 def point_velocity_of(state, body, point):
-    """Velocity [m/s] in world axes of a `point` (3,) given from the body's mass centre in body axes, as a
-    3-tuple.
+    """Return the velocity [m/s] in world axes of a `point` (3,) given from the body's mass centre in body
+    axes, as a 3-tuple.
     """
     r0, r1, r2 = turn_vector(state.quaternion[body], point[0], point[1], point[2])
     v, w = state.velocity[body], state.angular_velocity[body]
@@ -97,8 +95,8 @@ def point_velocity_of(state, body, point):
 
 @kernel
 def point_acceleration(state, body, point):
-    """Acceleration [m/s^2] in world axes of a `point` (3,) given from the body's mass centre in body axes, as
-    a 3-tuple.
+    """Return the acceleration [m/s^2] in world axes of a `point` (3,) given from the body's mass centre in
+    body axes, as a 3-tuple.
 
     ``a + alpha x r + w x (w x r)``; gravity is not part of it.
     """

@@ -1,4 +1,4 @@
-"""Joints and drives taken apart into scalar rows, in body axes."""
+"""Joints and drives as scalar constraint rows, in body axes."""
 
 from typing import NamedTuple
 
@@ -6,34 +6,34 @@ import numpy as np
 
 from nutamill.base.errors import Fault
 from nutamill.mechanism.model import AXIS, JOINT, PAIR, POINT, ROW
-from nutamill.mechanism.parts import GROUND, JointKind
+from nutamill.mechanism.parts import GROUND, JOINTS, Joint
 
 LARGEST_GAP = 1e-5
 """Largest distance [m] between the two points of a joint as assembled."""
 
 
 class RowLabel(NamedTuple):
-    """What a row holds, for messages."""
+    """The part and the direction of a row, for messages."""
 
     part: str
-    """The joint or drive, as in messages."""
+    """Joint or drive, as messages name it."""
     direction: str
-    """What it holds, and along which world direction."""
+    """Kind and world direction of the constraint."""
     unit: str
     """Unit of its gap: m or rad."""
 
 
 def matrix_of(q) -> np.ndarray:
-    """Rotation matrix (3, 3) of a unit quaternion (w, x, y, z)."""
+    """Return the rotation matrix (3, 3) of a unit quaternion (w, x, y, z)."""
     w, v = q[0], np.asarray(q[1:], float)
     skew = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
     return np.eye(3) + 2.0 * w * skew + 2.0 * skew @ skew
 
 
 def quaternion_of(R) -> np.ndarray:
-    """Unit quaternion (w, x, y, z) of a rotation matrix (3, 3).
+    """Return the unit quaternion (w, x, y, z) of a rotation matrix (3, 3).
 
-    Source: Shepperd, J. Guidance and Control 1(3), 223-224, 1978: the largest component is found first.
+    Source: Shepperd, J. Guidance and Control 1(3), 223-224, 1978 (divide by the largest component).
     """
     diagonal, trace = np.diag(R), np.trace(R)
     k = int(np.argmax([trace, *diagonal]))
@@ -48,10 +48,9 @@ def quaternion_of(R) -> np.ndarray:
 
 
 def frame_along(axis) -> np.ndarray:
-    """A right-handed frame (3, 3), columns in world axes, third along `axis`; the world's own for +z.
+    """Return a right-handed frame (3, 3), columns in world axes, third along `axis`.
 
-    The other two come from the world's x and y by the shortest turn from z, so they are as parallel to them
-    as can be.
+    The other two are the world's x and y after the shortest rotation that brings z to `axis`.
     """
     z = np.asarray(axis, float) / np.linalg.norm(axis)
     if z[2] < -1.0 + 1e-12:
@@ -62,7 +61,7 @@ def frame_along(axis) -> np.ndarray:
 
 
 class Placement:
-    """Where the bodies are as assembled, and world points and directions in their axes."""
+    """Positions and attitudes of the bodies as assembled, and world vectors in their axes."""
 
     def __init__(self, bodies):
         self.index = {body.name: i for i, body in enumerate(bodies)} | {GROUND: len(bodies)}
@@ -72,66 +71,57 @@ class Placement:
         self.rotation = np.array([matrix_of(q) for q in self.quaternion])
 
     def local_point(self, body: str, point) -> np.ndarray:
-        """A world point from the body's mass centre in its axes [m]."""
+        """Return a world point from the body's mass centre in its axes [m]."""
         return self.rotation[self.index[body]].T @ (
             np.asarray(point, float) - self.position[self.index[body]]
         )
 
     def local_axis(self, body: str, direction) -> np.ndarray:
-        """A world direction in the body's axes [1]."""
+        """Return a world direction in the body's axes [1]."""
         return self.rotation[self.index[body]].T @ np.asarray(direction, float)
 
     def attitude_in(self, body: str, frame) -> np.ndarray:
-        """Quaternion from a frame (3, 3), columns in world axes, to the body's axes."""
+        """Return the quaternion from a frame (3, 3), columns in world axes, to the body's axes."""
         return quaternion_of(self.rotation[self.index[body]].T @ frame)
 
 
-def joint_rows(joint):
-    """World axes a joint holds: POINT rows (axis of a), then AXIS rows (axis of a, axis of b)."""
-    if joint.kind == JointKind.UNIVERSAL:
-        return [*np.eye(3)], [(unit(joint.axis), unit(joint.second_axis))]
-    x, y, z = np.eye(3) if joint.axis is None else frame_along(joint.axis).T
-    points = {
-        JointKind.FIXED: [x, y, z],
-        JointKind.REVOLUTE: [x, y, z],
-        JointKind.SPHERICAL: [x, y, z],
-        JointKind.CYLINDRICAL: [x, y],
-        JointKind.PRISMATIC: [x, y],
-        JointKind.POINT_ON_LINE: [x, y],
-    }[joint.kind]
-    axes = {
-        JointKind.FIXED: [(x, y), (y, z), (z, x)],
-        JointKind.PRISMATIC: [(x, y), (y, z), (z, x)],
-        JointKind.REVOLUTE: [(x, z), (y, z)],
-        JointKind.CYLINDRICAL: [(x, z), (y, z)],
-    }.get(joint.kind, [])
-    return points, axes
+def joint_rows(joint: Joint) -> tuple[list, list]:
+    """Return the directions in which a joint holds its points together, and the pairs of axes (of a, of b)
+    that it keeps square, world axes as assembled (`JOINTS`).
+    """
+    rows = JOINTS[joint.kind]
+    x, y, z = np.eye(3) if joint.axis is None or rows.axes == 1 else frame_along(joint.axis).T
+    if rows.axes == 1:
+        axes = [(unit(joint.axis), unit(joint.second_axis))]
+    else:
+        axes = {0: [], 2: [(x, z), (y, z)], 3: [(x, y), (y, z), (z, x)]}[rows.axes]
+    return [x, y, z][: rows.points], axes
 
 
 def unit(vector) -> np.ndarray:
-    """The vector divided by its length [1]."""
+    """Return the vector divided by its length [1]."""
     vector = np.asarray(vector, float)
     return vector / np.linalg.norm(vector)
 
 
 def text(vector, scale=1.0, digits=4) -> str:
-    """A vector for messages."""
+    """Format a vector for messages."""
     return "(" + ", ".join(f"{scale * x:.{digits}g}" for x in vector + 0.0) + ")"
 
 
 def records(dtype, rows) -> np.recarray:
-    """A table of records from a list of tuples."""
+    """Make a table of records from a list of tuples."""
     return np.array([tuple(row) for row in rows], dtype).view(np.recarray)
 
 
-def constraint_tables(place: Placement, joints, drives):
-    """Joints, rows of all joints and then of all drives, pairs of rows; a label per row; and the gaps that
-    are too large.
+def constraint_tables(placement: Placement, joints, drives):
+    """Return the tables of joints, of rows (joints, then drives) and of pairs of rows, a label per row, and
+    the gaps that are too large as faults.
     """
     rows, labels, faults, table = [], [], [], []
     zero = np.zeros(3)
     for joint in joints:
-        a, b, first = place.index[joint.body_a], place.index[joint.body_b], len(rows)
+        a, b, first = placement.index[joint.body_a], placement.index[joint.body_b], len(rows)
         on_b = joint.point if joint.point_b is None else joint.point_b
         points, axes = joint_rows(joint)
         gap = sum(((np.subtract(on_b, joint.point) @ e) * e for e in points), zero)
@@ -139,15 +129,14 @@ def constraint_tables(place: Placement, joints, drives):
             faults.append(
                 Fault(
                     f"joint {joint.name!r}",
-                    f"the points of {joint.body_a!r} and {joint.body_b!r} must meet within "
-                    f"{LARGEST_GAP * 1e3:g} mm, "
-                    f"got a gap of {np.linalg.norm(gap) * 1e3:.4g} mm",
-                    f"Put the point of {joint.body_b!r} at {text(np.asarray(on_b) - gap, 1e3, 7)} mm",
+                    f"the points on {joint.body_a!r} and {joint.body_b!r} are not the same, got a gap of "
+                    f"{np.linalg.norm(gap) * 1e3:.4g} mm, largest {LARGEST_GAP * 1e3:g} mm",
+                    f"Put the point on {joint.body_b!r} at {text(np.asarray(on_b) - gap, 1e3, 7)} mm",
                 )
             )
         for e in points:
-            arms = place.local_point(joint.body_a, joint.point), place.local_point(joint.body_b, on_b)
-            rows.append((POINT, a, b, -1, *arms, place.local_axis(joint.body_a, e), zero, zero))
+            arms = placement.local_point(joint.body_a, joint.point), placement.local_point(joint.body_b, on_b)
+            rows.append((POINT, a, b, -1, *arms, placement.local_axis(joint.body_a, e), zero, zero))
             labels.append(RowLabel(f"joint {joint.name!r}", f"the position along {text(e)}", "m"))
         for u, z in axes:
             rows.append(
@@ -158,52 +147,56 @@ def constraint_tables(place: Placement, joints, drives):
                     -1,
                     zero,
                     zero,
-                    place.local_axis(joint.body_a, u),
-                    place.local_axis(joint.body_b, z),
+                    placement.local_axis(joint.body_a, u),
+                    placement.local_axis(joint.body_b, z),
                     zero,
                 )
             )
-            labels.append(RowLabel(f"joint {joint.name!r}", f"the turn about {text(np.cross(z, u))}", "rad"))
-        table.append(joint_record(place, joint, on_b, first, len(rows)))
+            labels.append(
+                RowLabel(f"joint {joint.name!r}", f"the rotation about {text(np.cross(z, u))}", "rad")
+            )
+        table.append(joint_record(placement, joint, on_b, first, len(rows)))
     by_name = {joint.name: joint for joint in joints}
     for d, drive in enumerate(drives):
         joint = by_name[drive.joint]
         x, y, z = frame_along(joint.axis).T
-        # y turned by the angle stays square to b's x: a quarter turn brings y to -x
         if drive.motor is not None:
             continue
+        # y rotated by the drive's angle stays square to b's x; a rotation by 90 deg brings y to -x
         axes = (
-            place.local_axis(joint.body_a, y),
-            place.local_axis(joint.body_b, x),
-            place.local_axis(joint.body_a, -x),
+            placement.local_axis(joint.body_a, y),
+            placement.local_axis(joint.body_b, x),
+            placement.local_axis(joint.body_a, -x),
         )
-        rows.append((AXIS, place.index[joint.body_a], place.index[joint.body_b], d, zero, zero, *axes))
-        labels.append(RowLabel(f"drive {drive.name!r}", f"the turn about {text(z)}", "rad"))
-    pairs = sharing_pairs(rows, len(place.position) - 1)
+        rows.append(
+            (AXIS, placement.index[joint.body_a], placement.index[joint.body_b], d, zero, zero, *axes)
+        )
+        labels.append(RowLabel(f"drive {drive.name!r}", f"the rotation about {text(z)}", "rad"))
+    pairs = sharing_pairs(rows, len(placement.position) - 1)
     return records(JOINT, table), records(ROW, rows), records(PAIR, pairs), labels, faults
 
 
-def joint_record(place, joint, on_b, first_row, end_row) -> tuple:
-    """A joint in body axes; whether its reaction is unique is found in the rank check."""
-    law, has_axis = (
-        joint.friction,
-        joint.axis is not None and joint.kind not in (JointKind.FIXED, JointKind.SPHERICAL),
-    )
+def joint_record(placement, joint, on_b, first_row, end_row) -> tuple:
+    """Return the record of a joint in body axes; the rank check decides later whether its reaction is
+    unique.
+    """
+    rows, law = JOINTS[joint.kind], joint.friction
     return (
-        int(joint.kind),
-        place.index[joint.body_a],
-        place.index[joint.body_b],
+        placement.index[joint.body_a],
+        placement.index[joint.body_b],
         first_row,
         end_row,
+        rows.points,
+        int(rows.turns),
         1,
-        place.local_point(joint.body_b, on_b),
-        place.local_axis(joint.body_a, unit(joint.axis)) if has_axis else np.zeros(3),
+        placement.local_point(joint.body_b, on_b),
+        placement.local_axis(joint.body_a, unit(joint.axis)) if rows.needs_axis else np.zeros(3),
         *((0.0,) * 4 if law is None else (law.coefficient, law.radius, law.constant, law.viscous)),
     )
 
 
 def sharing_pairs(rows, ground) -> list[tuple]:
-    """Pairs of rows that share a body, the `ground` apart: it does not move."""
+    """Return the pairs of rows that share a moving body; `ground` does not move."""
     return [
         (i, j, p, q)
         for i, row in enumerate(rows)

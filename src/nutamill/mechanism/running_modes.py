@@ -1,9 +1,9 @@
-"""Small motions of a mechanism about a turning one: what it does when it is nudged while its drives run.
+"""Small vibrations of a mechanism about its motion while its drives run.
 
-The reference is the motion in which the free coordinates keep steady rates and everything else follows the
-drives.  Seen from it the mechanism is linear with coefficients that repeat with the turn; `running_modes`
-takes their mean over a turn, the first approximation of the method of averaging.  Parametric excitation and
-the whirl of the free coordinates themselves are left out.
+The reference is the motion in which the free coordinates have constant rates and everything else follows the
+drives.  About it the mechanism is linear with periodic coefficients.  `running_modes` takes their mean over a
+period, the first approximation of the method of averaging.  Parametric excitation and the whirl of the free
+coordinates themselves are left out.
 
 Source: Sanders, Verhulst and Murdock, Averaging Methods in Nonlinear Dynamical Systems, 2nd ed., 2007,
 section 2.8 (averaging of periodic coefficients); Genta, Dynamics of Rotating Systems, 2005, chapter 6
@@ -23,7 +23,7 @@ PROBE = 1e-5
 """Displacement [m or rad] and velocity [m/s or rad/s] of the central differences."""
 
 ROUNDS, TOLERANCE = 12, 1e-13
-"""Limit of Newton rounds [1] and last move [m or rad] that counts as none, when bodies follow the drives."""
+"""Limit of Newton rounds [1], and last move [m or rad] that counts as none, for bodies that follow drives."""
 
 
 def running_modes(
@@ -34,17 +34,17 @@ def running_modes(
     rate: np.ndarray,
     times: np.ndarray,
 ) -> tuple[Modes, np.ndarray]:
-    """Vibrations about the running mechanism, by the mean of its linear coefficients at `times`.
+    """Compute the vibrations about the running mechanism from the mean of its linear coefficients at `times`.
 
     Parameters
     ----------
-    state : a pose on the constraints at the drives' angle zero, as `static_equilibrium` leaves it; moved
-        along
-    free : numbers of the free coordinates among ``6 body + component``, (m,); with them held, the constraints
-        must leave nothing
+    state : a pose on the constraints at drive angle zero, as from `static_equilibrium`; it moves to the
+        last time
+    free : indices ``6 body + component`` of the free coordinates, (m,); with them fixed, the constraints
+        leave no motion
     rate : their rates in the reference motion [m/s, rad/s], (m,)
-    times : rising times of the drives [s], evenly spread over a whole number of turns without the last one,
-        (n_times,)
+    times : rising times of the drives [s], evenly spread over a whole number of periods, without the end of
+        the last, (n_times,)
 
     Returns
     -------
@@ -53,25 +53,25 @@ def running_modes(
     Raises
     ------
     StepError
-        where the free coordinates and the drives do not decide the motion
+        if the free coordinates and the drives do not determine the motion
     """
     dependent = np.setdiff1d(np.arange(6 * (len(mechanism.bodies) - 1)), free)
     stiffness, damping = np.zeros((len(free), len(free))), np.zeros((len(free), len(free)))
     for time in times:
-        travel(mechanism, state, scratch, free, dependent, rate, time)
+        advance(mechanism, state, scratch, free, dependent, rate, time)
         k, c = coefficients(mechanism, state, scratch, free, dependent, rate)
         stiffness += k / len(times)
         damping += c / len(times)
     directions = np.zeros((6 * (len(mechanism.bodies) - 1), len(free)))
     directions[free] = np.eye(len(free))
     jacobian = dense_jacobian(mechanism, state, scratch)
-    directions[dependent] = -solved(jacobian[:, dependent], jacobian[:, free])
+    directions[dependent] = -solve(jacobian[:, dependent], jacobian[:, free])
     return modes_of(stiffness, damping, directions), directions
 
 
-def travel(mechanism, state, scratch, free, dependent, rate, time, step=0.05) -> None:
-    """Bring the reference motion to `time` [s]: bodies turn by at most `step` [rad] at once, then close the
-    gaps.
+def advance(mechanism, state, scratch, free, dependent, rate, time, step=0.05) -> None:
+    """Advance the reference motion to `time` [s], in rotations of at most `step` [rad] after which gaps are
+    closed.
     """
     while True:
         follow_velocity(mechanism, state, scratch, dependent, free, rate)
@@ -92,39 +92,40 @@ def follow_pose(mechanism, state, scratch, dependent) -> None:
     for _ in range(ROUNDS):
         jacobian = dense_jacobian(mechanism, state, scratch)
         move = np.zeros(jacobian.shape[1])
-        move[dependent] = solved(jacobian[:, dependent], -scratch.gap)
+        move[dependent] = solve(jacobian[:, dependent], -scratch.gap)
         displace(state, move)
         if np.abs(move).max() < TOLERANCE:
             return
 
 
 def follow_velocity(mechanism, state, scratch, dependent, free, rate) -> None:
-    """Velocities of all bodies from the drives and the `rate` [m/s, rad/s] of the `free` coordinates."""
+    """Compute the velocities of all bodies from the drives and the `rate` [m/s, rad/s] of the `free`
+    coordinates.
+    """
     jacobian = dense_jacobian(mechanism, state, scratch)
     twist = np.zeros(jacobian.shape[1])
     twist[free] = rate
-    twist[dependent] = solved(jacobian[:, dependent], -scratch.gap_rate - jacobian @ twist)
+    twist[dependent] = solve(jacobian[:, dependent], -scratch.gap_rate - jacobian @ twist)
     state.velocity[:-1], state.angular_velocity[:-1] = (
         twist.reshape(-1, 6)[:, :3],
         twist.reshape(-1, 6)[:, 3:],
     )
 
 
-def solved(matrix, right) -> np.ndarray:
-    """Solution of the square system in which the free coordinates are known."""
+def solve(matrix, right) -> np.ndarray:
+    """Solve the square system in which the free coordinates are known."""
     try:
         return np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:
         raise StepError(
-            f"running modes: {matrix.shape[0]} constraints must decide {matrix.shape[1]} "
-            "coordinates, they do not. "
-            "Check that every body is held, and that the free coordinates are"
+            f"running modes: {matrix.shape[0]} constraints do not determine {matrix.shape[1]} coordinates. "
+            "Check that every body is supported and that the free coordinates are free."
         ) from None
 
 
 def coefficients(mechanism, state, scratch, free, dependent, rate) -> tuple[np.ndarray, np.ndarray]:
-    """Minus the slopes of the accelerations of the free coordinates, to their displacements and to their
-    rates, (m, m) each.
+    """Return minus the derivatives of the accelerations of the free coordinates to their displacements and to
+    their rates, (m, m) each.
     """
     m = len(free)
     stiffness, damping = np.zeros((m, m)), np.zeros((m, m))
@@ -145,6 +146,8 @@ def coefficients(mechanism, state, scratch, free, dependent, rate) -> tuple[np.n
 
 
 def acceleration(mechanism, state, scratch, free) -> np.ndarray:
-    """Accelerations of the free coordinates at the present pose and velocities [m/s^2, rad/s^2], (m,)."""
+    """Return the accelerations of the free coordinates at the present pose and velocities [m/s^2, rad/s^2],
+    (m,).
+    """
     solve_again(mechanism, state, scratch)
     return state.acceleration[:-1].ravel()[free]

@@ -1,4 +1,4 @@
-"""What to read at every record: descriptions, their table of columns, and one call that fills a row."""
+"""Sensors: their description, their table of columns, and one call that fills a row."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -25,7 +25,7 @@ from nutamill.mechanism.rows import matrix_of
 
 
 class SensorKind(IntEnum):
-    """What a sensor reads."""
+    """Quantity that a sensor reads."""
 
     JOINT_REACTION = 0
     """Force and moment on body b about the joint's point on b."""
@@ -57,10 +57,10 @@ COLUMNS = {
     SensorKind.POINT_VELOCITY: ("vx", "vy", "vz"),
     SensorKind.BODY_ATTITUDE: ("qw", "qx", "qy", "qz"),
 }
-"""Endings of the columns of each kind."""
+"""Suffixes of the columns of each kind."""
 
-TURNABLE = (SensorKind.JOINT_REACTION, SensorKind.POINT_ACCELERATION, SensorKind.POINT_VELOCITY)
-"""Kinds whose vectors may be written in a body's axes."""
+WITH_AXES = (SensorKind.JOINT_REACTION, SensorKind.POINT_ACCELERATION, SensorKind.POINT_VELOCITY)
+"""Kinds whose vectors can be written in the axes of a body."""
 
 JOINT_REACTION, BUSHING_WRENCH = int(SensorKind.JOINT_REACTION), int(SensorKind.BUSHING_WRENCH)
 BUSHING_TRAVEL, DRIVE = int(SensorKind.BUSHING_TRAVEL), int(SensorKind.DRIVE)
@@ -70,12 +70,12 @@ POINT_VELOCITY = int(SensorKind.POINT_VELOCITY)
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """One thing to read."""
+    """A quantity to read at every row."""
 
     name: str
-    """Name its columns begin with."""
+    """Prefix of its columns."""
     kind: SensorKind
-    """What to read."""
+    """Quantity to read."""
     target: str
     """Name of the joint, bushing, drive or body."""
     point: Vector | None = None
@@ -87,8 +87,8 @@ class Sensor:
 
 
 def names_of(mechanism: Mechanism) -> dict[str, list[str]]:
-    """Names of "body" (ground last), "joint", "bushing", "spring" and "drive" in the order of their
-    numbers.
+    """Return the names of each kind of part, "body" (ground last), "joint", "bushing", "spring" and "drive",
+    in the order of their numbers.
     """
     ends = np.cumsum(
         [
@@ -110,12 +110,13 @@ def names_of(mechanism: Mechanism) -> dict[str, list[str]]:
 
 
 def sensor_table(mechanism: Mechanism, state: MechanismState, sensors: list[Sensor]) -> SensorTable:
-    """Turn descriptions into a table for `read_sensors`; `state` is the state as assembled, for the points.
+    """Turn sensors into a table for `read_sensors`; `state` is the state as assembled, which the points refer
+    to.
 
     Raises
     ------
     CaseError
-        with every sensor that names an unknown part, or asks for axes its kind cannot have
+        with every sensor of an unknown part, or with axes that its kind does not have
     """
     names, faults, rows = names_of(mechanism), [], []
     parts = {JOINT_REACTION: "joint", BUSHING_WRENCH: "bushing", BUSHING_TRAVEL: "bushing", DRIVE: "drive"}
@@ -125,7 +126,7 @@ def sensor_table(mechanism: Mechanism, state: MechanismState, sensors: list[Sens
             faults.append(
                 Fault(
                     where,
-                    f"must read a known {part}, got {sensor.target!r}",
+                    f"unknown {part}, got {sensor.target!r}",
                     f"Known are {', '.join(names[part])}",
                 )
             )
@@ -135,16 +136,16 @@ def sensor_table(mechanism: Mechanism, state: MechanismState, sensors: list[Sens
             faults.append(
                 Fault(
                     where,
-                    f"axes_body must be a known body, got {axes!r}",
+                    f"unknown axes_body, got {axes!r}",
                     f"Known are {', '.join(names['body'])}",
                 )
             )
             continue
-        if sensor.axes_body is not None and sensor.kind not in TURNABLE:
+        if sensor.axes_body is not None and sensor.kind not in WITH_AXES:
             faults.append(
                 Fault(
                     where,
-                    f"a {sensor.kind.name} sensor has fixed axes, so it takes no axes_body, got {axes!r}",
+                    f"a {sensor.kind.name} sensor has axes of its own and no axes_body, got {axes!r}",
                 )
             )
         target, point = names[part].index(sensor.target), np.zeros(3)
@@ -167,13 +168,13 @@ def sensor_table(mechanism: Mechanism, state: MechanismState, sensors: list[Sens
 
 
 def column_names(table: SensorTable) -> list[str]:
-    """Names of the columns `read_sensors` fills."""
+    """Return the names of the columns that `read_sensors` fills."""
     return [str(name) for name in table.column]
 
 
 @kernel
-def turn_into_axes(quaternion, row_out, at):
-    """Turn the 3-vector ``row_out[at:at + 3]`` from world axes into the axes of `quaternion` (4,)."""
+def rotate_into_axes(quaternion, at, row_out):
+    """Rotate the 3-vector ``row_out[at:at + 3]`` from world axes into the axes of `quaternion` (4,)."""
     row_out[at], row_out[at + 1], row_out[at + 2] = turn_vector_back(
         quaternion, row_out[at], row_out[at + 1], row_out[at + 2]
     )
@@ -181,29 +182,29 @@ def turn_into_axes(quaternion, row_out, at):
 
 @kernel
 def read_sensors(mechanism, state, scratch, table, row_out):
-    """Fill `row_out` (n_columns,) [SI] with what the sensors of `table` read now."""
+    """Write the present readings of the sensors of `table` into `row_out` (n_columns,) [SI]."""
     for s in range(table.kind.shape[0]):
         kind, target, at = table.kind[s], table.target[s], table.first_column[s]
         axes = state.quaternion[table.axes_body[s]]
         if kind == JOINT_REACTION:
-            joint_reaction(mechanism, state, scratch, target, row_out[at : at + 6])
-            turn_into_axes(axes, row_out, at)
-            turn_into_axes(axes, row_out, at + 3)
+            joint_reaction(mechanism, state, target, row_out[at : at + 6])
+            rotate_into_axes(axes, at, row_out)
+            rotate_into_axes(axes, at + 3, row_out)
         elif kind == BUSHING_WRENCH:
             bushing_wrench(mechanism, state, scratch, target, row_out[at : at + 6])
         elif kind == BUSHING_TRAVEL:
-            bushing_travel(mechanism, state, scratch, target, row_out[at : at + 6])
+            bushing_travel(mechanism, state, target, row_out[at : at + 6])
         elif kind == DRIVE:
             row_out[at] = drive_torque(mechanism, state, target)
             row_out[at + 1], row_out[at + 2] = drive_angle_speed(state, target)
         elif kind == POINT_ACCELERATION:
             row_out[at], row_out[at + 1], row_out[at + 2] = point_acceleration(state, target, table.point[s])
-            turn_into_axes(axes, row_out, at)
+            rotate_into_axes(axes, at, row_out)
         elif kind == POINT_POSITION:
             row_out[at], row_out[at + 1], row_out[at + 2] = point_position(state, target, table.point[s])
         elif kind == POINT_VELOCITY:
             row_out[at], row_out[at + 1], row_out[at + 2] = point_velocity_of(state, target, table.point[s])
-            turn_into_axes(axes, row_out, at)
+            rotate_into_axes(axes, at, row_out)
         else:
             for k in range(4):
                 row_out[at + k] = state.quaternion[target, k]
@@ -211,10 +212,12 @@ def read_sensors(mechanism, state, scratch, table, row_out):
 
 @kernel
 def march_recording(mechanism, state, scratch, table, dt, every, rows_out):
-    """March and record: fills `rows_out` (n_rows, 1 + n_columns) with time [s] and sensors, `every` steps of
-    `dt` [s] apart.
+    """March and record time [s] and sensors into `rows_out` (n_rows, 1 + n_columns), `every` steps of `dt`
+    [s] apart; the first row is the present state.
 
-    The first row is the present state; returns OK or the status that stopped it.
+    Returns
+    -------
+    status : OK, or the status that stopped the march
     """
     for n in range(rows_out.shape[0]):
         if n > 0:

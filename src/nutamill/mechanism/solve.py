@@ -1,9 +1,9 @@
-"""The constraint solve: ``S = J M^-1 J^T``, its factor L D L^T, and what a set of row reactions does to the
+"""The constraint solve: ``S = J M^-1 J^T``, its factor L D L^T, and the effect of row reactions on the
 bodies.
 
-Rows that depend on earlier rows lose their pivot and carry nothing; the rest is then solved exactly, so
+A row that depends on earlier rows gets no pivot and no reaction, and the others are solved exactly, so that
 redundant but consistent constraints do no harm.  All inner loops run along rows without a running sum: they
-become vector code without re-ordering any sum.
+become vector code without a change in the order of any sum.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, section 3.2 (elimination by J M^-1 J^T); Golub and
 Van Loan, Matrix Computations, 2013, section 4.1 (L D L^T).
@@ -17,8 +17,8 @@ DEPENDENT = 1e-12
 
 @kernel
 def divide_by_mass(bodies, inverse_inertia, vector, out):
-    """``M^-1`` times a load (n_bodies + 1, 6) [N, N m] in world axes: acceleration [m/s^2, rad/s^2], or twist
-    from momentum.
+    """Write ``M^-1`` times a load (n_bodies + 1, 6) [N, N m] in world axes: acceleration [m/s^2, rad/s^2], or
+    the twist of a momentum.
     """
     for b in range(vector.shape[0]):
         I, m = inverse_inertia[b], bodies[b].inverse_mass
@@ -32,7 +32,7 @@ def divide_by_mass(bodies, inverse_inertia, vector, out):
 
 @kernel
 def divide_rows_by_mass(rows, bodies, inverse_inertia, jacobian, out):
-    """``M^-1 J^T`` row by row: `out` (n_rows, 12) from `jacobian` (n_rows, 12)."""
+    """Write ``M^-1 J^T`` row by row: `out` (n_rows, 12) from `jacobian` (n_rows, 12)."""
     for i in range(rows.shape[0]):
         J, W = jacobian[i], out[i]
         for side in range(2):
@@ -46,8 +46,8 @@ def divide_rows_by_mass(rows, bodies, inverse_inertia, jacobian, out):
 
 @kernel
 def form_schur(pairs, J, W, S_out):
-    """Lower triangle of ``J M^-1 J^T`` into `S_out` (n_rows, n_rows), over the pairs of rows that share a
-    moving body.
+    """Write the lower triangle of ``J M^-1 J^T`` into `S_out` (n_rows, n_rows), over the pairs of rows that
+    share a moving body.
     """
     for i in range(S_out.shape[0]):
         for j in range(i + 1):
@@ -61,45 +61,47 @@ def form_schur(pairs, J, W, S_out):
 
 
 @kernel
-def factor(S, L, U, inverse_pivot):
-    """L D L^T of the lower triangle of `S`, row by row, into `L`, its transpose `U`, and 1/D; a dependent row
-    gets 1/D = 0.
+def factor(S_out, L_out, U_out, inverse_pivot_out):
+    """Factor the lower triangle of `S_out` as L D L^T, row by row: L, its transpose U, and 1/D, which is 0
+    for a dependent row.
 
-    `S` (n_rows, n_rows) is destroyed.
+    `S_out` (n_rows, n_rows) is destroyed.
     """
-    for i in range(S.shape[0]):
-        row = S[i]
+    for i in range(S_out.shape[0]):
+        row = S_out[i]
         pivot = row[i]
         for k in range(i):
             y = row[k]
             if y == 0.0:
-                L[i, k] = 0.0
-                U[k, i] = 0.0
+                L_out[i, k] = 0.0
+                U_out[k, i] = 0.0
                 continue
-            scaled = y * inverse_pivot[k]
-            u = U[k]
+            scaled = y * inverse_pivot_out[k]
+            u = U_out[k]
             for j in range(k + 1, i):
                 row[j] -= y * u[j]
-            L[i, k] = scaled
+            L_out[i, k] = scaled
             u[i] = scaled
             pivot -= y * scaled
-        inverse_pivot[i] = 1.0 / pivot if pivot > DEPENDENT * row[i] else 0.0
+        inverse_pivot_out[i] = 1.0 / pivot if pivot > DEPENDENT * row[i] else 0.0
 
 
 @kernel
-def solve_factored(L, U, inverse_pivot, x):
-    """Replace the right-hand side `x` (n_rows,) by the solution of ``S x = rhs``; dependent rows get zero."""
-    n = x.shape[0]
+def solve_factored(L, U, inverse_pivot, x_out):
+    """Replace the right-hand side `x_out` (n_rows,) by the solution of ``S x = rhs``; dependent rows get
+    zero.
+    """
+    n = x_out.shape[0]
     for k in range(n):
-        y, u = x[k], U[k]
+        y, u = x_out[k], U[k]
         for j in range(k + 1, n):
-            x[j] -= u[j] * y
+            x_out[j] -= u[j] * y
     for k in range(n):
-        x[k] *= inverse_pivot[k]
+        x_out[k] *= inverse_pivot[k]
     for i in range(n - 1, -1, -1):
-        y, row = x[i], L[i]
+        y, row = x_out[i], L[i]
         for j in range(i):
-            x[j] -= row[j] * y
+            x_out[j] -= row[j] * y
 
 
 @kernel

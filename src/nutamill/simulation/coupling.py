@@ -25,14 +25,14 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.frames import MOTION_SIZE, rotate, shift_moment
-from nutamill.base.kernel import kernel
+from nutamill.base.kernel import copy_arrays, kernel
 from nutamill.charge.kernels.copying import copy_state
 from nutamill.charge.kernels.dynamics import window
 from nutamill.charge.kernels.team import barrier
 from nutamill.charge.measures.observe import observe
 from nutamill.charge.measures.statistics import sample
 from nutamill.charge.model import Status
-from nutamill.mechanism.dynamics import OK, body_motion, copy_mechanism_state, drift, finish, solve_again
+from nutamill.mechanism.dynamics import OK, body_motion, drift, finish, solve_again
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.sensors import read_sensors
 
@@ -397,7 +397,7 @@ def march_iterated(
     for _ in range(n_windows):
         if tid == 0:
             coupling.outcome[0] = RUNNING
-            copy_mechanism_state(mstate, mkept)
+            copy_arrays(mstate, mkept)
             copy_state(cstate, ckept)
             hand_out_motion(mechanism, mstate, mscratch, plan, coupling)
         barrier(cscratch.barrier, n_threads)
@@ -429,7 +429,7 @@ def march_iterated(
                     charge_row(charge, cstate, cscratch, plan, coupling, reading, rows_out[row, column:])
                     note_motion(mstate, plan, coupling, sums)
             elif coupling.outcome[0] != CHARGE_FAILED:
-                copy_mechanism_state(mkept, mstate)
+                copy_arrays(mkept, mstate)
                 copy_state(ckept, cstate)
         barrier(cscratch.barrier, n_threads)
         if coupling.outcome[0] != RUNNING:
@@ -459,7 +459,7 @@ def repeat_window(mechanism, mstate, mscratch, cstate, plan, coupling, mkept, ck
     The wrench moves the walls through the drift, by half its acceleration times dt^2; `coupling.again` is 1
     until that end position changes by less than `PASS_TOLERANCE` from one pass to the next.
     """
-    copy_mechanism_state(mkept, mstate)
+    copy_arrays(mkept, mstate)
     for c in range(plan.carriers.shape[0]):
         for k in range(6):
             mstate.wrench[plan.carriers[c], k] = cstate.impulse[c, k] / plan.dt

@@ -1,0 +1,280 @@
+"""What the parts of a mechanism must satisfy one by one, before they are assembled."""
+
+from itertools import chain
+
+import numpy as np
+
+from nutamill.base.errors import Fault
+from nutamill.mechanism.model import NAME_WIDTH
+from nutamill.mechanism.parts import (
+    GROUND,
+    JOINTS,
+    Body,
+    Bushing,
+    Drive,
+    Joint,
+    JointFriction,
+    JointKind,
+    Motor,
+    Spring,
+    Torque,
+)
+from nutamill.mechanism.rows import unit
+
+VECTOR = (3,)
+SHAPES = {
+    Body: {
+        "mass": (),
+        "inertia": (3, 3),
+        "position": VECTOR,
+        "quaternion": (4,),
+        "velocity": VECTOR,
+        "angular_velocity": VECTOR,
+    },
+    Joint: dict.fromkeys(("point", "axis", "second_axis", "point_b"), VECTOR),
+    JointFriction: dict.fromkeys(("coefficient", "radius", "constant", "viscous"), ()),
+    Bushing: {"point": VECTOR, "axis": VECTOR, "stiffness": (4,), "damping": (4,)},
+    Spring: {"point_a": VECTOR, "point_b": VECTOR, "stiffness": (), "damping": (), "free_length": ()},
+    Torque: {"moment": VECTOR},
+    Motor: dict.fromkeys(("gain", "integral_gain", "torque_limit", "power_limit", "cut", "restored"), ()),
+}
+"""Shapes of the numbers of each part, by field."""
+
+OPTIONAL = ("axis", "second_axis", "point_b")
+"""Fields that may be None."""
+
+
+def part_faults(bodies, joints, bushings, springs, torques, drives, gravity, redundant) -> list[Fault]:
+    """Return every fault of the parts, of gravity and of the choice `redundant`, as of `assemble`."""
+    groups = {
+        "body": (Body, bodies),
+        "joint": (Joint, joints),
+        "bushing": (Bushing, bushings),
+        "spring": (Spring, springs),
+        "torque": (Torque, torques),
+        "drive": (Drive, drives),
+    }
+    faults = [*type_faults(groups), *option_faults(gravity, redundant)]
+    if faults:
+        return faults
+    numbers = list(chain.from_iterable(number_faults(kind, parts) for kind, (_, parts) in groups.items()))
+    broken = {fault.where for fault in numbers}
+
+    def sound(kind, parts):
+        return [part for part in parts if f"{kind} {part.name!r}" not in broken]
+
+    return [
+        *name_faults(bodies, joints, bushings, springs, torques, drives),
+        *numbers,
+        *body_faults(sound("body", bodies)),
+        *joint_faults(sound("joint", joints)),
+        *load_faults(sound("bushing", bushings), sound("spring", springs)),
+        *drive_faults(joints, sound("drive", drives)),
+    ]
+
+
+def option_faults(gravity, redundant):
+    """Yield faults of gravity and of the choice `redundant`."""
+    if redundant not in ("refuse", "allow"):
+        yield Fault("redundant", f"no such choice, got {redundant!r}", 'Give "refuse" or "allow"')
+    if wrong := not_numbers(gravity, VECTOR):
+        yield Fault("gravity", f"it is {wrong}", "Give an acceleration in world axes [m/s^2]")
+
+
+def type_faults(groups):
+    """Yield parts of another kind than their list, names that are no text, and unknown kinds of joints."""
+    for kind, (expected, parts) in groups.items():
+        for number, part in enumerate(parts):
+            if not isinstance(part, expected):
+                yield Fault(
+                    f"{kind} number {number}",
+                    f"not a {expected.__name__}, got {type(part).__name__}",
+                    f"Give nutamill.mechanism.parts.{expected.__name__}(...)",
+                )
+            elif not isinstance(part.name, str):
+                yield Fault(f"{kind} number {number}", f"the name is no text, got {part.name!r}")
+            elif isinstance(part, Joint) and not isinstance(part.kind, JointKind):
+                kinds = ", ".join(f"JointKind.{known.name}" for known in JointKind)
+                yield Fault(
+                    f"joint {part.name!r}", f"unknown kind, got {part.kind!r}", f"Give one of {kinds}"
+                )
+
+
+def number_faults(kind, parts):
+    """Yield a fault for every number, vector or matrix of the parts that is not finite or of another shape
+    (`SHAPES`); an optional vector may be None.
+    """
+    for part in parts:
+        for owner in (part, getattr(part, "friction", None), getattr(part, "motor", None)):
+            for name, shape in SHAPES.get(type(owner), {}).items():
+                value = getattr(owner, name)
+                if value is None and name in OPTIONAL:
+                    continue
+                if wrong := not_numbers(value, shape, infinite=isinstance(owner, Motor)):
+                    yield Fault(f"{kind} {part.name!r}", f"{name} is {wrong}")
+
+
+def not_numbers(value, shape, infinite=False) -> str:
+    """Return what is wrong with numbers of a shape, () for a single one; empty if nothing is."""
+    expected = f"not {' x '.join(map(str, shape))} finite numbers" if shape else "not a finite number"
+    try:
+        numbers = np.asarray(value, float)
+    except (TypeError, ValueError):
+        return f"{expected}, got {value!r}"
+    sound = not np.isnan(numbers).any() and (infinite or np.isfinite(numbers).all())
+    return "" if numbers.shape == shape and sound else f"{expected}, got {value}"
+
+
+def name_faults(bodies, joints, bushings, springs, torques, drives):
+    """Yield names that are empty, too long, repeated, or refer to no part."""
+    for kind, parts in (
+        ("body", bodies),
+        ("joint", joints),
+        ("bushing", bushings),
+        ("spring", springs),
+        ("torque", torques),
+        ("drive", drives),
+    ):
+        seen = {GROUND} if kind == "body" else set()
+        for part in parts:
+            where = f"{kind} {part.name!r}"
+            if not part.name or len(part.name) > NAME_WIDTH:
+                yield Fault(where, f"a name has 1 to {NAME_WIDTH} characters, got {len(part.name)}")
+            if part.name in seen:
+                yield Fault(where, "the name is taken, got it twice", "Rename one of them")
+            seen.add(part.name)
+    known = {GROUND, *(body.name for body in bodies)}
+    hint = f"Known bodies are {', '.join(sorted(known))}"
+    for kind, parts in (("joint", joints), ("bushing", bushings), ("spring", springs)):
+        for part in parts:
+            where = f"{kind} {part.name!r}"
+            for side in (part.body_a, part.body_b):
+                if side not in known:
+                    yield Fault(where, f"unknown body, got {side!r}", hint)
+            if part.body_a == part.body_b:
+                yield Fault(where, f"joins a body to itself, got {part.body_a!r} twice", "Name two bodies")
+    for torque in torques:
+        if torque.body not in known - {GROUND}:
+            yield Fault(f"torque {torque.name!r}", f"unknown moving body, got {torque.body!r}", hint)
+    names = {joint.name for joint in joints}
+    for drive in drives:
+        if drive.joint not in names:
+            hint = f"Known joints are {', '.join(sorted(names)) or 'none'}"
+            yield Fault(f"drive {drive.name!r}", f"unknown joint, got {drive.joint!r}", hint)
+
+
+def body_faults(bodies):
+    """Yield masses, inertias and attitudes that no rigid body has."""
+    for body in bodies:
+        where = f"body {body.name!r}"
+        if not body.mass > 0.0:
+            yield Fault(where, f"mass is not positive, got {body.mass:g} kg")
+        inertia = np.asarray(body.inertia, float)
+        if not np.allclose(inertia, inertia.T, rtol=0.0, atol=1e-12 * np.abs(inertia).max()):
+            yield Fault(where, f"inertia is not symmetric, got {inertia.tolist()}")
+            continue
+        small, middle, large = np.linalg.eigvalsh(inertia)
+        text = f"principal values {small:g}, {middle:g}, {large:g} kg m^2"
+        if not small > 0.0:
+            yield Fault(where, f"inertia is not positive definite, got {text}")
+        elif large > (small + middle) * (1.0 + 1e-9):
+            yield Fault(
+                where,
+                f"the largest principal inertia exceeds the sum of the others, got {text}",
+                "No mass distribution has this inertia",
+            )
+        length = np.linalg.norm(body.quaternion)
+        if abs(length - 1.0) > 1e-6:
+            yield Fault(where, f"the quaternion has not length 1, got {length:g}")
+
+
+def joint_faults(joints):
+    """Yield axes that are missing, zero or not square, and friction of a kind that has none."""
+    for joint in joints:
+        where, rows = f"joint {joint.name!r}", JOINTS[joint.kind]
+        if rows.needs_axis and (joint.axis is None or not np.linalg.norm(joint.axis) > 0.0):
+            yield Fault(
+                where, f"a {joint.kind.name} joint needs an axis of non-zero length, got {joint.axis}"
+            )
+            continue
+        if joint.kind == JointKind.UNIVERSAL:
+            if joint.second_axis is None or not np.linalg.norm(joint.second_axis) > 0.0:
+                yield Fault(
+                    where,
+                    f"a UNIVERSAL joint needs a second_axis of non-zero length, got {joint.second_axis}",
+                    "Give the axis fixed in body b",
+                )
+                continue
+            cosine = unit(joint.axis) @ unit(joint.second_axis)
+            if abs(cosine) > 1e-9:
+                angle = np.degrees(np.arccos(cosine))
+                yield Fault(where, f"the two axes are not square to each other, got {angle:.6g} deg")
+        if joint.friction is not None:
+            law = joint.friction
+            if not rows.rubs:
+                yield Fault(
+                    where, f"a {joint.kind.name} joint does not rotate and has no friction", "Drop it"
+                )
+            if min(law.coefficient, law.radius, law.constant, law.viscous) < 0.0:
+                yield Fault(where, f"friction values are negative, got {law}")
+
+
+def load_faults(bushings, springs):
+    """Yield rates that are negative, axes of zero length and springs without direction."""
+    for bushing in bushings:
+        where = f"bushing {bushing.name!r}"
+        if min(*bushing.stiffness, *bushing.damping) < 0.0:
+            yield Fault(
+                where, f"stiffness or damping is negative, got {bushing.stiffness} and {bushing.damping}"
+            )
+        if not np.linalg.norm(bushing.axis) > 0.0:
+            yield Fault(where, f"the axis has no length, got {bushing.axis}")
+    for spring in springs:
+        where = f"spring {spring.name!r}"
+        values = (spring.stiffness, spring.damping, spring.free_length)
+        if min(values) < 0.0:
+            yield Fault(where, f"stiffness, damping or free_length is negative, got {values}")
+        if not np.linalg.norm(np.subtract(spring.point_b, spring.point_a)) > 0.0:
+            yield Fault(
+                where,
+                f"the two ends are one point, so that the force has no direction, got {spring.point_a}",
+                "Use a bushing for a spring of no length",
+            )
+
+
+def drive_faults(joints, drives):
+    """Yield drives of joints that do not rotate, speed tables that are no function of time, and motors of
+    negative gain or limit.
+    """
+    kinds = {joint.name: joint.kind for joint in joints}
+    for drive in drives:
+        where = f"drive {drive.name!r}"
+        kind = kinds.get(drive.joint, JointKind.REVOLUTE)
+        if not JOINTS[kind].turns:
+            yield Fault(
+                where,
+                f"joint {drive.joint!r} does not turn about an axis, got a {kind.name} joint",
+                f"Drive a {' or '.join(known.name for known, rows in JOINTS.items() if rows.turns)} joint",
+            )
+        try:
+            times, speeds = np.asarray(drive.times, float), np.asarray(drive.speeds, float)
+        except (TypeError, ValueError):
+            yield Fault(
+                where, f"times and speeds are not lists of numbers, got {drive.times} and {drive.speeds}"
+            )
+            continue
+        if times.ndim != 1 or times.shape != speeds.shape or times.size == 0:
+            yield Fault(
+                where,
+                f"times and speeds are not two lists of one length, got shapes {times.shape} and "
+                f"{speeds.shape}",
+            )
+        elif not (np.isfinite(times).all() and np.isfinite(speeds).all()):
+            yield Fault(where, f"times or speeds are not finite, got {drive.times} and {drive.speeds}")
+        elif times[0] != 0.0 or np.any(np.diff(times) <= 0.0):
+            yield Fault(where, f"times do not begin at 0 and increase, got {drive.times}")
+        motor = drive.motor
+        if motor is not None:
+            values = (motor.gain, motor.integral_gain, motor.torque_limit, motor.power_limit)
+            if min(values) < 0.0:
+                yield Fault(where, f"gains or limits of the motor are negative, got {motor}")
