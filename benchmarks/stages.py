@@ -24,7 +24,7 @@ from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.model import Clock, stamp_of
 from nutamill.cli.bench import developed_case, developed_flow
-from nutamill.simulation.coupling import hand_out_motion
+from nutamill.simulation.coupling import start_window
 from nutamill.simulation.warm_up import warm_up
 
 STAGES = (
@@ -178,10 +178,10 @@ def bytes_of(state, pairs: float, walls: float, candidates: float) -> float:
 def main() -> None:
     warm_up(print)
     print(f"$ python benchmarks/stages.py      # {processor()}, {time.strftime('%Y-%m-%d')}")
-    model, flow = developed_flow(developed_case())
-    charge, state, scratch = model.charge, flow.charge, model.charge_scratch
+    model, flow, work = developed_flow(developed_case())
+    charge, state, scratch = model.charge, flow.charge, work.charge
     n = charge.n_particles
-    hand_out_motion(model.mechanism, flow.mechanism, model.mechanism_scratch, model.plan, flow.coupling)
+    start_window(model.coupled(), flow.coupled(), work.coupled(model, flow))
     reference = flow.coupling.reference
     open_window(charge, state, scratch, 0)
     rotation_about(reference, 0.0, scratch.rotation[0])

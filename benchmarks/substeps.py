@@ -49,9 +49,9 @@ def restitution_errors(
 
 def march(case: Case, bed: np.ndarray) -> dict[str, np.ndarray]:
     """Series of the whole run, by name."""
-    model, state = build(case, bed)
-    record_first_row(model, state)
-    _, rows, fault = enter(model, state, round(case.run.until * case.run.series_rate))
+    model, state, scratch = build(case, bed)
+    record_first_row(model, state, scratch)
+    _, rows, fault = enter(model, state, scratch, round(case.run.until * case.run.series_rate))
     if fault is not None:
         raise fault
     return dict(zip(model.readout.names, model.readout.series(rows, state.first_row).T, strict=True))

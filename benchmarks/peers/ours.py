@@ -11,10 +11,11 @@ from scene import Law, Record, Scene
 from nutamill.case import Case, load_case
 from nutamill.charge.readout import positions, spins, velocities
 from nutamill.cli.bench import developed_case, developed_flow, on_threads
-from nutamill.simulation.coupling import coupling_state, march_mechanism
+from nutamill.simulation.coupling import march_mechanism
+from nutamill.simulation.coupling_model import coupling_state
 from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.setup.clock import ContactFacts, contact_facts
-from nutamill.simulation.setup.model import Model, State, build
+from nutamill.simulation.setup.model import Model, Scratch, State, build
 from nutamill.simulation.setup.particles import particle_count
 
 SAND = (
@@ -46,6 +47,8 @@ class Ours:
     """As it is now; its lists may grow."""
     state: State
     """As it is now."""
+    scratch: Scratch
+    """Its work space."""
     begun: float
     """Time of the scene's state [s]."""
     mechanism: float
@@ -59,9 +62,9 @@ class Ours:
 
     def piece(self, threads: int) -> float:
         """March one piece; wall time of the charge per particle and substep [ns]."""
-        model, state = on_threads(self.model, threads), self.state
+        model, state, scratch = on_threads(self.model, threads), self.state, self.scratch
         begun = wall.perf_counter()
-        model, rows, fault = enter(model, state, self.rows)
+        model, rows, fault = enter(model, state, scratch, self.rows)
         seconds = wall.perf_counter() - begun
         if fault is not None:
             raise fault
@@ -92,19 +95,19 @@ class Ours:
 
 def pellets() -> Ours:
     """The published pellets half a second after a fast ramp to 700 rpm."""
-    model, state = developed_flow(developed_case())
-    return _ours("pellets", model, state, 48)
+    model, state, scratch = developed_flow(developed_case())
+    return _ours("pellets", model, state, scratch, 48)
 
 
 def sand() -> Ours:
     """Sand-sized spheres one revolution after a very fast ramp to 700 rpm."""
     case = load_case("numill", SAND)
-    model, state = build(case, _loose_layers(case))
-    record_first_row(model, state)
-    model, _, fault = enter(model, state, round(case.run.until * case.run.series_rate))
+    model, state, scratch = build(case, _loose_layers(case))
+    record_first_row(model, state, scratch)
+    model, _, fault = enter(model, state, scratch, round(case.run.until * case.run.series_rate))
     if fault is not None:
         raise fault
-    return _ours("sand-sized", model, state, 8)
+    return _ours("sand-sized", model, state, scratch, 8)
 
 
 def _loose_layers(case: Case) -> np.ndarray:
@@ -125,12 +128,12 @@ def _loose_layers(case: Case) -> np.ndarray:
     return places + random.uniform(-1, 1, places.shape) * 0.012 * diameter
 
 
-def _ours(name: str, model: Model, state: State, rows: int) -> Ours:
+def _ours(name: str, model: Model, state: State, scratch: Scratch, rows: int) -> Ours:
     """The scene of the present state, and the run that goes on from it."""
     case = model.case
     mechanism, chamber = case.mechanism, case.chamber
     column = model.readout.names.index("crank_angle")
-    _, last, _ = enter(model, state, 1)
+    _, last, _ = enter(model, state, scratch, 1)
     angle = float(model.readout.series(last, state.first_row)[-1, column])
     pair, wall_pair = contact_facts(case)
     density = case.materials[case.charge.material].density
@@ -151,7 +154,8 @@ def _ours(name: str, model: Model, state: State, rows: int) -> Ours:
         substep=model.clock.substep,
         particles=particles(model, state),
     )
-    return Ours(scene, rows, model, state, float(state.mechanism.time[0]), _mechanism_window(model, state))
+    mechanism_time = _mechanism_window(model, state, scratch)
+    return Ours(scene, rows, model, state, scratch, float(state.mechanism.time[0]), mechanism_time)
 
 
 def _law(facts: ContactFacts, reduced_mass: float) -> Law:
@@ -180,7 +184,7 @@ def particles(model: Model, state: State) -> np.ndarray:
     )
 
 
-def _mechanism_window(model: Model, state: State) -> float:
+def _mechanism_window(model: Model, state: State, scratch: Scratch) -> float:
     """Wall time of one window of the mechanism alone with its share of the record [s], median: no part of a
     charge engine.
     """
@@ -194,10 +198,11 @@ def _mechanism_window(model: Model, state: State) -> float:
         march_mechanism(
             model.mechanism,
             apart,
-            model.mechanism_scratch,
+            scratch.mechanism,
+            coupling_state(1),
             model.sensors,
             model.plan,
-            coupling_state(1),
+            model.readout.table.starts,
             windows,
             out,
         )

@@ -186,27 +186,33 @@ def test_every_function_under_a_compiling_decorator_counts(counted):
 
 def test_every_struct_that_a_kernel_is_given_counts(counted):
     from nutamill.charge.laws.tags import STANDARD_LAW, law_names
-    from nutamill.charge.measures.observe import charge_reading
     from nutamill.charge.measures.statistics import charge_statistics, statistics_plan
     from nutamill.mechanism.assembly import assemble
     from nutamill.mechanism.parts import Body
-    from nutamill.simulation.coupling import coupling_state
+    from nutamill.mechanism.sensors import sensor_table
+    from nutamill.simulation.coupling_model import (
+        CoupledModel,
+        CoupledState,
+        Scheme,
+        coupled_scratch,
+        coupling_state,
+    )
+    from nutamill.simulation.row import RowTable, row_groups
     from nutamill.simulation.warm_up import STEP, ball, plan
 
     names, _ = counted
-    charge = ball(law_names(STANDARD_LAW), started=False)
-    survey = statistics_plan(*charge[:2], STEP)
-    mechanism = assemble(
+    charge, cstate, cscratch = ball(law_names(STANDARD_LAW), started=False)
+    survey = statistics_plan(charge, cstate, STEP)
+    mechanism, mstate, mscratch = assemble(
         [Body("shaft", 1.0, [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]], (0.0, 0.0, 0.0))], [], []
     )
+    sensors = sensor_table(mechanism, mstate, [])
+    starts = RowTable(row_groups(mechanism, sensors, True)).starts
+    state = CoupledState(mstate, cstate, charge_statistics(survey, cstate), coupling_state(1))
     waiting = [
-        *charge,
-        *mechanism,
-        survey,
-        charge_statistics(survey, charge[1]),
-        charge_reading(),
-        plan(),
-        coupling_state(1),
+        CoupledModel(mechanism, sensors, charge, survey, plan(), starts),
+        state,
+        coupled_scratch(state, mscratch, cscratch, Scheme.STAGGERED),
     ]
     found = set()
     while waiting:

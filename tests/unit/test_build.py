@@ -224,7 +224,7 @@ def test_surfaces_of_the_chamber_are_where_the_file_says():
 def test_mill_at_rest_carries_the_weight_of_its_charge():
     # static equilibrium holds the bed as a dead weight on the chamber: the mounts carry machine and charge
     case = mill(SMALL)
-    model, state = build(case, layer(case))
+    model, state, _ = build(case, layer(case))
     weight = bed_weight(case, layer(case))
     pellets = 98 * 7863.7 * math.pi * 0.005**3 / 6
     assert weight[2] == pytest.approx(-pellets * 9.81, rel=1e-12)
@@ -288,7 +288,7 @@ def test_patches_cover_the_free_walls_and_cells_the_chamber():
 
 def built_charge(case):
     """Model and state of a small layer of pellets in the chamber of `case`."""
-    model, state = build(case, layer(case))
+    model, state, _ = build(case, layer(case))
     return model.charge, state.charge
 
 

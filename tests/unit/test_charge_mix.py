@@ -501,7 +501,7 @@ sliding_friction = 0.5
 def test_spheres_of_two_materials_and_many_sizes_are_built_with_their_own_masses(tmp_path):
     case = case_of(tmp_path, TWO_SIZES)
     filled = fill_cylinder(charge_particles(case), 0.07, -0.350, -0.122)
-    model, state = build(case, filled.poses)
+    model, state, _ = build(case, filled.poses)
     n = particle_count(case)
     masses = np.empty(n)
     masses[state.charge.ids[:n]] = state.charge.mass_props[1, :n]

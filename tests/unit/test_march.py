@@ -56,9 +56,9 @@ def states(monkeypatch):
     built, build = [], march.build
 
     def keep(*args):
-        model, state = build(*args)
+        model, state, scratch = build(*args)
         built.append(state)
-        return model, state
+        return model, state, scratch
 
     monkeypatch.setattr(march, "build", keep)
     return built
@@ -217,8 +217,8 @@ def test_an_end_before_the_checkpoint_is_refused_and_the_file_stays(case, tmp_pa
 def test_a_prescribed_motion_feels_nothing_of_the_charge(case, states, tmp_path):
     march.run(case.with_(run__coupling="prescribed"), tmp_path / "a.h5").close()
     assert not states[0].mechanism.wrench.any()
-    assert not states[0].coupling.received.any()
-    assert states[0].coupling.given.any()
+    assert not states[0].coupling.mechanism_impulse.any()
+    assert states[0].coupling.charge_impulse.any()
 
 
 def test_run_that_is_continued_beyond_its_end_is_the_longer_run(case, tmp_path):

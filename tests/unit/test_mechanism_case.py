@@ -115,7 +115,7 @@ def test_what_shows_mills_says_that_a_mechanism_is_none(file, tmp_path):
 
 
 def test_steps_divide_the_rows(file):
-    model, _ = build_mechanism(load_case(file))
+    model, _, _ = build_mechanism(load_case(file))
     # 1 ms between rows, steps of 300 us at most: four steps of 250 us
     assert model.clock.windows_per_row == 4
     assert model.clock.window == pytest.approx(250e-6, rel=1e-12)

@@ -7,27 +7,26 @@ import math
 import numpy as np
 from charge_bench import law, sphere_mass
 
+from nutamill import System
 from nutamill.charge.assembly import charge
-from nutamill.charge.kernels.copying import copied
 from nutamill.charge.kernels.dynamics import start as start_charge
 from nutamill.charge.kernels.team import run_team
-from nutamill.charge.measures.observe import charge_reading
 from nutamill.charge.measures.statistics import charge_statistics, statistics_plan
-from nutamill.charge.model import Ledger
 from nutamill.charge.readout import positions, spins, velocities
 from nutamill.charge.walls.surface import Surface, SurfaceKind
-from nutamill.mechanism.assembly import assemble
-from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
 from nutamill.mechanism.sensors import Sensor, SensorKind, sensor_table
-from nutamill.simulation.coupling import (
-    RUNNING,
+from nutamill.simulation.coupling import march_coupled
+from nutamill.simulation.coupling_model import (
+    CoupledModel,
+    CoupledState,
     CouplingPlan,
+    Outcome,
     Scheme,
+    coupled_scratch,
     coupling_state,
-    march_coupled,
-    march_iterated,
 )
+from nutamill.simulation.row import CONTACT_TERMS, RowTable, row_groups
 
 G = 9.81
 Z = (0.0, 0.0, 1.0)
@@ -35,14 +34,9 @@ ORIGIN = (0.0, 0.0, 0.0)
 ROTOR = "rotor"
 
 SENSORS = [
-    Sensor("place", SensorKind.POINT_POSITION, "box"),
-    Sensor("velocity", SensorKind.POINT_VELOCITY, "box"),
+    Sensor("box", SensorKind.POINT_POSITION, "box"),
+    Sensor("box", SensorKind.POINT_VELOCITY, "box"),
 ]
-PLACE_Z, VELOCITY_Z = 3, 6
-"""Columns of a row; column 0 is the time, 7 to 9 are kinetic, potential and elastic energy of the
-mechanism.
-"""
-KINETIC, POTENTIAL, ELASTIC, DRIVE_WORK, BUSHING_LOSS = 7, 8, 9, 10, 11
 
 FLOOR = Surface("floor", SurfaceKind.PLANE, 0, 0)
 
@@ -111,9 +105,9 @@ class CoupledBench:
                 )
             ]
         drives = [Drive("motor", "bearing", (0.0,), (0.0,))]
-        self.mechanism = assemble(bodies, joints, bushings, drives=drives, gravity=gravity)
-        self.sensors = sensor_table(*self.mechanism[:2], SENSORS)
-        assert start(*self.mechanism) == OK
+        self.system = System(bodies, joints, bushings, drives, gravity)
+        self.sensors = sensor_table(self.system.mechanism, self.system.state, SENSORS)
+        self.table = RowTable(row_groups(self.system.mechanism, self.sensors, True))
         places = np.atleast_2d(np.array(places, float))
         n = len(places)
         options.setdefault("precision", "double")
@@ -140,28 +134,22 @@ class CoupledBench:
 
     def march(self, n_windows, threads=1):
         """March `n_windows` windows; `rows` are those of this march."""
-        reading = charge_reading()
-        first = 1 + len(SENSORS) * 3
-        columns = (
-            first
-            + 3
-            + len(self.mechanism[1].drive_work)
-            + len(self.mechanism[1].bushing_loss)
-            + len(self.mechanism[1].joint_loss)
+        system, (model, state, scratch) = self.system, self.charge
+        self.rows = np.zeros((n_windows // self.plan.windows_per_row, self.table.starts.columns))
+        survey = statistics_plan(model, state, self.plan.dt / self.plan.substeps, on=False)
+        coupled = CoupledState(system.state, state, charge_statistics(survey, state), self.coupling)
+        parts = (
+            CoupledModel(system.mechanism, self.sensors, model, survey, self.plan, self.table.starts),
+            coupled,
+            coupled_scratch(coupled, system.scratch, scratch, self.plan.scheme),
         )
-        self.charge_column = columns
-        total = columns + 16 + 1 + len(Ledger) + 14
-        self.rows = np.zeros((n_windows // self.plan.windows_per_row, total))
-        survey = statistics_plan(*self.charge[:2], self.plan.dt / self.plan.substeps, on=False)
-        seen = (reading, survey, charge_statistics(survey, self.charge[1]))
-        parts = (*self.mechanism, self.sensors, *self.charge, self.plan, self.coupling, *seen)
-        if self.plan.scheme == Scheme.ITERATED:
-            kept = [copied(part) for part in (self.mechanism[1], self.charge[1])]
-            run_team(march_iterated, (*parts, *kept, n_windows, self.rows), threads)
-        else:
-            run_team(march_coupled, (*parts, n_windows, self.rows), threads)
-        assert self.coupling.outcome[0] == RUNNING, (self.coupling.outcome, self.charge[1].status)
+        run_team(march_coupled, (*parts, n_windows, self.rows), threads)
+        assert self.coupling.outcome[0] == Outcome.RUNNING, (self.coupling.outcome, state.status)
         return self
+
+    def read(self, group, name=None):
+        """Columns of `rows` by group and name."""
+        return self.table.read(self.rows, group, name)
 
     def until(self, end):
         return self.march(round(end / self.plan.dt))
@@ -169,12 +157,12 @@ class CoupledBench:
     @property
     def z(self):
         """Height of the box [m]."""
-        return self.mechanism[1].position[0, 2]
+        return self.system.position("box")[2]
 
     @property
     def speed(self):
         """Velocity of the box along z [m/s]."""
-        return self.mechanism[1].velocity[0, 2]
+        return self.system.velocity("box")[2]
 
     @property
     def x(self):
@@ -192,18 +180,19 @@ class CoupledBench:
         """Mechanical energy in every row of the last march [J]: of the box, its spring, the charge and its
         contacts.
         """
-        c = self.charge_column
-        mechanism = self.rows[:, KINETIC : ELASTIC + 1].sum(axis=1)
-        return (
-            mechanism + self.rows[:, c : c + 8].sum(axis=1) - self.rows[:, c + 17 + 7]
-        )  # the last is the work of gravity
+        stored = self.read("mechanism_energy").sum(axis=1) + self.read("charge_energy").sum(axis=1)
+        return stored - self.read("ledger", "gravity")
+
+    def contact_work(self):
+        """Work of all contacts on the charge in every row of the last march [J]."""
+        terms = [
+            self.read("ledger", f"{where}_{term}") for where in ("pair", "wall") for term in CONTACT_TERMS
+        ]
+        return sum(terms)
 
 
 __all__ = [
     "FLOOR",
-    "KINETIC",
-    "PLACE_Z",
-    "VELOCITY_Z",
     "CoupledBench",
     "G",
     "Scheme",

@@ -19,9 +19,9 @@ def mill(*overrides, base="numill"):
 
 def march_mill(case, until, bed=None):
     """Series of `case` from rest to `until` [s]: name -> (n,)."""
-    model, state = build(case, bed)
-    record_first_row(model, state)
-    _, rows, fault = enter(model, state, round(until * case.run.series_rate))
+    model, state, scratch = build(case, bed)
+    record_first_row(model, state, scratch)
+    _, rows, fault = enter(model, state, scratch, round(until * case.run.series_rate))
     if fault is not None:
         raise fault
     series = model.readout.series(rows, state.first_row)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from coupled_bench import FLOOR, PLACE_Z, VELOCITY_Z, CoupledBench, G, Scheme, law
+from coupled_bench import FLOOR, CoupledBench, G, Scheme, law
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
@@ -113,7 +113,7 @@ def test_bounces_happen_when_the_exact_motion_says():
     window, end = 2e-5, 0.192
     _, events = exact_motion(end)
     bench = bounce(window, end)
-    touching = bench.rows[:, bench.charge_column + 9] > 0
+    touching = bench.read("contacts", "wall") > 0
     seen = (np.flatnonzero(np.diff(touching)) + 2) * window
     assert len(seen) == len(events) == 4
     assert seen == pytest.approx(np.array(events), abs=1.5 * window)
@@ -138,6 +138,6 @@ def test_prescribed_motion_feels_nothing_of_the_sphere():
     w = math.sqrt(SPRING / BODY - decay**2)
     exact = sag * (math.exp(-decay * end) * (math.cos(w * end) + decay / w * math.sin(w * end)) - 1.0)
     assert bench.z == pytest.approx(exact, abs=sag * (w * window) ** 2 * (w * end + 1))
-    assert np.abs(bench.coupling.given[2]) > SPHERE * SPEED
-    assert np.all(bench.coupling.received == 0.0)
-    assert np.ptp(bench.rows[:, PLACE_Z]) > sag and np.ptp(bench.rows[:, VELOCITY_Z]) > sag * w
+    assert np.abs(bench.coupling.charge_impulse[2]) > SPHERE * SPEED
+    assert np.all(bench.coupling.mechanism_impulse == 0.0)
+    assert np.ptp(bench.read("sensors", "box_z")) > sag and np.ptp(bench.read("sensors", "box_vz")) > sag * w

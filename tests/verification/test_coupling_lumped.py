@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from coupled_bench import FLOOR, PLACE_Z, CoupledBench, G, Scheme, inside_of_a_box, law, sphere_mass
+from coupled_bench import FLOOR, CoupledBench, G, Scheme, inside_of_a_box, law, sphere_mass
 from scipy.linalg import eigh
 
 R = 0.0025
@@ -60,8 +60,8 @@ def held_ball_exactly(times):
 
 def worst_error(bench):
     """Largest errors of the box's and of the ball's travel, in parts of the largest of each, (2,)."""
-    exact, _ = held_ball_exactly(bench.rows[:, 0])
-    seen = np.column_stack([bench.rows[:, PLACE_Z], bench.rows[:, bench.charge_column + 12]])
+    exact, _ = held_ball_exactly(bench.read("time", "time"))
+    seen = np.column_stack([bench.read("sensors", "box_z"), bench.read("mass_centre", "z")])
     return np.abs(seen - exact).max(axis=0) / np.abs(exact).max(axis=0)
 
 
@@ -130,7 +130,7 @@ def test_packed_box_rings_with_the_mass_of_box_and_particles():
     # about w/wi of the
     # share (w/wi)^2 they take: less than the distance of the two bounds.
     bench = packed_box().until(0.06)
-    times, z = bench.rows[:, 0], bench.rows[:, PLACE_Z]
+    times, z = bench.read("time", "time"), bench.read("sensors", "box_z")
     at = np.flatnonzero((z[:-1] < 0) & (z[1:] >= 0))
     crossings = times[at] - z[at] * (times[at + 1] - times[at]) / (z[at + 1] - z[at])
     w2 = (2 * math.pi / np.diff(crossings).mean()) ** 2

@@ -79,6 +79,6 @@ def test_speeds_to_avoid_lie_where_the_order_meets_the_frequency():
 def test_mode_search_of_a_machine_that_is_not_held_is_refused():
     case = load_case("numill", ["charge.kind=none", "shaft_coupling.torsion_stiffness=0 N m/rad"])
     with pytest.raises(
-        CaseError, match="no restoring force, got rotation of body .intermediate_shaft. about z"
+        CaseError, match=r"no restoring force, got rotation of body .intermediate_shaft. about z"
     ):
         machine_modes(case)

@@ -41,17 +41,17 @@ def simulate(name: str, halvings: int = 0, until: float | None = None) -> Run:
     case = case.with_(
         **{"run.dt": case.run.dt / 2**halvings, "run.until": case.run.until if until is None else until}
     )
-    model, state = build_mechanism(case)
-    record_first_row(model, state)
+    model, state, scratch = build_mechanism(case)
+    record_first_row(model, state, scratch)
     rows = round(case.run.until * case.run.series_rate)
     begun = clock.perf_counter()
-    _, rows, fault = enter(model, state, rows)
+    _, rows, fault = enter(model, state, scratch, rows)
     seconds = clock.perf_counter() - begun
     if fault is not None:
         raise fault
     table = model.readout.series(np.vstack([state.first_row, rows]), state.first_row)
     series = dict(zip(model.readout.names, table.T, strict=True))
-    mechanism, mstate, scratch = model.mechanism, state.mechanism, model.mechanism_scratch
+    mechanism, mstate, scratch = model.mechanism, state.mechanism, scratch.mechanism
     update_kinematics(mechanism, mstate, scratch)
     rate, twist = np.zeros(len(mechanism.rows)), np.hstack([mstate.velocity, mstate.angular_velocity])
     row_residuals(mechanism.rows, scratch.jacobian, twist, -scratch.gap_rate, rate)

@@ -12,10 +12,11 @@ import numpy as np
 
 from nutamill.base.provenance import processor
 from nutamill.case import Case, load_case
-from nutamill.simulation.coupling import coupling_state, march_mechanism
+from nutamill.simulation.coupling import march_mechanism
+from nutamill.simulation.coupling_model import coupling_state
 from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.setup.bed import settled_bed
-from nutamill.simulation.setup.model import Model, State, build
+from nutamill.simulation.setup.model import Model, Scratch, State, build
 from nutamill.simulation.setup.threads import usable_cores
 from nutamill.simulation.warm_up import warm_up
 
@@ -31,15 +32,15 @@ def developed_case() -> Case:
     return load_case("numill", ["mechanism.mounting=rigid", "drive.ramp=1750 rpm/s", "run.until=0.9 s"])
 
 
-def developed_flow(case: Case) -> tuple[Model, State]:
+def developed_flow(case: Case) -> tuple[Model, State, Scratch]:
     """March a case to its end without a file."""
-    model, state = build(case, settled_bed(case))
-    record_first_row(model, state)
+    model, state, scratch = build(case, settled_bed(case))
+    record_first_row(model, state, scratch)
     for _ in range(round(case.run.until * case.run.series_rate / ROWS)):
-        model, _, fault = enter(model, state, ROWS)
+        model, _, fault = enter(model, state, scratch, ROWS)
         if fault is not None:
             raise fault
-    return model, state
+    return model, state, scratch
 
 
 def on_threads(model: Model, threads: int) -> Model:
@@ -47,16 +48,16 @@ def on_threads(model: Model, threads: int) -> Model:
     return dataclasses.replace(model, case=model.case.with_("run.threads", threads))
 
 
-def piece(model: Model, state: State) -> tuple[Model, float]:
+def piece(model: Model, state: State, scratch: Scratch) -> tuple[Model, float]:
     """Wall time of one measured piece of a coupled march [s], after the model, whose lists may have grown."""
     begun = wall.perf_counter()
-    model, _, fault = enter(model, state, ROWS)
+    model, _, fault = enter(model, state, scratch, ROWS)
     if fault is not None:
         raise fault
     return model, wall.perf_counter() - begun
 
 
-def mechanism_step(model: Model, state: State) -> float:
+def mechanism_step(model: Model, state: State, scratch: Scratch) -> float:
     """Wall time of one mechanism step with its share of the record [s], median."""
     windows = ROWS * model.plan.windows_per_row
     rows = np.empty((ROWS, model.readout.n_columns))
@@ -67,10 +68,11 @@ def mechanism_step(model: Model, state: State) -> float:
         march_mechanism(
             model.mechanism,
             apart,
-            model.mechanism_scratch,
+            scratch.mechanism,
+            coupling_state(1),
             model.sensors,
             model.plan,
-            coupling_state(1),
+            model.readout.table.starts,
             windows,
             rows,
         )
@@ -78,7 +80,7 @@ def mechanism_step(model: Model, state: State) -> float:
     return statistics.median(times)
 
 
-def statistics_cost(model: Model, state: State) -> tuple[Model, float]:
+def statistics_cost(model: Model, state: State, scratch: Scratch) -> tuple[Model, float]:
     """Share of the time that the charge's statistics take on one thread [1], median of neighbouring pieces;
     after the model.
     """
@@ -87,7 +89,9 @@ def statistics_cost(model: Model, state: State) -> tuple[Model, float]:
     for _ in range(REPEATS):
         times = []
         for on in (0, 1):
-            model, seconds = piece(dataclasses.replace(model, survey=model.survey._replace(on=on)), state)
+            model, seconds = piece(
+                dataclasses.replace(model, survey=model.survey._replace(on=on)), state, scratch
+            )
             times.append(seconds)
         ratios.append(times[1] / times[0] - 1)
     return model, statistics.median(ratios)
@@ -106,23 +110,23 @@ def process_time(*command: str) -> float:
 def first_step() -> None:
     """Import, build and march the published mill through its first row, with kernels and bed cached."""
     case = load_case("numill")
-    model, state = build(case, settled_bed(case))
-    record_first_row(model, state)
-    enter(model, state, 1)
+    model, state, scratch = build(case, settled_bed(case))
+    record_first_row(model, state, scratch)
+    enter(model, state, scratch, 1)
 
 
 def measure() -> Iterator[str]:
     """Lines of the benchmark, one after another."""
     warm_up()
     yield f"{processor()}, {usable_cores()} cores for this process, {wall.strftime('%Y-%m-%d')}"
-    model, state = developed_flow(developed_case())
+    model, state, scratch = developed_flow(developed_case())
     particles, substeps = model.charge.n_particles, ROWS * model.plan.windows_per_row * model.plan.substeps
-    mechanism = mechanism_step(model, state)
+    mechanism = mechanism_step(model, state, scratch)
     counts = sorted({1, min(2, usable_cores()), usable_cores()})
     times = {count: [] for count in counts}
     for _ in range(REPEATS):
         for count in counts:
-            model, seconds = piece(on_threads(model, count), state)
+            model, seconds = piece(on_threads(model, count), state, scratch)
             times[count].append(seconds)
     yield (
         f"developed flow at 700 rpm, {particles} pellets, {state.first_row.size} columns, substep "
@@ -138,7 +142,7 @@ def measure() -> Iterator[str]:
             f"{100 * (max(times[count]) - min(times[count])) / whole:.0f} %"
         )
     yield f"  mechanism step {1e6 * mechanism:.1f} us"
-    model, cost = statistics_cost(model, state)
+    model, cost = statistics_cost(model, state, scratch)
     yield (
         f"  statistics of the charge, {round(model.case.run.series_rate)} samples a second: "
         f"{100 * cost:.0f} % on top"

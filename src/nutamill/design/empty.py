@@ -27,9 +27,9 @@ def empty_series(case: Case, charge: bool = False) -> dict[str, np.ndarray]:
     StepError : the run cannot go on
     """
     loaded = (with_charge_mass(case) if charge else case).with_("charge.kind", "none")
-    model, state = build(loaded, None)
-    record_first_row(model, state)
-    _, rows, fault = enter(model, state, round(loaded.run.until * loaded.run.series_rate))
+    model, state, scratch = build(loaded, None)
+    record_first_row(model, state, scratch)
+    _, rows, fault = enter(model, state, scratch, round(loaded.run.until * loaded.run.series_rate))
     if fault is not None:
         raise fault
     rows = np.vstack([state.first_row, rows])

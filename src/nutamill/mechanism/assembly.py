@@ -80,7 +80,7 @@ def assemble(
         names=name_array(
             [part.name for part in bodies],
             [GROUND],
-            *([part.name for part in parts] for parts in (joints, bushings, springs, drives)),
+            *([part.name for part in parts] for parts in (joints, bushings, springs, drives, torques)),
         ),
     )
     state, scratch = new_state(mechanism, placement, bodies), new_scratch(mechanism)

@@ -144,8 +144,8 @@ class Mechanism(NamedTuple):
     knots: np.ndarray
     """`KNOT` records of all drives [SI], (n_knots,)."""
     names: np.ndarray
-    """Fixed-width names [1] of bodies (ground last), joints, bushings, springs, drives, in this order,
-    (n_parts,).
+    """Fixed-width names [1] of bodies (ground last), joints, bushings, springs, drives, torques, in this
+    order, (n_parts,).
     """
 
 

@@ -87,26 +87,19 @@ class Sensor:
 
 
 def names_of(mechanism: Mechanism) -> dict[str, list[str]]:
-    """Return the names of each kind of part, "body" (ground last), "joint", "bushing", "spring" and "drive",
-    in the order of their numbers.
+    """Return the names of each kind of part, "body" (ground last), "joint", "bushing", "spring", "drive" and
+    "torque", in the order of their numbers.
     """
-    ends = np.cumsum(
-        [
-            len(t)
-            for t in (
-                mechanism.bodies,
-                mechanism.joints,
-                mechanism.bushings,
-                mechanism.springs,
-                mechanism.drives,
-            )
-        ]
-    )
-    groups = np.split(mechanism.names, ends[:-1])
-    return {
-        kind: [str(name) for name in group]
-        for kind, group in zip(("body", "joint", "bushing", "spring", "drive"), groups, strict=True)
+    tables = {
+        "body": mechanism.bodies,
+        "joint": mechanism.joints,
+        "bushing": mechanism.bushings,
+        "spring": mechanism.springs,
+        "drive": mechanism.drives,
+        "torque": mechanism.torques,
     }
+    groups = np.split(mechanism.names, np.cumsum([len(table) for table in tables.values()])[:-1])
+    return {kind: [str(name) for name in group] for kind, group in zip(tables, groups, strict=True)}
 
 
 def sensor_table(mechanism: Mechanism, state: MechanismState, sensors: list[Sensor]) -> SensorTable:

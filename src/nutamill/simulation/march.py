@@ -30,18 +30,15 @@ from nutamill.base.units import Kind, UnitError, parse
 from nutamill.case import Case, MechanismCase, case_of_text, load_case
 from nutamill.result import NOT_STEADY, Recorder, Result, is_finished, open_result
 from nutamill.result.one_writer import one_writer
-from nutamill.simulation.earlier import earlier_result, place_beside
-from nutamill.simulation.entry import (
+from nutamill.simulation.checkpoint import (
+    backup,
     bed_from_checkpoint,
     checkpoint_groups,
-    enter,
-    keep,
-    record_first_row,
     restore,
-    snapshot,
-    statistics,
     statistics_group,
 )
+from nutamill.simulation.earlier import earlier_result, place_beside
+from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.progress import Watch
 from nutamill.simulation.progress_report import Progress
 from nutamill.simulation.record import COLUMNS, Ending, RecordPlan, room_at_start
@@ -50,11 +47,12 @@ from nutamill.simulation.setup.charge import contact_law_of
 from nutamill.simulation.setup.clock import run_clock
 from nutamill.simulation.setup.mechanism import build_mechanism
 from nutamill.simulation.setup.mill import mill_mechanism
-from nutamill.simulation.setup.model import Model, State, build
+from nutamill.simulation.setup.model import Model, Scratch, State, build
 from nutamill.simulation.setup.statistics import statistics_axes
 from nutamill.simulation.setup.threads import team_size
 from nutamill.simulation.setup.walls import digests, placed_walls
 from nutamill.simulation.signals import Requests, requests, stop_at_once
+from nutamill.simulation.snapshot import snapshot, statistics
 from nutamill.simulation.warm_up import warm_up, warm_up_mechanism
 
 ROWS_PER_ENTRY = 48
@@ -192,7 +190,7 @@ def run_to(
     watch = Watch(case, progress, tell)
     if isinstance(case, MechanismCase):
         warm_up_mechanism(tell)
-        model, state = build_mechanism(case)
+        model, state, scratch = build_mechanism(case)
         threads, meshes, axes, walls = 1, {}, None, {}
     else:
         check_room(path, room_at_start(case))
@@ -200,10 +198,10 @@ def run_to(
         watch.settling(0.0)
         bed = settled_bed(case, watch.settling)
         watch.settling(1.0)
-        model, state = build(case, bed)
+        model, state, scratch = build(case, bed)
         threads, meshes, walls = team_size(case), digests(case), placed_walls(case)
         axes = None if model.charge is None else statistics_axes(case, model.survey)
-    record_first_row(model, state)
+    record_first_row(model, state, scratch)
     seed = 0 if isinstance(case, MechanismCase) else case.run.seed
     provenance = run_provenance(kernel_digest(), seed, threads) | meshes
     names, rate = model.readout.names, case.run.series_rate
@@ -219,7 +217,7 @@ def run_to(
         ending.recorded(recorder.names, first)
         record_statistics(model, state, recorder)
         recorder.checkpoint(0.0, checkpoint_groups(model, state))
-        march(model, state, recorder, ending, watch, asked)
+        march(model, state, scratch, recorder, ending, watch, asked)
 
 
 def resume(
@@ -310,19 +308,25 @@ def resume_to(
             " /provenance, or run the case again."
         )
     if isinstance(case, MechanismCase):
-        model, state = build_mechanism(case)
+        model, state, scratch = build_mechanism(case)
     else:
         warm_up(tell, law=contact_law_of(case))
         bed = bed_from_checkpoint(case, [body.name for body in mill_mechanism(case).bodies], kept.groups)
-        model, state = build(case, bed)
-    model = restore(model, state, kept.groups)
+        model, state, scratch = build(case, bed)
+    model = restore(model, state, scratch, kept.groups)
     with requests() as asked:
         recorder = Recorder.reopen(path, kept.time)
-        march(model, state, recorder, ending, Watch(case, progress, tell), asked)
+        march(model, state, scratch, recorder, ending, Watch(case, progress, tell), asked)
 
 
 def march(
-    model: Model, state: State, recorder: Recorder, ending: Ending, watch: Watch, asked: Requests
+    model: Model,
+    state: State,
+    scratch: Scratch,
+    recorder: Recorder,
+    ending: Ending,
+    watch: Watch,
+    asked: Requests,
 ) -> None:
     """March `model` and `state` in place to their `ending` and record; commits the file also when it fails or
     is interrupted.
@@ -340,9 +344,9 @@ def march(
             count = min(
                 ROWS_PER_ENTRY_ALONE if model.charge is None else ROWS_PER_ENTRY, plan.next_stop(row) - row
             )
-            kept = keep(state, kept)
+            kept = backup(state, kept)
             kept_sums = {} if kept is None else statistics_group(model, state)
-            model, rows, fault = enter(model, state, count)
+            model, rows, fault = enter(model, state, scratch, count)
             if fault is not None:
                 fault = keep_what_was_sound(model, kept, kept_sums, recorder, plan, row, fault)
             row += len(rows)

@@ -15,7 +15,7 @@ import numpy as np
 from nutamill.base.cache_folder import cache_trouble
 from nutamill.base.child import ended, start_child, task_of_parent
 from nutamill.base.kernel import JIT, compiled_mark
-from nutamill.charge.assembly import charge
+from nutamill.charge.assembly import charge as charge_arrays
 from nutamill.charge.face import Charge, at_rest
 from nutamill.charge.kernels.dynamics import start
 from nutamill.charge.kernels.team import run_team
@@ -27,9 +27,18 @@ from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind
-from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, sensor_table
-from nutamill.simulation.coupling import CouplingPlan, Scheme, coupling_state, march_coupled, march_mechanism
+from nutamill.mechanism.sensors import Sensor, SensorKind, sensor_table
+from nutamill.simulation.coupling import march_coupled, march_mechanism
+from nutamill.simulation.coupling_model import (
+    CoupledModel,
+    CoupledState,
+    CouplingPlan,
+    Scheme,
+    coupled_scratch,
+    coupling_state,
+)
 from nutamill.simulation.progress_report import COMPILING
+from nutamill.simulation.row import RowTable, row_groups
 
 STEP = 1e-6
 """Window of the ball on the turntable [s]."""
@@ -135,7 +144,7 @@ def ball(names: Sequence[str], started: bool = True):
     )
     floor = Surface("floor", SurfaceKind.PLANE, 0, 0)
     places = np.array([[0.0, 0.0, 0.01], [0.0, 0.0, 0.0301]])
-    built = charge(
+    built = charge_arrays(
         places, np.full(2, 0.01), np.zeros(2, int), [1e3], {(0, 0): pair}, [floor], 1, law=contact_law(*names)
     )
     if started:
@@ -151,8 +160,9 @@ def plan() -> CouplingPlan:
 def march_turntable() -> None:
     """Compile the mechanism's march."""
     mechanism, state, scratch, sensors = turntable()
-    rows = np.empty((1, 64 + len(column_names(sensors))))
-    march_mechanism(mechanism, state, scratch, sensors, plan(), coupling_state(1), 1, rows)
+    starts = RowTable(row_groups(mechanism, sensors, False)).starts
+    rows = np.empty((1, starts.columns))
+    march_mechanism(mechanism, state, scratch, coupling_state(1), sensors, plan(), starts, 1, rows)
 
 
 def march_ball(names: Sequence[str]) -> None:
@@ -170,13 +180,11 @@ def read_ball(names: Sequence[str]) -> None:
 
 def march_both(names: Sequence[str]) -> None:
     """Compile the coupled march; quick if its parts have been compiled."""
-    mechanism, state, scratch, sensors = turntable()
-    rows = np.empty((1, 128))
-    built = ball(names)
-    survey = statistics_plan(*built[:2], STEP)
-    seen = (charge_reading(), survey, charge_statistics(survey, built[1]))
-    run_team(
-        march_coupled,
-        (mechanism, state, scratch, sensors, *built, plan(), coupling_state(1), *seen, 1, rows),
-        1,
-    )
+    mechanism, mstate, mscratch, sensors = turntable()
+    charge, cstate, cscratch = ball(names)
+    survey = statistics_plan(charge, cstate, STEP)
+    starts = RowTable(row_groups(mechanism, sensors, True)).starts
+    model = CoupledModel(mechanism, sensors, charge, survey, plan(), starts)
+    state = CoupledState(mstate, cstate, charge_statistics(survey, cstate), coupling_state(1))
+    scratch = coupled_scratch(state, mscratch, cscratch, Scheme.STAGGERED)
+    run_team(march_coupled, (model, state, scratch, 1, np.empty((1, starts.columns))), 1)

@@ -1,4 +1,4 @@
-"""A `MechanismCase` as the engine's descriptions, and as a model and state to march."""
+"""A `MechanismCase` as parts of the engine, and as model, state and work space of a run."""
 
 import math
 from typing import NamedTuple
@@ -8,16 +8,16 @@ import numpy as np
 from nutamill.base.errors import StepError
 from nutamill.case import MechanismCase
 from nutamill.case.mechanism import BodyEntry, BushingEntry, JointEntry, Turn
-from nutamill.charge.measures.observe import charge_reading
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import Body, Bushing, Drive, Joint, JointFriction, JointKind, Spring, Torque
-from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, sensor_table
-from nutamill.simulation.coupling import CouplingPlan, Scheme, coupling_state
+from nutamill.mechanism.sensors import COLUMNS, Sensor, SensorKind, sensor_table
+from nutamill.simulation.coupling_model import CouplingPlan, Scheme, coupling_state
+from nutamill.simulation.row import RowTable, row_groups
 from nutamill.simulation.setup.clock import Clock, refuse_endless
-from nutamill.simulation.setup.model import Model, State
+from nutamill.simulation.setup.model import Model, Scratch, State
 from nutamill.simulation.setup.part_readout import PartReadout
 
 KINDS = {
@@ -27,13 +27,11 @@ KINDS = {
     "attitude": SensorKind.BODY_ATTITUDE,
     "reaction": SensorKind.JOINT_REACTION,
 }
-"""Kinds of sensors by their name in the file."""
+"""Kinds of sensors by their names in case files."""
 
 
 class MechanismParts(NamedTuple):
-    """The descriptions that `nutamill.mechanism.assembly.assemble` turns into arrays, in the order of its
-    arguments.
-    """
+    """The parts of a mechanism, in the order of the arguments of `nutamill.mechanism.assembly.assemble`."""
 
     bodies: list[Body]
     """The bodies."""
@@ -50,7 +48,7 @@ class MechanismParts(NamedTuple):
 
 
 def mechanism_parts(case: MechanismCase) -> MechanismParts:
-    """The parts of a case as descriptions of the engine."""
+    """Return the parts of a case as parts of the engine."""
     return MechanismParts(
         [_body(entry) for entry in case.bodies],
         [_joint(entry) for entry in case.joints],
@@ -73,60 +71,72 @@ def mechanism_parts(case: MechanismCase) -> MechanismParts:
 
 
 def assemble_case(case: MechanismCase) -> tuple[Mechanism, MechanismState, MechanismScratch]:
-    """Constants, state as assembled and work space of a case; raises CaseError with every fault of the
-    engine's own checks.
+    """Assemble the mechanism of a case: constants, state as assembled, work space; raise CaseError with every
+    fault.
     """
     return assemble(*mechanism_parts(case), gravity=case.gravity, redundant=case.redundant)
 
 
-def case_sensors(case: MechanismCase) -> list[Sensor]:
-    """What every run of a case reads: all joints, all bushings, all drives, then the sensors of the file."""
-    sensors = [Sensor(f"joint_{joint.name}", SensorKind.JOINT_REACTION, joint.name) for joint in case.joints]
+def case_sensors(case: MechanismCase) -> list[tuple[Sensor, list[str]]]:
+    """Return the sensors of every run of a case, each with the names of its series: all joints, all bushings,
+    all drives, then the sensors of the file.
+    """
+    sensors = []
+
+    def add(sensor, prefix, parts=None):
+        sensors.append((sensor, [f"{prefix}_{part}" for part in parts or COLUMNS[sensor.kind]]))
+
+    for joint in case.joints:
+        name = f"joint_{joint.name}"
+        add(Sensor(name, SensorKind.JOINT_REACTION, joint.name), name)
     for bushing in case.bushings:
-        sensors.append(Sensor(f"bushing_{bushing.name}", SensorKind.BUSHING_WRENCH, bushing.name))
-        sensors.append(Sensor(f"bushing_{bushing.name} travel", SensorKind.BUSHING_TRAVEL, bushing.name))
-    sensors += [Sensor(f"drive_{drive.name}", SensorKind.DRIVE, drive.name) for drive in case.drives]
+        name = f"bushing_{bushing.name}"
+        travel = (*(f"travel_{axis}" for axis in "xyz"), *(f"turn_{axis}" for axis in "xyz"))
+        add(Sensor(name, SensorKind.BUSHING_WRENCH, bushing.name), name)
+        add(Sensor(f"{name}_travel", SensorKind.BUSHING_TRAVEL, bushing.name), name, travel)
+    for drive in case.drives:
+        name = f"drive_{drive.name}"
+        add(Sensor(name, SensorKind.DRIVE, drive.name), name)
     for entry in case.sensors:
-        sensors.append(
-            Sensor(
-                f"{entry.name} {entry.kind}",
-                KINDS[entry.kind],
-                entry.of,
-                point=entry.at,
-                axes_body=entry.axes,
-            )
-        )
+        name, kind = f"{entry.name}_{entry.kind}", KINDS[entry.kind]
+        # a column of a vector or a quaternion ends in the name of the component: x, vx, ax, qw
+        parts = None if kind == SensorKind.JOINT_REACTION else tuple(part[-1] for part in COLUMNS[kind])
+        add(Sensor(name, kind, entry.of, point=entry.at, axes_body=entry.axes), name, parts)
     return sensors
 
 
-def build_mechanism(case: MechanismCase) -> tuple[Model, State]:
-    """Model and first state of a mechanism, ready to march.
+def build_mechanism(case: MechanismCase) -> tuple[Model, State, Scratch]:
+    """Build model, first state and work space of a mechanism.
 
     Raises
     ------
     CaseError : every fault of the mechanism
-    StepError : no finite accelerations, or no rest where it is asked for
+    StepError : no finite accelerations, or no equilibrium where the case starts from rest
     """
     mechanism, state, scratch = assemble_case(case)
-    sensors = sensor_table(mechanism, state, case_sensors(case))
+    sensors = case_sensors(case)
+    table = sensor_table(mechanism, state, [sensor for sensor, _ in sensors])
     if case.run.start == "rest":
         static_equilibrium(mechanism, state, scratch)
     elif start(mechanism, state, scratch) != OK:
         raise StepError(
-            f"{case.name}: the first accelerations must be finite, they are not. Look at masses and inertias."
+            f"{case.name}: the first accelerations are not finite. Look at the masses and inertias of the "
+            "bodies."
         )
     clock = mechanism_clock(case)
-    nowhere = np.zeros(0, np.int64)
+    no_carriers = np.zeros(0, np.int64)
     plan = CouplingPlan(
-        int(Scheme.STAGGERED), 0, clock.window, clock.windows_per_row, nowhere, 0, np.zeros(3), 0
+        int(Scheme.STAGGERED), 0, clock.window, clock.windows_per_row, no_carriers, 0, np.zeros(3), 0
     )
-    readout = PartReadout(case, column_names(sensors))
-    model = Model(case, clock, mechanism, scratch, sensors, None, None, charge_reading(), None, plan, readout)
-    return model, State(state, None, None, coupling_state(0), np.zeros(readout.n_columns))
+    series = [name for _, names in sensors for name in names]
+    readout = PartReadout(case, RowTable(row_groups(mechanism, table, False)), series)
+    model = Model(case, clock, mechanism, table, None, None, plan, readout)
+    first = State(state, None, None, coupling_state(0), np.zeros(readout.n_columns))
+    return model, first, Scratch(scratch, None)
 
 
 def mechanism_clock(case: MechanismCase) -> Clock:
-    """Step and row of a run: the longest step that is at most `run.dt` and divides the period of the
+    """Return step and row of a run: the longest step that is at most `run.dt` and divides the period of the
     series.
     """
     period = 1.0 / case.run.series_rate
@@ -136,7 +146,7 @@ def mechanism_clock(case: MechanismCase) -> Clock:
 
 
 def _quaternion(turn: Turn | None) -> tuple[float, float, float, float]:
-    """Attitude (w, x, y, z) of a turn about an axis."""
+    """Return the attitude (w, x, y, z) after a rotation about an axis."""
     if turn is None:
         return (1.0, 0.0, 0.0, 0.0)
     axis = np.asarray(turn.axis, float) / np.linalg.norm(turn.axis)

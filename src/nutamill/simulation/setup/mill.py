@@ -258,12 +258,12 @@ def mill_sensors(case: Case) -> list[Sensor]:
         Sensor(NUTATION_POINT, SensorKind.POINT_POSITION, CROSS, point=(0.0, 0.0, 0.0)),
     ]
     joints = [joint for joint in JOINTS if joint != FRAME_FIX or case.mechanism.mounting == "rigid"]
-    sensors += [Sensor(f"{joint} reaction", SensorKind.JOINT_REACTION, joint) for joint in joints]
-    sensors += [Sensor(f"{body} attitude", SensorKind.BODY_ATTITUDE, body) for body in TURNING]
+    sensors += [Sensor(f"{joint}_reaction", SensorKind.JOINT_REACTION, joint) for joint in joints]
+    sensors += [Sensor(f"{body}_attitude", SensorKind.BODY_ATTITUDE, body) for body in TURNING]
     if case.mechanism.mounting == "flexible":
         for number in range(1, case.mounts.count + 1):
             sensors.append(Sensor(f"mount_{number}", SensorKind.BUSHING_WRENCH, f"mount_{number}"))
-            sensors.append(Sensor(f"mount_{number} travel", SensorKind.BUSHING_TRAVEL, f"mount_{number}"))
+            sensors.append(Sensor(f"mount_{number}_travel", SensorKind.BUSHING_TRAVEL, f"mount_{number}"))
     tilted = chamber_rotation(case)
     places = {
         name: tilted @ sensor.at if sensor.body in (CHAMBER, CROSS) else sensor.at

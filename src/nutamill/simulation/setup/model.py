@@ -1,4 +1,4 @@
-"""A case as a model (numbers that stay) and a state (numbers that move)."""
+"""A case as a model (constants), a state (what changes) and work space."""
 
 from dataclasses import dataclass
 
@@ -7,13 +7,22 @@ import numpy as np
 from nutamill.case import Case, MechanismCase
 from nutamill.case.machine import CHAMBER, CROSS
 from nutamill.charge.kernels.copying import checkpoint_arrays
-from nutamill.charge.measures.observe import ChargeReading, charge_reading
 from nutamill.charge.measures.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.modes import static_equilibrium
-from nutamill.mechanism.sensors import SensorTable, column_names, sensor_table
-from nutamill.simulation.coupling import CouplingPlan, CouplingState, Scheme, coupling_state
+from nutamill.mechanism.sensors import SensorTable, sensor_table
+from nutamill.simulation.coupling_model import (
+    CoupledModel,
+    CoupledScratch,
+    CoupledState,
+    CouplingPlan,
+    CouplingState,
+    Scheme,
+    coupled_scratch,
+    coupling_state,
+)
+from nutamill.simulation.row import RowTable, row_groups
 from nutamill.simulation.setup.charge import chamber_charge
 from nutamill.simulation.setup.clock import Clock, run_clock
 from nutamill.simulation.setup.mill import (
@@ -32,49 +41,54 @@ from nutamill.simulation.setup.statistics import chamber_patches, chamber_survey
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """Everything constant about a run, and the work space of its engines."""
+    """The constants of a run."""
 
     case: Case | MechanismCase
-    """What was asked."""
+    """The case."""
     clock: Clock
-    """How the run steps."""
+    """Lengths of substep, window and row."""
     mechanism: Mechanism
     """Bodies, joints, loads."""
-    mechanism_scratch: MechanismScratch
-    """Its work space."""
     sensors: SensorTable
-    """What is read from the mechanism at each row."""
+    """Sensors of the mechanism, read at each row."""
     charge: ChargeModel | None
     """The charge; None for an empty chamber."""
-    charge_scratch: ChargeScratch | None
-    """Its work space."""
-    reading: ChargeReading
-    """Room for what is observed of the charge."""
     survey: StatisticsPlan | None
-    """Where the charge's statistics are summed; None for an empty chamber."""
+    """Grid and patches of the charge's statistics; None for an empty chamber."""
     plan: CouplingPlan
     """How the two are coupled."""
     readout: Readout | PartReadout
     """From rows to series."""
 
+    def coupled(self) -> CoupledModel:
+        """Return the arrays that the coupled march takes."""
+        row = self.readout.table.starts
+        return CoupledModel(self.mechanism, self.sensors, self.charge, self.survey, self.plan, row)
+
 
 @dataclass(slots=True)
 class State:
-    """Everything that changes; the arrays of a checkpoint."""
+    """What changes in a run: the arrays of a checkpoint."""
 
     mechanism: MechanismState
     """Motion, reactions and ledgers of the mechanism."""
     charge: ChargeState | None
     """Motion, contact memory and ledgers of the charge; None for an empty chamber."""
     statistics: ChargeStatistics | None
-    """Sums over what the charge did; None for an empty chamber."""
+    """Sums of the charge's statistics; None for an empty chamber."""
     coupling: CouplingState
     """Counters and sums of the coupling."""
     first_row: np.ndarray
     """Row at the start of the run, (n_columns,), from which ledgers count."""
 
+    def coupled(self) -> CoupledState:
+        """Return the arrays that the coupled march takes."""
+        return CoupledState(self.mechanism, self.charge, self.statistics, self.coupling)
+
     def arrays(self) -> dict[str, dict[str, np.ndarray]]:
-        """All arrays by part and name, but the statistics, which are kept as their sums over threads."""
+        """Return all arrays by part and name, except the statistics, which a checkpoint has as sums over
+        threads.
+        """
         groups = {"mechanism": self.mechanism._asdict()}
         if self.charge is not None:
             groups["charge"] = checkpoint_arrays(self.charge)
@@ -82,14 +96,28 @@ class State:
         return groups | {"record": {"first_row": self.first_row}}
 
 
-def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
-    """Model and first state of a case: the mill at rest in static equilibrium at crank angle 0, the charge in
-    its bed.
+@dataclass(slots=True)
+class Scratch:
+    """Work space of a run; no number in it has to survive an entry of the compiled march."""
+
+    mechanism: MechanismScratch
+    """Work space of the mechanism."""
+    charge: ChargeScratch | None
+    """Work space of the charge; None for an empty chamber."""
+
+    def coupled(self, model: Model, state: State) -> CoupledScratch:
+        """Return the arrays that the coupled march of `state` takes."""
+        return coupled_scratch(state.coupled(), self.mechanism, self.charge, model.plan.scheme)
+
+
+def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State, Scratch]:
+    """Build model, first state and work space of a case: the mill in static equilibrium at crank angle 0, the
+    charge in its bed.
 
     Parameters
     ----------
-    case : what is asked
-    bed : places of the particles [m] (n, 3), or places and attitudes (n, 7), in chamber axes from the
+    case : the case
+    bed : positions of the particles [m] (n, 3), or positions and attitudes (n, 7), in chamber axes from the
         nutation point, by `nutamill.simulation.setup.bed.settled_bed`; None for an empty chamber
 
     Raises
@@ -119,37 +147,26 @@ def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State]:
     )
     charge, cstate, cscratch, survey, sums = None, None, None, None, None
     if bed is not None:
+        position, quaternion = mstate.position[chamber], mstate.quaternion[chamber]
         charge, cstate, cscratch = chamber_charge(
-            case,
-            bed,
-            mstate.position[chamber],
-            mstate.quaternion[chamber],
-            clock.substep,
-            chamber_patches(case),
+            case, bed, position, quaternion, clock.substep, chamber_patches(case)
         )
         survey = chamber_survey(case, charge, cstate, clock.substep)
         sums = charge_statistics(survey, cstate)
-    readout = Readout(
-        case,
-        column_names(sensors),
-        [bushing.name for bushing in mill.bushings],
-        [joint.name for joint in mill.joints],
-        bed is not None,
-    )
-    model = Model(
-        case, clock, mechanism, mscratch, sensors, charge, cscratch, charge_reading(), survey, plan, readout
-    )
-    return model, State(mstate, cstate, sums, coupling_state(len(plan.carriers)), np.zeros(readout.n_columns))
+    readout = Readout(case, RowTable(row_groups(mechanism, sensors, bed is not None)))
+    model = Model(case, clock, mechanism, sensors, charge, survey, plan, readout)
+    state = State(mstate, cstate, sums, coupling_state(len(plan.carriers)), np.zeros(readout.n_columns))
+    return model, state, Scratch(mscratch, cscratch)
 
 
 def plan_scheme(case: Case) -> Scheme:
-    """How charge and mechanism act on each other, as the case says."""
+    """Return the coupling scheme of a case."""
     return Scheme[case.run.coupling.upper()]
 
 
 def bed_weight(case: Case, bed: np.ndarray) -> np.ndarray:
-    """Weight of the bed as a wrench (6,) on the chamber about its mass centre: force [N], moment [N m], world
-    axes.
+    """Return the weight of the bed as a wrench (6,) on the chamber about its mass centre: force [N], moment
+    [N m], world axes.
     """
     mass = particle_masses(case)
     force = np.array([0.0, 0.0, -case.mechanism.gravity * mass.sum()])

@@ -1,17 +1,13 @@
-"""From the rows a compiled march writes to the recorded quantities of `nutamill.result.fields`.
-
-A row is: time; columns of the sensors; kinetic, potential and elastic energy, drive work, losses of bushings
-and joints of the mechanism; and, with a charge, what `observe` saw, the contact ledger, the mean wrench on
-the chamber about the nutation point, impulses given and received, and the largest overlaps.
-"""
+"""From the rows of a compiled march to the recorded quantities of a mill (`nutamill.result.fields`)."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from nutamill.case import Case
-from nutamill.charge.model import Ledger
 from nutamill.result.fields import JOINTS, TURNING
+from nutamill.simulation.row import CONTACT_TERMS, WRENCH, RowTable
 from nutamill.simulation.setup.mill import (
     CHAMBER_PIVOT,
     COUPLING,
@@ -25,209 +21,180 @@ from nutamill.simulation.setup.mill import (
 from nutamill.simulation.setup.particles import charge_mass
 
 FRICTIONLESS = (FRAME_FIX, SHAFT_BEARING, LOAD_CELL)
-"""Joints that no case gives friction: their losses are zero and not recorded."""
+"""Joints that no case gives friction; their losses are zero and not recorded."""
 
-WRENCH = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
-CONTACT_KINDS = ("normal", "tangential", "rolling")
-READING = (
-    "kinetic_translational",
-    "kinetic_rotational",
-    *(f"elastic_{where}_{kind}" for where in ("pair", "wall") for kind in CONTACT_KINDS),
-    "pair_contacts",
-    "wall_contacts",
-    *(f"mass_centre_{axis}" for axis in "xyz"),
-    *(f"momentum_{axis}" for axis in "xyz"),
-    "coordination_number",
-)
-"""Columns of `nutamill.charge.measures.observe.ChargeReading`, in its order."""
+Read = Callable[[str, str], np.ndarray]
+"""Reads a column by group and name."""
 
 
 class Readout:
-    """Names of the series of a case, and their numbers from rows.
+    """Names of the series of a mill, and their values from rows.
 
     Parameters
     ----------
     case : the case
-    sensor_columns : names of the sensor columns, ``load_cell_force_x``
-    bushings, joints : names, in the order of the mechanism
-    with_charge : whether rows have a charge part
+    table : columns of a row
+
+    Attributes
+    ----------
+    table : as given
+    names : names of the series
+    n_columns : number of columns of a row
     """
 
-    def __init__(
-        self, case: Case, sensor_columns: list[str], bushings: list[str], joints: list[str], with_charge: bool
-    ):
+    def __init__(self, case: Case, table: RowTable):
         self._case = case
-        self._with_charge = with_charge
-        columns = ["time", *sensor_columns, "kinetic", "potential", "elastic", "drive_work"]
-        columns += [f"loss {name}" for name in (*bushings, *joints)]
-        if with_charge:
-            columns += [f"charge {name}" for name in READING]
-            columns += [f"work {kind.name.lower()}" for kind in Ledger]
-            columns += [f"charge {name}" for name in WRENCH]
-            columns += [f"{way} {axis}" for way in ("given", "received") for axis in "xyz"]
-            columns += ["overlap pair", "overlap wall"]
-        self._place = {name: place for place, name in enumerate(columns)}
-        self._losses = [name for name in columns if name.startswith("loss ")]
-        self.n_columns = len(columns)
+        self._with_charge = bool(table.groups["charge_energy"])
+        self.table, self.n_columns = table, table.starts.columns
         self.names = list(self._read(np.zeros((1, self.n_columns)), np.zeros(self.n_columns)))
 
     def series(self, rows: np.ndarray, first: np.ndarray) -> np.ndarray:
-        """Numbers (n, n_names) of the series, SI, in the order of `names`.
+        """Return the values (n, n_names) of the series, SI, in the order of `names`.
 
         Parameters
         ----------
-        rows : (n, n_columns) as the march wrote them
+        rows : (n, n_columns) of the march
         first : (n_columns,) row at the start of the run, from which ledgers count and gravity's share is read
         """
         return np.column_stack(list(self._read(rows, first).values()))
 
     def _read(self, rows: np.ndarray, first: np.ndarray) -> dict[str, np.ndarray]:
-        """Every series by name."""
-        at = self._columns_of(rows)
-        at_first = self._columns_of(first[None, :])
-        series = {"time": at("time")}
+        """Return every series by name."""
+        at, at_first = partial(self.table.read, rows), partial(self.table.read, first[None, :])
+        series = {"time": at("time", "time")}
         series |= self._drive(at)
         for name, joint in (("crank_pin_force", LOAD_CELL), ("pin_joint_force", CRANK_PIN)):
             series |= _crank_force(name, joint, at, at_first)
         series |= _vector("nutation_point_force", f"{CHAMBER_PIVOT}_force", at)
         series["nutation_point_force_resultant"] = np.linalg.norm(
-            [at(f"{CHAMBER_PIVOT}_force_{axis}") for axis in "xyz"], axis=0
+            [at("sensors", f"{CHAMBER_PIVOT}_force_{axis}") for axis in "xyz"], axis=0
         )
         series |= self._mounts(at)
         series |= self._reactions(at)
         for sensor in self._case.sensors:
-            series |= {f"{sensor}_acceleration_{axis}": at(f"{sensor}_a{axis}") for axis in "xyz"}
+            series |= {f"{sensor}_acceleration_{axis}": at("sensors", f"{sensor}_a{axis}") for axis in "xyz"}
         if self._with_charge:
             series |= self._charge(at)
         return series | self._ledger(at, at_first)
 
-    def _columns_of(self, rows: np.ndarray) -> Callable[[str], np.ndarray]:
-        return lambda name: rows[:, self._place[name]]
-
-    def _drive(self, at: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
-        torque, speed = at(f"{DRIVE}_torque"), at(f"{DRIVE}_speed")
+    def _drive(self, at: Read) -> dict[str, np.ndarray]:
+        torque, speed = at("sensors", f"{DRIVE}_torque"), at("sensors", f"{DRIVE}_speed")
         return {
-            "crank_angle": at(f"{DRIVE}_angle"),
+            "crank_angle": at("sensors", f"{DRIVE}_angle"),
             "driveshaft_speed": speed,
             "driveshaft_torque": torque,
             "driveshaft_power": torque * speed,
-            "coupling_torque": at(f"{COUPLING}_moment_z"),
+            "coupling_torque": at("sensors", f"{COUPLING}_moment_z"),
         }
 
-    def _mounts(self, at: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
+    def _mounts(self, at: Read) -> dict[str, np.ndarray]:
         if self._case.mechanism.mounting == "rigid":
             return {}
         series = {}
         for number in range(1, self._case.mounts.count + 1):
             series |= _vector(f"mount_{number}_force", f"mount_{number}_force", at)
-            series |= _vector(f"mount_{number}_travel", f"mount_{number} travel", at)
+            series |= _vector(f"mount_{number}_travel", f"mount_{number}_travel", at)
         return series
 
-    def _reactions(self, at: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
+    def _reactions(self, at: Read) -> dict[str, np.ndarray]:
         rigid = self._case.mechanism.mounting == "rigid"
         joints = [joint for joint in JOINTS if joint != FRAME_FIX or rigid]
         series = {
-            f"{joint}_reaction_{part}": at(f"{joint} reaction_{part}") for joint in joints for part in WRENCH
+            f"{joint}_reaction_{part}": at("sensors", f"{joint}_reaction_{part}")
+            for joint in joints
+            for part in WRENCH
         }
         return series | {
-            f"{body}_attitude_{part}": at(f"{body} attitude_q{part}") for body in TURNING for part in "wxyz"
+            f"{body}_attitude_{part}": at("sensors", f"{body}_attitude_q{part}")
+            for body in TURNING
+            for part in "wxyz"
         }
 
-    def _charge(self, at: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
-        place = [at(f"charge mass_centre_{axis}") for axis in "xyz"]
-        point = [at(f"{NUTATION_POINT}_{axis}") for axis in "xyz"]
-        azimuth = np.arctan2(place[1] - point[1], place[0] - point[0])
-        lag = at(f"{DRIVE}_angle") - azimuth
-        series = {f"charge_mass_centre_{axis}": values for axis, values in zip("xyz", place, strict=True)}
+    def _charge(self, at: Read) -> dict[str, np.ndarray]:
+        centre = [at("mass_centre", axis) for axis in "xyz"]
+        point = [at("sensors", f"{NUTATION_POINT}_{axis}") for axis in "xyz"]
+        azimuth = np.arctan2(centre[1] - point[1], centre[0] - point[0])
+        lag = at("sensors", f"{DRIVE}_angle") - azimuth
+        series = {f"charge_mass_centre_{axis}": values for axis, values in zip("xyz", centre, strict=True)}
         series["charge_phase_lag"] = np.pi - np.mod(np.pi - lag, 2 * np.pi)  # into (-pi, pi]
-        series |= {f"charge_{name}": at(f"charge {name}") for name in WRENCH}
-        for name in ("coordination_number", "pair_contacts", "wall_contacts"):
-            series[name] = at(f"charge {name}")
-        for kind in ("pair", "wall"):
-            series[f"largest_{kind}_overlap"] = at(f"overlap {kind}")
-        return series
+        series |= {f"charge_{name}": at("wrench", name) for name in WRENCH}
+        series["coordination_number"] = at("coordination", "mean")
+        series |= {f"{kind}_contacts": at("contacts", kind) for kind in ("pair", "wall")}
+        return series | {f"largest_{kind}_overlap": at("largest_overlap", kind) for kind in ("pair", "wall")}
 
-    def _ledger(
-        self, at: Callable[[str], np.ndarray], at_first: Callable[[str], np.ndarray]
-    ) -> dict[str, np.ndarray]:
-        """The power ledger, cumulative from the first row, and what is left over of it."""
+    def _ledger(self, at: Read, at_first: Read) -> dict[str, np.ndarray]:
+        """Return the energy ledger, cumulative from the first row, and its residual."""
         stored = {
-            "kinetic_energy_mechanism": at("kinetic"),
-            "potential_energy": at("potential"),
-            "elastic_energy": at("elastic"),
+            "kinetic_energy_mechanism": at("mechanism_energy", "kinetic"),
+            "potential_energy": at("mechanism_energy", "potential"),
+            "elastic_energy": at("mechanism_energy", "elastic"),
         }
-        supplied = at("drive_work")
+        supplied = at("drive_work", DRIVE)
         lost = {}
-        for name in self._losses:
-            part = name.removeprefix("loss ")
-            if part in FRICTIONLESS:
-                continue
-            lost["coupling_loss" if part == COUPLING else f"{part}_loss"] = at(name)
+        for group in ("bushing_loss", "joint_loss"):
+            for part in self.table.groups[group]:
+                if part not in FRICTIONLESS:
+                    lost["coupling_loss" if part == COUPLING else f"{part}_loss"] = at(group, part)
         charge = {}
         if self._with_charge:
-            stored["kinetic_energy_charge"] = at("charge kinetic_translational") + at(
-                "charge kinetic_rotational"
+            stored["kinetic_energy_charge"] = at("charge_energy", "kinetic_translational") + at(
+                "charge_energy", "kinetic_rotational"
             )
-            stored["potential_energy"] = stored["potential_energy"] - at("work gravity")
+            stored["potential_energy"] = stored["potential_energy"] - at("ledger", "gravity")
             for where in ("pair", "wall"):
-                for kind in CONTACT_KINDS:
-                    elastic = at(f"charge elastic_{where}_{kind}")
+                for term in CONTACT_TERMS:
+                    name = f"{where}_{term}"
+                    elastic = at("charge_energy", name)
                     stored["elastic_energy"] = stored["elastic_energy"] + elastic
-                    lost[f"{where}_{kind}_loss"] = (
-                        at_first(f"charge elastic_{where}_{kind}") - elastic - at(f"work {where}_{kind}")
-                    )
-            lost["substep_loss"] = -at("work scheme")
-            charge["interface_work"] = at("work interface")
+                    lost[f"{name}_loss"] = at_first("charge_energy", name) - elastic - at("ledger", name)
+            lost["substep_loss"] = -at("ledger", "scheme")
+            charge["interface_work"] = at("ledger", "interface")
             if self._case.run.coupling == "prescribed":
-                supplied = (
-                    supplied + charge["interface_work"]
-                )  # an imposed motion supplies what it does on the charge
-            momentum = [at(f"charge momentum_{axis}") - at_first(f"charge momentum_{axis}") for axis in "xyz"]
-            weight = charge_mass(self._case) * self._case.mechanism.gravity * (at("time") - at_first("time"))
+                # an imposed motion supplies the work it does on the charge
+                supplied = supplied + charge["interface_work"]
+            momentum = [at("momentum", axis) - at_first("momentum", axis) for axis in "xyz"]
+            time = at("time", "time") - at_first("time", "time")
+            weight = charge_mass(self._case) * self._case.mechanism.gravity * time
             defect = [
-                momentum[k] + at(f"given {axis}") + (weight if axis == "z" else 0.0)
+                momentum[k] + at("charge_impulse", axis) + (weight if axis == "z" else 0.0)
                 for k, axis in enumerate("xyz")
             ]
             charge["interface_impulse_defect"] = np.linalg.norm(defect, axis=0)
         total = sum(stored.values()) + sum(lost.values()) - supplied
         return {
-            "motor_work": at("drive_work"),
+            "motor_work": at("drive_work", DRIVE),
             **stored,
             **lost,
             **charge,
             "ledger_residual": total - self._start_energy(at_first),
         }
 
-    def _start_energy(self, at_first: Callable[[str], np.ndarray]) -> np.ndarray:
-        """Energy stored at the first row [J]; all cumulative works are zero there."""
-        energy = at_first("kinetic") + at_first("potential") + at_first("elastic")
+    def _start_energy(self, at_first: Read) -> np.ndarray:
+        """Return the energy stored at the first row [J], where all cumulative works are zero."""
+        energy = sum(at_first("mechanism_energy", name) for name in ("kinetic", "potential", "elastic"))
         if self._with_charge:
-            energy = energy + at_first("charge kinetic_translational") + at_first("charge kinetic_rotational")
-            energy = energy + sum(
-                at_first(f"charge elastic_{where}_{kind}")
-                for where in ("pair", "wall")
-                for kind in CONTACT_KINDS
-            )
+            kinetic, springs = self.table.groups["charge_energy"][:2], self.table.groups["charge_energy"][2:]
+            for name in kinetic:
+                energy = energy + at_first("charge_energy", name)
+            energy = energy + sum(at_first("charge_energy", name) for name in springs)
         return energy
 
 
-def _vector(name: str, column: str, at: Callable[[str], np.ndarray]) -> dict[str, np.ndarray]:
-    """Three components under the name of a series."""
-    return {f"{name}_{axis}": at(f"{column}_{axis}") for axis in "xyz"}
+def _vector(name: str, column: str, at: Read) -> dict[str, np.ndarray]:
+    """Return three components under the name of a series."""
+    return {f"{name}_{axis}": at("sensors", f"{column}_{axis}") for axis in "xyz"}
 
 
-def _crank_force(
-    name: str, joint: str, at: Callable[[str], np.ndarray], at_first: Callable[[str], np.ndarray]
-) -> dict[str, np.ndarray]:
-    """Radial (towards the axis), tangential and resultant force of the crank on what it drives; raw and less
-    the force at rest.
+def _crank_force(name: str, joint: str, at: Read, at_first: Read) -> dict[str, np.ndarray]:
+    """Return radial (towards the axis), tangential and resultant force of the crank on the part it drives,
+    raw and less the force at rest.
 
-    Columns are in driveshaft axes, x from the axis to the pin. A reading zeroed at rest loses gravity's
-    radial share, which turns with the crank; its tangential share at rest is zero, as the file's first row
-    may hold the start of a ramp.
+    Columns are in driveshaft axes, x from the axis to the pin.  A reading zeroed at rest loses gravity's
+    radial share, which rotates with the crank.  Its tangential share at rest is taken as zero, because the
+    first row may contain the start of a ramp.
     """
-    radial, tangential = -at(f"{joint}_force_x"), at(f"{joint}_force_y")
-    radial_tared = radial + at_first(f"{joint}_force_x")
+    radial, tangential = -at("sensors", f"{joint}_force_x"), at("sensors", f"{joint}_force_y")
+    radial_tared = radial + at_first("sensors", f"{joint}_force_x")
     return {
         f"{name}_radial": radial,
         f"{name}_tangential": tangential,

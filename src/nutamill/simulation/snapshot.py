@@ -1,0 +1,49 @@
+"""What a run records of its state beside the series: snapshots and the statistics of the charge."""
+
+import numpy as np
+
+from nutamill.base.frames import rotation_matrix
+from nutamill.charge.measures.statistics import gathered
+from nutamill.charge.readout import attitudes, contact_forces, positions, spins, velocities
+from nutamill.simulation.setup.charge import CHAMBER_CARRIER
+from nutamill.simulation.setup.model import Model, State
+from nutamill.simulation.setup.particles import charge_particles
+from nutamill.simulation.setup.statistics import recorded_sums
+
+
+def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
+    """Return the arrays of a snapshot of the present state (`nutamill.result.fields.SNAPSHOT`)."""
+    arrays = {
+        "body_positions": state.mechanism.position[:-1],
+        "body_attitudes": state.mechanism.quaternion[:-1],
+    }
+    if model.charge is None:
+        return arrays
+    substep, particles = model.clock.substep, charge_particles(model.case)
+    arrays["positions"] = positions(model.charge, state.charge, substep).astype(np.float32)
+    arrays["velocities"] = velocities(model.charge, state.charge).astype(np.float32)
+    clump_attitudes = attitudes(model.charge, state.charge)
+    if clump_attitudes is not None:
+        arrays["attitudes"] = clump_attitudes.astype(np.float32)
+    arrays["spins"] = spins(model.charge, state.charge).astype(np.float32)
+    arrays["radii"] = (0.5 * particles.diameter).astype(np.float32)
+    forces = contact_forces(model.charge, state.charge, substep)
+    if forces is not None:
+        arrays["contact_forces"] = forces.astype(np.float32)
+    arrays["materials"] = particles.material.astype(np.int16)
+    chamber = model.plan.carriers[CHAMBER_CARRIER]
+    rotation = np.empty((3, 3))
+    rotation_matrix(state.mechanism.quaternion[chamber], rotation)
+    arrays["chamber_floor"] = state.mechanism.position[chamber] + rotation @ model.survey.origin
+    arrays["chamber_attitude"] = state.mechanism.quaternion[chamber]
+    return arrays
+
+
+def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
+    """Return the statistics of the charge so far, in SI (`nutamill.result.fields.STATISTICS`); None if there
+    are none.
+    """
+    if model.charge is None or not model.survey.on:
+        return None
+    sums = gathered(state.statistics, state.charge.impacts)
+    return recorded_sums(model.case, model.survey, model.charge.per_cut, sums)
