@@ -14,7 +14,7 @@ from nutamill.simulation import march
 MECHANISMS = Path(__file__).parents[2] / "examples" / "mechanisms"
 RATINGS = """
 schema = 1
-[bearings.crank_pin]
+[bearings.pin_joint]
 kind = "roller"
 dynamic_rating = "22 kN"
 """

@@ -27,7 +27,7 @@ def result(tmp_path):
     angle = 62.832 * time
     half = np.radians(15.0)
     known = {"time": time, "crank_angle": angle, "driveshaft_speed": np.full_like(time, 62.832)}
-    for joint in ("load_cell", "yoke_pivot"):
+    for joint in ("crank_pin_load_cell", "yoke_pivot"):
         known |= {
             f"{joint}_reaction_force_x": 100 * np.cos(angle),
             f"{joint}_reaction_force_y": 100 * np.sin(angle),
@@ -99,33 +99,33 @@ def test_series_that_is_not_recorded_is_refused(result):
 
 
 def test_reaction_that_turns_with_the_crank_stands_still_in_crank_axes(result):
-    assert joint_reaction(result, "load_cell", "crank") == pytest.approx(
+    assert joint_reaction(result, "crank_pin_load_cell", "crank") == pytest.approx(
         np.tile([100, 0, -7, 0, 0, 20], (4001, 1)), abs=1e-9
     )
-    yawed = joint_reaction(result, "load_cell", "frame")[0, :2]
+    yawed = joint_reaction(result, "crank_pin_load_cell", "frame")[0, :2]
     assert yawed == pytest.approx([100 * np.cos(np.radians(30)), -100 * np.sin(np.radians(30))])
 
 
 def test_statistics_of_a_turning_force(result):
     # interpolation between samples of a turn of 200: (pi / 200)^2 / 2 = 1.2e-4
     found = load_paths(result)
-    x = found.sel(joint="load_cell", axes="ground", part="force_x")
+    x = found.sel(joint="crank_pin_load_cell", axes="ground", part="force_x")
     assert x.sel(statistic="mean") == pytest.approx(0.0, abs=0.02) and x.sel(statistic="1x") == pytest.approx(
         100.0, rel=2e-4
     )
     assert x.sel(statistic="rms") == pytest.approx(100 / np.sqrt(2), rel=2e-4) and x.sel(
         statistic="2x"
     ) == pytest.approx(0.0, abs=0.02)
-    crank = found.sel(joint="load_cell", axes="crank", part="force_x")
+    crank = found.sel(joint="crank_pin_load_cell", axes="crank", part="force_x")
     assert crank.sel(statistic="mean") == pytest.approx(100.0, rel=2e-4) and crank.sel(
         statistic="1x"
     ) == pytest.approx(0.0, abs=0.02)
-    assert found.sel(joint="load_cell", axes="frame", part="force", statistic="peak") == pytest.approx(
-        np.hypot(100, 7), rel=2e-4
-    )
+    assert found.sel(
+        joint="crank_pin_load_cell", axes="frame", part="force", statistic="peak"
+    ) == pytest.approx(np.hypot(100, 7), rel=2e-4)
 
 
-@pytest.mark.parametrize(("joint", "axes"), [("crankpin", "frame"), ("crank_pin", "moon")])
+@pytest.mark.parametrize(("joint", "axes"), [("crankpin", "frame"), ("pin_joint", "moon")])
 def test_unknown_joint_or_axes_are_refused(result, joint, axes):
     with pytest.raises(CaseError, match=r"Recorded are|Known are"):
         joint_reaction(result, joint, axes)

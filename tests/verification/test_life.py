@@ -17,7 +17,7 @@ from nutamill.result.fields import expand
 RATE, SPEED, FORCE = 2000.0, 20.0 * math.pi, 500.0
 RATINGS = """
 schema = 1
-[bearings.crank_pin]
+[bearings.pin_joint]
 kind = "ball"
 dynamic_rating = "14 kN"
 static_rating = "6 kN"
@@ -26,7 +26,7 @@ kind = "roller"
 dynamic_rating = "8 kN"
 swing = "9 deg"
 [sections.neck]
-joint = "crank_pin"
+joint = "pin_joint"
 axes = "ground"
 arm = ["0 mm", "0 mm", "100 mm"]
 diameter = "20 mm"
@@ -60,7 +60,7 @@ def result(tmp_path):
     }
     known |= {"chamber_attitude_y": math.sin(tilt) * np.cos(angle)}
     known |= {"driveshaft_attitude_w": np.cos(angle / 2), "driveshaft_attitude_z": np.sin(angle / 2)}
-    for joint in ("crank_pin", "yoke_pivot"):
+    for joint in ("pin_joint", "yoke_pivot"):
         known |= {
             f"{joint}_reaction_force_x": FORCE * np.cos(angle),
             f"{joint}_reaction_force_y": FORCE * np.sin(angle),
@@ -81,7 +81,7 @@ def result(tmp_path):
 def test_life_of_a_bearing_under_a_steady_turning_load(result, ratings):
     # C / P = 28 and p = 3; a force of steady size has itself as equivalent load. Samples 200 to a turn lie on
     # chords: 1.2e-4
-    found = bearing_life(result, "crank_pin", ratings)
+    found = bearing_life(result, "pin_joint", ratings)
     assert found.equivalent == pytest.approx(FORCE, rel=2e-4)
     assert found.turns == pytest.approx(1e6 * 28.0**3, rel=6e-4)
     assert found.time == pytest.approx(found.turns / 10.0)
@@ -107,7 +107,7 @@ def test_bearing_without_a_rating_is_refused(result, ratings):
     with pytest.raises(CaseError, match="bearing chamber_pivot: must have a rating, the file has none"):
         bearing_life(result, "chamber_pivot", ratings)
     with pytest.raises(CaseError, match="must be a joint that turns"):
-        bearing_life(result, "load_cell", ratings)
+        bearing_life(result, "crank_pin_load_cell", ratings)
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,21 @@ def test_bearing_without_a_rating_is_refused(result, ratings):
     [
         ('dynamic_rating = "14 kN"\n', "", "dynamic_rating"),
         ('"14 kN"', '"14 kg"', "is a mass"),
-        ("[bearings.crank_pin]", "[bearings.crankpin]", "must be named as a joint"),
+        (
+            "[bearings.pin_joint]",
+            "[bearings.crankpin]",
+            "bearings.crankpin: no such joint of the mill. Known are",
+        ),
+        (
+            "[bearings.pin_joint]",
+            "[bearings.crank_pin]",
+            "no such joint of the mill. The joint crank_pin is now called pin_joint",
+        ),
+        (
+            'joint = "pin_joint"',
+            'joint = "load_cell"',
+            "got 'load_cell'. The joint load_cell is now called crank_pin_load_cell",
+        ),
         ('"20 mm"', '"20 mm"\nbore = "30 mm"', "bore must be less"),
     ],
 )

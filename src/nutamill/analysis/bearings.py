@@ -20,7 +20,7 @@ EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}
 AXIS = {
     "intermediate_shaft_bearing": ("ground", 2),
     "driveshaft_bearing": ("frame", 2),
-    "crank_pin": ("crank", 2),
+    "pin_joint": ("crank", 2),
     "chamber_pivot": ("chamber", 0),
     "yoke_pivot": ("frame", 1),
 }

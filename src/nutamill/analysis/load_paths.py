@@ -12,7 +12,7 @@ from nutamill.analysis.replay import rotation_of
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import CaseError, Fault
 from nutamill.result import Result
-from nutamill.result.fields import JOINTS
+from nutamill.result.fields import JOINTS, known_joints
 
 AXES = {"ground": None, "frame": "frame", "crank": "driveshaft", "chamber": "chamber"}
 """Axes by name, and the body whose they are."""
@@ -54,11 +54,7 @@ def joint_reaction(result: Result, joint: str, axes: str = "ground") -> np.ndarr
     CaseError : no such joint or axes
     """
     if joint not in (known := joints_of(result)):
-        raise CaseError(
-            Fault(
-                f"joint {joint}", "must be one whose reaction is recorded", f"Recorded are {', '.join(known)}"
-            )
-        )
+        raise CaseError(Fault(f"joint {joint}", "its reaction is not recorded", known_joints(joint, known)))
     if axes not in AXES:
         raise CaseError(Fault(f"axes {axes}", "must be axes of the mill", f"Known are {', '.join(AXES)}"))
     world = np.column_stack([result.series[f"{joint}_reaction_{part}"].values for part in PARTS])

@@ -5,7 +5,7 @@ case is.
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.file_kind import FileKind, refuse_other_kind
@@ -25,7 +25,7 @@ from nutamill.base.schema import (
 from nutamill.base.units import Kind
 from nutamill.case.toml.layers import merge, read_layers
 from nutamill.case.toml.messages import checked
-from nutamill.result.fields import JOINTS
+from nutamill.result.fields import JOINTS, known_joints
 
 Bore = Annotated[float, Quantity(Kind.LENGTH, "zero or more")]
 
@@ -53,10 +53,16 @@ class Bearing(Table):
     """Factor on the basic life for reliability, lubricant and dirt, a1 times aISO [1]."""
 
 
+def _joint(name: str) -> str:
+    if name not in JOINTS:
+        raise refusal(f"no such joint of the mill, got {name!r}", known_joints(name))
+    return name
+
+
 class Section(Table):
     """A round section of a shaft or pin, and the strength of its material."""
 
-    joint: Literal[JOINTS]
+    joint: Annotated[str, AfterValidator(_joint)]
     """The joint whose reaction it carries."""
     axes: Literal["ground", "frame", "crank", "chamber"] = "crank"
     """Axes that are fixed to it."""
@@ -117,12 +123,12 @@ def load_ratings(path: str | Path) -> Ratings:
             faults.append(
                 Fault(
                     f"{path}: bearings.{joint}",
-                    "must be named as a joint of the mill",
-                    f"Known are {', '.join(JOINTS)}",
+                    "no such joint of the mill",
+                    known_joints(joint),
                 )
             )
     if not ratings.bearings and not ratings.sections:
-        faults.append(Fault(str(path), "must have a bearing or a section", "Write e.g. [bearings.crank_pin]"))
+        faults.append(Fault(str(path), "must have a bearing or a section", "Write e.g. [bearings.pin_joint]"))
     if faults:
         raise CaseError(*faults)
     return ratings

@@ -24,11 +24,11 @@ def open_mill_result(path: str | Path) -> Result:
     except BaseException:
         result.close()
         raise
-    if "crank_angle" not in series or "crank_pin_reaction_force_x" not in series:
+    if "crank_angle" not in series or "pin_joint_reaction_force_x" not in series:
         result.close()
         raise ResultError(
-            f"{path}: must be the run of a mill with its joint reactions, it has none. Run the case "
-            "again with this version."
+            f"{path}: not the run of a mill with the joint reactions that this version records. Run the case "
+            "again."
         )
     return result
 

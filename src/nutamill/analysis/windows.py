@@ -31,7 +31,7 @@ SINKS: dict[str, tuple[str, ...]] = {
     "pellet-pellet": ("pair_normal_loss", "pair_tangential_loss", "pair_rolling_loss"),
     "pellet-wall": ("wall_normal_loss", "wall_tangential_loss", "wall_rolling_loss"),
     "substep": ("substep_loss",),
-    "joints": ("driveshaft_bearing_loss", "crank_pin_loss", "chamber_pivot_loss", "yoke_pivot_loss"),
+    "joints": ("driveshaft_bearing_loss", "pin_joint_loss", "chamber_pivot_loss", "yoke_pivot_loss"),
     "mounts": ("mount_*_loss",),
     "coupling": ("coupling_loss",),
     "stored": ("kinetic_energy_mechanism", "kinetic_energy_charge", "potential_energy", "elastic_energy"),

@@ -61,6 +61,11 @@ class DrawnMechanism(Table):
     gravity: Acceleration = 9.81
     """Acceleration of gravity, downwards [m/s^2]."""
 
+    @property
+    def nutation_angle(self) -> float:
+        """Half-angle of the nutation cone [rad] by the lengths of the crank; the printed angle is not used."""
+        return math.atan2(self.crank_radius, self.nutation_point_to_crank)
+
 
 class Rib(Table):
     """One straight bar on the bore of the chamber, parallel to its axis, from the floor up."""

@@ -64,7 +64,8 @@ def _rounded_angle(case: "Case") -> list[Fault]:
     """Warn of a nutation angle that is not the crank's, rounded to the digits that were written: 6 deg agrees
     with 6.082 deg.
     """
-    written, used = f"{math.degrees(case.chamber.nutation_angle):.12g}", math.degrees(crank_angle(case))
+    written = f"{math.degrees(case.chamber.nutation_angle):.12g}"
+    used = math.degrees(case.mechanism.nutation_angle)
     decimals = len(written.partition(".")[2])
     if float(written) == round(used, decimals):
         return []
@@ -90,13 +91,6 @@ def _idle_numbers(case: "Case") -> list[Fault]:
                     )
                 )
     return findings
-
-
-def crank_angle(case: "Case") -> float:
-    """Half-angle of the cone from the lengths of the crank [rad]: atan(crank_radius /
-    nutation_point_to_crank).
-    """
-    return math.atan2(case.mechanism.crank_radius, case.mechanism.nutation_point_to_crank)
 
 
 def frame_mass(case: "Case") -> float:
@@ -144,7 +138,7 @@ def _too_many(numbers: float) -> str:
 def _geometry(case: "Case") -> list[Finding]:
     findings: list[Finding] = []
     chamber, mechanism = case.chamber, case.mechanism
-    ruling = crank_angle(case)
+    ruling = case.mechanism.nutation_angle
     if abs(chamber.nutation_angle - ruling) > ANGLE_STOP:
         lengths = (
             f"crank_radius {_mm(mechanism.crank_radius)} and nutation_point_to_crank "

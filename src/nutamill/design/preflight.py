@@ -16,7 +16,7 @@ from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.result.fields import expand
 from nutamill.simulation.setup.clock import Clock, ContactFacts, contact_facts, crank_circle_speed, run_clock
-from nutamill.simulation.setup.mill import assemble_mill, mill_mechanism, nutation_angle
+from nutamill.simulation.setup.mill import assemble_mill, mill_mechanism
 from nutamill.simulation.setup.particles import charge_particles, charge_parts, with_charge_mass
 from nutamill.simulation.setup.threads import team_size, usable_cores
 from nutamill.simulation.setup.walls import MeshFacts, charge_room, free_volume, mesh_facts
@@ -271,7 +271,7 @@ def preflight(case: Case) -> Preflight:
         case=case,
         parts={body.name: body.mass for body in mill.bodies},
         assembly_gap=float(np.abs(scratch.gap).max()),
-        nutation_angle=nutation_angle(case),
+        nutation_angle=case.mechanism.nutation_angle,
         charge=charge,
         free_volume=room,
         meshes=mesh_facts(case),

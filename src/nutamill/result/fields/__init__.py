@@ -18,7 +18,7 @@ from dataclasses import replace
 from nutamill.base.errors import CaseError, Fault
 from nutamill.result.fields.charge import SNAPSHOT, STATISTICS, STATISTICS_AXES
 from nutamill.result.fields.field import Field
-from nutamill.result.fields.mill import JOINTS, SERIES, TURNING
+from nutamill.result.fields.mill import JOINTS, SERIES, TURNING, known_joints
 from nutamill.result.fields.parts import PART_SERIES
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "TURNING",
     "Field",
     "expand",
+    "known_joints",
     "series_field",
     "snapshot_field",
     "statistics_field",

@@ -1,5 +1,6 @@
 """Series of a mill: what is recorded at every sample."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from nutamill.result.fields.field import O_FIXED, WORLD, Field, energy, vector
@@ -77,14 +78,27 @@ JOINTS = (
     "frame_fix",
     "intermediate_shaft_bearing",
     "driveshaft_bearing",
-    "load_cell",
-    "crank_pin",
+    "crank_pin_load_cell",
+    "pin_joint",
     "chamber_pivot",
     "yoke_pivot",
 )
-"""Joints of a mill whose reactions are recorded; the frame is fixed on rigid mounts only."""
+"""Joints of a mill whose reactions are recorded; the frame is fixed on rigid mounts only.
+
+The series `crank_pin_force` is read at `crank_pin_load_cell`, the series `pin_joint_force` at `pin_joint`.
+"""
+RENAMED_JOINTS = {"load_cell": "crank_pin_load_cell", "crank_pin": "pin_joint"}
+"""Joints whose names have changed, for messages."""
 TURNING = ("frame", "driveshaft", "chamber")
 """Bodies whose attitudes are recorded, so that a reaction can be written in their axes."""
+
+
+def known_joints(name: str, known: Sequence[str] = JOINTS) -> str:
+    """Return the hint for an unknown joint: its new name, or the names that are known."""
+    if name in RENAMED_JOINTS:
+        return f"The joint {name} is now called {RENAMED_JOINTS[name]}"
+    return f"Known are {', '.join(known)}"
+
 
 SERIES: tuple[Field, ...] = (
     TIME,
@@ -111,8 +125,8 @@ SERIES: tuple[Field, ...] = (
         "coupling torque",
         "torsion moment in the coupling, on the driveshaft, about its axis",
     ),
-    *_crank_force("crank_pin_force", "crank-pin", "load cell, between torque arm and carriage"),
-    *_crank_force("pin_joint_force", "pin-joint", "crank pin's joint on the chamber"),
+    *_crank_force("crank_pin_force", "crank-pin", "crank_pin_load_cell, between torque arm and carriage"),
+    *_crank_force("pin_joint_force", "pin-joint", "pin_joint, the crank pin in the chamber"),
     *vector(
         "nutation_point_force",
         "F_O,",
@@ -208,7 +222,7 @@ SERIES: tuple[Field, ...] = (
         "F_c,",
         "N",
         "charge force",
-        "force of the charge on the chamber, mean of a window",
+        "force of the charge on the chamber, mean since the sample before",
         WORLD,
         CHAMBER_POINT,
     ),
@@ -217,7 +231,7 @@ SERIES: tuple[Field, ...] = (
         "M_c,",
         "N m",
         "charge moment",
-        "moment of the charge on the chamber, mean of a window",
+        "moment of the charge on the chamber, mean since the sample before",
         WORLD,
         f"about the {CHAMBER_POINT}",
     ),
@@ -274,7 +288,7 @@ SERIES: tuple[Field, ...] = (
         "energy dissipated so far by friction of driveshaft on frame",
     ),
     energy(
-        "crank_pin_loss", "D_6", "crank pin", "energy dissipated so far by friction of crank pin in chamber"
+        "pin_joint_loss", "D_6", "pin joint", "energy dissipated so far by friction of crank pin in chamber"
     ),
     energy(
         "chamber_pivot_loss",

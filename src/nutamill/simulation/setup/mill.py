@@ -26,7 +26,8 @@ from nutamill.simulation.setup.rigid_parts import (
 Y_AXIS, Z_AXIS = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 FRAME_FIX, SHAFT_BEARING, DRIVESHAFT_BEARING = "frame_fix", "intermediate_shaft_bearing", "driveshaft_bearing"
-LOAD_CELL, CRANK_PIN, CHAMBER_PIVOT, YOKE_PIVOT = "load_cell", "crank_pin", "chamber_pivot", "yoke_pivot"
+LOAD_CELL, PIN_JOINT = "crank_pin_load_cell", "pin_joint"
+CHAMBER_PIVOT, YOKE_PIVOT = "chamber_pivot", "yoke_pivot"
 COUPLING, DRIVE, NUTATION_POINT = "shaft_coupling", "motor", "nutation_point"
 
 
@@ -45,21 +46,16 @@ class MillMechanism(NamedTuple):
     """Acceleration of gravity [m/s^2], world axes."""
 
 
-def nutation_angle(case: Case) -> float:
-    """Half-angle of the cone [rad] from the two lengths L01 and L12, which rule over the printed 6 deg."""
-    return math.atan2(case.mechanism.crank_radius, case.mechanism.nutation_point_to_crank)
-
-
 def chamber_rotation(case: Case) -> np.ndarray:
     """``R_WC`` (3, 3) as assembled, at crank angle 0: the chamber's lower end is swung towards +x."""
-    angle = -nutation_angle(case)
+    angle = -case.mechanism.nutation_angle
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 def chamber_quaternion(case: Case) -> tuple[float, float, float, float]:
     """``q_WC`` (w, x, y, z) as assembled."""
-    half = -nutation_angle(case) / 2
+    half = -case.mechanism.nutation_angle / 2
     return (math.cos(half), 0.0, math.sin(half), 0.0)
 
 
@@ -178,7 +174,7 @@ def mill_mechanism(case: Case) -> MillMechanism:
         ),  # 4
         Joint(LOAD_CELL, JointKind.FIXED, DRIVESHAFT, CARRIAGE, crank_pin),  # 5
         Joint(
-            CRANK_PIN, JointKind.POINT_ON_LINE, CARRIAGE, CHAMBER, crank_pin, Z_AXIS, friction=friction
+            PIN_JOINT, JointKind.POINT_ON_LINE, CARRIAGE, CHAMBER, crank_pin, Z_AXIS, friction=friction
         ),  # 6
         Joint(CHAMBER_PIVOT, JointKind.REVOLUTE, CROSS, CHAMBER, nutation_point, chamber_x),  # 7
         Joint(YOKE_PIVOT, JointKind.REVOLUTE, FRAME, CROSS, nutation_point, Y_AXIS),  # 8
@@ -252,7 +248,7 @@ def mill_sensors(case: Case) -> list[Sensor]:
     sensors = [
         Sensor(DRIVE, SensorKind.DRIVE, DRIVE),
         Sensor(LOAD_CELL, SensorKind.JOINT_REACTION, LOAD_CELL, axes_body=DRIVESHAFT),
-        Sensor(CRANK_PIN, SensorKind.JOINT_REACTION, CRANK_PIN, axes_body=DRIVESHAFT),
+        Sensor(PIN_JOINT, SensorKind.JOINT_REACTION, PIN_JOINT, axes_body=DRIVESHAFT),
         Sensor(CHAMBER_PIVOT, SensorKind.JOINT_REACTION, CHAMBER_PIVOT),
         Sensor(COUPLING, SensorKind.BUSHING_WRENCH, COUPLING),
         Sensor(NUTATION_POINT, SensorKind.POINT_POSITION, CROSS, point=(0.0, 0.0, 0.0)),

@@ -11,11 +11,11 @@ from nutamill.simulation.row import CONTACT_TERMS, WRENCH, RowTable
 from nutamill.simulation.setup.mill import (
     CHAMBER_PIVOT,
     COUPLING,
-    CRANK_PIN,
     DRIVE,
     FRAME_FIX,
     LOAD_CELL,
     NUTATION_POINT,
+    PIN_JOINT,
     SHAFT_BEARING,
 )
 from nutamill.simulation.setup.particles import charge_mass
@@ -63,7 +63,7 @@ class Readout:
         at, at_first = partial(self.table.read, rows), partial(self.table.read, first[None, :])
         series = {"time": at("time", "time")}
         series |= self._drive(at)
-        for name, joint in (("crank_pin_force", LOAD_CELL), ("pin_joint_force", CRANK_PIN)):
+        for name, joint in (("crank_pin_force", LOAD_CELL), ("pin_joint_force", PIN_JOINT)):
             series |= _crank_force(name, joint, at, at_first)
         series |= _vector("nutation_point_force", f"{CHAMBER_PIVOT}_force", at)
         series["nutation_point_force_resultant"] = np.linalg.norm(
