@@ -226,7 +226,7 @@ def test_a_mesh_that_has_changed_or_gone_since_is_refused(folder):
     case = case_of(folder)
     stl(folder / "tube.stl", tube(36))
     assert refusal(preflight, case).startswith(
-        "tube.stl: has changed since the case was read. Put back the file"
+        "tube.stl: has changed since the case was read. Restore the file"
     )
     (folder / "tube.stl").unlink()
     said = refusal(preflight, Case.from_toml(case.to_toml()))

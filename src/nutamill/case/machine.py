@@ -63,7 +63,7 @@ class DrawnMechanism(Table):
 
     @property
     def nutation_angle(self) -> float:
-        """Half-angle of the nutation cone [rad] by the lengths of the crank; the printed angle is not used."""
+        """Half-angle of the nutation cone [rad] by the lengths of the crank, not as printed."""
         return math.atan2(self.crank_radius, self.nutation_point_to_crank)
 
 

@@ -1,1 +1,1 @@
-"""From a case to numbers: the only room where "crank pin" becomes body, joint and load."""
+"""From a case to the arrays of the engines: the only room that turns a mill into bodies, joints and loads."""

@@ -1,6 +1,4 @@
-"""The inside of a chamber as surfaces, and a case's materials as pair laws: what the charge engine is built
-from.
-"""
+"""The inputs of the charge engine: the inside of a chamber as surfaces, materials as pair laws."""
 
 import math
 from typing import NamedTuple
@@ -25,19 +23,19 @@ from nutamill.simulation.setup.rigid_parts import whole_chamber
 from nutamill.simulation.setup.walls import chamber_mesh, meshes_surfaces, room_box
 
 CHAMBER_CARRIER = 0
-"""Number of the chamber among the bodies that carry surfaces."""
+"""Index of the chamber among the bodies that carry surfaces [1]."""
 
 
 def material_order(case: Case) -> list[str]:
-    """Names of the materials the charge touches, the charge's own first; their place is their number in the
-    engine.
+    """Return the names of the materials of the charge, then of the walls it touches, in the order of their
+    numbers in the engine.
     """
     return list(dict.fromkeys([*case.charge.materials, *wall_keys(case).values()]))
 
 
 def chamber_surfaces(case: Case) -> list[Surface]:
-    """Bore, floor and ceiling, or the chamber's mesh, ribs and meshed walls, in chamber axes from the mass
-    centre of the whole chamber.
+    """Return bore, floor and ceiling, or the chamber's mesh, then ribs and meshed walls, in chamber axes from
+    the mass centre of the whole chamber.
     """
     chamber, materials = case.chamber, material_order(case)
     mass_centre = whole_chamber(chamber).mass_centre
@@ -57,8 +55,8 @@ def chamber_surfaces(case: Case) -> list[Surface]:
 
 
 def _rib_surface(case: Case, number: int, floor: np.ndarray) -> Surface:
-    """Rib `number` as a box; it reaches as far into the wall and the floor as into the charge, so that no gap
-    is left.
+    """Return rib `number` as a box, which reaches as far into wall and floor as into the charge, so that
+    there is no gap.
     """
     chamber, rib = case.chamber, case.chamber.rib
     rotation = rib_rotation(case, number)
@@ -70,8 +68,9 @@ def _rib_surface(case: Case, number: int, floor: np.ndarray) -> Surface:
 
 
 def rib_inside(case: Case, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The part of rib `number` that stands inside the bore: centre [m] (3,), rotation (3, 3) and half sizes
-    [m] (3,), in chamber axes from the nutation point."""
+    """Return the part of rib `number` inside the bore: centre [m] (3,), rotation (3, 3) and half sizes [m]
+    (3,), in chamber axes from the nutation point.
+    """
     chamber, rib = case.chamber, case.chamber.rib
     height = min(rib.length, chamber.height)
     rotation = rib_rotation(case, number)
@@ -82,27 +81,27 @@ def rib_inside(case: Case, number: int) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 
 def rib_rotation(case: Case, number: int) -> np.ndarray:
-    """Rotation (3, 3) that turns the chamber's x axis to rib `number`."""
+    """Return the rotation (3, 3) of the chamber's x axis to rib `number`."""
     angle = 2 * math.pi * number / case.chamber.ribs
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def pair_laws(case: Case) -> dict[tuple[int, int], PairLaw]:
-    """Laws of the charge with itself and with every wall, by the numbers of `material_order`."""
+    """Return the laws of the charge with itself and with every wall, by the numbers of `material_order`."""
     names = material_order(case)
     numbers = {tuple(sorted((names.index(pair.first), names.index(pair.second)))) for pair in case.touching}
     return {(a, b): pair_law(case, names[a], names[b]) for a, b in sorted(numbers)}
 
 
 def contact_law_of(case: Case) -> ContactLaw:
-    """The law that the names in the case's contact table compose."""
+    """Return the contact law that a case names in its contact table."""
     contact = case.contact
     return contact_law(contact.normal, contact.tangential, contact.rolling, contact.cohesion)
 
 
 def pair_law(case: Case, first: str, second: str) -> PairLaw:
-    """Numbers of two materials from the case's contact table."""
+    """Return the numbers of the law of two materials from the case's contact table."""
     contact, pair = case.contact, case.contact.pair(first, second)
     direct, hysteretic = contact.stiffness == "direct", contact.normal == "hysteretic"
     softened = [contact.softening * case.materials[name].young_modulus for name in (first, second)]
@@ -129,8 +128,8 @@ def pair_law(case: Case, first: str, second: str) -> PairLaw:
 
 
 def contact_moduli(young: list[float], poisson: list[float]) -> tuple[float, float]:
-    """Contact modulus E* and contact shear modulus G* [Pa] of two solids with these moduli [Pa] and Poisson's
-    ratios [1].
+    """Return contact modulus E* and contact shear modulus G* [Pa] of two solids with these moduli [Pa] and
+    Poisson's ratios [1].
 
     ``1/E* = sum (1 - nu^2)/E`` and ``1/G* = sum 2 (2 - nu)(1 + nu)/E``.  Source: K. L. Johnson, "Contact
     Mechanics", 1985, 4.2 and 7.2.
@@ -140,20 +139,20 @@ def contact_moduli(young: list[float], poisson: list[float]) -> tuple[float, flo
 
 
 class Meeting(NamedTuple):
-    """Two particles that meet, or one that meets a wall."""
+    """A contact between two particles, or between a particle and a wall."""
 
     mass: float
     """Reduced mass [kg]."""
     radius: float
     """Reduced radius [m]."""
     diameter: float
-    """Of the first [m]."""
+    """Diameter of the first particle [m]."""
     other_diameter: float
-    """Of the second [m]; of a wall that of the first."""
+    """Diameter of the second [m]; at a wall that of the first."""
 
 
 def quickest_meeting(case: Case, first: str, second: str, wall: bool) -> Meeting:
-    """The particles of two materials that have the shortest contacts."""
+    """Return the shortest contact of two materials."""
     one = quickest_pebble(case, first)
     if wall:
         return Meeting(one.mass, one.diameter / 2, one.diameter, one.diameter)
@@ -163,14 +162,14 @@ def quickest_meeting(case: Case, first: str, second: str, wall: bool) -> Meeting
 
 
 def impact_of(case: Case, first: str, second: str, wall: bool, v: float) -> Impact:
-    """The quickest particles of two materials that meet head-on at `v` [m/s]."""
+    """Return the head-on impact at `v` [m/s] of the particles of two materials with the shortest contact."""
     return impact(
         contact_law_of(case), pair_law(case, first, second), *quickest_meeting(case, first, second, wall), v
     )
 
 
 def damping_ratio(case: Case, pair: ContactPair) -> float:
-    """Dashpot over its critical value: as given, or from the restitution for the case's rule on tension."""
+    """Return the damping ratio of a pair: as given, or from its restitution and the rule on tension."""
     if case.contact.damping == "ratio":
         return pair.damping_ratio
     return damping_ratio_from_restitution(pair.restitution, case.contact.tension == "cut")
@@ -184,11 +183,11 @@ def chamber_charge(
     substep: float,
     patches: PatchTable | None = None,
 ) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
-    """The charge of a case at rest in its chamber, ready to march.
+    """Build the charge of a case at rest in its chamber: constants, state and work space.
 
     Parameters
     ----------
-    bed : places of the particles [m] (n, 3), or places and attitudes (n, 7), in chamber axes from the
+    bed : positions of the particles [m] (n, 3), or positions and attitudes (n, 7), in chamber axes from the
         nutation point
     position, quaternion : mass centre [m] (3,) and attitude (4,) of the chamber, world
     substep : charge substep [s]
@@ -196,7 +195,7 @@ def chamber_charge(
 
     Raises
     ------
-    CaseError : particles that cannot be, or that overlap each other or the chamber
+    CaseError : impossible particles, or particles that overlap each other or the chamber
     """
     names = material_order(case)
     densities = [case.materials[name].density for name in names]
@@ -221,7 +220,7 @@ def chamber_charge(
 
 
 def placed_particles(case: Case, bed: np.ndarray, position: np.ndarray, quaternion: np.ndarray) -> Particles:
-    """The particles of a case in their bed, world axes from the nutation point.
+    """Return the particles of a case in their bed, world axes from the nutation point.
 
     Parameters
     ----------
@@ -229,21 +228,20 @@ def placed_particles(case: Case, bed: np.ndarray, position: np.ndarray, quaterni
     """
     rotation = np.empty((3, 3))
     rotation_matrix(quaternion, rotation)
-    places = position + (bed[:, :3] - whole_chamber(case.chamber).mass_centre) @ rotation.T
-    turned = (
-        None if bed.shape[1] == 3 else np.array([quaternion_product(quaternion, own) for own in bed[:, 3:]])
-    )
-    return charge_particles(case).placed(places, turned)
+    positions = position + (bed[:, :3] - whole_chamber(case.chamber).mass_centre) @ rotation.T
+    attitudes = None
+    if bed.shape[1] > 3:
+        attitudes = np.array([quaternion_product(quaternion, attitude) for attitude in bed[:, 3:]])
+    return charge_particles(case).placed(positions, attitudes)
 
 
 def chamber_middle(case: Case) -> np.ndarray:
-    """Middle of the space inside [m] (3,), in chamber axes from the nutation point."""
+    """Return the middle of the space inside [m] (3,), in chamber axes from the nutation point."""
     return room_box(case).mean(axis=0)
 
 
 def chamber_reach(case: Case) -> float:
-    """Half size [m] of a cube about the chamber's middle that the charge cannot leave as long as the walls
-    hold.
+    """Return the half size [m] of a cube about the chamber's middle that the charge cannot leave.
 
     Half the diagonal of the chamber, the swing of its middle, and as much again for the sway on the mounts.
     """

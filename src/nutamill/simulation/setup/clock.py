@@ -11,7 +11,7 @@ from nutamill.charge.laws.pair import PairLaw
 from nutamill.simulation.setup.charge import impact_of, pair_law, quickest_meeting
 
 FEWEST_SUBSTEPS = 10
-"""Substeps in the shortest contact below which a case is refused [1]."""
+"""Smallest number of substeps in the shortest contact [1]; a case with fewer is refused."""
 
 MOST_STEPS = 1e12
 """Steps of a run above which a case is refused as a slip of the pen [1]."""
@@ -23,18 +23,16 @@ MECHANISM_STEP = 55e-6
 
 
 class ContactFacts(NamedTuple):
-    """What a pair of materials means for those of their particles that have the shortest contacts."""
+    """The shortest contact of a pair of materials."""
 
     pair: str
     """Names of the two materials."""
     stiffness: float
     """Normal stiffness [N/m]; hysteretic: loading; Hertz: tangent at the largest overlap."""
     time: float
-    """Duration of a contact at the speed of the crank circle [s]; infinite where the two stick."""
+    """Duration of a contact at the speed of the crank circle [s]; infinite if the two stick."""
     resolve: float
-    """Time a substep has to be small against [s]: the duration, but hysteretic half a period of the unloading
-    spring.
-    """
+    """Time that substeps must resolve [s]: the duration, hysteretic half a period of the unloading spring."""
     overlap: float
     """Largest overlap of a head-on contact at the speed of the crank circle, share of the smaller diameter
     [1].
@@ -42,11 +40,11 @@ class ContactFacts(NamedTuple):
     restitution: float
     """Restitution of the pair [1]."""
     law: PairLaw
-    """The law itself."""
+    """The law of the pair."""
 
 
 class Clock(NamedTuple):
-    """How a run steps."""
+    """Lengths of the steps of a run."""
 
     substeps: int
     """Charge substeps in a window [1]; 0 without charge."""
@@ -55,7 +53,7 @@ class Clock(NamedTuple):
     windows_per_row: int
     """Windows between two rows of the record [1]."""
     ruled_by: str
-    """What decided the step."""
+    """What determines the step, in words."""
 
     @property
     def substep(self) -> float:
@@ -64,14 +62,12 @@ class Clock(NamedTuple):
 
 
 def contact_facts(case: Case) -> list[ContactFacts]:
-    """Facts of the contacts between particles of all materials, then of each with every wall material; the
-    quickest particles rule.
-    """
+    """Return the shortest contact of each pair of materials that can touch: particles, then walls."""
     return [_facts(case, pair) for pair in case.touching]
 
 
 def _facts(case: Case, pair: TouchingPair) -> ContactFacts:
-    """Facts of the quickest particle of one material against that of another, or against a wall."""
+    """Return the shortest contact of one pair of materials."""
     met, sizes = impact_of(case, *pair, crank_circle_speed(case)), quickest_meeting(case, *pair)
     share = met.overlap / min(sizes.diameter, sizes.other_diameter)
     law = pair_law(case, pair.first, pair.second)
@@ -79,20 +75,20 @@ def _facts(case: Case, pair: TouchingPair) -> ContactFacts:
 
 
 def crank_circle_speed(case: Case) -> float:
-    """Speed of the crank pin on its circle at full speed [m/s]: the scale of the speeds at which particles
-    meet.
+    """Return the speed of the crank pin on its circle at full speed [m/s], the scale of the speeds of
+    contacts.
     """
     return case.drive.speed * case.mechanism.crank_radius
 
 
 def run_clock(case: Case) -> Clock:
-    """Substep, window and row of a run; a row lasts one period of the series rate and holds a whole number of
+    """Return substep, window and row of a run; a row is one period of the series rate and a whole number of
     windows.
 
     Raises
     ------
-    CaseError : a substep that resolves the shortest contact by fewer than `FEWEST_SUBSTEPS`, cohesion that
-        leaves no spring
+    CaseError : a substep that resolves the shortest contact by fewer than `FEWEST_SUBSTEPS`, cohesion
+        stronger than the spring
     """
     row = 1.0 / case.run.series_rate
     if not case.charge.parts:
@@ -125,28 +121,24 @@ def refuse_endless(end: float, step: float) -> None:
 
 
 def _refuse_soft_springs(case: Case) -> None:
-    """Raise where cohesion is stronger than a linear spring at any overlap, for the largest particles of the
-    charge.
-    """
+    """Raise CaseError if cohesion exceeds a linear spring at any overlap, for the largest particles."""
     if case.contact.cohesion == "none" or case.contact.normal == "hertz":
         return
     diameter = max(part.size_range[1] for part in case.charge.parts)
     faults = []
-    for own, other, wall in case.touching:
-        law = pair_law(case, own, other)
-        spring, taken = (
-            spring_stiffness(law, diameter, diameter),
-            cohesive_softening(law, diameter / (2 if wall else 4)),
-        )
-        if taken >= spring:
-            most = law.cohesive_pressure * spring / taken
+    for first, second, wall in case.touching:
+        law = pair_law(case, first, second)
+        spring = spring_stiffness(law, diameter, diameter)
+        softening = cohesive_softening(law, diameter / (2 if wall else 4))
+        if softening >= spring:
+            most = law.cohesive_pressure * spring / softening
             what = (
-                f"cohesion takes {taken / 1e3:.3g} kN/m from a spring of {spring / 1e3:.3g} kN/m: "
+                f"cohesion takes {softening / 1e3:.3g} kN/m from a spring of {spring / 1e3:.3g} kN/m: "
                 "particles would collapse"
             )
             faults.append(
                 Fault(
-                    f"contact.pairs {own}-{other}",
+                    f"contact.pairs {first}-{second}",
                     what,
                     f"Give a cohesive_pressure well below {most / 1e6:.3g} MPa",
                 )
@@ -156,11 +148,10 @@ def _refuse_soft_springs(case: Case) -> None:
 
 
 def _too_long(case: Case, shortest: ContactFacts, substep: float) -> Fault:
-    """What is wrong with a substep that is too long, and what would be right."""
+    """Return the fault of a substep that is too long, with the substep and the stiffness that would do."""
     ratio = FEWEST_SUBSTEPS * substep / shortest.resolve
     if case.contact.normal == "hertz":
-        # the duration goes with the modulus to the power -2/5; 5 % less, so that rounding to two digits does
-        # not matter
+        # duration ~ modulus^(-2/5); 5 % less, so that two digits are enough
         softer = f"softening = {0.95 * case.contact.softening / ratio**2.5:.2g} would do"
     else:
         overlap = (

@@ -19,7 +19,7 @@ from nutamill.simulation.setup.rigid_parts import (
     chamber_shell,
     compose,
     remove,
-    turned,
+    rotated,
     whole_chamber,
 )
 
@@ -32,10 +32,10 @@ COUPLING, DRIVE, NUTATION_POINT = "shaft_coupling", "motor", "nutation_point"
 
 
 class MillMechanism(NamedTuple):
-    """The descriptions that `mechanism.assembly.assemble` turns into arrays."""
+    """The parts of a mill for `nutamill.mechanism.assembly.assemble`."""
 
     bodies: tuple[Body, ...]
-    """The frame first, then what moves."""
+    """The frame, then the moving parts."""
     joints: tuple[Joint, ...]
     """Rows 2 and 4 to 8 of MCA Table 4; with rigid mounts also the frame on the ground."""
     bushings: tuple[Bushing, ...]
@@ -47,42 +47,42 @@ class MillMechanism(NamedTuple):
 
 
 def chamber_rotation(case: Case) -> np.ndarray:
-    """``R_WC`` (3, 3) as assembled, at crank angle 0: the chamber's lower end is swung towards +x."""
+    """Return ``R_WC`` (3, 3) as assembled, at crank angle 0, with the lower end of the chamber towards +x."""
     angle = -case.mechanism.nutation_angle
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 def chamber_quaternion(case: Case) -> tuple[float, float, float, float]:
-    """``q_WC`` (w, x, y, z) as assembled."""
+    """Return ``q_WC`` (w, x, y, z) as assembled."""
     half = -case.mechanism.nutation_angle / 2
     return (math.cos(half), 0.0, math.sin(half), 0.0)
 
 
 def bare_driveshaft(case: Case) -> RigidPart:
-    """Driveshaft and torque arm without carriage and balance mass, in world axes from the nutation point."""
+    """Return driveshaft and torque arm without carriage and balance, world axes from the nutation point."""
     shaft = case.driveshaft
     inertia = np.diag([shaft.inertia_transverse, shaft.inertia_transverse, shaft.inertia_axial])
     return RigidPart(shaft.mass, np.array([0.0, 0.0, -shaft.mass_centre_depth]), inertia)
 
 
 def moving_parts(case: Case) -> dict[str, RigidPart]:
-    """Every part but the frame, in world axes from the nutation point, at crank angle 0."""
+    """Return every part but the frame, in world axes from the nutation point, at crank angle 0."""
     mechanism, rotation = case.mechanism, chamber_rotation(case)
     crank_pin = np.array([mechanism.crank_radius, 0.0, -mechanism.nutation_point_to_crank])
     driveshaft = bare_driveshaft(case)
     for weight in case.balance.weights:
-        place = np.array(
+        position = np.array(
             [
                 weight.radius * math.cos(weight.azimuth),
                 weight.radius * math.sin(weight.azimuth),
                 -weight.depth,
             ]
         )
-        driveshaft = compose(driveshaft, RigidPart(weight.mass, place, np.zeros((3, 3))))
+        driveshaft = compose(driveshaft, RigidPart(weight.mass, position, np.zeros((3, 3))))
     intermediate = case.intermediate_shaft
     return {
-        CHAMBER: turned(whole_chamber(case.chamber), rotation),
+        CHAMBER: rotated(whole_chamber(case.chamber), rotation),
         CROSS: RigidPart(case.bearing_cross.mass, np.zeros(3), case.bearing_cross.inertia * np.eye(3)),
         CARRIAGE: RigidPart(case.carriage.mass, crank_pin, case.carriage.inertia * np.eye(3)),
         DRIVESHAFT: driveshaft,
@@ -97,33 +97,33 @@ def moving_parts(case: Case) -> dict[str, RigidPart]:
 
 
 def frame_part(case: Case) -> RigidPart:
-    """The frame: what the unribbed, empty machine on its mounts leaves when its moving parts are taken out.
+    """Return the frame: the unribbed, empty machine on its mounts without its moving parts.
 
     The file gives mass, height of the mass centre and radii of gyration of the whole machine on the mounts.
-    The moving parts are taken out averaged over a turn, so that the frame is symmetric about the driveshaft
-    axis.
+    The moving parts are subtracted as averages over a revolution, so that the frame is symmetric about the
+    driveshaft axis.
     """
     parts = {
         **moving_parts(case),
-        CHAMBER: turned(chamber_shell(case.chamber), chamber_rotation(case)),
+        CHAMBER: rotated(chamber_shell(case.chamber), chamber_rotation(case)),
         DRIVESHAFT: bare_driveshaft(case),
     }
-    del parts[SHAFT]  # it hangs on the ground, not on the mounts
+    del parts[SHAFT]  # supported by the ground, not by the mounts
     frame, mass = case.frame, case.mechanism.total_mass
     mass_centre = np.array([0.0, 0.0, -case.mounts.depth + frame.mass_centre_height])
     whole = RigidPart(
         mass, mass_centre, mass * np.diag([frame.gyration_rocking**2] * 2 + [frame.gyration_yaw**2])
     )
-    left = mass - sum(part.mass for part in parts.values())
-    if left <= 0:
+    rest = mass - sum(part.mass for part in parts.values())
+    if rest <= 0:
         raise CaseError(
             Fault(
                 "mechanism.total_mass",
-                f"leaves {left:.3g} kg for the frame, which must be positive",
+                f"leaves no mass for the frame, got {rest:.3g} kg",
                 "Give the mass of the whole machine",
             )
         )
-    about_axis = remove(whole, *(_averaged_over_a_turn(part) for part in parts.values()))
+    about_axis = remove(whole, *(_averaged_over_a_revolution(part) for part in parts.values()))
     lowest = np.linalg.eigvalsh(about_axis.inertia)
     if lowest[0] <= 0 or lowest[2] > lowest[0] + lowest[1]:
         raise CaseError(
@@ -138,9 +138,9 @@ def frame_part(case: Case) -> RigidPart:
     return about_axis
 
 
-def _averaged_over_a_turn(part: RigidPart) -> RigidPart:
-    """The part smeared round the z axis: mass centre on the axis, same axial and mean transverse inertia
-    about it.
+def _averaged_over_a_revolution(part: RigidPart) -> RigidPart:
+    """Return the average of a part over a revolution about the z axis: mass centre on the axis, same axial
+    and mean transverse inertia about it.
     """
     x, y, z = part.mass_centre
     inertia = part.inertia + part.mass * np.diag([(x * x + y * y) / 2, (x * x + y * y) / 2, x * x + y * y])
@@ -149,7 +149,7 @@ def _averaged_over_a_turn(part: RigidPart) -> RigidPart:
 
 
 def mill_mechanism(case: Case) -> MillMechanism:
-    """Bodies, joints, bushings and drive of the mill a case describes.
+    """Return bodies, joints, bushings and drive of the mill of a case.
 
     The numbers in the comments are the rows of MCA 2026, Table 4.
     """
@@ -184,8 +184,8 @@ def mill_mechanism(case: Case) -> MillMechanism:
         joints.insert(0, Joint(FRAME_FIX, JointKind.FIXED, GROUND, FRAME, (0.0, 0.0, -case.mounts.depth)))
     else:
         for number, (x, y) in enumerate(case.mounts.points, start=1):  # 1
-            place = (x, y, -case.mounts.depth)
-            bushings.append(Bushing(f"mount_{number}", GROUND, FRAME, place, Z_AXIS, *_rates(case.mounts)))
+            point = (x, y, -case.mounts.depth)
+            bushings.append(Bushing(f"mount_{number}", GROUND, FRAME, point, Z_AXIS, *_rates(case.mounts)))
     drive = Drive(DRIVE, DRIVESHAFT_BEARING, *case.drive.breakpoints(), _motor(case))
     return MillMechanism(bodies, tuple(joints), tuple(bushings), (drive,), (0.0, 0.0, -mechanism.gravity))
 
@@ -193,9 +193,7 @@ def mill_mechanism(case: Case) -> MillMechanism:
 def assemble_mill(
     mill: MillMechanism, drives: Sequence[Drive] | None = None
 ) -> tuple[Mechanism, MechanismState, MechanismScratch]:
-    """The arrays of a mill's parts, as `nutamill.mechanism.assembly.assemble` makes them; with other `drives`
-    if given.
-    """
+    """Assemble the parts of a mill, with other `drives` if given (`nutamill.mechanism.assembly.assemble`)."""
     return assemble(
         mill.bodies,
         mill.joints,
@@ -206,7 +204,7 @@ def assemble_mill(
 
 
 def _motor(case: Case) -> Motor | None:
-    """The motor, if the rotation is not prescribed."""
+    """Return the motor, or None for a prescribed rotation."""
     if (motor := case.drive.motor) is None:
         return None
     absent = [
@@ -217,7 +215,7 @@ def _motor(case: Case) -> Motor | None:
 
 
 def _rates(part: Mounts | ShaftCoupling) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Stiffness and damping in the order shear, axial, bending, torsion."""
+    """Return stiffness and damping in the order shear, axial, bending, torsion."""
     return (
         (part.shear_stiffness, part.axial_stiffness, part.bending_stiffness, part.torsion_stiffness),
         (part.shear_damping, part.axial_damping, part.bending_damping, part.torsion_damping),
@@ -225,7 +223,7 @@ def _rates(part: Mounts | ShaftCoupling) -> tuple[tuple[float, ...], tuple[float
 
 
 def _body(name: str, part: RigidPart, case: Case) -> Body:
-    """A body in the axes it has at assembly: the chamber and the cross are tilted with the chamber axis."""
+    """Return a part as a body: chamber and cross have the axes of the chamber, the others world axes."""
     if name not in (CHAMBER, CROSS):
         return Body(name, part.mass, part.inertia, tuple(part.mass_centre))
     rotation = chamber_rotation(case)
@@ -239,11 +237,11 @@ def _body(name: str, part: RigidPart, case: Case) -> Body:
 
 
 def mill_sensors(case: Case) -> list[Sensor]:
-    """What every run of a mill reads at each row, before `nutamill.simulation.setup.readout` gives it the
-    names of the series.
+    """Return the sensors of every run of a mill; `nutamill.simulation.setup.readout` makes the series of
+    them.
 
-    The crank's forces are written in driveshaft axes (x from the axis to the pin), those at the nutation
-    point in world axes.
+    Forces at the crank are in driveshaft axes (x from the axis to the pin), forces at the nutation point in
+    world axes.
     """
     sensors = [
         Sensor(DRIVE, SensorKind.DRIVE, DRIVE),
@@ -261,13 +259,13 @@ def mill_sensors(case: Case) -> list[Sensor]:
             sensors.append(Sensor(f"mount_{number}", SensorKind.BUSHING_WRENCH, f"mount_{number}"))
             sensors.append(Sensor(f"mount_{number}_travel", SensorKind.BUSHING_TRAVEL, f"mount_{number}"))
     tilted = chamber_rotation(case)
-    places = {
+    points = {
         name: tilted @ sensor.at if sensor.body in (CHAMBER, CROSS) else sensor.at
         for name, sensor in case.sensors.items()
     }
     return sensors + [
         Sensor(
-            name, SensorKind.POINT_ACCELERATION, sensor.body, point=tuple(places[name]), axes_body=sensor.body
+            name, SensorKind.POINT_ACCELERATION, sensor.body, point=tuple(points[name]), axes_body=sensor.body
         )
         for name, sensor in case.sensors.items()
     ]

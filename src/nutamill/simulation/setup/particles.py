@@ -1,4 +1,4 @@
-"""The particles a case asks for: how many, of what size, shape and material; not yet where."""
+"""The particles of a case: number, size, shape and material, without positions."""
 
 import functools
 from typing import NamedTuple
@@ -14,19 +14,17 @@ from nutamill.simulation.setup.walls import free_volume
 
 
 class Pebble(NamedTuple):
-    """One sphere of a particle, as a contact feels it."""
+    """One sphere of a particle, as in a contact."""
 
     mass: float
-    """Mass with which it resists a push through its centre [kg]; less than the particle's where that makes
-    the particle turn.
-    """
+    """Effective mass against a force through its centre [kg]; less than the particle's if that rotates it."""
     diameter: float
-    """Its diameter [m]."""
+    """Diameter [m]."""
 
 
 @functools.lru_cache(maxsize=4)
 def charge_parts(case: Case) -> tuple[Particles, ...]:
-    """Particles of each part of the charge, not placed yet; their materials are numbered as in
+    """Return the particles of each part of the charge, without positions, materials by their index in
     `Case.charge.materials`.
     """
     return tuple(_of_part(case, number, part) for number, part in enumerate(case.charge.parts))
@@ -34,32 +32,32 @@ def charge_parts(case: Case) -> tuple[Particles, ...]:
 
 @functools.lru_cache(maxsize=4)
 def charge_particles(case: Case) -> Particles:
-    """All particles of the charge, part after part, not placed yet; the charge must not be empty."""
+    """Return all particles of a charge that is not empty, part after part, without positions."""
     return joined(charge_parts(case))
 
 
 def particle_count(case: Case) -> int:
-    """Number of particles; 0 for an empty chamber [1]."""
+    """Return the number of particles; 0 for an empty chamber [1]."""
     return sum(part.number for part in charge_parts(case))
 
 
 def particle_masses(case: Case) -> np.ndarray:
-    """Mass of each particle [kg] (n,)."""
+    """Return the mass of each particle [kg] (n,)."""
     return charge_particles(case).mass([case.materials[name].density for name in case.charge.materials])
 
 
 def charge_mass(case: Case) -> float:
-    """Mass of all particles; 0 for an empty chamber [kg]."""
+    """Return the mass of all particles; 0 for an empty chamber [kg]."""
     return float(particle_masses(case).sum()) if case.charge.parts else 0.0
 
 
 def with_charge_mass(case: Case) -> Case:
-    """The case with the mass of its charge fixed to the chamber's base, where the rigid bars are."""
+    """Return the case with the mass of its charge fixed to the chamber's base, where the rigid bars are."""
     if case.chamber.bars is None:
         raise CaseError(
             Fault(
                 "chamber.bars",
-                "is missing, and says where the charge's mass would be",
+                "is missing, so that the mass of the charge has no position",
                 "Give radius and depth of a ring",
             )
         )
@@ -67,12 +65,12 @@ def with_charge_mass(case: Case) -> Case:
 
 
 def quickest_pebble(case: Case, material: str) -> Pebble:
-    """The pebble of a material whose contacts are shortest.
+    """Return the pebble of a material with the shortest contacts.
 
-    The duration grows with the root of mass over stiffness; the stiffness, where it comes from Young's
-    modulus, with the diameter.
+    The duration grows with the root of mass over stiffness, and stiffness from Young's modulus grows with the
+    diameter.
     """
-    density, found = case.materials[material].density, []
+    density, pebbles = case.materials[material].density, []
     for part, particles in zip(case.charge.parts, charge_parts(case), strict=True):
         if part.material != material:
             continue
@@ -80,16 +78,16 @@ def quickest_pebble(case: Case, material: str) -> Pebble:
             scale = particles.scale[particles.shape_of == number]
             if len(scale):
                 masses = shape.push_mass() * density * scale.min() ** 3
-                found += [
+                pebbles += [
                     Pebble(float(m), float(d))
                     for m, d in zip(masses, 2.0 * shape.radii * scale.min(), strict=True)
                 ]
     by_diameter = case.contact.stiffness == "young"
-    return min(found, key=lambda pebble: pebble.mass / (pebble.diameter if by_diameter else 1.0))
+    return min(pebbles, key=lambda pebble: pebble.mass / (pebble.diameter if by_diameter else 1.0))
 
 
 def _of_part(case: Case, number: int, part: Portion) -> Particles:
-    """The particles of one part; the seed tells which shape goes with which size."""
+    """Return the particles of one part; the seed decides which shape goes with which size."""
     law, material = part.size_law(), case.charge.materials.index(part.material)
     if part.count is not None:
         diameters = law.of_number(part.count)
@@ -102,5 +100,5 @@ def _of_part(case: Case, number: int, part: Portion) -> Particles:
 
 @functools.lru_cache(maxsize=16)
 def _shapes(rows: tuple[tuple[tuple[float, ...], ...], ...]) -> tuple[ClumpShape, ...]:
-    """Shapes of a table of clumps, each a list of spheres (x, y, z, radius)."""
+    """Return the shapes of a table of clumps, each a list of spheres (x, y, z, radius)."""
     return tuple(clump_shape([row[:3] for row in clump], [row[3] for row in clump]) for clump in rows)

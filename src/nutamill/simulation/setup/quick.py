@@ -1,4 +1,4 @@
-"""The demonstration: a case made short enough to be run in under a minute, and what it says of itself."""
+"""The demonstration: a case short enough to run in under a minute, and its notice."""
 
 import itertools
 import math
@@ -14,12 +14,12 @@ TURNS = 3
 """Turns at full speed in a demonstration [1]."""
 
 SOFTER = 9.0
-"""How many times softer contacts between particles are [1]; walls stay as they are."""
+"""Factor by which contacts between particles are softer [1]; contacts with walls are not."""
 
 
 def quick(case: Case) -> Case:
-    """The case in demonstration quality: rigid mounts, short ramp, a few turns at speed, softer contacts
-    between particles.
+    """Return the case in demonstration quality: rigid mounts, short ramp, a few turns at speed, softer
+    contacts between particles.
     """
     rows = (
         2.0 / case.run.series_rate
@@ -34,28 +34,26 @@ def quick(case: Case) -> Case:
     }
     if softens(case):
         changes["contact.stiffness"] = "direct"
-        for own, other in itertools.product(case.charge.materials, material_order(case)):
-            wall = other not in case.charge.materials
-            softer, met = 1.0 if wall else SOFTER, quickest_meeting(case, own, other, wall)
-            stiffness = spring_stiffness(pair_law(case, own, other), met.diameter, met.other_diameter)
-            changes[f"contact.pairs.{pair_name(case, own, other)}.normal_stiffness"] = stiffness / softer
+        for first, second in itertools.product(case.charge.materials, material_order(case)):
+            wall = second not in case.charge.materials
+            softer, met = 1.0 if wall else SOFTER, quickest_meeting(case, first, second, wall)
+            stiffness = spring_stiffness(pair_law(case, first, second), met.diameter, met.other_diameter)
+            changes[f"contact.pairs.{pair_name(case, first, second)}.normal_stiffness"] = stiffness / softer
     return case.with_(**{key.replace(".", "__"): value for key, value in changes.items()})
 
 
 def softens(case: Case) -> bool:
-    """Whether the demonstration of a case takes softer springs; Hertz's have no stiffness of their own to
-    change.
-    """
+    """Return whether the demonstration of a case has softer springs; Hertz contacts have none."""
     return bool(case.charge.parts) and case.contact.stiffness == "young" and case.contact.normal != "hertz"
 
 
 def pair_name(case: Case, first: str, second: str) -> str:
-    """Name of the table of a pair of materials in the case's file."""
+    """Return the name of the table of a pair of materials in the case file."""
     return next(name for name in (f"{first}-{second}", f"{second}-{first}") if name in case.contact.pairs)
 
 
 def simplified(case: Case) -> str:
-    """What the demonstration of a case simplifies, as its title and its reports say it."""
+    """Return what the demonstration of a case simplifies, for its title and its reports."""
     softer = f", contacts between particles {SOFTER:g} times softer" if softens(case) else ""
     return f"rigid mounts, {RAMP_TIME:g} s ramp, {TURNS} turns at speed{softer}"
 
@@ -63,6 +61,6 @@ def simplified(case: Case) -> str:
 def banner(case: Case) -> str:
     """What is printed before a demonstration."""
     return (
-        f"demonstration: {simplified(case)}. It shows the program, not the mill: run without --quick for "
+        f"demonstration: {simplified(case)}. It shows the program, not the mill. Run without --quick for "
         "numbers"
     )

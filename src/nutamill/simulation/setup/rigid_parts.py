@@ -13,20 +13,20 @@ class RigidPart(NamedTuple):
     mass: float
     """Mass [kg]."""
     mass_centre: np.ndarray
-    """Mass centre [m], (3,), from the origin the caller works in."""
+    """Mass centre [m], (3,), from the origin of the caller."""
     inertia: np.ndarray
     """Inertia tensor about the mass centre [kg m^2], (3, 3)."""
 
 
 def parallel_axis(mass: float, offset: np.ndarray) -> np.ndarray:
-    """Inertia [kg m^2] (3, 3) that a point mass at `offset` [m] (3,) adds about the origin
+    """Return the inertia [kg m^2] (3, 3) that a point mass at `offset` [m] (3,) adds about the origin
     (Huygens-Steiner).
     """
     return mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
 
 
 def compose(*parts: RigidPart) -> RigidPart:
-    """One rigid part made of several, all given in the same axes and from the same origin."""
+    """Return one rigid part composed of several, all in the same axes and from the same origin."""
     mass = sum(part.mass for part in parts)
     mass_centre = sum(part.mass * part.mass_centre for part in parts) / mass
     inertia = sum(part.inertia + parallel_axis(part.mass, part.mass_centre - mass_centre) for part in parts)
@@ -34,15 +34,14 @@ def compose(*parts: RigidPart) -> RigidPart:
 
 
 def remove(whole: RigidPart, *parts: RigidPart) -> RigidPart:
-    """What is left of `whole` when `parts` are taken out of it: the inverse of `compose`."""
+    """Return `whole` without `parts`: the inverse of `compose`."""
     return compose(whole, *(RigidPart(-part.mass, part.mass_centre, -part.inertia) for part in parts))
 
 
 def chamber_shell(chamber: Chamber) -> RigidPart:
-    """The empty chamber without ribs and bars, in chamber axes from the nutation point.
+    """Return the empty chamber without ribs and bars, in chamber axes from the nutation point.
 
-    The file gives the transverse inertia about the nutation point, because that is what the pin force
-    measures.
+    The file gives the transverse inertia about the nutation point, because the pin force measures that.
     """
     mass_centre = np.array([0.0, 0.0, -chamber.mass_centre_depth])
     about_point = np.diag([chamber.inertia_transverse, chamber.inertia_transverse, chamber.inertia_axial])
@@ -50,17 +49,17 @@ def chamber_shell(chamber: Chamber) -> RigidPart:
 
 
 def bar_ring(bars: Bars) -> RigidPart:
-    """The rigid bars as a thin ring about the chamber axis, in chamber axes from the nutation point."""
+    """Return the rigid bars as a thin ring about the chamber axis, chamber axes from the nutation point."""
     axial = bars.mass * bars.radius**2
     return RigidPart(bars.mass, np.array([0.0, 0.0, -bars.depth]), np.diag([axial / 2, axial / 2, axial]))
 
 
 def rib_ring(chamber: Chamber) -> RigidPart:
-    """All ribs as equally spaced boxes on the bore, standing on the floor, in chamber axes from the nutation
+    """Return all ribs as equally spaced boxes on the bore and on the floor, in chamber axes from the nutation
     point.
 
-    For three ribs or more the sum over equal angles makes the transverse inertias equal; one or two ribs are
-    smeared likewise.
+    For three ribs or more the sum over equal angles makes the transverse inertias equal.  For one or two ribs
+    their mean is used.
     """
     rib = chamber.rib
     mass = chamber.ribs_mass
@@ -73,7 +72,7 @@ def rib_ring(chamber: Chamber) -> RigidPart:
 
 
 def whole_chamber(chamber: Chamber) -> RigidPart:
-    """Chamber with its ribs and bars, in chamber axes from the nutation point."""
+    """Return the chamber with its ribs and bars, in chamber axes from the nutation point."""
     parts = [chamber_shell(chamber)]
     if chamber.ribs:
         parts.append(rib_ring(chamber))
@@ -82,6 +81,6 @@ def whole_chamber(chamber: Chamber) -> RigidPart:
     return compose(*parts)
 
 
-def turned(part: RigidPart, rotation: np.ndarray) -> RigidPart:
-    """The part seen in other axes: `rotation` (3, 3) leads from the part's axes to the new ones."""
+def rotated(part: RigidPart, rotation: np.ndarray) -> RigidPart:
+    """Return the part in other axes; `rotation` (3, 3) is from the part's axes to the new ones."""
     return RigidPart(part.mass, rotation @ part.mass_centre, rotation @ part.inertia @ rotation.T)

@@ -1,7 +1,7 @@
-"""Where the statistics of a charge are summed in its chamber, and how they are written down.
+"""Grid and patches of the statistics of a charge in its chamber, and the recorded quantities.
 
-The grid has its origin in the middle of the chamber's floor and its z axis along the chamber's; it turns with
-the crank.
+The grid has its origin in the middle of the chamber's floor and its z axis along the chamber's.  It rotates
+with the crank.
 """
 
 import math
@@ -29,13 +29,14 @@ SECTORS = 36
 MOST_ACROSS, MOST_UP = 10, 30
 """Most cells along radius and height [1]."""
 FACES = 6
+"""Faces of a rib [1]."""
 MESH_POINTS = 1e6
-"""Points on a mesh's patch from which the areas of its parts are counted [1]."""
+"""Number of points on a mesh's patch that sample the areas of its parts [1]."""
 
 
 def chamber_cells(case: Case) -> tuple[int, int, int]:
-    """Cells along radius, azimuth and height [1]: two diameters of the largest particle wide, unless that
-    makes too many.
+    """Return the cells along radius, azimuth and height [1]: two diameters of the largest particle wide,
+    within limits of their number.
     """
     width = 4.0 * float(charge_particles(case).bounding_radius.max())
     across = min(max(round(case.chamber.inner_diameter / 2 / width), 2), MOST_ACROSS)
@@ -43,15 +44,14 @@ def chamber_cells(case: Case) -> tuple[int, int, int]:
 
 
 def _cut(case: Case, surface: Surface) -> tuple[int, int, int, float, float]:
-    """How one surface is cut into patches, as `patch_table` wants it."""
+    """Return the patches of a surface, in the form of `patch_table`."""
     across, around, up = chamber_cells(case)
     if surface.kind == SurfaceKind.CYLINDER:
         return ANGLE_HEIGHT, around, up, 0.0, case.chamber.height
     if surface.kind == SurfaceKind.PLANE:
         return ANGLE_RADIUS, around, across, 0.0, case.chamber.inner_diameter / 2
     if surface.kind == SurfaceKind.BOX:
-        # a rib's box begins as far below the floor as it reaches into the charge: rows of the part that is
-        # free
+        # a rib's box begins as far below the floor as it reaches into the charge: rows of the free part
         depth, _, half = surface.size
         return FACE_HEIGHT, FACES, up, depth - half, half
     if surface.mesh.keep == "outside":
@@ -63,15 +63,16 @@ def _cut(case: Case, surface: Surface) -> tuple[int, int, int, float, float]:
 
 
 def _mesh_points(surface: Surface) -> tuple[np.ndarray, np.ndarray, float]:
-    """Points spread evenly over each triangle of a mesh's patch [m] (n, 3), the area of each [m^2] (n,),
-    surface axes, and the mean z component of the normal [1]."""
+    """Return points spread evenly over each triangle of a mesh's patch [m] (n, 3), the area of each [m^2]
+    (n,), surface axes, and the mean z component of the normal [1].
+    """
     mesh = surface.mesh
     corners = mesh.vertices[mesh.faces[mesh.patch == surface.patch]]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normals = 0.5 * np.cross(a, b)
     areas = np.linalg.norm(normals, axis=1)
     k = int(np.clip(math.sqrt(MESH_POINTS / len(areas)), 3, 60))
-    # middles of the k^2 equal triangles that a triangle falls into
+    # middles of the k^2 equal parts of a triangle
     u, v = (part.ravel() for part in np.meshgrid(np.arange(k), np.arange(k), indexing="ij"))
     up, down = u + v < k, u + v < k - 1
     u, v = (
@@ -83,12 +84,12 @@ def _mesh_points(surface: Surface) -> tuple[np.ndarray, np.ndarray, float]:
 
 
 def chamber_patches(case: Case) -> PatchTable:
-    """The chamber's surfaces cut into patches."""
+    """Return the patches of the chamber's surfaces."""
     return patch_table([_cut(case, surface) for surface in chamber_surfaces(case)])
 
 
 def chamber_survey(case: Case, model: ChargeModel, state: ChargeState, substep: float) -> StatisticsPlan:
-    """Grid in the chamber of `case`, for its charge and its substep [s]."""
+    """Return the grid in the chamber of `case`, for its charge and its substep [s]."""
     floor = np.array([0.0, 0.0, -case.chamber.floor_depth]) - whole_chamber(case.chamber).mass_centre
     extent = (case.chamber.inner_diameter / 2, 0.0, case.chamber.height)
     on, volumes = case.run.statistics, _pebble_volumes(case)
@@ -98,8 +99,8 @@ def chamber_survey(case: Case, model: ChargeModel, state: ChargeState, substep: 
 
 
 def _pebble_volumes(case: Case) -> np.ndarray:
-    """Solid volume of every sphere [m^3] by id: pebbles share their particle's, which is less than the sum of
-    overlapping spheres.
+    """Return the solid volume of every sphere [m^3] by id: the share of a pebble in the volume of its
+    particle, which is less than the sum of overlapping spheres.
     """
     particles = charge_particles(case)
     shares = [shape.radii**3 / (shape.radii**3).sum() for shape in particles.shapes]
@@ -109,9 +110,7 @@ def _pebble_volumes(case: Case) -> np.ndarray:
 
 
 def pair_types(case: Case) -> list[tuple[str, list[int]]]:
-    """Kinds of pairs that can meet: name, and the types of `nutamill.charge.kernels.impacts` that belong to
-    it.
-    """
+    """Return the kinds of pairs that can touch: name, and its types in `nutamill.charge.kernels.impacts`."""
     names = material_order(case)
     n, types = len(names), []
     for pair in case.touching:
@@ -121,9 +120,7 @@ def pair_types(case: Case) -> list[tuple[str, list[int]]]:
 
 
 def statistics_axes(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
-    """What the recorded arrays are laid out along, by the names of
-    `nutamill.result.fields.STATISTICS_AXES`.
-    """
+    """Return the axes of the recorded arrays by the names of `nutamill.result.fields.STATISTICS_AXES`."""
     edges = bin_edges()
     radius = np.linspace(0.0, plan.extent[0], plan.cells[0] + 1)
     angle = np.linspace(0.0, math.tau, plan.cells[1] + 1)
@@ -143,7 +140,7 @@ def statistics_axes(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
 
 
 def _patches(case: Case) -> dict[str, np.ndarray]:
-    """Surface, place and area of every patch."""
+    """Return surface, position and area of every patch."""
     table = chamber_patches(case)
     floor = -case.chamber.floor_depth - whole_chamber(case.chamber).mass_centre[2]
     columns: dict[str, list] = {
@@ -155,9 +152,9 @@ def _patches(case: Case) -> dict[str, np.ndarray]:
         edges = np.linspace(*table.range[s], rows + 1)
         azimuth = np.full(count, math.nan)
         if table.kind[s] != FACE_HEIGHT:
-            own = (np.arange(count) + 0.5) * math.tau / count
+            angle = (np.arange(count) + 0.5) * math.tau / count
             across, along, _ = np.asarray(surface.rotation) @ np.stack(
-                [np.cos(own), np.sin(own), np.zeros(count)]
+                [np.cos(angle), np.sin(angle), np.zeros(count)]
             )
             azimuth = np.mod(np.arctan2(along, across), math.tau)
         lift = 0.0 if table.kind[s] == ANGLE_RADIUS else surface.origin[2] - floor
@@ -170,8 +167,8 @@ def _patches(case: Case) -> dict[str, np.ndarray]:
 
 
 def _areas(surface: Surface, kind: int, edges: np.ndarray, count: int) -> np.ndarray:
-    """Free area of the patches of a surface [m^2] (columns, rows), cut at `edges` [m] along its second
-    coordinate.
+    """Return the free area of the patches of a surface [m^2] (columns, rows), cut at `edges` [m] along its
+    second coordinate.
     """
     rows = len(edges) - 1
     if surface.kind == SurfaceKind.BOX:
@@ -190,8 +187,8 @@ def _areas(surface: Surface, kind: int, edges: np.ndarray, count: int) -> np.nda
 
 
 def _rib_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:
-    """Free area [m^2] (6, rows) of the faces of a rib: the face to the axis, two flanks, and the top in its
-    last row.
+    """Return the free area [m^2] (6, rows) of the faces of a rib: the face to the axis, two flanks, and the
+    top in its last row.
     """
     depth, half_width, _ = surface.size
     areas = np.zeros((FACES, len(steps)))
@@ -204,10 +201,9 @@ def _rib_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:
 def recorded_sums(
     case: Case, plan: StatisticsPlan, per_cut: float, sums: dict[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Sums in small units, as `nutamill.charge.measures.statistics.gathered` gives them, as recorded
-    quantities in SI.
-
-    Names and shapes are those of `nutamill.result.fields.STATISTICS`; `per_cut` [1/J] is the book's.
+    """Return sums in small units (`nutamill.charge.measures.statistics.gathered`) as recorded quantities in
+    SI, named as in `nutamill.result.fields.STATISTICS`; `per_cut` [1/J] are the small units of the cutting
+    energy.
     """
     interval = 1.0 / case.run.series_rate
     book = np.stack([sums["spectra"][types].sum(axis=0) for _, types in pair_types(case)])

@@ -1,4 +1,4 @@
-"""How many threads a run's charge gets."""
+"""The number of threads of the charge."""
 
 import os
 from pathlib import Path
@@ -9,8 +9,8 @@ from nutamill.charge.kernels.team import MOST_THREADS
 
 
 def team_size(case: Case) -> int:
-    """Threads of the charge: as the case says, or the cores this process may use; never more than there is
-    work space for.
+    """Return the threads of the charge: those of the case, or the cores that this process may use, up to the
+    number of work spaces.
     """
     if not JIT:
         return 1
@@ -18,7 +18,7 @@ def team_size(case: Case) -> int:
 
 
 def usable_cores() -> int:
-    """Physical cores this process may run on; hardware threads of one core count once."""
+    """Return the physical cores that this process may use; hardware threads of one core count once."""
     allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
     siblings = set()
     for cpu in allowed:

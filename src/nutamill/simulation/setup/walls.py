@@ -1,5 +1,4 @@
-"""Mesh files as walls: reading them, whether their size makes sense, and what of them can be told before a
-run.
+"""Mesh files as walls: read them, check their size, and measure them before a run.
 
 The only room that imports trimesh, which is an optional package.
 """
@@ -24,16 +23,14 @@ from nutamill.charge.walls.surface import Surface
 from nutamill.charge.walls.triangles import normals_and_areas
 
 FORMATS = (".stl", ".obj")
-"""Kinds of file that are read."""
+"""Suffixes of the files that are read."""
 
 FAR_OFF = 30.0
-"""Ratio of sizes from which a unit is taken to be wrong [1]; a chamber is never, units are by 10 at least,
-most by 1000.
-"""
+"""Ratio of sizes from which the unit counts as wrong [1]; units differ by 10 at least, most by 1000."""
 
 
 class MeshFacts(NamedTuple):
-    """What `nutamill check` tells of a mesh."""
+    """The facts about a mesh that `nutamill check` prints."""
 
     name: str
     """Name of the file."""
@@ -44,17 +41,17 @@ class MeshFacts(NamedTuple):
     volume: float
     """Volume enclosed [m^3]."""
     volume_drawn: float | None
-    """Volume of the chamber as drawn, for its mesh [m^3]."""
+    """Volume of the chamber as drawn [m^3]; None for a wall."""
     off_drawing: float | None
-    """Largest distance of the chamber's mesh from bore, floor and ceiling as drawn [m]."""
+    """Largest distance of the chamber's mesh from bore, floor and ceiling as drawn [m]; None for a wall."""
 
 
 def meshes_surfaces(case: Case, body: int, materials: list[str], mass_centre: np.ndarray) -> list[Surface]:
-    """Patches of the chamber's mesh, if it has one, and of the solids of ``[[walls]]``.
+    """Return the patches of the chamber's mesh, if it has one, and of the solids of ``[[walls]]``.
 
     Parameters
     ----------
-    body : number of the chamber among the bodies that carry surfaces
+    body : index of the chamber among the bodies that carry surfaces
     materials : names of the materials in the order of their numbers
     mass_centre : of the chamber [m] (3,), in chamber axes from the nutation point
     """
@@ -66,22 +63,22 @@ def meshes_surfaces(case: Case, body: int, materials: list[str], mass_centre: np
 
 
 def chamber_mesh(case: Case) -> Mesh:
-    """The space inside the chamber, in the axes of its file; the charge is inside.
+    """Return the space inside the chamber, in the axes of its file; the charge is inside.
 
     Raises
     ------
-    CaseError : the file is not there, not the one the case was made with, no mesh, not closed, or of another
-        size than the drawing
+    CaseError : the file is missing, differs from the one of the case, has no mesh, is not closed, or has
+        another size than the drawing
     """
     return _mesh(case, case.chamber.mesh, "inside", "chamber.mesh")
 
 
 def wall_meshes(case: Case) -> list[Mesh]:
-    """The solids of ``[[walls]]``, each in the axes of its file; the charge is outside.
+    """Return the solids of ``[[walls]]``, each in the axes of its file; the charge is outside.
 
     Raises
     ------
-    CaseError : as `chamber_mesh`, or one that stands outside the chamber
+    CaseError : as `chamber_mesh`, or a solid outside the chamber
     """
     meshes = [_mesh(case, wall, "outside", f"walls[{number}]") for number, wall in enumerate(case.walls)]
     room = room_box(case) if meshes else None
@@ -95,21 +92,21 @@ def wall_meshes(case: Case) -> list[Mesh]:
                 f"{_span(*room[:, axis])}"
             )
             hint = (
-                "It must stand in the chamber: `at` is the place of the file's origin in chamber axes "
-                "from the nutation point"
+                "Move it into the chamber: `at` is the position of the file's origin in chamber axes from "
+                "the nutation point"
             )
             raise CaseError(Fault(f"walls[{number}].at", what, hint))
     return meshes
 
 
 def placed_walls(case: Case) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Every mesh of a case in its place, by its key in the case, for the result to keep.
+    """Return every mesh of a case in its position, by its key in the case, for the result.
 
     Corners [m] (n, 3), chamber axes from the nutation point, and triangles [1], int32 (m, 3),
     counter-clockwise from outside the solid.
     """
     return {
-        # a mesh that holds the charge has been turned inside out
+        # the triangles of a mesh around the charge look inwards
         key: (
             mesh.vertices + table.at,
             np.array(mesh.faces[:, :: -1 if mesh.keep == "inside" else 1], np.int32),
@@ -119,13 +116,13 @@ def placed_walls(case: Case) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def _tables(case: Case) -> dict[str, MeshFile]:
-    """Tables of a case that name a mesh file, by their keys, the chamber's first."""
+    """Return the tables of a case that name a mesh file, by their keys, the chamber's first."""
     chamber = {"chamber.mesh": case.chamber.mesh} if case.chamber.mesh is not None else {}
     return chamber | {f"walls[{number}]": wall for number, wall in enumerate(case.walls)}
 
 
 def _meshes(case: Case) -> dict[str, tuple[MeshFile, Mesh]]:
-    """Table and mesh of each, as `_tables`; raises as `chamber_mesh` and `wall_meshes` do."""
+    """Return table and mesh of each of `_tables`; raise as `chamber_mesh` and `wall_meshes`."""
     tables = _tables(case)
     chamber = [chamber_mesh(case)] if case.chamber.mesh is not None else []
     return {key: (tables[key], mesh) for key, mesh in zip(tables, chamber + wall_meshes(case), strict=True)}
@@ -159,7 +156,9 @@ def _mesh(case: Case, table: MeshFile, keep: Literal["inside", "outside"], where
 
 
 def _radii(case: Case) -> tuple[float, float]:
-    """Radius [m] of the smallest and of the largest particle of the charge; 0 for an empty chamber."""
+    """Return the radius [m] of the smallest and of the largest particle of the charge; 0 for an empty
+    chamber.
+    """
     sizes = [diameter for part in case.charge.parts for diameter in part.size_range] or [0.0]
     return min(sizes) / 2, max(sizes) / 2
 
@@ -172,7 +171,9 @@ def _metres(table: MeshFile) -> float:
 def _read(
     file: str, sha256: str, metres: float, keep: Literal["inside", "outside"], particle_radius: float
 ) -> Mesh:
-    """The mesh of a file in metres, cut for particles up to a radius; kept, for several rooms ask for it."""
+    """Read the mesh of a file in metres, cut for particles up to a radius; cached, because several rooms use
+    it.
+    """
     path = Path(file)
     if path.suffix.lower() not in FORMATS:
         raise CaseError(
@@ -194,14 +195,14 @@ def _read(
             Fault(
                 path.name,
                 what,
-                "Put back the file, or begin a new run; a case file of your own needs no sha256",
+                "Restore the file, or begin a new run; a case file needs no sha256",
             )
         )
     return closed_mesh(path.name, *_triangles(path, metres), keep, particle_radius)
 
 
 def _triangles(path: Path, metres: float) -> tuple[np.ndarray, np.ndarray]:
-    """Corners [m] (V, 3) and triangles (T, 3) as they stand in the file."""
+    """Return corners [m] (V, 3) and triangles (T, 3) as in the file."""
     try:
         import trimesh
     except ImportError:
@@ -210,7 +211,7 @@ def _triangles(path: Path, metres: float) -> tuple[np.ndarray, np.ndarray]:
     level = logger.level
     try:
         logger.setLevel(logging.CRITICAL)  # it logs tracebacks of its attempts
-        # neither merged nor repaired: triangles keep their number, and what is wrong is refused
+        # neither merged nor repaired: triangles have the numbers of the file, and faults are refused
         loaded = trimesh.load_mesh(path, process=False)
         vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, int)
     except Exception as error:  # trimesh has no class for a bad file
@@ -218,14 +219,12 @@ def _triangles(path: Path, metres: float) -> tuple[np.ndarray, np.ndarray]:
     finally:
         logger.setLevel(level)
     if not len(faces):
-        raise CaseError(
-            Fault(path.name, "must hold triangles, it holds none", "Is it a mesh file, and whole?")
-        )
+        raise CaseError(Fault(path.name, "has no triangles", "Is it a mesh file, and whole?"))
     return metres * vertices, faces
 
 
 def mesh_facts(case: Case) -> list[MeshFacts]:
-    """What can be told of the meshes of a case, the chamber's first."""
+    """Return the facts about the meshes of a case, the chamber's first."""
     facts = []
     if case.chamber.mesh is not None:
         mesh, chamber = chamber_mesh(case), case.chamber
@@ -238,11 +237,11 @@ def mesh_facts(case: Case) -> list[MeshFacts]:
 
 
 def distance_from_drawing(case: Case, corners: np.ndarray) -> float:
-    """Largest distance [m] of triangles `corners` [m] (T, 3, 3), in chamber axes from the nutation point,
-    from the chamber as drawn.
+    """Return the largest distance [m] of triangles `corners` [m] (T, 3, 3), in chamber axes from the nutation
+    point, from the chamber as drawn.
 
-    Looked for at corners, middles of sides and middles of triangles; middles of sides are where a facet is
-    farthest from a bore.
+    Sampled at corners, middles of sides and middles of triangles; a facet is farthest from a bore at the
+    middle of a side.
     """
     chamber = case.chamber
     points = np.concatenate(
@@ -256,8 +255,8 @@ def distance_from_drawing(case: Case, corners: np.ndarray) -> float:
 
 
 def free_volume(case: Case) -> float:
-    """Volume the charge may take [m^3]: that of the chamber, as drawn or meshed, less the ribs and the solids
-    of ``[[walls]]``.
+    """Return the free volume for the charge [m^3]: that of the chamber, as drawn or meshed, less the ribs and
+    the solids of ``[[walls]]``.
     """
     chamber = case.chamber
     ribs = 0.25 * math.pi * chamber.inner_diameter**2 * chamber.height - chamber.free_volume
@@ -282,7 +281,7 @@ def charge_room(case: Case) -> Room:
 
 
 def room_box(case: Case) -> np.ndarray:
-    """Low and high corner of a box that holds the chamber [m] (2, 3), in chamber axes from the nutation
+    """Return low and high corner of a box around the chamber [m] (2, 3), in chamber axes from the nutation
     point.
     """
     chamber = case.chamber
@@ -294,5 +293,5 @@ def room_box(case: Case) -> np.ndarray:
 
 
 def digests(case: Case) -> dict[str, str]:
-    """SHA-256 of each mesh file of a case, by its key in the case, for the provenance of a result."""
+    """Return the SHA-256 of each mesh file of a case by its key, for the provenance of a result."""
     return {f"{key}.sha256": table.sha256 for key, table in _tables(case).items()}
