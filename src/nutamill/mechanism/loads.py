@@ -16,7 +16,7 @@ full moment.
 
 
 @kernel
-def add_wrench(load_out, position, body_a, body_b, x0, x1, x2, f0, f1, f2, m0, m1, m2):
+def add_wrench(position, body_a, body_b, x0, x1, x2, f0, f1, f2, m0, m1, m2, load_out):
     """Add a wrench (force f [N], moment m [N m], about the world point x [m]) to body b and its opposite to
     body a.
     """
@@ -151,7 +151,7 @@ def apply_bushings(bushings, position, quaternion, twist, load_out, power_out):
         f0, f1, f2 = turn_vector(e, f0, f1, f2)
         m0, m1, m2 = turn_vector(e, m0, m1, m2)
         x0, x1, x2 = world_point(position, quaternion, bushing.body_b, bushing.point_b)
-        add_wrench(load_out, position, bushing.body_a, bushing.body_b, x0, x1, x2, f0, f1, f2, m0, m1, m2)
+        add_wrench(position, bushing.body_a, bushing.body_b, x0, x1, x2, f0, f1, f2, m0, m1, m2, load_out)
 
 
 @kernel
@@ -183,7 +183,6 @@ def apply_springs(springs, position, quaternion, twist, offset, load_out, power_
         power_out[offset + i] = power
         x0, x1, x2 = world_point(position, quaternion, spring.body_b, spring.point_b)
         add_wrench(
-            load_out,
             position,
             spring.body_a,
             spring.body_b,
@@ -196,6 +195,7 @@ def apply_springs(springs, position, quaternion, twist, offset, load_out, power_
             0.0,
             0.0,
             0.0,
+            load_out,
         )
 
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.base.kernel import kernel
+from nutamill.base.kernel import copy_numbers, kernel
 from nutamill.charge.model import PADDING, ChargeState, Clock
 
 LIST, SAVED = int(Clock.LIST), int(Clock.SAVED)
@@ -31,14 +31,6 @@ def checkpoint_arrays(state: ChargeState) -> dict[str, np.ndarray]:
 
 
 @kernel
-def copy_all(source, target_out):
-    """Copy every number of an array to one of the same shape; an assignment of slices would allocate."""
-    numbers, room = source.reshape(source.size), target_out.reshape(target_out.size)
-    for k in range(numbers.size):
-        room[k] = numbers[k]
-
-
-@kernel
 def copy_state(source: ChargeState, target_out: ChargeState):
     """Copy all that decides how `source` goes on to `target_out`, a state of the same charge and the same
     sizes.
@@ -46,17 +38,17 @@ def copy_state(source: ChargeState, target_out: ChargeState):
     A repeated window then gives the same bits.  Of the neighbour lists only the current one, as far as it is
     filled, is copied.
     """
-    copy_all(source.x, target_out.x)
-    copy_all(source.v, target_out.v)
-    copy_all(source.w, target_out.w)
-    copy_all(source.mass_props, target_out.mass_props)
-    copy_all(source.material, target_out.material)
-    copy_all(source.ids, target_out.ids)
-    copy_all(source.published_points, target_out.published_points)
-    copy_all(source.published_rows, target_out.published_rows)
+    copy_numbers(source.x, target_out.x)
+    copy_numbers(source.v, target_out.v)
+    copy_numbers(source.w, target_out.w)
+    copy_numbers(source.mass_props, target_out.mass_props)
+    copy_numbers(source.material, target_out.material)
+    copy_numbers(source.ids, target_out.ids)
+    copy_numbers(source.published_points, target_out.published_points)
+    copy_numbers(source.published_rows, target_out.published_rows)
     lst = source.clock[LIST]
-    copy_all(source.pairs.counts[2], target_out.pairs.counts[2])
-    copy_all(source.clumps, target_out.clumps)
+    copy_numbers(source.pairs.counts[2], target_out.pairs.counts[2])
+    copy_numbers(source.clumps, target_out.clumps)
     for c in range(source.pairs.counts.shape[1] - 1):
         n = source.pairs.counts[lst, c]
         target_out.pairs.counts[lst, c] = n
@@ -67,20 +59,20 @@ def copy_state(source: ChargeState, target_out: ChargeState):
         for k in range(n):
             for e in range(8):
                 target_out.pairs.memory[lst, c, k, e] = source.pairs.memory[lst, c, k, e]
-    copy_all(source.wall_memory, target_out.wall_memory)
-    copy_all(source.listed_at, target_out.listed_at)
+    copy_numbers(source.wall_memory, target_out.wall_memory)
+    copy_numbers(source.listed_at, target_out.listed_at)
     if source.clock[SAVED] == 1:
-        copy_all(source.saved.memory, target_out.saved.memory)
-        copy_all(source.saved.partners, target_out.saved.partners)
-    copy_all(source.saved.counts, target_out.saved.counts)
-    copy_all(source.poses, target_out.poses)
-    copy_all(source.list_angle, target_out.list_angle)
-    copy_all(source.last_dt, target_out.last_dt)
-    copy_all(source.impacts.spectra, target_out.impacts.spectra)
-    copy_all(source.impacts.cut, target_out.impacts.cut)
-    copy_all(source.halt_speeds, target_out.halt_speeds)
-    copy_all(source.impulse, target_out.impulse)
-    copy_all(source.ledger, target_out.ledger)
-    copy_all(source.largest_overlap, target_out.largest_overlap)
-    copy_all(source.status, target_out.status)
-    copy_all(source.clock, target_out.clock)
+        copy_numbers(source.saved.memory, target_out.saved.memory)
+        copy_numbers(source.saved.partners, target_out.saved.partners)
+    copy_numbers(source.saved.counts, target_out.saved.counts)
+    copy_numbers(source.poses, target_out.poses)
+    copy_numbers(source.list_angle, target_out.list_angle)
+    copy_numbers(source.last_dt, target_out.last_dt)
+    copy_numbers(source.impacts.spectra, target_out.impacts.spectra)
+    copy_numbers(source.impacts.cut, target_out.impacts.cut)
+    copy_numbers(source.halt_speeds, target_out.halt_speeds)
+    copy_numbers(source.impulse, target_out.impulse)
+    copy_numbers(source.ledger, target_out.ledger)
+    copy_numbers(source.largest_overlap, target_out.largest_overlap)
+    copy_numbers(source.status, target_out.status)
+    copy_numbers(source.clock, target_out.clock)
