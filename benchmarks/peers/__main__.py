@@ -160,7 +160,7 @@ def table(
     return lines
 
 
-def look_at(name: str, plan: Plan, engines: list[Peer], tell: Told) -> None:
+def look_at(name: str, plan: Plan, engines: list[Peer], log: Told) -> None:
     """One scene: march it, measure it, read it, print it."""
     begun = time.perf_counter()
     run = MAKERS[name]()
@@ -175,14 +175,14 @@ def look_at(name: str, plan: Plan, engines: list[Peer], tell: Told) -> None:
         readings(scene, run.record(plan.before * scene.revolution * scene.substep, end)),
         plan.window,
     )
-    tell()
-    tell(
+    log()
+    log(
         f"{scene.name}: {scene.n} spheres of {1e3 * scene.diameter:g} mm, "
         f"{scene.speed * 30 / 3.141592653589793:.0f} rpm,"
         f" substep {1e6 * scene.substep:.3f} us ({scene.revolution:.0f} to a revolution)"
     )
     for text in table(scene, own, own_readings, times, found, failed):
-        tell(text)
+        log(text)
     print(f"({time.perf_counter() - begun:.0f} s)", flush=True)
 
 
@@ -195,22 +195,22 @@ def main() -> None:
     parser.add_argument("--to", type=Path, help="file that the table is written to")
     asked = parser.parse_args()
     to = asked.to or (RESULTS.with_stem(f"peers-{asked.scene}") if asked.scene else RESULTS)
-    tell = Told()
-    tell(f"$ python benchmarks/peers {' '.join(sys.argv[1:])}      # {time.strftime('%Y-%m-%d')}")
-    tell(f"{processor()}, {usable_cores()} cores for this process")
+    log = Told()
+    log(f"$ python benchmarks/peers {' '.join(sys.argv[1:])}      # {time.strftime('%Y-%m-%d')}")
+    log(f"{processor()}, {usable_cores()} cores for this process")
     begun = time.perf_counter()
     all_peers = list(peers(install=not asked.quick))
     engines = [peer for peer in all_peers if not isinstance(peer, Missing)]
     warm_up(print)
     for name, plan in (QUICK if asked.quick else FULL).items():
         if asked.scene in (None, name):
-            look_at(name, plan, engines, tell)
-            to.write_text("\n".join(tell.lines) + "\n")
-    tell()
+            look_at(name, plan, engines, log)
+            to.write_text("\n".join(log.lines) + "\n")
+    log()
     for peer in all_peers:
-        tell(f"{peer.name}: {'not run, ' + peer.reason if isinstance(peer, Missing) else peer.note}")
-    tell(f"whole benchmark {(time.perf_counter() - begun) / 60:.0f} min")
-    to.write_text("\n".join(tell.lines) + "\n")
+        log(f"{peer.name}: {'not run, ' + peer.reason if isinstance(peer, Missing) else peer.note}")
+    log(f"whole benchmark {(time.perf_counter() - begun) / 60:.0f} min")
+    to.write_text("\n".join(log.lines) + "\n")
 
 
 if __name__ == "__main__":

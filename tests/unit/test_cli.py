@@ -41,13 +41,13 @@ def engine(monkeypatch):
     """The march, replaced by a record of what it was asked."""
     asked = {}
 
-    def run(case, to=None, progress=None, tell=None, again=False):
+    def run(case, to=None, progress=None, log=None, again=False):
         asked.update(case=case, to=to, again=again)
         if "fault" in asked:
             raise asked["fault"]
         return OneResult()
 
-    def resume(path, until=None, progress=None, tell=None):
+    def resume(path, until=None, progress=None, log=None):
         asked.update(path=path, until=until)
         return OneResult()
 
@@ -125,7 +125,7 @@ def test_show_prints_a_case_that_is_the_case(invoke):
 
 def test_check_says_the_contacts_in_other_programs_when_asked(invoke, monkeypatch):
     sheet = types.SimpleNamespace(lines=lambda: ["the sheet"])
-    monkeypatch.setattr("nutamill.simulation.warm_up.warm_up", lambda tell, law: None)
+    monkeypatch.setattr("nutamill.simulation.warm_up.warm_up", lambda log, law: None)
     monkeypatch.setattr("nutamill.design.preflight.preflight", lambda case: sheet)
     assert invoke("check", "numill").stdout == "the sheet\n"
     said = invoke("check", "numill", "--dialects").stdout

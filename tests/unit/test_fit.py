@@ -133,7 +133,7 @@ def bench(tmp_path, monkeypatch):
     """
     (tmp_path / "fit.toml").write_text(FILE)
 
-    def run_all(found, folder, workers, readings, report, tell):
+    def run_all(found, folder, workers, readings, report, log):
         def torque(case):
             return (
                 case.mechanism.joint_friction_constant

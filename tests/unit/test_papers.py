@@ -364,7 +364,7 @@ def marched(monkeypatch):
     """Names of the runs that `AtOnce` was given."""
     STARTED.clear()
     monkeypatch.setattr(room, "LocalProcesses", lambda jobs: AtOnce())
-    monkeypatch.setattr("nutamill.studies.sweep.warm_up", lambda tell, law: None)
+    monkeypatch.setattr("nutamill.studies.sweep.warm_up", lambda log, law: None)
     monkeypatch.setattr(room, "read_paper", lambda name: parse_paper(PAPER, "paper.toml"))
     return STARTED
 

@@ -253,7 +253,7 @@ def test_run_is_resumed_from_the_older_checkpoint_to_the_bits_it_would_have_had(
         newest = max("ab", key=lambda slot: file[f"checkpoints/{slot}"].attrs["time"])
     flip(broken, places_of(broken, f"checkpoints/{newest}/mechanism/velocity")[0][0] + 3)
     lines = []
-    march.resume(broken, tell=lines.append).close()
+    march.resume(broken, log=lines.append).close()
     assert any("velocity is damaged" in line and "older checkpoint at t = 0.005 s" in line for line in lines)
     with open_result(broken) as one, open_result(tmp_path / "whole.h5") as other:
         assert one.state == other.state == "complete"

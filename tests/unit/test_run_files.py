@@ -104,7 +104,7 @@ def names(folder):
 def test_the_same_run_twice_returns_the_complete_result_and_leaves_the_file(case, path):
     nm.run(case, path).close()
     before, heard = path.stat(), []
-    with nm.run(case, path, tell=heard.append) as result:
+    with nm.run(case, path, log=heard.append) as result:
         assert result.reached == pytest.approx(2.0)
     assert heard == [f"{path} is complete already. Make it anew with --again."]
     assert path.stat() == before
@@ -133,7 +133,7 @@ def test_complete_result_of_other_kernels_is_returned_and_called_so(case, path, 
     nm.run(case, path).close()
     monkeypatch.setattr(march, "kernel_digest", lambda: "0" * 64)
     heard = []
-    nm.run(case, path, tell=heard.append).close()
+    nm.run(case, path, log=heard.append).close()
     assert "made by other kernels than this version has" in heard[0]
 
 
@@ -165,7 +165,7 @@ def test_run_again_that_is_stopped_leaves_both_files_and_names_them(case, path):
     nm.run(case, path).close()
     before, heard = path.read_bytes(), []
     with pytest.raises(Interrupted) as stop:
-        nm.run(case, path, progress=interrupt, tell=heard.append, again=True)
+        nm.run(case, path, progress=interrupt, log=heard.append, again=True)
     new = path.with_name("a.again.h5")
     assert stop.value.path == new
     assert heard == [f"{path} is unchanged, the new run so far is in {new}"]
@@ -226,7 +226,7 @@ def test_run_that_never_became_steady_says_so_again(path, tmp_path, monkeypatch)
     empty.close()
     for ask in (lambda: nm.run(mill, path), lambda: nm.resume(path)):
         with pytest.raises(
-            NotSteadyError, match=r"it is not after 3 s: fewer than 5 whole turns at full speed\. Go on with"
+            NotSteadyError, match=r"not steady after 3 s: fewer than 5 whole turns at full speed\. Go on with"
         ):
             ask()
 
@@ -291,7 +291,7 @@ def test_result_that_is_deleted_where_its_content_goes_with_it_is_reported(case,
 def test_run_that_has_ended_is_resumed_to_its_result_and_to_a_later_end_given_as_text(case, path):
     nm.run(case.with_("run.until", 1.0), path).close()
     before, heard = path.stat(), []
-    nm.resume(path, tell=heard.append).close()
+    nm.resume(path, log=heard.append).close()
     assert heard == [f"{path} has ended, at 1 s. For a later end: nutamill resume {path} --until TIME"]
     assert path.stat() == before
     nm.resume(path, until="2000 ms").close()
@@ -300,7 +300,7 @@ def test_run_that_has_ended_is_resumed_to_its_result_and_to_a_later_end_given_as
 
 
 @pytest.mark.parametrize(
-    ("until", "said"), [("20", "needs a unit"), ("2 m", "s"), (float("nan"), "must be a finite time")]
+    ("until", "said"), [("20", "needs a unit"), ("2 m", "s"), (float("nan"), "not a finite time, got nan")]
 )
 def test_end_that_is_no_time_is_refused(until, said, path):
     with pytest.raises(CaseError, match=f"--until: .*{said}"):
@@ -315,7 +315,7 @@ def test_run_takes_a_name_or_a_file_and_refuses_what_is_no_case(case_file, path,
     monkeypatch.setattr(march, "ended_result", lambda path: None)
     nm.run("numill", path.with_name("b.h5"))
     assert ran == [load_case("numill")]
-    with pytest.raises(CaseError, match="case: must be a case, the name of a mill, or a case file, got dict"):
+    with pytest.raises(CaseError, match="case: not a case, the name of a mill, or a case file, got dict"):
         nm.run({"drive.speed": "500 rpm"}, path)
 
 

@@ -64,9 +64,7 @@ def movie(
     from nutamill.view.scene import film_scene
 
     with open_result(file) as result:
-        typer.echo(
-            film_scene(result, mp4, camera, colour, slow, tell=lambda text: typer.echo(text, err=True))
-        )
+        typer.echo(film_scene(result, mp4, camera, colour, slow, log=lambda text: typer.echo(text, err=True)))
 
 
 @app.command()

@@ -111,7 +111,7 @@ def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, agai
     _run_on_screen(
         loaded.title or loaded.name,
         path,
-        lambda screen: march.run(loaded, to=path, progress=screen, tell=screen.message, again=again),
+        lambda screen: march.run(loaded, to=path, progress=screen, log=screen.message, again=again),
     )
 
 
@@ -133,7 +133,7 @@ def resume(
         _run_on_screen(
             file.stem,
             file,
-            lambda screen: march.resume(file, until=until, progress=screen, tell=screen.message),
+            lambda screen: march.resume(file, until=until, progress=screen, log=screen.message),
         )
 
 

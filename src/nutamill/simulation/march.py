@@ -1,7 +1,7 @@
 """The one time loop: `run` a case to a file, `resume` a file, and `march` in between.
 
 The compiled march is entered for some milliseconds of simulated time at a time; between two entries Python
-records, keeps checkpoints, tells the progress and listens for an interrupt.
+records, saves checkpoints, reports the progress and handles requests to stop.
 """
 
 import math
@@ -62,8 +62,8 @@ ROWS_PER_ENTRY_ALONE = 480
 """The same without charge, where steps are so cheap that entering would cost as much as marching."""
 
 LONGEST_UNSAVED = 600.0
-"""Wall time after which a checkpoint is kept before its turn [s]: what a kill may cost where a simulated
-second takes hours.
+"""Wall time after which a checkpoint is saved before it is due [s], so that a kill costs no more of a slow
+run.
 """
 
 
@@ -71,19 +71,19 @@ def run(
     case: Case | MechanismCase | str | Path,
     to: str | Path | None = None,
     progress: Callable[[Progress], None] | None = None,
-    tell: Callable[[str], None] | None = None,
+    log: Callable[[str], None] | None = None,
     again: bool = False,
 ) -> Result:
-    """Run a case from rest to its end and return the opened result; a result that is complete already is
-    returned as it is.
+    """Run a case from rest to its end and return the opened result; an existing complete result is returned
+    unchanged.
 
     Parameters
     ----------
-    case : what is asked, of a mill or of any mechanism; or the name of a mill, or a case file
+    case : a case of a mill or of any mechanism, or the name of a mill, or a case file
     to : result file; in the folder `results`, as `Case.file_in` names it, if None
-    progress : called about twice a second with where the run stands
-    tell : called with a line of text when something takes time before the first step, or a checkpoint that
-        was asked for is saved
+    progress : called about twice a second with the progress of the run
+    log : called with a line of text when something takes time before the first step, or when a requested
+        checkpoint is saved
     again : run the case even if the file exists; the file there stays until the new run has ended
 
     Raises
@@ -109,31 +109,31 @@ def run(
             ):  # reported below, where it is known that no other run writes the file
                 earlier = earlier_result(path, case)
             if earlier is not None:
-                return complete_already(earlier, tell)
+                return complete_already(earlier, log)
         with one_writer(path):
             if not again and (earlier := earlier_result(path, case)) is not None:
-                return complete_already(earlier, tell)
-            place = place_beside(path) if again else path
-            if place == path:
-                run_to(case, path, progress, tell)
+                return complete_already(earlier, log)
+            beside = place_beside(path) if again else path
+            if beside == path:
+                run_to(case, path, progress, log)
             else:
-                run_beside(case, place, path, progress, tell)
+                run_beside(case, beside, path, progress, log)
     return ended_result(path)
 
 
 def asked_case(case: Case | MechanismCase | str | Path) -> Case | MechanismCase:
-    """The case itself, or that of a name or file. Raises CaseError for anything else."""
+    """Return the case itself, or that of a name or file; raise CaseError for anything else."""
     if isinstance(case, (str, Path)):
         return load_case(case)
     if not isinstance(case, (Case, MechanismCase)):
-        what = f"must be a case, the name of a mill, or a case file, got {type(case).__name__}"
+        what = f"not a case, the name of a mill, or a case file, got {type(case).__name__}"
         raise CaseError(Fault("case", what, "Make a case with load_case"))
     return case
 
 
-def complete_already(earlier: Result, tell: Callable[[str], None] | None) -> Result:
-    """The finished result of a case that was asked for again; `tell` gets to know how to make it anew. Raises
-    as `ended_result`.
+def complete_already(earlier: Result, log: Callable[[str], None] | None) -> Result:
+    """Return the finished result of a case that is run again, and log how to make it anew; raise as
+    `ended_result`.
     """
     with earlier:
         made = (
@@ -141,13 +141,13 @@ def complete_already(earlier: Result, tell: Callable[[str], None] | None) -> Res
             if earlier.provenance.get("kernel_digest") == kernel_digest()
             else ", made by other kernels than this version has"
         )
-    if tell is not None:
-        tell(f"{earlier.path} is complete already{made}. Make it anew with --again.")
+    if log is not None:
+        log(f"{earlier.path} is complete already{made}. Make it anew with --again.")
     return ended_result(earlier.path)
 
 
 def ended_result(path: Path) -> Result:
-    """The result of a run that has ended. Raises NotSteadyError if it should have ended steady and did
+    """Return the result of a run that has ended; raise NotSteadyError if it should have ended steady and did
     not.
     """
     result = open_result(path)
@@ -155,46 +155,44 @@ def ended_result(path: Path) -> Result:
     if kind != NOT_STEADY:
         return result
     with result:
-        what = f"must be steady, it is not after {result.reached:g} s: {why}"
+        what = f"not steady after {result.reached:g} s: {why}"
     raise NotSteadyError(f"{path}: {what}. Go on with: nutamill resume {path} --until ...")
 
 
 def run_beside(
     case: Case | MechanismCase,
-    place: Path,
+    beside: Path,
     path: Path,
     progress: Callable[[Progress], None] | None,
-    tell: Callable[[str], None] | None,
+    log: Callable[[str], None] | None,
 ) -> None:
-    """Run a case to the file `place`, which replaces `path` when the run has ended; otherwise both stay."""
-    with one_writer(place):
-        place.unlink(missing_ok=True)  # of a run like this one that was stopped
+    """Run a case to the file `beside`, which replaces `path` when the run has ended; else both remain."""
+    with one_writer(beside):
+        beside.unlink(missing_ok=True)  # of a run like this one that was stopped
         try:
-            run_to(case, place, progress, tell)
+            run_to(case, beside, progress, log)
         except (Interrupted, MillError):
-            if tell is not None and exists(place):
-                tell(f"{path} is unchanged, the new run so far is in {place}")
+            if log is not None and exists(beside):
+                log(f"{path} is unchanged, the new run so far is in {beside}")
             raise
-        put_in_place(place, path)
+        put_in_place(beside, path)
 
 
 def run_to(
     case: Case | MechanismCase,
     path: Path,
     progress: Callable[[Progress], None] | None,
-    tell: Callable[[str], None] | None,
+    log: Callable[[str], None] | None,
 ) -> None:
-    """Run a case to a new file, or to one that holds nothing yet; the other arguments and the errors are
-    those of `run`.
-    """
-    watch = Watch(case, progress, tell)
+    """Run a case to a new or empty file; the other arguments and the errors are those of `run`."""
+    watch = Watch(case, progress, log)
     if isinstance(case, MechanismCase):
-        warm_up_mechanism(tell)
+        warm_up_mechanism(log)
         model, state, scratch = build_mechanism(case)
         threads, meshes, axes, walls = 1, {}, None, {}
     else:
         check_room(path, room_at_start(case))
-        warm_up(tell, None if bed_is_kept(case) else lambda: settle_apart(case), contact_law_of(case))
+        warm_up(log, None if bed_is_kept(case) else lambda: settle_apart(case), contact_law_of(case))
         watch.settling(0.0)
         bed = settled_bed(case, watch.settling)
         watch.settling(1.0)
@@ -224,7 +222,7 @@ def resume(
     path: str | Path,
     until: float | str | None = None,
     progress: Callable[[Progress], None] | None = None,
-    tell: Callable[[str], None] | None = None,
+    log: Callable[[str], None] | None = None,
 ) -> Result:
     """Continue the run of a result file from its newest checkpoint, bit for bit as if it had never stopped.
 
@@ -235,7 +233,7 @@ def resume(
     path : result file
     until : simulated time at the end, in seconds or as text with a unit; as the case says if None.  Of a run
         that ends when steady: the longest time; if it has been steady already, the end
-    progress, tell : as for `run`
+    progress, log : as for `run`
 
     Raises
     ------
@@ -248,27 +246,25 @@ def resume(
         with open_result(path) as result:
             state, reached = result.state, result.reached
         if asked_end is None and is_finished(state):
-            if tell is not None:
-                tell(
+            if log is not None:
+                log(
                     f"{path} has ended, at {reached:g} s. For a later end: nutamill resume {path} "
                     "--until TIME"
                 )
             return ended_result(path)
         with one_writer(path):
-            resume_to(path, asked_end, progress, tell)
+            resume_to(path, asked_end, progress, log)
     return ended_result(path)
 
 
 def end_time(until: float | str) -> float:
-    """The end [s] that is asked for in seconds or as text with a unit. Raises CaseError unless it is a finite
-    time.
-    """
+    """Return the end [s] given in seconds or as text with a unit; raise CaseError unless it is finite."""
     try:
         end = parse(until, Kind.TIME) if isinstance(until, str) else float(until)
     except UnitError as error:
         raise CaseError(Fault("--until", error.what, error.hint)) from None
     if not math.isfinite(end):
-        raise CaseError(Fault("--until", f"must be a finite time, got {end}", 'Write e.g. "20 s"'))
+        raise CaseError(Fault("--until", f"not a finite time, got {end}", 'Write e.g. "20 s"'))
     return end
 
 
@@ -276,47 +272,48 @@ def resume_to(
     path: Path,
     until: float | None,
     progress: Callable[[Progress], None] | None,
-    tell: Callable[[str], None] | None,
+    log: Callable[[str], None] | None,
 ) -> None:
-    """Continue the run of a file to `until` [s]; the other arguments and the errors are those of `resume`."""
+    """Continue the run of a file to `until` [s]; other arguments and errors are those of `resume`."""
     with open_result(path) as result:
         case = case_of_text(result.case_text, path.stem)
-        kept, digest = result.checkpoint(), result.provenance.get("kernel_digest")
+        checkpoint, digest = result.checkpoint(), result.provenance.get("kernel_digest")
         for damage in result.damaged_checkpoints():
-            (tell or warnings.warn)(
-                f"{damage} Continuing from the older checkpoint at t = {kept.time:.6g} s."
+            (log or warnings.warn)(
+                f"{damage} Continuing from the older checkpoint at t = {checkpoint.time:.6g} s."
             )
         end = case.run.end if until is None else until
         ending = Ending(case, end)
         if case.run.until == "steady":
-            rows = round(kept.time * case.run.series_rate) + 1
+            rows = round(checkpoint.time * case.run.series_rate) + 1
             ending.replay(np.column_stack([result.series[name].values[:rows] for name in COLUMNS]))
     if until is not None and ending.found:
         ending = Ending(case, end).fixed()
-    if end < kept.time - 0.5 / case.run.series_rate:
+    if end < checkpoint.time - 0.5 / case.run.series_rate:
         raise CaseError(
             Fault(
                 "--until",
-                f"must be later than the checkpoint at {kept.time:.6g} s, got {end:.6g} s",
-                "The file has what came before",
+                f"not later than the checkpoint at {checkpoint.time:.6g} s, got {end:.6g} s",
+                "The file has the earlier part",
             )
         )
     if digest != kernel_digest():
         raise ResultError(
-            f"{path}: must go on with the kernels it was begun with, this version has others. "
-            "Install the version named under"
-            " /provenance, or run the case again."
+            f"{path}: the run was begun with other kernels than those of this version. Install the version "
+            "named under /provenance, or run the case again."
         )
     if isinstance(case, MechanismCase):
         model, state, scratch = build_mechanism(case)
     else:
-        warm_up(tell, law=contact_law_of(case))
-        bed = bed_from_checkpoint(case, [body.name for body in mill_mechanism(case).bodies], kept.groups)
+        warm_up(log, law=contact_law_of(case))
+        bed = bed_from_checkpoint(
+            case, [body.name for body in mill_mechanism(case).bodies], checkpoint.groups
+        )
         model, state, scratch = build(case, bed)
-    model = restore(model, state, scratch, kept.groups)
+    model = restore(model, state, scratch, checkpoint.groups)
     with requests() as asked:
-        recorder = Recorder.reopen(path, kept.time)
-        march(model, state, scratch, recorder, ending, Watch(case, progress, tell), asked)
+        recorder = Recorder.reopen(path, checkpoint.time)
+        march(model, state, scratch, recorder, ending, Watch(case, progress, log), asked)
 
 
 def march(
@@ -328,111 +325,136 @@ def march(
     watch: Watch,
     asked: Requests,
 ) -> None:
-    """March `model` and `state` in place to their `ending` and record; commits the file also when it fails or
-    is interrupted.
+    """March `state` in place to its `ending` and record; the file is committed also after a fault or an
+    interrupt.
 
-    Cadences are counted in rows of the record, which are whole numbers of windows.  When a step fails, the
-    state at the last entry of the compiled march, at most `ROWS_PER_ENTRY` rows earlier, is kept as snapshot
+    Cadences are counted in rows of the record, which are whole numbers of windows.  After a fault the state
+    at the last entry of the compiled march, at most `ROWS_PER_ENTRY` rows earlier, is recorded as snapshot
     and checkpoint.
+
+    Raises
+    ------
+    StepError : the fault that stopped the march
+    Interrupted : after a request to stop
     """
-    plan = ending.plan
+    most = ROWS_PER_ENTRY_ALONE if model.charge is None else ROWS_PER_ENTRY
     row = int(state.coupling.windows[0]) // model.plan.windows_per_row
     fault: StepError | None = None
-    kept: State | None = None
-    with saved_whatever_happens(recorder):
-        while row < plan.rows and not asked.stop.is_set() and fault is None:
-            count = min(
-                ROWS_PER_ENTRY_ALONE if model.charge is None else ROWS_PER_ENTRY, plan.next_stop(row) - row
-            )
-            kept = backup(state, kept)
-            kept_sums = {} if kept is None else statistics_group(model, state)
+    before: State | None = None
+    with commit_on_error(recorder):
+        while row < ending.plan.rows and not asked.stop.is_set() and fault is None:
+            before = backup(state, before)
+            sums = {} if before is None else statistics_group(model, state)
+            count = min(most, ending.plan.next_stop(row) - row)
             model, rows, fault = enter(model, state, scratch, count)
             if fault is not None:
-                fault = keep_what_was_sound(model, kept, kept_sums, recorder, plan, row, fault)
+                fault = record_state_before(model, before, sums, recorder, ending.plan, row, fault)
             row += len(rows)
             if len(rows):
-                series = model.readout.series(rows, state.first_row)
-                recorder.append(series)
-                ending.recorded(recorder.names, series)
-                watch.marched(model, recorder.names, series, plan.rows / model.case.run.series_rate, recorder)
+                record_rows(model, state, rows, recorder, ending, watch)
             if fault is None:
                 ending.look(row)
-                plan = ending.plan
-                if row in plan.snapshots:
-                    recorder.snapshot(state.mechanism.time[0], snapshot(model, state))
-                now = asked.take_checkpoint()
-                early = recorder.unsaved >= LONGEST_UNSAVED
-                if now or row % plan.rows_per_checkpoint == 0 or row == plan.rows:
-                    record_statistics(model, state, recorder)
-                    recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
-                elif early:
-                    recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
-                recorder.commit(force=now or early)
-                if now:
-                    watch.checkpoint_saved(state.mechanism.time[0])
-    if fault is None and row < plan.rows:
+                record_state(model, state, recorder, ending.plan, row, watch, asked)
+    complete = row >= ending.plan.rows
+    if fault is None and not complete:
         recorder.checkpoint(state.mechanism.time[0], checkpoint_groups(model, state))
     recorder.summary(run_facts(model, state))
-    if fault is not None:
-        recorder.state(f"failed: {fault}")
-    elif row < plan.rows:
-        recorder.state("interrupted")
-    else:
-        recorder.state(f"{NOT_STEADY}: {ending.missed}" if ending.missed else "complete")
+    recorder.state(state_of_run(fault, complete, ending.missed))
     recorder.close()
     if fault is not None:
         raise fault
-    if row < plan.rows:
+    if not complete:
         raise Interrupted(recorder.path)
 
 
+def record_rows(
+    model: Model, state: State, rows: np.ndarray, recorder: Recorder, ending: Ending, watch: Watch
+) -> None:
+    """Record the series of `rows`, and hand them to the ending and to the progress."""
+    series = model.readout.series(rows, state.first_row)
+    recorder.append(series)
+    ending.recorded(recorder.names, series)
+    end = ending.plan.rows / model.case.run.series_rate
+    watch.marched(model, recorder.names, series, end, recorder)
+
+
+def record_state(
+    model: Model,
+    state: State,
+    recorder: Recorder,
+    plan: RecordPlan,
+    row: int,
+    watch: Watch,
+    asked: Requests,
+) -> None:
+    """Record the snapshot and the checkpoint that are due at `row`, requested, or late, and commit."""
+    time = state.mechanism.time[0]
+    if row in plan.snapshots:
+        recorder.snapshot(time, snapshot(model, state))
+    requested, late = asked.take_checkpoint(), recorder.unsaved >= LONGEST_UNSAVED
+    due = row % plan.rows_per_checkpoint == 0 or row == plan.rows
+    if requested or due:
+        record_statistics(model, state, recorder)
+    if requested or due or late:
+        recorder.checkpoint(time, checkpoint_groups(model, state))
+    recorder.commit(force=requested or late)
+    if requested:
+        watch.checkpoint_saved(time)
+
+
 def record_statistics(model: Model, state: State, recorder: Recorder) -> None:
-    """Record what the charge has done so far, if it is summed."""
+    """Record the statistics of the charge so far, if there are any."""
     if (sums := statistics(model, state)) is not None:
         recorder.statistics(state.mechanism.time[0], sums)
 
 
-def keep_what_was_sound(
+def record_state_before(
     model: Model,
-    kept: State | None,
-    kept_sums: dict,
+    before: State | None,
+    sums: dict,
     recorder: Recorder,
-    plan: "RecordPlan",
+    plan: RecordPlan,
     row: int,
     fault: StepError,
 ) -> StepError:
-    """Put the state before a failed entry, at `row`, and its statistics into the file; returns the fault with
-    words about it.
+    """Record the state and the statistics before an entry that failed, at `row`; return the fault with a
+    sentence about it.
     """
-    if kept is None:
+    if before is None:
         return fault
-    time = float(kept.mechanism.time[0])
+    time = float(before.mechanism.time[0])
     if row not in plan.snapshots:
-        recorder.snapshot(time, snapshot(model, kept))
+        recorder.snapshot(time, snapshot(model, before))
     if row % plan.rows_per_checkpoint:
-        recorder.checkpoint(time, kept.arrays() | kept_sums)
+        recorder.checkpoint(time, before.arrays() | sums)
     return StepError(
-        f"{fault} The file keeps the state at t = {time:.6g} s, before that, as its last snapshot "
-        "and checkpoint."
+        f"{fault} The last snapshot and checkpoint of the file are the state before it, at t = {time:.6g} s."
     )
 
 
+def state_of_run(fault: StepError | None, complete: bool, missed: str) -> str:
+    """Return the state of a run that has ended, for its file; `missed` is why it is not steady."""
+    if fault is not None:
+        return f"failed: {fault}"
+    if not complete:
+        return "interrupted"
+    return f"{NOT_STEADY}: {missed}" if missed else "complete"
+
+
 @contextmanager
-def saved_whatever_happens(recorder: Recorder) -> Iterator[None]:
-    """Commit what has been recorded when something unforeseen ends a march: a callback that raises, a
-    terminal that is gone.
-    """
+def commit_on_error(recorder: Recorder) -> Iterator[None]:
+    """Commit the record if an unforeseen error ends a march: a callback that raises, a closed terminal."""
     try:
         yield
-    except Exception as trouble:
-        recorder.state(f"failed: {trouble}")
+    except Exception as error:
+        recorder.state(f"failed: {error}")
         with suppress(ResultError):  # a full disk: the file is as the last commit left it
             recorder.close()
         raise
 
 
 def run_facts(model: Model, state: State) -> dict[str, float]:
-    """How a run stepped, for the file's summary: what its series do not say."""
+    """Return the facts about the steps of a run for the summary of its file."""
     return {
         "substep": model.clock.substep,
         "mechanism_step": model.clock.window,

@@ -1,4 +1,4 @@
-"""What a run reports of itself while it runs: progress for a screen."""
+"""The progress of a run while it runs, for a screen."""
 
 import math
 import time as wall
@@ -24,21 +24,21 @@ class Watch:
     def __init__(
         self,
         case: Case | MechanismCase,
-        report: Callable[[Progress], None] | None,
-        tell: Callable[[str], None] | None = None,
+        progress: Callable[[Progress], None] | None,
+        log: Callable[[str], None] | None = None,
     ):
         self._case = case
-        self._report = report
-        self._tell = tell
+        self._progress = progress
+        self._log = log
         self._next = 0.0
         self._begun: tuple[float, float] | None = None
         self._means = RunningMean(len(READINGS))
 
     def settling(self, fraction: float) -> None:
         """Report that this share of the settling is done [1]."""
-        if self._report is not None and (self._due() or fraction >= 1.0):
+        if self._progress is not None and (self._due() or fraction >= 1.0):
             unknown = [math.nan] * 12
-            self._report(Progress("settle", 0.0, self._case.run.end, fraction, *unknown, 0, math.nan, 0))
+            self._progress(Progress("settle", 0.0, self._case.run.end, fraction, *unknown, 0, math.nan, 0))
 
     def marched(
         self, model: Model, names: list[str], series: np.ndarray, until: float, recorder: Recorder
@@ -47,7 +47,7 @@ class Watch:
         time = series[-1, 0]
         steady = series[series[:, 0] >= self._case.drive.ramp_end]
         if (
-            self._report is not None and len(steady) and set(READINGS) <= set(names)
+            self._progress is not None and len(steady) and set(READINGS) <= set(names)
         ):  # a mechanism of any kind has no crank pin
             self._means.add(
                 steady[:, 0],
@@ -57,7 +57,7 @@ class Watch:
         if self._begun is None:
             self._begun = (wall.monotonic(), series[0, 0])
             return
-        if self._report is None or not (self._due() or time >= until * (1 - 1e-12)):
+        if self._progress is None or not (self._due() or time >= until * (1 - 1e-12)):
             return
         at = dict(zip(names, series[-1], strict=True))
         spent, marched = wall.monotonic() - self._begun[0], time - self._begun[1]
@@ -69,7 +69,7 @@ class Watch:
             name: series[:, names.index(name)].max() if name in names else math.nan
             for name in ("largest_pair_overlap", "largest_wall_overlap")
         }
-        self._report(
+        self._progress(
             Progress(
                 phase=phase,
                 time=time,
@@ -97,8 +97,8 @@ class Watch:
 
     def checkpoint_saved(self, time: float) -> None:
         """Report that the checkpoint that was asked for is in the file, of the state at `time` [s]."""
-        if self._tell is not None:
-            self._tell(f"checkpoint saved at t = {time:.6g} s")
+        if self._log is not None:
+            self._log(f"checkpoint saved at t = {time:.6g} s")
 
     def _due(self) -> bool:
         now = wall.monotonic()

@@ -45,7 +45,7 @@ STEP = 1e-6
 
 
 def warm_up(
-    tell: Callable[[str], None] | None = None,
+    log: Callable[[str], None] | None = None,
     meanwhile: Callable[[], subprocess.Popen] | None = None,
     law: ContactLaw = STANDARD_LAW,
 ) -> None:
@@ -54,13 +54,13 @@ def warm_up(
 
     Parameters
     ----------
-    tell : told once that compiling begins, before it does
+    log : told once that compiling begins, before it does
     meanwhile : starts a process that needs the charge's kernels only, while the coupled ones are being
         compiled
     law : of the contacts; each has kernels of its own
     """
     names = law_names(law)
-    if not _begins(compiled_mark(*names), tell):
+    if not _begins(compiled_mark(*names), log):
         return
     with ExitStack() as children:
         charge_compiler = start_child(
@@ -79,12 +79,12 @@ def warm_up(
     _set(compiled_mark(*names))
 
 
-def warm_up_mechanism(tell: Callable[[str], None] | None = None) -> None:
-    """Compile the kernels of a run without charge, if this version has not been compiled here before; `tell`
+def warm_up_mechanism(log: Callable[[str], None] | None = None) -> None:
+    """Compile the kernels of a run without charge, if this version has not been compiled here before; `log`
     as in `warm_up`.
     """
     mark = compiled_mark("mechanism")
-    if _begins(mark, tell):
+    if _begins(mark, log):
         march_turntable()
         _set(mark)
 
@@ -94,13 +94,13 @@ def compile_charge() -> None:
     march_ball(task_of_parent())
 
 
-def _begins(mark: Path, tell: Callable[[str], None] | None) -> bool:
-    """Whether there is something to compile; `tell` is told so, and what is wrong with the cache."""
+def _begins(mark: Path, log: Callable[[str], None] | None) -> bool:
+    """Whether there is something to compile; `log` is told so, and what is wrong with the cache."""
     if not JIT or mark.is_file():
         return False
-    if tell is not None:
+    if log is not None:
         for text in filter(None, (cache_trouble(), COMPILING)):
-            tell(text)
+            log(text)
     return True
 
 

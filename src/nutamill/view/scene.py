@@ -117,11 +117,11 @@ def film_scene(
     view: View = "front",
     colour: Colour = "speed",
     slowed: float = SLOWED,
-    tell: Callable[[str], None] | None = None,
+    log: Callable[[str], None] | None = None,
 ) -> Path:
     """Write a film (MP4) of all snapshots, `slowed` times slower than real; returns its path.
 
-    `tell` is told now and then how many moments have been drawn. Raises as `draw_scene`; NotInstalledError
+    `log` is told now and then how many moments have been drawn. Raises as `draw_scene`; NotInstalledError
     also where ffmpeg is missing.
     """
     path = Path(path)
@@ -140,7 +140,7 @@ def film_scene(
         plotter.open_movie(str(path), framerate=FILM_RATE, quality=7, output_params=FRAGMENTS)
         return functools.partial(_filmed, plotter)
 
-    return _rendered(result, path, view, colour, [int(k) for k in nearest], opened, tell)
+    return _rendered(result, path, view, colour, [int(k) for k in nearest], opened, log)
 
 
 def _pictured(plotter: "pyvista.Plotter") -> Callable:
@@ -169,7 +169,7 @@ def _rendered(
     colour: str,
     numbers: list[int],
     opened: Callable,
-    tell: Callable[[str], None] | None = None,
+    log: Callable[[str], None] | None = None,
 ) -> Path:
     """Draw these snapshots one after the other, each handed to what `opened` makes of the plotter, with how
     often it comes in turn.
@@ -182,8 +182,8 @@ def _rendered(
         stage = Stage(plotter, case, machine_parts(case, OPENING, walls=result.walls), colour, limits)
         turns = [(number, len(list(same))) for number, same in itertools.groupby(numbers)]
         for done, (number, times) in enumerate(turns):
-            if tell is not None and done % TOLD == 0:
-                tell(f"{done} of {len(turns)} moments drawn")
+            if log is not None and done % TOLD == 0:
+                log(f"{done} of {len(turns)} moments drawn")
             frame = next(replay(result, [number]))
             stage.show(frame, _values(result, number, frame, colour, case), camera_of(view, frame, case))
             with io_errors(path):
