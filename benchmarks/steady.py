@@ -7,7 +7,7 @@ is (1 + phi)/(1 - phi).
 
 import numpy as np
 
-from nutamill.base.steady import steady_mean
+from nutamill.base.steady import estimate_of_turns
 
 RECORDS, BEFORE = 1000, 300
 
@@ -23,7 +23,7 @@ def main() -> None:
             records[:, 0] = noise[:, 0]
             for k in range(1, turns + BEFORE):
                 records[:, k] = phi * records[:, k - 1] + noise[:, k]
-            found = [steady_mean(record[BEFORE:]) for record in records]
+            found = [estimate_of_turns(record[BEFORE:]) for record in records]
             held = np.mean([abs(one.mean) < one.half_width for one in found])
             print(
                 f"| {turns} | {(1 + phi) / (1 - phi):.0f} | {100 * held:.0f} % | "

@@ -5,7 +5,6 @@ The force grows with the square of the speed (published: 14.7 N at 100 rpm, 235 
 """
 
 import nutamill as nm
-from nutamill.analysis.windows import steady_window
 from nutamill.view.figures.named import write_figures
 
 FORCE = "crank_pin_force_resultant_tared"
@@ -20,7 +19,7 @@ def main(folder: str = "results") -> dict[float, float]:
             ["mechanism.mounting=rigid", "charge.kind=none", "drive.ramp=1000 rpm/s", "run.until=2 s"],
         )
         with nm.run(case.with_("drive.speed", f"{rpm:g} rpm"), to=f"{folder}/empty-{rpm:g}.h5") as result:
-            forces[rpm] = steady_window(result, "1 s", names=[FORCE]).values[FORCE].mean
+            forces[rpm] = nm.steady_mean(result, FORCE).mean
             print(f"{rpm:g} rpm: {forces[rpm]:.1f} N")
             write_figures(result, ["run"], result.path.parent)
     return forces

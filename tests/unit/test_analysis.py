@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from nutamill.analysis.windows import power_split, ramp_end, steady_window, summary_lines
+from nutamill.analysis.power import power_split
+from nutamill.analysis.summary import summary_lines
+from nutamill.analysis.windows import ramp_end, steady_mean, steady_window
 from nutamill.base.errors import ResultError
 from nutamill.result import Recorder, open_result
 
@@ -41,48 +43,47 @@ def test_mean_over_whole_turns_leaves_no_part_of_the_ripple(tmp_path):
     result = record(
         tmp_path / "a.h5", 4.0037, crank_pin_force_resultant=lambda t, a: 700.0 + 50.0 * np.sin(a)
     )
-    steady = steady_window(result, last=0.987)
-    force = steady.values["crank_pin_force_resultant"]
-    assert len(steady.turns) == 10
+    force = steady_mean(result, "crank_pin_force_resultant", last=0.987)
+    assert len(steady_window(result, last=0.987).turns) == 10
     assert abs(force.mean - 700.0) < 0.022
-    assert abs(force.window_mean - 700.0) > 0.3  # the plain mean depends on the cut
+    assert abs(force.plain_mean - 700.0) > 0.3  # the plain mean depends on the cut
 
 
 def test_window_of_the_papers_is_the_plain_mean_of_the_last_three_seconds(tmp_path):
     with record(tmp_path / "a.h5", 6.0, driveshaft_torque=lambda t, a: t) as result:
-        for steady in (steady_window(result), steady_window(result, last="3 s")):
-            assert (steady.start, steady.end) == (3.0, 6.0)
-            assert steady.values["driveshaft_torque"].window_mean == pytest.approx(4.5, rel=1e-12)
+        for options in ({}, {"last": "3 s"}):
+            window = steady_window(result, **options)
+            assert (window.start, window.end) == (3.0, 6.0)
+            torque = steady_mean(result, "driveshaft_torque", **options)
+            assert torque.plain_mean == pytest.approx(4.5, rel=1e-12)
 
 
 def test_window_is_cut_where_the_speed_still_changed(tmp_path):
-    steady = steady_window(record(tmp_path / "a.h5", 3.0), names=["driveshaft_speed"])
-    assert steady.start == 1.0
-    assert steady.values["driveshaft_speed"].mean == pytest.approx(SPEED, rel=1e-12)
-
-
-def test_interval_is_that_of_student_for_the_scatter_of_the_turns(tmp_path):
-    # 20 turns, each with its own constant level: ten batches of two. Levels jump between two samples, so that
-    # a trapezoid
-    # smears a jump over one sample of a hundred: 1 % of a jump at most.
-    levels = np.random.default_rng(5).normal(10.0, 1.0, 100)
-    result = record(
-        tmp_path / "a.h5",
-        2.0,
-        ramp=0.0,
-        driveshaft_torque=lambda t, a: levels[(a / math.tau + 1e-9).astype(int)],
-    )
-    found = steady_window(result, last=2.0).values["driveshaft_torque"]
-    batches = levels[:20].reshape(10, 2).mean(axis=1)
-    student = 2.262157  # two-sided 95 %, 9 degrees of freedom (tables)
-    assert found.mean == pytest.approx(levels[:20].mean(), abs=0.01)
-    assert found.half_width == pytest.approx(student * batches.std(ddof=1) / math.sqrt(10.0), rel=0.05)
+    result = record(tmp_path / "a.h5", 3.0)
+    assert steady_window(result).start == 1.0
+    assert steady_mean(result, "driveshaft_speed").mean == pytest.approx(SPEED, rel=1e-12)
+    assert math.tau * steady_window(result).turn_rate == pytest.approx(SPEED, rel=1e-12)
 
 
 def test_one_turn_gives_a_mean_without_interval(tmp_path):
-    found = steady_window(record(tmp_path / "a.h5", 1.15, driveshaft_torque=lambda t, a: np.ones_like(t)))
-    assert found.values["driveshaft_torque"].mean == pytest.approx(1.0)
-    assert math.isnan(found.values["driveshaft_torque"].half_width)
+    result = record(tmp_path / "a.h5", 1.15, driveshaft_torque=lambda t, a: np.ones_like(t))
+    torque = steady_mean(result, "driveshaft_torque")
+    assert (torque.mean, torque.turns) == (pytest.approx(1.0), 1)
+    assert math.isnan(torque.half_width) and not torque.steady
+
+
+def test_root_mean_square_and_swing_of_a_sine_are_known(tmp_path):
+    # 100 samples a turn: the largest sample is within cos(pi/100) of the crest
+    result = record(tmp_path / "a.h5", 2.0, ramp=0.0, driveshaft_torque=lambda t, a: 3.0 * np.sin(a))
+    assert steady_mean(result, "driveshaft_torque", "rms").mean == pytest.approx(
+        3.0 / math.sqrt(2.0), rel=1e-3
+    )
+    assert steady_mean(result, "driveshaft_torque", "swing").mean == pytest.approx(3.0, rel=5e-4)
+
+
+def test_a_series_that_the_result_does_not_hold_is_refused(tmp_path):
+    with pytest.raises(ResultError, match="has no series motor_speed"):
+        steady_mean(record(tmp_path / "a.h5", 3.0), "motor_speed")
 
 
 @pytest.mark.parametrize("end", [0.4, 1.05])
@@ -139,7 +140,7 @@ def test_last_lines_of_a_run_give_force_torque_power_and_shares(tmp_path):
         "ledger_residual": lambda t, a: 0.0002 * 663.0 * t,
     }
     lines = summary_lines(record(tmp_path / "a.h5", 5.0, **series))
-    assert lines[0] == "steady since t = 1.00 s (stationarity test), 40 of 40 turns at this speed kept"
+    assert lines[0] == "steady since t = 1.00 s (stationarity test), 40 of 40 turns at this speed used"
     assert lines[1] == "crank-pin force 981 N   shaft torque 9.05 N m   power 663 W"
     assert lines[2] == "last 3 s (30 whole turns), plain mean: 981 N, 9.05 N m"
     assert lines[-1] == "where the power goes: pellet-pellet 75 %  pellet-wall 25 %  | closes to 0.02 %"

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nutamill.analysis.values import Reading, Value
+from nutamill.analysis.values import Reading
 from nutamill.base.errors import CaseError, StepError
+from nutamill.base.steady import Estimate
 from nutamill.studies import fit as fitting
 from nutamill.studies.least_squares import Free, fitted
 from nutamill.studies.table import Outcome
@@ -145,7 +146,7 @@ def bench(tmp_path, monkeypatch):
                 one,
                 folder,
                 "complete",
-                {Reading("driveshaft_torque"): Value(torque(one.case), 0.0, 0.0, 9, True)},
+                {Reading("driveshaft_torque"): Estimate(torque(one.case), 0.0, 0.0, 9, True)},
             )
             for one in found
         ]

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from nutamill.analysis.values import Value
 from nutamill.base.errors import CaseError, ResultError, StepError
+from nutamill.base.steady import Estimate
 from nutamill.case import Case
 from nutamill.cli import app
 from nutamill.result import Recorder, open_result
@@ -193,7 +193,7 @@ def test_an_unknown_name_after_only_is_refused_with_the_nearest(tmp_path, monkey
 
 
 def number(mean, half_width=math.nan, scatter=math.nan):
-    return Measured(mean, half_width, scatter, 1, mean)
+    return Measured(Estimate(mean, half_width, mean, 9, True), scatter, 1)
 
 
 def compared(paper, **values):
@@ -217,12 +217,13 @@ def test_change_between_two_runs_carries_both_uncertainties(paper):
 
 def test_seeds_are_averaged_and_their_scatter_is_told_apart_from_the_interval():
     together = _together(
-        [Value(9.0, 0.3, 9.5, 20, True), Value(11.0, 0.4, 11.5, 20, False), "not run. Do: it"]
+        [Estimate(9.0, 0.3, 9.5, 20, True), Estimate(11.0, 0.4, 11.5, 20, False), "not run. Do: it"]
     )
-    assert (together.mean, together.runs, together.window_mean) == (10.0, 2, 10.5)
-    assert together.half_width == pytest.approx(0.25)  # sqrt(0.3^2 + 0.4^2) / 2
+    estimate = together.estimate
+    assert (estimate.mean, together.runs, estimate.plain_mean) == (10.0, 2, 10.5)
+    assert estimate.half_width == pytest.approx(0.25)  # sqrt(0.3^2 + 0.4^2) / 2
     assert together.scatter == pytest.approx(math.sqrt(2.0))
-    assert together.trouble == "not run. Do: it" and not together.steady
+    assert together.trouble == "not run. Do: it" and not estimate.steady
 
 
 def test_tables_hold_the_same_numbers_in_si(paper):

@@ -8,7 +8,7 @@ import pytest
 from nutamill.analysis.load_paths import joint_reaction, load_paths
 from nutamill.analysis.orders import peaks, sensor_orders, spectra, track
 from nutamill.analysis.rods import rod_tensions, yoke_rods
-from nutamill.analysis.text import hours_text
+from nutamill.analysis.summary import hours_text
 from nutamill.base.errors import CaseError, ResultError
 from nutamill.case import load_case
 from nutamill.result import Recorder, open_result

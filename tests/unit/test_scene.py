@@ -9,7 +9,8 @@ from matplotlib.image import imread
 from nutamill.analysis.replay import chosen_snapshots, replay
 from nutamill.base.errors import CaseError, MillError, ResultError
 from nutamill.case import Case
-from nutamill.view.scene import camera_of, draw_scene, film_scene
+from nutamill.view.cameras import camera_of
+from nutamill.view.scene import draw_scene, film_scene
 
 pytestmark = pytest.mark.external
 
@@ -25,7 +26,7 @@ def test_camera_inside_rides_on_the_chamber(filmed):
     """
     case = Case.from_toml(filmed.case_text)
     for frame in replay(filmed, chosen_snapshots(filmed)):
-        pose, camera = frame.bodies["chamber"], camera_of("inside", frame, case)
+        pose, camera = frame.bodies["chamber"], camera_of("inside", case).in_world(frame)
         assert (camera.eye - pose.origin) @ pose.rotation == pytest.approx(
             [0.0, -0.028, -0.122 - 0.02 * 0.228]
         )

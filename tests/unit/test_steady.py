@@ -8,8 +8,8 @@ import pytest
 from nutamill.base.steady import (
     correlation_length,
     drift,
+    estimate_of_turns,
     interval,
-    steady_mean,
     truncation,
     turn_means,
     turn_swings,
@@ -55,7 +55,7 @@ def test_interval_holds_the_true_mean_as_often_as_it_says():
     # 400 records: 95 % of them, within three standard deviations of a binomial law, 3 x 1.1 %, and 4 % for
     # the estimated correlation
     records = 7.0 + autoregressive(0.5, 200, 400)
-    held = np.mean([abs((found := steady_mean(y)).mean - 7.0) < found.half_width for y in records])
+    held = np.mean([abs((found := estimate_of_turns(y)).mean - 7.0) < found.half_width for y in records])
     assert 0.95 - 0.033 - 0.04 < held <= 0.95 + 0.033
 
 
@@ -71,7 +71,7 @@ def test_correlated_turns_give_a_wider_interval_than_independent_ones():
 def test_transient_is_cut_off_and_the_rest_is_steady():
     # 5 exp(-k/5) is below the scatter of 0.3 after 14 turns; the scatter of a mean of some 80 turns is 0.033
     y = 10.0 + 5.0 * np.exp(-np.arange(100) / 5.0) + 0.3 * autoregressive(0.0, 100, 1, seed=4)[0]
-    found = steady_mean(y)
+    found = estimate_of_turns(y)
     assert 8 <= found.first <= 30
     assert found.steady
     assert abs(found.mean - 10.0) < 0.1
@@ -86,7 +86,7 @@ def test_rule_cuts_where_the_marginal_standard_error_is_least():
 
 def test_record_that_drifts_is_not_steady_and_its_drift_is_told():
     y = 9.0 + 0.02 * np.arange(60) + 0.05 * autoregressive(0.0, 60, 1, seed=3)[0]
-    found = steady_mean(y)
+    found = estimate_of_turns(y)
     assert not found.steady
     assert found.drift == pytest.approx(0.02 * (found.turns - 1), rel=0.1)
 
@@ -100,20 +100,20 @@ def test_slope_of_a_line_without_scatter_is_exact():
 def test_drift_too_small_to_matter_is_steady():
     # no scatter at all, so that any drift is sure: 0.5 % over the record is within 1 %, not within 0.1 %
     y = np.linspace(100.0, 100.5, 50)
-    assert steady_mean(y).steady
-    assert not steady_mean(y, precision=0.001).steady
+    assert estimate_of_turns(y).steady
+    assert not estimate_of_turns(y, precision=0.001).steady
 
 
 def test_constant_record_is_steady_and_certain():
-    found = steady_mean(np.full(20, 719.0))
+    found = estimate_of_turns(np.full(20, 719.0))
     assert (found.steady, found.first, found.turns, found.half_width, found.mean) == (True, 0, 20, 0.0, 719.0)
 
 
 def test_few_turns_and_numbers_that_are_none_are_refused():
     with pytest.raises(ValueError, match="needs at least 5 whole turns, got 4"):
-        steady_mean([1.0, 2.0, 1.0, 2.0])
-    with pytest.raises(ValueError, match="must be finite"):
-        steady_mean([1.0, 2.0, math.nan, 2.0, 1.0])
+        estimate_of_turns([1.0, 2.0, 1.0, 2.0])
+    with pytest.raises(ValueError, match="must be finite numbers"):
+        estimate_of_turns([1.0, 2.0, math.nan, 2.0, 1.0])
 
 
 def test_turns_are_counted_back_from_the_end_and_ripple_leaves_no_trace():

@@ -18,8 +18,9 @@ import pytest
 from typer.testing import CliRunner
 
 from nutamill import cli
-from nutamill.analysis.values import Reading, Value, read, reading_of
+from nutamill.analysis.values import Reading, read, reading_of
 from nutamill.base.errors import CaseError, StepError
+from nutamill.base.steady import Estimate
 from nutamill.case import load_case
 from nutamill.result import Recorder, open_result
 from nutamill.studies import board, member, sweep
@@ -422,7 +423,7 @@ def outcomes_of(*states):
     """
     found = made({"drive.speed": [f"{100 * (k + 1)} rpm" for k in range(len(states))]})
     values = [
-        {TORQUE: Value(k + 1.0, 0.021, k + 1.0, 9, True)} if state == "complete" else {}
+        {TORQUE: Estimate(k + 1.0, 0.021, k + 1.0, 9, True)} if state == "complete" else {}
         for k, state in enumerate(states)
     ]
     return [

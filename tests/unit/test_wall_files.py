@@ -8,7 +8,7 @@ import signal
 import numpy as np
 import pytest
 
-from nutamill.analysis.windows import warning_lines
+from nutamill.analysis.summary import warning_lines
 from nutamill.base.errors import CaseError, NotInstalledError
 from nutamill.case import Case, load_case
 from nutamill.case.machine import CHAMBER

@@ -15,12 +15,14 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from nutamill.analysis.source import case_of
 from nutamill.base.errors import ResultError
 from nutamill.case import load_case
 from nutamill.case.machine import BODIES
 from nutamill.result import open_result
 from nutamill.result.checksums import Checksums
 from nutamill.simulation.setup.mill import mill_mechanism
+from nutamill.view.cameras import VIEWS, camera_of
 from nutamill.view.drawing import box, machine_parts, ring
 from nutamill.view.webview import view_page, write_view
 
@@ -174,3 +176,18 @@ def test_browser_shows_pellets_inside_the_chamber_and_complains_of_nothing(tmp_p
     assert coloured[:, 0].max() <= down.max() + 1
     assert across.min() - 1 <= coloured[:, 1].min()
     assert coloured[:, 1].max() <= across.max() + 1
+
+
+def test_page_and_pictures_have_the_same_cameras(filmed):
+    """The page gives the camera as angles about its target; above 1.57 rad it keeps an upward direction."""
+    views = json.loads(block(view_page(filmed), "facts"))["views"]
+    assert list(views) == list(VIEWS)
+    for name, view in views.items():
+        camera = camera_of(name, case_of(filmed))
+        flat = math.cos(view["height"])
+        direction = [flat * math.cos(view["azimuth"]), flat * math.sin(view["azimuth"]), 0.0]
+        direction[2] = math.sin(view["height"])
+        eye = np.array(view["target"]) + view["distance"] * np.array(direction)
+        assert eye == pytest.approx(camera.eye, abs=1e-3 * camera.distance)  # cos 1.57 = 8e-4
+        assert (view["angle"], view["rides"]) == (camera.angle, camera.rides)
+        assert view["hides"] == list(camera.hides)

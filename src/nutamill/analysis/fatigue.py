@@ -9,7 +9,7 @@ import numpy as np
 
 from nutamill.analysis.load_paths import hodograph
 from nutamill.analysis.ratings import Ratings, Section
-from nutamill.analysis.text import hours_text
+from nutamill.analysis.summary import hours_text
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base.errors import CaseError, Fault, missing_extra
 from nutamill.result import Result

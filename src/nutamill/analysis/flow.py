@@ -262,7 +262,7 @@ def mass_centre_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Orbit
 
     Raises ResultError as `steady_window` does.
     """
-    turns = steady_window(result, last, names=["time"]).turns
+    turns = steady_window(result, last).turns
     series = result.series
     inside = (series["time"].values >= turns[0]) & (series["time"].values <= turns[-1])
     x, y, z = (series[f"charge_mass_centre_{axis}"].values[inside] for axis in "xyz")

@@ -103,7 +103,7 @@ def load_paths(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Data
 
 def hodograph(result: Result, joint: str, axes: str = "frame", last: float | str = PAPER_WINDOW) -> Hodograph:
     """Reaction of a joint over the whole turns of the steady window, evenly spaced over the crank angle."""
-    steady = steady_window(result, last, names=["driveshaft_torque"])
+    steady = steady_window(result, last)
     time, angle = result.series["time"].values, result.series["crank_angle"].values
     first, end = np.interp(steady.turns[[0, -1]], time, angle)
     count = round((end - first) / (2.0 * np.pi))

@@ -5,14 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.analysis.windows import MEASURED_SPEED, turns_at_speed
 from nutamill.base.errors import CaseError, Fault
 from nutamill.result import Result
 from nutamill.result.fields import series_field
 
 ASIDE = ("time", "crank_angle", "driveshaft_speed")
 """Series that say when, not what."""
-SPEED_SCATTER = 0.02
-"""Share by which a measured speed may scatter within the steady window: no real drive keeps it exactly."""
 ORDER = 4
 """Order of the low-pass filter, each way."""
 
@@ -88,23 +87,24 @@ def shared(run: Result, test: Result) -> list[str]:
 def series_in_window(
     result: Result, name: str, last: float, cut: float | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and filtered values of a series in the whole turns at the end, at the last speed."""
+    """Return the times [s] and filtered values of a series in the whole turns at the end, at the last speed.
+
+    Raises
+    ------
+    CaseError : no whole turn, or a cut-off beyond half the rate
+    """
     series = result.series
-    time, angle, speed = (series[key].values for key in ("time", "crank_angle", "driveshaft_speed"))
-    final = float(np.median(speed[time >= time[-1] - min(last, 0.2 * (time[-1] - time[0]))]))
-    other = np.flatnonzero(np.abs(speed - final) > SPEED_SCATTER * abs(final))
-    begin = max(time[-1] - last, time[other[-1] + 1] if len(other) and other[-1] + 1 < len(time) else time[0])
-    first = int(np.searchsorted(time, begin - 1e-9))
-    turns = math.floor(abs(angle[-1] - angle[first]) / math.tau + 1e-9)
-    if turns < 1:
+    time = series["time"].values
+    turns = turns_at_speed(result, float(time[-1]) - last - 1e-9, MEASURED_SPEED)[1]
+    if len(turns) < 2:
         raise CaseError(
             Fault(
                 str(result.path),
-                "must hold a whole turn at constant speed, it does not",
+                "fewer than one whole turn at constant speed at its end",
                 "Take a longer record",
             )
         )
-    first = int(np.searchsorted(np.abs(angle - angle[-1]) * -1.0, -turns * math.tau - 1e-9))
+    first = int(np.searchsorted(time, turns[0] - 1e-9))
     values = series[name].values if cut is None else low_pass(series[name].values, result.rate, cut)
     return time[first:], values[first:]
 

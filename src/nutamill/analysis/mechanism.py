@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.analysis.source import any_case_of
+from nutamill.case import MechanismCase
 from nutamill.result import Result
 
 
@@ -23,8 +25,8 @@ class PartLoad(NamedTuple):
 
 
 def is_mechanism(result: Result) -> bool:
-    """Whether a result is that of a `MechanismCase`."""
-    return "\n[[bodies]]\n" in result.case_text
+    """Return whether a result is the run of a mechanism, not of a mill or measured data."""
+    return bool(result.case_text) and isinstance(any_case_of(result), MechanismCase)
 
 
 def magnitude(result: Result, vector: str) -> np.ndarray:

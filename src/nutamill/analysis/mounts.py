@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nutamill.analysis.load_paths import attitude, order_amplitudes
-from nutamill.analysis.source import vector
+from nutamill.analysis.source import case_of, vector
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import CaseError, Fault
-from nutamill.case import Case
 from nutamill.result import Result
 
 
@@ -105,7 +104,7 @@ def nutation_point_path(result: Result) -> np.ndarray:
     """
     if "frame_fix_reaction_force_x" in result.series:
         return np.zeros((len(result.series["time"]), 3))
-    case = Case.from_toml(result.case_text)
+    case = case_of(result)
     feet = np.array([(x, y, -case.mounts.depth) for x, y in case.mounts.points])
     turn = attitude(result, "frame")
     paths = [
@@ -198,13 +197,13 @@ def _count(result: Result) -> int:
                 "Set mechanism.mounting=flexible",
             )
         )
-    return Case.from_toml(result.case_text).mounts.count
+    return case_of(result).mounts.count
 
 
 def _steady(result: Result, last: float | str) -> np.ndarray:
     """Samples within the whole turns of the steady window, (n,) of bool; the last one belongs to the next
     turn.
     """
-    turns = steady_window(result, last, names=["driveshaft_torque"]).turns
+    turns = steady_window(result, last).turns
     time = result.series["time"].values
     return (time >= turns[0]) & (time < turns[-1] * (1.0 - 1e-12))

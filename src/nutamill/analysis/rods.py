@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.analysis.load_paths import hodograph, statistics
+from nutamill.analysis.source import case_of
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base.errors import CaseError, Fault
-from nutamill.case import Case
 from nutamill.result import Result
 
 ALONG = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -76,7 +76,7 @@ def yoke_rods(result: Result, last: float | str = PAPER_WINDOW) -> RodForces:
     ------
     CaseError : the case does not have six rods, or they leave the yoke free
     """
-    rods = Case.from_toml(result.case_text).rods
+    rods = case_of(result).rods
     if len(rods) != 6:
         raise CaseError(
             Fault(

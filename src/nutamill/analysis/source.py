@@ -1,13 +1,52 @@
-"""What readings begin with: a result, if it is that of a mill, and vectors among its series."""
+"""What every analysis begins with: the result of a mill, its case, and vectors among its series."""
 
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nutamill.base.errors import ResultError
+from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.case import Case, MechanismCase, case_of_text
 from nutamill.result import Result, open_result
+
+CASES_IN_MEMORY = 32
+"""Cases of results that stay in memory [1]."""
+
+
+def any_case_of(result: Result) -> Case | MechanismCase:
+    """Return the case of a run, of a mill or of a mechanism; parsed once.
+
+    Raises
+    ------
+    CaseError : measured data, or a case that this version cannot read
+    """
+    return _parsed(result.case_text)
+
+
+def case_of(result: Result) -> Case:
+    """Return the case of a run of a mill; parsed once.
+
+    Raises
+    ------
+    CaseError : measured data, the run of a mechanism, or a case that this version cannot read
+    """
+    case = any_case_of(result)
+    if not isinstance(case, Case):
+        raise CaseError(
+            Fault(
+                str(result.path),
+                "must be the run of a mill, it is that of a mechanism",
+                "nutamill show prints its loads",
+            )
+        )
+    return case
+
+
+@lru_cache(maxsize=CASES_IN_MEMORY)
+def _parsed(text: str) -> Case | MechanismCase:
+    return case_of_text(text)
 
 
 def open_mill_result(path: str | Path) -> Result:

@@ -1,69 +1,38 @@
-"""Steady means with their uncertainty, and where the power goes: from a result, without the engines."""
+"""The steady end of a run: where it begins, its whole turns, and steady means of series over them."""
 
-import fnmatch
 import math
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Protocol
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
 
+from nutamill.analysis.source import any_case_of
 from nutamill.base.errors import ResultError
 from nutamill.base.steady import (
     FEWEST_TURNS,
-    PRECISION,
-    SteadyMean,
-    batch_half_width,
-    steady_mean,
+    Estimate,
+    estimate_of_turns,
     turn_means,
+    turn_swings,
     whole_turns,
 )
 from nutamill.base.units import Kind, parse
 from nutamill.case import Case
 from nutamill.result import Result
-from nutamill.result.fields import series_field
 
 PAPER_WINDOW = 3.0
 """Length of the averaging window at the end of a run in both NuMill papers [s]."""
 STEADY_SPEED = 1e-6
-"""Share by which the speed may differ from the last one in steady running."""
+"""Share by which the speed of a run may differ from the last one in steady running [1]."""
+MEASURED_SPEED = 0.02
+"""Share by which a measured speed may scatter in steady running: no real drive keeps it exactly [1]."""
 
-SINKS: dict[str, tuple[str, ...]] = {
-    "pellet-pellet": ("pair_normal_loss", "pair_tangential_loss", "pair_rolling_loss"),
-    "pellet-wall": ("wall_normal_loss", "wall_tangential_loss", "wall_rolling_loss"),
-    "substep": ("substep_loss",),
-    "joints": ("driveshaft_bearing_loss", "pin_joint_loss", "chamber_pivot_loss", "yoke_pivot_loss"),
-    "mounts": ("mount_*_loss",),
-    "coupling": ("coupling_loss",),
-    "stored": ("kinetic_energy_mechanism", "kinetic_energy_charge", "potential_energy", "elastic_energy"),
-}
-"""Where the motor's work can go: series of the power ledger, in groups; ``*`` stands for every mount."""
+How = Literal["mean", "rms", "swing"]
+"""Mean, root mean square, or half the range, of each turn."""
 
 
-class Uncertain(Protocol):
-    """A mean and the half width of its 95 % interval."""
-
-    @property
-    def mean(self) -> float:
-        """The mean."""
-
-    @property
-    def half_width(self) -> float:
-        """Half width of its interval; NaN if it is not known."""
-
-
-class Estimate(NamedTuple):
-    """A steady mean."""
-
-    mean: float
-    """Mean over whole turns, unit of the series."""
-    half_width: float
-    """Half width of its 95 % confidence interval by batch means, unit of the series; NaN below two turns."""
-    window_mean: float
-    """Plain mean of all samples of the window, as in the papers, unit of the series."""
-
-
-class Steady(NamedTuple):
-    """The steady end of a run."""
+class SteadyWindow(NamedTuple):
+    """The last seconds of a run, cut where the speed was still changing."""
 
     start: float
     """Start of the window [s]."""
@@ -71,281 +40,171 @@ class Steady(NamedTuple):
     """End of the window and of the run [s]."""
     turns: np.ndarray
     """Times at which the whole turns in the window begin and end [s], (n_turns + 1,)."""
-    values: dict[str, Estimate]
-    """Steady mean of each series."""
+
+    @property
+    def turn_rate(self) -> float:
+        """Mean number of turns per second [Hz]."""
+        return (len(self.turns) - 1) / float(self.turns[-1] - self.turns[0])
 
 
 class SteadyPart(NamedTuple):
-    """What a stationarity test finds of a run at its last speed."""
+    """Steady means of several series, and the turns they were taken from."""
 
     turns: np.ndarray
-    """Times at which all whole turns at that speed begin and end [s], (n_turns + 1,)."""
-    means: dict[str, SteadyMean]
-    """Steady mean of each series, from the turns that were kept of it."""
+    """Times at which all whole turns at the last speed begin and end [s], (n_turns + 1,)."""
+    means: dict[str, Estimate]
+    """Steady mean of each series."""
 
     @property
     def start(self) -> float:
-        """Time from which all of the series are kept [s]."""
-        return float(self.turns[max(found.first for found in self.means.values())])
+        """Time from which all of the series are steady [s]."""
+        return float(self.turns[max(estimate.first for estimate in self.means.values())])
 
     @property
     def drifting(self) -> list[str]:
         """Series that are not steady."""
-        return [name for name, found in self.means.items() if not found.steady]
+        return [name for name, estimate in self.means.items() if not estimate.steady]
 
 
-class PowerSplit(NamedTuple):
-    """Mean power over the whole turns of the steady window."""
+def ramp_end(result: Result, scatter: float = STEADY_SPEED) -> float:
+    """Return the time from which the driveshaft keeps its last speed [s].
 
-    motor: float
-    """Power of the motor [W]; with a prescribed motion, which the charge does not slow, also what that motion
-    supplies.
+    It is the time of the first sample if the speed never changes.  The speed of a motor is never quite
+    steady: there it is the time from which the last speed is commanded, or the supply is back.
+
+    Parameters
+    ----------
+    scatter : share by which the speed may differ from the last one [1]; beyond `STEADY_SPEED` the last speed
+        is the median of the last fifth of the record
     """
-    sinks: dict[str, float]
-    """Where it goes [W], by the groups of `SINKS`."""
-    residual: float
-    """What the ledger does not account for [W]."""
-
-
-def ramp_end(result: Result) -> float:
-    """Time from which the driveshaft keeps its last speed [s]; the start if it had it from the beginning.
-
-    With a motor, whose speed is never quite steady: the time from which it is asked for its last speed, or
-    has its supply back.
-    """
-    if "[drive.motor]" in result.case_text:
-        drive = Case.from_toml(result.case_text).drive
-        return max(drive.ramp_end, drive.motor.restored or drive.motor.cut or 0.0)
+    case = any_case_of(result) if result.case_text else None
+    if isinstance(case, Case) and case.drive.motor is not None:
+        return max(case.drive.ramp_end, case.drive.motor.restored or case.drive.motor.cut or 0.0)
     time, speed = (result.series[name].values for name in ("time", "driveshaft_speed"))
     if not len(time):
         return math.nan
-    changing = np.flatnonzero(np.abs(speed - speed[-1]) > STEADY_SPEED * abs(speed[-1]))
-    return float(time[changing[-1] + 1]) if len(changing) else float(time[0])
+    final = float(speed[-1])
+    if scatter > STEADY_SPEED:
+        final = float(np.median(speed[time >= time[-1] - 0.2 * (time[-1] - time[0])]))
+    changing = np.flatnonzero(np.abs(speed - final) > scatter * abs(final))
+    if not len(changing) or changing[-1] + 1 == len(time):  # the last sample differs in measured data only
+        return float(time[0])
+    return float(time[changing[-1] + 1])
 
 
-def turns_at_speed(result: Result, since: float = -math.inf) -> tuple[np.ndarray, np.ndarray]:
-    """Samples at the last speed from the time `since` [s] on, (n_samples,) of bool, and the times [s] (n +
-    1,) between their whole turns.
+def turns_at_speed(
+    result: Result, since: float = -math.inf, scatter: float = STEADY_SPEED
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the samples at the last speed, (n_samples,) of bool, and the times between their whole turns
+    [s], (n_turns + 1,).
 
-    There are no turns, and fewer than two times, where the run has not made a whole one by then.
+    Without a whole turn there are fewer than two times.
+
+    Parameters
+    ----------
+    since : earliest time [s]
+    scatter : as for `ramp_end`
     """
     time, angle = result.series["time"].values, result.series["crank_angle"].values
-    inside = time >= max(ramp_end(result), since)
+    inside = time >= max(ramp_end(result, scatter), since)
     return inside, whole_turns(time[inside], angle[inside])
 
 
-def steady_window(
-    result: Result, last: float | str = PAPER_WINDOW, names: Sequence[str] | None = None
-) -> Steady:
-    """Means over the last seconds of a run, over whole turns, with their 95 % intervals.
+def steady_window(result: Result, last: float | str = PAPER_WINDOW) -> SteadyWindow:
+    """Return the last seconds of a run at its last speed, and the whole turns in them.
 
-    The window is the last `last` seconds, cut where the speed was still changing.  Readings of a mill repeat
-    once or twice per turn, so that a mean over a broken number of turns depends on where it is cut; the
-    estimate therefore takes the whole turns that end with the run.  The scatter of batches of turns gives
-    the interval (`nutamill.base.steady.batch_half_width`).
+    Readings of a mill repeat once or twice per turn, so that a mean over a broken number of turns depends on
+    where it is cut.  The whole turns are counted back from the end of the run.
 
     Parameters
     ----------
     last : length of the window [s], or a text with a unit as ``"3 s"``
-    names : series to average, all if not given
 
     Raises
     ------
     ResultError : the run has not made one turn at its last speed
     """
-    length = parse(last, Kind.TIME) if isinstance(last, str) else last
-    series = result.series
-    time = series["time"].values
-    inside, turns = turns_at_speed(result, float(time[-1]) - length if len(time) else math.nan)
+    time = result.series["time"].values
+    since = float(time[-1]) - _seconds(last) if len(time) else math.nan
+    inside, turns = turns_at_speed(result, since)
     if len(turns) < 2:
-        reached = f"ends at t = {time[-1]:g} s" if len(time) else "is empty"
-        raise ResultError(
-            f"{result.path}: must hold a whole turn at constant speed, it {reached}. Continue it "
-            "with `nutamill resume`."
-        )
-    values = {
-        name: _estimate(time[inside], series[name].values[inside], turns)
-        for name in names or map(str, series.data_vars)
-    }
-    return Steady(float(time[inside][0]), float(time[-1]), turns, values)
+        raise _no_turn(result)
+    return SteadyWindow(float(time[inside][0]), float(time[-1]), turns)
 
 
-def _estimate(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> Estimate:
-    """Steady mean of samples `value` at `time`, over the turns that begin and end at `turns`."""
-    means = turn_means(time, value, turns)
-    half_width = float(batch_half_width(means[:, None])[0])
-    return Estimate(float(np.average(means, weights=np.diff(turns))), half_width, float(value.mean()))
+def steady_mean(
+    result: Result, series: str | np.ndarray, by: How = "mean", last: float | str = PAPER_WINDOW
+) -> Estimate:
+    """Estimate the steady mean of a series of a result, with its 95 % confidence interval.
 
-
-def steady_part(result: Result, names: Sequence[str], precision: float = PRECISION) -> SteadyPart:
-    """Find by a test where a run became steady, and its means from there, with 95 % intervals that account
-    for correlation.
-
-    All whole turns at the last speed are looked at; `nutamill.base.steady.steady_mean` says how.
+    Of each whole turn at the last speed one number is taken; `nutamill.base.steady.estimate_of_turns` cuts
+    off those before the steady part.  With fewer than `FEWEST_TURNS` turns it is the mean of all of them,
+    without an interval.
 
     Parameters
     ----------
-    names : series to average
-    precision : drift over the turns kept that does not matter, share of the root mean square [1]
+    series : name of a series, or numbers at the times of the series, (n_samples,)
+    by : number taken of each turn: its mean, root mean square, or half its range
+    last : length of the window of the plain mean at the end of the run [s], or a text with a unit.  For means
+        it is the mean of all samples in it, as in the NuMill papers, otherwise of the turns that begin in it.
+
+    Returns
+    -------
+    the estimate, unit of the series
 
     Raises
     ------
-    ResultError : fewer whole turns at the last speed than a test needs
+    ResultError : no such series in the result, or no whole turn at the last speed
     """
-    time = result.series["time"].values
+    if isinstance(series, str) and series not in result.series:
+        raise ResultError(
+            f"{result.path}: has no series {series}. `nutamill info fields` lists all series."
+        )
+    values = result.series[series].values if isinstance(series, str) else series
     inside, turns = turns_at_speed(result)
-    if len(turns) <= FEWEST_TURNS:
-        what = (
-            f"must hold {FEWEST_TURNS} whole turns at its last speed for a test of steadiness, it holds "
-            f"{max(0, len(turns) - 1)}"
-        )
-        raise ResultError(f"{result.path}: {what}. Continue it with `nutamill resume`.")
-    values = {name: turn_means(time[inside], result.series[name].values[inside], turns) for name in names}
-    return SteadyPart(
-        turns, {name: steady_mean(means, precision=precision) for name, means in values.items()}
-    )
-
-
-def power_split(result: Result, last: float | str = PAPER_WINDOW) -> PowerSplit:
-    """Where the motor's power goes, mean over the whole turns of the steady window; see `steady_window`."""
-    turns = steady_window(result, last, names=["time"]).turns
-
-    def power(name: str) -> float:
-        first, end = np.interp(turns[[0, -1]], result.series["time"].values, result.series[name].values)
-        return float((end - first) / (turns[-1] - turns[0]))
-
-    sinks = {group: sum(map(power, names)) for group, names in ledger_groups(result).items()}
-    supplied = power("motor_work") + (power("interface_work") if _prescribed(result) else 0.0)
-    return PowerSplit(supplied, sinks, power("ledger_residual"))
-
-
-def _prescribed(result: Result) -> bool:
-    """Whether the motion was imposed on the charge."""
-    return bool(result.case_text) and Case.from_toml(result.case_text).run.coupling == "prescribed"
-
-
-def ledger_groups(result: Result) -> dict[str, list[str]]:
-    """`SINKS` with the series that this result holds, groups without any left out."""
-    held = list(result.series.data_vars)
-    groups = {
-        group: [name for name in held if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)]
-        for group, patterns in SINKS.items()
-    }
-    return {group: names for group, names in groups.items() if names}
-
-
-def summary_lines(result: Result) -> list[str]:
-    """What is said at the end of a run: whether it is steady, steady force, torque and power, and where the
-    power goes.
-    """
-    names = ["crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power"]
-    try:
-        window = steady_window(result, names=names)
-        power = power_split(result)
-    except ResultError:
-        return [
-            f"no steady means: the run has not made a whole turn at its last speed (state: {result.state})"
-        ]
-    force, torque, drawn = window.values.values()
-    count = len(window.turns) - 1
-    plain = (
-        f"last {window.end - window.start:.3g} s ({count} whole turn{'s' if count > 1 else ''}), plain mean:"
-        f" {force.window_mean:.4g} N, {torque.window_mean:.4g} N m"
-    )
-    try:
-        part = steady_part(result, names)
-    except ResultError:
-        said = f"{too_few_turns(count)}; their plain mean:"
-        lines = [
-            said,
-            f"crank-pin force {force.mean:.4g} N   shaft torque {torque.mean:.4g} N m   power "
-            f"{drawn.mean:.0f} W",
-        ]
+    if len(turns) < 2:
+        raise _no_turn(result)
+    time, values = result.series["time"].values[inside], values[inside]
+    if by == "swing":
+        each = turn_swings(time, values, turns)
+    elif by == "rms":
+        each = np.sqrt(turn_means(time, values**2, turns))
     else:
-        force, torque, drawn = part.means.values()
-        means = (
-            f"crank-pin force {with_interval(force)} N   shaft torque {with_interval(torque)} N m   "
-            f"power {drawn.mean:.0f} W"
-        )
-        lines = [steady_line(part), means, plain]
-    if power.motor:
-        lines.append(
-            f"where the power goes: {_shares(power.sinks, power.motor)}  | closes to "
-            f"{100.0 * abs(power.residual / power.motor):.2f} %"
-        )
-    return lines
+        each = turn_means(time, values, turns)
+    begin = time[-1] - _seconds(last)
+    recent = values[time >= begin] if by == "mean" else each[turns[:-1] >= begin - 1e-9]
+    plain_mean = float(recent.mean()) if len(recent) else math.nan
+    if len(each) < FEWEST_TURNS:
+        return Estimate(float(each.mean()), math.nan, plain_mean, len(each), False)
+    return estimate_of_turns(each)._replace(plain_mean=plain_mean)
 
 
-def too_few_turns(count: int) -> str:
-    """Return the sentence on a run of so few turns at its last speed that nothing can be said about
-    steadiness.
+def steady_part(result: Result, names: Sequence[str]) -> SteadyPart:
+    """Estimate the steady means of several series of a run.
+
+    Raises
+    ------
+    ResultError : no such series, or fewer whole turns at the last speed than the test of steadiness needs
     """
-    return f"too few turns at the last speed for a test of steadiness: {count}, needs {FEWEST_TURNS}"
-
-
-def steady_line(part: SteadyPart) -> str:
-    """Whether a run is steady, since when, or what drifts by how much."""
-    turns = len(part.turns) - 1
-    if not part.drifting:
-        kept = min(found.turns for found in part.means.values())
-        return (
-            f"steady since t = {part.start:.2f} s (stationarity test), {kept} of {turns} turns at this "
-            "speed kept"
+    turns = turns_at_speed(result)[1]
+    if len(turns) <= FEWEST_TURNS:
+        raise ResultError(
+            f"{result.path}: a test of steadiness needs {FEWEST_TURNS} whole turns at the last speed, got "
+            f"{max(0, len(turns) - 1)}. Continue the run with `nutamill resume`."
         )
-    shares = {
-        name: part.means[name].drift / part.means[name].mean / part.means[name].turns
-        for name in part.drifting
-    }
-    drifts = ", ".join(f"{series_field(name).label} {100.0 * share:+.2g} %" for name, share in shares.items())
-    return f"not steady after {turns} turns at this speed; drift per turn: {drifts}"
+    return SteadyPart(turns, {name: steady_mean(result, name) for name in names})
 
 
-LEDGER_LIMIT = 0.005
-"""Share of the motor's work in the steady window that the ledger may leave open [1]."""
+def _no_turn(result: Result) -> ResultError:
+    """Return the error of a run without a whole turn at its last speed."""
+    time = result.series["time"].values
+    reached = f"the run ends at t = {time[-1]:g} s" if len(time) else "the run is empty"
+    return ResultError(
+        f"{result.path}: fewer than one whole turn at constant speed, {reached}. Continue it with "
+        "`nutamill resume`."
+    )
 
 
-def warning_lines(result: Result) -> list[str]:
-    """What is odd about a run: overlaps beyond the case's `overlap_warn`, a ledger that does not close."""
-    case, series = Case.from_toml(result.case_text), result.series
-    lines = []
-    if "largest_pair_overlap" in series and series.sizes["time"]:
-        for kind, wall in (("pair", False), ("wall", True)):
-            pairs = [case.contact.pair(a, b) for a, b, walled in case.touching if walled == wall]
-            limit = max(pair.overlap_warn for pair in pairs)
-            largest = float(series[f"largest_{kind}_overlap"].max())
-            if largest > limit:
-                lines.append(
-                    f"warning: largest {kind} overlap {100 * largest:.1f} % of the diameter, beyond "
-                    f"overlap_warn = {100 * limit:.0f} %."
-                    " Stiffer contacts would be nearer to the solids"
-                )
-    try:
-        power = power_split(result)
-    except ResultError:
-        return lines
-    if power.motor and abs(power.residual / power.motor) > LEDGER_LIMIT:
-        lines.append(
-            f"warning: the ledger leaves {100 * abs(power.residual / power.motor):.2f} % of the "
-            "motor's power open"
-            f" (limit {100 * LEDGER_LIMIT:.1f} %). Halve run.dt or run.window"
-        )
-    return lines
-
-
-CERTAIN = 1e-4
-"""Share of a mean below which its half width is not shown [1]."""
-
-
-def with_interval(estimate: Uncertain) -> str:
-    """``981 ± 6``, with as many digits as the interval has a meaning for."""
-    if not estimate.half_width > CERTAIN * abs(estimate.mean):  # not known, or finer than anyone reads
-        return f"{estimate.mean:.4g}"
-    digits = max(0, 1 - math.floor(math.log10(estimate.half_width)) - (estimate.half_width >= 1.0))
-    form = f".{digits}f" if digits < 7 else ".1e"
-    return f"{estimate.mean:{form}} ± {estimate.half_width:{form}}"
-
-
-def _shares(sinks: Mapping[str, float], motor: float) -> str:
-    """``pellet-pellet 61 %  pellet-wall 27 % ...``, largest first."""
-    largest_first = sorted(sinks.items(), key=lambda sink: -abs(sink[1]))
-    return "  ".join(f"{group} {100.0 * power / motor:z.0f} %" for group, power in largest_first)
+def _seconds(last: float | str) -> float:
+    """Return the length of a window [s]."""
+    return parse(last, Kind.TIME) if isinstance(last, str) else last

@@ -1,8 +1,8 @@
 """Steady or not: where the steady part of a record begins, its mean, and how uncertain that mean is.
 
 Pure functions of numbers.  A mill's readings repeat once or twice per turn, so that everything here is about
-one number per whole turn: its mean, its root mean square, or its swing.  A record is **steady** when what is
-kept of it has no drift beyond what its scatter explains, or none that matters.
+one number per whole turn: its mean, its root mean square, or its swing.  A record is **steady** when the
+turns used of it have no drift beyond what their scatter explains, or none that matters.
 """
 
 import itertools
@@ -14,75 +14,89 @@ import numpy as np
 from scipy.special import stdtrit
 
 FEWEST_TURNS = 5
-"""Whole turns below which nothing is said about steadiness [1]."""
+"""Fewest whole turns for a test of steadiness [1]."""
 BATCHES = 10
 """Largest number of batches of turns from which an interval is estimated, or in which a drift is looked for
 [1].
 """
 PRECISION = 0.01
-"""Share of a reading's size by which its mean may drift over what is kept, and still be called steady [1]."""
+"""Share of its size by which a steady reading may drift over the turns used [1]."""
 ROUND_OFF = 1e-9
 """Share of its size by which a reading may vary and still be called constant [1]."""
 TWO_SIDED_95 = 0.975
 """Student's quantile is taken here for an interval that holds 95 %."""
 
 
-class SteadyMean(NamedTuple):
-    """The mean of the steady part of a record of one number per turn."""
+class Estimate(NamedTuple):
+    """Steady mean of a quantity with its 95 % confidence interval."""
 
     mean: float
-    """Mean of the turns kept, unit of the record."""
+    """Mean over the turns used, unit of the quantity; NaN where there is none."""
     half_width: float
-    """Half width of its 95 % confidence interval, correlation of the turns included, unit of the record."""
-    first: int
-    """First turn kept, counted from 0 [1]."""
-    turns: int
-    """Turns kept [1]."""
-    correlation: float
-    """Turns that count as one independent value [1]."""
-    drift: float
-    """Change of the mean from the first to the last turn kept, as a straight line has it, unit of the
-    record.
+    """Half width of its 95 % confidence interval, correlation of the turns included, unit of the quantity;
+    NaN with too few turns for a test of steadiness.
     """
+    plain_mean: float
+    """Mean without that test, over the last seconds or over the whole record, unit of the quantity."""
+    turns: int
+    """Turns used [1]."""
     steady: bool
-    """Whether that drift is explained by the scatter, or smaller than it matters."""
+    """Whether the drift over the turns used is explained by their scatter, or too small to matter."""
+    first: int = 0
+    """First turn used, counted from 0 [1]."""
+    drift: float = math.nan
+    """Change of the mean from the first to the last turn used, by a straight line, unit of the quantity."""
+
+    @classmethod
+    def exact(cls, value: float) -> "Estimate":
+        """Return the estimate of a number that has no interval."""
+        return cls(value, math.nan, value, 1, True)
+
+
+NO_ESTIMATE = Estimate(math.nan, math.nan, math.nan, 0, False)
+"""Estimate of a quantity that a result does not hold."""
 
 
 def whole_turns(time: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Times [s] (n + 1,) at which the whole turns begin and end that fit into the record, counted back from
-    its end.
+    """Return the times [s] (n + 1,) between the whole turns of a record, counted back from its end.
 
     Parameters
     ----------
     time : sample times [s], (n_samples,)
-    angle : crank angle at them [rad], rising, (n_samples,)
+    angle : crank angle at them [rad], monotone, (n_samples,)
     """
     if not len(time):
         return np.empty(0)
+    if angle[-1] < angle[0]:
+        angle = -angle
     count = math.floor((angle[-1] - angle[0]) / math.tau + 1e-9)
     return np.interp(angle[-1] - math.tau * np.arange(count, -1, -1), angle, time)
 
 
 def turn_means(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Mean of `value` over each turn, (n,), by the trapezoidal rule: `value` sampled at `time` [s], turns
-    between `turns` [s] (n + 1,).
+    """Compute the mean of `value` over each turn, (n,), by the trapezoidal rule.
+
+    Parameters
+    ----------
+    time : sample times [s], (n_samples,)
+    value : samples, (n_samples,)
+    turns : times between the turns [s], (n + 1,)
     """
     integral = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (value[1:] + value[:-1]))))
     return np.diff(np.interp(turns, time, integral)) / np.diff(turns)
 
 
 def turn_swings(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Half of the largest less the smallest sample of each turn, (n,); arguments as of `turn_means`."""
+    """Compute half the range of the samples of each turn, (n,); arguments as of `turn_means`."""
     edges = np.searchsorted(time, turns)
     slices = [value[begin : max(end, begin + 1)] for begin, end in itertools.pairwise(edges)]
     return np.array([0.5 * np.ptp(inside) for inside in slices])
 
 
-def steady_mean(
+def estimate_of_turns(
     values: Sequence[float] | np.ndarray, size: float | None = None, precision: float = PRECISION
-) -> SteadyMean:
-    """Cut off what comes before the steady part of a record, and take the mean of the rest with its 95 %
-    interval.
+) -> Estimate:
+    """Estimate the mean of the steady part of a record, with its 95 % interval.
 
     The cut is the marginal standard error rule; half of the record at most is cut off.  The rest is called
     steady if a straight line through it has no slope beyond its uncertainty, or changes by less than
@@ -91,7 +105,7 @@ def steady_mean(
     Parameters
     ----------
     values : one number per turn, (n,)
-    size : what the drift is compared with, unit of `values`; the root mean square of the turns kept if None
+    size : what the drift is compared with, unit of `values`; the root mean square of the turns used if None
     precision : share of `size` that a drift may have [1]
 
     Raises
@@ -108,26 +122,27 @@ def steady_mean(
     if len(values) < FEWEST_TURNS:
         raise ValueError(f"needs at least {FEWEST_TURNS} whole turns, got {len(values)}")
     if not np.isfinite(values).all():
-        raise ValueError("must be finite numbers, they are not")
+        raise ValueError("values of the turns must be finite numbers")
     first = truncation(values)
-    kept = values[first:]
-    change, doubt = drift(kept)
-    size = float(np.sqrt(np.mean(kept**2))) if size is None else size
-    correlation = correlation_length(kept)
-    return SteadyMean(
-        mean=float(kept.mean()),
-        half_width=interval(kept, correlation),
-        first=first,
-        turns=len(kept),
-        correlation=correlation,
-        drift=change,
+    used = values[first:]
+    change, doubt = drift(used)
+    size = float(np.sqrt(np.mean(used**2))) if size is None else size
+    return Estimate(
+        mean=float(used.mean()),
+        half_width=interval(used, correlation_length(used)),
+        plain_mean=float(values.mean()),
+        turns=len(used),
         steady=abs(change) <= max(doubt, precision * size),
+        first=first,
+        drift=change,
     )
 
 
 def truncation(values: np.ndarray) -> int:
-    """How many values to cut off at the beginning: the least `sum((y - mean)^2) / n^2` of what is left, half
-    at most, and never so many that fewer than `FEWEST_TURNS` are left.
+    """Return how many values to cut off at the beginning.
+
+    The rest has the least `sum((y - mean)^2) / n^2`.  At most half is cut off, and at least `FEWEST_TURNS`
+    remain.
 
     Source
     ------
@@ -146,8 +161,9 @@ def truncation(values: np.ndarray) -> int:
 
 
 def correlation_length(values: np.ndarray) -> float:
-    """How many successive values count as one: `1 + 2 sum(autocorrelation)`, at least 1, by the initial
-    monotone sequence.
+    """Compute how many successive values count as one: `1 + 2 sum(autocorrelation)`, at least 1.
+
+    The sum is that of the initial monotone sequence.
 
     Autocorrelations of a record are noise beyond some lag.  Those of lag 2k and 2k + 1 together must be
     positive and fall with k; the sum stops where they are not, and takes none for more than those before it.
@@ -169,7 +185,7 @@ def correlation_length(values: np.ndarray) -> float:
 
 
 def interval(values: np.ndarray, correlation: float) -> float:
-    """Half width of the 95 % interval of the mean of `values`, `correlation` of which count as one.
+    """Compute the half width of the 95 % interval of a mean, `correlation` values of which count as one.
 
     The variance of the sample is made unbiased for correlated values; Student's law has one degree of freedom
     less than independent values, and one at least.
@@ -184,8 +200,7 @@ def interval(values: np.ndarray, correlation: float) -> float:
 
 
 def batch_half_width(means: np.ndarray) -> np.ndarray:
-    """Half width of the 95 % interval of the mean of turns, (m,), from the scatter of up to `BATCHES` batches
-    of them.
+    """Compute the half width of the 95 % interval of the mean of turns, (m,), by up to `BATCHES` batches.
 
     Parameters
     ----------
@@ -202,8 +217,7 @@ def batch_half_width(means: np.ndarray) -> np.ndarray:
 
 
 def drift(values: np.ndarray) -> tuple[float, float]:
-    """Change from the first to the last value along the line of least squares through batch means, and its 95
-    % half width.
+    """Compute the change from first to last value by a straight line through batch means, and its half width.
 
     Batches are so long that their means are nearly independent; the half width is that of a slope with
     independent scatter.

@@ -229,14 +229,13 @@ def loads(
     """
     from nutamill.analysis.load_paths import load_paths, loads_lines
     from nutamill.analysis.rods import rods_lines, yoke_rods
-    from nutamill.analysis.source import open_mill_result
-    from nutamill.case import Case
+    from nutamill.analysis.source import case_of, open_mill_result
     from nutamill.view.figures.reading import draw_loads
 
     with open_mill_result(file) as result:
         figure = draw_loads(result, axes, last)
         picture = _place(to, _picture_name(file, "loads", axes, last), file.parent)
-        rods = rods_lines(yoke_rods(result, last)) if Case.from_toml(result.case_text).rods else []
+        rods = rods_lines(yoke_rods(result, last)) if case_of(result).rods else []
         _print_answer(loads_lines(load_paths(result, last), axes) + rods, figure, picture)
 
 

@@ -238,7 +238,7 @@ def _summary(result: "Result") -> tuple[list[str], list[str]]:
 
         return measured_lines(result), []
     from nutamill.analysis.mechanism import is_mechanism, mechanism_summary_lines, mechanism_warning_lines
-    from nutamill.analysis.windows import summary_lines, warning_lines
+    from nutamill.analysis.summary import summary_lines, warning_lines
 
     if is_mechanism(result):
         return mechanism_summary_lines(result), mechanism_warning_lines(result)

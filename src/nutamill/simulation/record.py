@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from nutamill.base.steady import FEWEST_TURNS, SteadyMean, steady_mean, turn_means, whole_turns
+from nutamill.base.steady import FEWEST_TURNS, Estimate, estimate_of_turns, turn_means, whole_turns
 from nutamill.case import Case, MechanismCase
 from nutamill.result.fields import expand, series_field
 from nutamill.result.recorder import SERIES_ROOM
@@ -73,7 +73,7 @@ class Ending:
         self._case = case
         self._columns: list[np.ndarray] = []
         self._wanted = case.run.until == "steady"
-        self._means: dict[str, SteadyMean] = {}
+        self._means: dict[str, Estimate] = {}
         self._known: dict[str, float] = {}
         self.found = False
         self.plan = RecordPlan.of(case, round(until * case.run.series_rate))
@@ -121,7 +121,7 @@ class Ending:
         sizes[1] = max(sizes[1], LEVER_SHARE * self._case.mechanism.crank_radius * sizes[0])
         precision = self._case.run.precision
         self._means = {
-            name: steady_mean(turn_means(time, value, turns), size, precision)
+            name: estimate_of_turns(turn_means(time, value, turns), size, precision)
             for name, value, size in zip(WATCHED, watched, sizes, strict=True)
         }
         self._known = {

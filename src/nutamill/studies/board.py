@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from nutamill.analysis.values import Reading, Value
-from nutamill.analysis.windows import with_interval
+from nutamill.analysis.summary import with_interval
+from nutamill.analysis.values import Reading
+from nutamill.base.steady import Estimate
 from nutamill.result import is_finished
 from nutamill.studies.table import Outcome
 
@@ -75,7 +76,7 @@ def line(outcome: Outcome, readings: Sequence[Reading]) -> str:
     return "  ".join([outcome.member.label or outcome.member.case.name, *means, outcome.state])
 
 
-def _read(outcome: Outcome, readings: Sequence[Reading]) -> list[tuple[Reading, Value]]:
+def _read(outcome: Outcome, readings: Sequence[Reading]) -> list[tuple[Reading, Estimate]]:
     """Readings of a run, as far as it has them."""
     return [(reading, outcome.values[reading]) for reading in readings if reading in outcome.values]
 

@@ -9,13 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray
 
-from nutamill.analysis.values import NOTHING, Reading, Value
+from nutamill.analysis.values import Reading
 from nutamill.base.atomic_file import write_whole
+from nutamill.base.steady import NO_ESTIMATE, Estimate
 from nutamill.case.toml.keys import held as held_at
 from nutamill.case.toml.keys import unit_at
 from nutamill.studies.axes import Member
 
-PARTS = {"": "mean", "_half_width": "half_width", "_window": "window"}
+PARTS = {"": "mean", "_half_width": "half_width", "_window": "plain_mean"}
 """Variables of a reading in the dataset, by what is added to its name."""
 
 
@@ -28,7 +29,7 @@ class Outcome(NamedTuple):
     """Its result file."""
     state: str
     """``waiting``, ``running``, ``complete``, ``not steady: ...``, or what went wrong."""
-    values: Mapping[Reading, Value]
+    values: Mapping[Reading, Estimate]
     """What was read from it; empty before it has ended."""
 
 
@@ -50,7 +51,7 @@ def dataset(
     variables: dict[str, Any] = {}
     for reading in readings:
         for suffix, part in PARTS.items():
-            column = [getattr(outcome.values.get(reading, NOTHING), part) for outcome in outcomes]
+            column = [getattr(outcome.values.get(reading, NO_ESTIMATE), part) for outcome in outcomes]
             label = {"": reading.field.label, "_half_width": f"{reading.field.label}, 95 % half width"}.get(
                 suffix, f"{reading.field.label}, last seconds"
             )
@@ -88,9 +89,9 @@ def write_csv(path: Path, outcomes: Sequence[Outcome], readings: Sequence[Readin
     ]
     writer.writerow([*keys, "state", "file", *heads])
     for outcome in outcomes:
-        values = [outcome.values.get(reading, NOTHING) for reading in readings]
+        values = [outcome.values.get(reading, NO_ESTIMATE) for reading in readings]
         numbers = [
-            f"{number:.6g}" for value in values for number in (value.mean, value.half_width, value.window)
+            f"{number:.6g}" for value in values for number in (value.mean, value.half_width, value.plain_mean)
         ]
         writer.writerow([*outcome.member.values.values(), outcome.state, outcome.file.name, *numbers])
     write_whole(path, out.getvalue())

@@ -17,20 +17,15 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from nutamill import __version__
-from nutamill.analysis.mechanism import is_mechanism
-from nutamill.analysis.windows import (
-    power_split,
-    steady_line,
-    steady_part,
-    steady_window,
-    too_few_turns,
-    warning_lines,
-)
+from nutamill.analysis.power import power_split
+from nutamill.analysis.source import case_of
+from nutamill.analysis.summary import steady_line, too_few_turns, warning_lines
+from nutamill.analysis.windows import steady_mean, steady_part, turns_at_speed
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.files import is_folder
+from nutamill.base.steady import Estimate
 from nutamill.base.units import rpm
-from nutamill.case import Case
 from nutamill.case.differences import swept_axis
 from nutamill.result import Result, open_result
 from nutamill.result.fields import series_field
@@ -55,19 +50,6 @@ SOURCES = (
     "a nutating grinding mill,"
     " J. S. Afr. Inst. Min. Metall. 125, 99-106, 2025.",
 )
-
-
-class SteadyLine(NamedTuple):
-    """One steady mean as it is printed."""
-
-    label: str
-    """What and in which unit."""
-    text: str
-    """Mean and interval."""
-    mean: float
-    """Mean, unit of the label."""
-    half_width: float
-    """Half width of its 95 % interval."""
 
 
 class Sink(NamedTuple):
@@ -105,8 +87,8 @@ class RunPage(NamedTuple):
     """Whether the run is steady, or why nothing can be said about that."""
     heading: str
     """What the means are: steady, not steady, or plain means."""
-    steady: list[SteadyLine]
-    """Means; none without a whole turn at constant speed."""
+    steady: dict[str, Estimate]
+    """Means by label and unit; none without a whole turn at constant speed."""
     ledger: list[Sink]
     """Where the power goes."""
     figures: list[Drawn]
@@ -157,20 +139,20 @@ def report_page(paths: Sequence[str | Path]) -> str:
     for path in paths:
         with open_result(path) as result:
             runs.append(_run_page(result))
-            cases.append(Case.from_toml(result.case_text))
+            cases.append(case_of(result))
     known = [run for run in runs if run.steady]
     overview, axis = "", None
     if len(known) > 1:
         axis = swept_axis([case for case, run in zip(cases, runs, strict=True) if run.steady])
-        places = axis.values if axis else [float(run.speed) for run in known]
+        positions = axis.values if axis else [float(run.speed) for run in known]
         label = axis.label if axis else "speed (rpm)"
-        values = list(zip(places, (run.steady for run in known), strict=True))
+        values = list(zip(positions, (run.steady for run in known), strict=True))
         overview = _image(draw_steady_values(values, label, joined=axis is not None))
     return _filled(
         title=runs[0].title or runs[0].name if len(runs) == 1 else f"{len(runs)} runs",
         about=f"{len(runs)} run{'' if len(runs) == 1 else 's'}",
         runs=runs,
-        headings=[value.label for value in known[0].steady] if known else [],
+        headings=list(known[0].steady) if known else [],
         overview=overview,
         over=axis.label if axis else "speed; runs that differ in more than one number are not joined",
     )
@@ -182,7 +164,9 @@ def _filled(**fields: object) -> str:
 
     text = (resources.files("nutamill") / "data" / "pages" / "report.html").read_text(encoding="utf-8")
     template = Environment(autoescape=True, trim_blocks=True).from_string(text)
-    return template.render(version=__version__, citation=CITATION, sources=SOURCES, **fields)
+    return template.render(
+        mean_text=_mean_text, version=__version__, citation=CITATION, sources=SOURCES, **fields
+    )
 
 
 def _drawn(campaign: CampaignFolder) -> list[Drawn]:
@@ -195,15 +179,7 @@ def _run_page(result: Result) -> RunPage:
     if not result.case_text:
         what = "must be the result of a run, it is measured data"
         raise CaseError(Fault(str(result.path), what, "Lay it over a run with nutamill compare"))
-    if is_mechanism(result):
-        raise CaseError(
-            Fault(
-                str(result.path),
-                "must be the run of a mill, it is that of a mechanism",
-                "nutamill show prints its loads",
-            )
-        )
-    case = Case.from_toml(result.case_text)
+    case = case_of(result)
     figures = []
     for name in FIGURES:
         try:
@@ -233,31 +209,31 @@ def _run_page(result: Result) -> RunPage:
     )
 
 
-def _means(result: Result) -> tuple[str, str, list[SteadyLine]]:
-    """Whether a run is steady, what its means are, and the means of `READINGS`; an interval only where there
-    is one.
-    """
+def _means(result: Result) -> tuple[str, str, dict[str, Estimate]]:
+    """Return whether a run is steady, what its means are, and the means of `READINGS` by their label."""
     names = [name for name in READINGS if name in result.series]
-    try:
-        window = steady_window(result, names=names)
-    except ResultError:
-        return "no whole turn at constant speed: no means", "", []
-    turns = len(window.turns) - 1
+    turns = len(turns_at_speed(result)[1]) - 1
+    if turns < 1:
+        return "no whole turn at constant speed: no means", "", {}
     try:
         part = steady_part(result, names)
     except ResultError:
-        lines = [_line(name, estimate.mean, math.nan) for name, estimate in window.values.items()]
-        return too_few_turns(turns), f"plain mean of {turns} turns, without an interval", lines
+        means = {_label(name): steady_mean(result, name) for name in names}
+        return too_few_turns(turns), f"plain mean of {turns} turns, without an interval", means
     heading = "mean and 95 % interval, not steady" if part.drifting else "steady mean and 95 % interval"
-    lines = [_line(name, estimate.mean, estimate.half_width) for name, estimate in part.means.items()]
-    return steady_line(part), heading, lines
+    return steady_line(part), heading, {_label(name): mean for name, mean in part.means.items()}
 
 
-def _line(name: str, mean: float, half_width: float) -> SteadyLine:
-    """One mean as it is printed."""
+def _label(name: str) -> str:
+    """Return the label and unit of a series."""
     field = series_field(name)
-    text = f"{mean:.4g}" + (f" ± {_short(half_width)}" if math.isfinite(half_width) else "")
-    return SteadyLine(f"{field.label} ({field.unit})", text, mean, half_width)
+    return f"{field.label} ({field.unit})"
+
+
+def _mean_text(estimate: Estimate) -> str:
+    """Format a mean with its interval, where it has one."""
+    width = estimate.half_width
+    return f"{estimate.mean:.4g}" + (f" ± {_short(width)}" if math.isfinite(width) else "")
 
 
 def _short(width: float) -> str:

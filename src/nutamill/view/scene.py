@@ -1,6 +1,6 @@
 """The mill in three dimensions, with PyVista: pictures and films, on a server without a screen as on a desk.
 
-PyVista is the extra ``view``; it is met in this room only.
+PyVista is the extra ``view``, imported in this file only.
 """
 
 import functools
@@ -9,16 +9,17 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
 from nutamill.analysis.replay import Frame, chosen_snapshots, replay
+from nutamill.analysis.source import case_of
 from nutamill.base.atomic_file import check_writable, io_errors
 from nutamill.base.errors import CaseError, Fault, NotInstalledError, OutputError, ResultError, missing_extra
 from nutamill.case import Case
-from nutamill.case.machine import CHAMBER
 from nutamill.result import Result
+from nutamill.view.cameras import VIEWS, Camera, View, camera_of
 from nutamill.view.drawing import Part, machine_parts
 
 if TYPE_CHECKING:
@@ -30,17 +31,16 @@ OPENING = 0.9 * math.pi
 """Azimuth over which the chamber's wall is cut open [rad]."""
 FILM_RATE = 25
 """Pictures per second of a film [1/s]."""
-TOLD = 20
-"""Moments drawn between two words about how far a film is [1]."""
+LOGGED = 20
+"""Snapshots drawn between two lines of the log of a film [1]."""
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
-"""Ends of file names that say in which format a picture is saved."""
+"""Suffixes of pictures."""
 FILMS = (".mp4",)
-"""Ends of file names of films."""
+"""Suffixes of films."""
 SLOWED = 40.0
-"""How many times slower than real a film runs unless told otherwise [1]."""
+"""Default of how many times slower than real a film runs [1]."""
 
 Colour = Literal["speed", "height", "force", "material"]
-View = Literal["front", "inside", "axis"]
 BARS = {
     "speed": "speed (m/s)",
     "height": "height over the floor (m)",
@@ -62,41 +62,26 @@ BAR = {
     "label_font_size": 20,
     "color": "black",
 }
-"""Where the colour bar stands, in shares of the picture."""
-
-
-class Camera(NamedTuple):
-    """Where a picture is taken from."""
-
-    eye: np.ndarray
-    """[m] (3,), world."""
-    target: np.ndarray
-    """[m] (3,), world."""
-    up: np.ndarray
-    """What is up in the picture, world axes (3,)."""
-    angle: float
-    """Angle of view from top to bottom [deg]."""
-    hides: tuple[str, ...]
-    """Parts that stand in the way."""
+"""Colour bar, position and size in shares of the picture."""
 
 
 def draw_scene(
     result: Result, path: str | Path, view: View = "front", colour: Colour = "speed", number: int = -1
 ) -> Path:
-    """Write a picture (PNG) of one snapshot; returns its path.
+    """Write a picture (PNG) of one snapshot, and return its path.
 
     Parameters
     ----------
     result : an opened result with snapshots
     view : ``front``; ``inside``, riding on the chamber under its ceiling as the camera of the NuMill papers;
         ``axis``, down the shaft
-    colour : what colours the particles
+    colour : quantity by which the particles are coloured
     number : which snapshot; -1 is the last
 
     Raises
     ------
-    CaseError : a view or colour of another name, or a file of no format of pictures
-    ResultError : no snapshots, or snapshots without what the colour needs
+    CaseError : an unknown view or colour, or a file that is no picture
+    ResultError : no snapshots, or snapshots without the quantity of the colour
     NotInstalledError : PyVista or OpenGL is missing
     """
     check_writable(Path(path), PICTURES)
@@ -106,9 +91,7 @@ def draw_scene(
 
 
 FRAGMENTS = ["-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-g", "50"]
-"""What ffmpeg is told so that a film cut short by a kill plays as far as it goes: two seconds to a fragment,
-each whole in itself.
-"""
+"""Options of ffmpeg: fragments of two seconds, each complete, so that a truncated film still plays."""
 
 
 def film_scene(
@@ -119,10 +102,16 @@ def film_scene(
     slowed: float = SLOWED,
     log: Callable[[str], None] | None = None,
 ) -> Path:
-    """Write a film (MP4) of all snapshots, `slowed` times slower than real; returns its path.
+    """Write a film (MP4) of all snapshots, and return its path.
 
-    `log` is told now and then how many moments have been drawn. Raises as `draw_scene`; NotInstalledError
-    also where ffmpeg is missing.
+    Parameters
+    ----------
+    slowed : how many times slower than real the film runs [1]
+    log : receives now and then how many snapshots have been drawn
+
+    Raises
+    ------
+    as `draw_scene`; NotInstalledError also where ffmpeg is missing
     """
     path = Path(path)
     check_writable(path, FILMS)
@@ -130,7 +119,7 @@ def film_scene(
     pictures = max(2, round(float(times[-1] - times[0]) * slowed * FILM_RATE) + 1)
     nearest = np.abs(np.linspace(times[0], times[-1], pictures)[:, None] - times).argmin(axis=1)
 
-    def opened(plotter: "pyvista.Plotter") -> Callable:
+    def open_film(plotter: "pyvista.Plotter") -> Callable:
         try:
             import imageio_ffmpeg
 
@@ -140,7 +129,7 @@ def film_scene(
         plotter.open_movie(str(path), framerate=FILM_RATE, quality=7, output_params=FRAGMENTS)
         return functools.partial(_filmed, plotter)
 
-    return _rendered(result, path, view, colour, [int(k) for k in nearest], opened, log)
+    return _rendered(result, path, view, colour, [int(k) for k in nearest], open_film, log)
 
 
 def _pictured(plotter: "pyvista.Plotter") -> Callable:
@@ -148,9 +137,7 @@ def _pictured(plotter: "pyvista.Plotter") -> Callable:
 
 
 def _filmed(plotter: "pyvista.Plotter", path: str, times: int) -> None:
-    """Add what is before the camera to the film, `times` pictures long; it is drawn once, which takes the
-    time.
-    """
+    """Render the scene once and append it to the film `times` times."""
     try:
         plotter.write_frame()
         drawn = plotter.image
@@ -158,41 +145,47 @@ def _filmed(plotter: "pyvista.Plotter", path: str, times: int) -> None:
             plotter.mwriter.append_data(drawn)
     except OSError:  # holds the command line of ffmpeg
         raise OutputError(
-            f"{path}: ffmpeg cannot write the film any further. Free some room, or choose another place."
+            f"{path}: ffmpeg cannot write the film any further. Free some room, or choose another folder."
         ) from None
 
 
 def _rendered(
     result: Result,
     path: Path,
-    view: str,
+    view: View,
     colour: str,
     numbers: list[int],
-    opened: Callable,
+    open_writer: Callable,
     log: Callable[[str], None] | None = None,
 ) -> Path:
-    """Draw these snapshots one after the other, each handed to what `opened` makes of the plotter, with how
-    often it comes in turn.
+    """Render each snapshot and pass it to the writer with its repeat count.
+
+    Parameters
+    ----------
+    numbers : snapshots in the order of the pictures, equal ones in a row
+    open_writer : makes of the plotter the function that writes a rendered picture some times to a path
+    log : receives how many snapshots have been drawn
     """
     _check(view, colour)
-    case = Case.from_toml(result.case_text)
+    case = case_of(result)
+    camera = camera_of(view, case)
     limits = _limits(result, colour, numbers, case)
     with _plotter() as plotter:
-        keep = opened(plotter)
+        write = open_writer(plotter)
         stage = Stage(plotter, case, machine_parts(case, OPENING, walls=result.walls), colour, limits)
-        turns = [(number, len(list(same))) for number, same in itertools.groupby(numbers)]
-        for done, (number, times) in enumerate(turns):
-            if log is not None and done % TOLD == 0:
-                log(f"{done} of {len(turns)} moments drawn")
+        repeats = [(number, len(list(same))) for number, same in itertools.groupby(numbers)]
+        for done, (number, times) in enumerate(repeats):
+            if log is not None and done % LOGGED == 0:
+                log(f"{done} of {len(repeats)} moments drawn")
             frame = next(replay(result, [number]))
-            stage.show(frame, _values(result, number, frame, colour, case), camera_of(view, frame, case))
+            stage.show(frame, _values(result, number, frame, colour, case), camera)
             with io_errors(path):
-                keep(str(path), times)
+                write(str(path), times)
     return path
 
 
 class Stage:
-    """What stands before the camera, moved from frame to frame; used within one picture or film."""
+    """The machine and the charge in front of the camera, moved from frame to frame of one picture or film."""
 
     def __init__(
         self,
@@ -210,20 +203,20 @@ class Stage:
         self._actor = None
         self._names = case.charge.materials if colour == "material" else ()
         if self._names:
-            legend = [[name, own] for name, own in zip(self._names, MATERIALS, strict=False)]
+            legend = [[name, colour] for name, colour in zip(self._names, MATERIALS, strict=False)]
             plotter.add_legend(
                 legend, bcolor="white", face="circle", loc="lower left", size=(0.2, 0.05 * len(legend))
             )
 
     def show(self, frame: Frame, values: np.ndarray, camera: Camera) -> None:
-        """Move everything to where it is in `frame`, and colour the particles by `values` (n,)."""
+        """Move all parts to their poses in `frame`, and colour the particles by `values` (n,)."""
         import pyvista
 
         for part, actor in self._parts:
             pose = frame.bodies[part.body]
-            placed = np.eye(4)
-            placed[:3, :3], placed[:3, 3] = pose.rotation, pose.origin
-            actor.user_matrix = placed
+            matrix = np.eye(4)
+            matrix[:3, :3], matrix[:3, 3] = pose.rotation, pose.origin
+            actor.user_matrix = matrix
             actor.SetVisibility(part.name not in camera.hides)
         if len(frame.positions):
             charge = pyvista.PolyData(frame.positions)
@@ -242,49 +235,15 @@ class Stage:
                 scalar_bar_args=BAR,
                 render=False,
             )
-        eye = self._plotter.camera
-        eye.position, eye.focal_point, eye.up, eye.view_angle = (
-            camera.eye,
-            camera.target,
-            camera.up,
-            camera.angle,
-        )
+        camera, lens = camera.in_world(frame), self._plotter.camera
+        lens.position, lens.focal_point, lens.up = camera.eye, camera.target, camera.up
+        lens.view_angle = math.degrees(camera.angle)
         self._plotter.reset_camera_clipping_range()
-
-
-def camera_of(view: str, frame: Frame, case: Case) -> Camera:
-    """The camera of a view at one moment."""
-    chamber, plane = case.chamber, case.mounts.depth
-    if view == "front":
-        size = plane + chamber.inner_diameter
-        target = np.array([0.0, 0.0, -0.52 * plane])
-        return Camera(
-            target + size * np.array([0.0, -1.95, 0.4]), target, np.array([0.0, 0.0, 1.0]), 30.0, ()
-        )
-    if view == "axis":
-        target = np.array([0.0, 0.0, -chamber.floor_depth])
-        hidden = ("frame", "yoke", "bearing cross", "ceiling")
-        return Camera(
-            target + np.array([0.0, 0.0, 4.5 * chamber.inner_diameter]),
-            target,
-            np.array([0.0, 1.0, 0.0]),
-            30.0,
-            hidden,
-        )
-    pose = frame.bodies[CHAMBER]
-    eye = pose.origin + pose.rotation @ [
-        0.0,
-        -0.2 * chamber.inner_diameter,
-        -chamber.ceiling_depth - 0.02 * chamber.height,
-    ]
-    target = pose.origin + pose.rotation @ [0.0, 0.0, -chamber.floor_depth]
-    return Camera(eye, target, pose.rotation @ [0.0, 1.0, 0.0], 75.0, ("ceiling", "frame", "yoke"))
 
 
 def _check(view: str, colour: str) -> None:
     faults = []
-    for where, given, known in (("--camera", view, View), ("--colour", colour, Colour)):
-        names = known.__args__
+    for where, given, names in (("--camera", view, VIEWS), ("--colour", colour, get_args(Colour))):
         if given not in names:
             faults.append(
                 Fault(
@@ -298,25 +257,23 @@ def _check(view: str, colour: str) -> None:
 
 
 def _values(result: Result, number: int, frame: Frame, colour: str, case: Case) -> np.ndarray:
-    """What colours the particles of a snapshot (n,)."""
+    """Return the values by which the particles of a snapshot are coloured, (n,)."""
     if colour == "speed":
         return np.linalg.norm(frame.velocities, axis=1)
     if colour == "height":
         return frame.in_chamber()[:, 2] + case.chamber.floor_depth
     array = "contact_forces" if colour == "force" else "materials"
-    kept = result.snapshots[number]
-    if array not in kept and len(frame.positions):
+    snapshot = result.snapshots[number]
+    if array not in snapshot and len(frame.positions):
         raise ResultError(
-            f"{result.path}: its snapshots must hold {array} to be coloured by {colour}, they do "
-            "not. Run the case again."
+            f"{result.path}: its snapshots hold no {array}, which colouring by {colour} needs. Run the case "
+            "again."
         )
-    return np.asarray(kept.get(array, np.empty(0)), float)
+    return np.asarray(snapshot.get(array, np.empty(0)), float)
 
 
 def _limits(result: Result, colour: str, numbers: list[int], case: Case) -> tuple[float, float]:
-    """Ends of the colour bar over all snapshots shown: zero, and what all but one particle in a thousand stay
-    below.
-    """
+    """Return the ends of the colour bar over all snapshots shown: zero, and the 99.9 % quantile."""
     if colour == "material":
         return -0.5, max(1, len(case.charge.materials)) - 0.5
     shown = sorted(set(numbers))[:: max(1, len(set(numbers)) // 20)]
@@ -344,19 +301,22 @@ def _look(part: Part) -> dict:
 
 @contextmanager
 def _plotter() -> "Iterator[pyvista.Plotter]":
-    """An off-screen plotter; says what is missing where it cannot be had."""
+    """Open an off-screen plotter.
+
+    Raises
+    ------
+    NotInstalledError : PyVista or OpenGL is missing
+    """
     try:
         import pyvista
     except ImportError as fault:
         raise missing_extra("a picture in three dimensions", "PyVista", "view") from fault
-    pyvista.vtk_verbosity(
-        "off"
-    )  # without a screen VTK would tell so on every start; its own way out of that is the one wanted
+    pyvista.vtk_verbosity("off")  # silences VTK's warning of a missing screen
     try:
         plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="light kit")
     except Exception as fault:
         raise NotInstalledError(
-            f"pictures in three dimensions need OpenGL, which cannot be had here ({fault})."
+            f"pictures in three dimensions need OpenGL, which is not available here ({fault})."
             " Install libegl1 or libosmesa6, or use `nutamill view`, which needs neither."
         ) from fault
     plotter.set_background("white")

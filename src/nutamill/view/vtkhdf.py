@@ -14,8 +14,8 @@ import h5py
 import numpy as np
 
 from nutamill.analysis.replay import Frame, chosen_snapshots, replay
+from nutamill.analysis.source import case_of
 from nutamill.base.atomic_file import check_writable, replace_file
-from nutamill.case import Case
 from nutamill.result import Result
 from nutamill.view.drawing import Part, machine_parts
 
@@ -42,7 +42,7 @@ def write_vtkhdf(result: Result, path: str | Path) -> Path:
     path = Path(path)
     check_writable(path, SUFFIXES)
     numbers = chosen_snapshots(result)
-    case = Case.from_toml(result.case_text)
+    case = case_of(result)
     parts = machine_parts(case, walls=result.walls)
     particles = len(result.snapshots[0].get("radii", ()))
     numbers_in_all = len(numbers) * (9 * particles + 3 * sum(len(part.vertices) for part in parts))

@@ -17,18 +17,20 @@ from string import Template
 import numpy as np
 
 from nutamill.analysis.replay import Frame, chosen_snapshots, replay
+from nutamill.analysis.source import case_of
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
 from nutamill.case import Case
 from nutamill.result import Result
 from nutamill.result.fields import series_field
+from nutamill.view.cameras import VIEWS, View, camera_of
 from nutamill.view.drawing import Part, machine_parts
 
 MOST_FRAMES = 200
 """Frames in a page unless told otherwise [1]."""
 MOST_SAMPLES = 2000
 """Samples of a trace; a screen is not wider."""
-LENS = math.radians(30.0)
-"""Angle of view of the outer cameras, from top to bottom [rad]."""
+STEEPEST = 1.57
+"""Largest elevation of a camera of the page [rad]; exactly above its target it has no upward direction."""
 TRACES = {"crank_pin_force_resultant": "#0072B2", "driveshaft_torque": "#D55E00"}
 
 
@@ -52,7 +54,7 @@ def write_view(result: Result, path: str | Path, frames: int = MOST_FRAMES) -> P
 def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
     """The page as text; parameters and errors as `write_view`."""
     moments = list(replay(result, chosen_snapshots(result, frames)))
-    case = Case.from_toml(result.case_text)
+    case = case_of(result)
     packed, scales = _packed(moments)
     facts = {
         "frames": len(moments),
@@ -61,7 +63,7 @@ def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
         "bodies": _moves(moments),
         "parts": [_part(part) for part in machine_parts(case, opening=0.75 * math.pi, walls=result.walls)],
         "radii": _coded(moments[0].radii.astype("<f4")),
-        "views": _views(case),
+        "views": {view: _view(view, case) for view in VIEWS},
         "reach": case.mounts.depth + case.chamber.inner_diameter,
         "heights": [-case.chamber.floor_depth, _highest(moments, case)],
         **scales,
@@ -137,38 +139,17 @@ def _part(part: Part) -> dict:
     }
 
 
-def _views(case: Case) -> dict[str, dict]:
-    """The cameras: from the front, riding on the chamber under its ceiling, and down the shaft's axis."""
-    chamber = case.chamber
-    middle = [0.0, 0.0, -chamber.floor_depth + 0.5 * chamber.height]
-    size = case.mounts.depth + chamber.inner_diameter
-    out = {"rides": False, "hides": [], "angle": LENS}
-    hidden = ["frame", "yoke", "bearing cross", "ceiling"]
+def _view(view: View, case: Case) -> dict:
+    """Return a camera as the page reads it: its target, and its position about the target as angles."""
+    camera = camera_of(view, case)
     return {
-        "front": {
-            **out,
-            "azimuth": -0.5 * math.pi,
-            "height": 0.2,
-            "distance": 1.95 * size,
-            "target": [0.0, 0.0, -0.52 * case.mounts.depth],
-        },
-        "inside": {
-            "rides": True,
-            "hides": ["ceiling"],
-            "angle": math.radians(75.0),
-            "azimuth": -0.5 * math.pi,
-            "height": 1.45,
-            "distance": 0.9 * chamber.height,
-            "target": [0.0, 0.0, -chamber.floor_depth],
-        },
-        "axis": {
-            **out,
-            "hides": hidden,
-            "azimuth": -0.5 * math.pi,
-            "height": 1.57,
-            "distance": 5.0 * chamber.inner_diameter,
-            "target": middle,
-        },
+        "rides": camera.rides,
+        "hides": list(camera.hides),
+        "angle": camera.angle,
+        "azimuth": camera.azimuth,
+        "height": min(camera.elevation, STEEPEST),
+        "distance": camera.distance,
+        "target": camera.target.tolist(),
     }
 
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.analysis.values import Value
 from nutamill.base.errors import DamagedError, ResultError
+from nutamill.base.steady import NO_ESTIMATE, Estimate
 from nutamill.base.units import Kind
 from nutamill.result import MISSING, open_result
 from nutamill.studies.papers.model import Paper, Row
@@ -36,20 +36,14 @@ class Key(NamedTuple):
 class Measured(NamedTuple):
     """One number of ours, from one run or from several that differ in their seed."""
 
-    mean: float
-    """Mean over the runs, SI."""
-    half_width: float
-    """Half width of its 95 % interval from within the runs; NaN where none is known."""
+    estimate: Estimate
+    """Mean over the runs, SI; its half width is from within the runs, and it is steady if every run is."""
     scatter: float
     """Standard deviation from run to run; NaN of a single run."""
     runs: int
     """Runs it is made of [1]."""
-    window_mean: float
-    """Mean over all samples of the window, as in the papers, not over whole turns."""
     trouble: str = ""
     """Why there is no number, or not from all runs; empty if all is well."""
-    steady: bool = True
-    """Whether the test calls every run steady; runs with too few turns for it are not."""
 
 
 class Finding(NamedTuple):
@@ -65,7 +59,7 @@ class Finding(NamedTuple):
     """Standard deviation over seeds; NaN of single runs."""
     runs: int
     """Least number of runs behind either part of the row [1]."""
-    window_value: float
+    plain_mean: float
     """Ours from the plain means of the papers' window."""
     error: float
     """How far we are off, `points` or not; NaN if nothing was published."""
@@ -81,7 +75,7 @@ class Finding(NamedTuple):
     """Whether the runs behind it are steady."""
 
 
-NOTHING = Measured(math.nan, math.nan, math.nan, 0, math.nan)
+NOTHING = Measured(NO_ESTIMATE, math.nan, 0)
 
 
 def measure(
@@ -107,9 +101,9 @@ def measure(
     return numbers
 
 
-def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str, Value | str]:
+def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str, Estimate | str]:
     """Numbers of one run by quantity, or why there is none."""
-    values: dict[str, Value | str] = {}
+    values: dict[str, Estimate | str] = {}
     series = [quantity for quantity in quantities if quantity != MODES]
     state = run_state(run) if series else COMPLETE
     if state == COMPLETE and series:
@@ -127,9 +121,7 @@ def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str,
             values[MODES] = trouble_of(MISSING, command)
         else:
             values[MODES] = (
-                Value(frequencies[0], math.nan, frequencies[0], 1, True)
-                if frequencies
-                else "no mode oscillates below twice the speed"
+                Estimate.exact(frequencies[0]) if frequencies else "no mode oscillates below twice the speed"
             )
     return values
 
@@ -143,8 +135,8 @@ def trouble_of(state: str, command: str) -> str:
     return f"not finished ({state}). Do: {command}"
 
 
-def _together(values: Sequence[Value | str]) -> Measured:
-    """One number of several runs; troubles are joined in words."""
+def _together(values: Sequence[Estimate | str]) -> Measured:
+    """Combine the estimates of several runs, and the reasons of those that have none."""
     good = [value for value in values if not isinstance(value, str)]
     trouble = "; ".join(dict.fromkeys(value for value in values if isinstance(value, str)))
     if not good:
@@ -152,15 +144,14 @@ def _together(values: Sequence[Value | str]) -> Measured:
     means = np.array([value.mean for value in good])
     half_width = math.sqrt(sum(value.half_width**2 for value in good)) / len(good)
     scatter = float(means.std(ddof=1)) if len(good) > 1 else math.nan
-    return Measured(
-        float(means.mean()),
-        half_width,
-        scatter,
-        len(good),
-        float(np.mean([value.window for value in good])),
-        trouble,
-        all(value.steady for value in good),
+    together = Estimate(
+        mean=float(means.mean()),
+        half_width=half_width,
+        plain_mean=float(np.mean([value.plain_mean for value in good])),
+        turns=sum(value.turns for value in good),
+        steady=all(value.steady for value in good),
     )
+    return Measured(together, scatter, len(good), trouble)
 
 
 def compare(rows: Iterable[Row], measured: Mapping[Key, Measured]) -> list[Finding]:
@@ -169,8 +160,10 @@ def compare(rows: Iterable[Row], measured: Mapping[Key, Measured]) -> list[Findi
 
 
 def _finding(row: Row, parts: Sequence[Measured]) -> Finding:
-    value, half_width, scatter = (_combined(row, parts, which) for which in ("mean", "half_width", "scatter"))
-    window_value = _how(row, [part.window_mean for part in parts])
+    means = [part.estimate.mean for part in parts]
+    value, plain_mean = _how(row, means), _how(row, [part.estimate.plain_mean for part in parts])
+    half_width = _spread(row, means, [part.estimate.half_width for part in parts])
+    scatter = _spread(row, means, [part.scatter for part in parts])
     plain = (
         row.kind is None and row.against is not None and row.against.how == "change"
     ) or row.kind is Kind.ANGLE
@@ -182,10 +175,10 @@ def _finding(row: Row, parts: Sequence[Measured]) -> Finding:
         simulated = _off(row.simulation, row.experiment, points) if same else math.nan
     trouble = "; ".join(dict.fromkeys(part.trouble for part in parts if part.trouble))
     runs = min(part.runs for part in parts)
-    steady = all(part.steady for part in parts)
+    steady = all(part.estimate.steady for part in parts if part.runs)
     within = _within(row, value, error)
     return Finding(
-        row, value, half_width, scatter, runs, window_value, error, simulated, points, within, trouble, steady
+        row, value, half_width, scatter, runs, plain_mean, error, simulated, points, within, trouble, steady
     )
 
 
@@ -200,14 +193,12 @@ def _how(row: Row, values: Sequence[float]) -> float:
     return ratio - 1.0 if row.against.how == "change" else ratio
 
 
-def _combined(row: Row, parts: Sequence[Measured], which: str) -> float:
-    """The row's number (`which` is ``mean``), or its uncertainty, parts taken as independent; a part without
-    one counts as exact.
+def _spread(row: Row, means: Sequence[float], spreads: Sequence[float]) -> float:
+    """Compute the uncertainty of the row's number from those of its parts, taken as independent; a part
+    without one counts as exact.
     """
-    means = [part.mean for part in parts]
-    if which == "mean" or row.against is None:
-        return _how(row, [getattr(part, which) for part in parts])
-    spreads = [getattr(part, which) for part in parts]
+    if row.against is None:
+        return _how(row, spreads)
     if all(math.isnan(spread) for spread in spreads):
         return math.nan
     spreads = [0.0 if math.isnan(spread) else spread for spread in spreads]

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nutamill.analysis.replay import particle_snapshots, rotation_of
+from nutamill.analysis.source import case_of
 from nutamill.base.errors import ResultError
 from nutamill.base.units import Kind, parse, rpm
-from nutamill.case import Case
 from nutamill.case.machine import DrawnMechanism
 from nutamill.result import Result, open_result
 from nutamill.studies.papers.compare import Key, Measured
@@ -114,8 +114,8 @@ def _draw_curve(
     for name in curve.configurations:
         for speed in paper.configurations[name].speeds:
             value = measured.get(Key.of(name, speed, curve.quantity or quantity))
-            if value is not None and not math.isnan(value.mean):
-                points[round(speed, 6)] = value
+            if value is not None and not math.isnan(value.estimate.mean):
+                points[round(speed, 6)] = value.estimate
     if not points:
         return 0
     speeds = sorted(points)
@@ -257,7 +257,7 @@ def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -
     """
     snapshots, turned = particle_snapshots(result)
     angles = np.degrees(turned)
-    chamber = Case.from_toml(result.case_text).chamber
+    chamber = case_of(result).chamber
     views = [_view(snapshots, angles, position) for position in positions]
     low, high = 1e3 * min(view[:, 3].min() for view in views), 1e3 * max(view[:, 3].max() for view in views)
     top = min(chamber.height, 1.15 * max(view[:, 2].max() for view in views))

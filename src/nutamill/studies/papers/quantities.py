@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.analysis.flow import crest, surface_heights, window
-from nutamill.analysis.source import vector
-from nutamill.analysis.values import Value, steady_value
-from nutamill.analysis.windows import power_split, ramp_end, steady_window
+from nutamill.analysis.power import power_split
+from nutamill.analysis.source import case_of, vector
+from nutamill.analysis.windows import ramp_end, steady_mean, steady_window
 from nutamill.base.errors import ResultError
+from nutamill.base.steady import Estimate
 from nutamill.base.units import Kind
-from nutamill.case import Case
 from nutamill.result import Result
 
 MODES = "natural_frequency"
@@ -27,7 +27,7 @@ class Observable(NamedTuple):
     """A few words, for tables and axes."""
     kind: Kind | None
     """Kind of its unit; None for a plain number."""
-    measure: Callable[[Result, float], Value] | None
+    measure: Callable[[Result, float], Estimate] | None
     """Takes it from a result, averaged over the last seconds given; None if it comes from the modes."""
 
 
@@ -63,7 +63,7 @@ def charge_at_pin(result: Result) -> PinForce:
     series = result.series
     if "charge_moment_x" not in series:
         raise ResultError(f"{result.path}: has no charge. Run a configuration with a charge.")
-    drawn = Case.from_toml(result.case_text).mechanism
+    drawn = case_of(result).mechanism
     down, out = drawn.nutation_point_to_crank, drawn.crank_radius
     x, y, z = vector(series, "charge_moment").T
     angle = series["crank_angle"].values
@@ -89,84 +89,75 @@ def superposed(result: Result) -> PinForce:
 
 
 def _of_prescribed(result: Result) -> None:
-    if Case.from_toml(result.case_text).run.coupling != "prescribed":
+    if case_of(result).run.coupling != "prescribed":
         raise ResultError(
             f"{result.path}: cannot be superposed, because its charge acted on the mill. Run it with "
             'run.coupling = "prescribed".'
         )
 
 
-def _single(value: float) -> Value:
-    """A number that has no mean and no interval."""
-    return Value(value, math.nan, value, 1, True)
-
-
-def _series(name: str) -> Callable[[Result, float], Value]:
+def _series(name: str) -> Callable[[Result, float], Estimate]:
     """Steady mean of a recorded series."""
 
-    def measure(result: Result, last: float) -> Value:
-        if name not in result.series:
-            raise ResultError(
-                f"{result.path}: has no series {name}. `nutamill info fields` lists all series."
-            )
-        return steady_value(result, result.series[name].values, last=last)
+    def measure(result: Result, last: float) -> Estimate:
+        return steady_mean(result, name, last=last)
 
     return measure
 
 
-def _part(force: Callable[[Result], PinForce], part: str) -> Callable[[Result, float], Value]:
+def _part(force: Callable[[Result], PinForce], part: str) -> Callable[[Result, float], Estimate]:
     """Steady mean of the radial or tangential part of a force, or of its magnitude."""
 
-    def measure(result: Result, last: float) -> Value:
+    def measure(result: Result, last: float) -> Estimate:
         radial, tangential = force(result)
         value = {"radial": radial, "tangential": tangential, "resultant": np.hypot(radial, tangential)}[part]
-        return steady_value(result, value, last=last)
+        return steady_mean(result, value, last=last)
 
     return measure
 
 
-def _charge_lag(result: Result, last: float) -> Value:
+def _charge_lag(result: Result, last: float) -> Estimate:
     """Angle by which the charge's force on the pin is behind the radial direction [rad], from the means of
     its two parts.
     """
-    radial, tangential = (steady_value(result, part, last=last) for part in charge_at_pin(result))
+    radial, tangential = (steady_mean(result, part, last=last) for part in charge_at_pin(result))
     square = radial.mean**2 + tangential.mean**2
     half_width = math.hypot(radial.mean * tangential.half_width, tangential.mean * radial.half_width) / square
-    window = math.atan2(tangential.window, radial.window)
+    plain_mean = math.atan2(tangential.plain_mean, radial.plain_mean)
     steady = radial.steady and tangential.steady
-    return Value(
+    return Estimate(
         math.atan2(tangential.mean, radial.mean),
         half_width,
-        window,
+        plain_mean,
         min(radial.turns, tangential.turns),
         steady,
     )
 
 
 def _crank_radius(result: Result) -> float:
-    return Case.from_toml(result.case_text).mechanism.crank_radius
+    return case_of(result).mechanism.crank_radius
 
 
-def _charge_torque(result: Result, last: float) -> Value:
+def _charge_torque(result: Result, last: float) -> Estimate:
     """Torque that the charge's wrench asks of the driveshaft [N m]."""
-    return steady_value(result, _crank_radius(result) * charge_at_pin(result).tangential, last=last)
+    return steady_mean(result, _crank_radius(result) * charge_at_pin(result).tangential, last=last)
 
 
-def _superposed_torque(result: Result, last: float) -> Value:
+def _superposed_torque(result: Result, last: float) -> Estimate:
     """Torque of the mill without the charge's answer plus that of the charge [N m]."""
     _of_prescribed(result)
     torque = (
         result.series["driveshaft_torque"].values + _crank_radius(result) * charge_at_pin(result).tangential
     )
-    return steady_value(result, torque, last=last)
+    return steady_mean(result, torque, last=last)
 
 
-def _unbalance(result: Result, last: float) -> Value:
+def _unbalance(result: Result, last: float) -> Estimate:
     """Radial force over the square of the speed [kg m]."""
     force = _series("crank_pin_force_radial_tared")(result, last)
     square = float(result.series["driveshaft_speed"].values[-1]) ** 2
     return force._replace(
-        mean=force.mean / square, half_width=force.half_width / square, window=force.window / square
+        mean=force.mean / square, half_width=force.half_width / square, plain_mean=force.plain_mean / square
     )
 
 
@@ -182,11 +173,11 @@ def _sensor(result: Result, axis: str) -> np.ndarray:
     return result.series[name].values
 
 
-def _amplitude(axis: str) -> Callable[[Result, float], Value]:
+def _amplitude(axis: str) -> Callable[[Result, float], Estimate]:
     """Half the range of the first sensor's acceleration within a turn, mean over the steady turns [m/s^2]."""
 
-    def measure(result: Result, last: float) -> Value:
-        return steady_value(result, _sensor(result, axis), "swing", last)
+    def measure(result: Result, last: float) -> Estimate:
+        return steady_mean(result, _sensor(result, axis), "swing", last)
 
     return measure
 
@@ -218,52 +209,52 @@ def _largest_sway(result: Result) -> Sway:
     return Sway(float(time[first]), float(time[stop]), 0.5 * float(np.ptp(travel[first:stop])))
 
 
-def _resonance_time(result: Result, last: float) -> Value:
+def _resonance_time(result: Result, last: float) -> Estimate:
     """Time on the ramp at which the frame sways most [s]; `last` has no part in it, the largest sway
     comes before the steady running.
     """
     sway = _largest_sway(result)
     middle = 0.5 * (sway.begin + sway.end)
-    return Value(middle, 0.5 * (sway.end - sway.begin), middle, 1, True)
+    return Estimate(middle, 0.5 * (sway.end - sway.begin), middle, 1, True)
 
 
-def _resonance_travel(result: Result, last: float) -> Value:
+def _resonance_travel(result: Result, last: float) -> Estimate:
     """How far the first mount sways then [m]; `last` has no part in it."""
-    return _single(_largest_sway(result).travel)
+    return Estimate.exact(_largest_sway(result).travel)
 
 
-def _crest_of(part: str) -> Callable[[Result, float], Value]:
+def _crest_of(part: str) -> Callable[[Result, float], Estimate]:
     """Height [m] or phase lag [rad] of the crest of the charge's mean surface, from the statistics of the
     last seconds.
     """
 
-    def measure(result: Result, last: float) -> Value:
+    def measure(result: Result, last: float) -> Estimate:
         done = window(result, last)
         value = getattr(crest(surface_heights(done), done["azimuth"].values), part)
-        return _single(value)
+        return Estimate.exact(value)
 
     return measure
 
 
-def _ledger_gap(result: Result, last: float) -> Value:
+def _ledger_gap(result: Result, last: float) -> Estimate:
     """Share of the motor's power that the power ledger leaves open over the steady turns [1]."""
     power = power_split(result, last)
-    return _single(power.residual / power.motor)
+    return Estimate.exact(power.residual / power.motor)
 
 
-def _momentum_gap(result: Result, last: float) -> Value:
+def _momentum_gap(result: Result, last: float) -> Estimate:
     """Momentum that the balance of the charge leaves open, over what its weight and the chamber gave it in
     the steady turns [1].
     """
     series = result.series
     if "interface_impulse_defect" not in series:
         raise ResultError(f"{result.path}: has no charge. Run a configuration with a charge.")
-    turns = steady_window(result, last, names=["time"]).turns
+    turns = steady_window(result, last).turns
     time = series["time"].values
     force = np.linalg.norm(vector(series, "charge_force"), axis=1)
-    given = steady_value(result, force, last=last).mean * (turns[-1] - turns[0])
+    given = steady_mean(result, force, last=last).mean * (turns[-1] - turns[0])
     first, end = np.interp(turns[[0, -1]], time, series["interface_impulse_defect"].values)
-    return _single(float((end - first) / given))
+    return Estimate.exact(float((end - first) / given))
 
 
 QUANTITIES: dict[str, Observable] = {

@@ -190,7 +190,7 @@ def record(finding: Finding, paper: Paper) -> dict[str, Any]:
         "nutamill": finding.value,
         "half_width_95": finding.half_width,
         "scatter_over_seeds": finding.scatter,
-        "nutamill_plain_window": finding.window_value,
+        "nutamill_plain_window": finding.plain_mean,
         "error": finding.error,
     }
     return {

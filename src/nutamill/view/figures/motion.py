@@ -4,7 +4,7 @@ One function, one figure; saving is left to the caller.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import matplotlib
 import numpy as np
@@ -14,6 +14,7 @@ from nutamill.analysis.flow import mass_centre_orbit, refuse_empty
 from nutamill.analysis.spectra import spectrum
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import CaseError, Fault
+from nutamill.base.steady import Estimate
 from nutamill.result import Result
 from nutamill.result.fields import series_field
 from nutamill.view.figures.style import MARK, MEAN, RMS, STYLE, WIDTH, label_of
@@ -47,9 +48,8 @@ def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPE
     Raises CaseError for a series that the result does not hold, ResultError as `steady_window`.
     """
     held_series(result, names)
-    steady = steady_window(result, last, names=["driveshaft_speed"])
+    steady = steady_window(result, last)
     inside = result.series["time"].values >= steady.start
-    turns = abs(steady.values["driveshaft_speed"].mean) / math.tau
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 0.5 + 1.5 * len(names)), layout="constrained")
         for axes, name in zip(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)), names, strict=True):
@@ -63,7 +63,7 @@ def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPE
             axes.set_xlim(left=0.0)
             for order in (1, 2):
                 axes.axvline(
-                    order * turns,
+                    order * steady.turn_rate,
                     color=MARK,
                     linewidth=0.6,
                     linestyle=":",
@@ -85,7 +85,7 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     """
     refuse_empty(result)
     orbit = mass_centre_orbit(result, last)
-    start = steady_window(result, last, names=["time"]).turns[0]
+    start = steady_window(result, last).turns[0]
     inside = result.series["time"].values >= start
     x, y, angle = (
         result.series[name].values[inside]
@@ -117,28 +117,29 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     return figure
 
 
-def draw_steady_values(runs: Sequence[tuple[float, Sequence]], over: str, joined: bool) -> Figure:
+def draw_steady_values(
+    runs: Sequence[tuple[float, Mapping[str, Estimate]]], over: str, joined: bool
+) -> Figure:
     """Draw the means of several runs, one panel for each reading, with their 95 % intervals.
 
     Parameters
     ----------
-    runs : for each its place on the axis and its readings, each with ``label``, ``mean`` and ``half_width``
+    runs : for each its position on the axis, and its estimates by their label, the same for all runs
     over : label of that axis
     joined : whether a line joins the runs, because they differ in that number only
     """
     ordered = sorted(runs, key=lambda run: run[0])
-    places = [run[0] for run in ordered]
-    labels = [value.label for value in ordered[0][1]]
+    labels = list(ordered[0][1])
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 0.5 + 1.3 * len(labels)), layout="constrained")
-        for k, (axes, label) in enumerate(
-            zip(np.atleast_1d(figure.subplots(len(labels), 1, sharex=True)), labels, strict=True)
+        for axes, label in zip(
+            np.atleast_1d(figure.subplots(len(labels), 1, sharex=True)), labels, strict=True
         ):
-            values = [run[1][k] for run in ordered]
+            values = [estimates[label] for _, estimates in ordered]
             width = [value.half_width if math.isfinite(value.half_width) else 0.0 for value in values]
             line = "o-" if joined else "o"
             axes.errorbar(
-                places,
+                [position for position, _ in ordered],
                 [value.mean for value in values],
                 width,
                 fmt=line,

@@ -13,7 +13,7 @@ from nutamill.analysis.fatigue import SectionLife
 from nutamill.analysis.load_paths import hodograph, joints_of
 from nutamill.analysis.mounts import floor_series
 from nutamill.analysis.orders import Orders, Waterfall
-from nutamill.analysis.text import LONGEST, hours_text
+from nutamill.analysis.summary import LONGEST, hours_text
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base.units import rpm
 from nutamill.result import Result

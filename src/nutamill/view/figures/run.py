@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from nutamill.analysis.windows import ledger_groups, ramp_end
+from nutamill.analysis.power import ledger_groups
+from nutamill.analysis.windows import ramp_end
 from nutamill.result import Result
 from nutamill.view.figures.style import BINS, ENVELOPE, MARK, MEAN, RMS, STYLE, WIDTH, unit_of
 
