@@ -83,6 +83,6 @@ def test_chamber_wall_encloses_the_pellets_at_every_time(filmed, tmp_path):
 
 
 def test_result_without_snapshots_is_refused_and_no_file_is_left(unfilmed, tmp_path):
-    with pytest.raises(ResultError, match="must hold snapshots"):
+    with pytest.raises(ResultError, match="holds no snapshots"):
         write_vtkhdf(unfilmed, tmp_path / "a.vtkhdf")
     assert not (tmp_path / "a.vtkhdf").exists()

@@ -210,7 +210,7 @@ def test_a_chain_of_bases_is_refused():
 
 def test_a_device_that_never_ends_is_no_test_of_a_mount():
     found, _ = refusal(read_mount_test, "/dev/zero")
-    assert found == "/dev/zero: must be a CSV file, it cannot be read (it is longer than 200 MB)"
+    assert found == "/dev/zero: cannot be read as a CSV file (it is longer than 200 MB)"
     assert "it is longer than 5 MB" in refusal(load_mapping, "/dev/zero")[0]
 
 

@@ -159,7 +159,7 @@ def test_statistics_of_a_run_that_was_resumed_are_those_of_the_whole_run(case, t
 def test_run_without_statistics_is_the_same_run(case, tmp_path):
     with_them = numbers(march.run(case, tmp_path / "with.h5"))
     without = march.run(case.with_(run__statistics=False), tmp_path / "without.h5")
-    with pytest.raises(ResultError, match="must hold statistics of the charge"):
+    with pytest.raises(ResultError, match="holds no statistics of the charge"):
         _ = without.statistics
     assert np.array_equal(numbers(without)[0], with_them[0])
 

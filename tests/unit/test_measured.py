@@ -129,7 +129,7 @@ def test_run_and_test_are_averaged_alike_and_the_error_is_that_of_the_run(filmed
 
 
 def test_run_in_the_place_of_a_test_is_refused(filmed):
-    with pytest.raises(CaseError, match="must be measured data, it is a run"):
+    with pytest.raises(CaseError, match="is a run, not measured data"):
         compare(filmed, filmed, 3.0)
 
 
@@ -186,7 +186,7 @@ def test_mapping_with_a_fault_says_where_and_what_to_write(tmp_path, wrong, righ
 
 def test_column_that_is_missing_and_place_that_is_no_number_are_named(tmp_path):
     path, text = write_csv(tmp_path)
-    with pytest.raises(CaseError, match=r'column Mzz: must be in the file.*Did you mean "Mz"'):
+    with pytest.raises(CaseError, match=r'column Mzz: is not in the file.*Did you mean "Mz"'):
         import_test(path, mapping(tmp_path, text.replace('"Mz"', '"Mzz"')), tmp_path / "m.h5")
     lines = path.read_text().splitlines()
     lines[5] = lines[5].split(";")[0] + ";n/a;1"
@@ -201,7 +201,7 @@ def test_times_that_do_not_rise_and_no_times_at_all_are_refused(tmp_path):
     with pytest.raises(CaseError, match=r'needs times.*rate = "4800 Hz"'):
         import_test(path, mapping(tmp_path, text.replace('time = "t"\n', "")), tmp_path / "m.h5")
     path.write_text(path.read_text().replace("\n0.002000;", "\n0.000100;"))
-    with pytest.raises(CaseError, match="times must rise, they do not after sample 4"):
+    with pytest.raises(CaseError, match="times do not rise after sample 4"):
         import_test(path, mapping(tmp_path, text), tmp_path / "m.h5")
 
 

@@ -75,13 +75,13 @@ def test_stiffening_mount_shows_its_distortion_and_the_stiffness_of_the_first_ha
             lambda t: t._replace(force=-t.force),
             "force: must lead the displacement by less than a quarter cycle",
         ),
-        (lambda t: MountTest(*(column[:250] for column in t)), "test: must hold 3 whole cycles, it holds 1"),
+        (lambda t: MountTest(*(column[:250] for column in t)), "test: needs 3 whole cycles, got 1"),
         (
             lambda t: MountTest(*(column[::20] for column in t)),
-            "test: must have 12 samples in a cycle, it has 6.3",
+            "test: needs 12 samples in a cycle, got 6.3",
         ),
-        (lambda t: t._replace(time=t.time[::-1]), "time: must rise, it does not after sample 1"),
-        (lambda t: t._replace(displacement=np.zeros_like(t.time)), "displacement: must move, it does not"),
+        (lambda t: t._replace(time=t.time[::-1]), "time: does not rise after sample 1"),
+        (lambda t: t._replace(displacement=np.zeros_like(t.time)), "displacement: is constant"),
         (
             lambda t: t._replace(displacement=t.displacement + 1e-3 * np.sin(700.0 * t.time)),
             "displacement: must be a sine of one frequency",

@@ -169,6 +169,6 @@ def test_no_result_and_a_file_that_is_none_are_refused(tmp_path):
     with pytest.raises(CaseError, match="at least one result"):
         write_report([], tmp_path / "a.html")
     (tmp_path / "a.h5").write_text("no")
-    with pytest.raises(ResultError, match="must be a result file"):
+    with pytest.raises(ResultError, match="is no result file"):
         write_report([tmp_path / "a.h5"], tmp_path / "a.html")
     assert not (tmp_path / "a.html").exists()

@@ -229,7 +229,7 @@ def test_truncated_file_is_told_from_a_foreign_one(tmp_path):
     with pytest.raises(ResultError, match="cut off"):
         open_result(tmp_path / "cut.h5")
     (tmp_path / "case.toml").write_text(CASE)
-    with pytest.raises(ResultError, match=r"must be a result file \(HDF5\)"):
+    with pytest.raises(ResultError, match=r"is no result file \(HDF5\)"):
         open_result(tmp_path / "case.toml")
 
 

@@ -88,5 +88,5 @@ def test_view_and_colour_of_no_such_name_are_refused_together(filmed, tmp_path):
 
 
 def test_snapshots_without_forces_cannot_be_coloured_by_them(filmed, tmp_path):
-    with pytest.raises(ResultError, match="must hold contact_forces"):
+    with pytest.raises(ResultError, match="hold no contact_forces"):
         draw_scene(filmed, tmp_path / "a.png", colour="force")

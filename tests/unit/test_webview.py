@@ -109,7 +109,7 @@ def test_no_name_in_a_result_can_end_the_facts_or_hide_the_rest_of_the_page(tmp_
 
 
 def test_result_without_snapshots_says_what_to_run(unfilmed):
-    with pytest.raises(ResultError, match=r"unfilmed\.h5: must hold snapshots .* run\.snapshots"):
+    with pytest.raises(ResultError, match=r"unfilmed\.h5: holds no snapshots.* run\.snapshots"):
         view_page(unfilmed)
 
 

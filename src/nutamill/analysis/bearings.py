@@ -118,13 +118,13 @@ def bearing_life(
     )
 
 
-def bearings_lines(found: list[BearingLife]) -> list[str]:
+def bearings_lines(lives: list[BearingLife]) -> list[str]:
     """Lives of bearings as a table."""
     rows = [
         f"{'bearing':27} {'Fr (N)':>9} {'Fa (N)':>9} {'P (N)':>9} {'L10 (turns)':>12} "
         f"{'L10 (h)':>11} {'C0/P max':>9}"
     ]
-    for one in found:
+    for one in lives:
         numbers = (
             f"{one.radial:9.4g} {one.axial:9.4g} {one.equivalent:9.4g} {one.turns:12.4g} "
             f"{hours_text(one.time)}"

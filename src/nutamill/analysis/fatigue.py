@@ -15,7 +15,7 @@ from nutamill.base.errors import CaseError, Fault, missing_extra
 from nutamill.result import Result
 
 POINTS = 12
-"""Points around a section at which the stress is followed [1]; the worst is told."""
+"""Points around a section at which the stress is followed, of which the worst counts [1]."""
 AXES = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 """Two cross axes and the axis of a section."""
 
@@ -140,13 +140,13 @@ def section_life(
     )
 
 
-def sections_lines(found: list[SectionLife]) -> list[str]:
+def sections_lines(lives: list[SectionLife]) -> list[str]:
     """Lives of sections as a table."""
     rows = [
         f"{'section':20} {'peak (MPa)':>11} {'amplitude':>10} {'mean':>10} {'damage per turn':>16} "
         f"{'life (h)':>11}"
     ]
-    for one in found:
+    for one in lives:
         stresses = f"{one.peak / 1e6:11.4g} {one.amplitude / 1e6:10.4g} {one.mean / 1e6:10.4g}"
         rows.append(f"{one.name:20} {stresses} {one.damage:16.4g} {hours_text(one.time)}")
     return rows

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray
 
 CREST_SHARE = 0.95
-"""Share of the solid volume of a sector that lies below the surface of the charge [1]."""
+"""Share of the solid volume of a sector below the surface of the charge [1]."""
 BARE = 0.5
 """Sectors with less solid volume than this share of the mean sector's are bare: a few flying particles make
 no surface [1].
@@ -75,7 +75,7 @@ def window(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset"
     times.
 
     Statistics are recorded at every checkpoint; the window begins at the latest of these times that is at
-    least `last` before the end, or with the first.  Attributes ``start`` and ``end`` [s] say where it lies;
+    least `last` before the end, or with the first.  Attributes ``start`` and ``end`` [s] are its limits;
     ``sampled_time`` [s] is its length.
 
     Parameters
@@ -92,13 +92,12 @@ def window(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset"
     missing = [field.name for field in (*STATISTICS, *STATISTICS_AXES) if field.name not in sums.variables]
     if missing:
         raise ResultError(
-            f"{result.path}: must hold the statistics {', '.join(missing[:3])}, it lacks them. Run "
-            "the case again."
+            f"{result.path}: lacks the statistics {', '.join(missing[:3])}. Run the case again."
         )
     time = sums["time"].values
     if len(time) < 2:
         raise ResultError(
-            f"{result.path}: must hold statistics at two times, it holds one. Continue it with "
+            f"{result.path}: holds statistics at one time, two are needed. Continue it with "
             "`nutamill resume`."
         )
     first = max(0, int(np.searchsorted(time, time[-1] - length + 1e-9, side="right")) - 1)

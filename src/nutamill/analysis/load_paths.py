@@ -15,11 +15,11 @@ from nutamill.result import Result
 from nutamill.result.fields import JOINTS, known_joints
 
 AXES = {"ground": None, "frame": "frame", "crank": "driveshaft", "chamber": "chamber"}
-"""Axes by name, and the body whose they are."""
+"""Axis systems, and the body each is fixed to."""
 PARTS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 """Components of a reaction."""
 ORDERS = (1, 2, 3, 4)
-"""Lines of the spectrum that are told: repetitions per turn [1]."""
+"""Orders in the table: repetitions per turn [1]."""
 STATISTICS = ("mean", "rms", "peak", *(f"{order}x" for order in ORDERS))
 """Mean, root mean square, largest magnitude, and amplitudes of the orders."""
 PER_TURN = 256
@@ -36,7 +36,7 @@ class Hodograph(NamedTuple):
 
 
 def joints_of(result: Result) -> list[str]:
-    """Joints whose reactions a result holds."""
+    """Return the joints whose reactions a result holds."""
     return [joint for joint in JOINTS if f"{joint}_reaction_force_x" in result.series]
 
 
@@ -58,10 +58,10 @@ def joint_reaction(result: Result, joint: str, axes: str = "ground") -> np.ndarr
     if axes not in AXES:
         raise CaseError(Fault(f"axes {axes}", "must be axes of the mill", f"Known are {', '.join(AXES)}"))
     world = np.column_stack([result.series[f"{joint}_reaction_{part}"].values for part in PARTS])
-    if AXES[axes] is None:
+    if (body := AXES[axes]) is None:
         return world
-    turn = attitude(result, AXES[axes])
-    return np.hstack([np.einsum("nij,ni->nj", turn, part) for part in (world[:, :3], world[:, 3:])])
+    rotation = attitude(result, body)
+    return np.hstack([np.einsum("nij,ni->nj", rotation, part) for part in (world[:, :3], world[:, 3:])])
 
 
 def attitude(result: Result, body: str) -> np.ndarray:
@@ -129,13 +129,13 @@ def order_amplitudes(angle: np.ndarray, values: np.ndarray, orders: Sequence[int
     return [2.0 * np.abs((values * np.exp(-1j * order * angle)[:, None]).mean(axis=0)) for order in orders]
 
 
-def loads_lines(found: "xarray.DataArray", axes: str = "frame") -> list[str]:
+def loads_lines(table: "xarray.DataArray", axes: str = "frame") -> list[str]:
     """Forces and moments of all joints in one set of axes as a table."""
     rows = [f"joint reactions on the second body, {axes} axes (N, N m)"]
     rows.append(f"{'joint':27} {'part':9} " + " ".join(f"{name:>9}" for name in STATISTICS))
-    for joint in found["joint"].values:
-        for part in found["part"].values:
-            numbers = found.sel(joint=joint, axes=axes, part=part).values
+    for joint in table["joint"].values:
+        for part in table["part"].values:
+            numbers = table.sel(joint=joint, axes=axes, part=part).values
             rows.append(
                 f"{joint:27} {part:9} "
                 + " ".join(f"{_round_off(number, numbers):9.4g}" for number in numbers)

@@ -20,7 +20,7 @@ class Column(NamedTuple):
     values: np.ndarray
     """As recorded (n,)."""
     time: np.ndarray | None
-    """Its times [s] (n,), where the file says them."""
+    """Its times [s] (n,), where the file holds them."""
 
 
 def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
@@ -54,7 +54,7 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
             *(
                 Fault(
                     f"{path}: column {name}",
-                    "must be in the file, it is not",
+                    "is not in the file",
                     similar(name, list(held), cutoff=0.6),
                 )
                 for name in missing
@@ -82,7 +82,7 @@ def _csv(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
         raise CaseError(
             Fault(
                 str(path),
-                "must hold a line of names and lines of numbers, it is empty",
+                "needs a line of names and lines of numbers, got none",
                 "Check `skip` of the mapping",
             )
         )
@@ -134,7 +134,7 @@ def _mat(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
         if file.read(10) == b"MATLAB 7.3":
             raise CaseError(
                 Fault(
-                    str(path), "must be a MAT file up to version 7, it is of version 7.3", "Save it with -v7"
+                    str(path), "needs a MAT file of version 7 or earlier, got version 7.3", "Save it with -v7"
                 )
             )
     with _whole(path):
@@ -159,9 +159,9 @@ def _uff(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
         sets = pyuff.UFF(str(path)).read_sets()
     sets = sets if isinstance(sets, list) else [sets]
     return {
-        str(found["id1"]).strip(): Column(np.asarray(found["data"], float), np.asarray(found["x"], float))
-        for found in sets
-        if found["type"] == 58
+        str(each["id1"]).strip(): Column(np.asarray(each["data"], float), np.asarray(each["x"], float))
+        for each in sets
+        if each["type"] == 58
     }
 
 

@@ -11,7 +11,7 @@ from nutamill.result import Result
 from nutamill.result.fields import series_field
 
 ASIDE = ("time", "crank_angle", "driveshaft_speed")
-"""Series that say when, not what."""
+"""Series of time and motion, which are not compared."""
 ORDER = 4
 """Order of the low-pass filter, each way."""
 
@@ -64,12 +64,15 @@ def compare(run: Result, test: Result, last: float, cut: float | None = None) ->
 
 
 def shared(run: Result, test: Result) -> list[str]:
-    """Quantities that both files hold; CaseError if there are none, or if the test is no test but a run."""
+    """Return the quantities that both files hold.
+
+    Raises
+    ------
+    CaseError : no quantity in common, or the test is a run
+    """
     if test.case_text:
         raise CaseError(
-            Fault(
-                str(test.path), "must be measured data, it is a run", "Give what nutamill import has written"
-            )
+            Fault(str(test.path), "is a run, not measured data", "Give a file that nutamill import wrote")
         )
     names = [str(name) for name in run.series.data_vars if name in test.series and name not in ASIDE]
     if not names:
@@ -77,7 +80,7 @@ def shared(run: Result, test: Result) -> list[str]:
         raise CaseError(
             Fault(
                 f"{test.path}",
-                f"must share a series with {run.path}, it holds {held}",
+                f"has no series in common with {run.path}, got {held}",
                 "Map its columns to series of the run",
             )
         )
@@ -110,10 +113,11 @@ def series_in_window(
 
 
 def low_pass(values: np.ndarray, rate: float, cut: float) -> np.ndarray:
-    """`values` (n,) without what is faster than `cut` [Hz]: Butterworth of fourth order, forth and back, so
-    that nothing is late.
+    """Apply a zero-phase fourth-order Butterworth low-pass at `cut` [Hz] to `values`, (n,).
 
-    Raises CaseError for a cut-off that is not between zero and half of `rate` [Hz].
+    Raises
+    ------
+    CaseError : a cut-off that is not between zero and half of `rate` [Hz]
     """
     from scipy.signal import butter, sosfiltfilt
 
@@ -129,7 +133,7 @@ def low_pass(values: np.ndarray, rate: float, cut: float) -> np.ndarray:
 
 
 def comparison_lines(rows: list[Compared]) -> list[str]:
-    """The comparison as a table."""
+    """Return the comparison as a table."""
     width = max(len(_label(row.name)) for row in rows)
     lines = [
         f"{'quantity':{width}}  {'run':>11} {'measured':>11} {'error':>8}  {'run r.m.s.':>11} "

@@ -32,7 +32,7 @@ def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> P
     """
     refuse_other_kind(path, FileKind.RECORD, FileKind.MOUNT_TEST)
     if exists(to):
-        raise ResultError(f"{to}: must be a new file, it exists. Choose another name with --to.")
+        raise ResultError(f"{to}: exists already. Choose another name with --to.")
     mapping = load_mapping(mapping_file)
     columns = read_columns(path, mapping)
     clocks = {
@@ -43,7 +43,7 @@ def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> P
     first, last = max(clock[0] for clock in clocks.values()), min(clock[-1] for clock in clocks.values())
     if not last > first:
         raise CaseError(
-            Fault(str(path), "its channels must share some time, they do not", "Check the clocks of the test")
+            Fault(str(path), "its channels have no time in common", "Check the clocks of the test")
         )
     time = first + np.arange(math.floor((last - first) * rate + 1e-6) + 1) / rate
     series = {"time": time + mapping.offset}
@@ -108,7 +108,7 @@ def _clock(column: Column, columns: dict[str, Column], mapping: Mapping, where: 
         raise CaseError(
             Fault(
                 where,
-                f"its times must rise, they do not after sample {back[0] + 1}",
+                f"its times do not rise after sample {back[0] + 1}",
                 "Repair the time column",
             )
         )
@@ -123,9 +123,10 @@ def _motion(
     if "driveshaft_speed" not in series:
         if mapping.speed is None:
             hint = 'Write speed = "700 rpm", or map a channel to driveshaft_speed'
-            raise CaseError(Fault(where, "must give the speed of the driveshaft, it does not", hint))
+            raise CaseError(Fault(where, "the speed of the driveshaft is missing", hint))
         added["driveshaft_speed"] = np.full_like(series["time"], mapping.speed)
     if "crank_angle" not in series:
-        speed = series.get("driveshaft_speed", added.get("driveshaft_speed"))
-        added["crank_angle"] = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1])))) / rate
+        speed = (series | added)["driveshaft_speed"]
+        steps = np.cumsum(0.5 * (speed[1:] + speed[:-1]))
+        added["crank_angle"] = np.concatenate((np.zeros(1), steps)) / rate
     return added

@@ -59,7 +59,7 @@ def load_mapping(path: str | Path) -> Mapping:
 
     Raises
     ------
-    CaseError : every fault found: no such file, unknown keys, series or units, a unit of another kind, no
+    CaseError : all faults at once: no such file, unknown keys, series or units, a unit of another kind, no
         channel
     """
     refuse_other_kind(path, FileKind.MAPPING)
@@ -70,7 +70,7 @@ def load_mapping(path: str | Path) -> Mapping:
         raise CaseError(
             Fault(
                 str(path),
-                f"must be a mapping file, it cannot be read ({reason(error)})",
+                f"cannot be read as a mapping file ({reason(error)})",
                 "Write one, see docs/guides/measured.md",
             )
         ) from None

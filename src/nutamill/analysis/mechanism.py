@@ -64,9 +64,7 @@ def ledger_share(result: Result) -> float:
 
 
 def mechanism_summary_lines(result: Result) -> list[str]:
-    """What is said at the end of a run: loads of the parts, torques of the drives, and how well the energy
-    ledger closes.
-    """
+    """Return the lines at the end of a run: loads of parts, torques of drives, gap of the energy ledger."""
     series = result.series
     if not len(series["time"]):
         return ["the run holds no samples"]
@@ -104,7 +102,7 @@ LEDGER_LIMIT = 0.005
 
 
 def mechanism_warning_lines(result: Result) -> list[str]:
-    """What is odd about a run: a ledger that does not close."""
+    """Return warnings on a run: a ledger that does not close."""
     lines = []
     if len(result.series["time"]) and (share := ledger_share(result)) > LEDGER_LIMIT:
         lines.append(

@@ -140,11 +140,8 @@ def mount_properties(test: MountTest) -> MountProperties:
             Fault("force", what, "Mind the sign of the force, and delays between the two channels")
         )
     each = _each_cycle(time, displacement, force, omega, cycles)
-    loop = (
-        abs(np.trapezoid(force, displacement))
-        if hasattr(np, "trapezoid")
-        else abs(np.trapz(force, displacement))
-    )
+    trapezoid = getattr(np, "trapezoid", None) or getattr(np, "trapz")  # noqa: B009  NumPy 1 and 2
+    loop = abs(trapezoid(force, displacement))
     return MountProperties(
         frequency=omega / math.tau,
         amplitude=amplitude,
@@ -162,8 +159,8 @@ def mount_properties(test: MountTest) -> MountProperties:
 def _sine(time: np.ndarray, value: np.ndarray, omega: float) -> tuple[complex, np.ndarray]:
     """Complex amplitude of `value` as Re(A exp(i omega t)) beside a mean, and what is left."""
     columns = np.column_stack([np.cos(omega * time), -np.sin(omega * time), np.ones_like(time)])
-    found = np.linalg.lstsq(columns, value, rcond=None)[0]
-    return complex(found[0], found[1]), value - columns @ found
+    weights = np.linalg.lstsq(columns, value, rcond=None)[0]
+    return complex(weights[0], weights[1]), value - columns @ weights
 
 
 def _each_cycle(
@@ -171,11 +168,11 @@ def _each_cycle(
 ) -> np.ndarray:
     """Complex stiffness of each cycle, (cycles,)."""
     number = np.minimum(((time - time[0]) * omega / math.tau).astype(int), cycles - 1)
-    found = []
+    ratios = []
     for k in range(cycles):
         one = number == k
-        found.append(_sine(time[one], force[one], omega)[0] / _sine(time[one], displacement[one], omega)[0])
-    return np.array(found)
+        ratios.append(_sine(time[one], force[one], omega)[0] / _sine(time[one], displacement[one], omega)[0])
+    return np.array(ratios)
 
 
 def _frequency(test: MountTest) -> float:
@@ -193,12 +190,13 @@ def _frequency(test: MountTest) -> float:
     amplitude, _ = _sine(begin, test.displacement / size, first)
     guess = [first, amplitude.real, -amplitude.imag, 0.0]
     try:
-        found, _ = curve_fit(wave, begin, test.displacement / size - np.mean(test.displacement / size), guess)
+        relative = test.displacement / size
+        fitted, _ = curve_fit(wave, begin, relative - np.mean(relative), guess)
     except RuntimeError:
         raise CaseError(
-            Fault("displacement", "must be a sine of one frequency, no frequency is found")
+            Fault("displacement", "must be a sine of one frequency, the fit has no frequency")
         ) from None
-    return abs(float(found[0]))
+    return abs(float(fitted[0]))
 
 
 def _refuse_broken(test: MountTest) -> None:
@@ -220,9 +218,9 @@ def _refuse_broken(test: MountTest) -> None:
         if not np.isfinite(column).all()
     ]
     if not faults and (falls := np.flatnonzero(np.diff(test.time) <= 0.0)).size:
-        faults.append(Fault("time", f"must rise, it does not after sample {falls[0] + 1}"))
+        faults.append(Fault("time", f"does not rise after sample {falls[0] + 1}"))
     if not faults and np.ptp(test.displacement) == 0.0:
-        faults.append(Fault("displacement", "must move, it does not"))
+        faults.append(Fault("displacement", "is constant"))
     if faults:
         raise CaseError(*faults)
 
@@ -233,14 +231,14 @@ def _refuse_short(test: MountTest, omega: float, cycles: int) -> None:
         raise CaseError(
             Fault(
                 "test",
-                f"must hold {FEWEST_CYCLES} whole cycles, it holds {cycles} at {omega / math.tau:.4g} Hz",
+                f"needs {FEWEST_CYCLES} whole cycles, got {cycles} at {omega / math.tau:.4g} Hz",
             )
         )
     if (samples := (len(test.time) - 1) * math.tau / omega / (test.time[-1] - test.time[0])) < FEWEST_SAMPLES:
         raise CaseError(
             Fault(
                 "test",
-                f"must have {FEWEST_SAMPLES} samples in a cycle, it has {samples:.1f}",
+                f"needs {FEWEST_SAMPLES} samples in a cycle, got {samples:.1f}",
                 "Sample faster",
             )
         )
@@ -259,20 +257,18 @@ def read_mount_test(path: str | Path) -> MountTest:
     try:
         text = read_text(path, MOST_RECORD_TEXT)
     except (OSError, UnicodeDecodeError) as error:
-        raise CaseError(
-            Fault(str(path), f"must be a CSV file, it cannot be read ({reason(error)})")
-        ) from None
+        raise CaseError(Fault(str(path), f"cannot be read as a CSV file ({reason(error)})")) from None
     rows = [
         (number, row)
         for number, row in enumerate(csv.reader(text.splitlines()), start=1)
         if any(cell.strip() for cell in row)
     ]
     heads = [cell.partition("[") for cell in rows[0][1]] if rows else []
-    found = {
-        name.strip().lower(): (place, unit.removesuffix("]").strip())
-        for place, (name, _, unit) in enumerate(heads)
+    units_of = {
+        name.strip().lower(): (index, unit.removesuffix("]").strip())
+        for index, (name, _, unit) in enumerate(heads)
     }
-    if not all(name in found and found[name][1] in units.UNITS[kind] for name, kind in COLUMNS.items()):
+    if not all(name in units_of and units_of[name][1] in units.UNITS[kind] for name, kind in COLUMNS.items()):
         shown = ",".join(rows[0][1]) if rows else ""
         hint = 'Write "time [s],displacement [mm],force [N]"'
         raise CaseError(
@@ -284,11 +280,11 @@ def read_mount_test(path: str | Path) -> MountTest:
     faults: list[Fault] = []
     for number, row in rows[1:]:
         for name, kind in COLUMNS.items():
-            place, unit = found[name]
+            index, unit = units_of[name]
             try:
-                columns[name].append(float(row[place]) * units.UNITS[kind][unit])
+                columns[name].append(float(row[index]) * units.UNITS[kind][unit])
             except (ValueError, IndexError):
-                cell = row[place] if place < len(row) else ""
+                cell = row[index] if index < len(row) else ""
                 faults.append(Fault(f"{path}:{number}", f'column "{name}" must be a number, got "{cell}"'))
     if faults:
         raise CaseError(*faults[:10])

@@ -84,7 +84,7 @@ def floor_force(result: Result, last: float | str = PAPER_WINDOW) -> FloorForce:
     return FloorForce(force.mean(axis=0), *order_amplitudes(angle, force, (1, 2)))
 
 
-def floor_series(series: Mapping[str, Any]) -> np.ndarray:
+def floor_series(series: Mapping[Any, Any]) -> np.ndarray:
     """Force of the machine on the floor [N] at every sample, (n, 3), world axes, from its series by name.
 
     Through the mounts or the rigid fixing, and the bearing of the intermediate shaft.
@@ -178,13 +178,13 @@ def mounts_lines(result: Result, last: float | str = PAPER_WINDOW) -> list[str]:
     return rows
 
 
-def clearance_line(found: Clearance) -> str:
+def clearance_line(clearance: Clearance) -> str:
     """The clearance in a sentence."""
-    angles = [round(np.degrees(angle)) % 360 for angle in (found.angle, found.azimuth)]
-    where = f"at crank angle {angles[0]}°, azimuth {angles[1]}° (t = {found.time:.4g} s)"
-    if found.room < 0.0:
-        return f"clearance: the chamber meets the opening {where}, {-1e3 * found.room:.3g} mm inside"
-    return f"clearance: {1e3 * found.room:.3g} mm left {where}"
+    angles = [round(np.degrees(angle)) % 360 for angle in (clearance.angle, clearance.azimuth)]
+    where = f"at crank angle {angles[0]}°, azimuth {angles[1]}° (t = {clearance.time:.4g} s)"
+    if clearance.room < 0.0:
+        return f"clearance: the chamber meets the opening {where}, {-1e3 * clearance.room:.3g} mm inside"
+    return f"clearance: {1e3 * clearance.room:.3g} mm left {where}"
 
 
 def _count(result: Result) -> int:

@@ -104,9 +104,9 @@ def track(
     parts = [2.0 * oaconvolve(signal * np.exp(-1j * order * even), window, mode="valid") for order in orders]
     # a window of `length` samples is centred between two: `length / 2` samples after its first
     middle = slice(length // 2, length // 2 + len(parts[0]))
-    found = np.array(parts)[:, :: PER_TURN // 8]
+    phasors = np.array(parts)[:, :: PER_TURN // 8]
     speed = np.gradient(even, at)[middle][:: PER_TURN // 8]
-    return Orders(at[middle][:: PER_TURN // 8], speed, tuple(orders), np.abs(found), -np.angle(found))
+    return Orders(at[middle][:: PER_TURN // 8], speed, tuple(orders), np.abs(phasors), -np.angle(phasors))
 
 
 def sensor_orders(
@@ -137,18 +137,18 @@ def recorded(result: Result, name: str) -> np.ndarray:
     return result.series[name].values
 
 
-def peaks(found: Orders) -> list[Peak]:
+def peaks(history: Orders) -> list[Peak]:
     """The largest amplitude of each order."""
-    at = found.amplitude.argmax(axis=1)
+    at = history.amplitude.argmax(axis=1)
     return [
         Peak(
             order,
-            float(found.speed[k]),
-            float(found.time[k]),
-            float(found.amplitude[n, k]),
-            float(found.lag[n, k]),
+            float(history.speed[k]),
+            float(history.time[k]),
+            float(history.amplitude[n, k]),
+            float(history.lag[n, k]),
         )
-        for n, (order, k) in enumerate(zip(found.orders, at, strict=True))
+        for n, (order, k) in enumerate(zip(history.orders, at, strict=True))
     ]
 
 
@@ -176,15 +176,15 @@ def spectra(time: np.ndarray, angle: np.ndarray, value: np.ndarray, window: floa
     return Waterfall(at, speed, transform.f, amplitude)
 
 
-def orders_lines(found: Orders, name: str) -> list[str]:
+def orders_lines(history: Orders, name: str) -> list[str]:
     """Peaks of the orders, and the orders at the end, as a table."""
     unit = series_field(name).unit
     rows = [
         f"{series_field(name).label} ({unit})",
         f"{'order':>5} {'peak':>10} {'at rpm':>8} {'t (s)':>7} {'lag':>8} {'at the end':>11} {'lag':>8}",
     ]
-    for n, peak in enumerate(peaks(found)):
-        end, lag = found.amplitude[n, -1], np.degrees(found.lag[n, -1])
+    for n, peak in enumerate(peaks(history)):
+        end, lag = history.amplitude[n, -1], np.degrees(history.lag[n, -1])
         rows.append(
             f"{peak.order:4.3g}x {peak.amplitude:10.4g} {rpm(peak.speed):8.1f} {peak.time:7.2f}"
             f" {np.degrees(peak.lag):6.1f} ° {end:11.4g} {lag:6.1f} °"

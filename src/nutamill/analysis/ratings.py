@@ -113,7 +113,7 @@ def load_ratings(path: str | Path) -> Ratings:
 
     Raises
     ------
-    CaseError : every fault found, each with its file, line and key
+    CaseError : all faults at once, each with its file, line and key
     """
     refuse_other_kind(path, FileKind.RATINGS)
     content, places, faults = merge(read_layers(path))

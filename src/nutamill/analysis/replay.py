@@ -1,4 +1,4 @@
-"""The motion kept in a result: snapshot by snapshot, where every body and every particle is.
+"""The motion in a result: the pose of every body and the position of every particle, by snapshot.
 
 All bodies of a mill but the intermediate shaft are held at the nutation point or turn about an axis through
 it, so that this point and their attitudes place them (docs/conventions.md, frames).
@@ -60,9 +60,7 @@ def particle_snapshots(result: Result) -> tuple[Snapshots, np.ndarray]:
     """
     snapshots = result.snapshots
     if not len(snapshots) or "chamber_floor" not in snapshots[0]:
-        raise ResultError(
-            f"{result.path}: must hold snapshots of particles, it holds none. Run it with run.snapshots."
-        )
+        raise ResultError(f"{result.path}: holds no snapshots of particles. Run it with run.snapshots.")
     return snapshots, np.interp(
         snapshots.time, result.series["time"].values, result.series["crank_angle"].values
     )
@@ -79,19 +77,17 @@ def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:
     count = len(result.snapshots)
     if not count:
         raise ResultError(
-            f"{result.path}: must hold snapshots to be shown in motion, it holds none. "
+            f"{result.path}: holds no snapshots, which a motion is shown from. "
             'Run the case with run.snapshots = { rate = "200 Hz", last = "0.5 s" } and to its end.'
         )
     if "crank_angle" not in result.series:
         raise ResultError(
-            f"{result.path}: must be the run of a mill to be drawn, it is that of a mechanism. Plot "
-            "its series instead."
+            f"{result.path}: is the run of a mechanism, only a mill can be drawn. Plot its series instead."
         )
     first = result.snapshots[0]
     if missing := {"body_positions", "body_attitudes"} - set(first):
         raise ResultError(
-            f"{result.path}: its snapshots must hold {', '.join(sorted(missing))}, they do not. Run "
-            "the case again."
+            f"{result.path}: its snapshots hold no {', '.join(sorted(missing))}. Run the case again."
         )
     if "positions" in first and "radii" not in first:
         raise ResultError(
@@ -108,20 +104,20 @@ def replay(result: Result, numbers: list[int]) -> Iterator[Frame]:
     """
     still, empty = np.zeros(3), np.empty((0, 3))
     for number in numbers:
-        kept = result.snapshots[number]
-        origin = np.asarray(kept["body_positions"][BODIES.index(CROSS)], float)
+        snapshot = result.snapshots[number]
+        origin = np.asarray(snapshot["body_positions"][BODIES.index(CROSS)], float)
         bodies = {
             name: Pose(still if name == SHAFT else origin, rotation_of(attitude))
-            for name, attitude in zip(BODIES, kept["body_attitudes"], strict=True)
+            for name, attitude in zip(BODIES, snapshot["body_attitudes"], strict=True)
         }
         bodies[GROUND] = Pose(still, np.eye(3))
         positions, velocities = (
-            np.asarray(kept.get(name, empty), float) for name in ("positions", "velocities")
+            np.asarray(snapshot.get(name, empty), float) for name in ("positions", "velocities")
         )
         yield Frame(
-            float(kept["time"]),
+            float(snapshot["time"]),
             bodies,
             positions,
             velocities,
-            np.asarray(kept.get("radii", np.empty(0)), float),
+            np.asarray(snapshot.get("radii", np.empty(0)), float),
         )

@@ -69,7 +69,7 @@ def yoke_rods(result: Result, last: float | str = PAPER_WINDOW) -> RodForces:
     running.
 
     Places and directions are those of ``[rods]`` in the case, in frame axes from the nutation point.  The
-    rods' own weight and that of the yoke are left out: they are constant, and zero where load cells are tared
+    weights of the rods and of the yoke are left out: they are constant, and zero where load cells are tared
     at rest.
 
     Raises
@@ -94,12 +94,12 @@ def yoke_rods(result: Result, last: float | str = PAPER_WINDOW) -> RodForces:
     )
 
 
-def rods_lines(found: RodForces) -> list[str]:
+def rods_lines(rods: RodForces) -> list[str]:
     """Forces of the rods as a table."""
     rows = [
         "rod forces (N), positive in tension",
         f"{'rod':14} {'mean':>9} {'rms':>9} {'peak':>9} {'1x':>9} {'2x':>9}",
     ]
-    for name, numbers in zip(found.names, statistics(found.angle, found.tension), strict=True):
+    for name, numbers in zip(rods.names, statistics(rods.angle, rods.tension), strict=True):
         rows.append(f"{name:14} " + " ".join(f"{number:9.4g}" for number in numbers[:5]))
     return rows

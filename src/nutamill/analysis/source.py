@@ -37,7 +37,7 @@ def case_of(result: Result) -> Case:
         raise CaseError(
             Fault(
                 str(result.path),
-                "must be the run of a mill, it is that of a mechanism",
+                "is the run of a mechanism, not of a mill",
                 "nutamill show prints its loads",
             )
         )
@@ -72,6 +72,6 @@ def open_mill_result(path: str | Path) -> Result:
     return result
 
 
-def vector(series: Mapping[str, Any], name: str) -> np.ndarray:
+def vector(series: Mapping[Any, Any], name: str) -> np.ndarray:
     """The three components of a vector among series by name, (n, 3)."""
     return np.column_stack([np.asarray(series[f"{name}_{axis}"]) for axis in "xyz"])

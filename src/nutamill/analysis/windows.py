@@ -157,9 +157,7 @@ def steady_mean(
     ResultError : no such series in the result, or no whole turn at the last speed
     """
     if isinstance(series, str) and series not in result.series:
-        raise ResultError(
-            f"{result.path}: has no series {series}. `nutamill info fields` lists all series."
-        )
+        raise ResultError(f"{result.path}: has no series {series}. `nutamill info fields` lists all series.")
     values = result.series[series].values if isinstance(series, str) else series
     inside, turns = turns_at_speed(result)
     if len(turns) < 2:

@@ -65,9 +65,7 @@ class Archive:
     def file(self) -> h5py.File:
         """The open file; ResultError after `close`."""
         if not self._file:
-            raise ResultError(
-                f"{self.path}: must be open, it has been closed. Open it again with open_result."
-            )
+            raise ResultError(f"{self.path}: has been closed. Open it again with open_result.")
         return self._file
 
     def damaged(self, path: str, how: object) -> DamagedError:
@@ -164,17 +162,17 @@ class Archive:
     def _growing(self, group: str) -> dict[str, h5py.Dataset]:
         """Datasets of the arrays that grow by moments, all of the same length."""
         count = len(self.times(group))
-        found = {}
+        arrays = {}
         for name in self.members(group):
             path = f"{group}/{name}"
             with self._reading(path):
                 inner = isinstance(self.file[path], h5py.Group)
             if inner:
                 continue
-            found[name] = self._dataset(path)
-            if found[name].shape[:1] != (count,):
-                raise self.damaged(path, f"it must hold {count} moments, its shape is {found[name].shape}")
-        return found
+            arrays[name] = self._dataset(path)
+            if arrays[name].shape[:1] != (count,):
+                raise self.damaged(path, f"it needs {count} moments, its shape is {arrays[name].shape}")
+        return arrays
 
     def _compare_moment(self, group: str, index: int, arrays: dict[str, Any]) -> None:
         if self.checksums is None:
@@ -235,13 +233,13 @@ class Archive:
                         "", f"it names format {self.version}, which has no checksums, and holds some"
                     )
                 return None
-            found = Checksums.read(self.file)
-        if found is None or set(found.moments) != set(GROWING):
+            checksums = Checksums.read(self.file)
+        if checksums is None or set(checksums.moments) != set(GROWING):
             raise ResultError(
                 f"{self.path}: its checksums are damaged, nothing in it can be verified. Copy it "
                 "again, or run the case again."
             )
-        return found
+        return checksums
 
 
 def _stored(data: h5py.Dataset) -> bool:

@@ -79,8 +79,8 @@ def read_checkpoint(archive: Archive, slot: str) -> WholeCheckpoint:
         group: {name: archive.values(f"{path}/{group}/{name}") for name in archive.members(f"{path}/{group}")}
         for group in archive.members(path)
     }
-    own = {name: value for name, value in attributes.items() if name not in (*BEFORE, "time")}
-    return WholeCheckpoint(slot, Checkpoint(time, groups, own), before)
+    others = {name: value for name, value in attributes.items() if name not in (*BEFORE, "time")}
+    return WholeCheckpoint(slot, Checkpoint(time, groups, others), before)
 
 
 def slots(archive: Archive) -> list[str]:
@@ -91,7 +91,7 @@ def slots(archive: Archive) -> list[str]:
 
 
 def _newest_first(archive: Archive) -> tuple[list[tuple[str, float]], list[str]]:
-    """Slots and times [s] of the checkpoints whose time can be read, and a sentence on each of the others."""
+    """Return slots and times [s] of checkpoints with a readable time, and a sentence on each other one."""
     times, faults = {}, []
     for slot in slots(archive):
         try:

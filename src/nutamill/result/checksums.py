@@ -166,15 +166,15 @@ class Checksums:
         return {name for name in inside if "/" not in name}
 
     def text(self) -> bytes:
-        """All of it as text that `parsed` reads, with a digest of its own in front."""
+        """All of it as text that `parsed` reads, with its digest in front."""
         body = json.dumps({"objects": self.entries, "moments": self.moments}, separators=(",", ":")).encode()
         return hashlib.sha256(body).hexdigest().encode() + b"\n" + body
 
     @classmethod
     def parsed(cls, text: bytes) -> Self | None:
         """Return the checksums of a text, None if the text is damaged."""
-        own, _, body = text.partition(b"\n")
-        if hashlib.sha256(body).hexdigest().encode() != own:
+        digest, _, body = text.partition(b"\n")
+        if hashlib.sha256(body).hexdigest().encode() != digest:
             return None
         read = json.loads(body)
         entries = {
@@ -192,9 +192,9 @@ class Checksums:
                 data = file[name]
                 size = data.id.get_storage_size()
                 if data.shape == () and data.dtype.kind == "S" and data.dtype.itemsize == size:
-                    found = cls.parsed(bytes(data[()]))
-                    if found is not None:
-                        return found
+                    checksums = cls.parsed(bytes(data[()]))
+                    if checksums is not None:
+                        return checksums
             except Exception:  # HDF5 raises many kinds on a damaged file
                 continue
         return None

@@ -9,7 +9,7 @@ import numpy as np
 FORMAT = "nutamill result"
 FORMAT_VERSION = 2
 FIRST_WITH_CHECKSUMS = 2
-"""First version of the format whose files hold checksums; what an earlier one holds cannot be verified."""
+"""First version of the format whose files hold checksums; an earlier file cannot be verified."""
 STATES = ("running", "interrupted", "complete", "measured")
 """States of a result in one word; others begin as in `STATES_WITH_REASON`."""
 STATES_WITH_REASON = ("failed: ", "not steady: ")
@@ -18,7 +18,7 @@ BEFORE = ("rows", "snapshots", "statistics")
 
 
 class Checkpoint(NamedTuple):
-    """A state kept for resuming."""
+    """A state to resume from."""
 
     time: float
     """Simulated time [s]."""

@@ -62,7 +62,7 @@ def _connected(lock: Path, path: Path) -> "sqlite3.Connection | None":
             if os.path.samestat(before, lock.stat()):
                 return connection
         except FileNotFoundError:
-            pass  # the last holder has removed its file meanwhile, and the lock on it says nothing
+            pass  # the last holder has removed its file meanwhile, so that the lock on it means nothing
         except sqlite3.DatabaseError as error:
             connection.close()
             if error.sqlite_errorcode == BUSY:

@@ -31,12 +31,10 @@ def opened(path: Path) -> h5py.File:
     except Exception as fault:  # HDF5 raises many kinds on a damaged file
         if path.read_bytes()[:8] == b"\x89HDF\r\n\x1a\n":
             raise ResultError(
-                f"{path}: must be whole, it is cut off or damaged ({fault}). Copy it again, or run "
-                "the case again."
+                f"{path}: is cut off or damaged ({fault}). Copy it again, or run the case again."
             ) from fault
         raise ResultError(
-            f"{path}: must be a result file (HDF5), it is not. Give the .h5 file that `nutamill run` "
-            "has written."
+            f"{path}: is no result file (HDF5). Give the .h5 file that `nutamill run` has written."
         ) from fault
     try:
         _check_format(file, path)
@@ -57,7 +55,7 @@ def _check_format(file: h5py.File, path: Path) -> None:
         ) from fault
     if not isinstance(kind, str) or kind != FORMAT:
         raise ResultError(
-            f"{path}: must be a result of nutamill, it is an HDF5 file of another kind."
+            f"{path}: is an HDF5 file, but no result of nutamill."
             " Give the file that `nutamill run` has written."
         )
     if not isinstance(version, (int, np.integer)) or version < 1:

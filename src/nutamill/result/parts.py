@@ -1,4 +1,4 @@
-"""How arrays and checkpoints are laid into the open copy of a result file."""
+"""Write arrays and checkpoints into the open copy of a result file."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -41,7 +41,7 @@ def write_arrays(
             data.resize(first + len(snapshots), axis=0)
     moments = []
     for k, (time, arrays) in enumerate(snapshots, start=first):
-        written = {"time": np.float64(time)}
+        written = {"time": np.asarray(time, np.float64)}
         for name, array in arrays.items():
             written[name] = np.asarray(array, group[name].dtype)
         for name, array in written.items():

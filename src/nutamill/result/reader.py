@@ -26,7 +26,7 @@ NOT_STEADY = "not steady"
 
 
 class Snapshots(Sequence):
-    """The snapshots of a result; each is read when it is asked for: ``result.snapshots[-1]["positions"]``."""
+    """The snapshots of a result, each read on access: ``result.snapshots[-1]["positions"]``."""
 
     def __init__(self, archive: Archive):
         self._archive = archive
@@ -87,7 +87,7 @@ class Result:
 
     @property
     def state(self) -> str:
-        """``running``, ``interrupted``, ``complete`` or ``failed: ...``; a killed run still says
+        """``running``, ``interrupted``, ``complete`` or ``failed: ...``; that of a killed run stays
         ``running``.
         """
         state = self._archive.attributes("").get("state")
@@ -142,7 +142,7 @@ class Result:
 
             count = len(self._time)
             names = series_names(self._archive)
-            read = {}
+            read: dict[str, Any] = {}
             for name in names:
                 read[name] = (
                     "time",
@@ -167,8 +167,7 @@ class Result:
         archive = self._archive
         if "statistics/time" not in archive:
             raise ResultError(
-                f"{self.path}: must hold statistics of the charge, it holds none. Run it with "
-                "run.statistics = true."
+                f"{self.path}: holds no statistics of the charge. Run it with run.statistics = true."
             )
         lines = {}
         for name in archive.members("statistics/axes"):
@@ -220,17 +219,15 @@ class Result:
         return len(self._archive.members("checkpoints")) > 0
 
     def checkpoint(self) -> Checkpoint:
-        """The newest state kept for resuming that is whole; ResultError if there is none."""
-        found, faults = newest_whole(self._archive)
-        if found is not None:
-            return found.checkpoint
+        """The newest undamaged checkpoint; ResultError if there is none."""
+        newest, faults = newest_whole(self._archive)
+        if newest is not None:
+            return newest.checkpoint
         if faults:
             raise ResultError(
                 "\n".join([*faults, f"{self.path}: no checkpoint of it is whole. Run the case again."])
             )
-        raise ResultError(
-            f"{self.path}: must hold a checkpoint to be continued, it holds none. Run the case again."
-        )
+        raise ResultError(f"{self.path}: holds no checkpoint to continue from. Run the case again.")
 
     def damaged_checkpoints(self) -> list[str]:
         """A sentence on each damaged checkpoint that is newer than the one `checkpoint` returns."""
@@ -252,7 +249,7 @@ def series_values(archive: Archive, name: str, count: int) -> np.ndarray:
         raise archive.damaged(path, f"it must hold {count} numbers, its shape is {archive.shape(path)}")
     values = archive.values(path)
     if values.dtype.kind != "f":
-        raise archive.damaged(path, f"it must hold numbers, it holds {values.dtype.str}")
+        raise archive.damaged(path, f"it must hold numbers, got {values.dtype.str}")
     return values
 
 
@@ -269,7 +266,7 @@ def open_result(path: str | Path) -> Result:
         from nutamill.base.file_kind import (
             FileKind,
             other_kind,
-        )  # loads the reader of cases: only to say what the file is
+        )  # loads the reader of cases
 
         if fault := other_kind(path, FileKind.RESULT):
             raise ResultError(str(fault)) from None
@@ -282,7 +279,7 @@ def is_finished(state: str) -> bool:
 
 
 def state_of(path: Path) -> str:
-    """State of a result file as `Result.state` tells it; `MISSING` if there is none. Raises ResultError as
+    """Return the state of a result file as `Result.state`; `MISSING` if there is none. Raises ResultError as
     `open_result`.
     """
     if not exists(path):

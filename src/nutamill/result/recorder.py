@@ -160,8 +160,8 @@ class Recorder:
                     "checkpoint cannot be"
                     " verified and is not continued. Run the case again."
                 )
-            found = whole_at(archive, truncate_after_time)
-            if found is None:
+            last = whole_at(archive, truncate_after_time)
+            if last is None:
                 raise ResultError(
                     f"{path}: must hold a whole checkpoint at t = {truncate_after_time:g} s."
                     f" `nutamill verify {path}` lists those it holds."
@@ -171,9 +171,9 @@ class Recorder:
             digests = {name: new_hash() for name in series_names(archive)}
             count = archive.shape("series/time")[0]
             for name, digest in digests.items():
-                digest.update(array_bytes(series_values(archive, name, count)[: found.before[0]]))
-            checksums = _cut_off(archive, found, digests)
-        kept = checksums.members("checkpoints")
+                digest.update(array_bytes(series_values(archive, name, count)[: last.before[0]]))
+            checksums = _cut_off(archive, last, digests)
+        slots_left = checksums.members("checkpoints")
 
         def cut(file: h5py.File) -> None:
             try:
@@ -186,11 +186,11 @@ class Recorder:
                 raise DamagedError(path, "/", str(fault)) from fault
 
         def cut_off(file: h5py.File) -> None:
-            for group, length in zip(("series", "snapshots", "statistics"), found.before, strict=True):
+            for group, length in zip(("series", "snapshots", "statistics"), last.before, strict=True):
                 for data in file[group].values():
                     if isinstance(data, h5py.Dataset):
                         data.resize(length, axis=0)
-            for slot in set(file["checkpoints"]) - kept:
+            for slot in set(file["checkpoints"]) - slots_left:
                 with contextlib.suppress(
                     Exception
                 ):  # too damaged even for that: it stays, and is never used again
@@ -239,7 +239,7 @@ class Recorder:
 
         The file keeps the two newest.  `attributes` are numbers and texts that belong to the state.
         """
-        kept = {
+        copies = {
             name: {key: np.array(array) for key, array in arrays.items()} for name, arrays in groups.items()
         }
         before = {
@@ -247,7 +247,7 @@ class Recorder:
             "snapshots": self._snapshots_in_file + len(self._snapshots),
             "statistics": self._statistics_in_file + len(self._statistics),
         }
-        self._checkpoints.append((Checkpoint(float(time), kept, dict(attributes or {})), before))
+        self._checkpoints.append((Checkpoint(float(time), copies, dict(attributes or {})), before))
         del self._checkpoints[: -len(CHECKPOINTS)]
         self._kept_at = clock.monotonic()
 
@@ -270,7 +270,7 @@ class Recorder:
         return self._size
 
     def commit(self, force: bool = False) -> bool:
-        """Bring the file up to date if it is time for it, or at once with `force`; tells whether it did.
+        """Bring the file up to date if it is time for it, or at once with `force`, and return whether it was.
 
         Raises
         ------
@@ -391,15 +391,15 @@ class Recorder:
         checksums.write(file)
 
 
-def _cut_off(archive: Archive, found: WholeCheckpoint, digests: dict[str, Any]) -> Checksums:
+def _cut_off(archive: Archive, last: WholeCheckpoint, digests: dict[str, Any]) -> Checksums:
     """Checksums of a file that ends at a checkpoint; `digests` are those of the series up to there."""
     checksums = archive.checksums.copy()
-    rows, *moments = found.before
+    rows, *moments = last.before
     for name, digest in digests.items():
         checksums.extend_series(name, rows, digest)
     for group, count in zip(GROWING, moments, strict=True):
         del checksums.moments[group][count:]
-    for slot in checksums.members("checkpoints") - whole_until(archive, found.checkpoint.time):
+    for slot in checksums.members("checkpoints") - whole_until(archive, last.checkpoint.time):
         checksums.drop(f"checkpoints/{slot}")
     return checksums
 

@@ -17,7 +17,7 @@ MOST_FAULTS = 5
 
 
 class PartOfFile(NamedTuple):
-    """What was found about one part of a result file."""
+    """Whether one part of a result file is whole."""
 
     name: str
     """The part, as ``case`` or ``checkpoint a``."""
@@ -28,7 +28,7 @@ class PartOfFile(NamedTuple):
 
 
 class Verification(NamedTuple):
-    """What was found about a result file."""
+    """Whether the parts of a result file are whole."""
 
     path: Path
     """The file."""
@@ -71,7 +71,7 @@ def verify(path: str | Path) -> Verification:
 
     Raises
     ------
-    ResultError : a file that cannot be opened, or whose checksums themselves are damaged
+    ResultError : a file that cannot be opened, or with damaged checksums
     """
     with Archive(path) as archive:
         if archive.checksums is None:
@@ -108,10 +108,10 @@ def _objects(archive: Archive, path: str) -> PartOfFile:
 def _fault_of(archive: Archive, path: str) -> str:
     """Return a sentence on what is wrong with one object, empty if it is whole."""
     group = not archive.checksums.entries[path].dtype
-    found = _faults(
+    faults = _faults(
         lambda: archive.attributes(path), lambda: archive.members(path) if group else archive.values(path)
     )
-    return found[0] if found else ""
+    return faults[0] if faults else ""
 
 
 def _moments(archive: Archive, group: str) -> PartOfFile:
@@ -123,20 +123,20 @@ def _moments(archive: Archive, group: str) -> PartOfFile:
         grows = archive.checksums.entries[name].dtype and name.count("/") == 1
         faults += _faults(lambda name=name: archive.attributes(name)) if grows else [_fault_of(archive, name)]
     moments = [_faults(lambda k=k: archive.moment(group, k)) for k in range(count)]
-    whole = sum(not found for found in moments)
-    faults += [fault for found in moments for fault in found]
+    whole = sum(not damage for damage in moments)
+    faults += [fault for damage in moments for fault in damage]
     return PartOfFile(
         group, f"{whole} of {count} moments", tuple(dict.fromkeys(fault for fault in faults if fault))
     )
 
 
 def _checkpoint(archive: Archive, slot: str) -> PartOfFile:
-    found, faults = "", []
+    content, faults = "", []
     try:
-        found = f"t = {read_checkpoint(archive, slot).checkpoint.time:.6g} s"
+        content = f"t = {read_checkpoint(archive, slot).checkpoint.time:.6g} s"
     except DamagedError as damage:
         faults.append(damage.fault)
-    return PartOfFile(f"checkpoint {slot}", found, tuple(faults))
+    return PartOfFile(f"checkpoint {slot}", content, tuple(faults))
 
 
 def _faults(*readings: Callable[[], object]) -> list[str]:

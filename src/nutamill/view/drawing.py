@@ -50,12 +50,12 @@ class Solid(NamedTuple):
         return Solid(self.vertices + np.array([x, y, z]), self.triangles)
 
     def lying(self, axis: str) -> "Solid":
-        """The solid with its z axis laid along ``x`` or ``y``."""
+        """Return the solid with its z axis along ``x`` or ``y``."""
         order = {"x": [2, 0, 1], "y": [1, 2, 0]}[axis]  # cyclic, so that outside stays outside
         return Solid(self.vertices[:, order], self.triangles)
 
     def turned(self, angle: float) -> "Solid":
-        """The solid turned about z by `angle` [rad]."""
+        """Return the solid turned about z by `angle` [rad]."""
         c, s = math.cos(angle), math.sin(angle)
         return Solid(self.vertices @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]), self.triangles)
 
@@ -100,7 +100,7 @@ def box(x: float, y: float, z: float) -> Solid:
 
 
 def cut_open(mesh: WallMesh, opening: float, middle: float) -> Solid:
-    """A mesh without the triangles whose middles lie in an `opening` [rad] about the azimuth `middle`
+    """A mesh without the triangles with their middle in an `opening` [rad] about the azimuth `middle`
     [rad].
     """
     x, y, _ = mesh.vertices[mesh.triangles].mean(axis=1).T
@@ -245,7 +245,7 @@ def _chamber_parts(case: Case, opening: float, opening_at: float, mesh: WallMesh
                 STEEL,
             )
         )
-    if chamber.bars_mass > 0.0:
+    if chamber.bars is not None and chamber.bars_mass > 0.0:
         ring_of_bars = ring(
             chamber.bars.radius - wall,
             chamber.bars.radius,

@@ -35,7 +35,7 @@ from nutamill.view.report_folder import CampaignFolder, read_campaign
 from nutamill.view.webview import view_page
 
 READINGS = ("crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power", "charge_phase_lag")
-"""Series whose steady means are tabulated, where a result holds them."""
+"""Series in the table of steady means, where a result holds them."""
 FRAMES = 60
 """Moments of each run shown in motion: about a megabyte each for pellets."""
 CITATION = (
@@ -73,7 +73,7 @@ class Drawn(NamedTuple):
 
 
 class RunPage(NamedTuple):
-    """What the page says of one run."""
+    """Content of the page for one run."""
 
     name: str
     """Stem of the file."""
@@ -84,7 +84,7 @@ class RunPage(NamedTuple):
     speed: str
     """Last speed [rpm]."""
     verdict: str
-    """Whether the run is steady, or why nothing can be said about that."""
+    """Whether the run is steady, or why there is no test of that."""
     heading: str
     """What the means are: steady, not steady, or plain means."""
     steady: dict[str, Estimate]
@@ -175,9 +175,9 @@ def _drawn(campaign: CampaignFolder) -> list[Drawn]:
 
 
 def _run_page(result: Result) -> RunPage:
-    """What the page says of one result; figures and means that it cannot give are left out."""
+    """Return the content of the page for one result, without the figures and means it has no data for."""
     if not result.case_text:
-        what = "must be the result of a run, it is measured data"
+        what = "holds measured data, not the result of a run"
         raise CaseError(Fault(str(result.path), what, "Lay it over a run with nutamill compare"))
     case = case_of(result)
     figures = []

@@ -1,4 +1,4 @@
-"""What a page says of a folder of runs: the tables and pictures that a sweep or a comparison with a paper
+"""Content of the page of a folder of runs: the tables and pictures that a sweep or a comparison with a paper
 left there, and its runs.
 
 Only files are read: CSV tables of a sweep, Markdown tables of a comparison, PNG pictures, and the head of
@@ -42,7 +42,7 @@ class RunLine(NamedTuple):
 
 
 class CampaignFolder(NamedTuple):
-    """What the page says of a folder."""
+    """Content of the page of a folder."""
 
     name: str
     """Name of the folder."""
@@ -66,7 +66,8 @@ def read_campaign(folder: Path) -> CampaignFolder:
     """
     tables = [table for file in _files(folder, "*.csv") if (table := _sweep_table(file))]
     tables += [table for file in _files(folder, "*.md") if (table := _markdown_table(file))]
-    runs, provenance = [], []
+    runs: list[RunLine] = []
+    provenance: list[tuple[str, str]] = []
     for file in _files(folder, "*.h5"):
         try:
             with open_result(file) as result:

@@ -1,7 +1,7 @@
 """A result as one VTKHDF file, which ParaView 5.13 or newer plays: the charge and the parts of the machine
 over time.
 
-Layout: a PartitionedDataSetCollection whose parts are PolyData with ``Steps`` of their own; what does not
+Layout: a PartitionedDataSetCollection of PolyData, each with its ``Steps``; what does not
 change (triangles, radii) is stored once, points per step.  HDF5's newest layout is not used and nothing but
 gzip compresses, because VTK reads neither the one nor the other.
 
@@ -121,11 +121,11 @@ def _poly_data(
     timing["ConnectivityIdOffsets"] = np.zeros((steps, len(CELLS)), int)
     for kind in CELLS:
         corners = cells.get(kind, np.empty((0, 1), int))
-        own = group.create_group(kind)
-        own["NumberOfCells"] = np.full(steps, len(corners))
-        own["NumberOfConnectivityIds"] = np.full(steps, corners.size)
-        own["Offsets"] = np.arange(len(corners) + 1) * corners.shape[1]
-        own["Connectivity"] = corners.astype(np.int64).ravel()
+        cells = group.create_group(kind)
+        cells["NumberOfCells"] = np.full(steps, len(corners))
+        cells["NumberOfConnectivityIds"] = np.full(steps, corners.size)
+        cells["Offsets"] = np.arange(len(corners) + 1) * corners.shape[1]
+        cells["Connectivity"] = corners.astype(np.int64).ravel()
     return group
 
 
@@ -133,18 +133,18 @@ def _put(group: h5py.Group, step: int, points: np.ndarray) -> None:
     group["Points"][step * len(points) : (step + 1) * len(points)] = points
 
 
-def _put_charge(group: h5py.Group, step: int, frame: Frame, kept: dict) -> None:
+def _put_charge(group: h5py.Group, step: int, frame: Frame, snapshot: dict) -> None:
     """Write places and what they carry of one step."""
     _put(group, step, frame.positions)
     rows = slice(step * len(frame.positions), (step + 1) * len(frame.positions))
     group["PointData/velocity"][rows] = frame.velocities
     for name, array in _SCALARS.items():
-        if array in kept:
-            group[f"PointData/{name}"][rows] = kept[array]
+        if array in snapshot:
+            group[f"PointData/{name}"][rows] = snapshot[array]
 
 
 def _is_a(group: h5py.Group, kind: str) -> None:
-    """The two attributes that say what a group is; VTK wants a text of fixed length."""
+    """Write the two attributes of the kind of a group; VTK wants a text of fixed length."""
     group.attrs["Version"] = np.array(VERSION, "i8")
     group.attrs.create("Type", np.bytes_(kind), dtype=h5py.string_dtype("ascii", len(kind)))
 

@@ -26,7 +26,7 @@ from nutamill.view.cameras import VIEWS, View, camera_of
 from nutamill.view.drawing import Part, machine_parts
 
 MOST_FRAMES = 200
-"""Frames in a page unless told otherwise [1]."""
+"""Frames in a page by default [1]."""
 MOST_SAMPLES = 2000
 """Samples of a trace; a screen is not wider."""
 STEEPEST = 1.57

@@ -284,4 +284,4 @@ STATISTICS_AXES: tuple[Field, ...] = (
     ),
     Field("patch_area", "A", "m^2", "area", "free area of the patch", shape=PATCH),
 )
-"""What the statistics are laid out along."""
+"""Axes of the statistics."""

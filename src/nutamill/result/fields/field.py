@@ -19,7 +19,7 @@ class Field:
     label: str
     """A few words, for an axis or a table."""
     meaning: str
-    """What the number says, in one sentence."""
+    """Meaning of the number, in one sentence."""
     frame: str = ""
     """Axes in which a component is written; empty for a scalar."""
     point: str = ""

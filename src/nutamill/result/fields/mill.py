@@ -12,7 +12,7 @@ def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
     """Radial, tangential and resultant force of the crank at one of its two probes, raw and without gravity's
     share.
     """
-    said = f"force the crank exerts at the {where}"
+    meaning = f"force the crank exerts at the {where}"
     tared = "with the share of gravity taken off, as a reading zeroed at rest in the turning axes"
     raw = (
         Field(
@@ -20,7 +20,7 @@ def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
             "F_r",
             "N",
             f"{where} force, radial",
-            f"{said}, towards the driveshaft axis",
+            f"{meaning}, towards the driveshaft axis",
             CRANK,
             point,
         ),
@@ -29,7 +29,7 @@ def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
             "F_t",
             "N",
             f"{where} force, tangential",
-            f"{said}, in the direction of rotation",
+            f"{meaning}, in the direction of rotation",
             CRANK,
             point,
         ),
@@ -38,7 +38,7 @@ def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
             "F",
             "N",
             f"{where} force",
-            f"{said}: root of radial squared plus tangential squared",
+            f"{meaning}: root of radial squared plus tangential squared",
             "",
             point,
         ),
@@ -90,7 +90,7 @@ The series `crank_pin_force` is read at `crank_pin_load_cell`, the series `pin_j
 RENAMED_JOINTS = {"load_cell": "crank_pin_load_cell", "crank_pin": "pin_joint"}
 """Joints whose names have changed, for messages."""
 TURNING = ("frame", "driveshaft", "chamber")
-"""Bodies whose attitudes are recorded, so that a reaction can be written in their axes."""
+"""Bodies with recorded attitudes, so that a reaction can be written in their axes."""
 
 
 def known_joints(name: str, known: Sequence[str] = JOINTS) -> str:

@@ -11,7 +11,7 @@ from nutamill.view.figures.motion import HIGHEST, density_unit
 from nutamill.view.figures.style import STYLE, label_of
 
 SHOWN_TURNS = 0.5
-"""Time shown of the histories [s]: the turns can be told apart."""
+"""Time shown of the histories [s]: so that single turns can be seen."""
 
 
 def draw_comparison(
@@ -32,9 +32,9 @@ def draw_comparison(
                 shown = time >= time[-1] - SHOWN_TURNS
                 left.plot(time[shown] - time[-1], values[shown], color=colour, label=label, linewidth=0.8)
                 if len(values) >= 32:
-                    found = spectrum(values, result.rate)
-                    kept = (found.frequency > 0.0) & (found.frequency <= HIGHEST) & (found.density > 0.0)
-                    right.semilogy(found.frequency[kept], found.density[kept], color=colour, linewidth=0.8)
+                    lines = spectrum(values, result.rate)
+                    drawn = (lines.frequency > 0.0) & (lines.frequency <= HIGHEST) & (lines.density > 0.0)
+                    right.semilogy(lines.frequency[drawn], lines.density[drawn], color=colour, linewidth=0.8)
             left.set_ylabel(label_of(name))
             left.margins(x=0.0)
             right.set_ylabel(density_unit(name))

@@ -156,7 +156,7 @@ def draw_steady_values(
 
 def held_series(result: Result, names: Sequence[str]) -> None:
     """Refuse names of series that the result does not hold, all at once."""
-    faults = []
+    faults: list[Fault] = []
     for name in names:
         try:
             series_field(name)

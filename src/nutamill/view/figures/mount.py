@@ -8,11 +8,11 @@ from nutamill.analysis.mount_test import MountProperties, MountTest
 from nutamill.view.figures.style import MEAN, STYLE, WIDTH
 
 
-def draw_loop(test: MountTest, found: MountProperties) -> Figure:
+def draw_loop(test: MountTest, properties: MountProperties) -> Figure:
     """Force over displacement: the record, and the ellipse of K' and K''; both without their means."""
     phase = np.linspace(0.0, 2.0 * np.pi, 400)
-    moved = found.amplitude * np.cos(phase)
-    pushed = found.amplitude * (found.storage * np.cos(phase) - found.loss * np.sin(phase))
+    moved = properties.amplitude * np.cos(phase)
+    pushed = properties.amplitude * (properties.storage * np.cos(phase) - properties.loss * np.sin(phase))
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
@@ -28,7 +28,7 @@ def draw_loop(test: MountTest, found: MountProperties) -> Figure:
             1e3 * moved,
             pushed,
             color=MEAN,
-            label=f"K' {found.storage / 1e3:.3g}, K'' {found.loss / 1e3:.3g} N/mm",
+            label=f"K' {properties.storage / 1e3:.3g}, K'' {properties.loss / 1e3:.3g} N/mm",
         )
         axes.margins(x=0.04)
         axes.set_xlabel("displacement (mm)")

@@ -53,7 +53,7 @@ def figure_of(result: Result, what: str) -> Figure:
         if is_mechanism(result):
             drawn = f"nutamill plot {result.path} history:SERIES"
             raise ResultError(
-                f"{result.path}: must be the run of a mill for this figure, it is that of a "
+                f"{result.path}: is no run of a mill, which this figure needs, but that of a "
                 f"mechanism. Use {drawn}."
             )
         return FIGURES[kind][0](result)

@@ -32,23 +32,25 @@ YEAR = 8760.0
 """Hours in a year, for a mark of lives [h]."""
 
 
-def draw_orders(found: Orders, falls: Waterfall, name: str) -> Figure:
+def draw_orders(history: Orders, falls: Waterfall, name: str) -> Figure:
     """Amplitude and phase lag of the orders of a series, and its spectra below (logarithmic grey).
 
     The first two are drawn over speed; over time where the speed hardly changes.
     """
-    sweeps = np.ptp(found.speed) > SWEEP * found.speed.max()
-    across = rpm(found.speed) if sweeps else found.time
+    sweeps = np.ptp(history.speed) > SWEEP * history.speed.max()
+    across = rpm(history.speed) if sweeps else history.time
     unit = unit_of(name)
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
         size, lag, fall = figure.subplots(3, 1, height_ratios=[1.2, 0.8, 1.4])
-        for k, order in enumerate(found.orders):
-            size.plot(across, found.amplitude[k], color=PALETTE[k % 7], label=f"{order:g}x")
-            told = (
-                found.amplitude[k] > 0.02 * found.amplitude[k].max()
+        for k, order in enumerate(history.orders):
+            size.plot(across, history.amplitude[k], color=PALETTE[k % 7], label=f"{order:g}x")
+            drawn = (
+                history.amplitude[k] > 0.02 * history.amplitude[k].max()
             )  # of a small amplitude the phase is noise
-            lag.plot(across[told], np.degrees(found.lag[k])[told], ".", markersize=1.5, color=PALETTE[k % 7])
+            lag.plot(
+                across[drawn], np.degrees(history.lag[k])[drawn], ".", markersize=1.5, color=PALETTE[k % 7]
+            )
         size.set_ylim(bottom=0.0)
         size.set_ylabel(f"amplitude ({unit})")
         size.set_title(f"(a) {series_field(name).label}", loc="left")
@@ -163,7 +165,7 @@ def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 
 def draw_lives(bearings: list[BearingLife], sections: list[SectionLife]) -> Figure:
-    """Lives of bearings and sections as bars on a logarithmic axis, up to the longest that is told."""
+    """Lives of bearings and sections as bars on a logarithmic axis, up to `LONGEST`."""
     lives = [(one.joint, one.time, PALETTE[0]) for one in bearings] + [
         (one.name, one.time, PALETTE[1]) for one in sections
     ]
@@ -173,9 +175,9 @@ def draw_lives(bearings: list[BearingLife], sections: list[SectionLife]) -> Figu
         for k, (_name, time, color) in enumerate(lives):
             shown = min(max(time / 3600.0, 1.0), LONGEST)
             axes.barh(k, shown, color=color, height=0.6)
-            said = f"{hours_text(time).strip()} h"
+            label = f"{hours_text(time).strip()} h"
             axes.annotate(
-                said, (shown, k), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5
+                label, (shown, k), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5
             )
         axes.set_yticks(range(len(lives)), [name.replace("_", " ") for name, _, _ in lives])
         axes.invert_yaxis()

@@ -33,8 +33,8 @@ def draw_run(result: Result) -> Figure:
     sensor = next(
         (
             name.removesuffix("_x")
-            for name in result.series.data_vars
-            if str(name).endswith("_acceleration_x")
+            for name in map(str, result.series.data_vars)
+            if name.endswith("_acceleration_x")
         ),
         None,
     )
@@ -60,7 +60,7 @@ def draw_run(result: Result) -> Figure:
 def draw_ledger(result: Result) -> Figure:
     """Where the motor's power goes, turn by turn: losses stacked, the motor's power as a line over them.
 
-    What lies between the stack and the line goes into kinetic, potential and elastic energy, or comes out of
+    The gap between the stack and the line goes into kinetic, potential and elastic energy, or comes out of
     them.
     """
     time = result.series["time"].values

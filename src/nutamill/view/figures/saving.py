@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from nutamill.base.atomic_file import refuse_suffix, write_whole
 
 SUFFIXES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".tif", ".tiff", ".eps")
-"""Ends of file names that say in which format a figure is saved."""
+"""Suffixes of figures."""
 
 
 def save_figure(figure: Figure, path: str | Path) -> Path:

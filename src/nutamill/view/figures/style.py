@@ -10,7 +10,7 @@ BINS = 500
 WIDTH = 3.386
 """One journal column [inch]."""
 PALETTE = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000")
-"""Colours of curves that belong together, told apart by colour-blind eyes.
+"""Colours of curves that belong together, distinct for colour-blind readers.
 
 Source: Okabe and Ito, Color Universal Design, 2008.
 """
