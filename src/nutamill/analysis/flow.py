@@ -176,8 +176,10 @@ def flow_fields(done: "xarray.Dataset") -> "xarray.Dataset":
 
 
 def surface_heights(done: "xarray.Dataset", share: float = CREST_SHARE) -> np.ndarray:
-    """Height of the surface over the floor in each sector of a `window`'s grid [m] (n_azimuth,): below it
-    lies `share` of the sector's solid volume; 0 where the sector is `BARE`."""
+    """Compute the height of the surface over the floor in each sector of a `window`'s grid [m], (n_azimuth,).
+
+    A share `share` of the sector's solid volume is below it.  The height is 0 where the sector is `BARE`.
+    """
     volume = done["cell_solid_volume"].sum("radius").transpose("azimuth", "height").values
     middle = done["height"].values
     step = middle[1] - middle[0]

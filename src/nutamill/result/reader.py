@@ -169,7 +169,7 @@ class Result:
             raise ResultError(
                 f"{self.path}: holds no statistics of the charge. Run it with run.statistics = true."
             )
-        lines = {}
+        lines: dict[str, Any] = {}
         for name in archive.members("statistics/axes"):
             path = f"statistics/axes/{name}"
             values = archive.values(path)
