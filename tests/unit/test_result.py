@@ -236,7 +236,7 @@ def test_truncated_file_is_told_from_a_foreign_one(tmp_path):
 def test_hdf5_file_of_another_program_is_refused(tmp_path):
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file["a"] = 1.0
-    with pytest.raises(ResultError, match="another kind"):
+    with pytest.raises(ResultError, match="no result of nutamill"):
         open_result(tmp_path / "other.h5")
 
 
