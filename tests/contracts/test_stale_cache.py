@@ -20,8 +20,8 @@ PACKAGE = pathlib.Path(nutamill.__file__).parent
 ENERGY_OF_A_CONTACT = """
 import numpy as np
 from nutamill.charge.laws.composition import stored_energy
-from nutamill.charge.laws.tags import STANDARD_LAW
-numbers = np.array([1e-4, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0.0])
+from nutamill.charge.laws.composition import STANDARD_LAW
+numbers = np.array([1e-4, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0.0])
 energy = stored_energy(STANDARD_LAW, numbers, np.zeros(8), 1.0, 1e-3, 0.01, 0.01, 0.005)
 print(energy[0], sum(stored_energy.stats.cache_hits.values()))
 """
@@ -58,9 +58,9 @@ def edit(path, before, after):
 
 def test_an_edited_law_is_compiled_anew_and_an_edited_sentence_is_not(copied):
     package, energy = copied
-    law = package / "charge" / "laws" / "normal.py"
+    law = package / "charge" / "laws" / "linear.py"
     assert energy() == (pytest.approx(5e-3), 0)
-    edit(law, '"""Energy in a linear spring,', '"""Energy that a linear spring holds,')
+    edit(law, '"""Return the energy in a linear spring,', '"""Return the energy of a linear spring,')
     assert energy() == (pytest.approx(5e-3), 1)
     edit(law, "return 0.5 * k * overlap * overlap, k", "return 1.5 * k * overlap * overlap, k")
     assert energy() == (pytest.approx(15e-3), 0)
@@ -185,7 +185,7 @@ def test_every_function_under_a_compiling_decorator_counts(counted):
 
 
 def test_every_struct_that_a_kernel_is_given_counts(counted):
-    from nutamill.charge.laws.tags import STANDARD_LAW, law_names
+    from nutamill.charge.laws.composition import STANDARD_LAW, law_names
     from nutamill.charge.measures.statistics import charge_statistics, statistics_plan
     from nutamill.mechanism.assembly import assemble
     from nutamill.mechanism.parts import Body

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import nutamill as nm
-from nutamill.charge.laws.impact import damping_ratio_from_restitution
+from nutamill.charge.laws.oscillator import damping_ratio_from_restitution
 
 BALL = nm.spheres([0.01]).placed([[0.0, 0.0, 0.02]])
 STEEL = nm.linear_pair(stiffness=1e5)

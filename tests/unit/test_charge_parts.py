@@ -1,7 +1,7 @@
 """Laws, surfaces, vector moves, input checks and fills of the charge, one at a time."""
 
-import functools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,12 +17,9 @@ from nutamill.charge.filling.room import cylinder_room, largest_fill
 from nutamill.charge.kernels import simd
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.laws import displacement, linear, type_a, type_c
 from nutamill.charge.laws.lanes import BATCH
-from nutamill.charge.laws.normal import dashpot_speed, linear_force, pair_stiffness
-from nutamill.charge.laws.pair import PairLaw
-from nutamill.charge.laws.rolling import constant_rolling, spring_rolling
-from nutamill.charge.laws.tags import LinearSpring, RollingTypeA, RollingTypeC, StoredDisplacement
-from nutamill.charge.laws.tangential import displacement_friction
+from nutamill.charge.laws.pair import PairLaw, pair_stiffness
 from nutamill.charge.particles.particles import LOOSE_PACKING
 from nutamill.charge.readout import velocities
 from nutamill.charge.walls.surface import Surface, SurfaceKind
@@ -32,8 +29,8 @@ LAW = PairLaw(1e5, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.1)
 
 
 def test_stiffness_is_direct_or_in_series():
-    assert pair_stiffness(1 / 5e5, 0.0, 0.0, 0.005, 0.003) == pytest.approx(5e5)
-    assert pair_stiffness(0.0, 1 / 2e8, 1 / 3e6, 0.005, 0.003) == pytest.approx(
+    assert pair_stiffness(1 / 5e5, 0.0, 0.0, (0.005, 0.003)) == pytest.approx(5e5)
+    assert pair_stiffness(0.0, 1 / 2e8, 1 / 3e6, (0.005, 0.003)) == pytest.approx(
         1 / (1 / (2e8 * 0.005) + 1 / (3e6 * 0.003))
     )
 
@@ -41,51 +38,56 @@ def test_stiffness_is_direct_or_in_series():
 def test_normal_force_is_cut_at_its_floor():
     # k d + 2 zeta sqrt(m k) v, d far above v dt
     damped = 1e5 * 1e-6 - 0.4 * math.sqrt(5e-4 * 1e5) * 0.5
-    given = (LinearSpring(), 1e-6, -0.5, 0.0, 5e-4, 0.001, 0.005, 0.005, 1e-5, 0.0, 0.0, 0.4)
-    assert linear_force(*given, -math.inf, 1e-9)[0] == pytest.approx(damped)
-    assert linear_force(*given, 0.0, 1e-9)[0] == 0.0
+    law = PairLaw(1e5, 0.0, 0.0, 1.0, 0.2, False, 0.0, 0.0, 0.0, 0.05, 0.1)
+    for pair, expected in ((law, damped), (replace(law, tension_cut=True), 0.0)):
+        p = tuple(linear.numbers(pair))
+        got = linear.force(linear.LAW, p, 1e-6, -0.5, 0.0, 5e-4, 0.001, (0.005, 0.005), 1e-9)
+        assert got[0] == pytest.approx(expected)
 
 
 def test_first_substep_of_a_contact_carries_half_to_one_and_a_half_shares():
-    assert dashpot_speed(0.25e-6, 1.0, 1e-6) == pytest.approx(0.75)
-    assert dashpot_speed(0.75e-6, -1.0, 1e-6) == pytest.approx(-1.25)
-    assert dashpot_speed(2e-6, 1.0, 1e-6) == 1.0
+    assert linear.dashpot_speed(0.25e-6, 1.0, 1e-6) == pytest.approx(0.75)
+    assert linear.dashpot_speed(0.75e-6, -1.0, 1e-6) == pytest.approx(-1.25)
+    assert linear.dashpot_speed(2e-6, 1.0, 1e-6) == 1.0
+
+
+UP, REST = (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
 
 
 def test_friction_never_exceeds_its_limit_and_goes_over_to_the_dynamic_coefficient():
-    friction = functools.partial(displacement_friction, StoredDisplacement())
-    out = friction(3e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
-    assert out[0] == pytest.approx(-0.4 * 2.0)
-    assert out[6] == 1.0
-    # below the static limit a resting spring holds; a sliding one is held to the dynamic limit
-    held = friction(1e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
-    slid = friction(1e-5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 2.0, 0.6, 0.4, 1e-6)
-    assert (held[0], slid[0]) == (pytest.approx(-1.0), pytest.approx(-0.8))
+    def friction(length, sliding):
+        spring = (length, 0.0, 0.0)
+        return displacement.force(displacement.LAW, (0.6, 0.4), spring, sliding, REST, UP, 1e5, 2.0, 1e-6)
+
+    pull, _, sliding = friction(3e-5, 0.0)
+    assert pull[0] == pytest.approx(-0.4 * 2.0)
+    assert sliding == 1.0
+    # below the static limit a resting spring holds; a sliding one is limited by the dynamic coefficient
+    holds, slides = friction(1e-5, 0.0)[0], friction(1e-5, 1.0)[0]
+    assert (holds[0], slides[0]) == (pytest.approx(-1.0), pytest.approx(-0.8))
 
 
 def test_friction_spring_lies_in_the_tangent_plane():
-    out = displacement_friction(
-        StoredDisplacement(), 1e-6, 2e-6, 3e-6, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, 1e5, 9.0, 1.0, 1.0, 1e-6
+    pull, spring, _ = displacement.force(
+        displacement.LAW, (1.0, 1.0), (1e-6, 2e-6, 3e-6), 0.0, (0.1, 0.0, 0.0), UP, 1e5, 9.0, 1e-6
     )
-    assert out[2] == 0.0
+    assert pull[2] == 0.0
     # trapezoidal: force with half the slip, memory with all of it
-    assert out[0] == pytest.approx(-1e5 * (1e-6 + 0.05e-6))
-    assert out[3] == pytest.approx(1e-6 + 0.1e-6)
+    assert pull[0] == pytest.approx(-1e5 * (1e-6 + 0.05e-6))
+    assert spring[0] == pytest.approx(1e-6 + 0.1e-6)
 
 
 def test_constant_rolling_moment_opposes_the_spin():
     # far above the spin that a tenth of the inertia would stop in a substep
-    out = constant_rolling(
-        RollingTypeA(), 0.0, 0.0, 0.0, 3.0, 0.0, 4.0, 0.0, 0.0, 1.0, 1e5, 1.0, 1.0, 2e-5, 1e-6
-    )
-    assert out == pytest.approx((-2e-5 * 0.6, 0.0, -2e-5 * 0.8, 0.0, 0.0, 0.0))
+    moment, rolled = type_a.moment(type_a.LAW, REST, (3.0, 0.0, 4.0), UP, 1e5, 1.0, 1.0, 2e-5, 1e-6)
+    assert moment == pytest.approx((-2e-5 * 0.6, 0.0, -2e-5 * 0.8))
+    assert rolled == REST
 
 
 def test_rolling_spring_ignores_twist_about_the_normal():
-    out = spring_rolling(
-        RollingTypeC(), 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 1.0, 1e-3, 1.0, 1.0, 1.0, 1e-6
-    )
-    assert out == pytest.approx((0.0,) * 6)
+    moment, rolled = type_c.moment(type_c.LAW, REST, (0.0, 0.0, 4.0), UP, 1e-3, 1.0, 1.0, 1.0, 1e-6)
+    assert moment == pytest.approx(REST)
+    assert rolled == pytest.approx(REST)
 
 
 coordinate = st.floats(-0.03, 0.03)
@@ -235,10 +237,12 @@ def test_too_much_charge_is_refused():
 @pytest.mark.parametrize("v_n", [0.0, 1e-38, -1e-38])
 def test_a_contact_at_rest_on_the_verge_of_touching_has_a_finite_force(overlap, v_n):
     # k = 1e5 N/m: at most 1e5 * 1e-10 = 1e-5 N of spring, and no dashpot at no speed
-    single = [
-        np.float32(x) for x in (overlap, v_n, 0.0, 1e-3, 1e-3, 5e-3, 5e-3, 1e-5, 0.0, 0.0, 0.4, -np.inf, 3e-6)
-    ]
-    assert abs(linear_force(LinearSpring(), *single)[0]) <= 1.1e-5
+    p = tuple(np.float32(x) for x in linear.numbers(LAW))
+    depth, speed, none, m_eff, r_eff, size, dt = (
+        np.float32(x) for x in (overlap, v_n, 0.0, 1e-3, 1e-3, 5e-3, 3e-6)
+    )
+    push = linear.force(linear.LAW, p, depth, speed, none, m_eff, r_eff, (size, size), dt)[0]
+    assert abs(push) <= 1.1e-5
 
 
 def test_balls_that_just_touch_at_rest_stay_at_rest():

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from nutamill.case import load_case
-from nutamill.charge.laws.impact import damping_ratio_from_restitution
+from nutamill.charge.laws.oscillator import damping_ratio_from_restitution
 from nutamill.design.dialects import dialect_lines, lammps, liggghts, pfc, rocky, touches
 
 MASS = 7863.7 * math.pi / 6 * 0.005**3

@@ -33,7 +33,7 @@ def test_reference_names_every_recorded_quantity_and_every_key(pages):
         for key in ("crank_radius", "tangential_ratio", "snapshots", "shear_stiffness")
     )
     assert all(f"`nutamill {name}`" in pages["commands"] for name in ("run", "view", "import", "report"))
-    assert "hertz_force" in pages["laws"]
+    assert "## hertz" in pages["laws"]
     assert all(f"| {code.value} | {code.meaning} |" in pages["commands"] for code in ExitCode)
 
 

@@ -12,7 +12,7 @@ from nutamill.analysis.summary import warning_lines
 from nutamill.base.errors import CaseError, NotInstalledError
 from nutamill.case import Case, load_case
 from nutamill.case.machine import CHAMBER
-from nutamill.charge.laws.impact import scaled_contact_time
+from nutamill.charge.laws.oscillator import scaled_contact_time
 from nutamill.charge.walls.mesh import on_charge_side
 from nutamill.design.preflight import preflight
 from nutamill.result import Recorder, open_result

@@ -5,8 +5,7 @@ import math
 import numpy as np
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.laws.composition import contact
-from nutamill.charge.laws.numbers import law_numbers
+from nutamill.charge.laws.composition import contact, law_numbers
 from nutamill.charge.laws.pair import PairLaw
 
 R, M = 0.0025, 5e-4
@@ -33,42 +32,16 @@ def pair(**changes):
 
 
 @kernel
-def evaluate(law, n, overlap, u, w, s, t, sliding, history, m_eff, r_eff, diameters, numbers, dt):
-    """The composed law; vectors are tuples."""
+def evaluate(law, n, overlap, u, w, spring, rolled, sliding, history, m_eff, r_eff, diameters, numbers, dt):
+    """The composed law."""
     return contact(
-        law,
-        n[0],
-        n[1],
-        n[2],
-        overlap,
-        u[0],
-        u[1],
-        u[2],
-        w[0],
-        w[1],
-        w[2],
-        s[0],
-        s[1],
-        s[2],
-        t[0],
-        t[1],
-        t[2],
-        sliding,
-        history,
-        m_eff,
-        r_eff,
-        diameters[0],
-        diameters[1],
-        numbers,
-        dt,
+        law, n, overlap, u, w, spring, rolled, sliding, history, m_eff, r_eff, diameters, numbers, dt
     )
 
 
-def plain(law, n, overlap, u, w, s, t, sliding, history, m_eff, r_eff, diameters, numbers, dt):
+def plain(*arguments):
     """As `evaluate`, without the compiler: quick to start, for tests of one contact."""
-    return getattr(contact, "py_func", contact)(
-        law, *n, overlap, *u, *w, *s, *t, sliding, history, m_eff, r_eff, *diameters, numbers, dt
-    )  # fmt: skip
+    return getattr(contact, "py_func", contact)(*arguments)
 
 
 ZERO = (0.0, 0.0, 0.0)
@@ -102,9 +75,8 @@ class Probe:
             self.numbers,
             self.dt,
         )
-        self.s, self.t, self.sliding, self.history = out[9:12], out[12:15], out[15], out[16]
-        self.powers = out[17:20]
-        return np.array(out[:3]), np.array(out[6:9])
+        force, _, moment, self.s, self.t, self.sliding, self.history, self.powers = out
+        return np.array(force), np.array(moment)
 
 
 def bounce(law, numbers, v, dt, phase=0.3, m=M, r=R):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from charge_bench import FLOOR, Bench, law, sphere_mass
 
-from nutamill.charge.laws.impact import (
+from nutamill.charge.laws.oscillator import (
     contact_time,
     damping_ratio_from_restitution,
     largest_overlap,

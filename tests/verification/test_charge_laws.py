@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from charge_bench import FLOOR, Bench, law, sphere_mass
 
+from nutamill.charge.laws.composition import contact_law
 from nutamill.charge.laws.impact import impact
 from nutamill.charge.laws.pair import PairLaw
-from nutamill.charge.laws.tags import contact_law
 from nutamill.charge.model import Ledger
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 

@@ -6,7 +6,8 @@ import pytest
 from charge_bench import FLOOR, Bench, law, sphere_mass
 
 from nutamill.charge.face import at_rest
-from nutamill.charge.laws.tags import ContactLaw, RollingTypeA
+from nutamill.charge.laws.composition import ContactLaw
+from nutamill.charge.laws.type_a import RollingTypeA
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 
 R, G = 0.0025, 9.81

@@ -8,10 +8,17 @@ import pytest
 from contact_bench import UP, M, Probe, R, bounce, evaluate, pair, plain
 from scipy.integrate import solve_ivp
 
-from nutamill.charge.laws.composition import stored_energy
-from nutamill.charge.laws.impact import damping_ratio_from_restitution, impact
-from nutamill.charge.laws.numbers import law_numbers
-from nutamill.charge.laws.tags import COHESION, NORMAL, ROLLING, TANGENTIAL, contact_law
+from nutamill.charge.laws.composition import (
+    COHESION,
+    NORMAL,
+    ROLLING,
+    TANGENTIAL,
+    contact_law,
+    law_numbers,
+    stored_energy,
+)
+from nutamill.charge.laws.impact import impact
+from nutamill.charge.laws.oscillator import damping_ratio_from_restitution
 
 LEAST = 0.001
 """Least force of the hysteretic spring over that of loading."""
@@ -299,9 +306,8 @@ def any_contact(law, side, call):
     )
     n, u, w, s, t = (tuple(map(float, side * v)) for v in vectors)
     diameters = (4e-3, 6e-3)[::side]
-    return np.array(
-        call(law, n, 1e-4, u, w, s, t, 0.0, 1e-5, 2e-4, 1e-3, diameters, tuple(law_numbers(law, GIVEN)), 1e-7)
-    )
+    numbers = tuple(law_numbers(law, GIVEN))
+    return np.hstack(call(law, n, 1e-4, u, w, s, t, 0.0, 1e-5, 2e-4, 1e-3, diameters, numbers, 1e-7))
 
 
 @pytest.mark.parametrize("names", EVERY, ids="-".join)

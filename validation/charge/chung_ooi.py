@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from nutamill.charge.laws.impact import damping_ratio_from_restitution
+from nutamill.charge.laws.oscillator import damping_ratio_from_restitution
 from validation.charge.closed_forms import (
     damped_hertz_time,
     hertz,

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.charge.face import Charge
+from nutamill.charge.laws.composition import contact_law
 from nutamill.charge.laws.pair import PairLaw
-from nutamill.charge.laws.tags import contact_law
 from nutamill.charge.particles.particles import spheres
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 

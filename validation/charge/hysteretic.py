@@ -4,7 +4,7 @@ of Ansys Rocky.
 
 import math
 
-from nutamill.charge.laws.numbers import LEAST_FORCE
+from nutamill.charge.laws.hysteretic import LEAST_FORCE
 from validation.charge.harness import SAMPLES, pair, sphere_mass, strike_floor
 from validation.charge.rows import Row
 

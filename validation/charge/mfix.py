@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from nutamill.charge.laws.impact import contact_time, damping_ratio_from_restitution
+from nutamill.charge.laws.oscillator import contact_time, damping_ratio_from_restitution
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 from validation.charge.harness import DOWN, FLOOR, Bench, G, pair, sphere_mass
 from validation.charge.rows import Row, largest

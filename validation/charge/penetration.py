@@ -5,7 +5,7 @@ material M1.  Hertz and Mindlin, no rolling resistance.
 
 import numpy as np
 
-from nutamill.charge.laws.impact import damping_ratio_from_restitution
+from nutamill.charge.laws.oscillator import damping_ratio_from_restitution
 from validation.charge.bulk import THREADS, plane
 from validation.charge.closed_forms import modulus, shear_modulus
 from validation.charge.data import dosta_packing

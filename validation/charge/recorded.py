@@ -4,7 +4,7 @@
 
 import math
 
-from nutamill.charge.laws.impact import contact_time, damping_ratio_from_restitution
+from nutamill.charge.laws.oscillator import contact_time, damping_ratio_from_restitution
 from validation.charge.closed_forms import hertz, hertz_mindlin, modulus, oblique, shear_modulus
 from validation.charge.harness import DOWN, FLOOR, SAMPLES, Bench, follow, pair, sphere_mass, strike_floor
 from validation.charge.rows import Row

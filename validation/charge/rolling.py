@@ -5,7 +5,7 @@ incline, until it stops; type A and type C.
 
 import math
 
-from nutamill.charge.laws.impact import contact_time, damping_ratio_from_restitution
+from nutamill.charge.laws.oscillator import contact_time, damping_ratio_from_restitution
 from validation.charge.harness import FLOOR, Bench, G, pair, sphere_mass
 from validation.charge.rows import Row
 

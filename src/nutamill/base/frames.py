@@ -20,6 +20,48 @@ def cross(a0, a1, a2, b0, b1, b2):
 
 
 @kernel(inline="always")
+def add3(a, b):
+    """Return ``a + b`` of two 3-tuples."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@kernel(inline="always")
+def sub3(a, b):
+    """Return ``a - b`` of two 3-tuples."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@kernel(inline="always")
+def scale3(factor, a):
+    """Return ``factor a`` of a number and a 3-tuple."""
+    return factor * a[0], factor * a[1], factor * a[2]
+
+
+@kernel(inline="always")
+def dot3(a, b):
+    """Return the scalar product of two 3-tuples."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel(inline="always")
+def cross3(a, b):
+    """Return the vector product ``a x b`` of two 3-tuples."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@kernel(inline="always")
+def velocity_at(v, w, r):
+    """Return the velocity ``v + w x r`` of a point at `r` from the one that has `v`, of a body with spin `w`;
+    3-tuples.
+    """
+    return (
+        v[0] + w[1] * r[2] - w[2] * r[1],
+        v[1] + w[2] * r[0] - w[0] * r[2],
+        v[2] + w[0] * r[1] - w[1] * r[0],
+    )
+
+
+@kernel(inline="always")
 def rotate(R, a0, a1, a2):
     """``R a``: `a` from body axes to the axes `R` (3, 3) leads to, as a 3-tuple."""
     return (

@@ -18,10 +18,9 @@ from nutamill.charge.checks import (
     wall_faults,
 )
 from nutamill.charge.kernels.clumps import CLUMP, COLUMNS, OFFSET, ClumpColumn, cut_chunks
+from nutamill.charge.laws.composition import STANDARD_LAW, ContactLaw, law_faults, law_numbers
 from nutamill.charge.laws.lanes import BATCH
-from nutamill.charge.laws.numbers import law_faults, law_numbers
 from nutamill.charge.laws.pair import PairLaw
-from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw
 from nutamill.charge.model import (
     ChargeModel,
     ChargeScratch,

@@ -20,9 +20,9 @@ from nutamill.charge.arrays import grow
 from nutamill.charge.assembly import charge_of
 from nutamill.charge.kernels.dynamics import start, window
 from nutamill.charge.kernels.team import MOST_THREADS, run_team
-from nutamill.charge.laws.impact import damping_ratio_from_restitution
+from nutamill.charge.laws.composition import STANDARD_LAW, ContactLaw
+from nutamill.charge.laws.oscillator import damping_ratio_from_restitution
 from nutamill.charge.laws.pair import PairLaw
-from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw
 from nutamill.charge.measures.observe import ChargeReading, charge_reading, observe
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, Status

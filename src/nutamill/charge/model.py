@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.laws.tags import ContactLaw
+from nutamill.charge.laws.composition import ContactLaw
 from nutamill.charge.walls.mesh_model import MeshWalls
 from nutamill.charge.walls.patches import PatchTable
 

@@ -14,13 +14,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from nutamill.case import Case
-from nutamill.charge.laws.impact import (
-    hysteretic_restitution,
-    restitution_from_damping_ratio,
-    spring_stiffness,
-)
-from nutamill.charge.laws.pair import PairLaw
-from nutamill.charge.laws.tags import law_names
+from nutamill.charge.laws import hysteretic
+from nutamill.charge.laws.composition import law_names
+from nutamill.charge.laws.oscillator import restitution_from_damping_ratio
+from nutamill.charge.laws.pair import PairLaw, spring_stiffness
 from nutamill.simulation.setup.charge import Meeting, contact_law_of, pair_law, quickest_meeting
 
 
@@ -64,7 +61,7 @@ class Touch:
     def restitution(self) -> float:
         """Restitution without cohesion [1]."""
         if self.names[0] == "hysteretic":
-            return hysteretic_restitution(self.pair.unloading_ratio)
+            return hysteretic.restitution(self.pair)
         return restitution_from_damping_ratio(self.pair.damping_ratio, self.pair.tension_cut)
 
 

@@ -19,8 +19,8 @@ from nutamill.charge.assembly import charge as charge_arrays
 from nutamill.charge.face import Charge, at_rest
 from nutamill.charge.kernels.dynamics import start
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.laws.composition import STANDARD_LAW, ContactLaw, contact_law, law_names
 from nutamill.charge.laws.pair import PairLaw
-from nutamill.charge.laws.tags import STANDARD_LAW, ContactLaw, contact_law, law_names
 from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.measures.statistics import charge_statistics, sample, statistics_plan
 from nutamill.charge.walls.surface import Surface, SurfaceKind

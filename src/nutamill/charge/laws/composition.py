@@ -1,94 +1,175 @@
-"""The whole law of one contact, composed of its four stages, and the energy it stores."""
+"""The registry of the contact laws, and the whole law of one contact: normal, tangential, rolling, cohesion.
 
-from nutamill.base.kernel import kernel, like
-from nutamill.charge.laws.cohesion import cohesive_pull
-from nutamill.charge.laws.normal import normal_energy, normal_force
-from nutamill.charge.laws.rolling import rolling_energy, rolling_moment
-from nutamill.charge.laws.tangential import friction_energy, friction_force
+A law is one file of this folder and one entry of its family here.  Each file has
+
+* `LAW`, an instance of an empty named tuple whose type stands for the law in compiled code;
+* its kernels: ``force`` and ``energy`` of a normal or tangential law, ``moment`` and ``energy`` of a rolling
+  law, ``pull`` of cohesion.  All laws of a family take the same arguments and return the same values;
+* of a normal law also its ``numbers``, ``tangential_ratio``, ``faults``, ``impact``, ``resolve_time`` and
+  ``STIFFENS``.
+"""
+
+from types import ModuleType
+from typing import NamedTuple
+
+from nutamill.base.frames import dot3, scale3, sub3
+from nutamill.base.kernel import by_type, kernel, like
+from nutamill.charge.laws import (
+    area,
+    displacement,
+    hertz,
+    hysteretic,
+    incremental,
+    linear,
+    no_cohesion,
+    no_rolling,
+    type_a,
+    type_c,
+)
+from nutamill.charge.laws.pair import NORMAL_NUMBERS, PairLaw
+
+NORMAL = {"linear": linear, "hysteretic": hysteretic, "hertz": hertz}
+"""Normal laws by the names of case files."""
+
+TANGENTIAL = {"displacement": displacement, "incremental": incremental}
+"""Tangential laws by the names of case files."""
+
+ROLLING = {"none": no_rolling, "type_a": type_a, "type_c": type_c}
+"""Rolling laws by the names of case files."""
+
+COHESION = {"none": no_cohesion, "area": area}
+"""Cohesive laws by the names of case files."""
+
+FAMILIES = (NORMAL, TANGENTIAL, ROLLING, COHESION)
+"""The families of laws, in the order of `ContactLaw`."""
+
+normal_force = by_type({type(file.LAW): file.force for file in NORMAL.values()})
+"""Normal force, stiffness and history of the law whose tag comes first; as `linear.force`."""
+
+normal_energy = by_type({type(file.LAW): file.energy for file in NORMAL.values()})
+"""Energy stored along the normal by the law whose tag comes first, and the stiffness; as `linear.energy`."""
+
+friction_force = by_type({type(file.LAW): file.force for file in TANGENTIAL.values()})
+"""Friction of the law whose tag comes first; as `displacement.force`."""
+
+friction_energy = by_type({type(file.LAW): file.energy for file in TANGENTIAL.values()})
+"""Energy in the tangential spring of the law whose tag comes first; as `displacement.energy`."""
+
+rolling_moment = by_type({type(file.LAW): file.moment for file in ROLLING.values()})
+"""Moment against rolling of the law whose tag comes first; as `type_c.moment`."""
+
+rolling_energy = by_type({type(file.LAW): file.energy for file in ROLLING.values()})
+"""Energy in the rolling spring of the law whose tag comes first; as `type_c.energy`."""
+
+cohesive_pull = by_type({type(file.LAW): file.pull for file in COHESION.values()})
+"""Pull of the law whose tag comes first; as `area.pull`."""
+
+
+class ContactLaw(NamedTuple):
+    """The law of all contacts of a charge, composed of four; only its type counts."""
+
+    normal: tuple = linear.LAW
+    """Force along the normal: the `LAW` of one of `NORMAL`."""
+    tangential: tuple = displacement.LAW
+    """Friction: of one of `TANGENTIAL`."""
+    rolling: tuple = type_c.LAW
+    """Resistance to rolling: of one of `ROLLING`."""
+    cohesion: tuple = no_cohesion.LAW
+    """Pull: of one of `COHESION`."""
+
+
+STANDARD_LAW = ContactLaw()
+"""Linear spring and dashpot, stored displacement, rolling type C, no cohesion."""
+
+
+def contact_law(
+    normal: str = "linear", tangential: str = "displacement", rolling: str = "type_c", cohesion: str = "none"
+) -> ContactLaw:
+    """Return the law that four names of `NORMAL`, `TANGENTIAL`, `ROLLING` and `COHESION` compose.
+
+    Raises
+    ------
+    KeyError : a name that none of them has
+    """
+    return ContactLaw(
+        NORMAL[normal].LAW, TANGENTIAL[tangential].LAW, ROLLING[rolling].LAW, COHESION[cohesion].LAW
+    )
+
+
+def law_names(law: ContactLaw) -> tuple[str, str, str, str]:
+    """Return the four names of a law; the inverse of `contact_law`."""
+    return tuple(
+        next(name for name, file in family.items() if type(file.LAW) is type(tag))
+        for family, tag in zip(FAMILIES, law, strict=True)
+    )
+
+
+def law_files(law: ContactLaw) -> tuple[ModuleType, ModuleType, ModuleType, ModuleType]:
+    """Return the four files of a law, in the order of `ContactLaw`."""
+    return tuple(family[name] for family, name in zip(FAMILIES, law_names(law), strict=True))
+
+
+def law_numbers(law: ContactLaw, pair: PairLaw) -> list[float]:
+    """Return the numbers of a pair that the laws of a charge read, in the order of `LawColumn`."""
+    normal = law_files(law)[0]
+    numbers = normal.numbers(pair)
+    return [
+        *numbers,
+        *[0.0] * (NORMAL_NUMBERS - len(numbers)),
+        normal.tangential_ratio(pair),
+        pair.static_friction,
+        pair.dynamic_friction,
+        pair.rolling_friction,
+        1.0 / pair.overlap_stop,
+        pair.cohesive_pressure,
+    ]
+
+
+def law_faults(law: ContactLaw, pair: PairLaw) -> list[tuple[str, str]]:
+    """Return what a pair lacks for the laws of a charge, and what to write instead."""
+    normal, _, _, cohesion = law_files(law)
+    return normal.faults(pair) + cohesion.faults(pair)
 
 
 @kernel(inline="always")
-def contact(
-    law, n0, n1, n2, overlap, u0, u1, u2, w0, w1, w2, s0, s1, s2, t0, t1, t2, sliding, history,
-    m_eff, r_eff, diameter_a, diameter_b, numbers, dt,
-):  # fmt: skip
-    """The whole law of one contact: normal, tangential and rolling part.
+def contact(law, n, overlap, u, w, spring, rolled, sliding, history, m_eff, r_eff, diameters, numbers, dt):
+    """Return the force and moment of one contact on the first body, its new memory and its powers.
 
     Parameters
     ----------
     law : `ContactLaw`
-    n0, n1, n2 : normal [1]; overlap : [m]; u : relative velocity at the contact point [m/s]; w : relative
-        spin [rad/s]
-    s, t, sliding, history : contact memory, see `displacement_friction`, `spring_rolling` and
-        `hysteretic_force`
-    m_eff, r_eff : reduced mass [kg] and radius [m]; diameter_a, diameter_b : [m]
-    numbers : of the pair, as `LawColumn` (11,); dt : substep [s]
+    n : normal [1] (3); overlap : [m]
+    u : relative velocity at the contact point [m/s] (3); w : relative spin [rad/s] (3)
+    spring, rolled, sliding, history : contact memory, see `displacement.force`, `type_c.moment` and
+        `hysteretic.force`
+    m_eff, r_eff : reduced mass [kg] and radius [m]; diameters : of the two [m] (2)
+    numbers : of the pair, as `LawColumn` (11); dt : substep [s]
 
     Returns
     -------
-    F [N] (3), tangential force [N] (3), M [N m] (3), s (3), t [rad] (3), sliding [1], history, power of
-    normal, tangential and rolling part on the relative motion [W] (3)
+    force [N] (3), its tangential part [N] (3), moment [N m] (3), spring (3), rolled [rad] (3), sliding [1],
+    history, power of normal, tangential and rolling part on the relative motion [W] (3)
     """
-    c0, c1, c2, ratio, damping, floor, static, dynamic, rolling, _, pressure = numbers
-    v_n = u0 * n0 + u1 * n1 + u2 * n2
-    u0 -= v_n * n0
-    u1 -= v_n * n1
-    u2 -= v_n * n2
-    f_n, k, history = normal_force(
-        law.normal,
-        overlap,
-        v_n,
-        history,
-        m_eff,
-        r_eff,
-        diameter_a,
-        diameter_b,
-        c0,
-        c1,
-        c2,
-        damping,
-        floor,
-        dt,
+    ratio, static, dynamic, rolling, _, pressure = numbers[NORMAL_NUMBERS:]
+    v_n = dot3(u, n)
+    u = sub3(u, scale3(v_n, n))
+    push, k, history = normal_force(
+        law.normal, numbers[:NORMAL_NUMBERS], overlap, v_n, history, m_eff, r_eff, diameters, dt
     )
-    load = f_n if f_n > like(0.0, dt) else like(0.0, dt)
-    f_n -= cohesive_pull(law.cohesion, overlap, r_eff, pressure)
+    load = push if push > like(0.0, dt) else like(0.0, dt)
+    push -= cohesive_pull(law.cohesion, overlap, r_eff, pressure)
     kt = ratio * k
-    f0, f1, f2, s0, s1, s2, sliding = friction_force(
-        law.tangential, s0, s1, s2, sliding, u0, u1, u2, n0, n1, n2, kt, load, static, dynamic, dt
-    )  # fmt: skip
-    m0, m1, m2, t0, t1, t2 = rolling_moment(
-        law.rolling, t0, t1, t2, w0, w1, w2, n0, n1, n2, kt, m_eff, r_eff, rolling * r_eff * load, dt
-    )  # fmt: skip
-    power_n = -f_n * v_n
-    power_t = f0 * u0 + f1 * u1 + f2 * u2
-    power_r = m0 * w0 + m1 * w1 + m2 * w2
-    return (
-        f0 - f_n * n0,
-        f1 - f_n * n1,
-        f2 - f_n * n2,
-        f0,
-        f1,
-        f2,
-        m0,
-        m1,
-        m2,
-        s0,
-        s1,
-        s2,
-        t0,
-        t1,
-        t2,
-        sliding,
-        history,
-        power_n,
-        power_t,
-        power_r,
+    friction, spring, sliding = friction_force(
+        law.tangential, (static, dynamic), spring, sliding, u, n, kt, load, dt
     )
+    moment, rolled = rolling_moment(law.rolling, rolled, w, n, kt, m_eff, r_eff, rolling * r_eff * load, dt)
+    powers = -push * v_n, dot3(friction, u), dot3(moment, w)
+    return sub3(friction, scale3(push, n)), friction, moment, spring, rolled, sliding, history, powers
 
 
 @kernel
 def stored_energy(law, numbers, memory, last, overlap, radius_a, radius_b, r_eff):
-    """Energy one contact would give back [J] (3): normal with cohesion, tangential, rolling.
+    """Return the energy one contact would give back [J] (3): normal with cohesion, tangential, rolling.
 
     A tangential spring whose stiffness changes with the overlap changes its energy with it, without work:
     what it seems to lose or gain is booked as dissipated.
@@ -101,19 +182,18 @@ def stored_energy(law, numbers, memory, last, overlap, radius_a, radius_b, r_eff
     overlap, radius_a, radius_b, r_eff : [m]; a wall takes the particle's radius for both, and for r_eff
     """
     alive = 1.0 if abs(memory[6]) == last else 0.0
-    c0, c1, c2 = float(numbers[0]), float(numbers[1]), float(numbers[2])
-    damping, floor, history = float(numbers[4]), float(numbers[5]), alive * float(memory[7])
-    normal, k = normal_energy(
-        law.normal, overlap, history, r_eff, 2.0 * radius_a, 2.0 * radius_b, c0, c1, c2, damping, floor
-    )
-    normal -= 0.5 * overlap * cohesive_pull(law.cohesion, overlap, r_eff, float(numbers[10]))
-    kt = k * float(numbers[3])
-    s2, t2 = 0.0, 0.0
+    history = alive * float(memory[7])
+    p = float(numbers[0]), float(numbers[1]), float(numbers[2]), float(numbers[3]), float(numbers[4])
+    ratio, pressure = float(numbers[5]), float(numbers[10])
+    normal, k = normal_energy(law.normal, p, overlap, history, r_eff, (2.0 * radius_a, 2.0 * radius_b))
+    normal -= 0.5 * overlap * cohesive_pull(law.cohesion, overlap, r_eff, pressure)
+    kt = k * ratio
+    spring, rolled = 0.0, 0.0
     for e in range(3):
-        s2 += float(memory[e]) * float(memory[e])
-        t2 += float(memory[3 + e]) * float(memory[3 + e])
+        spring += float(memory[e]) * float(memory[e])
+        rolled += float(memory[3 + e]) * float(memory[3 + e])
     return (
         normal,
-        friction_energy(law.tangential, alive * s2, kt),
-        rolling_energy(law.rolling, alive * t2, kt, r_eff),
+        friction_energy(law.tangential, alive * spring, kt),
+        rolling_energy(law.rolling, alive * rolled, kt, r_eff),
     )

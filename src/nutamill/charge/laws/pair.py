@@ -1,29 +1,20 @@
-"""Numbers of the contact law of a pair of materials, and the columns that the vector law reads."""
+"""Numbers of the contact of two materials, the row of them that the vector law reads, and the springs of the
+two bodies in series.
+"""
 
 from dataclasses import dataclass
 from enum import IntEnum
 
+from nutamill.base.kernel import kernel
+
 
 class LawColumn(IntEnum):
-    """Columns of `ChargeModel.laws`: the numbers of a pair law as the vector law wants them."""
+    """Columns of `ChargeModel.laws`: the numbers of a pair as the vector law reads them."""
 
-    COMPLIANCE = 0
-    """Linear and hysteretic: 1/k of a stiffness given directly, else 0 [m/N].  Hertz: contact modulus E*
-    [Pa].
-    """
-    COMPLIANCE_A = 1
-    """Inverse of stiffness per diameter of the first material [m^2/N]."""
-    COMPLIANCE_B = 2
-    TANGENTIAL = 3
-    """Tangential over normal stiffness [1]; Hertz: 4 G*/E*."""
-    DAMPING = 4
-    """Linear: twice the damping ratio [1].  Hysteretic: loading over unloading stiffness [1].  Hertz: 2
-    sqrt(5/6) damping ratio [1].
-    """
-    FLOOR = 5
-    """Least normal force [N]: 0, or minus infinity where tension is kept.  Hysteretic: least force over that
-    of loading [1].
-    """
+    NORMAL = 0
+    """First of the `NORMAL_NUMBERS` that the normal law reads, as its file declares them."""
+    TANGENTIAL = 5
+    """Tangential over normal stiffness [1]."""
     STATIC = 6
     DYNAMIC = 7
     ROLLING = 8
@@ -33,15 +24,18 @@ class LawColumn(IntEnum):
     """Cohesive pressure [Pa]."""
 
 
-LAW_NUMBERS = len(LawColumn)
-"""Numbers of a pair law [1]."""
+NORMAL_NUMBERS = 5
+"""Numbers that a normal law may read [1]."""
+
+LAW_NUMBERS = len(LawColumn) + NORMAL_NUMBERS - 1
+"""Numbers of a pair [1]."""
 
 
 @dataclass(frozen=True, slots=True)
 class PairLaw:
     """Numbers of the contact of two materials, a and b (for a wall: a the particle, b the surface).
 
-    Which of them count is for the charge's `ContactLaw` to say.
+    Which of them a contact reads depends on the charge's `ContactLaw`.
 
     Attributes
     ----------
@@ -76,3 +70,62 @@ class PairLaw:
     contact_modulus: float = 0.0
     contact_shear_modulus: float = 0.0
     cohesive_pressure: float = 0.0
+
+
+@kernel(inline="always")
+def pair_stiffness(compliance, compliance_a, compliance_b, diameters):
+    """Return the normal stiffness k of a pair: given directly, or two springs in series whose stiffness grows
+    with the diameter.
+
+    ``1/k = compliance + compliance_a/diameter_a + compliance_b/diameter_b``
+
+    Parameters
+    ----------
+    compliance : 1/k where k is given directly, else 0 [m/N]
+    compliance_a, compliance_b : inverse of stiffness per diameter [m^2/N]; 0 where k is given directly
+    diameters : of the two particles [m] (2); a wall takes the particle's
+
+    Returns
+    -------
+    k [N/m]
+
+    Source
+    ------
+    Ansys Rocky, DEM Solver SDK manual: K = E L of each entity, in series.
+    """
+    both = diameters[0] * diameters[1]
+    return both / (compliance * both + compliance_a * diameters[1] + compliance_b * diameters[0])
+
+
+def compliances(pair: PairLaw) -> list[float]:
+    """Return the three compliances of `pair_stiffness`."""
+    if pair.stiffness_direct > 0.0:
+        return [1.0 / pair.stiffness_direct, 0.0, 0.0]
+    return [0.0, 1.0 / pair.stiffness_per_diameter_a, 1.0 / pair.stiffness_per_diameter_b]
+
+
+def spring_stiffness(pair: PairLaw, diameter_a: float, diameter_b: float) -> float:
+    """Return the normal stiffness [N/m] of a linear or hysteretic pair; a wall has the particle's
+    diameter [m].
+    """
+    if pair.stiffness_direct > 0.0:
+        return pair.stiffness_direct
+    return 1.0 / (
+        1.0 / (pair.stiffness_per_diameter_a * diameter_a)
+        + 1.0 / (pair.stiffness_per_diameter_b * diameter_b)
+    )
+
+
+def spring_faults(pair: PairLaw) -> list[tuple[str, str]]:
+    """Return what a linear or hysteretic pair lacks of its spring, and what to write instead."""
+    if pair.stiffness_direct > 0.0 or min(pair.stiffness_per_diameter_a, pair.stiffness_per_diameter_b) > 0.0:
+        return []
+    what = "the normal spring needs a stiffness above 0, got none"
+    return [(what, "Give stiffness_direct, or one for each body")]
+
+
+def dashpot_faults(pair: PairLaw) -> list[tuple[str, str]]:
+    """Return what is wrong with the dashpot of a pair."""
+    if pair.damping_ratio >= 0.0:
+        return []
+    return [(f"damping_ratio must be 0 or more, got {pair.damping_ratio:g}", "")]

@@ -11,9 +11,10 @@ from nutamill.case.materials import ContactPair
 from nutamill.case.touching import wall_keys
 from nutamill.charge.assembly import charge_of
 from nutamill.charge.kernels.dynamics import start
-from nutamill.charge.laws.impact import Impact, damping_ratio_from_restitution, impact
+from nutamill.charge.laws.composition import ContactLaw, contact_law
+from nutamill.charge.laws.impact import impact
+from nutamill.charge.laws.oscillator import Impact, damping_ratio_from_restitution
 from nutamill.charge.laws.pair import PairLaw
-from nutamill.charge.laws.tags import ContactLaw, contact_law
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.charge.particles.particles import Particles
 from nutamill.charge.walls.patches import PatchTable

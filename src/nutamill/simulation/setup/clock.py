@@ -6,8 +6,9 @@ from typing import NamedTuple
 from nutamill.base.errors import CaseError, Fault
 from nutamill.case import Case
 from nutamill.case.touching import TouchingPair
-from nutamill.charge.laws.impact import SUBSTEPS_PER_CONTACT, cohesive_softening, spring_stiffness
-from nutamill.charge.laws.pair import PairLaw
+from nutamill.charge.laws.area import cohesive_softening
+from nutamill.charge.laws.impact import SUBSTEPS_PER_CONTACT
+from nutamill.charge.laws.pair import PairLaw, spring_stiffness
 from nutamill.simulation.setup.charge import impact_of, pair_law, quickest_meeting
 
 FEWEST_SUBSTEPS = 10

@@ -4,7 +4,7 @@ import itertools
 import math
 
 from nutamill.case import Case
-from nutamill.charge.laws.impact import spring_stiffness
+from nutamill.charge.laws.pair import spring_stiffness
 from nutamill.simulation.setup.charge import material_order, pair_law, quickest_meeting
 
 RAMP_TIME = 0.2

@@ -1,0 +1,25 @@
+"""No resistance to rolling."""
+
+from typing import NamedTuple
+
+from nutamill.base.kernel import kernel, like
+
+
+class NoRolling(NamedTuple):
+    """Rolling: no resistance."""
+
+
+LAW = NoRolling()
+
+
+@kernel(inline="always")
+def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
+    """Return no moment and no memory; parameters as `type_c.moment`."""
+    zero = like(0.0, dt)
+    return (zero, zero, zero), (zero, zero, zero)
+
+
+@kernel(inline="always")
+def energy(law, square, kt, r_eff):
+    """Return the stored energy, 0 [J]; parameters as `type_c.energy`."""
+    return 0.0

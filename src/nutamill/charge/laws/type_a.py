@@ -1,0 +1,43 @@
+"""Rolling type A: a constant moment against the relative spin."""
+
+import math
+from typing import NamedTuple
+
+from nutamill.base.frames import dot3, scale3
+from nutamill.base.kernel import kernel, like
+from nutamill.charge.laws.spring import TINY
+
+
+class RollingTypeA(NamedTuple):
+    """Rolling: constant moment against the relative spin."""
+
+
+LAW = RollingTypeA()
+
+
+@kernel(inline="always")
+def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
+    """Return the limit moment against the relative spin, ``M = -limit w/|w|``.
+
+    A spin that is about to stop meets a drag instead, which brakes a share of it in one substep and does not
+    reverse it.  Parameters and returned values as `type_c.moment`; the twist about n counts here.
+
+    Source
+    ------
+    Ansys Rocky, DEM Technical Manual: rolling type A.  It acts here on the relative spin, with the reduced
+    radius (as "cdt" in LIGGGHTS), so that a pair keeps its angular momentum; against a resting wall it is
+    Rocky's.
+    """
+    zero = like(0.0, dt)
+    # a tenth of the reduced inertia (2/5 m R^2) a substep: several contacts at once brake a spin, and never
+    # reverse it
+    drag = like(0.04, dt) * m_eff * r_eff * r_eff / dt
+    square = dot3(w, w)
+    brake = limit / math.sqrt(square + like(TINY, dt)) if drag * drag * square > limit * limit else drag
+    return scale3(-brake, w), (zero, zero, zero)
+
+
+@kernel(inline="always")
+def energy(law, square, kt, r_eff):
+    """Return the stored energy, 0 [J]; parameters as `type_c.energy`."""
+    return 0.0

@@ -1,0 +1,58 @@
+"""Rolling type C: a spring on the relative rolling angle with a limit."""
+
+from typing import NamedTuple
+
+from nutamill.base.frames import add3, dot3, scale3, sub3
+from nutamill.base.kernel import kernel, like
+from nutamill.charge.laws.spring import share_at_limit, tangent_spring
+
+
+class RollingTypeC(NamedTuple):
+    """Rolling: spring on the relative rolling angle with a limit."""
+
+
+LAW = RollingTypeC()
+
+
+@kernel(inline="always")
+def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
+    """Return the moment of a spring ``kr = kt R*^2`` on the relative rolling angle t, ``M = -kr t`` with
+    ``|M| <= limit``.
+
+    By the trapezoidal rule, as friction (`spring`).  The twist about n does not count.
+
+    Parameters
+    ----------
+    law : tag
+    rolled : stored rolling angle [rad] (3), world axes
+    w : spin of the first relative to the second [rad/s] (3)
+    n : contact normal [1] (3)
+    kt : tangential stiffness [N/m]
+    m_eff, r_eff : reduced mass [kg] and radius [m]
+    limit : largest moment, rolling friction x reduced radius x normal force that counts for friction [N m]
+    dt : substep [s]
+
+    Returns
+    -------
+    moment [N m] (3), new stored angle [rad] (3)
+
+    Source
+    ------
+    Ansys Rocky, DEM Technical Manual: rolling type C.  It equals "rrlinear" in PFC and "epsd2" in LIGGGHTS:
+    J. Ai, J.-F. Chen, J. M. Rotter and J. Y. Ooi, Powder Technology 206 (2011).
+    """
+    half = scale3(like(0.5, dt) * dt, sub3(w, scale3(dot3(w, n), n)))
+    kr = kt * r_eff * r_eff
+    rolled = tangent_spring(rolled, half, n)
+    square = dot3(rolled, rolled)
+    beyond = kr * kr * square > limit * limit
+    rolled = scale3(share_at_limit(limit, kr, square) if beyond else like(1.0, dt), rolled)
+    return scale3(-kr, rolled), add3(rolled, half)
+
+
+@kernel(inline="always")
+def energy(law, square, kt, r_eff):
+    """Return the energy [J] in a rolling spring ``kt r_eff^2`` whose stored angle has this `square`
+    [rad^2].
+    """
+    return 0.5 * kt * r_eff * r_eff * square
