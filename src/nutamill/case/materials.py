@@ -18,6 +18,7 @@ from nutamill.base.schema import (
     Stiffness,
     Table,
 )
+from nutamill.case.contact_laws import Cohesion, Normal, Rolling, Tangential
 
 PoissonRatio = Annotated[Number, Field(gt=-1.0, lt=0.5)]
 
@@ -61,11 +62,11 @@ class ContactPair(Table):
 class ContactLaws(Table):
     """The laws all contacts share, and the numbers of each pair."""
 
-    normal: Literal["linear", "hysteretic", "hertz"] = "linear"
+    normal: Normal = "linear"
     """Linear spring and dashpot, linear spring that is stiffer on unloading, or Hertz's spring and
     dashpot.
     """
-    tangential: Literal["displacement", "incremental"] = "displacement"
+    tangential: Tangential = "displacement"
     """Whether a contact remembers the length of its tangential spring, or its force; they differ where the
     stiffness changes.
     """
@@ -80,9 +81,9 @@ class ContactLaws(Table):
     """Whether the normal force may pull on release (``"kept"``) or is clipped at zero (``"cut"``); a
     hysteretic spring never pulls.
     """
-    rolling: Literal["type_a", "type_c", "none"] = "type_c"
+    rolling: Rolling = "type_c"
     """Rolling resistance: constant moment, spring with a limit, or none."""
-    cohesion: Literal["none", "area"] = "none"
+    cohesion: Cohesion = "none"
     """None, or a pull in proportion to the contact area."""
     pairs: dict[str, ContactPair]
     """Numbers of each pair of materials, by ``first-second``."""

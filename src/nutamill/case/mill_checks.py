@@ -11,6 +11,7 @@ from nutamill.base.errors import Fault
 from nutamill.base.library import similar
 from nutamill.base.units import Kind
 from nutamill.case.charge import Portion, portion_faults, stand_ins
+from nutamill.case.contact_laws import GIVEN_BY, INSTEAD, OPTIONAL, OTHERWISE, READS
 from nutamill.case.touching import wall_keys
 from nutamill.result.fields import expand
 
@@ -21,14 +22,6 @@ Finding = tuple[tuple[str | int, ...], str, str]
 
 SENSOR_BODIES = ("frame", "chamber", "carriage", "driveshaft", "bearing_cross", "intermediate_shaft")
 """Parts a sensor can sit on."""
-
-READ_WITH = {
-    "normal_stiffness": ("stiffness", "direct"),
-    "restitution": ("damping", "restitution"),
-    "damping_ratio": ("damping", "ratio"),
-    "cohesive_pressure": ("cohesion", "area"),
-}
-"""The law of ``[contact]``, and the choice of it, that reads each of these numbers of a pair."""
 
 MOST_PARTICLES = 2e7
 """Particles above which a case is refused as a slip of the pen [1]."""
@@ -80,7 +73,7 @@ def _rounded_angle(case: "Case") -> list[Fault]:
 def _idle_numbers(case: "Case") -> list[Fault]:
     """Numbers of pairs in contact that the chosen laws do not read: who writes one expects it to be used."""
     contact, findings = case.contact, []
-    idle = [(number, law) for number, (law, reader) in READ_WITH.items() if getattr(contact, law) != reader]
+    idle = [(number, law) for number, (law, reader) in OPTIONAL.items() if getattr(contact, law) != reader]
     for name in filter(None, (_pair_name(case, *pair) for pair in _contacts(case))):
         for number, law in idle:
             if getattr(contact.pairs[name], number) is not None:
@@ -253,17 +246,10 @@ def _materials(case: "Case") -> list[Finding]:
 def _laws(case: "Case") -> list[Finding]:
     """Laws that do not go together."""
     contact, findings = case.contact, []
-    if contact.normal == "hertz" and contact.stiffness == "direct":
-        what = 'must be "young" with normal = "hertz", got "direct"'
-        hint = (
-            "Hertz takes young_modulus and poisson_ratio of the materials; contact.softening makes them "
-            "softer"
-        )
-        findings.append((("contact", "stiffness"), what, hint))
-    if contact.normal == "hysteretic" and contact.damping == "ratio":
-        what = 'must be "restitution" with normal = "hysteretic", got "ratio"'
-        hint = "It has no dashpot: its unloading stiffness follows from the restitution of each pair"
-        findings.append((("contact", "damping"), what, hint))
+    for number, (key, choice) in GIVEN_BY.items():
+        if getattr(contact, key) == choice and number not in READS["normal"][contact.normal]:
+            what = f'must be "{OTHERWISE[choice]}" with normal = "{contact.normal}", got "{choice}"'
+            findings.append((("contact", key), what, INSTEAD.get(contact.normal, "")))
     if contact.cohesion == "none":
         for name, pair in contact.pairs.items():
             if pair.cohesive_pressure:
@@ -295,7 +281,7 @@ def _pairs(case: "Case") -> list[Finding]:
                 )
             )
     needs = [
-        (number, law) for number, (law, reader) in READ_WITH.items() if getattr(case.contact, law) == reader
+        (number, law) for number, (law, reader) in OPTIONAL.items() if getattr(case.contact, law) == reader
     ]
     for charge, other in _contacts(case):
         name = _pair_name(case, charge, other)

@@ -1,0 +1,55 @@
+"""The contact laws that a case may name, and which numbers of a pair each of them reads.
+
+The laws themselves are the files of `nutamill.charge.laws`, which a case must not import, because they bring
+the compiler along.  `tests/contracts/test_contact_laws_agree.py` compares the two.
+"""
+
+from typing import Literal
+
+Normal = Literal["linear", "hysteretic", "hertz"]
+Tangential = Literal["displacement", "incremental"]
+Rolling = Literal["type_a", "type_c", "none"]
+Cohesion = Literal["none", "area"]
+
+READS: dict[str, dict[str, frozenset[str]]] = {
+    "normal": {
+        "linear": frozenset({"normal_stiffness", "restitution", "damping_ratio", "tangential_ratio"}),
+        "hysteretic": frozenset({"normal_stiffness", "restitution", "tangential_ratio"}),
+        "hertz": frozenset({"restitution", "damping_ratio", "tangential_ratio"}),
+    },
+    "tangential": {
+        "displacement": frozenset({"sliding_friction"}),
+        "incremental": frozenset({"sliding_friction"}),
+    },
+    "rolling": {
+        "none": frozenset(),
+        "type_a": frozenset({"rolling_friction"}),
+        "type_c": frozenset({"rolling_friction"}),
+    },
+    "cohesion": {"none": frozenset(), "area": frozenset({"cohesive_pressure"})},
+}
+"""Numbers of a `ContactPair` that each law reads, by the key of ``[contact]`` and the name of the law."""
+
+GIVEN_BY = {
+    "normal_stiffness": ("stiffness", "direct"),
+    "restitution": ("damping", "restitution"),
+    "damping_ratio": ("damping", "ratio"),
+}
+"""The choice of ``[contact]`` that takes each of these numbers from the pair, if the normal law reads it."""
+
+OTHERWISE = {"direct": "young", "ratio": "restitution", "restitution": "ratio"}
+"""The other choice for each choice of `GIVEN_BY`."""
+
+OPTIONAL = {
+    **GIVEN_BY,
+    **{number: ("cohesion", name) for name, numbers in READS["cohesion"].items() for number in numbers},
+}
+"""The choice of ``[contact]`` that needs each of the numbers that a pair may leave out."""
+
+INSTEAD = {
+    "hertz": (
+        "Hertz takes young_modulus and poisson_ratio of the materials; contact.softening makes them softer"
+    ),
+    "hysteretic": "It has no dashpot: its unloading stiffness follows from the restitution of each pair",
+}
+"""What a normal law takes in place of a number that it does not read."""
