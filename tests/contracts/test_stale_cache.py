@@ -85,6 +85,8 @@ SMALL_PACKAGE = {
         "A = int(Kind.A)\n"
         "@kernel\ndef half(x):\n    '''Half of x.'''\n    return HALF * x + A + WIDTH\n"
         "stage = by_type({tags.Tag: half})\n"
+        "def terms():\n    return Terms('half')\n"
+        "names = [terms]\n"
         "def check(x: int):\n    raise ValueError('x is too long')\n"
     ),
     "errors.py": "class Fault: pass\n",
@@ -145,6 +147,7 @@ def test_what_a_kernel_is_made_of_counts(digest, path, before, now):
         ("room/loops.py", "Loops.", "Loops, all of them."),
         ("room/loops.py", "'''Half of x.'''", "# half of x\n"),
         ("room/loops.py", "x is too long", "x is too long, make it shorter"),
+        ("room/loops.py", "Terms('half')", "Terms('a half')"),
         ("room/loops.py", "def check", "\n\ndef examine"),
         ("numbers.py", "return 1", "return 2"),
         ("room/new.py", "", "from nutamill.numbers import HALF\ndef double(x):\n    return HALF * x\n"),

@@ -23,6 +23,9 @@ APART = ("nutamill.base.source_code", "nutamill.base.cache_folder")
 anew.
 """
 
+WORDING = {"Fault", "Terms"}
+"""Calls whose arguments are words: a message, or the terms of another program."""
+
 IMPORT = (ast.Import, ast.ImportFrom)
 
 Place = tuple[str, int]
@@ -187,7 +190,7 @@ def _read(place: Place) -> tuple[object, set[str], dict[str, tuple[str, str]]]:
         if kind == "Name":
             names.add(part.id)
             return part.id
-        if kind == "Raise" or (kind == "Call" and getattr(part.func, "id", "") == "Fault"):
+        if kind == "Raise" or (kind == "Call" and getattr(part.func, "id", "") in WORDING):
             return kind
         if isinstance(part, IMPORT):
             imports.update(_imported_names(part))

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.laws.pair import PairLaw
+from nutamill.charge.laws.terms import Terms, Touch
 
 AREA_PER_DEPTH = 4.0 * math.pi
 """Contact area over overlap and reduced radius [1]: ``A = 2 pi d (2 R*)``."""
@@ -52,3 +53,16 @@ def cohesive_softening(pair: PairLaw, r_eff: float) -> float:
 def faults(pair: PairLaw) -> list[tuple[str, str]]:
     """Return no faults: any pressure will do."""
     return []
+
+
+def terms(touch: Touch) -> dict[str, Terms]:
+    """Return this law in the terms of other programs."""
+    # the wall of LIGGGHTS has half the area: 2 pi d R
+    pressure = (2.0 if touch.wall else 1.0) * touch.pair.cohesive_pressure
+    none = Terms(missing="area cohesion")
+    return {
+        "Rocky": none,
+        "PFC": none,
+        "LAMMPS": none,
+        "LIGGGHTS": Terms(" cohesion sjkr2", lines=(f"cohesionEnergyDensity {pressure:.6g}",)),
+    }

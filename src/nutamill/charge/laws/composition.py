@@ -6,7 +6,8 @@ A law is one file of this folder and one entry of its family here.  Each file ha
 * its kernels: ``force`` and ``energy`` of a normal or tangential law, ``moment`` and ``energy`` of a rolling
   law, ``pull`` of cohesion.  All laws of a family take the same arguments and return the same values;
 * of a normal law also its ``numbers``, ``tangential_ratio``, ``faults``, ``impact``, ``resolve_time`` and
-  ``STIFFENS``.
+  ``restitution`` and ``STIFFENS``; of a cohesive law ``faults``;
+* ``terms``: the law in the terms of other programs.
 """
 
 from types import ModuleType

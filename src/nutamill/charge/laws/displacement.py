@@ -5,6 +5,7 @@ from typing import NamedTuple
 from nutamill.base.frames import add3, scale3
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.laws.spring import spring_with_limit
+from nutamill.charge.laws.terms import Terms, Touch
 
 
 class StoredDisplacement(NamedTuple):
@@ -55,3 +56,19 @@ def energy(law, square, kt):
     `square` [m^2]: ``kt s^2/2``.
     """
     return 0.5 * kt * square
+
+
+def terms(touch: Touch) -> dict[str, Terms]:
+    """Return this law in the terms of other programs."""
+    pair = touch.pair
+    note = "# it remembers the tangential force, not the length: the same at constant stiffness"
+    if touch.stiffens:
+        rule = f"mindlin {8.0 * pair.tangential_ratio * pair.contact_shear_modulus:.6g}"
+    else:
+        rule = f"linear_history {touch.kt:.6g}"
+    return {
+        "Rocky": Terms(notes=() if touch.stiffens else (note,)),
+        "PFC": Terms(),
+        "LAMMPS": Terms(f"{rule} 0 {pair.static_friction:g}"),
+        "LIGGGHTS": Terms(),
+    }

@@ -14,6 +14,7 @@ from nutamill.charge.laws.oscillator import (
     scaled_overlap,
 )
 from nutamill.charge.laws.pair import PairLaw, dashpot_faults
+from nutamill.charge.laws.terms import Terms, Touch
 
 
 class HertzSpring(NamedTuple):
@@ -156,3 +157,55 @@ def impact(pair: PairLaw, m_eff: float, r_eff: float, diameters: tuple[float, fl
 def resolve_time(pair: PairLaw, k: float, m_eff: float, loading: float) -> float:
     """Return twice the time of loading [s]; parameters as `linear.resolve_time`."""
     return 2.0 * loading
+
+
+def restitution(pair: PairLaw) -> float:
+    """Return the restitution [1] without cohesion."""
+    return restitution_from_damping_ratio(pair.damping_ratio, pair.tension_cut)
+
+
+def terms(touch: Touch) -> dict[str, Terms]:
+    """Return this law in the terms of other programs."""
+    pair = touch.pair
+    # PFC takes two equal solids: E* = G/(1 - nu), G* = G/(2 (2 - nu)), so that E*/G* = 2 (2 - nu)/(1 - nu)
+    quotient = pair.contact_modulus / (pair.tangential_ratio * pair.contact_shear_modulus)
+    nu = (quotient - 4.0) / (quotient - 2.0)
+    shear = pair.contact_modulus * (1.0 - nu)
+    moduli = " ".join(f"{e:.6g}" for e in touch.young)
+    ratios = " ".join(f"{ratio:g}" for ratio in touch.poisson)
+    other_ratio = pair.tangential_ratio != 1.0
+    return {
+        "Rocky": Terms(
+            "Hertzian Spring Dashpot; tangential force Mindlin-Deresiewicz, or nearest",
+            lines=(f"restitution {touch.restitution:.6g}",),
+        ),
+        "PFC": Terms(
+            f"hertz property hz_shear {shear:.6g} hz_poiss {nu:.6g} "
+            f"dp_nratio {math.sqrt(5.0 / 6.0) * pair.damping_ratio:.6g}",
+            notes=(
+                "# dp_nratio counts with the tangent stiffness; hz_* are those of two equal solids with "
+                "the same E* and G*",
+            ),
+        ),
+        "LAMMPS": Terms(
+            f"hertz {4 / 3 * pair.contact_modulus:.6g} {touch.plain_restitution:.6g} "
+            "damping coeff_restitution",
+            notes=touch.restitution_notes,
+            missing="a dashpot above its critical value" if pair.damping_ratio >= 1.0 else "",
+        ),
+        "LIGGGHTS": Terms(
+            "hertz",
+            lines=(
+                f"youngsModulus peratomtype {moduli}; poissonsRatio peratomtype {ratios}",
+                f"coefficientRestitution {touch.plain_restitution:.6g}",
+            ),
+            notes=(
+                *touch.restitution_notes,
+                *(
+                    [f"# its tangential stiffness is Mindlin's, here {pair.tangential_ratio:g} times that"]
+                    if other_ratio
+                    else []
+                ),
+            ),
+        ),
+    }

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from nutamill.base.kernel import kernel
 from nutamill.charge.laws.oscillator import Impact
 from nutamill.charge.laws.pair import PairLaw, compliances, pair_stiffness, spring_faults, spring_stiffness
+from nutamill.charge.laws.terms import Terms, Touch
 
 LEAST_FORCE = 0.001
 """Least force of a hysteretic contact over that of loading [1]. Source: Ansys Rocky, DEM Technical Manual."""
@@ -118,3 +119,16 @@ def impact(pair: PairLaw, m_eff: float, r_eff: float, diameters: tuple[float, fl
 def resolve_time(pair: PairLaw, k: float, m_eff: float, loading: float) -> float:
     """Return half a period of the unloading spring [s]; parameters as `linear.resolve_time`."""
     return math.pi * math.sqrt(m_eff / (k * pair.unloading_ratio))
+
+
+def terms(touch: Touch) -> dict[str, Terms]:
+    """Return this law in the terms of other programs."""
+    return {
+        "Rocky": Terms(
+            "Hysteretic Linear Spring; tangential force Linear Spring Coulomb Limit",
+            lines=(f"restitution {math.sqrt(1 / touch.pair.unloading_ratio):.6g}",),
+        ),
+        "PFC": Terms(missing="hysteretic linear spring"),
+        "LAMMPS": Terms(missing="hysteretic linear spring"),
+        "LIGGGHTS": Terms(missing="hysteretic linear spring (hooke/hysteresis is another)"),
+    }

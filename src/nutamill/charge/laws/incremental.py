@@ -5,6 +5,7 @@ from typing import NamedTuple
 from nutamill.base.frames import add3, scale3
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.laws.spring import spring_with_limit
+from nutamill.charge.laws.terms import Terms, Touch
 
 
 class StoredForce(NamedTuple):
@@ -43,3 +44,19 @@ def energy(law, square, kt):
     [N^2]: ``f^2/(2 kt)``.
     """
     return 0.5 * square / kt if kt > 0.0 else 0.0
+
+
+def terms(touch: Touch) -> dict[str, Terms]:
+    """Return this law in the terms of other programs."""
+    pair = touch.pair
+    if touch.stiffens:
+        rule = f"mindlin/force {8.0 * pair.tangential_ratio * pair.contact_shear_modulus:.6g}"
+    else:
+        rule = f"linear_history {touch.kt:.6g}"
+    note = "# it remembers the tangential length, not the force"
+    return {
+        "Rocky": Terms(),
+        "PFC": Terms(),
+        "LAMMPS": Terms(f"{rule} 0 {pair.static_friction:g}"),
+        "LIGGGHTS": Terms(notes=(note,) if touch.stiffens else ()),
+    }

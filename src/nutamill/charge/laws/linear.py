@@ -19,6 +19,7 @@ from nutamill.charge.laws.pair import (
     spring_faults,
     spring_stiffness,
 )
+from nutamill.charge.laws.terms import Terms, Touch
 
 
 class LinearSpring(NamedTuple):
@@ -135,3 +136,33 @@ def resolve_time(pair: PairLaw, k: float, m_eff: float, loading: float) -> float
     that takes `loading` [s] to its largest overlap and has stiffness `k` [N/m] there.
     """
     return 2.0 * loading
+
+
+def restitution(pair: PairLaw) -> float:
+    """Return the restitution [1] without cohesion."""
+    return restitution_from_damping_ratio(pair.damping_ratio, pair.tension_cut)
+
+
+def terms(touch: Touch) -> dict[str, Terms]:
+    """Return this law in the terms of other programs."""
+    pair = touch.pair
+    gamma = 2.0 * pair.damping_ratio * math.sqrt(touch.k / touch.mass)
+    return {
+        "Rocky": Terms(
+            "Linear Spring Dashpot; tangential force Linear Spring Coulomb Limit",
+            lines=(f"restitution {touch.restitution:.6g}",),
+        ),
+        "PFC": Terms(
+            f"linear property kn {touch.k:.6g} ks {touch.kt:.6g} dp_nratio {pair.damping_ratio:.6g}",
+            notes=("# its friction is limited by the spring's part of the normal force alone",),
+        ),
+        "LAMMPS": Terms(
+            f"hooke {touch.k:.6g} {touch.plain_restitution:.6g} damping coeff_restitution",
+            notes=touch.restitution_notes,
+            missing="a dashpot above its critical value" if pair.damping_ratio >= 1.0 else "",
+        ),
+        "LIGGGHTS": Terms(
+            "hooke/stiffness",
+            lines=(f"kn {touch.k:.6g}; kt {touch.kt:.6g}; gamman {gamma:.6g}; gammat 0",),
+        ),
+    }

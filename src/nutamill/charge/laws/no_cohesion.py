@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.laws.pair import PairLaw
+from nutamill.charge.laws.terms import Terms, Touch
 
 
 class NoCohesion(NamedTuple):
@@ -25,3 +26,8 @@ def faults(pair: PairLaw) -> list[tuple[str, str]]:
         return []
     what = f"cohesive_pressure {pair.cohesive_pressure:g} Pa has no cohesive law"
     return [(what, "Choose area cohesion, or write 0")]
+
+
+def terms(touch: Touch) -> dict[str, Terms]:
+    """Return this law in the terms of other programs."""
+    return {"Rocky": Terms(), "PFC": Terms(), "LAMMPS": Terms(), "LIGGGHTS": Terms()}

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.laws.terms import Terms, Touch
 
 
 class NoRolling(NamedTuple):
@@ -23,3 +24,8 @@ def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
 def energy(law, square, kt, r_eff):
     """Return the stored energy, 0 [J]; parameters as `type_c.energy`."""
     return 0.0
+
+
+def terms(touch: Touch) -> dict[str, Terms]:
+    """Return this law in the terms of other programs."""
+    return {"Rocky": Terms("none"), "PFC": Terms(), "LAMMPS": Terms(), "LIGGGHTS": Terms()}

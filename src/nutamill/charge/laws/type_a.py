@@ -6,6 +6,7 @@ from typing import NamedTuple
 from nutamill.base.frames import dot3, scale3
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.laws.spring import TINY
+from nutamill.charge.laws.terms import Terms, Touch
 
 
 class RollingTypeA(NamedTuple):
@@ -41,3 +42,17 @@ def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
 def energy(law, square, kt, r_eff):
     """Return the stored energy, 0 [J]; parameters as `type_c.energy`."""
     return 0.0
+
+
+def terms(touch: Touch) -> dict[str, Terms]:
+    """Return this law in the terms of other programs."""
+    rolling = f"{touch.pair.rolling_friction:g}"
+    return {
+        "Rocky": Terms(
+            "Type A: Constant",
+            lines=(f"rolling resistance {rolling}  # belongs to the particle, not to the pair",),
+        ),
+        "PFC": Terms(missing="type A rolling"),
+        "LAMMPS": Terms(missing="type A rolling"),
+        "LIGGGHTS": Terms(" rolling_friction cdt", lines=(f"coefficientRollingFriction {rolling}",)),
+    }

@@ -5,6 +5,7 @@ from typing import NamedTuple
 from nutamill.base.frames import add3, dot3, scale3, sub3
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.laws.spring import share_at_limit, tangent_spring
+from nutamill.charge.laws.terms import Terms, Touch
 
 
 class RollingTypeC(NamedTuple):
@@ -56,3 +57,23 @@ def energy(law, square, kt, r_eff):
     [rad^2].
     """
     return 0.5 * kt * r_eff * r_eff * square
+
+
+def terms(touch: Touch) -> dict[str, Terms]:
+    """Return this law in the terms of other programs."""
+    rolling = f"{touch.pair.rolling_friction:g}"
+    if touch.stiffens:
+        pfc = Terms(missing="rolling with hertz")
+        lammps = Terms(missing="a rolling spring that follows Mindlin's stiffness")
+    else:
+        pfc = Terms(f" rr_fric {rolling}")
+        lammps = Terms(f" rolling sds {touch.kt:.6g} 0 {rolling}")
+    return {
+        "Rocky": Terms(
+            "Type C: Linear Spring Rolling Limit",
+            lines=(f"rolling resistance {rolling}  # belongs to the particle, not to the pair",),
+        ),
+        "PFC": pfc,
+        "LAMMPS": lammps,
+        "LIGGGHTS": Terms(" rolling_friction epsd2", lines=(f"coefficientRollingFriction {rolling}",)),
+    }
