@@ -4,6 +4,7 @@ has.
 
 import os
 import re
+import shutil
 import signal
 
 import numpy as np
@@ -31,18 +32,64 @@ def case():
     return load_case("numill", OVERRIDES)
 
 
+def bed(case, *_):
+    """Return one layer of pellets on the floor: a settled bed would take longer than the run."""
+    n = particle_count(case)
+    rows = np.arange(10) * 0.0055 - 0.02475
+    places = np.stack(np.meshgrid(rows, rows, [-0.3475]), axis=-1).reshape(-1, 3)
+    return places[:n] if n else None
+
+
+def quick_start(patch):
+    """Begin runs with that layer, and report at every entry."""
+    patch.setattr(march, "settled_bed", bed)
+    patch.setattr("nutamill.simulation.progress.PAUSE", 0.0)
+
+
 @pytest.fixture(autouse=True)
 def lattice(monkeypatch):
-    """One layer of pellets on the floor in place of a settled bed, which would take longer than the run."""
+    """The tests of this file begin with one layer of pellets."""
+    quick_start(monkeypatch)
 
-    def bed(case, *_):
-        n = particle_count(case)
-        rows = np.arange(10) * 0.0055 - 0.02475
-        places = np.stack(np.meshgrid(rows, rows, [-0.3475]), axis=-1).reshape(-1, 3)
-        return places[:n] if n else None
 
-    monkeypatch.setattr(march, "settled_bed", bed)
-    monkeypatch.setattr("nutamill.simulation.progress.PAUSE", 0.0)  # every entry reports
+@pytest.fixture(scope="module")
+def whole_file(tmp_path_factory):
+    """The file of the run of `case` that never stopped; it is read only."""
+    path = tmp_path_factory.mktemp("whole") / "whole.h5"
+    with pytest.MonkeyPatch.context() as patch:
+        quick_start(patch)
+        march.run(load_case("numill", OVERRIDES), path).close()
+    return path
+
+
+@pytest.fixture(scope="module")
+def whole(whole_file):
+    """Series, last state and end of the run that never stopped."""
+    return numbers(march.open_result(whole_file))
+
+
+@pytest.fixture(scope="module")
+def interrupted(tmp_path_factory):
+    """The file of the same run, interrupted at its first report, and the time of that report [s]."""
+    path, asked = tmp_path_factory.mktemp("parts") / "parts.h5", []
+
+    def interrupt(progress):
+        asked.append(progress.time)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.MonkeyPatch.context() as patch:
+        quick_start(patch)
+        with pytest.raises(KeyboardInterrupt):
+            march.run(load_case("numill", OVERRIDES), path, while_marching(interrupt))
+    return path, asked[0]
+
+
+@pytest.fixture(scope="module")
+def resumed(interrupted):
+    """The file of the run that was interrupted and went on to its end."""
+    path = shutil.copy(interrupted[0], interrupted[0].with_name("resumed.h5"))
+    march.resume(path).close()
+    return path
 
 
 def while_marching(act):
@@ -86,26 +133,17 @@ class Stop(BaseException):
     """Stands for a process that dies: no handler of exceptions sees it."""
 
 
-def test_run_that_is_interrupted_and_resumed_is_the_run_that_was_not(case, tmp_path):
-    whole = numbers(march.run(case, tmp_path / "whole.h5"))
-    asked = []
-
-    def interrupt(progress):
-        asked.append(progress.time)
-        os.kill(os.getpid(), signal.SIGINT)
-
-    with pytest.raises(KeyboardInterrupt):
-        march.run(case, tmp_path / "parts.h5", while_marching(interrupt))
-    with march.open_result(tmp_path / "parts.h5") as parts:
+def test_run_that_is_interrupted_and_resumed_is_the_run_that_was_not(interrupted, resumed, whole):
+    path, asked = interrupted
+    with march.open_result(path) as parts:
         assert parts.state == "interrupted"
         assert 0 < parts.series.sizes["time"] < whole[0].shape[1]
-        assert parts.checkpoint().time == parts.series["time"][-1] == asked[0]
-    assert same(numbers(march.resume(tmp_path / "parts.h5")), whole)
+        assert parts.checkpoint().time == parts.series["time"][-1] == asked
+    assert same(numbers(march.open_result(resumed)), whole)
     assert whole[0].shape[1] == 97  # 20 ms at 4800 Hz, and the start
 
 
-def test_run_that_is_killed_goes_on_from_its_last_checkpoint(case, tmp_path, monkeypatch):
-    whole = numbers(march.run(case, tmp_path / "whole.h5"))
+def test_run_that_is_killed_goes_on_from_its_last_checkpoint(case, whole, tmp_path, monkeypatch):
     monkeypatch.setattr("nutamill.result.recorder.FIRST_PAUSE", 0.0)
     monkeypatch.setattr("nutamill.result.recorder.COMMIT_SHARE", np.inf)
 
@@ -142,12 +180,8 @@ def test_slow_run_that_is_killed_loses_no_more_than_the_longest_time_unsaved(cas
         assert np.array_equal(resumed.statistics["time"].values, times)
 
 
-def test_statistics_of_a_run_that_was_resumed_are_those_of_the_whole_run(case, tmp_path):
-    march.run(case, tmp_path / "whole.h5").close()
-    with pytest.raises(KeyboardInterrupt):
-        march.run(case, tmp_path / "parts.h5", while_marching(lambda _: os.kill(os.getpid(), signal.SIGINT)))
-    march.resume(tmp_path / "parts.h5").close()
-    with march.open_result(tmp_path / "whole.h5") as whole, march.open_result(tmp_path / "parts.h5") as parts:
+def test_statistics_of_a_run_that_was_resumed_are_those_of_the_whole_run(resumed, whole_file):
+    with march.open_result(whole_file) as whole, march.open_result(resumed) as parts:
         one, other = whole.statistics, parts.statistics
     assert one.drop_attrs().identical(other.drop_attrs())
     assert one["time"].values == pytest.approx([0.0, 0.005, 0.010, 0.015, 0.020])
@@ -156,12 +190,11 @@ def test_statistics_of_a_run_that_was_resumed_are_those_of_the_whole_run(case, t
     assert float(one["impact_number"][-1].sel(pair="steel-acrylic wall", part="normal").sum()) >= 98
 
 
-def test_run_without_statistics_is_the_same_run(case, tmp_path):
-    with_them = numbers(march.run(case, tmp_path / "with.h5"))
+def test_run_without_statistics_is_the_same_run(case, whole, tmp_path):
     without = march.run(case.with_(run__statistics=False), tmp_path / "without.h5")
     with pytest.raises(ResultError, match="holds no statistics of the charge"):
         _ = without.statistics
-    assert np.array_equal(numbers(without)[0], with_them[0])
+    assert np.array_equal(numbers(without)[0], whole[0])
 
 
 def test_repeated_windows_book_their_impacts_once(tmp_path):
@@ -207,11 +240,11 @@ def test_signal_keeps_a_checkpoint_at_once_and_the_run_goes_on(case, tmp_path):
     assert kept == [pytest.approx(asked[0], abs=1e-9)]
 
 
-def test_an_end_before_the_checkpoint_is_refused_and_the_file_stays(case, tmp_path):
-    before = numbers(march.run(case, tmp_path / "a.h5"))
+def test_an_end_before_the_checkpoint_is_refused_and_the_file_stays(whole, whole_file, tmp_path):
+    path = shutil.copy(whole_file, tmp_path / "a.h5")
     with pytest.raises(CaseError, match=r"not later than the checkpoint at 0\.02 s, got 0\.01 s"):
-        march.resume(tmp_path / "a.h5", until=0.010)
-    assert same(numbers(march.open_result(tmp_path / "a.h5")), before)
+        march.resume(path, until=0.010)
+    assert same(numbers(march.open_result(path)), whole)
 
 
 def test_a_prescribed_motion_feels_nothing_of_the_charge(case, states, tmp_path):
@@ -221,31 +254,30 @@ def test_a_prescribed_motion_feels_nothing_of_the_charge(case, states, tmp_path)
     assert states[0].coupling.charge_impulse.any()
 
 
-def test_run_that_is_continued_beyond_its_end_is_the_longer_run(case, tmp_path):
-    whole = numbers(march.run(case, tmp_path / "whole.h5"))
+def test_run_that_is_continued_beyond_its_end_is_the_longer_run(case, whole, tmp_path):
     march.run(case.with_(run__until=0.010), tmp_path / "short.h5").close()
     assert same(numbers(march.resume(tmp_path / "short.h5", until=0.020)), whole)
 
 
-def test_series_do_not_depend_on_the_number_of_threads(case, tmp_path):
-    one, two = (numbers(march.run(case.with_(run__threads=n), tmp_path / f"{n}.h5")) for n in (1, 2))
-    assert np.array_equal(one[0], two[0])
+def test_series_do_not_depend_on_the_number_of_threads(case, whole, tmp_path):
+    two = numbers(march.run(case.with_(run__threads=2), tmp_path / "2.h5"))
+    assert np.array_equal(whole[0], two[0])
 
 
-def test_run_of_other_kernels_is_not_continued(case, tmp_path, monkeypatch):
-    march.run(case.with_(run__until=0.005), tmp_path / "old.h5").close()
+def test_run_of_other_kernels_is_not_continued(whole_file, tmp_path, monkeypatch):
+    old = shutil.copy(whole_file, tmp_path / "old.h5")
     monkeypatch.setattr(march, "kernel_digest", lambda: "0" * 64)
     with pytest.raises(ResultError, match="the run was begun with other kernels"):
-        march.resume(tmp_path / "old.h5", until=0.010)
+        march.resume(old, until=0.030)
 
 
-def test_ledger_and_interface_of_a_run_close(case, tmp_path):
+def test_ledger_and_interface_of_a_run_close(case, whole_file):
     # The ledger's bound is the project's, 0.1 %, of all energy that came in. Contact forces are of single
     # precision: each of the
     # 98 pellets rounds its few contacts once a substep, 2^-24 of a force; together the forces carry the
     # weight and the swing,
     # m (g t + v) with the crank's speed.
-    with march.run(case, tmp_path / "run.h5") as result:
+    with march.open_result(whole_file) as result:
         series = result.series
         received = np.abs(series["motor_work"]).max() + np.ptp(series["potential_energy"].values)
         assert np.abs(series["ledger_residual"]).max() < 1e-3 * received
@@ -330,8 +362,7 @@ def test_mechanism_that_is_no_longer_finite_stops_the_run(case, tmp_path, states
     assert "The last snapshot and checkpoint of the file are the state before it, at t = " in message
 
 
-def test_lists_that_grow_during_a_run_do_not_change_it(case, tmp_path, monkeypatch):
-    whole = numbers(march.run(case, tmp_path / "roomy.h5"))
+def test_lists_that_grow_during_a_run_do_not_change_it(case, whole, tmp_path, monkeypatch):
     grown, grow = [], entry.grow
 
     def count(*charge):
