@@ -5,16 +5,18 @@ m.
 """
 
 import nutamill as nm
-from nutamill.design.balancing import balance_lines, balance_mill
-from nutamill.design.figures import draw_balancing
 
 ONE, TWO = [(0.08, 0.42)], [(0.08, 0.42), (0.08, 0.2)]
 
 case = nm.load_case("numill")
-one, two, loaded = balance_mill(case, ONE), balance_mill(case, TWO), balance_mill(case, TWO, charge=True)
+one, two, loaded = (
+    nm.balance_mill(case, ONE),
+    nm.balance_mill(case, TWO),
+    nm.balance_mill(case, TWO, charge=True),
+)
 for title, found in (("one plane", one), ("two planes", two), ("two planes, with the charge's mass", loaded)):
-    print("\n".join([title, *balance_lines(found, case)]))
-draw_balancing(two, case).savefig("balancing.png")
+    print("\n".join([title, *nm.balance_lines(found, case)]))
+nm.draw_balancing(two, case).savefig("balancing.png")
 
 assert two.after < 0.2 * one.after < 0.2 * one.before
 assert abs(sum(weight.mass * weight.radius for weight in two.weights) - 0.16) < 0.01

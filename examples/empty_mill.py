@@ -5,7 +5,6 @@ The force grows with the square of the speed (published: 14.7 N at 100 rpm, 235 
 """
 
 import nutamill as nm
-from nutamill.view.figures.named import write_figures
 
 FORCE = "crank_pin_force_resultant_tared"
 
@@ -21,7 +20,7 @@ def main(folder: str = "results") -> dict[float, float]:
         with nm.run(case.with_("drive.speed", f"{rpm:g} rpm"), to=f"{folder}/empty-{rpm:g}.h5") as result:
             forces[rpm] = nm.steady_mean(result, FORCE).mean
             print(f"{rpm:g} rpm: {forces[rpm]:.1f} N")
-            write_figures(result, ["run"], result.path.parent)
+            nm.write_figures(result, ["run"], result.path.parent)
     return forces
 
 

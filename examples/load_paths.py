@@ -10,17 +10,14 @@ from pathlib import Path
 import numpy as np
 
 import nutamill as nm
-from nutamill.analysis.load_paths import hodograph, load_paths, loads_lines
-from nutamill.analysis.rods import rods_lines, yoke_rods
-from nutamill.view.figures.reading import draw_loads
 
 case = nm.load_case("numill-2025", ["charge.kind=none", "run.until=2.5 s"])
 with tempfile.TemporaryDirectory() as folder, nm.run(case, to=Path(folder) / "empty.h5") as result:
-    print("\n".join(loads_lines(load_paths(result, "1 s"), "crank")))
-    rods = yoke_rods(result, "1 s")
-    print("\n".join(rods_lines(rods)))
-    draw_loads(result, "crank", "1 s").savefig("load_paths.png")
-    pivot = hodograph(result, "yoke_pivot", "frame", "1 s").reaction[:, :3]
+    print("\n".join(nm.loads_lines(nm.load_paths(result, "1 s"), "crank")))
+    rods = nm.yoke_rods(result, "1 s")
+    print("\n".join(nm.rods_lines(rods)))
+    nm.draw_loads(result, "crank", "1 s").savefig("load_paths.png")
+    pivot = nm.hodograph(result, "yoke_pivot", "frame", "1 s").reaction[:, :3]
 
 carried = np.column_stack(
     [rods.tension[:, 5], rods.tension[:, 3:5].sum(axis=1), rods.tension[:, :3].sum(axis=1)]

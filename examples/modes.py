@@ -7,18 +7,15 @@ of one inertia.
 import math
 
 import nutamill as nm
-from nutamill.design.figures import draw_campbell, draw_modes
-from nutamill.design.modes import avoid_lines, campbell, machine_modes, modes_lines
-from nutamill.design.sticks import sticks
 
 case = nm.load_case("numill")
-rest = machine_modes(case)
-print("\n".join(modes_lines(rest)))
-print("\n".join(modes_lines(machine_modes(case, charge=True))))
-diagram = campbell(case)
-print("\n".join(avoid_lines(diagram)))
-draw_modes(sticks(case), rest).savefig("modes.png")
-draw_campbell(diagram).savefig("campbell.png")
+rest = nm.machine_modes(case)
+print("\n".join(nm.modes_lines(rest)))
+print("\n".join(nm.modes_lines(nm.machine_modes(case, charge=True))))
+diagram = nm.campbell(case)
+print("\n".join(nm.avoid_lines(diagram)))
+nm.draw_modes(nm.sticks(case), rest).savefig("modes.png")
+nm.draw_campbell(diagram).savefig("campbell.png")
 
 coupling, shaft = case.shaft_coupling, case.intermediate_shaft
 torsion = math.sqrt(coupling.torsion_stiffness / shaft.inertia_axial) / (2.0 * math.pi)

@@ -10,7 +10,6 @@ import tempfile
 from pathlib import Path
 
 import nutamill as nm
-from nutamill.view.figures.motion import draw_histories
 
 RPM = math.pi / 30.0
 
@@ -29,7 +28,8 @@ with tempfile.TemporaryDirectory() as folder, nm.run(case, to=Path(folder) / "mo
         asked = min(350.0 * time, 700.0)
         speed, torque = float(now["driveshaft_speed"]), float(now["driveshaft_torque"])
         print(f"{time:6.1f} {asked:10.0f} {speed / RPM:7.1f} {torque:7.2f} {speed * torque:7.1f}")
-    draw_histories(result, ["driveshaft_speed", "driveshaft_torque", "driveshaft_power"]).savefig("motor.png")
+    drawn = nm.draw_histories(result, ["driveshaft_speed", "driveshaft_torque", "driveshaft_power"])
+    drawn.savefig("motor.png")
     steady = float(series["driveshaft_speed"].sel(time=4.9, method="nearest"))
     assert abs(steady / RPM - 560.0) < 5.0
     assert float(series["driveshaft_speed"][-1]) < 0.2 * steady

@@ -1,7 +1,6 @@
 """A hundred pellets thrown about for a fifth of a second, and a page in which they move."""
 
 import nutamill as nm
-from nutamill.view.webview import write_view
 
 CASE = [
     "mechanism.mounting=rigid",
@@ -15,7 +14,7 @@ CASE = [
 def main(folder: str = "results") -> float:
     """Run, write the page, and return how far the ledger is from closing, as a share of the motor's work."""
     with nm.run(nm.load_case("numill", CASE), to=f"{folder}/moving.h5") as result:
-        print(write_view(result, result.path.with_suffix(".html")))
+        print(nm.write_view(result, result.path.with_suffix(".html")))
         series = result.series.isel(time=-1)
         open_share = float(abs(series["ledger_residual"]) / series["motor_work"])
     print(f"ledger open by {100 * open_share:.3f} %")

@@ -9,14 +9,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.special import ellipk
 
-from nutamill import System
-from nutamill.mechanism.parts import GROUND, Body, Joint, JointKind
+import nutamill as nm
 
 MASS, LENGTH, START, G = 2.0, 0.5, math.radians(60.0), 9.81  # kg, m, rad from straight down, m/s^2
 
-bob = Body("bob", MASS, 1e-9 * np.eye(3), (LENGTH * math.sin(START), 0.0, -LENGTH * math.cos(START)))
-pin = Joint("pin", JointKind.REVOLUTE, GROUND, "bob", point=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0))
-system = System([bob], [pin], gravity=(0.0, 0.0, -G))
+bob = nm.Body("bob", MASS, 1e-9 * np.eye(3), (LENGTH * math.sin(START), 0.0, -LENGTH * math.cos(START)))
+pin = nm.Joint("pin", nm.JointKind.REVOLUTE, nm.GROUND, "bob", point=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0))
+system = nm.System([bob], [pin], gravity=(0.0, 0.0, -G))
 
 # closed form: T = 4 sqrt(L/g) K(sin(start/2)); the pin carries m g cos(angle) + m v^2/L along the rod
 period = 4.0 * math.sqrt(LENGTH / G) * ellipk(math.sin(START / 2) ** 2)

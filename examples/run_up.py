@@ -8,19 +8,16 @@ import itertools
 import math
 
 import nutamill as nm
-from nutamill.analysis.orders import peaks
-from nutamill.design.figures import draw_run_up
-from nutamill.design.runup import default_sensor, run_up, run_up_lines
 
 RPM = math.pi / 30.0
 
 case = nm.load_case("numill")
-name = default_sensor(case)
-runs = run_up(case, [35.0 * RPM, 70.0 * RPM, 140.0 * RPM, 350.0 * RPM], name)
-print("\n".join(run_up_lines(runs, name)))
-draw_run_up(runs, name).savefig("run_up.png")
+name = nm.default_sensor(case)
+runs = nm.run_up(case, [35.0 * RPM, 70.0 * RPM, 140.0 * RPM, 350.0 * RPM], name)
+print("\n".join(nm.run_up_lines(runs, name)))
+nm.draw_run_up(runs, name).savefig("run_up.png")
 
-once = [peaks(run.orders)[0] for run in runs]
+once = [nm.peaks(run.orders)[0] for run in runs]
 assert all(
     later.amplitude < sooner.amplitude and later.speed > sooner.speed
     for sooner, later in itertools.pairwise(once)

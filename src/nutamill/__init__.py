@@ -1,7 +1,7 @@
 """Nutating mills: multibody dynamics of the machine, coupled with the particles inside.
 
     import nutamill as nm
-    case = nm.load_case("numill").with_(drive__speed="500 rpm")
+    case = nm.load_case("numill").with_("drive.speed", "500 rpm")
     result = nm.run(case, to="first.h5")
 
 The names below are loaded when they are first used: to read a result needs no compiler, and ``--help`` no
@@ -13,35 +13,44 @@ from typing import Any
 
 __version__ = "0.2.0"
 
-_HOME = {
-    "Case": "nutamill.case",
-    "MechanismCase": "nutamill.case",
-    "load_case": "nutamill.case",
-    "library_names": "nutamill.case",
-    "check": "nutamill.design.preflight",
-    "System": "nutamill.mechanism.system",
-    "run": "nutamill.simulation.march",
-    "resume": "nutamill.simulation.march",
-    "sweep": "nutamill.studies.sweep",
-    "steady_mean": "nutamill.analysis.windows",
-    "power_split": "nutamill.analysis.power",
-    "load_paths": "nutamill.analysis.load_paths",
-    "fit": "nutamill.studies.fit",
-    "Charge": "nutamill.charge.face",
-    "linear_pair": "nutamill.charge.face",
-    "spheres": "nutamill.charge.particles.particles",
-    "plane": "nutamill.charge.walls.surface",
-    "mount_properties": "nutamill.analysis.mount_test",
-    "open_result": "nutamill.result",
-    "validate": "nutamill.studies.validate",
-    "MillError": "nutamill.base.errors",
-    "CaseError": "nutamill.base.errors",
-    "StepError": "nutamill.base.errors",
-    "NotSteadyError": "nutamill.base.errors",
-    "ResultError": "nutamill.base.errors",
-    "DamagedError": "nutamill.base.errors",
-    "verify": "nutamill.result",
+_FACE = {
+    "base.errors": "MillError CaseError StepError NotSteadyError ResultError DamagedError",
+    "case": "Case MechanismCase load_case library_names",
+    "mechanism.parts": "GROUND Body Joint JointKind",
+    "mechanism.system": "System",
+    "charge.face": "Charge linear_pair",
+    "charge.particles.particles": "spheres",
+    "charge.walls.surface": "plane",
+    "simulation.march": "run resume",
+    "result": "open_result verify",
+    "analysis.windows": "steady_mean",
+    "analysis.power": "power_split",
+    "analysis.load_paths": "load_paths loads_lines hodograph",
+    "analysis.rods": "yoke_rods rods_lines",
+    "analysis.mounts": "mounts_lines floor_force chamber_clearance clearance_line",
+    "analysis.ratings": "load_ratings",
+    "analysis.bearings": "bearing_life bearings_lines",
+    "analysis.fatigue": "section_life sections_lines",
+    "analysis.orders": "peaks",
+    "analysis.mount_test": "mount_properties",
+    "view.figures.named": "write_figures",
+    "view.figures.motion": "draw_histories",
+    "view.figures.reading": "draw_loads draw_floor draw_lives",
+    "view.webview": "write_view",
+    "design.preflight": "check",
+    "design.modes": "machine_modes modes_lines campbell avoid_lines",
+    "design.sticks": "sticks",
+    "design.runup": "default_sensor run_up run_up_lines",
+    "design.isolation": "isolation isolation_lines",
+    "design.balancing": "balance_mill balance_lines",
+    "design.figures": "draw_balancing draw_modes draw_campbell draw_isolation draw_run_up",
+    "studies.sweep": "sweep",
+    "studies.fit": "fit",
+    "studies.validate": "validate",
 }
+"""Module of the package: the public names that it holds."""
+
+_HOME = {name: f"nutamill.{module}" for module, names in _FACE.items() for name in names.split()}
 _NAME_THERE = {"check": "preflight"}
 
 __all__ = ["__version__", *_HOME]
@@ -50,9 +59,9 @@ __all__ = ["__version__", *_HOME]
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'nutamill' has no attribute '{name}'")
-    found = getattr(importlib.import_module(_HOME[name]), _NAME_THERE.get(name, name))
-    globals()[name] = found
-    return found
+    value = getattr(importlib.import_module(_HOME[name]), _NAME_THERE.get(name, name))
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:
