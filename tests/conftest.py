@@ -57,10 +57,16 @@ def pytest_cmdline_main(config):
         return
     folders = any(Path(argument).is_dir() for argument in config.args)
     if folders and not config.option.usepdb and not config.option.collectonly:
-        config.option.numprocesses, config.option.dist = WORKERS, "loadgroup"
+        config.option.numprocesses, config.option.dist = WORKERS, "loadscope"
 
 
-def pytest_itemcollected(item):
-    """Put each test into its group."""
-    if item.config.pluginmanager.hasplugin("xdist"):
-        item.add_marker(pytest.mark.xdist_group(group_of(item.path)))
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Send all tests of a group to the same process."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByGroup(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            return group_of(config.rootpath / nodeid.split("::")[0])
+
+    return ByGroup(config, log)
