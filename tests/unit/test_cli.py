@@ -66,7 +66,7 @@ def engine(monkeypatch):
     )
     monkeypatch.setitem(
         sys.modules,
-        "nutamill.analysis.windows",
+        "nutamill.analysis.summary",
         types.SimpleNamespace(
             summary_lines=lambda result: ["crank-pin force 981 N"], warning_lines=lambda result: []
         ),
@@ -152,7 +152,7 @@ def test_a_run_goes_to_a_file_named_by_the_case_and_its_digest(invoke, engine):
     assert said.exit_code == 0, said.output
     case = load_case("numill", ["chamber.ribs=12", "run.threads=2"])
     assert engine["case"] == case
-    assert str(engine["to"]) == f"results/numill-{case.digest[:6]}.h5"
+    assert str(engine["to"]) == f"results/numill-{case.digest[:12]}.h5"
     assert engine["picture"] == engine["to"].with_suffix(".png")
     assert "crank-pin force 981 N" in said.stdout
 

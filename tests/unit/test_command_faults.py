@@ -49,7 +49,7 @@ unit = "N m"
 """,
     "ratings.toml": """
 schema = 1
-[bearings.crank_pin]
+[bearings.pin_joint]
 kind = "roller"
 dynamic_rating = "22 kN"
 """,

@@ -370,7 +370,7 @@ def test_lists_that_grow_during_a_run_do_not_change_it(case, whole, tmp_path, mo
         return grow(*charge)
 
     monkeypatch.setattr(entry, "grow", count)
-    monkeypatch.setattr("nutamill.charge.assembly.PADDING", 0)
+    monkeypatch.setattr("nutamill.charge.arrays.PADDING", 0)
     monkeypatch.setattr("nutamill.charge.assembly.CANDIDATES_PER_PARTICLE", 1)
     tight = numbers(march.run(case, tmp_path / "tight.h5"))
     assert grown

@@ -37,7 +37,7 @@ def test_series_come_back_with_their_values_units_and_axes(tmp_path):
     stored = series["crank_pin_force_radial"].attrs
     assert stored["units"] == "N"
     assert stored["symbol"] == "F_r"
-    assert "load cell" in stored["point"]
+    assert "crank_pin_load_cell" in stored["point"]
     assert "towards its axis" in stored["frame"]
     assert series["time"].attrs["units"] == "s"
 

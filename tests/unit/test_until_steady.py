@@ -64,7 +64,8 @@ def test_run_that_stops_and_goes_on_ends_where_the_run_that_never_stopped_does(c
 def test_run_that_is_never_steady_says_so_is_kept_and_goes_on(case, tmp_path):
     short = case.with_(run__max=0.3)
     with pytest.raises(
-        NotSteadyError, match=r"not after 0\.3 s: fewer than 5 whole turns at full speed\. Go on with"
+        NotSteadyError,
+        match=r"not steady after 0\.3 s: fewer than 5 whole turns at full speed\. Go on with: nutamill",
     ) as raised:
         march.run(short, tmp_path / "a.h5")
     assert raised.value.exit_code == 3

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.base.schema import spelled
 from nutamill.cli.common import (
     CaseName,
     Overrides,
@@ -171,6 +170,7 @@ def balance(
     to: Picture = None,
 ) -> None:
     """Balance masses on the driveshaft that make the machine shake least."""
+    from nutamill.base.schema import spelled
     from nutamill.design.balancing import balance_lines, balance_mill
     from nutamill.design.figures import draw_balancing
 
