@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-COMPILING = "compiling kernels, once for this version, about 40 s"
+COMPILING = "compiling kernels, once for this version, some minutes"
 
 
 class Progress(NamedTuple):
