@@ -15,7 +15,7 @@ __version__ = "0.2.0"
 
 _FACE = {
     "base.errors": "MillError CaseError StepError NotSteadyError ResultError DamagedError",
-    "case": "Case MechanismCase load_case library_names",
+    "case": "Case Machine load_case library_names",
     "mechanism.parts": "GROUND Body Joint JointKind",
     "mechanism.system": "System",
     "charge.face": "Charge linear_pair",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nutamill.case import load_case
-from nutamill.case.machine import BODIES
+from nutamill.case.drawing import BODIES
 from nutamill.result import Recorder, open_result
 from nutamill.result.fields import expand
 

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from nutamill.base.errors import CaseError
 from nutamill.case import load_case
-from nutamill.case.machine import CHAMBER, CROSS, SHAFT
+from nutamill.case.drawing import CHAMBER, CROSS, SHAFT
 from nutamill.charge.filling.room import cylinder_room
 from nutamill.charge.kernels.team import MOST_THREADS
 from nutamill.charge.model import Status

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from nutamill.base.errors import CaseError
-from nutamill.case.mechanism import JointEntry
-from nutamill.case.mechanism_checks import TURNING, WITHOUT_AXIS
+from nutamill.case.machine import JointEntry
+from nutamill.case.machine_checks import TURNING, WITHOUT_AXIS
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.parts import (

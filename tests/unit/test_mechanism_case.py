@@ -10,7 +10,7 @@ import pytest
 import nutamill as nm
 from nutamill.analysis.mechanism import is_mechanism, ledger_share, mechanism_summary_lines, part_loads
 from nutamill.base.errors import CaseError, MillError
-from nutamill.case import MechanismCase, case_of_text, load_case, load_mill
+from nutamill.case import Machine, case_of_text, load_case, load_mill
 from nutamill.design.mechanism_preflight import mechanism_preflight
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.result import open_result
@@ -81,7 +81,7 @@ def refusal(tmp_path, text) -> str:
 
 def test_a_file_with_bodies_is_a_mechanism_and_survives_toml(file):
     case = load_case(file)
-    assert isinstance(case, MechanismCase)
+    assert isinstance(case, Machine)
     assert case_of_text(case.to_toml()) == case
     assert isinstance(load_case("numill"), nm.Case)
 
@@ -183,7 +183,7 @@ def test_check_names_what_is_held_twice(tmp_path):
 def test_a_body_that_nothing_holds_is_named_by_the_search_for_modes(file):
     case = load_case(file)
     engine = assemble_case(
-        MechanismCase.model_validate(
+        Machine.model_validate(
             {**case.model_dump(by_alias=True), "joints": (), "springs": (), "gravity": (0, 0, 0)}
         )
     )

@@ -11,7 +11,7 @@ import pytest
 from nutamill.analysis.summary import warning_lines
 from nutamill.base.errors import CaseError, NotInstalledError
 from nutamill.case import Case, load_case
-from nutamill.case.machine import CHAMBER
+from nutamill.case.drawing import CHAMBER
 from nutamill.charge.laws.oscillator import scaled_contact_time
 from nutamill.charge.walls.mesh import on_charge_side
 from nutamill.design.preflight import preflight

@@ -18,7 +18,7 @@ from matplotlib.image import imread
 from nutamill.analysis.source import case_of
 from nutamill.base.errors import ResultError
 from nutamill.case import load_case
-from nutamill.case.machine import BODIES
+from nutamill.case.drawing import BODIES
 from nutamill.result import open_result
 from nutamill.result.checksums import Checksums
 from nutamill.simulation.setup.mill import mill_mechanism

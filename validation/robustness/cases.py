@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from nutamill.base.schema import SIZES, Quantity
 from nutamill.base.units import EXAMPLES, UNITS
-from nutamill.case import Case, MechanismCase, case_of_text, load_case
+from nutamill.case import Case, Machine, case_of_text, load_case
 from nutamill.case.toml.messages import fields_at
 from nutamill.design.mechanism_preflight import mechanism_preflight
 from nutamill.design.preflight import preflight
@@ -117,7 +117,7 @@ def extremes() -> list[HostileCase]:
     return [HostileCase("extreme value", change, changes=(change,)) for change in changes]
 
 
-def read(attempt: HostileCase) -> Case | MechanismCase:
+def read(attempt: HostileCase) -> Case | Machine:
     """Return the case that the text or the changes describe.
 
     Raises
@@ -137,7 +137,7 @@ def checked(attempt: HostileCase) -> None:
     CaseError, StepError : the case is refused
     """
     case = read(attempt)
-    sheet = mechanism_preflight(case) if isinstance(case, MechanismCase) else preflight(case)
+    sheet = mechanism_preflight(case) if isinstance(case, Machine) else preflight(case)
     sheet.lines()
 
 

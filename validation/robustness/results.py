@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 
 from nutamill.base.errors import MillError, ResultError
 from nutamill.case import load_case
-from nutamill.case.machine import BODIES
+from nutamill.case.drawing import BODIES
 from nutamill.cli import app
 from nutamill.result import Recorder, open_result, verify
 from nutamill.result.checksums import COPIES, Checksums

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.analysis.source import any_case_of
-from nutamill.case import MechanismCase
+from nutamill.case import Machine
 from nutamill.result import Result
 
 
@@ -26,7 +26,7 @@ class PartLoad(NamedTuple):
 
 def is_mechanism(result: Result) -> bool:
     """Return whether a result is the run of a mechanism, not of a mill or measured data."""
-    return bool(result.case_text) and isinstance(any_case_of(result), MechanismCase)
+    return bool(result.case_text) and isinstance(any_case_of(result), Machine)
 
 
 def magnitude(result: Result, vector: str) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from nutamill.base.errors import ResultError
-from nutamill.case.machine import BODIES, CHAMBER, CROSS, GROUND, SHAFT
+from nutamill.case.drawing import BODIES, CHAMBER, CROSS, GROUND, SHAFT
 from nutamill.result import Result, Snapshots
 
 
@@ -32,7 +32,7 @@ class Frame(NamedTuple):
     time: float
     """Simulated time [s]."""
     bodies: dict[str, Pose]
-    """Pose of every body of `nutamill.case.machine.BODIES` and of the ground."""
+    """Pose of every body of `nutamill.case.drawing.BODIES` and of the ground."""
     positions: np.ndarray
     """Centres of the particles by id [m] (n, 3), world; none where the chamber is empty."""
     velocities: np.ndarray

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault, ResultError
-from nutamill.case import Case, MechanismCase, case_of_text
+from nutamill.case import Case, Machine, case_of_text
 from nutamill.result import Result, open_result
 
 CASES_IN_MEMORY = 32
 """Cases of results that stay in memory [1]."""
 
 
-def any_case_of(result: Result) -> Case | MechanismCase:
+def any_case_of(result: Result) -> Case | Machine:
     """Return the case of a run, of a mill or of a mechanism; parsed once.
 
     Raises
@@ -45,7 +45,7 @@ def case_of(result: Result) -> Case:
 
 
 @lru_cache(maxsize=CASES_IN_MEMORY)
-def _parsed(text: str) -> Case | MechanismCase:
+def _parsed(text: str) -> Case | Machine:
     return case_of_text(text)
 
 

@@ -1,329 +1,282 @@
-"""The parts of a nutating mill as on the drawing: frozen data, SI floats, no bodies or joints.
+"""`Machine`: any mechanism as data, its bodies, joints, bushings, springs, drives and sensors one by
+one.
 
-Depths are measured downwards from the nutation point; those of the chamber along its axis.
+Points and directions are in world axes, as assembled.  The engine knows nothing of a mill, and neither does
+this file.
 """
 
-import math
-from typing import Annotated, Literal
+import re
+from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from nutamill.base.schema import (
-    Acceleration,
     AddedMass,
-    Angle,
+    AnyAcceleration,
     AnyAngle,
+    AnyInertia,
+    AnySpeed,
     BushingStiffness,
     Coefficient,
     Coordinate,
-    Count,
     Damping,
-    Density,
-    Inertia,
-    Length,
-    Mass,
+    Frequency,
+    Moment,
+    Number,
     RotationalDamping,
     RotationalStiffness,
-    Stiffness,
     Table,
+    Time,
     Torque,
+    Velocity,
+    refusal,
+    spelled,
 )
-
-FRAME, CHAMBER, CROSS = "frame", "chamber", "bearing_cross"
-CARRIAGE, DRIVESHAFT, SHAFT = "carriage", "driveshaft", "intermediate_shaft"
-BODIES = (FRAME, CHAMBER, CROSS, CARRIAGE, DRIVESHAFT, SHAFT)
-"""Bodies of a mill, in the order in which the engine and snapshots hold them."""
-GROUND = "ground"
-"""What stands still; no body of the mill."""
+from nutamill.case.case_file import CaseFile, SnapshotPlan
+from nutamill.case.drive import DriveProgramme
+from nutamill.case.machine_checks import findings
 
 
-class DrawnMechanism(Table):
-    """The crank that drives the chamber, what is weighed of the whole machine, and the friction of its
-    joints.
-    """
-
-    mounting: Literal["flexible", "rigid"] = "flexible"
-    """Frame on bushings, or fixed to the ground."""
-    nutation_point_to_crank: Length
-    """Distance along the driveshaft axis from the nutation point to the plane of the crank pin [m]."""
-    crank_radius: Length
-    """Distance of the crank pin from the driveshaft axis [m]."""
-    total_mass: Mass
-    """Whole machine on its mounts, without ribs, bars, balance mass and charge [kg]."""
-    joint_friction: Coefficient = 0.0
-    """Coulomb coefficient of the driveshaft bearing and of the crank pin [1]."""
-    joint_friction_radius: Length = 0.024
-    """Radius at which that friction acts [m]."""
-    joint_friction_constant: Torque = 0.0
-    """Part that does not depend on the load, each joint [N m]."""
-    joint_friction_viscous: RotationalDamping = 0.0
-    """Part proportional to the speed, each joint [N m s/rad]."""
-    gravity: Acceleration = 9.81
-    """Acceleration of gravity, downwards [m/s^2]."""
-
-    @property
-    def nutation_angle(self) -> float:
-        """Half-angle of the nutation cone [rad] by the lengths of the crank, not as printed."""
-        return math.atan2(self.crank_radius, self.nutation_point_to_crank)
-
-
-class Rib(Table):
-    """One straight bar on the bore of the chamber, parallel to its axis, from the floor up."""
-
-    width: Length
-    """Along the circumference [m]."""
-    depth: Length
-    """From the bore towards the axis [m]."""
-    length: Length
-    """Along the axis [m]; what stands above the ceiling is weighed but not touched."""
-    density: Density
-    """For its mass [kg/m^3]."""
-    material: str
-    """For its contacts."""
-
-    @property
-    def mass(self) -> float:
-        """Mass of one rib [kg]."""
-        return self.width * self.depth * self.length * self.density
-
-
-class Bars(Table):
-    """A ring of rigid mass fixed to the base of the chamber in place of a charge."""
-
-    mass: AddedMass = 0.0
-    """Mass of the ring [kg]."""
-    radius: Length
-    """Radius of the ring [m]."""
-    depth: Length
-    """Below the nutation point along the chamber axis [m]."""
-
-
-class MeshFile(Table):
-    """A closed triangle mesh in a file, STL or OBJ; its normals point out of the solid it bounds."""
-
-    file: str
-    """Name of the file; a relative one is looked for beside the case file."""
-    unit: Literal["m", "cm", "mm", "um", "in"]
-    """What one of its coordinates is; neither format says."""
-    at: tuple[Coordinate, Coordinate, Coordinate] = (0.0, 0.0, 0.0)
-    """Place of its origin in chamber axes, from the nutation point [m]."""
-    sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")] | None = None
-    """Digest of the file's content; written when the case is read."""
-
-
-class MeshedWall(MeshFile):
-    """A solid inside the chamber and fixed to it, such as a lifter; the charge stays out of it."""
-
-    material: str
-    """For its contacts; its mass is part of that of the chamber."""
-
-
-class Chamber(Table):
-    """The grinding vessel: a cylinder with floor and ceiling, and what is fixed to it."""
-
-    inner_diameter: Length
-    """Bore [m]."""
-    height: Length
-    """Free height between floor and ceiling [m]."""
-    floor_depth: Length
-    """Floor below the nutation point along the chamber axis [m]."""
-    nutation_angle: Angle
-    """Half-angle of the cone as printed [rad]; the lengths of the crank rule."""
-    mass: Mass
-    """Without ribs and bars [kg]."""
-    mass_centre_depth: Length
-    """Mass centre below the nutation point on the chamber axis [m]."""
-    inertia_transverse: Inertia
-    """About an axis through the nutation point at right angles to the chamber axis [kg m^2]."""
-    inertia_axial: Inertia
-    """About the chamber axis [kg m^2]."""
-    material: str
-    """Of bore, floor and ceiling, for their contacts."""
-    ribs: Annotated[Count, Field(ge=0, le=1000)] = 0
-    """Number of ribs, evenly spaced, the first at the chamber's x axis."""
-    rib: Rib | None = None
-    """The ribs, where there are any."""
-    mesh: MeshFile | None = None
-    """The space inside as a mesh, in place of bore, floor and ceiling; ribs are added to it."""
-    bars: Bars | None = None
-    """Rigid bars, where there are any."""
-
-    @property
-    def ceiling_depth(self) -> float:
-        """Ceiling below the nutation point along the chamber axis [m]."""
-        return self.floor_depth - self.height
-
-    @property
-    def ribs_mass(self) -> float:
-        """Mass of all ribs [kg]."""
-        return self.ribs * self.rib.mass if self.rib else 0.0
-
-    @property
-    def bars_mass(self) -> float:
-        """Mass of the rigid bars [kg]."""
-        return self.bars.mass if self.bars else 0.0
-
-    @property
-    def free_volume(self) -> float:
-        """Volume inside, less the ribs [m^3]."""
-        bore = 0.25 * math.pi * self.inner_diameter**2 * self.height
-        ribs = (
-            self.ribs * self.rib.width * self.rib.depth * min(self.rib.length, self.height)
-            if self.rib
-            else 0.0
+def _name(given: Any) -> Any:
+    if not isinstance(given, str) or not re.fullmatch("[a-z][a-z0-9_]*", given):
+        raise refusal(
+            f"must begin with a small letter and hold small letters, digits and _ only, got {spelled(given)}"
         )
-        return bore - ribs
+    return given
 
 
-class Carriage(Table):
-    """The part that carries the crank pin and that only the load cell holds."""
-
-    mass: Mass
-    """Mass, at the crank pin [kg]."""
-    inertia: Inertia
-    """About each axis of its mass centre [kg m^2]."""
+def _inertia(given: Any) -> Any:
+    if isinstance(given, (list, tuple)) and len(given) in (3, 6):
+        return given
+    raise refusal("must be three moments of inertia, or six: xx, yy, zz, xy, xz, yz")
 
 
-class Driveshaft(Table):
-    """Driveshaft and torque arm without the carriage, balanced about the axis."""
+Name = Annotated[str, BeforeValidator(_name)]
+Point = tuple[Coordinate, Coordinate, Coordinate]
+Direction = tuple[Number, Number, Number]
+Between = tuple[str, str]
 
-    mass: Mass
+
+class Turn(Table):
+    """A rotation from world axes to the axes of a body as assembled."""
+
+    axis: Direction
+    """What it turns about; any length."""
+    angle: AnyAngle
+    """How far, by the right hand [rad]."""
+
+
+class BodyEntry(Table):
+    """A rigid body as assembled."""
+
+    name: Name
+    """Unique name; "ground" is the body that never moves."""
+    mass: AddedMass
     """Mass [kg]."""
-    inertia_axial: Inertia
-    """About the driveshaft axis [kg m^2]."""
-    inertia_transverse: Inertia
-    """About an axis through the mass centre at right angles to it [kg m^2]."""
-    mass_centre_depth: Length
-    """Mass centre below the nutation point [m]."""
-
-
-class Counterweight(Table):
-    """A point mass on the driveshaft."""
-
-    mass: AddedMass = 0.0
-    """Mass [kg]."""
-    radius: Length
-    """Distance from the driveshaft axis [m]."""
-    depth: Length
-    """Below the nutation point [m]."""
-    azimuth: AnyAngle = math.pi
-    """From the crank pin in the direction of rotation [rad]; half a turn is opposite the pin."""
-
-
-class Balance(Counterweight):
-    """The balance mass, and a second one in another plane."""
-
-    second: Counterweight | None = None
-    """The second one, where there is one."""
-
-    @property
-    def weights(self) -> list[Counterweight]:
-        """Those that weigh something."""
-        return [weight for weight in (self, self.second) if weight is not None and weight.mass > 0.0]
-
-
-class BearingCross(Table):
-    """The cross of the universal joint at the nutation point."""
-
-    mass: Mass
-    """Mass, at the nutation point [kg]."""
-    inertia: Inertia
-    """About each axis [kg m^2]."""
-
-
-class Rod(Table):
-    """One of six rods with spherical ends that hold the yoke of the universal joint."""
-
-    at: tuple[Coordinate, Coordinate, Coordinate]
-    """Where it takes hold of the yoke, in frame axes from the nutation point [m]."""
-    along: Literal["x", "y", "z"]
-    """Frame axis it is parallel to, from the yoke in its positive sense."""
-
-
-class IntermediateShaft(Table):
-    """The shaft between the motor and the shaft coupling, held by the ground."""
-
-    mass: Mass
-    """Mass [kg]."""
-    inertia_axial: Inertia
-    """About its axis [kg m^2]."""
-    inertia_transverse: Inertia
-    """About an axis at right angles to it [kg m^2]."""
-
-
-class TopFrame(Table):
-    """What stands on the mounts and does not move with the drive; its mass is the total less the other parts.
-
-    Mass centre and radii of gyration are those of the *whole machine* as assembled, which is what a test can
-    measure.
+    inertia: Annotated[tuple[AnyInertia, ...], BeforeValidator(_inertia)]
+    """About the mass centre in body axes [kg m^2]: three principal moments, or six, xx, yy, zz, xy, xz,
+    yz.
     """
-
-    mass_centre_height: Length
-    """Mass centre of the whole machine above the plane of the mounts [m]."""
-    gyration_rocking: Length
-    """Radius of gyration of the whole machine about x and y through its mass centre [m]."""
-    gyration_yaw: Length
-    """Radius of gyration of the whole machine about z through its mass centre [m]."""
-
-
-class Mounts(Table):
-    """The bushings under the frame, axis upright, evenly spaced on the circle through (half_spacing,
-    half_spacing).
-    """
-
-    set: str | None = None
-    """Name of a published set of properties in the library of mounts; keys beside it override it."""
-    count: Annotated[Count, Field(ge=3, le=100)] = 4
-    """Number of mounts."""
-    half_spacing: Length
-    """Four mounts stand at (+-half_spacing, +-half_spacing) [m]."""
-    depth: Length
-    """Plane of the mounts below the nutation point [m]."""
-    shear_stiffness: Stiffness
-    """Across the axis, each mount [N/m]."""
-    axial_stiffness: Stiffness
-    """Along the axis [N/m]."""
-    bending_stiffness: RotationalStiffness = 0.0
-    """About a horizontal axis [N m/rad]."""
-    torsion_stiffness: RotationalStiffness = 0.0
-    """About the upright axis [N m/rad]."""
-    shear_damping: Damping = 0.0
-    """Across the axis [N s/m]."""
-    axial_damping: Damping = 0.0
-    """Along the axis [N s/m]."""
-    bending_damping: RotationalDamping = 0.0
-    """About a horizontal axis [N m s/rad]."""
-    torsion_damping: RotationalDamping = 0.0
-    """About the upright axis [N m s/rad]."""
-
-    @property
-    def points(self) -> tuple[tuple[float, float], ...]:
-        """Places (x, y) of the mounts in world axes from the driveshaft axis [m], the first in the quadrant
-        +x, +y.
-        """
-        radius, turn = math.sqrt(2.0) * self.half_spacing, 2.0 * math.pi / self.count
-        angles = (0.25 * math.pi + k * turn for k in range(self.count))
-        return tuple((radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)
+    position: Point
+    """Mass centre, world [m]."""
+    turn: Turn | None = None
+    """Attitude; axes parallel to the world's if not given."""
+    velocity: tuple[Velocity, Velocity, Velocity] = (0.0, 0.0, 0.0)
+    """Velocity of the mass centre [m/s]."""
+    angular_velocity: tuple[AnySpeed, AnySpeed, AnySpeed] = (0.0, 0.0, 0.0)
+    """Angular velocity, world axes [rad/s]."""
 
 
-class ShaftCoupling(Table):
-    """The elastic coupling between intermediate shaft and driveshaft, axis upright."""
+class FrictionEntry(Table):
+    """Friction moment of a joint."""
 
-    depth: Length
-    """Below the nutation point [m]."""
-    shear_stiffness: BushingStiffness
+    coefficient: Coefficient = 0.0
+    """Coulomb coefficient [1]."""
+    radius: Coordinate = 0.0
+    """Radius at which it acts [m]."""
+    constant: Torque = 0.0
+    """Part that does not depend on the load [N m]."""
+    viscous: RotationalDamping = 0.0
+    """Part proportional to the speed [N m s/rad]."""
+
+
+class JointEntry(Table):
+    """A kinematic constraint."""
+
+    name: Name
+    """Unique name."""
+    kind: Literal["fixed", "revolute", "spherical", "universal", "cylindrical", "prismatic", "point_on_line"]
+    """What it leaves free."""
+    between: Between
+    """Bodies a and b; the axis is fixed in a, the reaction is that on b."""
+    point: Point
+    """Joint point, world [m]."""
+    point_b: Point | None = None
+    """Where body b has its point, if the loop may not close [m]."""
+    axis: Direction | None = None
+    """Axis, world axes; any length."""
+    second_axis: Direction | None = None
+    """Universal: the axis fixed in b, square to the first."""
+    friction: FrictionEntry | None = None
+    """Friction, for joints that turn."""
+
+
+class BushingEntry(Table):
+    """A compliant connection, without load as assembled."""
+
+    name: Name
+    """Unique name."""
+    between: Between
+    """Bodies a and b; axes are fixed in a, the wrench is that on b."""
+    point: Point
+    """Bushing point, world [m]."""
+    axis: Direction
+    """Axis, world axes; any length."""
+    shear_stiffness: BushingStiffness = 0.0
     """Across the axis [N/m]."""
-    axial_stiffness: BushingStiffness
+    axial_stiffness: BushingStiffness = 0.0
     """Along the axis [N/m]."""
     bending_stiffness: RotationalStiffness = 0.0
-    """About a horizontal axis [N m/rad]."""
+    """About a direction across the axis [N m/rad]."""
     torsion_stiffness: RotationalStiffness = 0.0
-    """About the shaft axis [N m/rad]."""
+    """About the axis [N m/rad]."""
     shear_damping: Damping = 0.0
     """Across the axis [N s/m]."""
     axial_damping: Damping = 0.0
     """Along the axis [N s/m]."""
     bending_damping: RotationalDamping = 0.0
-    """About a horizontal axis [N m s/rad]."""
+    """About a direction across the axis [N m s/rad]."""
     torsion_damping: RotationalDamping = 0.0
-    """About the shaft axis [N m s/rad]."""
+    """About the axis [N m s/rad]."""
+
+
+class SpringEntry(Table):
+    """A straight spring with a damper between two points."""
+
+    name: Name
+    """Unique name."""
+    between: Between
+    """Bodies a and b."""
+    point_a: Point
+    """End on a, world [m]."""
+    point_b: Point
+    """End on b, world [m]."""
+    stiffness: BushingStiffness
+    """Stiffness [N/m]."""
+    damping: Damping = 0.0
+    """Damping [N s/m]."""
+    free_length: Coordinate
+    """Length without force [m]."""
+
+
+class TorqueEntry(Table):
+    """A constant moment on a body."""
+
+    name: Name
+    """Unique name."""
+    body: str
+    """The body."""
+    moment: tuple[Moment, Moment, Moment]
+    """Moment, world axes [N m]."""
+
+
+class DriveEntry(DriveProgramme):
+    """A prescribed rotation of a joint."""
+
+    name: Name
+    """Unique name."""
+    joint: str
+    """A revolute or cylindrical joint: its body b turns relative to a, by the right hand about the joint's
+    axis.
+    """
+
+
+class SensorEntry(Table):
+    """What is read besides the reactions of all joints, the wrenches of all bushings and the drives, which
+    always are.
+    """
+
+    name: Name
+    """Name its series begin with."""
+    kind: Literal["position", "velocity", "acceleration", "attitude", "reaction"]
+    """What is read; "reaction" writes that of a joint in other axes."""
+    of: str
+    """The body, or with "reaction" the joint."""
+    at: Point | None = None
+    """Point of the body, world as assembled [m]; its mass centre if not given."""
+    axes: str | None = None
+    """Body in whose axes a velocity, acceleration or reaction is written; world axes if not given."""
+
+
+class MachineRun(Table):
+    """How long, how finely, and what is recorded."""
+
+    until: Time
+    """Simulated time at the end [s]."""
+    dt: Time = 50e-6
+    """Longest step [s]; the step divides the period of the series."""
+    start: Literal["assembled", "rest"] = "assembled"
+    """As assembled, with the velocities given; or from static equilibrium."""
+    series_rate: Frequency = 1000.0
+    """Rate of the recorded series [Hz]."""
+    snapshots: SnapshotPlan = SnapshotPlan(rate=50.0, last=10.0)
+    """Snapshots of all bodies."""
+    checkpoint: Time = 1.0
+    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are saved
+    between.
+    """
+
+    @property
+    def end(self) -> float:
+        """Simulated time at the end [s], under the name that runs of mills have for it."""
+        return self.until
+
+
+class Extent(NamedTuple):
+    """What a march asks of any drive."""
+
+    ramp_end: float
+    """Time from which all driven speeds stay what they are [s]."""
+
+
+class Machine(CaseFile):
+    """Any mechanism, and how it is run; made by `load_case` from a file with ``[[bodies]]``, or in Python."""
+
+    schema_version: Annotated[Literal[1], Field(alias="schema")] = 1
+    """Version of the form of this file."""
+    title: str = ""
+    """What it is, in one line."""
+    changed_from: str | None = None
+    """Title of the case that this one was changed from, where its own title was made to say what was
+    changed.
+    """
+    gravity: tuple[AnyAcceleration, AnyAcceleration, AnyAcceleration] = (0.0, 0.0, -9.81)
+    """Acceleration of gravity, world axes [m/s^2]."""
+    redundant: Literal["refuse", "allow"] = "refuse"
+    """Redundant constraints: refused, or solved with their reactions marked as not unique."""
+    bodies: tuple[BodyEntry, ...]
+    """The bodies that move."""
+    joints: tuple[JointEntry, ...] = ()
+    """The joints."""
+    bushings: tuple[BushingEntry, ...] = ()
+    """The bushings."""
+    springs: tuple[SpringEntry, ...] = ()
+    """The springs."""
+    torques: tuple[TorqueEntry, ...] = ()
+    """Constant moments."""
+    drives: tuple[DriveEntry, ...] = ()
+    """The drives."""
+    sensors: tuple[SensorEntry, ...] = ()
+    """Further readings."""
+    run: MachineRun
+
+    @model_validator(mode="after")
+    def _sound(self) -> "Machine":
+        if contradictions := findings(self):
+            raise refusal("parts of the mechanism contradict each other", findings=contradictions)
+        return self
+
+    @property
+    def drive(self) -> Extent:
+        """When the last drive has come to its last speed."""
+        return Extent(max((drive.ramp_end for drive in self.drives), default=0.0))

@@ -23,8 +23,7 @@ from nutamill.base.schema import (
 from nutamill.case import mill_checks
 from nutamill.case.case_file import CaseFile, SnapshotPlan, titled, validated
 from nutamill.case.charge import ChargeRecipe
-from nutamill.case.drive import DriveProgramme
-from nutamill.case.machine import (
+from nutamill.case.drawing import (
     Balance,
     BearingCross,
     Carriage,
@@ -38,8 +37,9 @@ from nutamill.case.machine import (
     ShaftCoupling,
     TopFrame,
 )
+from nutamill.case.drive import DriveProgramme
+from nutamill.case.machine import Machine
 from nutamill.case.materials import ContactLaws, Material
-from nutamill.case.mechanism import MechanismCase
 from nutamill.case.titles import leaves, origin_of
 from nutamill.case.toml.layers import Layer, override_layer, read_layers
 from nutamill.case.touching import TouchingPair, touching_pairs
@@ -175,8 +175,8 @@ class Case(CaseFile):
         return mill_checks.warnings(self)
 
 
-def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case | MechanismCase:
-    """The case of a file or of a published mill: a `Case`, or a `MechanismCase` where the file lists bodies.
+def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case | Machine:
+    """The case of a file or of a published mill: a `Case`, or a `Machine` where the file lists bodies.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
     part.
     """
     case = load_case(name_or_path, overrides)
-    if isinstance(case, MechanismCase):
+    if isinstance(case, Machine):
         raise CaseError(
             Fault(
                 str(name_or_path),
@@ -211,7 +211,7 @@ def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
     return case
 
 
-def case_of_text(text: str, name: str = "case") -> Case | MechanismCase:
+def case_of_text(text: str, name: str = "case") -> Case | Machine:
     """The case that a result file keeps as TOML text, of either kind.
 
     Raises
@@ -233,7 +233,7 @@ def case_of_text(text: str, name: str = "case") -> Case | MechanismCase:
 def _kind_of(layers: list[Layer]) -> type[CaseFile]:
     """What a file describes: parts one by one, or a mill."""
     return (
-        MechanismCase
+        Machine
         if any(isinstance(layer.content.get(key), list) for layer in layers for key in MECHANISM)
         else Case
     )

@@ -74,14 +74,14 @@ def modes(
     """Natural frequencies, damping and shapes of a mill on its mounts, at rest or at speed, or of a mechanism
     at rest.
     """
-    from nutamill.case import MechanismCase
+    from nutamill.case import Machine
     from nutamill.design.figures import draw_modes
     from nutamill.design.modes import machine_modes, mechanism_modes, modes_lines
     from nutamill.design.sticks import sticks
 
     loaded, turning = load(case, overrides), quantity("--speed", speed, "speed of rotation")
     picture = _place(to, _picture_name(loaded, "modes", speed if turning else None, charge=charge))
-    if isinstance(loaded, MechanismCase):
+    if isinstance(loaded, Machine):
         if turning or charge:
             raise CaseError(
                 Fault("--charge" if charge else "--speed", "has no use for a mechanism", "Leave it out")

@@ -49,9 +49,9 @@ def check(
 ) -> None:
     """Check a case and print what is known before a run."""
     loaded = load(case, overrides)
-    from nutamill.case import MechanismCase
+    from nutamill.case import Machine
 
-    if isinstance(loaded, MechanismCase):
+    if isinstance(loaded, Machine):
         from nutamill.design.mechanism_preflight import mechanism_preflight
 
         typer.echo("\n".join(mechanism_preflight(loaded).lines()))

@@ -12,7 +12,7 @@ from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import Kind, rpm
 from nutamill.case import Case
-from nutamill.case.machine import FRAME, SHAFT
+from nutamill.case.drawing import FRAME, SHAFT
 from nutamill.design.empty import once_per_turn, steady_series
 from nutamill.design.isolation import shaking_unbalance
 from nutamill.simulation.setup.mill import mill_mechanism

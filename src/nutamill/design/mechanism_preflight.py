@@ -7,8 +7,8 @@ import numpy as np
 from nutamill.base.errors import CaseError, StepError
 from nutamill.base.host import free_disk, total_memory
 from nutamill.base.units import in_unit, shown
-from nutamill.case import MechanismCase
-from nutamill.case.mechanism_checks import series_count
+from nutamill.case import Machine
+from nutamill.case.machine_checks import series_count
 from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.mechanism.constraints import redundancies
 from nutamill.mechanism.dynamics import OK, start
@@ -28,7 +28,7 @@ UNSTABLE = -1.0 + 1e-9
 class MechanismSheet:
     """What is known of a mechanism before it is run."""
 
-    case: MechanismCase
+    case: Machine
     """The case."""
     masses: dict[str, float]
     """Masses of the bodies [kg]."""
@@ -103,7 +103,7 @@ class MechanismSheet:
         )
 
 
-def mechanism_preflight(case: MechanismCase) -> MechanismSheet:
+def mechanism_preflight(case: Machine) -> MechanismSheet:
     """Return what is known about a mechanism without running it; compiles the mechanism's kernels the
     first time.
 

@@ -11,8 +11,8 @@ from scipy.optimize import linear_sum_assignment
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import rpm
-from nutamill.case import Case, MechanismCase
-from nutamill.case.machine import FRAME, SHAFT
+from nutamill.case import Case, Machine
+from nutamill.case.drawing import FRAME, SHAFT
 from nutamill.design.mechanism_preflight import UNSTABLE
 from nutamill.mechanism.modes import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
@@ -165,7 +165,7 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
     return _named(vibrations, mass_matrix(mechanism, scratch), names, speed)
 
 
-def mechanism_modes(case: MechanismCase) -> MachineModes:
+def mechanism_modes(case: Machine) -> MachineModes:
     """Modes of a mechanism about its rest, drives held.
 
     Raises

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from nutamill.case import Case, MechanismCase
-from nutamill.case.machine import CHAMBER, DRIVESHAFT, FRAME, SHAFT
+from nutamill.case import Case, Machine
+from nutamill.case.drawing import CHAMBER, DRIVESHAFT, FRAME, SHAFT
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.simulation.setup.mechanism import assemble_case, mechanism_parts
 from nutamill.simulation.setup.mill import chamber_rotation, mill_mechanism
@@ -29,14 +29,14 @@ class Stick(NamedTuple):
         return displacement[:3] + np.cross(displacement[3:], self.points - self.centre)
 
 
-def sticks(case: Case | MechanismCase) -> list[Stick]:
+def sticks(case: Case | Machine) -> list[Stick]:
     """Lines of a mill as assembled at crank angle 0, or of a mechanism at its rest: from each mass centre to
     what it is held by.
     """
-    return _mechanism_sticks(case) if isinstance(case, MechanismCase) else _mill_sticks(case)
+    return _mechanism_sticks(case) if isinstance(case, Machine) else _mill_sticks(case)
 
 
-def _mechanism_sticks(case: MechanismCase) -> list[Stick]:
+def _mechanism_sticks(case: Machine) -> list[Stick]:
     """From the mass centre of each body to its joints, bushings and springs, with the drives held."""
     parts = mechanism_parts(case)
     mechanism, state, scratch = assemble_case(case)

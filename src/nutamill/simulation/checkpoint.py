@@ -5,7 +5,7 @@ import numpy as np
 from nutamill.base.errors import ResultError
 from nutamill.base.frames import quaternion_product, rotation_matrix
 from nutamill.case import Case
-from nutamill.case.machine import CHAMBER
+from nutamill.case.drawing import CHAMBER
 from nutamill.charge.kernels.clumps import POSE, ClumpColumn
 from nutamill.charge.kernels.copying import copied
 from nutamill.charge.measures.statistics import gathered, put_back

@@ -27,7 +27,7 @@ from nutamill.base.files import exists
 from nutamill.base.kernel import kernel_digest
 from nutamill.base.provenance import run_provenance
 from nutamill.base.units import Kind, UnitError, parse
-from nutamill.case import Case, MechanismCase, case_of_text, load_case
+from nutamill.case import Case, Machine, case_of_text, load_case
 from nutamill.result import NOT_STEADY, Recorder, Result, is_finished, open_result
 from nutamill.result.one_writer import one_writer
 from nutamill.simulation.checkpoint import (
@@ -68,7 +68,7 @@ run.
 
 
 def run(
-    case: Case | MechanismCase | str | Path,
+    case: Case | Machine | str | Path,
     to: str | Path | None = None,
     progress: Callable[[Progress], None] | None = None,
     log: Callable[[str], None] | None = None,
@@ -121,11 +121,11 @@ def run(
     return ended_result(path)
 
 
-def asked_case(case: Case | MechanismCase | str | Path) -> Case | MechanismCase:
+def asked_case(case: Case | Machine | str | Path) -> Case | Machine:
     """Return the case itself, or that of a name or file; raise CaseError for anything else."""
     if isinstance(case, (str, Path)):
         return load_case(case)
-    if not isinstance(case, (Case, MechanismCase)):
+    if not isinstance(case, (Case, Machine)):
         what = f"not a case, the name of a mill, or a case file, got {type(case).__name__}"
         raise CaseError(Fault("case", what, "Make a case with load_case"))
     return case
@@ -160,7 +160,7 @@ def ended_result(path: Path) -> Result:
 
 
 def run_beside(
-    case: Case | MechanismCase,
+    case: Case | Machine,
     beside: Path,
     path: Path,
     progress: Callable[[Progress], None] | None,
@@ -179,14 +179,14 @@ def run_beside(
 
 
 def run_to(
-    case: Case | MechanismCase,
+    case: Case | Machine,
     path: Path,
     progress: Callable[[Progress], None] | None,
     log: Callable[[str], None] | None,
 ) -> None:
     """Run a case to a new or empty file; the other arguments and the errors are those of `run`."""
     watch = Watch(case, progress, log)
-    if isinstance(case, MechanismCase):
+    if isinstance(case, Machine):
         warm_up_mechanism(log)
         model, state, scratch = build_mechanism(case)
         threads, meshes, axes, walls = 1, {}, None, {}
@@ -200,7 +200,7 @@ def run_to(
         threads, meshes, walls = team_size(case), digests(case), placed_walls(case)
         axes = None if model.charge is None else statistics_axes(case, model.survey)
     record_first_row(model, state, scratch)
-    seed = 0 if isinstance(case, MechanismCase) else case.run.seed
+    seed = 0 if isinstance(case, Machine) else case.run.seed
     provenance = run_provenance(kernel_digest(), seed, threads) | meshes
     names, rate = model.readout.names, case.run.series_rate
     with requests() as asked:
@@ -302,7 +302,7 @@ def resume_to(
             f"{path}: the run was begun with other kernels than those of this version. Install the version "
             "named under /provenance, or run the case again."
         )
-    if isinstance(case, MechanismCase):
+    if isinstance(case, Machine):
         model, state, scratch = build_mechanism(case)
     else:
         warm_up(log, law=contact_law_of(case))

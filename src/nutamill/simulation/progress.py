@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nutamill.case import Case, MechanismCase
+from nutamill.case import Case, Machine
 from nutamill.result import Recorder
 from nutamill.simulation.progress_report import Progress
 from nutamill.simulation.running_mean import RunningMean
@@ -23,7 +23,7 @@ class Watch:
 
     def __init__(
         self,
-        case: Case | MechanismCase,
+        case: Case | Machine,
         progress: Callable[[Progress], None] | None,
         log: Callable[[str], None] | None = None,
     ):

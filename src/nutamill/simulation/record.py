@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from nutamill.base.steady import FEWEST_TURNS, Estimate, estimate_of_turns, turn_means, whole_turns
-from nutamill.case import Case, MechanismCase
+from nutamill.case import Case, Machine
 from nutamill.result.fields import expand, series_field
 from nutamill.result.recorder import SERIES_ROOM
 from nutamill.simulation.setup.particles import particle_count
@@ -42,7 +42,7 @@ class RecordPlan:
     """Rows with a snapshot."""
 
     @classmethod
-    def of(cls, case: Case | MechanismCase, rows: int) -> Self:
+    def of(cls, case: Case | Machine, rows: int) -> Self:
         """Plan of a case that ends with row `rows`."""
         rate, kept = case.run.series_rate, case.run.snapshots
         stride = max(1, round(rate / kept.rate))
@@ -69,7 +69,7 @@ class Ending:
     until : simulated time at which the run ends at the latest [s]
     """
 
-    def __init__(self, case: Case | MechanismCase, until: float):
+    def __init__(self, case: Case | Machine, until: float):
         self._case = case
         self._columns: list[np.ndarray] = []
         self._wanted = case.run.until == "steady"

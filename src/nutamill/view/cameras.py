@@ -11,7 +11,7 @@ import numpy as np
 
 from nutamill.analysis.replay import Frame
 from nutamill.case import Case
-from nutamill.case.machine import CHAMBER
+from nutamill.case.drawing import CHAMBER
 
 View = Literal["front", "inside", "axis"]
 """From the front; riding on the chamber under its ceiling as in the NuMill papers; down the shaft."""

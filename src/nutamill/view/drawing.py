@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.case import Case
-from nutamill.case.machine import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, GROUND, SHAFT
+from nutamill.case.drawing import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, GROUND, SHAFT
 from nutamill.result import WallMesh
 
 STEEL, DARK, RUBBER, GLASS, BRASS, RED = "#8f98a3", "#5b6570", "#2e2e2e", "#a8c8dc", "#c9a227", "#b5482a"

@@ -1,4 +1,4 @@
-"""A `MechanismCase` as parts of the engine, and as model, state and work space of a run."""
+"""A `Machine` as parts of the engine, and as model, state and work space of a run."""
 
 import math
 from typing import NamedTuple
@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.errors import StepError
-from nutamill.case import MechanismCase
-from nutamill.case.mechanism import BodyEntry, BushingEntry, JointEntry, Turn
+from nutamill.case import Machine
+from nutamill.case.machine import BodyEntry, BushingEntry, JointEntry, Turn
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
@@ -47,7 +47,7 @@ class MechanismParts(NamedTuple):
     """The drives."""
 
 
-def mechanism_parts(case: MechanismCase) -> MechanismParts:
+def mechanism_parts(case: Machine) -> MechanismParts:
     """Return the parts of a case as parts of the engine."""
     return MechanismParts(
         [_body(entry) for entry in case.bodies],
@@ -70,14 +70,14 @@ def mechanism_parts(case: MechanismCase) -> MechanismParts:
     )
 
 
-def assemble_case(case: MechanismCase) -> tuple[Mechanism, MechanismState, MechanismScratch]:
+def assemble_case(case: Machine) -> tuple[Mechanism, MechanismState, MechanismScratch]:
     """Assemble the mechanism of a case: constants, state as assembled, work space; raise CaseError with every
     fault.
     """
     return assemble(*mechanism_parts(case), gravity=case.gravity, redundant=case.redundant)
 
 
-def case_sensors(case: MechanismCase) -> list[tuple[Sensor, list[str]]]:
+def case_sensors(case: Machine) -> list[tuple[Sensor, list[str]]]:
     """Return the sensors of every run of a case, each with the names of its series: all joints, all bushings,
     all drives, then the sensors of the file.
     """
@@ -105,7 +105,7 @@ def case_sensors(case: MechanismCase) -> list[tuple[Sensor, list[str]]]:
     return sensors
 
 
-def build_mechanism(case: MechanismCase) -> tuple[Model, State, Scratch]:
+def build_mechanism(case: Machine) -> tuple[Model, State, Scratch]:
     """Build model, first state and work space of a mechanism.
 
     Raises
@@ -135,7 +135,7 @@ def build_mechanism(case: MechanismCase) -> tuple[Model, State, Scratch]:
     return model, first, Scratch(scratch, None)
 
 
-def mechanism_clock(case: MechanismCase) -> Clock:
+def mechanism_clock(case: Machine) -> Clock:
     """Return step and row of a run: the longest step that is at most `run.dt` and divides the period of the
     series.
     """

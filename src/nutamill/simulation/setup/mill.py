@@ -8,7 +8,7 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.case import Case
-from nutamill.case.machine import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, SHAFT, Mounts, ShaftCoupling
+from nutamill.case.drawing import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, SHAFT, Mounts, ShaftCoupling
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind, Motor

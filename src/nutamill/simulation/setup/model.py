@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nutamill.case import Case, MechanismCase
-from nutamill.case.machine import CHAMBER, CROSS
+from nutamill.case import Case, Machine
+from nutamill.case.drawing import CHAMBER, CROSS
 from nutamill.charge.kernels.copying import checkpoint_arrays
 from nutamill.charge.measures.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
@@ -43,7 +43,7 @@ from nutamill.simulation.setup.statistics import chamber_patches, chamber_survey
 class Model:
     """The constants of a run."""
 
-    case: Case | MechanismCase
+    case: Case | Machine
     """The case."""
     clock: Clock
     """Lengths of substep, window and row."""

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from nutamill.case import MechanismCase
+from nutamill.case import Machine
 from nutamill.simulation.row import RowTable
 
 
@@ -24,7 +24,7 @@ class PartReadout:
     n_columns : number of columns of a row
     """
 
-    def __init__(self, case: MechanismCase, table: RowTable, sensor_series: list[str]):
+    def __init__(self, case: Machine, table: RowTable, sensor_series: list[str]):
         self.table, self.n_columns = table, table.starts.columns
         stored = ["kinetic_energy_mechanism", "potential_energy", "elastic_energy"]
         works = [f"drive_{part.name}_work" for part in case.drives]

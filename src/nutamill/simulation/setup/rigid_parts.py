@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.case.machine import Bars, Chamber
+from nutamill.case.drawing import Bars, Chamber
 
 
 class RigidPart(NamedTuple):

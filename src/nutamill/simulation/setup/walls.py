@@ -15,7 +15,7 @@ import numpy as np
 from nutamill.base.errors import CaseError, Fault, missing_extra
 from nutamill.base.units import UNITS, Kind
 from nutamill.case import Case
-from nutamill.case.machine import MeshFile
+from nutamill.case.drawing import MeshFile
 from nutamill.charge.filling.room import Room, cylinder_room
 from nutamill.charge.walls.mesh import Mesh, closed_mesh
 from nutamill.charge.walls.mesh_patches import mesh_surfaces

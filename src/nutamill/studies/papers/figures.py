@@ -16,7 +16,7 @@ from nutamill.analysis.replay import particle_snapshots, rotation_of
 from nutamill.analysis.source import case_of
 from nutamill.base.errors import ResultError
 from nutamill.base.units import Kind, parse, rpm
-from nutamill.case.machine import DrawnMechanism
+from nutamill.case.drawing import DrawnMechanism
 from nutamill.result import Result, open_result
 from nutamill.studies.papers.compare import Key, Measured
 from nutamill.studies.papers.model import Curve, FigurePlan, Paper, same_speed

@@ -11,7 +11,7 @@ from nutamill.base.library import similar
 from nutamill.case.mill_checks import record_findings
 
 if TYPE_CHECKING:
-    from nutamill.case.mechanism import MechanismCase
+    from nutamill.case.machine import Machine
 
 GROUND = "ground"
 """Name of the body that never moves, as the engine knows it."""
@@ -28,7 +28,7 @@ TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_")
 Finding = tuple[tuple[str | int, ...], str, str]
 
 
-def findings(case: "MechanismCase") -> list[Finding]:
+def findings(case: "Machine") -> list[Finding]:
     """Everything that contradicts."""
     checks = (_names, _references, _bodies, _joints, _bushings, _springs, _drives, _sensors)
     return [
@@ -37,12 +37,12 @@ def findings(case: "MechanismCase") -> list[Finding]:
     ]
 
 
-def series_count(case: "MechanismCase") -> int:
+def series_count(case: "Machine") -> int:
     """Return the number of series that a run records, rounded up [1]."""
     return 6 * len(case.joints) + 12 * len(case.bushings) + 3 * len(case.drives + case.sensors) + 10
 
 
-def _names(case: "MechanismCase") -> Iterator[Finding]:
+def _names(case: "Machine") -> Iterator[Finding]:
     for where in LISTS:
         seen = {GROUND} if where == "bodies" else set()
         for number, part in enumerate(getattr(case, where)):
@@ -57,7 +57,7 @@ def _names(case: "MechanismCase") -> Iterator[Finding]:
         yield ("bodies",), "must hold at least one body", "Add a [[bodies]] table"
 
 
-def _references(case: "MechanismCase") -> Iterator[Finding]:
+def _references(case: "Machine") -> Iterator[Finding]:
     """Bodies and joints that are named and must be there."""
     bodies, joints = [GROUND, *(body.name for body in case.bodies)], [joint.name for joint in case.joints]
     for where in ("joints", "bushings", "springs"):
@@ -89,7 +89,7 @@ def _references(case: "MechanismCase") -> Iterator[Finding]:
             yield (where, number, key), f'no {what} is called "{name}"', similar(name, known)
 
 
-def _bodies(case: "MechanismCase") -> Iterator[Finding]:
+def _bodies(case: "Machine") -> Iterator[Finding]:
     for number, body in enumerate(case.bodies):
         if not body.mass > 0.0:
             yield (
@@ -101,7 +101,7 @@ def _bodies(case: "MechanismCase") -> Iterator[Finding]:
             yield ("bodies", number, "turn", "axis"), "must have a length, got zero", ""
 
 
-def _joints(case: "MechanismCase") -> Iterator[Finding]:
+def _joints(case: "Machine") -> Iterator[Finding]:
     for number, joint in enumerate(case.joints):
         needed = {"axis": joint.kind not in WITHOUT_AXIS, "second_axis": joint.kind == "universal"}
         for key, needs in needed.items():
@@ -118,7 +118,7 @@ def _joints(case: "MechanismCase") -> Iterator[Finding]:
                 yield ("joints", number, key), "must have a length, got zero", ""
 
 
-def _bushings(case: "MechanismCase") -> Iterator[Finding]:
+def _bushings(case: "Machine") -> Iterator[Finding]:
     for number, bushing in enumerate(case.bushings):
         if not any(bushing.axis):
             yield ("bushings", number, "axis"), "must have a length, got zero", "It points along the bushing"
@@ -130,7 +130,7 @@ def _bushings(case: "MechanismCase") -> Iterator[Finding]:
             )
 
 
-def _springs(case: "MechanismCase") -> Iterator[Finding]:
+def _springs(case: "Machine") -> Iterator[Finding]:
     for number, spring in enumerate(case.springs):
         if spring.point_a == spring.point_b:
             what, hint = (
@@ -146,7 +146,7 @@ def _springs(case: "MechanismCase") -> Iterator[Finding]:
             )
 
 
-def _drives(case: "MechanismCase") -> Iterator[Finding]:
+def _drives(case: "Machine") -> Iterator[Finding]:
     kinds = {joint.name: joint.kind for joint in case.joints}
     for number, drive in enumerate(case.drives):
         kind = kinds.get(drive.joint, "revolute")
@@ -158,7 +158,7 @@ def _drives(case: "MechanismCase") -> Iterator[Finding]:
             )
 
 
-def _sensors(case: "MechanismCase") -> Iterator[Finding]:
+def _sensors(case: "Machine") -> Iterator[Finding]:
     for number, sensor in enumerate(case.sensors):
         key = ("sensors", number)
         if sensor.name.startswith(TAKEN):
