@@ -189,7 +189,7 @@ def test_joint_friction_slows_a_disc_by_coefficient_times_radius_times_weight():
     system.march(t, 1e-3)
     speed = system.angular_velocity("disc")[2]
     moment = coefficient * radius * mass * 9.81 + constant
-    # a constant moment far above the regularisation speed of 0.1 rad/s: exact but for round-off
+    # a constant moment far above the speed at which friction is regularised: exact but for round-off
     assert abs(speed - (start_speed - moment / axial * t)) < 1e-9
     assert abs(system.reaction("axle").moment[2] + moment) < 1e-12
     # its loss is the kinetic energy that went

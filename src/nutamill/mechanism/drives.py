@@ -79,7 +79,9 @@ def motor_limit(drive, t, speed):
     """
     if drive.cut <= t < drive.restored:
         return 0.0
-    return min(drive.torque_limit, drive.power_limit / max(abs(speed), 1e-9))
+    if drive.power_limit < drive.torque_limit * abs(speed):
+        return drive.power_limit / abs(speed)
+    return drive.torque_limit
 
 
 @kernel

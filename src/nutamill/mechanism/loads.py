@@ -9,9 +9,9 @@ import math
 from nutamill.base.frames import cross, quaternion_product, rotation_vector, turn_vector, turn_vector_back
 from nutamill.base.kernel import kernel
 
-FRICTION_SPEED = 0.1
-"""Relative angular velocity [rad/s] over which Coulomb friction grows from nothing to (tanh 1 = 76 % of) its
-full moment.
+FRICTION_ANGLE = 1e-4
+"""Angle [rad] within which Coulomb friction stops a joint from the speed at which it has (tanh 1 = 76 % of)
+its full moment.
 """
 
 
@@ -200,19 +200,25 @@ def apply_springs(springs, position, quaternion, twist, offset, load_out, power_
 
 
 @kernel
-def friction_per_speed(reaction, speed, coefficient, radius, constant, viscous):
+def friction_per_speed(reaction, speed, coefficient, radius, constant, viscous, inertia):
     """Return the friction moment over the relative angular velocity [N m s/rad] of a joint that carries the
     force `reaction` [N].
 
-    ``(coefficient radius reaction + constant) tanh(speed / FRICTION_SPEED) + viscous speed``, divided by
-    `speed` [rad/s]: Coulomb friction, regularised near rest.
+    ``M tanh(speed / rest) + viscous speed`` with ``M = coefficient radius reaction + constant``, divided by
+    `speed` [rad/s]: Coulomb friction, regularised near rest.  The speed ``rest = sqrt(2 FRICTION_ANGLE M /
+    inertia)`` is that from which M stops the `inertia` [kg m^2] within `FRICTION_ANGLE`, so that it follows
+    the scales of the machine.
 
     Source: the load-dependent plus load-independent moment of rolling bearings (Palmgren, Ball and Roller
     Bearing Engineering, 1959), with a viscous term.
     """
-    ratio = speed / FRICTION_SPEED
+    moment = coefficient * radius * reaction + constant
+    if moment == 0.0:
+        return viscous
+    rest = math.sqrt(2.0 * FRICTION_ANGLE * moment / inertia)
+    ratio = speed / rest
     rise = math.tanh(ratio) / ratio if ratio > 1e-6 else 1.0
-    return (coefficient * radius * reaction + constant) * rise / FRICTION_SPEED + viscous
+    return moment * rise / rest + viscous
 
 
 @kernel
@@ -258,6 +264,7 @@ def apply_joint_friction(joints, multiplier, quaternion, twist, offset, load_out
             joint.friction_radius,
             joint.friction_constant,
             joint.friction_viscous,
+            joint.friction_inertia,
         )
         moment_out[j, 0], moment_out[j, 1], moment_out[j, 2] = -rate * w0, -rate * w1, -rate * w2
         power_out[offset + j] = rate * speed * speed

@@ -60,6 +60,7 @@ JOINT = np.dtype(
         ("friction_radius", "f8"),  # [m]
         ("friction_constant", "f8"),  # [N m]
         ("friction_viscous", "f8"),  # [N m s/rad]
+        ("friction_inertia", "f8"),  # moment of inertia that friction brakes [kg m^2]
     ]
 )
 """A joint: its rows, its point, its friction."""

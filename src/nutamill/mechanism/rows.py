@@ -64,6 +64,7 @@ class Placement:
     """Positions and attitudes of the bodies as assembled, and world vectors in their axes."""
 
     def __init__(self, bodies):
+        self.bodies = tuple(bodies)
         self.index = {body.name: i for i, body in enumerate(bodies)} | {GROUND: len(bodies)}
         self.position = np.array([*(body.position for body in bodies), (0.0, 0.0, 0.0)], float)
         self.quaternion = np.array([*(body.quaternion for body in bodies), (1.0, 0.0, 0.0, 0.0)], float)
@@ -79,6 +80,19 @@ class Placement:
     def local_axis(self, body: str, direction) -> np.ndarray:
         """Return a world direction in the body's axes [1]."""
         return self.rotation[self.index[body]].T @ np.asarray(direction, float)
+
+    def inertia_about(self, body: str, point, axis) -> float:
+        """Return the moment of inertia [kg m^2] of a body about a world axis through a world point as
+        assembled; without an axis, the mean over all directions.  That of the ground is infinite.
+        """
+        if body == GROUND:
+            return np.inf
+        part, arm = self.bodies[self.index[body]], np.subtract(point, self.position[self.index[body]])
+        if axis is None:
+            return (np.trace(part.inertia) + 2.0 * part.mass * (arm @ arm)) / 3.0
+        z, across = unit(axis), np.cross(unit(axis), arm)
+        local = self.local_axis(body, z)
+        return local @ np.asarray(part.inertia, float) @ local + part.mass * (across @ across)
 
     def attitude_in(self, body: str, frame) -> np.ndarray:
         """Return the quaternion from a frame (3, 3), columns in world axes, to the body's axes."""
@@ -192,7 +206,17 @@ def joint_record(placement, joint, on_b, first_row, end_row) -> tuple:
         placement.local_point(joint.body_b, on_b),
         placement.local_axis(joint.body_a, unit(joint.axis)) if rows.needs_axis else np.zeros(3),
         *((0.0,) * 4 if law is None else (law.coefficient, law.radius, law.constant, law.viscous)),
+        braked_inertia(placement, joint, rows.turns),
     )
+
+
+def braked_inertia(placement, joint, about_axis) -> float:
+    """Return the moment of inertia [kg m^2] that the friction of a joint brakes: those of its two bodies
+    about the joint, in series.
+    """
+    axis = joint.axis if about_axis else None
+    bodies = joint.body_a, joint.body_b
+    return 1.0 / sum(1.0 / placement.inertia_about(body, joint.point, axis) for body in bodies)
 
 
 def sharing_pairs(rows, ground) -> list[tuple]:
