@@ -205,13 +205,13 @@ def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
         + REST.replace('point_b     = ["0 mm",', 'point_b     = ["1 m",'),
     )
     for words in (
-        "bad.toml:6: bodies[0].mass: must be positive, got 0 kg",
-        'joints[0].between[1]: no body is called "amr". Did you mean "arm"?',
-        "joints[0].axis: is missing for a revolute joint",
-        "bushings[0].axis: must have a length",
-        "bushings[0]: must have some stiffness or damping",
-        'drives[0].joint: no joint is called "pim". Did you mean "pin"?',
-        "springs[0].point_b: is the same point as point_a",
+        "bad.toml:6: bodies.arm.mass: must be positive, got 0 kg",
+        'joints.pin.between[1]: no body is called "amr". Did you mean "arm"?',
+        "joints.pin.axis: is missing for a revolute joint",
+        "bushings.mount.axis: must have a length",
+        "bushings.mount: must have some stiffness or damping",
+        'drives.motor.joint: no joint is called "pim". Did you mean "pin"?',
+        "springs.coil.point_b: is the same point as point_a",
     ):
         assert words in said, words
 
@@ -223,11 +223,11 @@ def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
         (
             PIN.replace("pin", "ball").replace("revolute", "spherical").replace("axis     = [0, 1, 0]\n", "")
             + '[[drives]]\nname = "motor"\njoint = "ball"\nspeed = "1 rpm"\nramp = "1 rpm/s"\n',
-            'drives[0].joint: must be a revolute or cylindrical joint, got "ball", a spherical joint',
+            'drives.motor.joint: must be a revolute or cylindrical joint, got "ball", a spherical joint',
         ),
         (
             '[[sensors]]\nname = "joint_a"\nkind = "position"\nof = "arm"\n',
-            'sensors[0].name: begins like the series of a part, got "joint_a". Choose a name that does not '
+            'sensors.joint_a.name: begins like the series of a part, got "joint_a". Choose a name that does not '
             "begin with joint_, bushing_, drive_, spring_, torque_",
         ),
     ],
@@ -238,9 +238,9 @@ def test_parts_that_contradict_each_other_are_refused(tmp_path, text, message):
 
 def test_units_and_unknown_keys_of_a_part_are_told_with_their_lines(tmp_path):
     said = refusal(tmp_path, HEAD + ARM.replace('"2 kg"', "2").replace("position", "positoin") + PIN + REST)
-    assert 'bad.toml:6: bodies[0].mass: needs a unit: write "2 kg"' in said
-    assert 'bodies[0].positoin: unknown key. Did you mean "position"?' in said
-    assert "bodies[0].position: is missing" in said and "numill" not in said
+    assert 'bad.toml:6: bodies.arm.mass: needs a unit: write "2 kg"' in said
+    assert 'bodies.arm.positoin: unknown key. Did you mean "position"?' in said
+    assert "bodies.arm.position: is missing" in said and "numill" not in said
 
 
 def test_a_loop_that_does_not_close_is_refused_before_a_step(file):

@@ -11,7 +11,8 @@ from nutamill.base.file_kind import FileKind, refuse_other_kind
 from nutamill.base.files import MOST_CASE_TEXT, read_text
 from nutamill.base.schema import Count, Frequency, Number, Quantity, Speed, Table
 from nutamill.base.units import UNITS, Kind
-from nutamill.case.toml.layers import Layer, merge
+from nutamill.case.toml.layers import Layer
+from nutamill.case.toml.merge import merge
 from nutamill.case.toml.messages import checked
 from nutamill.result.fields import series_field
 

@@ -23,7 +23,8 @@ from nutamill.base.schema import (
     refusal,
 )
 from nutamill.base.units import Kind
-from nutamill.case.toml.layers import merge, read_layers
+from nutamill.case.toml.layers import read_layers
+from nutamill.case.toml.merge import merge
 from nutamill.case.toml.messages import checked
 from nutamill.result.fields import JOINTS, known_joints
 

@@ -13,8 +13,9 @@ from pydantic import PrivateAttr
 
 from nutamill.base.errors import Fault
 from nutamill.base.schema import Frequency, Table, Time
-from nutamill.case.titles import Origin, leaves, written_keys
-from nutamill.case.toml.layers import Layer, merge, python_layer
+from nutamill.case.titles import Origin, leaves
+from nutamill.case.toml.layers import Layer, python_layer
+from nutamill.case.toml.merge import merge
 from nutamill.case.toml.messages import checked
 from nutamill.case.toml.write import written
 
@@ -79,37 +80,36 @@ class CaseFile(Table):
             content["title"] = content.pop("changed_from")
         return content
 
-    def with_(self, key: str | None = None, value: Any = None, /, **changes: Any) -> Self:
+    def with_(self, key: str | Mapping[str, Any] | None = None, value: Any = None, /, **changes: Any) -> Self:
         """The case with other values: ``case.with_("drive.speed", "500 rpm")`` or
         ``case.with_(drive__speed=52.36)``.
 
         Parameters
         ----------
-        key, value : dotted key as in the file, and its new value
+        key, value : dotted key, as after ``--set``, and its new value; or new values by dotted key
         changes : more of them, with ``__`` in place of the dot
-        Values are SI floats or text with a unit.
+        Values are SI floats or text with a unit.  An entry of a list of tables is addressed by its name,
+        ``"bodies.box.mass"``, or by its number from 0, ``"charge.part.1.mass"``.
 
         Raises
         ------
         CaseError : every fault of the changed case
         """
         given = {name.replace("__", "."): new for name, new in changes.items()}
-        if key is not None:
+        if isinstance(key, Mapping):
+            given.update(key)
+        elif key is not None:
             given[key] = value
         plain = self._plain()
         changes = python_layer(given)
-        keys = written_keys([changes.content])
+        typed = dict(leaves(changes.content, plain))
         case = validated(type(self), [Layer(plain, {}, Path.cwd()), changes], self.name, [], from_file=False)
         if "title" in given:
             return case
         origin = self._origin or Origin(
             self.name, plain.get("title", ""), dict(leaves(self._plain(mode="json")))
         )
-        return titled(
-            case,
-            origin._replace(changed=tuple(dict.fromkeys((*origin.changed, *keys)))),
-            dict(leaves(changes.content)),
-        )
+        return titled(case, origin._replace(changed={**origin.changed, **typed}))
 
     def to_toml(self) -> str:
         """The complete case file, every default written out; `Case.from_toml` reads back an equal case."""
@@ -145,11 +145,9 @@ def validated(
     return case
 
 
-def titled(case: Case, origin: Origin, typed: Mapping[str, Any]) -> Case:
-    """Return the case with a title that names in what it differs from its origin; `typed` are values by the
-    keys as they were written.
-    """
-    title = origin.title_with(dict(leaves(case._plain(mode="json"))), typed) if origin.title else ""
+def titled(case: Case, origin: Origin) -> Case:
+    """Return the case with a title that names in what it differs from its origin."""
+    title = origin.title_with(dict(leaves(case._plain(mode="json")))) if origin.title else ""
     if title != origin.title:
         case = case.model_copy(update={"title": title, "changed_from": origin.title})
     case._origin = origin

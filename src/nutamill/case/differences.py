@@ -24,7 +24,7 @@ class SweptAxis(NamedTuple):
 
 
 def values_by_key(case: CaseFile) -> dict[str, Any]:
-    """Return every value of a case by its dotted key, SI; entries of lists of tables by their number."""
+    """Return every value of a case by its dotted key, SI; entries of lists of tables by name or number."""
     return dict(leaves(case.model_dump(by_alias=True, exclude_none=True, exclude=case.files)))
 
 

@@ -40,7 +40,7 @@ from nutamill.case.drawing import (
 from nutamill.case.drive import DriveProgramme
 from nutamill.case.machine import Machine
 from nutamill.case.materials import ContactLaws, Material
-from nutamill.case.titles import leaves, origin_of
+from nutamill.case.titles import origin_of
 from nutamill.case.toml.layers import Layer, override_layer, read_layers
 from nutamill.case.touching import TouchingPair, touching_pairs
 
@@ -190,9 +190,9 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
     refuse_other_kind(name_or_path, FileKind.CASE, FileKind.MECHANISM)
     layer, faults = override_layer(list(overrides))
     layers = [*read_layers(name_or_path), layer]
-    origin, typed = origin_of(layers), dict(leaves(layer.content))
+    origin = origin_of(layers)
     case = validated(_kind_of(layers), layers, Path(name_or_path).name.removesuffix(".toml"), faults)
-    return case if origin is None else titled(case, origin, typed)
+    return case if origin is None else titled(case, origin)
 
 
 def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case:

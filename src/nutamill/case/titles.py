@@ -3,11 +3,13 @@ was changed.
 """
 
 import copy
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from nutamill.case.toml.layers import Layer, merge
+from nutamill.case.toml.addresses import entry_label, entry_number, is_tables
+from nutamill.case.toml.layers import Layer
+from nutamill.case.toml.merge import merge
 from nutamill.case.toml.write import toml_value
 
 NAMED = 5
@@ -27,16 +29,16 @@ class Origin(NamedTuple):
     """Its title."""
     values: dict[str, Any]
     """Its values by dotted key, as a file writes them."""
-    changed: tuple[str, ...] = ()
-    """Keys that were changed since, in their order."""
+    changed: Mapping[str, Any] = {}
+    """Keys that were changed since, in their order, with the values as they were written."""
 
-    def title_with(self, values: Mapping[str, Any], typed: Mapping[str, Any]) -> str:
-        """Return the title of a case with these `values`, of which those `typed` are not there under the key
-        that was written.
+    def title_with(self, values: Mapping[str, Any]) -> str:
+        """Return the title of a case with these `values`; what is not there under the key that was written is
+        shown as it was written.
         """
         shown = []
-        for key in self.changed:
-            value = values.get(key, typed.get(key))
+        for key, written in self.changed.items():
+            value = values.get(key, written)
             if key not in ASIDE and value != self.values.get(key):
                 text = value if isinstance(value, str) else toml_value(value)
                 shown.append(f"{key} = {text}" if len(text) <= LONGEST else f"another {key}")
@@ -59,30 +61,30 @@ def origin_of(layers: list[Layer]) -> Origin | None:
         return None
     content, _, _ = merge(copy.deepcopy(layers[: number + 1]))
     name = Path(layers[number].places[()]).stem
-    return Origin(
-        name,
-        title,
-        dict(leaves(content)),
-        tuple(written_keys(layer.content for layer in layers[number + 1 :])),
-    )
+    changed = {key: value for layer in layers[number + 1 :] for key, value in leaves(layer.content, content)}
+    return Origin(name, title, dict(leaves(content)), changed)
 
 
-def written_keys(contents: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Return the dotted keys in these tables, each once."""
-    return list(dict.fromkeys(key for content in contents for key, _ in leaves(content)))
+def leaves(content: Any, changed: Any = None, above: str = "") -> list[tuple[str, Any]]:
+    """Return dotted key and value of all that stands in a table and its inner tables; an entry of a list of
+    tables by its name, or by its number where it has none.
 
-
-def leaves(content: Any, above: str = "") -> list[tuple[str, Any]]:
-    """Return dotted key and value of all that stands in a table and its inner tables; tables of a list by
-    their number.
+    Parameters
+    ----------
+    content : the tables
+    changed : the tables that `content` changes, where that may address their entries by name or by number
+    above : key of `content`
     """
+    listed = is_tables(content)
     entries = []
-    for key, value in content.items() if isinstance(content, Mapping) else enumerate(content):
-        dotted = f"{above}.{key}".lstrip(".")
-        tables = (
-            isinstance(value, (list, tuple))
-            and bool(value)
-            and all(isinstance(inner, Mapping) for inner in value)
-        )
-        entries += leaves(value, dotted) if isinstance(value, Mapping) or tables else [(dotted, value)]
+    for key, value in enumerate(content) if listed else content.items():
+        under = changed.get(key) if isinstance(changed, Mapping) else None
+        part: str | int = key
+        if listed:
+            part = entry_label(content, key)
+        elif is_tables(changed) and (number := entry_number(changed, key)) is not None:
+            part, under = entry_label(changed, number), changed[number]
+        dotted = f"{above}.{part}".lstrip(".")
+        inner = isinstance(value, Mapping) or is_tables(value)
+        entries += leaves(value, under, dotted) if inner else [(dotted, value)]
     return entries

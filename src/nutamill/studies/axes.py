@@ -92,7 +92,7 @@ def _twins(combinations: list[Member]) -> Iterator[tuple[Member, Member]]:
 
 def changed(case: Case, values: Mapping[str, Any]) -> Case:
     """The case with other values by dotted key: SI floats or text with a unit."""
-    return case.with_(**{key.replace(".", "__"): value for key, value in values.items()}) if values else case
+    return case.with_(values) if values else case
 
 
 def axis_values(key: str, text: str) -> list[str]:

@@ -7,7 +7,8 @@ from pydantic import Field
 
 from nutamill.base.file_kind import FileKind
 from nutamill.base.schema import Share, Table
-from nutamill.case.toml.layers import Layer, placed
+from nutamill.case.toml.addresses import placed
+from nutamill.case.toml.layers import Layer
 from nutamill.studies.campaign_file import CampaignFile, read_campaign_file
 
 Given = str | int | float

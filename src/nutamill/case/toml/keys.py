@@ -7,14 +7,24 @@ from typing import Any
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.schema import Quantity, spelled
+from nutamill.case.case_file import CaseFile
+from nutamill.case.machine import Machine
 from nutamill.case.mill import Case
+from nutamill.case.toml.addresses import numbered, typed_key
 from nutamill.case.toml.messages import fields_at
+
+KINDS = (Case, Machine)
+"""What case files describe."""
 
 
 def quantity_at(key: str) -> Quantity | None:
     """Kind of quantity that a dotted key takes; None for counts, ratios, texts and keys that are none."""
-    *table, last = key.split(".")
-    field = fields_at(Case, tuple(table)).get(last)
+    try:
+        *table, last = typed_key(key)
+    except ValueError:
+        return None
+    fields = (fields_at(kind, tuple(table)).get(last) for kind in KINDS)
+    field = next((field for field in fields if field is not None), None)
     return None if field is None else _quantity([*field.metadata, field.annotation])
 
 
@@ -62,12 +72,12 @@ def si_of(given: Any, kind: units.Kind, where: str) -> float:
         raise CaseError(Fault(where, error.what, error.hint)) from None
 
 
-def held(case: Case, key: str) -> Any:
+def held(case: CaseFile, key: str) -> Any:
     """What a case holds at a dotted key, in SI; None where there is nothing."""
     value: Any = case.model_dump(by_alias=True)
-    for part in key.split("."):
+    for part in numbered(value, typed_key(key)):
         try:
-            value = value[int(part)] if isinstance(value, (list, tuple)) else value[part]
+            value = value[part]
         except (KeyError, IndexError, TypeError):
             return None
     return value

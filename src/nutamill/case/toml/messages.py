@@ -13,7 +13,7 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.library import similar
 from nutamill.base.schema import FROM_FILE, Quantity, Table, spelled
 from nutamill.case.content import text_findings
-from nutamill.case.toml.layers import Key, placed
+from nutamill.case.toml.addresses import Key, placed
 
 Read = TypeVar("Read", bound=Table)
 MOST_FAULTS = 50
@@ -31,7 +31,7 @@ def checked(
 
     Parameters
     ----------
-    places : where each key stands, as `nutamill.case.toml.layers.merge` returns it
+    places : where each key stands, as `nutamill.case.toml.merge.merge` returns it
     faults : earlier faults, raised with all others
     from_file : quantities are text with a unit; otherwise SI floats are taken too
 
@@ -40,7 +40,9 @@ def checked(
     CaseError : every fault
     """
     if odd := list(itertools.islice(text_findings(content), MOST_FAULTS)):
-        raise CaseError(*faults, *(Fault(placed(places, key), what, hint) for key, what, hint in odd))
+        raise CaseError(
+            *faults, *(Fault(placed(places, key, content), what, hint) for key, what, hint in odd)
+        )
     try:
         table = kind.model_validate(content, context={FROM_FILE: from_file})
     except ValidationError as error:
@@ -77,7 +79,9 @@ def worded(
             continue
         context = detail.get("ctx", {})
         if "findings" in context:
-            faults += [Fault(placed(places, inner), what, hint) for inner, what, hint in context["findings"]]
+            faults += [
+                Fault(placed(places, inner, content), what, hint) for inner, what, hint in context["findings"]
+            ]
             continue
         if detail["type"] == "nutamill":
             what, hint = context["what"], context["hint"]
@@ -85,7 +89,7 @@ def worded(
             what, hint = _WORDS.get(detail["type"], _other)(detail, key, top, content)
         if detail["type"] == "missing" and not isinstance(key[-1], int) and _may_lack_base(top, places, key):
             hint += OR_BASE
-        faults.append(Fault(placed(places, _in_file(key, top)), what, hint))
+        faults.append(Fault(placed(places, _in_file(key, top), content), what, hint))
     return faults
 
 
@@ -116,7 +120,7 @@ def _type_at(top: type[Table], key: Key) -> Any:
         if (table := _bare(kind)) and typing.get_origin(table) is dict:
             kind = typing.get_args(table)[1]
             continue
-        if typing.get_origin(table) is tuple and isinstance(part, int):
+        if typing.get_origin(table) is tuple and (isinstance(part, int) or _is_list_of_tables(table)):
             kind = typing.get_args(table)[0]
             continue
         field = _fields(table).get(part)
@@ -124,6 +128,12 @@ def _type_at(top: type[Table], key: Key) -> Any:
             return None
         kind = field.annotation
     return _bare(kind)
+
+
+def _is_list_of_tables(kind: Any) -> bool:
+    """Return whether a type is that of any number of tables; their addresses are names or numbers."""
+    inner = typing.get_args(kind)
+    return typing.get_origin(kind) is tuple and inner[1:] == (...,) and bool(_fields(_bare(inner[0])))
 
 
 def _bare(kind: Any) -> Any:
@@ -198,6 +208,15 @@ def _table(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> 
     return f"must be a table, got {spelled(detail['input'])}", f"Its keys: {names}" if names else ""
 
 
+def _list(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
+    if not _is_list_of_tables(_type_at(top, key)):
+        return f"must be a list, got {spelled(detail['input'])}", ""
+    name = ".".join(str(part) for part in key if isinstance(part, str))
+    what = f"must be a list of tables, got {spelled(detail['input'])}"
+    changes = isinstance(detail["input"], dict)
+    return what, f"It has no entry to change yet: add a table [[{name}]]" if changes else f"Write [[{name}]]"
+
+
 def _bound(words: str, limit: str) -> Callable[..., tuple[str, str]]:
     def word(detail: Any, key: Key, top: type[Table], content: dict[str, Any]) -> tuple[str, str]:
         return f"must be {words} {detail['ctx'][limit]:g}, got {spelled(detail['input'])}", ""
@@ -236,6 +255,6 @@ _WORDS: dict[str, Callable[..., tuple[str, str]]] = {
     "int_type": _plain("a whole number"),
     "int_from_float": _plain("a whole number"),
     "string_type": _plain("text"),
-    "tuple_type": _plain("a list"),
+    "tuple_type": _list,
     "too_long": _too_long,
 }

@@ -6,7 +6,8 @@ from nutamill.case.mill import Case
 
 
 def case_schema() -> dict[str, Any]:
-    """The schema of a file that may have a base: every key is known, none is required.
+    """The schema of a file that may have a base: every key is known, none is required, and single entries of
+    a list of tables may be changed by name or number.
 
     Defaults of quantities are left out, for in the file they carry a unit.
     """
@@ -30,3 +31,7 @@ def _loosen(part: Any) -> None:
             part.pop("default", None)
         for inner in part.values():
             _loosen(inner)
+        entry = part.get("items")
+        if part.get("type") == "array" and isinstance(entry, dict) and "$ref" in entry:
+            listed = {key: part.pop(key) for key in ("type", "items")}
+            part["anyOf"] = [listed, {"type": "object", "additionalProperties": entry}]
