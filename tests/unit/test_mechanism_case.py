@@ -227,8 +227,8 @@ def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
         ),
         (
             '[[sensors]]\nname = "joint_a"\nkind = "position"\nof = "arm"\n',
-            'sensors.joint_a.name: begins like the series of a part, got "joint_a". Choose a name that does not '
-            "begin with joint_, bushing_, drive_, spring_, torque_",
+            'sensors.joint_a.name: begins like the series of a part, got "joint_a". Choose a name that does '
+            "not begin with joint_, bushing_, drive_, spring_, torque_",
         ),
     ],
 )

@@ -106,15 +106,16 @@ def no_entry(tables: Sequence[Mapping[str, Any]], where: str, part: str | int) -
     where : its dotted key
     part : the name or number that was typed
     """
+    what = f"no such entry, got {spelled(part)}"
     labels = [entry_label(tables, number) for number in range(len(tables))]
     names = [label for label in labels if isinstance(label, str)]
     if not names:
         last = f"{where}.0" if len(tables) == 1 else f"{where}.0 to {where}.{len(tables) - 1}"
-        return f"no such entry, got {spelled(part)}", f"The entries have no names. Write {last}"
+        return what, f"The entries have no names. Write {last}"
     near = similar(str(part), names)
     rest = f" and {len(labels) - MOST_NAMED} more" if len(labels) > MOST_NAMED else ""
     known = f"Known: {', '.join(map(str, labels[:MOST_NAMED]))}{rest}"
-    return f"no entry has this name, got {spelled(part)}", f"{near} {known}" if near[:3] == "Did" else known
+    return what, f"{near} {known}" if near.startswith("Did") else known
 
 
 def dotted(key: Key) -> str:

@@ -165,6 +165,7 @@ def _find(name: str | Path) -> tuple[Path, str]:
 
 
 def text_of(path: Path, shown: str) -> str:
+    """Return the text of a file; CaseError, under the name `shown`, if it cannot be read."""
     try:
         return read_text(path, MOST_CASE_TEXT)
     except UnicodeDecodeError as error:

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from nutamill.base.errors import CaseError, Fault
+from nutamill.base.schema import spelled
 from nutamill.case.content import Finding
 from nutamill.case.toml.addresses import (
     Key,
@@ -77,7 +78,7 @@ def _overlay_entries(below: list[Any], above: dict[str, Any], at: Key) -> Iterat
         elif isinstance(value, dict):
             yield from _overlay(below[number], value, (*at, part))
         else:
-            below[number] = value  # for the check to refuse
+            yield (*at, part), f"must be a table, got {spelled(value)}", f"Write {dotted((*at, part))}.KEY"
 
 
 def _first_place(places: dict[Key, str], key: Key) -> str:
