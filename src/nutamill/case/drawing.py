@@ -17,17 +17,16 @@ from nutamill.base.schema import (
     Coefficient,
     Coordinate,
     Count,
-    Damping,
     Density,
     Inertia,
     Length,
     Mass,
     RotationalDamping,
-    RotationalStiffness,
     Stiffness,
     Table,
     Torque,
 )
+from nutamill.case.connections import BushingRates
 
 FRAME, CHAMBER, CROSS = "frame", "chamber", "bearing_cross"
 CARRIAGE, DRIVESHAFT, SHAFT = "carriage", "driveshaft", "intermediate_shaft"
@@ -266,10 +265,8 @@ class TopFrame(Table):
     """Radius of gyration of the whole machine about z through its mass centre [m]."""
 
 
-class Mounts(Table):
-    """The bushings under the frame, axis upright, evenly spaced on the circle through (half_spacing,
-    half_spacing).
-    """
+class MountPlaces(Table):
+    """Where the bushings under the frame stand."""
 
     set: str | None = None
     """Name of a published set of properties in the library of mounts; keys beside it override it."""
@@ -279,22 +276,6 @@ class Mounts(Table):
     """Four mounts stand at (+-half_spacing, +-half_spacing) [m]."""
     depth: Length
     """Plane of the mounts below the nutation point [m]."""
-    shear_stiffness: Stiffness
-    """Across the axis, each mount [N/m]."""
-    axial_stiffness: Stiffness
-    """Along the axis [N/m]."""
-    bending_stiffness: RotationalStiffness = 0.0
-    """About a horizontal axis [N m/rad]."""
-    torsion_stiffness: RotationalStiffness = 0.0
-    """About the upright axis [N m/rad]."""
-    shear_damping: Damping = 0.0
-    """Across the axis [N s/m]."""
-    axial_damping: Damping = 0.0
-    """Along the axis [N s/m]."""
-    bending_damping: RotationalDamping = 0.0
-    """About a horizontal axis [N m s/rad]."""
-    torsion_damping: RotationalDamping = 0.0
-    """About the upright axis [N m s/rad]."""
 
     @property
     def points(self) -> tuple[tuple[float, float], ...]:
@@ -306,24 +287,28 @@ class Mounts(Table):
         return tuple((radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)
 
 
-class ShaftCoupling(Table):
-    """The elastic coupling between intermediate shaft and driveshaft, axis upright."""
+class Mounts(BushingRates, MountPlaces):  # a file begins with the keys of the last
+    """The bushings under the frame, axis upright, evenly spaced on the circle through (half_spacing,
+    half_spacing).
+    """
+
+    shear_stiffness: Stiffness
+    """Across the axis, each mount [N/m]."""
+    axial_stiffness: Stiffness
+    """Along the axis [N/m]."""
+
+
+class CouplingPlace(Table):
+    """Where the shaft coupling is."""
 
     depth: Length
     """Below the nutation point [m]."""
+
+
+class ShaftCoupling(BushingRates, CouplingPlace):  # a file begins with the keys of the last
+    """The elastic coupling between intermediate shaft and driveshaft, axis upright."""
+
     shear_stiffness: BushingStiffness
     """Across the axis [N/m]."""
     axial_stiffness: BushingStiffness
     """Along the axis [N/m]."""
-    bending_stiffness: RotationalStiffness = 0.0
-    """About a horizontal axis [N m/rad]."""
-    torsion_stiffness: RotationalStiffness = 0.0
-    """About the shaft axis [N m/rad]."""
-    shear_damping: Damping = 0.0
-    """Across the axis [N s/m]."""
-    axial_damping: Damping = 0.0
-    """Along the axis [N s/m]."""
-    bending_damping: RotationalDamping = 0.0
-    """About a horizontal axis [N m s/rad]."""
-    torsion_damping: RotationalDamping = 0.0
-    """About the shaft axis [N m s/rad]."""

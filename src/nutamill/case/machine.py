@@ -17,22 +17,19 @@ from nutamill.base.schema import (
     AnyInertia,
     AnySpeed,
     BushingStiffness,
-    Coefficient,
     Coordinate,
     Damping,
     Frequency,
     Moment,
     Number,
-    RotationalDamping,
-    RotationalStiffness,
     Table,
     Time,
-    Torque,
     Velocity,
     refusal,
     spelled,
 )
 from nutamill.case.case_file import CaseFile, SnapshotPlan
+from nutamill.case.connections import BushingRates, FrictionEntry
 from nutamill.case.drive import DriveProgramme
 from nutamill.case.machine_checks import findings
 
@@ -87,19 +84,6 @@ class BodyEntry(Table):
     """Angular velocity, world axes [rad/s]."""
 
 
-class FrictionEntry(Table):
-    """Friction moment of a joint."""
-
-    coefficient: Coefficient = 0.0
-    """Coulomb coefficient [1]."""
-    radius: Coordinate = 0.0
-    """Radius at which it acts [m]."""
-    constant: Torque = 0.0
-    """Part that does not depend on the load [N m]."""
-    viscous: RotationalDamping = 0.0
-    """Part proportional to the speed [N m s/rad]."""
-
-
 class JointEntry(Table):
     """A kinematic constraint."""
 
@@ -121,8 +105,8 @@ class JointEntry(Table):
     """Friction, for joints that turn."""
 
 
-class BushingEntry(Table):
-    """A compliant connection, without load as assembled."""
+class BushingPlace(Table):
+    """Where a bushing is, and what it connects."""
 
     name: Name
     """Unique name."""
@@ -132,22 +116,10 @@ class BushingEntry(Table):
     """Bushing point, world [m]."""
     axis: Direction
     """Axis, world axes; any length."""
-    shear_stiffness: BushingStiffness = 0.0
-    """Across the axis [N/m]."""
-    axial_stiffness: BushingStiffness = 0.0
-    """Along the axis [N/m]."""
-    bending_stiffness: RotationalStiffness = 0.0
-    """About a direction across the axis [N m/rad]."""
-    torsion_stiffness: RotationalStiffness = 0.0
-    """About the axis [N m/rad]."""
-    shear_damping: Damping = 0.0
-    """Across the axis [N s/m]."""
-    axial_damping: Damping = 0.0
-    """Along the axis [N s/m]."""
-    bending_damping: RotationalDamping = 0.0
-    """About a direction across the axis [N m s/rad]."""
-    torsion_damping: RotationalDamping = 0.0
-    """About the axis [N m s/rad]."""
+
+
+class BushingEntry(BushingRates, BushingPlace):  # a file begins with the keys of the last
+    """A compliant connection, without load as assembled."""
 
 
 class SpringEntry(Table):

@@ -16,9 +16,6 @@ if TYPE_CHECKING:
 GROUND = "ground"
 """Name of the body that never moves, as the engine knows it."""
 LISTS = ("bodies", "joints", "bushings", "springs", "torques", "drives", "sensors")
-RATES = tuple(
-    f"{way}_{what}" for what in ("stiffness", "damping") for way in ("shear", "axial", "bending", "torsion")
-)
 TURNING = ("revolute", "cylindrical")
 """Kinds of joints that a drive can turn."""
 WITHOUT_AXIS = ("fixed", "spherical")
@@ -122,7 +119,7 @@ def _bushings(case: "Machine") -> Iterator[Finding]:
     for number, bushing in enumerate(case.bushings):
         if not any(bushing.axis):
             yield ("bushings", number, "axis"), "must have a length, got zero", "It points along the bushing"
-        if not any(getattr(bushing, rate) for rate in RATES):
+        if not any(bushing.stiffness + bushing.damping):
             yield (
                 ("bushings", number),
                 "must have some stiffness or damping, got none",

@@ -178,8 +178,4 @@ def _joint(entry: JointEntry) -> Joint:
 
 
 def _bushing(entry: BushingEntry) -> Bushing:
-    stiffness, damping = (
-        tuple(getattr(entry, f"{way}_{what}") for way in ("shear", "axial", "bending", "torsion"))
-        for what in ("stiffness", "damping")
-    )
-    return Bushing(entry.name, *entry.between, entry.point, entry.axis, stiffness, damping)
+    return Bushing(entry.name, *entry.between, entry.point, entry.axis, entry.stiffness, entry.damping)
