@@ -3,7 +3,7 @@ what is around it.
 """
 
 import fnmatch
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from nutamill.analysis.load_paths import attitude, order_amplitudes
 from nutamill.analysis.source import case_of, vector
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import CaseError, Fault
+from nutamill.base.units import in_unit
 from nutamill.result import Result
 
 
@@ -92,10 +93,8 @@ def floor_series(series: Mapping[Any, Any]) -> np.ndarray:
     feet = [
         str(name).removesuffix("_x") for name in series if fnmatch.fnmatchcase(str(name), "mount_*_force_x")
     ]
-    return -sum(
-        vector(series, name)
-        for name in (*(feet or ["frame_fix_reaction_force"]), "intermediate_shaft_bearing_reaction_force")
-    )
+    names = [*(feet or ["frame_fix_reaction_force"]), "intermediate_shaft_bearing_reaction_force"]
+    return -np.sum([vector(series, name) for name in names], axis=0)
 
 
 def nutation_point_path(result: Result) -> np.ndarray:
@@ -115,7 +114,7 @@ def nutation_point_path(result: Result) -> np.ndarray:
 
 
 def chamber_clearance(
-    result: Result, ring: tuple[float, float], opening: float, fixed_to: str = "frame"
+    result: Result, ring: Sequence[float], opening: float, fixed_to: str = "frame"
 ) -> Clearance:
     """The smallest room between a ring on the chamber and a round opening about the driveshaft axis.
 
@@ -165,8 +164,9 @@ def mounts_lines(result: Result, last: float | str = PAPER_WINDOW) -> list[str]:
             )
         )
         for mount in mount_readings(result, last):
-            numbers = [*(1e3 * mount.swing), *mount.swing_force, 1e3 * mount.largest_travel]
-            rows.append(f"mount {mount.number:<2}" + " ".join(f"{number:9.4g}" for number in numbers))
+            lengths = [*in_unit(mount.swing, "mm"), in_unit(mount.largest_travel, "mm")]
+            columns = [*lengths[:3], *mount.swing_force, lengths[3]]
+            rows.append(f"mount {mount.number:<2}" + " ".join(f"{number:9.4g}" for number in columns))
     floor = floor_force(result, last)
     rows.append(f"force on the floor (N): {'x':>9} {'y':>9} {'z':>9}")
     for name, numbers in (

@@ -12,6 +12,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 ROOT = str(Path(__file__).parents[2])
 """Folder that this package is imported from; last on a child's path, in case the child would not find it
@@ -21,17 +22,18 @@ otherwise.
 DISCARD = subprocess.DEVNULL
 
 
-def start_child(program: str, task: object, **streams: int) -> subprocess.Popen:
+def start_child(
+    program: str, task: object, stdout: int = DISCARD, stderr: int = DISCARD
+) -> subprocess.Popen[str]:
     """Start a Python process.
 
     Parameters
     ----------
     program : its source text, which may call `task_of_parent`
     task : what `task_of_parent` returns there: JSON data
-    streams : ``stdout`` and ``stderr``, as for `subprocess.Popen`; discarded unless given
+    stdout, stderr : as for `subprocess.Popen`
     """
     whole = f"import sys; sys.path.append({ROOT!r}); {program}"
-    streams = {"stdout": DISCARD, "stderr": DISCARD} | streams
     # a session of its own: an interrupt at the terminal reaches the parent alone, which decides what becomes
     # of its children
     process = subprocess.Popen(
@@ -40,8 +42,10 @@ def start_child(program: str, task: object, **streams: int) -> subprocess.Popen:
         text=True,
         encoding="utf-8",
         start_new_session=True,
-        **streams,
+        stdout=stdout,
+        stderr=stderr,
     )
+    assert process.stdin is not None  # a pipe
     try:
         process.stdin.write(json.dumps(task) + "\n")
         process.stdin.flush()
@@ -50,7 +54,7 @@ def start_child(program: str, task: object, **streams: int) -> subprocess.Popen:
     return process
 
 
-def task_of_parent(when_alone: Callable[[], None] = lambda: os._exit(1)) -> object:
+def task_of_parent(when_alone: Callable[[], None] = lambda: os._exit(1)) -> Any:
     """Return the task that the parent has given, in a child; call `when_alone` when the parent has ended."""
     task = json.loads(sys.stdin.readline())
 

@@ -37,7 +37,7 @@ from numba.extending import overload
 from nutamill.base.cache_folder import cache_folder
 from nutamill.base.source_code import code_digest, compiled_definitions, reached
 
-JIT = not numba.config.DISABLE_JIT
+JIT = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # Numba sets it while it is imported
 """False under ``NUMBA_DISABLE_JIT=1``: kernels are plain Python, one thread only, small cases only."""
 
 FAST_MATH = {"nsz", "arcp", "contract", "reassoc"}
@@ -78,7 +78,7 @@ def compiled_mark(*names: str) -> pathlib.Path:
 class _CacheFiles(CompileResultCacheImpl):
     """Where Numba keeps compiled code: in our folder, and never beside the source."""
 
-    _locator_classes = tuple(
+    _locator_classes = tuple(  # type: ignore[assignment]  # a list in Numba, which only loops over it
         kind for kind in CompileResultCacheImpl._locator_classes if "UserProvided" in kind.__name__
     )
 
@@ -136,7 +136,7 @@ class _KernelCompiler(Compiler):
         return super().define_pipelines()
 
 
-numba.config.CACHE_DIR = str(cache_folder())
+numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]  # as `DISABLE_JIT`
 
 
 def kernel(function=None, *, fast=False, inline="never"):
@@ -191,7 +191,7 @@ def copy_arrays(sources, targets_out):
         target[...] = source
 
 
-@overload(copy_arrays, jit_options={"nogil": True, "_nrt": False})
+@overload(copy_arrays, jit_options={"nogil": True, "_nrt": False})  # type: ignore[typeddict-unknown-key]
 def _copy_arrays(sources, targets_out):
     if len(sources) == 0:
         return lambda sources, targets_out: None
@@ -218,6 +218,6 @@ def by_type(kernels):
     def choose(*arguments):
         return plain.get(getattr(arguments[0], "instance_class", None))
 
-    choose.__signature__ = inspect.signature(next(iter(plain.values())))
+    choose.__signature__ = inspect.signature(next(iter(plain.values())))  # type: ignore[attr-defined]
     overload(stage, inline="always")(choose)
     return stage

@@ -19,7 +19,7 @@ def run_provenance(kernel_digest: str, seed: int, threads: int) -> dict[str, str
     seed : seed of the case [1]
     threads : threads of the charge [1]
     """
-    known = {
+    known: dict[str, str | int] = {
         "package_version": _version("nutamill"),
         "git_commit": git_commit(),
         "kernel_digest": kernel_digest,

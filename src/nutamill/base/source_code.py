@@ -187,10 +187,10 @@ def _read(place: Place) -> tuple[object, set[str], dict[str, tuple[str, str]]]:
         if not isinstance(part, ast.AST):
             return part
         kind = type(part).__name__
-        if kind == "Name":
+        if isinstance(part, ast.Name):
             names.add(part.id)
             return part.id
-        if kind == "Raise" or (kind == "Call" and getattr(part.func, "id", "") in WORDING):
+        if kind == "Raise" or (isinstance(part, ast.Call) and getattr(part.func, "id", "") in WORDING):
             return kind
         if isinstance(part, IMPORT):
             imports.update(_imported_names(part))

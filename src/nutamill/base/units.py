@@ -15,9 +15,11 @@ from decimal import Decimal
 from enum import StrEnum
 from typing import TypeVar
 
+import numpy as np
+
 __all__ = ["UNITS", "Kind", "UnitError", "example", "format", "in_unit", "parse", "rpm", "shown"]
 
-Speed = TypeVar("Speed")
+Number = TypeVar("Number", float, np.ndarray)
 """A number, or an array of numbers."""
 
 
@@ -211,7 +213,7 @@ def example(kind: Kind | str) -> str:
     return EXAMPLES[Kind(kind)]
 
 
-def in_unit(value: Speed, unit: str) -> Speed:
+def in_unit(value: Number, unit: str) -> Number:
     """Return an SI value, or an array of them, as a number of `unit`: for tables and figures."""
     return value / UNITS[_KIND_OF[unit]][unit]
 
@@ -223,10 +225,8 @@ def shown(value: float, unit: str, form: str = ".4g") -> str:
     return f"{in_unit(value, unit):{form}} {unit}"
 
 
-def rpm(speed: Speed) -> Speed:
-    """Turns per minute of a speed [rad/s], turns per minute and second of a ramp [rad/s^2]: for tables and
-    figures.
-    """
+def rpm(speed: Number) -> Number:
+    """Return a speed [rad/s] in turns per minute, or a ramp [rad/s^2] in turns per minute and second."""
     return speed / UNITS[Kind.SPEED]["rpm"]
 
 
@@ -242,8 +242,7 @@ def _split(text: str, kind: Kind) -> tuple[str, str]:
     if match := _NUMBER.match(stripped):
         number, unit = match.group(), stripped[match.end() :].strip()
         if re.match(r",\d", unit):
-            comma = re.match(r",(\d+)(.*)", unit)
-            raise UnitError(f'"{text}" has a decimal comma', f'Write "{number}.{comma[1]}{comma[2]}"')
+            raise UnitError(f'"{text}" has a decimal comma', f'Write "{number}.{unit[1:]}"')
         return number, unit
     raise UnitError(f'must be a finite number with a unit, got "{text}"', f'Write e.g. "{EXAMPLES[kind]}"')
 

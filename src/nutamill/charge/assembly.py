@@ -60,7 +60,7 @@ def _law_table(
     table = np.zeros((n_materials, n_materials), np.int32)
     present = sorted({int(m) for m in materials})
     needed = {(a, b) for a in present for b in present} | {(a, s.material) for a in present for s in surfaces}
-    rows = {}
+    rows: dict[PairLaw, int] = {}
     for a, b in sorted(needed):
         law = pair_laws.get((a, b)) or (mirrored(pair_laws[b, a]) if (b, a) in pair_laws else None)
         if law is None:
@@ -137,6 +137,7 @@ def charge_of(
     CaseError : particles that cannot be, and as `charge`
     """
     check_particles(particles, densities)
+    assert particles.centre is not None  # checked
     if particles.spheres_only:
         given = particles.centre, particles.bounding_radius, particles.material
         return charge(

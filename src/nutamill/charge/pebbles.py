@@ -50,6 +50,7 @@ def pebbles(
         at rest if None
     """
     n = particles.number
+    assert particles.centre is not None  # placed
     attitude = particles.attitude if particles.attitude is not None else np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
     rotation, mass = rotation_matrices(attitude), particles.mass(densities)
     clumps = np.zeros((n, COLUMNS))

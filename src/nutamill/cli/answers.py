@@ -19,7 +19,7 @@ from nutamill.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from nutamill.case import Case
+    from nutamill.case import Case, MechanismCase
 
 Picture = Annotated[
     Path | None, typer.Option("--to", help="The picture; else beside the result, or in results/.")
@@ -51,7 +51,9 @@ def _print_answer(lines: list[str], figure: Any, picture: Path) -> None:
     typer.echo(f"picture {save_figure(figure, picture)}")
 
 
-def _picture_name(subject: "Case | Path", question: str, *options: str | None, charge: bool = False) -> str:
+def _picture_name(
+    subject: "Case | MechanismCase | Path", question: str, *options: str | None, charge: bool = False
+) -> str:
     """Name of a picture without its suffix, one for each answer, so that none overwrites another.
 
     It holds the name of the case with its digest, or that of the result, as result files have it; the
@@ -187,7 +189,7 @@ def balance(
                 'Write e.g. --plane "80 mm, 420 mm"',
             )
         )
-    planes = [tuple(lengths) for lengths in given] or [(loaded.balance.radius, loaded.balance.depth)]
+    planes = [(radius, depth) for radius, depth in given] or [(loaded.balance.radius, loaded.balance.depth)]
     answer = balance_mill(
         loaded, planes, None if speed is None else quantity("--speed", speed, "speed of rotation"), charge
     )
@@ -267,9 +269,7 @@ def mounts(
         if lengths:
             lines.append(
                 clearance_line(
-                    chamber_clearance(
-                        result, tuple(lengths), quantity("--opening", opening, "length"), fixed_to
-                    )
+                    chamber_clearance(result, lengths, quantity("--opening", opening, "length"), fixed_to)
                 )
             )
         _print_answer(lines, draw_floor(result, last), picture)

@@ -11,7 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from nutamill.base.provenance import processor
-from nutamill.case import Case, load_case
+from nutamill.case import Case, load_mill
+from nutamill.charge.kernels.copying import copied
 from nutamill.simulation.coupling import march_mechanism
 from nutamill.simulation.coupling_model import coupling_state
 from nutamill.simulation.entry import enter, record_first_row
@@ -28,15 +29,15 @@ REPEATS = 7
 
 
 def developed_case() -> Case:
-    """The published mill with its pellets at 700 rpm on rigid mounts, half a second after a fast ramp."""
-    return load_case("numill", ["mechanism.mounting=rigid", "drive.ramp=1750 rpm/s", "run.until=0.9 s"])
+    """Return the published mill with pellets at 700 rpm on rigid mounts, 0.5 s after a fast ramp."""
+    return load_mill("numill", ["mechanism.mounting=rigid", "drive.ramp=1750 rpm/s", "run.until=0.9 s"])
 
 
 def developed_flow(case: Case) -> tuple[Model, State, Scratch]:
     """March a case to its end without a file."""
     model, state, scratch = build(case, settled_bed(case))
     record_first_row(model, state, scratch)
-    for _ in range(round(case.run.until * case.run.series_rate / ROWS)):
+    for _ in range(round(case.run.end * case.run.series_rate / ROWS)):
         model, _, fault = enter(model, state, scratch, ROWS)
         if fault is not None:
             raise fault
@@ -44,7 +45,7 @@ def developed_flow(case: Case) -> tuple[Model, State, Scratch]:
 
 
 def on_threads(model: Model, threads: int) -> Model:
-    """The model with another number of threads."""
+    """Return the model with another number of threads."""
     return dataclasses.replace(model, case=model.case.with_("run.threads", threads))
 
 
@@ -61,7 +62,7 @@ def mechanism_step(model: Model, state: State, scratch: Scratch) -> float:
     """Wall time of one mechanism step with its share of the record [s], median."""
     windows = ROWS * model.plan.windows_per_row
     rows = np.empty((ROWS, model.readout.n_columns))
-    apart = state.mechanism._make(np.copy(array) for array in state.mechanism)
+    apart = copied(state.mechanism)
     times = []
     for _ in range(REPEATS):
         begun = wall.perf_counter()
@@ -86,12 +87,12 @@ def statistics_cost(model: Model, state: State, scratch: Scratch) -> tuple[Model
     """
     ratios = []
     model = on_threads(model, 1)
+    survey = model.survey
+    assert survey is not None  # the case has a charge
     for _ in range(REPEATS):
         times = []
         for on in (0, 1):
-            model, seconds = piece(
-                dataclasses.replace(model, survey=model.survey._replace(on=on)), state, scratch
-            )
+            model, seconds = piece(dataclasses.replace(model, survey=survey._replace(on=on)), state, scratch)
             times.append(seconds)
         ratios.append(times[1] / times[0] - 1)
     return model, statistics.median(ratios)
@@ -109,7 +110,7 @@ def process_time(*command: str) -> float:
 
 def first_step() -> None:
     """Import, build and march the published mill through its first row, with kernels and bed cached."""
-    case = load_case("numill")
+    case = load_mill("numill")
     model, state, scratch = build(case, settled_bed(case))
     record_first_row(model, state, scratch)
     enter(model, state, scratch, 1)
@@ -120,10 +121,11 @@ def measure() -> Iterator[str]:
     warm_up()
     yield f"{processor()}, {usable_cores()} cores for this process, {wall.strftime('%Y-%m-%d')}"
     model, state, scratch = developed_flow(developed_case())
+    assert model.charge is not None  # the case has one
     particles, substeps = model.charge.n_particles, ROWS * model.plan.windows_per_row * model.plan.substeps
     mechanism = mechanism_step(model, state, scratch)
     counts = sorted({1, min(2, usable_cores()), usable_cores()})
-    times = {count: [] for count in counts}
+    times: dict[int, list[float]] = {count: [] for count in counts}
     for _ in range(REPEATS):
         for count in counts:
             model, seconds = piece(on_threads(model, count), state, scratch)

@@ -11,7 +11,7 @@ from nutamill import __version__
 from nutamill.base.errors import CaseError, ExitCode, Fault, MillError, printable
 
 if TYPE_CHECKING:
-    from nutamill.case import Case
+    from nutamill.case import Case, MechanismCase
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 CaseName = Annotated[
@@ -70,8 +70,8 @@ def quantity(where: str, text: str, kind: Any) -> float:
         raise CaseError(Fault(where, error.what, error.hint)) from None
 
 
-def load(name: str, overrides: list[str] | None) -> "Case":
-    """The case of a name or file with the overrides of the command line."""
+def load(name: str, overrides: list[str] | None) -> "Case | MechanismCase":
+    """Return the case of a name or file with the overrides of the command line."""
     from nutamill.case import load_case
 
     return load_case(name, overrides or [])

@@ -1,12 +1,16 @@
 """Commands that show a result: figures, scenes, films, pages, files for other programs."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
 from nutamill.base.files import is_folder
 from nutamill.cli.common import ResultFile, app, reports_errors
+
+if TYPE_CHECKING:
+    from nutamill.view.cameras import View
+    from nutamill.view.scene import Colour
 
 Camera = Annotated[str, typer.Option(help="front, inside (riding on the chamber) or axis (down the shaft).")]
 ColourBy = Annotated[
@@ -47,7 +51,7 @@ def picture(
     from nutamill.view.scene import draw_scene
 
     with open_result(file) as result:
-        typer.echo(draw_scene(result, png, camera, colour))
+        typer.echo(draw_scene(result, png, cast("View", camera), cast("Colour", colour)))
 
 
 @app.command()
@@ -64,7 +68,9 @@ def movie(
     from nutamill.view.scene import film_scene
 
     with open_result(file) as result:
-        typer.echo(film_scene(result, mp4, camera, colour, slow, log=lambda text: typer.echo(text, err=True)))
+        view, coloured_by = cast("View", camera), cast("Colour", colour)
+        film = film_scene(result, mp4, view, coloured_by, slow, log=lambda text: typer.echo(text, err=True))
+        typer.echo(film)
 
 
 @app.command()

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,7 +13,7 @@ from nutamill.cli.common import CaseName, Overrides, Quick, app, load, reports_e
 from nutamill.simulation.signals import stop_at_once
 
 if TYPE_CHECKING:
-    from nutamill.case import Case
+    from nutamill.case import Case, MechanismCase
     from nutamill.cli.screen import Screen
     from nutamill.result import Result
 
@@ -85,8 +85,12 @@ def run(
         _run(load(case, overrides), to, quick, threads, again)
 
 
-def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, again: bool) -> None:
-    if (quick or threads is not None) and not hasattr(loaded, "charge"):
+def _run(
+    loaded: "Case | MechanismCase", to: Path | None, quick: bool, threads: int | None, again: bool
+) -> None:
+    from nutamill.case import MechanismCase
+
+    if (quick or threads is not None) and isinstance(loaded, MechanismCase):
         raise CaseError(
             Fault(
                 "--quick" if quick else "--threads",
@@ -94,7 +98,7 @@ def _run(loaded: "Case", to: Path | None, quick: bool, threads: int | None, agai
                 "Leave it out",
             )
         )
-    if quick:
+    if quick and not isinstance(loaded, MechanismCase):
         from nutamill.simulation.setup.quick import banner
         from nutamill.simulation.setup.quick import quick as quickened
 
@@ -177,7 +181,8 @@ def mills() -> None:
     """List the published mills."""
     from nutamill.case import library_file, library_names, load_case
 
-    short = {library_file(name).stem: name for name in library_names() if library_file(name).stem != name}
+    files = {name: library_file(name) for name in library_names()}
+    short = {file.stem: name for name, file in files.items() if file is not None and file.stem != name}
     names = [name for name in library_names() if name not in short.values()]
     for name in names:
         also = f"; short: {short[name]}" if name in short else ""
@@ -250,7 +255,7 @@ def _facts(result: "Result") -> list[str]:
     from nutamill.base.units import shown
     from nutamill.case import case_of_text
 
-    facts = {"title": case_of_text(result.case_text).title} if result.case_text else {}
+    facts: dict[str, Any] = {"title": case_of_text(result.case_text).title} if result.case_text else {}
     if not result.verifiable:
         facts["checksums"] = "none, the file is of format 1: what it holds cannot be verified"
     facts |= {"state": result.state, **result.summary, **result.provenance}

@@ -191,8 +191,10 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
     for _ in range(3):
         readings.add_column(justify="right", min_width=8)
     readings.add_row("", "now", "mean", "±95 %", "", style="dim")
-    means = ((progress.crank_pin_force, progress.mean_force, progress.mean_force_half_width, ".0f", ".1f"),)
-    means += ((progress.shaft_torque, progress.mean_torque, progress.mean_torque_half_width, ".2f", ".2f"),)
+    means = (
+        (progress.crank_pin_force, progress.mean_force, progress.mean_force_half_width, ".0f", ".1f"),
+        (progress.shaft_torque, progress.mean_torque, progress.mean_torque_half_width, ".2f", ".2f"),
+    )
     for name, unit, (now, mean, width, form, fine) in zip(
         ("crank-pin force", "shaft torque"), ("N", "N m"), means, strict=True
     ):

@@ -182,6 +182,12 @@ class Archive:
                 group, f"number {index} (t = {arrays['time']:.6g} s) differs from its checksum"
             )
 
+    @property
+    def required_checksums(self) -> Checksums:
+        """The checksums of a file that is known to have them."""
+        assert self.checksums is not None
+        return self.checksums
+
     def _entry(self, path: str) -> Any:
         entry = self.checksums.entries.get(path) if self.checksums is not None else None
         if entry is None:

@@ -18,7 +18,7 @@ class WholeCheckpoint(NamedTuple):
     """Group under ``/checkpoints``."""
     checkpoint: Checkpoint
     """Its time and arrays."""
-    before: tuple[int, int, int]
+    before: tuple[int, ...]
     """Rows of the series, snapshots and moments of the statistics that were recorded before it."""
 
 
@@ -64,23 +64,25 @@ def read_checkpoint(archive: Archive, slot: str) -> WholeCheckpoint:
     path = f"checkpoints/{slot}"
     attributes = archive.attributes(path)
     time = _time(archive, slot)
-    before = tuple(attributes.get(name) for name in BEFORE)
     recorded = (
         sum(archive.shape("series/time")[:1]),
         len(archive.times("snapshots")),
         len(archive.times("statistics")),
     )
-    for name, count, most in zip(BEFORE, before, recorded, strict=True):
+    before = []
+    for name, most in zip(BEFORE, recorded, strict=True):
+        count = attributes.get(name)
         if not isinstance(count, int) or not 0 <= count <= most:
             raise archive.damaged(
                 path, f"its attribute {name} must be a whole number from 0 to {most}, got {count!r}"
             )
+        before.append(count)
     groups = {
         group: {name: archive.values(f"{path}/{group}/{name}") for name in archive.members(f"{path}/{group}")}
         for group in archive.members(path)
     }
     others = {name: value for name, value in attributes.items() if name not in (*BEFORE, "time")}
-    return WholeCheckpoint(slot, Checkpoint(time, groups, others), before)
+    return WholeCheckpoint(slot, Checkpoint(time, groups, others), tuple(before))
 
 
 def slots(archive: Archive) -> list[str]:

@@ -25,7 +25,7 @@ NOT_STEADY = "not steady"
 """Begin of the state of a run that should have ended when it was steady, and did not."""
 
 
-class Snapshots(Sequence):
+class Snapshots(Sequence[dict[str, Any]]):
     """The snapshots of a result, each read on access: ``result.snapshots[-1]["positions"]``."""
 
     def __init__(self, archive: Archive):
@@ -39,8 +39,8 @@ class Snapshots(Sequence):
     def __len__(self) -> int:
         return len(self.time)
 
-    def __getitem__(self, index: int) -> dict[str, Any]:
-        """The arrays of one snapshot and its ``time``; names, units and axes as in
+    def __getitem__(self, index: int) -> dict[str, Any]:  # type: ignore[override]  # no slices
+        """Return the arrays of one snapshot and its ``time``; names, units and axes are those of
         `nutamill.result.fields.SNAPSHOT`.
         """
         if not -len(self) <= index < len(self):

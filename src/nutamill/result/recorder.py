@@ -140,7 +140,7 @@ class Recorder:
             start=empty_file(),
         )
         with Archive(path) as archive:
-            return cls(path, archive.checksums, {name: new_hash() for name in names}, 0.0)
+            return cls(path, archive.required_checksums, {name: new_hash() for name in names}, 0.0)
 
     @classmethod
     def reopen(cls, path: str | Path, truncate_after_time: float) -> Self:
@@ -393,7 +393,7 @@ class Recorder:
 
 def _cut_off(archive: Archive, last: WholeCheckpoint, digests: dict[str, Any]) -> Checksums:
     """Checksums of a file that ends at a checkpoint; `digests` are those of the series up to there."""
-    checksums = archive.checksums.copy()
+    checksums = archive.required_checksums.copy()
     rows, *moments = last.before
     for name, digest in digests.items():
         checksums.extend_series(name, rows, digest)

@@ -3,6 +3,7 @@ damaged.
 """
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -99,7 +100,8 @@ def _case(archive: Archive) -> PartOfFile:
 
 def _objects(archive: Archive, path: str) -> PartOfFile:
     """Whether a group and everything inside it is whole."""
-    inside = [name for name in archive.checksums.entries if name == path or name.startswith(path + "/")]
+    entries = archive.required_checksums.entries
+    inside = [name for name in entries if name == path or name.startswith(path + "/")]
     faults = [_fault_of(archive, name) for name in inside]
     damaged = tuple(fault for fault in faults if fault)
     return PartOfFile(path, f"{len(inside) - len(damaged)} of {len(inside)} objects", damaged)
@@ -107,7 +109,7 @@ def _objects(archive: Archive, path: str) -> PartOfFile:
 
 def _fault_of(archive: Archive, path: str) -> str:
     """Return a sentence on what is wrong with one object, empty if it is whole."""
-    group = not archive.checksums.entries[path].dtype
+    group = not archive.required_checksums.entries[path].dtype
     faults = _faults(
         lambda: archive.attributes(path), lambda: archive.members(path) if group else archive.values(path)
     )
@@ -116,13 +118,14 @@ def _fault_of(archive: Archive, path: str) -> str:
 
 def _moments(archive: Archive, group: str) -> PartOfFile:
     """Whether a group of arrays that grow by moments is whole, and which of its moments are not."""
-    count = len(archive.checksums.moments[group])
-    inside = [name for name in archive.checksums.entries if name == group or name.startswith(group + "/")]
+    checksums = archive.required_checksums
+    count = len(checksums.moments[group])
+    inside = [name for name in checksums.entries if name == group or name.startswith(group + "/")]
     faults = _faults(lambda: archive.times(group))
     for name in inside:
-        grows = archive.checksums.entries[name].dtype and name.count("/") == 1
-        faults += _faults(lambda name=name: archive.attributes(name)) if grows else [_fault_of(archive, name)]
-    moments = [_faults(lambda k=k: archive.moment(group, k)) for k in range(count)]
+        grows = checksums.entries[name].dtype and name.count("/") == 1
+        faults += _faults(partial(archive.attributes, name)) if grows else [_fault_of(archive, name)]
+    moments = [_faults(partial(archive.moment, group, k)) for k in range(count)]
     whole = sum(not damage for damage in moments)
     faults += [fault for damage in moments for fault in damage]
     return PartOfFile(

@@ -27,7 +27,9 @@ def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndar
 
 def statistics_group(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
     """Return the group of a checkpoint with the present statistics; no group for an empty chamber."""
-    return {} if model.charge is None else {"statistics": gathered(state.statistics, state.charge.impacts)}
+    if state.charge is None or state.statistics is None:
+        return {}
+    return {"statistics": gathered(state.statistics, state.charge.impacts)}
 
 
 def restore(model: Model, state: State, scratch: Scratch, groups: dict[str, dict[str, np.ndarray]]) -> Model:
@@ -38,7 +40,7 @@ def restore(model: Model, state: State, scratch: Scratch, groups: dict[str, dict
     ------
     ResultError : neighbour lists of a size that this version does not make
     """
-    if model.charge is not None:
+    if state.charge is not None:
         while state.charge.pairs.partners.shape != groups["charge"]["pairs_partners"].shape:
             if state.charge.pairs.partners.size > groups["charge"]["pairs_partners"].size:
                 raise ResultError(
@@ -49,7 +51,7 @@ def restore(model: Model, state: State, scratch: Scratch, groups: dict[str, dict
     for part, arrays in state.arrays().items():
         for name, array in arrays.items():
             array[...] = groups[part][name]
-    if model.charge is not None:
+    if state.charge is not None and state.statistics is not None:
         put_back(state.statistics, state.charge.impacts, groups["statistics"])
     return model
 

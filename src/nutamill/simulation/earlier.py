@@ -23,6 +23,7 @@ def earlier_result(path: Path, case: CaseFile) -> Result | None:
     if not exists(path):
         return None
     result = _readable(path)
+    finished = False
     try:
         if _is_empty(result):
             return None
@@ -36,10 +37,10 @@ def earlier_result(path: Path, case: CaseFile) -> Result | None:
                 f"({result.state})."
                 f" Continue it with: nutamill resume {path}. Or begin anew with --again."
             )
-        found, result = result, None
-        return found
+        finished = True
+        return result
     finally:
-        if result is not None:
+        if not finished:
             result.close()
 
 

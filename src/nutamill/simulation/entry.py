@@ -9,6 +9,7 @@ from nutamill.charge.arrays import grow
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.observe import charge_reading
 from nutamill.charge.messages import status_text, status_time
+from nutamill.charge.model import ChargeState
 from nutamill.charge.model import Clock as ChargeClock
 from nutamill.simulation.coupling import march_coupled, march_mechanism
 from nutamill.simulation.coupling_model import Outcome
@@ -48,7 +49,7 @@ def enter(
             run_team(march_coupled, (*parts, left, rows[done:]), team_size(model.case))
         done += int(coupling.windows[0]) // per_row - before // per_row
         full = coupling.outcome[0] == Outcome.LISTS_FULL
-        if full or (model.charge is not None and state.charge.clock[ChargeClock.CROWDED]):
+        if full or (state.charge is not None and state.charge.clock[ChargeClock.CROWDED]):
             model = grown(model, state, scratch)
         if not full:
             break
@@ -58,6 +59,7 @@ def enter(
 
 def grown(model: Model, state: State, scratch: Scratch) -> Model:
     """Return the model with larger neighbour lists; `state` and `scratch` get them too."""
+    assert model.charge is not None and state.charge is not None and scratch.charge is not None
     charge, state.charge, scratch.charge = grow(model.charge, state.charge, scratch.charge)
     return dataclasses.replace(model, charge=charge)
 
@@ -82,9 +84,9 @@ def record_first_row(model: Model, state: State, scratch: Scratch) -> None:
 
 def failure(model: Model, state: State) -> str:
     """Return the message of a failed march: when, which particle or part, and what to do."""
-    if state.coupling.outcome[0] == Outcome.CHARGE_FAILED:
+    if state.charge is not None and state.coupling.outcome[0] == Outcome.CHARGE_FAILED:
         time = status_time(state.charge, model.clock.substep)
-        return f"t = {time:.9g} s: {charge_fault(model, state)}"
+        return f"t = {time:.9g} s: {charge_fault(model, state.charge)}"
     when = f"t = {state.mechanism.time[0]:.6g} s"
     if state.coupling.outcome[0] == Outcome.NOT_CONVERGED:
         return (
@@ -97,11 +99,11 @@ def failure(model: Model, state: State) -> str:
     )
 
 
-def charge_fault(model: Model, state: State) -> str:
+def charge_fault(model: Model, charge: ChargeState) -> str:
     """Return the message of the charge's status, and what to do."""
     surfaces = [surface.name for surface in chamber_surfaces(model.case)]
     return (
-        f"{status_text(state.charge, surfaces)}. The charge substep is "
+        f"{status_text(charge, surfaces)}. The charge substep is "
         f'{model.clock.substep:.3g} s; try run.dt = "auto" or a shorter one, stiffer contacts, or, where so '
         "soft a contact is meant, a larger overlap_stop of the pair."
     )

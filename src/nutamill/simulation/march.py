@@ -198,7 +198,7 @@ def run_to(
         watch.settling(1.0)
         model, state, scratch = build(case, bed)
         threads, meshes, walls = team_size(case), digests(case), placed_walls(case)
-        axes = None if model.charge is None else statistics_axes(case, model.survey)
+        axes = None if model.survey is None else statistics_axes(case, model.survey)
     record_first_row(model, state, scratch)
     seed = 0 if isinstance(case, Machine) else case.run.seed
     provenance = run_provenance(kernel_digest(), seed, threads) | meshes

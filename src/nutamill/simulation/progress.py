@@ -16,6 +16,8 @@ PAUSE = 0.5
 """Wall time between two reports [s]."""
 READINGS = ("crank_pin_force_resultant", "driveshaft_torque")
 """Series whose mean at constant speed is shown while a run goes on."""
+UNKNOWN = (math.nan,) * 12
+"""Readings of a `Progress` before the first step."""
 
 
 class Watch:
@@ -37,11 +39,10 @@ class Watch:
     def settling(self, fraction: float) -> None:
         """Report that this share of the settling is done [1]."""
         if self._progress is not None and (self._due() or fraction >= 1.0):
-            unknown = [math.nan] * 12
-            self._progress(Progress("settle", 0.0, self._case.run.end, fraction, *unknown, 0, math.nan, 0))
+            self._progress(Progress("settle", 0.0, self._case.run.end, fraction, *UNKNOWN, 0, math.nan, 0))
 
     def marched(
-        self, model: Model, names: list[str], series: np.ndarray, until: float, recorder: Recorder
+        self, model: Model, names: tuple[str, ...], series: np.ndarray, until: float, recorder: Recorder
     ) -> None:
         """Report where the run stands after `series` (n, n_names) has been recorded."""
         time = series[-1, 0]

@@ -17,24 +17,25 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
         "body_positions": state.mechanism.position[:-1],
         "body_attitudes": state.mechanism.quaternion[:-1],
     }
-    if model.charge is None:
+    charge, moving, survey = model.charge, state.charge, model.survey
+    if charge is None or moving is None or survey is None:
         return arrays
     substep, particles = model.clock.substep, charge_particles(model.case)
-    arrays["positions"] = positions(model.charge, state.charge, substep).astype(np.float32)
-    arrays["velocities"] = velocities(model.charge, state.charge).astype(np.float32)
-    clump_attitudes = attitudes(model.charge, state.charge)
+    arrays["positions"] = positions(charge, moving, substep).astype(np.float32)
+    arrays["velocities"] = velocities(charge, moving).astype(np.float32)
+    clump_attitudes = attitudes(charge, moving)
     if clump_attitudes is not None:
         arrays["attitudes"] = clump_attitudes.astype(np.float32)
-    arrays["spins"] = spins(model.charge, state.charge).astype(np.float32)
+    arrays["spins"] = spins(charge, moving).astype(np.float32)
     arrays["radii"] = (0.5 * particles.diameter).astype(np.float32)
-    forces = contact_forces(model.charge, state.charge, substep)
+    forces = contact_forces(charge, moving, substep)
     if forces is not None:
         arrays["contact_forces"] = forces.astype(np.float32)
     arrays["materials"] = particles.material.astype(np.int16)
     chamber = model.plan.carriers[CHAMBER_CARRIER]
     rotation = np.empty((3, 3))
     rotation_matrix(state.mechanism.quaternion[chamber], rotation)
-    arrays["chamber_floor"] = state.mechanism.position[chamber] + rotation @ model.survey.origin
+    arrays["chamber_floor"] = state.mechanism.position[chamber] + rotation @ survey.origin
     arrays["chamber_attitude"] = state.mechanism.quaternion[chamber]
     return arrays
 
@@ -43,7 +44,8 @@ def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
     """Return the statistics of the charge so far, in SI (`nutamill.result.fields.STATISTICS`); None if there
     are none.
     """
-    if model.charge is None or not model.survey.on:
+    charge, moving, survey = model.charge, state.charge, model.survey
+    if charge is None or moving is None or survey is None or state.statistics is None or not survey.on:
         return None
-    sums = gathered(state.statistics, state.charge.impacts)
-    return recorded_sums(model.case, model.survey, model.charge.per_cut, sums)
+    sums = gathered(state.statistics, moving.impacts)
+    return recorded_sums(model.case, survey, charge.per_cut, sums)

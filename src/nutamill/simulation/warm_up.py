@@ -23,6 +23,7 @@ from nutamill.charge.laws.composition import STANDARD_LAW, ContactLaw, contact_l
 from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.measures.statistics import charge_statistics, sample, statistics_plan
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.modes import static_equilibrium
@@ -125,8 +126,10 @@ def turntable():
     return *built, sensors
 
 
-def ball(names: Sequence[str], started: bool = True):
-    """Two balls over a floor, their law by name: model, state, scratch; `started` is ready to march."""
+def ball(names: Sequence[str], started: bool = True) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
+    """Build two balls over a floor, their law by name: model, state, scratch; `started` is ready to
+    march.
+    """
     pair = PairLaw(
         1e4,
         0.0,
@@ -167,14 +170,15 @@ def march_turntable() -> None:
 
 def march_ball(names: Sequence[str]) -> None:
     """Compile the charge's window."""
-    Charge.from_parts(*ball(names), STEP, at_rest()).step()
+    model, state, scratch = ball(names)
+    Charge.from_parts(model, state, scratch, STEP, at_rest()).step()
 
 
 def read_ball(names: Sequence[str]) -> None:
     """Compile what reads the charge."""
     built = ball(names)
     observe(*built, charge_reading())
-    survey = statistics_plan(*built[:2], STEP)
+    survey = statistics_plan(built[0], built[1], STEP)
     run_team(sample, (*built, survey, at_rest(), 0.0, charge_statistics(survey, built[1])), 1)
 
 

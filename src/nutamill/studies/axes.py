@@ -52,8 +52,8 @@ def members(axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], 
         members, or the same one twice
     """
     count = 1
-    for values in axes.values():
-        count *= len(values)
+    for values_of_key in axes.values():
+        count *= len(values_of_key)
     if not 0 < count <= MOST_MEMBERS:
         what = f"must be 1 to {MOST_MEMBERS} cases, got {count}"
         raise CaseError(Fault("sweep", what, "Give fewer values"))

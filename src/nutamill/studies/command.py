@@ -51,7 +51,9 @@ def run_sweep(
     ------
     CaseError : no key has several values; it and KeyboardInterrupt also as `nutamill.studies.sweep.sweep`
     """
-    fixed, axes, named = [], {}, ()
+    fixed: list[str] = []
+    axes: dict[str, list[Any]] = {}
+    named: tuple[str, ...] = ()
     if is_sweep_file(name):
         stem = Path(name).stem
         name, fixed, swept, named = load_sweep(name)

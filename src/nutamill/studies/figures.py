@@ -30,7 +30,7 @@ def draw_sweep(table: "xarray.Dataset", readings: Sequence[Reading]) -> Figure |
     drawn = [reading for reading in readings if bool(np.isfinite(table[reading.name]).any())][:PANELS]
     if not numeric or not drawn:
         return None
-    along = max(numeric, key=lambda key: table.sizes[key])
+    along = str(max(numeric, key=lambda key: table.sizes[key]))
     others = [key for key in table.dims if key != along]
     lines = table.stack(line=others).transpose("line", along) if others else table.expand_dims("line")
     unit = table[along].attrs["units"]

@@ -133,10 +133,10 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
     free: list[Free] = []
     targets: list[Target] = []
     base = load_mill(case, fixed)
-    for key, given in file.free.items():
+    for key, limits in file.free.items():
         where = place_of(layer, "free", key)
         try:
-            free.append(_free(key, given, base, where))
+            free.append(_free(key, limits, base, where))
         except CaseError as error:
             faults += error.faults
     for number, given in enumerate(file.target):
@@ -171,6 +171,7 @@ def _free(key: str, given: FreeKey, base: Case, where: str) -> Free:
 def _target(given: Measured, case: Case, where: str) -> Target:
     """A target, its quantity understood and its numbers in SI."""
     word, _, number = given.quantity.partition(" ")
+    what: Reading | int
     if word == MODE:
         if not number.isdigit() or int(number) < 1:
             raise CaseError(
@@ -182,8 +183,9 @@ def _target(given: Measured, case: Case, where: str) -> Target:
             )
         what, unit, named = int(number), "Hz", f"natural frequency {number}"
     else:
-        what = reading_of(given.quantity, f"{where}.quantity")
-        unit, named = what.field.unit, f"{what.field.label}{'' if what.by == 'mean' else f' ({what.by})'}"
+        what = reading = reading_of(given.quantity, f"{where}.quantity")
+        by = "" if reading.by == "mean" else f" ({reading.by})"
+        unit, named = reading.field.unit, f"{reading.field.label}{by}"
     kind = next(kind for kind, table in units.UNITS.items() if unit in table)
     value, sigma = (si_of(getattr(given, name), kind, f"{where}.{name}") for name in ("value", "uncertainty"))
     under = ", ".join(f"{key} = {changes}" for key, changes in given.set.items())

@@ -63,7 +63,7 @@ def _holds_checkpoint(file: Path) -> bool:
 
 def main() -> None:
     """Take a task from standard input, perform it, and exit with the code of its fault."""
-    task = Task(*task_of_parent(when_alone=lambda: os.kill(os.getpid(), signal.SIGTERM)))
+    task = Task._make(task_of_parent(when_alone=lambda: os.kill(os.getpid(), signal.SIGTERM)))
     try:
         perform(task)
         code = ExitCode.DONE

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from nutamill.analysis.values import DEFAULT, Reading, read
 from nutamill.base.atomic_file import make_folder
@@ -176,7 +176,7 @@ def log_other_kernels(files: Iterable[Path], log: Callable[[str], None] | None) 
         log(f"made by the kernels of another version, and read as it is: {named}")
 
 
-def _task(work: str, case: Case, file: Path) -> Task:
+def _task(work: Literal["settle", "run"], case: Case, file: Path) -> Task:
     return Task(work, case.to_toml(), case.name, str(file.absolute()))
 
 

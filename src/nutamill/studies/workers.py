@@ -60,6 +60,7 @@ class LocalProcesses:
                 raise WorkerError("not begun")
             process = start_child(PROGRAM, task, stderr=subprocess.PIPE)
             self._running.add(process)
+        assert process.stdin is not None and process.stderr is not None  # pipes
         try:
             output = process.stderr.read()  # until the process ends; its input stays open meanwhile
         finally:

@@ -103,7 +103,6 @@ def fill_between(
     ------
     CaseError : more than a loose bed holds, or particles that cannot be placed
     """
-    low, high = np.asarray(low, float), np.asarray(high, float)
     r = np.asarray(radii, float) * MARGIN
     solid = float((4.0 / 3.0 * np.pi * np.asarray(radii, float) ** 3).sum())
     if faults := fill_faults(radii, room):
@@ -194,6 +193,6 @@ def in_room(surfaces: Sequence[Surface], x: np.ndarray) -> np.ndarray:
             free &= np.hypot(local[:, 0], local[:, 1]) < surface.size[0]
         elif surface.kind == SurfaceKind.BOX:
             free &= (np.abs(local) > surface.size).any(axis=1)
-        elif surface.kind == SurfaceKind.MESH_PATCH and surface.patch == 0:
+        elif surface.mesh is not None and surface.kind == SurfaceKind.MESH_PATCH and surface.patch == 0:
             free &= on_charge_side(surface.mesh, local)
     return free

@@ -1,6 +1,6 @@
 """Copies of a charge's state, for restoring and repeating a window, and for checkpoints."""
 
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from nutamill.charge.model import PADDING, ChargeState, Clock
 LIST, SAVED = int(Clock.LIST), int(Clock.SAVED)
 
 
-def copied(part: NamedTuple) -> NamedTuple:
+def copied(part: Any) -> Any:
     """Return a copy of a struct of arrays and of the structs within it."""
     return part._make(copied(field) if isinstance(field, tuple) else np.copy(field) for field in part)
 

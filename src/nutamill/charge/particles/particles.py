@@ -72,7 +72,8 @@ class Particles:
 
     @property
     def poses(self) -> np.ndarray:
-        """Positions [m] (n, 3), with the attitudes (n, 7) where there are any."""
+        """Positions [m] (n, 3), with the attitudes (n, 7) where there are any; particles must be placed."""
+        assert self.centre is not None
         return self.centre if self.attitude is None else np.column_stack([self.centre, self.attitude])
 
     def mass(self, densities: Sequence[float]) -> np.ndarray:
@@ -149,7 +150,7 @@ def check_particles(particles: Particles, densities: Sequence[float]) -> None:
                 "Give each a quaternion (w, x, y, z)",
             )
         )
-    if faults:
+    if faults or particles.centre is None:
         raise CaseError(*faults)
     faults += _named("scale", ~(np.isfinite(particles.scale) & (particles.scale > 0.0)), "positive")
     faults += _named(

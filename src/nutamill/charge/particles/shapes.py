@@ -114,16 +114,16 @@ def clump_shape(centres: Sequence[Sequence[float]], radii: Sequence[float]) -> C
     ------
     CaseError : radii that are not positive, a sphere wholly inside another, spheres that do not hang together
     """
-    centres, radii = np.array(centres, float), np.array(radii, float)
-    if faults := shape_faults(centres, radii):
+    centre, radius = np.array(centres, float), np.array(radii, float)
+    if faults := shape_faults(centre, radius):
         raise CaseError(*faults)
-    if len(radii) == 1:
-        return sphere_shape(2.0 * float(radii[0]))
-    solid = union_properties(centres, radii)
+    if len(radius) == 1:
+        return sphere_shape(2.0 * float(radius[0]))
+    solid = union_properties(centre, radius)
     moments, axes = np.linalg.eigh(solid.inertia)
     axes *= np.sign(axes[np.abs(axes).argmax(axis=0), range(3)])
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
-    return ClumpShape((centres - solid.mass_centre) @ axes, radii, solid.volume, moments)
+    return ClumpShape((centre - solid.mass_centre) @ axes, radius, solid.volume, moments)
 
 
 def shape_faults(centres: np.ndarray, radii: np.ndarray) -> list[Fault]:
@@ -142,21 +142,22 @@ def shape_faults(centres: np.ndarray, radii: np.ndarray) -> list[Fault]:
     if faults:
         return faults
     gaps = np.linalg.norm(centres[:, None] - centres, axis=2)
-    for k in range(len(radii)):
+    for i in range(len(radii)):
         holders = [
             j
             for j in range(len(radii))
-            if j != k and gaps[k, j] + radii[k] <= radii[j] and (radii[k] < radii[j] or k > j)
+            if j != i and gaps[i, j] + radii[i] <= radii[j] and (radii[i] < radii[j] or i > j)
         ]
         if holders:
             faults.append(
                 Fault(
-                    f"sphere {k}",
+                    f"sphere {i}",
                     f"must not be wholly inside another, it is in sphere {holders[0]}",
                     "Leave it out",
                 )
             )
-    reached, waiting = {0}, [0]
+    reached: set[int] = {0}
+    waiting = [0]
     joined = gaps <= (radii[:, None] + radii) * (1.0 + TOUCHING)
     while waiting:
         new = set(np.flatnonzero(joined[waiting.pop()]).tolist()) - reached

@@ -75,7 +75,7 @@ def _heights(centres, radii) -> np.ndarray:
     Points inside another sphere do not count.
     """
     up = np.array([0.0, 0.0, 1.0])
-    points = [
+    points: list[tuple[np.ndarray, tuple[int, ...]]] = [
         (c + side * r * up, (i,))
         for i, (c, r) in enumerate(zip(centres, radii, strict=True))
         for side in (-1.0, 1.0)
@@ -155,7 +155,8 @@ def _slice_moments(centres, radii, z) -> np.ndarray:
     for i in range(k):
         starts, ends = _open_arcs(centres, rho, i)
         r = rho[:, i, None]
-        out += (_along_arc(*centres[i, :2], r, ends) - _along_arc(*centres[i, :2], r, starts)).sum(axis=2)
+        x, y = centres[i, :2]
+        out += (_along_arc(x, y, r, ends) - _along_arc(x, y, r, starts)).sum(axis=2)
     return out
 
 

@@ -109,8 +109,10 @@ def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str,
     if state == COMPLETE and series:
         with open_result(run.path) as result:
             for quantity in series:
+                measure = QUANTITIES[quantity].measure
+                assert measure is not None  # only that of `MODES` is read from no result
                 try:
-                    values[quantity] = QUANTITIES[quantity].measure(result, run.average)
+                    values[quantity] = measure(result, run.average)
                 except (ResultError, DamagedError) as error:
                     values[quantity] = str(error)
     elif series:
@@ -171,8 +173,7 @@ def _finding(row: Row, parts: Sequence[Measured]) -> Finding:
     error = _off(value, row.reference, points)
     simulated = row.simulation_error
     if simulated is None:
-        same = row.experiment is not None and row.simulation is not None
-        simulated = _off(row.simulation, row.experiment, points) if same else math.nan
+        simulated = math.nan if row.simulation is None else _off(row.simulation, row.experiment, points)
     trouble = "; ".join(dict.fromkeys(part.trouble for part in parts if part.trouble))
     runs = min(part.runs for part in parts)
     steady = all(part.estimate.steady for part in parts if part.runs)
@@ -222,7 +223,11 @@ def _within(row: Row, value: float, error: float) -> bool | None:
     limit = row.absolute if row.absolute is not None else row.relative
     if math.isnan(value) or (limit is None and not row.same_sign):
         return None
-    right_sign = not row.same_sign or math.copysign(1.0, value) == math.copysign(1.0, row.reference)
+    right_sign = (
+        not row.same_sign
+        or row.reference is None
+        or math.copysign(1.0, value) == math.copysign(1.0, row.reference)
+    )
     return right_sign and (limit is None or abs(error) <= limit)
 
 

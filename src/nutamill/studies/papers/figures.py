@@ -4,6 +4,7 @@ particles, run-ups.
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -43,8 +44,10 @@ def draw_figure(
     """
     if plan.form in ("speed", "lambda"):
         return draw_over_speed(plan, paper, runs, measured)
+    assert plan.speed is not None  # these forms have one
+    speed = plan.speed
     run = next(
-        run for run in runs if run.configuration == plan.configuration and same_speed(run.speed, plan.speed)
+        run for run in runs if run.configuration == plan.configuration and same_speed(run.speed, speed)
     )
     if (state := run_state(run)) != COMPLETE:
         raise ResultError(f"{run_name(run.configuration, run.speed)} is {state}")
@@ -122,7 +125,7 @@ def _draw_curve(
     _, many = UNIT[QUANTITIES[quantity].kind]
     means = [points[speed].mean * many for speed in speeds]
     bars = np.nan_to_num([points[speed].half_width * many for speed in speeds])
-    style = {
+    style: dict[str, Any] = {
         "color": _colour(number),
         "marker": MARKS[number],
         "markersize": 3.0,
@@ -191,12 +194,12 @@ def _colour(number: int) -> str:
 
 def _abscissa(speeds: Sequence[float], plan: FigurePlan, runs: Sequence[PlannedRun]) -> np.ndarray:
     """Where speeds [rad/s] stand: in rpm, or as centrifugal numbers."""
-    speeds = np.asarray(speeds)
-    return centrifugal_number(speeds, runs[0].case.mechanism) if plan.form == "lambda" else rpm(speeds)
+    speed = np.asarray(speeds)
+    return centrifugal_number(speed, runs[0].case.mechanism) if plan.form == "lambda" else rpm(speed)
 
 
-def centrifugal_number(speed: np.ndarray | float, mechanism: DrawnMechanism) -> np.ndarray | float:
-    """Centripetal acceleration of the crank pin over gravity [1], of speeds [rad/s].
+def centrifugal_number(speed: np.ndarray, mechanism: DrawnMechanism) -> np.ndarray:
+    """Return the centripetal acceleration of the crank pin over gravity [1] at speeds [rad/s].
 
     Source
     ------
@@ -206,16 +209,21 @@ def centrifugal_number(speed: np.ndarray | float, mechanism: DrawnMechanism) -> 
 
 
 def _speed_on_top(axes: Axes, runs: Sequence[PlannedRun]) -> None:
-    """A second axis along the top, in rpm."""
-    scale = centrifugal_number(parse("1 rpm", Kind.SPEED), runs[0].case.mechanism)
-    top = axes.secondary_xaxis(
-        "top", functions=(lambda x: np.sqrt(np.maximum(x, 0.0) / scale), lambda n: scale * n**2)
-    )
+    """Add a second axis along the top, in rpm."""
+    scale = float(centrifugal_number(np.array(parse("1 rpm", Kind.SPEED)), runs[0].case.mechanism))
+
+    def speed_of(number: Any) -> Any:
+        return np.sqrt(np.maximum(number, 0.0) / scale)
+
+    def number_of(speed: Any) -> Any:
+        return scale * speed**2
+
+    top = axes.secondary_xaxis("top", functions=(speed_of, number_of))
     top.set_xticks([200, 300, 400, 500, 600, 700])
     top.set_xlabel("speed (rpm)")
 
 
-def _legend(figure: Figure, all_axes: Sequence[Axes]) -> None:
+def _legend(figure: Figure, all_axes: np.ndarray) -> None:
     """One legend below: our curves, and what hollow marks and crosses are."""
     handles = {
         label: handle
@@ -228,7 +236,7 @@ def _legend(figure: Figure, all_axes: Sequence[Axes]) -> None:
         for line in axes.lines
         if line.get_linestyle() == "None" and line.get_marker() != "None"
     }
-    hollow = {"color": PUBLISHED, "linestyle": "none", "markerfacecolor": "none"}
+    hollow: dict[str, Any] = {"color": PUBLISHED, "linestyle": "none", "markerfacecolor": "none"}
     if marks & {*MARKS}:
         handles["paper, measured"] = Line2D([], [], marker="o", markersize=6.0, **hollow)
     if "x" in marks:
@@ -318,7 +326,8 @@ def _balls(axes: Axes, view: np.ndarray, low: float, high: float) -> EllipseColl
         edgecolor="white",
         rasterized=True,
     )
-    return axes.add_collection(balls)
+    axes.add_collection(balls)
+    return balls
 
 
 def _view(snapshots, angles: np.ndarray, position: float) -> np.ndarray:

@@ -3,7 +3,7 @@ refused when wrong.
 """
 
 import math
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -15,8 +15,14 @@ from nutamill.studies.papers.quantities import MODES, QUANTITIES
 SAME_SPEED = 1e-6
 """Share by which two speeds may differ and still be the same."""
 
-QuantityName = Literal[tuple(QUANTITIES)]
+if TYPE_CHECKING:
+    QuantityName = str
+else:
+    QuantityName = Literal[tuple(QUANTITIES)]
 """Name of a quantity of `nutamill.studies.papers.quantities`."""
+
+NUMBERS = ("experiment", "simulation")
+"""Published numbers of a row."""
 
 
 def same_speed(a: float, b: float) -> bool:
@@ -95,10 +101,10 @@ class Row(Table):
     """At which speed, of the experiment where there is one [rad/s]."""
     against: Against | None = None
     """If the number is a difference, change or ratio of two runs."""
-    experiment: str | float | None = None
-    """Measured value, SI after reading; none where the paper has only a picture."""
-    simulation: str | float | None = None
-    """The authors' simulated value, SI after reading."""
+    experiment: float | None = None
+    """Measured value, SI; in the file text with a unit. None where the paper has only a picture."""
+    simulation: float | None = None
+    """The authors' simulated value, SI; in the file text with a unit."""
     simulation_speed: Speed | None = None
     """Speed of that simulation, where it differs from the experiment's [rad/s]."""
     simulation_error: Number | None = None
@@ -136,12 +142,14 @@ class Row(Table):
     @model_validator(mode="before")
     @classmethod
     def _in_si(cls, given: Any) -> Any:
-        if not isinstance(given, dict) or given.get("quantity") not in QUANTITIES:
+        if not isinstance(given, dict):
             return given
+        if given.get("quantity") not in QUANTITIES:  # numbers cannot be read: the one fault is the quantity
+            return {key: value for key, value in given.items() if key not in NUMBERS}
         against = given.get("against")
         plain = isinstance(against, dict) and against.get("how") != "difference"
         kind = None if plain else QUANTITIES[given["quantity"]].kind
-        values = {key: _si(key, given[key], kind) for key in ("experiment", "simulation") if key in given}
+        values = {key: _si(key, given[key], kind) for key in NUMBERS if key in given}
         return given | values
 
     @property
@@ -162,13 +170,11 @@ class Row(Table):
     def needs(self) -> list[tuple[str, float, str]]:
         """Configuration, speed [rad/s] and quantity of the one or two numbers the row is made of."""
         own = (self.configuration, self.speed, self.quantity)
-        if self.against is None:
+        if (other := self.against) is None:
             return [own]
-        other = (self.against.configuration, self.against.speed, self.against.quantity)
-        return [
-            own,
-            tuple(mine if theirs is None else theirs for mine, theirs in zip(own, other, strict=True)),
-        ]
+        configuration = self.configuration if other.configuration is None else other.configuration
+        speed = self.speed if other.speed is None else other.speed
+        return [own, (configuration, speed, other.quantity or self.quantity)]
 
 
 def _si(key: str, given: Any, kind: Kind | None) -> float:
