@@ -47,21 +47,21 @@ class BearingLife(NamedTuple):
 
 
 def basic_life(dynamic_rating: float, load: float, kind: str) -> float:
-    """Basic rating life ``L10 = 10^6 (C/P)^p`` [revolutions], ISO 281:2007."""
+    """Return the basic rating life ``L10 = 10^6 (C/P)^p`` [revolutions], ISO 281:2007."""
     return 1e6 * (dynamic_rating / load) ** EXPONENT[kind] if load > 0.0 else math.inf
 
 
 def equivalent_load(radial: np.ndarray, axial: np.ndarray, bearing: Bearing) -> np.ndarray:
-    """Dynamic equivalent load of each sample [N]: ``X Fr + Y Fa`` where Fa exceeds e Fr, else Fr; ISO
-    281:2007.
+    """Return the dynamic equivalent load of each sample [N], ISO 281:2007: ``X Fr + Y Fa`` where Fa exceeds e
+    Fr, else Fr.
     """
     both = bearing.radial_factor * radial + bearing.axial_factor * axial
     return np.where((axial > bearing.axial_limit * radial) & (bearing.axial_factor > 0.0), both, radial)
 
 
 def cycle_mean(load: np.ndarray, kind: str) -> float:
-    """Steady load of the same life as a load that varies over the turn [N]: ``(mean P^p)^(1/p)`` over equal
-    angles.
+    """Return the steady load [N] with the life of a load that varies over the turn: ``(mean P^p)^(1/p)`` over
+    equal angles.
 
     Source: Harris, Rolling Bearing Analysis, 4th ed., 2001, chapter 18 (variable loads, by Palmgren's linear
     damage).
@@ -71,15 +71,16 @@ def cycle_mean(load: np.ndarray, kind: str) -> float:
 
 
 def swing_share(swing: float) -> float:
-    """Turns that one swing to and fro counts as [1]: ``4 swing / 2 pi`` for half the angle `swing` [rad];
-    Harris, Rolling Bearing Analysis, 4th ed., 2001, chapter 18 (oscillating bearings)."""
+    """Return the revolutions [1] that one oscillation counts as: ``4 swing / 2 pi`` for the half angle
+    `swing` [rad]. Harris, Rolling Bearing Analysis, 4th ed., 2001, chapter 18 (oscillating bearings).
+    """
     return 4.0 * swing / (2.0 * math.pi)
 
 
 def bearing_life(
     result: Result, joint: str, ratings: Ratings, last: float | str = PAPER_WINDOW
 ) -> BearingLife:
-    """L10 of the bearing at a joint under the loads of the steady window.
+    """Compute the L10 life of the bearing at a joint under the loads of the steady window.
 
     The load repeats with the turn, so that its mean is taken over the turn and the speed is that of the
     driveshaft.
@@ -119,7 +120,7 @@ def bearing_life(
 
 
 def bearings_lines(lives: list[BearingLife]) -> list[str]:
-    """Lives of bearings as a table."""
+    """Format the lives of bearings as a table."""
     rows = [
         f"{'bearing':27} {'Fr (N)':>9} {'Fa (N)':>9} {'P (N)':>9} {'L10 (turns)':>12} "
         f"{'L10 (h)':>11} {'C0/P max':>9}"

@@ -38,7 +38,7 @@ class SectionLife(NamedTuple):
 
 
 def cycles(stress: np.ndarray) -> np.ndarray:
-    """Rainflow cycles of a history: range, mean and count (0.5 or 1) of each, (n, 3).
+    """Count the rainflow cycles of a history: range, mean and count (0.5 or 1) of each, (n, 3).
 
     Source: ASTM E1049-85(2017), section 5.4.4, as the package ``rainflow`` counts.
     """
@@ -52,8 +52,8 @@ def cycles(stress: np.ndarray) -> np.ndarray:
 
 
 def goodman(amplitude: np.ndarray, mean: np.ndarray, ultimate: float) -> np.ndarray:
-    """Fully reversed amplitude as harmful as one about a mean stress [Pa]: ``Sa / (1 - Sm/Su)``; pressure
-    does not count as relief.
+    """Return the fully reversed amplitude [Pa] that does the damage of an amplitude about a mean stress: ``Sa
+    / (1 - Sm/Su)``. A compressive mean does not count as relief.
 
     Source: Goodman, Mechanics Applied to Engineering, 1899; Budynas and Nisbett, Shigley's Mechanical
     Engineering Design, section 6-12.
@@ -63,7 +63,7 @@ def goodman(amplitude: np.ndarray, mean: np.ndarray, ultimate: float) -> np.ndar
 
 
 def miner(counted: np.ndarray, section: Section) -> float:
-    """Miner's sum of rainflow cycles, with Basquin's line ``N = Nf (Sf/S)^k`` and no endurance limit.
+    """Compute Miner's sum of rainflow cycles, with Basquin's line ``N = Nf (Sf/S)^k`` and no endurance limit.
 
     Source: Miner, J. Appl. Mech. 12, A159-A164, 1945; elementary form without a limit: Haibach,
     Betriebsfestigkeit, 3rd ed., 2006.
@@ -78,8 +78,8 @@ def miner(counted: np.ndarray, section: Section) -> float:
 
 
 def equivalent_stress(section: Section, force: np.ndarray, moment: np.ndarray, azimuth: float) -> np.ndarray:
-    """Stress at a point of the rim of a section [Pa], (n,): von Mises of axial, bending and torsion, with the
-    sign of the first two.
+    """Compute the stress at a point of the rim of a section [Pa], (n,): von Mises of axial, bending and
+    torsion, with the sign of the first two.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def equivalent_stress(section: Section, force: np.ndarray, moment: np.ndarray, a
 def section_life(
     result: Result, name: str, ratings: Ratings, last: float | str = PAPER_WINDOW
 ) -> SectionLife:
-    """Fatigue of a section under the reactions of the steady window, at its worst point.
+    """Compute the fatigue of a section under the reactions of the steady window, at its worst point.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def section_life(
 
 
 def sections_lines(lives: list[SectionLife]) -> list[str]:
-    """Lives of sections as a table."""
+    """Format the lives of sections as a table."""
     rows = [
         f"{'section':20} {'peak (MPa)':>11} {'amplitude':>10} {'mean':>10} {'damage per turn':>16} "
         f"{'life (h)':>11}"

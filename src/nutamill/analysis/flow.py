@@ -71,8 +71,8 @@ class Orbit(NamedTuple):
 
 
 def window(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset":
-    """What the charge did in the last part of a run: differences of `Result.statistics` between two of its
-    times.
+    """Return what the charge did in the last part of a run: differences of `Result.statistics` between two of
+    its times.
 
     Statistics are recorded at every checkpoint; the window begins at the latest of these times that is at
     least `last` before the end, or with the first.  Attributes ``start`` and ``end`` [s] are its limits;
@@ -116,8 +116,8 @@ def refuse_empty(result: Result) -> None:
 
 
 def impact_spectra(done: "xarray.Dataset") -> "xarray.Dataset":
-    """Rates of impacts by pair of materials, part of the velocity and energy: ``rate`` [1/s] and ``power``
-    [W] of each bin.
+    """Return the rates of impacts by pair of materials, part of the velocity and energy: ``rate`` [1/s] and
+    ``power`` [W] of each bin.
 
     `done` is a `window`.  Sums over ``energy`` are totals; power over rate is the mean energy of an impact.
     """
@@ -153,7 +153,8 @@ def wear_table(done: "xarray.Dataset") -> "xarray.Dataset":
 
 
 def flow_fields(done: "xarray.Dataset") -> "xarray.Dataset":
-    """Mean fields of a `window` in the grid that turns with the crank, over radius, azimuth and height.
+    """Return the mean fields of a `window` in the grid that turns with the crank, over radius, azimuth and
+    height.
 
     ``solids_fraction`` [1]; ``velocity_r``, ``velocity_a``, ``velocity_z`` [m/s], means over mass relative to
     the chamber; ``granular_temperature`` [m^2/s^2], a third of the variance of that velocity;
@@ -192,7 +193,7 @@ def surface_heights(done: "xarray.Dataset", share: float = CREST_SHARE) -> np.nd
 
 
 def crest(heights: np.ndarray, azimuth: np.ndarray) -> Crest:
-    """Crest and phase lag of a surface.
+    """Return the crest and the phase lag of a surface.
 
     The lag is that of the first harmonic of the height around the chamber, so that a ragged crest does not
     move it.
@@ -216,8 +217,8 @@ def crest(heights: np.ndarray, azimuth: np.ndarray) -> Crest:
 def snapshot_heights(
     snapshot: dict, crank_angle: float, share: float = CREST_SHARE, sectors: int = SECTORS
 ) -> np.ndarray:
-    """As `surface_heights`, from one snapshot (`Result.snapshots`) at a crank angle [rad]: heights [m]
-    (sectors,).
+    """Return the heights [m] (sectors,) of the surface in one snapshot (`Result.snapshots`) at a crank angle
+    [rad], as `surface_heights` does.
 
     Each particle's volume is put at the eight points that have its second moments.
     """
@@ -240,7 +241,7 @@ def snapshot_heights(
 
 
 def crest_history(result: Result) -> CrestHistory:
-    """Crest height and phase lag of every snapshot that holds particles.
+    """Return the crest height and phase lag of every snapshot that holds particles.
 
     Raises
     ------
@@ -258,8 +259,8 @@ def crest_history(result: Result) -> CrestHistory:
 
 
 def mass_centre_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Orbit:
-    """Mean place of the charge's mass centre over the whole turns of the steady window, in axes that turn
-    with the crank.
+    """Return the mean position of the charge's mass centre over the whole turns of the steady window, in axes
+    that turn with the crank.
 
     Raises ResultError as `steady_window` does.
     """

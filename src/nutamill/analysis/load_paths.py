@@ -41,8 +41,8 @@ def joints_of(result: Result) -> list[str]:
 
 
 def joint_reaction(result: Result, joint: str, axes: str = "ground") -> np.ndarray:
-    """Force [N] and moment [N m] a joint exerts on its second body about its point there, (n, 6), at every
-    sample.
+    """Return the force [N] and moment [N m] that a joint exerts on its second body about its point there, (n,
+    6), at every sample.
 
     Parameters
     ----------
@@ -65,12 +65,12 @@ def joint_reaction(result: Result, joint: str, axes: str = "ground") -> np.ndarr
 
 
 def attitude(result: Result, body: str) -> np.ndarray:
-    """Rotation matrices (n, 3, 3) from the axes of a body to world axes at every sample."""
+    """Return the rotation matrices (n, 3, 3) from the axes of a body to world axes at every sample."""
     return rotation_of(np.column_stack([result.series[f"{body}_attitude_{part}"].values for part in "wxyz"]))
 
 
 def load_paths(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.DataArray":
-    """Statistics of every joint's reaction over the whole turns of the steady end of a run.
+    """Compute the statistics of every joint's reaction over the whole turns of the steady end of a run.
 
     Parameters
     ----------
@@ -102,7 +102,9 @@ def load_paths(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Data
 
 
 def hodograph(result: Result, joint: str, axes: str = "frame", last: float | str = PAPER_WINDOW) -> Hodograph:
-    """Reaction of a joint over the whole turns of the steady window, evenly spaced over the crank angle."""
+    """Return the reaction of a joint over the whole turns of the steady window, evenly spaced over the crank
+    angle.
+    """
     steady = steady_window(result, last)
     time, angle = result.series["time"].values, result.series["crank_angle"].values
     first, end = np.interp(steady.turns[[0, -1]], time, angle)
@@ -113,8 +115,8 @@ def hodograph(result: Result, joint: str, axes: str = "frame", last: float | str
 
 
 def statistics(angle: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """`STATISTICS` (m, n_statistics) of signals (n, m) that are evenly spaced over whole turns of `angle`
-    (n,).
+    """Compute `STATISTICS` (m, n_statistics) of signals (n, m) that are evenly spaced over whole turns of
+    `angle` (n,).
     """
     lines = order_amplitudes(angle, values, ORDERS)
     return np.column_stack(
@@ -123,14 +125,14 @@ def statistics(angle: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def order_amplitudes(angle: np.ndarray, values: np.ndarray, orders: Sequence[int]) -> list[np.ndarray]:
-    """For each order the amplitudes (m,) of signals (n, m) that are evenly spaced over whole turns of `angle`
-    [rad] (n,).
+    """Return, for each order, the amplitudes (m,) of signals (n, m) that are evenly spaced over whole turns
+    of `angle` [rad] (n,).
     """
     return [2.0 * np.abs((values * np.exp(-1j * order * angle)[:, None]).mean(axis=0)) for order in orders]
 
 
 def loads_lines(table: "xarray.DataArray", axes: str = "frame") -> list[str]:
-    """Forces and moments of all joints in one set of axes as a table."""
+    """Format the forces and moments of all joints in one set of axes as a table."""
     rows = [f"joint reactions on the second body, {axes} axes (N, N m)"]
     rows.append(f"{'joint':27} {'part':9} " + " ".join(f"{name:>9}" for name in STATISTICS))
     for joint in table["joint"].values:
@@ -144,5 +146,5 @@ def loads_lines(table: "xarray.DataArray", axes: str = "frame") -> list[str]:
 
 
 def _round_off(number: float, beside: np.ndarray) -> float:
-    """The number, or zero where it is round-off beside the others."""
+    """Return the number, or zero where it is round-off beside the others."""
     return 0.0 if abs(number) < max(1e-9, 1e-10 * np.abs(beside).max()) else float(number)

@@ -24,7 +24,7 @@ class Column(NamedTuple):
 
 
 def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
-    """The columns a mapping names, by their names in the file.
+    """Return the columns a mapping names, by their names in the file.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
 
 
 def _csv(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
-    """A text file: a line of names, then numbers; what is no number becomes not a number."""
+    """Read a text file: a line of names, then numbers. Non-numeric cells become NaN."""
     with path.open(encoding="utf-8-sig", newline="", errors="replace") as file:
         rows = list(csv.reader(file, delimiter=mapping.separator))[mapping.skip :]
     if not rows:
@@ -109,7 +109,7 @@ def _number(cell: str) -> float:
 
 
 def _tdms(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
-    """National Instruments TDMS: channels ``group/channel``, or ``channel`` where that is the only one of its
+    """Read National Instruments TDMS: channels ``group/channel``, or ``channel`` where only one has that
     name.
     """
     nptdms = _library("nptdms", path)
@@ -127,7 +127,9 @@ def _tdms(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
 
 
 def _mat(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
-    """MATLAB up to version 7: variables by name; a column of a matrix as ``data(3)``, counted from 1."""
+    """Read MATLAB up to version 7: variables by name, and a column of a matrix as ``data(3)``, counted from
+    1.
+    """
     from scipy.io import loadmat
 
     with path.open("rb") as file:
@@ -153,7 +155,7 @@ def _mat(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
 
 
 def _uff(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
-    """Universal file format, sets 58: by their first identification line."""
+    """Read sets 58 of the universal file format, by their first identification line."""
     pyuff = _library("pyuff", path)
     with _whole(path):
         sets = pyuff.UFF(str(path)).read_sets()
@@ -177,7 +179,7 @@ READERS: dict[str, Callable[[Path, Mapping, list[str]], dict[str, Column]]] = {
 
 
 def _library(name: str, path: Path):
-    """A library of the extra ``daq``."""
+    """Import a library of the extra ``daq``."""
     import importlib
 
     try:

@@ -32,7 +32,7 @@ class Compared(NamedTuple):
 
     @property
     def error(self) -> float:
-        """Error of the run's mean, share of the test's; not a number where that is zero."""
+        """Error of the run's mean, share of the test's, NaN where that is zero."""
         return self.run / self.test - 1.0 if self.test else math.nan
 
 

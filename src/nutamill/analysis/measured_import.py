@@ -19,7 +19,7 @@ STATE = "measured"
 
 
 def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> Path:
-    """Read a test file with its mapping and write it as a result file of state ``measured``; returns its
+    """Read a test file with its mapping and write it as a result file of state ``measured``, and return its
     path.
 
     All channels are put on one clock, evenly spaced at the highest rate among them, linear in between.  Where
@@ -64,7 +64,7 @@ def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> P
 
 
 def measured_lines(test: Result) -> list[str]:
-    """What an imported test holds: how long, how often, and the mean and r.m.s. about it of each channel."""
+    """Describe an imported test: duration, rate, and the mean and r.m.s. about it of each channel."""
     series = test.series
     count = series.sizes["time"]
     lines = [f"measured: {count} samples over {(count - 1) / test.rate:.4g} s, {test.rate:.6g} Hz"]
@@ -79,7 +79,7 @@ def measured_lines(test: Result) -> list[str]:
 
 
 def _clock(column: Column, columns: dict[str, Column], mapping: Mapping, where: str) -> np.ndarray:
-    """Times [s] (n,) of a column: a column of its own, the file's, or from the rate."""
+    """Return the times [s] (n,) of a column: a column of its own, the file's, or from the rate."""
     count = len(column.values)
     if mapping.time is not None:
         time = columns[mapping.time].values
@@ -118,7 +118,7 @@ def _clock(column: Column, columns: dict[str, Column], mapping: Mapping, where: 
 def _motion(
     series: dict[str, np.ndarray], mapping: Mapping, rate: float, where: str
 ) -> dict[str, np.ndarray]:
-    """Speed and crank angle where they are not measured."""
+    """Compute speed and crank angle where they are not measured."""
     added = {}
     if "driveshaft_speed" not in series:
         if mapping.speed is None:

@@ -49,7 +49,7 @@ class Mapping(Table):
     """By the name of the series."""
 
     def scale(self, name: str) -> float:
-        """SI value of one in the column of a channel."""
+        """Return the SI value of one in the column of a channel."""
         channel = self.channel[name]
         kind = kind_of(name)
         return channel.factor * (1.0 if kind is None else units.parse(f"1 {channel.unit}", kind))
@@ -83,13 +83,13 @@ def load_mapping(path: str | Path) -> Mapping:
 
 
 def kind_of(name: str) -> Kind | None:
-    """What a series measures; None for a ratio."""
+    """Return the kind of quantity that a series measures, or None for a ratio."""
     unit = series_field(name).unit
     return next((kind for kind, table in UNITS.items() if table.get(unit) == 1.0), None)
 
 
 def _wrong_channels(mapping: Mapping, where: str) -> list[Fault]:
-    """Channels that are no series, or whose unit does not measure what the series does."""
+    """Return the faults of channels that are no series, or whose unit does not fit what is measured."""
     faults = (
         []
         if mapping.channel

@@ -30,12 +30,12 @@ def is_mechanism(result: Result) -> bool:
 
 
 def magnitude(result: Result, vector: str) -> np.ndarray:
-    """Magnitude (n,) of the series ``vector_x``, ``vector_y``, ``vector_z``, in their unit."""
+    """Return the magnitude (n,) of the series ``vector_x``, ``vector_y``, ``vector_z``, in their unit."""
     return np.sqrt(sum(result.series[f"{vector}_{axis}"].values ** 2 for axis in "xyz"))
 
 
 def part_loads(result: Result) -> list[PartLoad]:
-    """Loads of all joints and bushings over the whole run, in the order of the file."""
+    """Return the loads of all joints and bushings over the whole run, in the order of the file."""
     names = [
         str(name).removesuffix("_force_x")
         for name in result.series.data_vars
@@ -51,8 +51,8 @@ def part_loads(result: Result) -> list[PartLoad]:
 
 
 def ledger_share(result: Result) -> float:
-    """Largest residual of the energy ledger over the energy that moved [1]: the largest swing of a stored
-    energy or of a work.
+    """Return the largest residual of the energy ledger as a share of the energy that moved [1]: the largest
+    swing of a stored energy or of a work.
     """
     series = result.series
     moved = ("kinetic_energy_mechanism", "potential_energy", "elastic_energy")

@@ -80,7 +80,7 @@ class MountProperties(NamedTuple):
         return self.loss / (math.tau * self.frequency)
 
     def lines(self) -> list[str]:
-        """The properties as text, and as keys of a case file."""
+        """Format the properties as text, and as keys of a case file."""
         return [
             f"frequency          {self.frequency:.4g} Hz, amplitude {1e3 * self.amplitude:.4g} mm, "
             f"{self.cycles} cycles",
@@ -100,7 +100,7 @@ class MountProperties(NamedTuple):
 
 
 def mount_properties(test: MountTest) -> MountProperties:
-    """Dynamic stiffness and loss of a mount that was moved as a sine.
+    """Identify the dynamic stiffness and loss of a mount from a test with a sine motion.
 
     The sine of the displacement is fitted with its frequency, that of the force at the same frequency, both
     by least squares over whole cycles; stiffness is the ratio of their complex amplitudes.  Means do not
@@ -157,7 +157,9 @@ def mount_properties(test: MountTest) -> MountProperties:
 
 
 def _sine(time: np.ndarray, value: np.ndarray, omega: float) -> tuple[complex, np.ndarray]:
-    """Complex amplitude of `value` as Re(A exp(i omega t)) beside a mean, and what is left."""
+    """Fit the complex amplitude A of `value` as Re(A exp(i omega t)) beside a mean, and return it with the
+    residual.
+    """
     columns = np.column_stack([np.cos(omega * time), -np.sin(omega * time), np.ones_like(time)])
     weights = np.linalg.lstsq(columns, value, rcond=None)[0]
     return complex(weights[0], weights[1]), value - columns @ weights
@@ -166,7 +168,7 @@ def _sine(time: np.ndarray, value: np.ndarray, omega: float) -> tuple[complex, n
 def _each_cycle(
     time: np.ndarray, displacement: np.ndarray, force: np.ndarray, omega: float, cycles: int
 ) -> np.ndarray:
-    """Complex stiffness of each cycle, (cycles,)."""
+    """Return the complex stiffness of each cycle, (cycles,)."""
     number = np.minimum(((time - time[0]) * omega / math.tau).astype(int), cycles - 1)
     ratios = []
     for k in range(cycles):
@@ -176,7 +178,9 @@ def _each_cycle(
 
 
 def _frequency(test: MountTest) -> float:
-    """Angular frequency of the displacement [rad/s]: the largest line of its spectrum, then least squares."""
+    """Return the angular frequency of the displacement [rad/s]: the largest line of its spectrum, refined by
+    least squares.
+    """
     even = np.linspace(test.time[0], test.time[-1], len(test.time))
     moved = np.interp(even, test.time, test.displacement - test.displacement.mean())
     lines = np.abs(np.fft.rfft(moved * np.hanning(len(moved)), 4 * len(moved)))
@@ -245,8 +249,8 @@ def _refuse_short(test: MountTest, omega: float, cycles: int) -> None:
 
 
 def read_mount_test(path: str | Path) -> MountTest:
-    """A test from a CSV file with the columns time, displacement and force, in any order, each with its unit:
-    ``force [kN]``.
+    """Read a test from a CSV file with the columns time, displacement and force, in any order, each with its
+    unit: ``force [kN]``.
 
     Raises
     ------

@@ -60,7 +60,7 @@ class Clearance(NamedTuple):
 
 
 def mount_readings(result: Result, last: float | str = PAPER_WINDOW) -> list[MountReading]:
-    """Travel and force of every mount over the whole turns of the steady window.
+    """Return travel and force of every mount over the whole turns of the steady window.
 
     Raises
     ------
@@ -79,14 +79,15 @@ def mount_readings(result: Result, last: float | str = PAPER_WINDOW) -> list[Mou
 
 
 def floor_force(result: Result, last: float | str = PAPER_WINDOW) -> FloorForce:
-    """Force on the floor over the whole turns of the steady window."""
+    """Return the force on the floor over the whole turns of the steady window."""
     inside = _steady(result, last)
     angle, force = result.series["crank_angle"].values[inside], floor_series(result.series)[inside]
     return FloorForce(force.mean(axis=0), *order_amplitudes(angle, force, (1, 2)))
 
 
 def floor_series(series: Mapping[Any, Any]) -> np.ndarray:
-    """Force of the machine on the floor [N] at every sample, (n, 3), world axes, from its series by name.
+    """Return the force of the machine on the floor [N] at every sample, (n, 3), world axes, from its series
+    by name.
 
     Through the mounts or the rigid fixing, and the bearing of the intermediate shaft.
     """
@@ -98,8 +99,8 @@ def floor_series(series: Mapping[Any, Any]) -> np.ndarray:
 
 
 def nutation_point_path(result: Result) -> np.ndarray:
-    """Displacement of the nutation point from its place as assembled [m], (n, 3), world axes, from the travel
-    of the mounts.
+    """Return the displacement of the nutation point from its assembled position [m], (n, 3), world axes, from
+    the travel of the mounts.
     """
     if "frame_fix_reaction_force_x" in result.series:
         return np.zeros((len(result.series["time"]), 3))
@@ -116,7 +117,7 @@ def nutation_point_path(result: Result) -> np.ndarray:
 def chamber_clearance(
     result: Result, ring: Sequence[float], opening: float, fixed_to: str = "frame"
 ) -> Clearance:
-    """The smallest room between a ring on the chamber and a round opening about the driveshaft axis.
+    """Return the smallest gap between a ring on the chamber and a round opening about the driveshaft axis.
 
     Parameters
     ----------
@@ -152,7 +153,7 @@ def chamber_clearance(
 
 
 def mounts_lines(result: Result, last: float | str = PAPER_WINDOW) -> list[str]:
-    """Mounts and floor in steady running as a table."""
+    """Format mounts and floor in steady running as a table."""
     rows = []
     if "frame_fix_reaction_force_x" not in result.series:
         rows.append("mounts: half of the range in steady running, and the largest travel of the run")
@@ -179,7 +180,7 @@ def mounts_lines(result: Result, last: float | str = PAPER_WINDOW) -> list[str]:
 
 
 def clearance_line(clearance: Clearance) -> str:
-    """The clearance in a sentence."""
+    """Format the clearance as a sentence."""
     angles = [round(np.degrees(angle)) % 360 for angle in (clearance.angle, clearance.azimuth)]
     where = f"at crank angle {angles[0]}°, azimuth {angles[1]}° (t = {clearance.time:.4g} s)"
     if clearance.room < 0.0:
@@ -188,7 +189,7 @@ def clearance_line(clearance: Clearance) -> str:
 
 
 def _count(result: Result) -> int:
-    """Number of mounts."""
+    """Count the mounts."""
     if "mount_1_travel_x" not in result.series:
         raise CaseError(
             Fault(
@@ -201,8 +202,8 @@ def _count(result: Result) -> int:
 
 
 def _steady(result: Result, last: float | str) -> np.ndarray:
-    """Samples within the whole turns of the steady window, (n,) of bool; the last one belongs to the next
-    turn.
+    """Mark the samples within the whole turns of the steady window, (n,) of bool. The last one belongs to the
+    next turn.
     """
     turns = steady_window(result, last).turns
     time = result.series["time"].values

@@ -72,7 +72,7 @@ def track(
     orders: Sequence[float] = (1.0, 2.0),
     turns: int = TURNS,
 ) -> Orders:
-    """Orders of a signal, by resampling over the angle and a Hann window of whole turns.
+    """Return the track orders of a signal, by resampling over the angle and a Hann window of whole turns.
 
     The signal ``A cos(order angle - lag)`` of any steady A gives A and lag exactly, whatever the speed does;
     other whole orders at least ``2/turns`` away do not show.
@@ -112,7 +112,7 @@ def track(
 def sensor_orders(
     result: Result, name: str, orders: Sequence[float] = (1.0, 2.0), turns: int = TURNS
 ) -> Orders:
-    """Orders of a recorded series; as `track`.
+    """Return the track orders of a recorded series, as `track`.
 
     Raises
     ------
@@ -124,7 +124,7 @@ def sensor_orders(
 
 
 def recorded(result: Result, name: str) -> np.ndarray:
-    """Samples of a series (n,); CaseError if the result has none of this name."""
+    """Return the samples of a series (n,). Raises CaseError if the result has none of this name."""
     field = series_field(name)
     if name != "time" and name not in result.series:
         raise CaseError(
@@ -138,7 +138,7 @@ def recorded(result: Result, name: str) -> np.ndarray:
 
 
 def peaks(history: Orders) -> list[Peak]:
-    """The largest amplitude of each order."""
+    """Return the largest amplitude of each order."""
     at = history.amplitude.argmax(axis=1)
     return [
         Peak(
@@ -153,8 +153,8 @@ def peaks(history: Orders) -> list[Peak]:
 
 
 def waterfall(result: Result, name: str, window: float = 1.0) -> Waterfall:
-    """Amplitude spectra of a recorded series, by a Hann window of `window` seconds, a third of a short
-    record, moved by a quarter of it.
+    """Compute amplitude spectra of a recorded series over time.  The Hann window is `window` seconds long, a
+    third of a short record, and moves by a quarter of it.
     """
     window = min(window, result.reached / 3.0)
     return spectra(
@@ -163,7 +163,7 @@ def waterfall(result: Result, name: str, window: float = 1.0) -> Waterfall:
 
 
 def spectra(time: np.ndarray, angle: np.ndarray, value: np.ndarray, window: float = 1.0) -> Waterfall:
-    """Amplitude spectra over time; as `waterfall`."""
+    """Compute amplitude spectra over time, as `waterfall`."""
     rate = (len(time) - 1) / (time[-1] - time[0])
     length = min(round(window * rate), len(time))
     transform = ShortTimeFFT(
@@ -177,7 +177,7 @@ def spectra(time: np.ndarray, angle: np.ndarray, value: np.ndarray, window: floa
 
 
 def orders_lines(history: Orders, name: str) -> list[str]:
-    """Peaks of the orders, and the orders at the end, as a table."""
+    """Format the peaks of the orders, and the orders at the end, as a table."""
     unit = series_field(name).unit
     rows = [
         f"{series_field(name).label} ({unit})",

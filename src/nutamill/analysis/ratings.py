@@ -110,7 +110,7 @@ class Ratings(Table):
 
 
 def load_ratings(path: str | Path) -> Ratings:
-    """The ratings of a TOML file.
+    """Read the ratings of a TOML file.
 
     Raises
     ------

@@ -41,18 +41,18 @@ class Frame(NamedTuple):
     """Their radii [m] (n,), of a clump that of the sphere of its volume."""
 
     def in_chamber(self) -> np.ndarray:
-        """Positions in chamber axes from the nutation point [m] (n, 3)."""
+        """Return the positions in chamber axes from the nutation point [m] (n, 3)."""
         pose = self.bodies[CHAMBER]
         return (self.positions - pose.origin) @ pose.rotation
 
 
 def rotation_of(quaternion: np.ndarray) -> np.ndarray:
-    """Rotation matrices ``R_WB`` (..., 3, 3) of unit quaternions (w, x, y, z), (..., 4)."""
+    """Return the rotation matrices ``R_WB`` (..., 3, 3) of unit quaternions (w, x, y, z), (..., 4)."""
     return Rotation.from_quat(np.roll(quaternion, -1, axis=-1)).as_matrix()  # SciPy has the scalar last
 
 
 def particle_snapshots(result: Result) -> tuple[Snapshots, np.ndarray]:
-    """The snapshots of particles, and the crank angles at them [rad], (n_snapshots,).
+    """Return the snapshots of particles, and the crank angles at them [rad], (n_snapshots,).
 
     Raises
     ------
@@ -67,7 +67,7 @@ def particle_snapshots(result: Result) -> tuple[Snapshots, np.ndarray]:
 
 
 def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:
-    """Numbers of the snapshots to show: all, or evenly spaced ones, at most `most`.
+    """Choose the numbers of the snapshots to show: all, or evenly spaced ones, at most `most`.
 
     Raises
     ------
@@ -99,8 +99,8 @@ def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:
 
 
 def replay(result: Result, numbers: list[int]) -> Iterator[Frame]:
-    """The moments of these snapshots, read one by one; the bearing cross has its mass centre at the nutation
-    point.
+    """Yield the moments of these snapshots, read one by one. The bearing cross has its mass centre at the
+    nutation point.
     """
     still, empty = np.zeros(3), np.empty((0, 3))
     for number in numbers:

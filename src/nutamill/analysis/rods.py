@@ -31,7 +31,7 @@ class RodForces(NamedTuple):
 def rod_tensions(
     points: np.ndarray, directions: np.ndarray, force: np.ndarray, moment: np.ndarray
 ) -> np.ndarray:
-    """Tensions of six two-force rods that hold a body against a load.
+    """Compute the tensions of six two-force rods that hold a body against a load.
 
     .. math:: \\sum_i t_i d_i + F = 0, \\quad \\sum_i t_i\\, p_i \\times d_i + M = 0
 
@@ -65,8 +65,8 @@ def rod_tensions(
 
 
 def yoke_rods(result: Result, last: float | str = PAPER_WINDOW) -> RodForces:
-    """Tensions of the rods under the load the yoke pivot puts on the frame, over the whole turns of steady
-    running.
+    """Compute the tensions of the rods under the load the yoke pivot puts on the frame, over the whole turns
+    of steady running.
 
     Places and directions are those of ``[rods]`` in the case, in frame axes from the nutation point.  The
     weights of the rods and of the yoke are left out: they are constant, and zero where load cells are tared
@@ -95,7 +95,7 @@ def yoke_rods(result: Result, last: float | str = PAPER_WINDOW) -> RodForces:
 
 
 def rods_lines(rods: RodForces) -> list[str]:
-    """Forces of the rods as a table."""
+    """Format the forces of the rods as a table."""
     rows = [
         "rod forces (N), positive in tension",
         f"{'rod':14} {'mean':>9} {'rms':>9} {'peak':>9} {'1x':>9} {'2x':>9}",

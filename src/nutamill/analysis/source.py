@@ -16,7 +16,7 @@ CASES_IN_MEMORY = 32
 
 
 def any_case_of(result: Result) -> Case | Machine:
-    """Return the case of a run, of a mill or of a mechanism; parsed once.
+    """Return the case of a run, of a mill or of a mechanism. It is parsed once.
 
     Raises
     ------
@@ -26,7 +26,7 @@ def any_case_of(result: Result) -> Case | Machine:
 
 
 def case_of(result: Result) -> Case:
-    """Return the case of a run of a mill; parsed once.
+    """Return the case of a run of a mill. It is parsed once.
 
     Raises
     ------
@@ -73,5 +73,5 @@ def open_mill_result(path: str | Path) -> Result:
 
 
 def vector(series: Mapping[Any, Any], name: str) -> np.ndarray:
-    """The three components of a vector among series by name, (n, 3)."""
+    """Return the three components of a vector among series by name, (n, 3)."""
     return np.column_stack([np.asarray(series[f"{name}_{axis}"]) for axis in "xyz"])

@@ -20,8 +20,8 @@ class Spectrum(NamedTuple):
 
 
 def spectrum(values: np.ndarray, rate: float) -> Spectrum:
-    """Spectrum of `values` (n,) sampled at `rate` [Hz], mean of half-overlapping Hann windows, each freed of
-    its mean.
+    """Compute the spectrum of `values` (n,) sampled at `rate` [Hz], the mean of half-overlapping Hann
+    windows, each freed of its mean.
 
     Windows are one second long, or a quarter of a shorter series.
 

@@ -113,7 +113,7 @@ def with_interval(estimate: Estimate) -> str:
 
 
 def hours_text(time: float) -> str:
-    """Format a life [s] in hours, 11 wide; longer than `LONGEST` prints as ``> 1e+07``."""
+    """Format a life [s] in hours, 11 wide. Longer than `LONGEST` prints as ``> 1e+07``."""
     hours = time / 3600
     return f"{hours:11.4g}" if hours <= LONGEST else f"{f'> {LONGEST:.0e}':>11}"
 

@@ -34,8 +34,8 @@ SPARE = 16 * 2**20
 def replace_file(
     path: Path, edit: Callable[[Path], None], room: int, start: bytes | BinaryIO | None = None
 ) -> None:
-    """Put in place of `path` a copy that `edit` has changed; at every instant `path` is the old file or the
-    new one.
+    """Replace `path` by a copy that `edit` has changed. At every instant `path` is the old file or the new
+    one.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def replace_file(
 
 
 def write_whole(path: str | Path, content: str | bytes) -> Path:
-    """Write a file of this content, or put it in place of the one there; its folder is made if needed. Raises
+    """Write a file of this content, or put it in place of the one there. Its folder is made if needed. Raises
     as `replace_file`.
     """
     path = Path(path)
@@ -162,7 +162,7 @@ def io_errors(path: Path, needed: int = 0) -> Iterator[None]:
 
 
 def megabytes(size: int) -> str:
-    """A size in bytes as text in MB."""
+    """Format a size in bytes as text in MB."""
     return f"{size / 1e6:.1f} MB"
 
 
@@ -172,7 +172,7 @@ def _no_room(path: Path, why: str) -> OutputError:
 
 
 def _size(path: Path, start: bytes | BinaryIO | None) -> int:
-    """Size of the content that a copy starts from [bytes]."""
+    """Return the size of the content that a copy starts from [bytes]."""
     if start is None:
         return path.stat().st_size
     return len(start) if isinstance(start, bytes) else os.fstat(start.fileno()).st_size

@@ -15,12 +15,12 @@ VARIABLE = "NUMBA_CACHE_DIR"
 
 
 def cache_folder() -> Path:
-    """Return the folder of the compiled kernels; that of the settled beds is beside it."""
+    """Return the folder of the compiled kernels. That of the settled beds is beside it."""
     return _chosen()[0]
 
 
 def cache_trouble() -> str:
-    """Return in one sentence why nothing is stored from one run to the next; "" if all is well."""
+    """Return in one sentence why nothing is stored from one run to the next, or "" if all is well."""
     return _chosen()[1]
 
 
@@ -31,7 +31,9 @@ def beds_folder() -> Path:
 
 @functools.cache
 def _chosen() -> tuple[Path, str]:
-    """The folder of the compiled kernels, made if needed, and what is wrong with the one that was wanted."""
+    """Choose and create the folder of the compiled kernels, and return it with what is wrong with the
+    preferred one.
+    """
     wanted = _wanted()
     try:
         _try(wanted)
@@ -58,7 +60,7 @@ def _chosen() -> tuple[Path, str]:
 
 
 def _wanted() -> Path:
-    """`VARIABLE` if set, else the user's cache folder on this system."""
+    """Return `VARIABLE` if set, else the user's cache folder on this system."""
     if given := os.environ.get(VARIABLE):
         return Path(given)
     home = Path(os.path.expanduser("~"))  # not Path.home(), which fails for a user without one
@@ -72,7 +74,7 @@ def _wanted() -> Path:
 
 
 def _try(folder: Path) -> None:
-    """Make a folder and a file in it; OSError if that is refused."""
+    """Make a folder and a file in it. Raises OSError if that is refused."""
     folder.mkdir(parents=True, exist_ok=True)
     tempfile.TemporaryFile(dir=folder).close()
 

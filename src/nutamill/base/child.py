@@ -55,7 +55,7 @@ def start_child(
 
 
 def task_of_parent(when_alone: Callable[[], None] = lambda: os._exit(1)) -> Any:
-    """Return the task that the parent has given, in a child; call `when_alone` when the parent has ended."""
+    """Return the task that the parent has given, in a child. Call `when_alone` when the parent has ended."""
     task = json.loads(sys.stdin.readline())
 
     def wait() -> None:

@@ -4,7 +4,7 @@ import math
 
 
 def duration(seconds: float) -> str:
-    """Wall time as ``h:mm:ss``; a dash if it is not known."""
+    """Format a wall time as ``h:mm:ss``, or as a dash if it is not known."""
     if not math.isfinite(seconds):
         return "-"
     whole = round(max(0.0, seconds))

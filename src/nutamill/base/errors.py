@@ -59,9 +59,7 @@ class Fault(NamedTuple):
 
 
 def reason(error: Exception) -> str:
-    """Why a file could not be read, in the system's words without its number and the name, which the message
-    has already.
-    """
+    """Return why a file could not be read, in the system's words, without the error number and the name."""
     return getattr(error, "strerror", None) or str(error)
 
 

@@ -45,7 +45,7 @@ class FileKind(Enum):
 
 
 def file_kind(name: str | Path) -> FileKind | None:
-    """Return what a file, a folder or the name of a published mill is; None where that is unknown."""
+    """Return what a file, a folder or the name of a published mill is, or None where that is unknown."""
     if library_file(str(name)):
         return FileKind.CASE
     path = Path(name)
@@ -79,7 +79,7 @@ def other_kind(name: str | Path, *wanted: FileKind) -> Fault | None:
 
 
 def _kind_of_bytes(content: bytes, suffix: str) -> FileKind | None:
-    """Kind of a file that is no HDF5 file, by its first bytes, its suffix, or the tables in it."""
+    """Return the kind of a file that is no HDF5 file, by its first bytes, its suffix, or the tables in it."""
     for signature, kind in SIGNATURES.items():
         if content.startswith(signature):
             return FileKind[kind]
@@ -95,7 +95,7 @@ def _kind_of_bytes(content: bytes, suffix: str) -> FileKind | None:
 
 
 def kind_of_tables(tables: dict[str, Any]) -> FileKind | None:
-    """Return the kind of a TOML file by its tables; None for a file that has none of those that tell."""
+    """Return the kind of a TOML file by its tables, or None for a file without any that decide."""
     if any(isinstance(tables.get(part), list) for part in MECHANISM):
         return FileKind.MECHANISM
     if any(isinstance(tables.get(table), dict) for table in MILL):

@@ -10,7 +10,7 @@ MOST_RECORD_TEXT = 200_000_000
 
 
 def is_file(path: str | Path) -> bool:
-    """Return whether there is a regular file of this name; a name the system cannot hold names none."""
+    """Return whether there is a regular file of this name. A name the system cannot hold names none."""
     try:
         return Path(path).is_file()
     except (OSError, ValueError):
@@ -18,7 +18,7 @@ def is_file(path: str | Path) -> bool:
 
 
 def exists(path: str | Path) -> bool:
-    """Return whether there is anything of this name; nothing has a name that the system cannot hold."""
+    """Return whether there is anything of this name. Nothing has a name that the system cannot hold."""
     try:
         return Path(path).exists()
     except (OSError, ValueError):
@@ -26,7 +26,7 @@ def exists(path: str | Path) -> bool:
 
 
 def is_folder(path: str | Path) -> bool:
-    """Return whether there is a folder of this name; a name the system cannot hold names none."""
+    """Return whether there is a folder of this name. A name the system cannot hold names none."""
     try:
         return Path(path).is_dir()
     except (OSError, ValueError):

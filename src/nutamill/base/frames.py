@@ -15,7 +15,7 @@ from nutamill.base.kernel import kernel
 
 @kernel(inline="always")
 def cross(a0, a1, a2, b0, b1, b2):
-    """Vector product a x b, as a 3-tuple."""
+    """Return the vector product a x b, as a 3-tuple."""
     return a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
 
 
@@ -51,8 +51,8 @@ def cross3(a, b):
 
 @kernel(inline="always")
 def velocity_at(v, w, r):
-    """Return the velocity ``v + w x r`` of a point at `r` from the one that has `v`, of a body with spin `w`;
-    3-tuples.
+    """Return the velocity ``v + w x r`` of a point at `r` from the one that has `v`, of a body with spin `w`,
+    as 3-tuples.
     """
     return (
         v[0] + w[1] * r[2] - w[2] * r[1],
@@ -63,7 +63,7 @@ def velocity_at(v, w, r):
 
 @kernel(inline="always")
 def rotate(R, a0, a1, a2):
-    """``R a``: `a` from body axes to the axes `R` (3, 3) leads to, as a 3-tuple."""
+    """Return ``R a``, as a 3-tuple: `a` from body axes to the axes `R` (3, 3) leads to."""
     return (
         R[0, 0] * a0 + R[0, 1] * a1 + R[0, 2] * a2,
         R[1, 0] * a0 + R[1, 1] * a1 + R[1, 2] * a2,
@@ -73,7 +73,7 @@ def rotate(R, a0, a1, a2):
 
 @kernel(inline="always")
 def rotation_numbers(w, x, y, z):
-    """The nine numbers of the rotation matrix of a unit quaternion, row by row."""
+    """Return the nine numbers of the rotation matrix of a unit quaternion, row by row."""
     return (
         1.0 - 2.0 * (y * y + z * z),
         2.0 * (x * y - w * z),
@@ -89,7 +89,7 @@ def rotation_numbers(w, x, y, z):
 
 @kernel
 def rotation_matrix(q, R_out):
-    """Rotation matrix ``R_WB`` (3, 3) of the unit quaternion ``q_WB`` (4,)."""
+    """Write the rotation matrix ``R_WB`` (3, 3) of the unit quaternion ``q_WB`` (4,)."""
     (
         R_out[0, 0],
         R_out[0, 1],
@@ -105,8 +105,8 @@ def rotation_matrix(q, R_out):
 
 @kernel(inline="always")
 def half_angle_series(square):
-    """sin(angle/2)/angle [1/rad] and cos(angle/2) from the angle's square [rad^2]; below 1 rad the error is
-    below 3e-17.
+    """Return sin(angle/2)/angle [1/rad] and cos(angle/2) from the angle's square [rad^2]. Below 1 rad the
+    error is below 3e-17.
     """
     s = square
     odd = 1 / 645120.0 - s * (1 / 185794560.0 - s * (1 / 81749606400.0 - s / 51011754393600.0))
@@ -118,7 +118,7 @@ def half_angle_series(square):
 
 @kernel(inline="always")
 def turned_by_half_angle(q, a, b, d, c):
-    """Attitude `q` (4,) turned by the quaternion (c, a, b, d) of a turn, renormalised, as a 4-tuple."""
+    """Return the attitude `q` (4,) rotated by the quaternion (c, a, b, d), renormalised, as a 4-tuple."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     qw = c * w - a * x - b * y - d * z
     qx = c * x + a * w + b * z - d * y
@@ -130,8 +130,8 @@ def turned_by_half_angle(q, a, b, d, c):
 
 @kernel
 def turn_quaternion(q, t0, t1, t2, q_out):
-    """``q_out = exp(t) q``: turn the attitude `q` by the rotation vector t [rad] in world axes, and
-    renormalise.
+    """Rotate the attitude `q` by the rotation vector t [rad] in world axes, and renormalise: ``q_out = exp(t)
+    q``.
 
     `q` and `q_out` may be the same array.
     """
@@ -151,7 +151,7 @@ acceleration 3, angular acceleration 3, all of the mass centre, in world axes, a
 
 @kernel
 def pose_in_window(motion, s, p_out, q_out):
-    """Pose of a body `s` seconds after the start of a window of constant acceleration and angular
+    """Write the pose of a body `s` seconds after the start of a window of constant acceleration and angular
     acceleration.
 
     ``p = p0 + v0 s + a s^2/2``, ``q = exp(w0 s + alpha s^2/2) q0``: the same drift as the mechanism's step,
@@ -177,8 +177,8 @@ def pose_in_window(motion, s, p_out, q_out):
 
 @kernel
 def twist_in_window(motion, s, v_out, w_out):
-    """Velocity [m/s] (3,) of the mass centre and angular velocity [rad/s] (3,) of a body `s` seconds into a
-    window.
+    """Write the velocity [m/s] (3,) of the mass centre and the angular velocity [rad/s] (3,) of a body `s`
+    seconds into a window.
     """
     for k in range(3):
         v_out[k] = motion[7 + k] + s * motion[13 + k]
@@ -187,8 +187,8 @@ def twist_in_window(motion, s, v_out, w_out):
 
 @kernel(inline="always")
 def shift_moment(m0, m1, m2, f0, f1, f2, r0, r1, r2):
-    """Moment of a wrench about Q from its moment about P, with ``r = p_QP`` (from Q to P):
-    ``M_Q = M_P + r x F``.
+    """Return the moment of a wrench about Q from its moment about P: ``M_Q = M_P + r x F``, with ``r = p_QP``
+    from Q to P.
     """
     c0, c1, c2 = cross(r0, r1, r2, f0, f1, f2)
     return m0 + c0, m1 + c1, m2 + c2
@@ -196,7 +196,7 @@ def shift_moment(m0, m1, m2, f0, f1, f2, r0, r1, r2):
 
 @kernel(inline="always")
 def turn_vector(q, a0, a1, a2):
-    """``R a`` from the quaternion `q` (4,) itself: `a` from body axes to world axes, as a 3-tuple."""
+    """Return ``R a`` from the quaternion `q` (4,) itself, as a 3-tuple: `a` from body axes to world axes."""
     t0, t1, t2 = 2.0 * (q[2] * a2 - q[3] * a1), 2.0 * (q[3] * a0 - q[1] * a2), 2.0 * (q[1] * a1 - q[2] * a0)
     return (
         a0 + q[0] * t0 + q[2] * t2 - q[3] * t1,
@@ -207,7 +207,7 @@ def turn_vector(q, a0, a1, a2):
 
 @kernel(inline="always")
 def turn_vector_back(q, a0, a1, a2):
-    """``R^T a`` from the quaternion `q` (4,) itself: `a` from world axes to body axes, as a 3-tuple."""
+    """Return ``R^T a`` from the quaternion `q` (4,) itself, as a 3-tuple: from world axes to body axes."""
     t0, t1, t2 = 2.0 * (q[3] * a1 - q[2] * a2), 2.0 * (q[1] * a2 - q[3] * a0), 2.0 * (q[2] * a0 - q[1] * a1)
     return (
         a0 + q[0] * t0 - q[2] * t2 + q[3] * t1,
@@ -218,7 +218,7 @@ def turn_vector_back(q, a0, a1, a2):
 
 @kernel
 def quaternion_product(a, b):
-    """Product ``a b`` of two quaternions (4,), as a 4-tuple: first turn by `b`, then by `a`."""
+    """Return the product ``a b`` of two quaternions (4,), as a 4-tuple: first rotate by `b`, then by `a`."""
     return (
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
         a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
@@ -229,8 +229,8 @@ def quaternion_product(a, b):
 
 @kernel
 def rotation_vector(w, x, y, z):
-    """Rotation vector [rad] of a unit quaternion, as a 3-tuple of length at most pi: the inverse of
-    `turn_quaternion`.
+    """Return the rotation vector [rad] of a unit quaternion, as a 3-tuple of length at most pi: the inverse
+    of `turn_quaternion`.
     """
     sine = math.sqrt(x * x + y * y + z * z)
     if w < 0.0:  # q and -q are the same attitude; take the shorter turn

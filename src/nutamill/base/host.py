@@ -9,8 +9,8 @@ CGROUP_LIMIT = Path("/sys/fs/cgroup/memory.max")
 
 
 def total_memory() -> float | None:
-    """Return the memory that this process may use [bytes], that of its container if it has less; None if not
-    known.
+    """Return the memory that this process may use [bytes], that of its container if it has less, or None if
+    not known.
     """
     try:
         whole = float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
@@ -23,7 +23,7 @@ def total_memory() -> float | None:
 
 
 def free_disk(path: str | Path) -> float | None:
-    """Return the free room [bytes] on the disk where `path` is or will be; None if not known."""
+    """Return the free room [bytes] on the disk where `path` is or will be, or None if not known."""
     path = Path(path).absolute()
     try:
         return float(

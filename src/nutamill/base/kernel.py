@@ -162,7 +162,7 @@ def kernel(function=None, *, fast=False, inline="never"):
 
 
 def like(value, x):
-    """`value` in the precision of the scalar `x`.
+    """Return `value` in the precision of the scalar `x`.
 
     A Python literal is a float64 and would turn a float32 law into a float64 one; ``like(0.5, x)`` does not.
     """
@@ -179,7 +179,7 @@ def _like(value, x):
 
 @kernel
 def copy_numbers(source, target_out):
-    """Copy every number of an array to one of the same shape; an assignment of slices would allocate."""
+    """Copy every number of an array to one of the same shape. An assignment of slices would allocate."""
     numbers, target = source.reshape(source.size), target_out.reshape(target_out.size)
     for k in range(numbers.size):
         target[k] = numbers[k]
@@ -204,8 +204,8 @@ def _copy_arrays(sources, targets_out):
 
 
 def by_type(kernels):
-    """A function that is, where it is called, the one of `kernels` (type of the first argument: kernel) its
-    first argument asks for.
+    """Return a function that calls the one of `kernels` (type of the first argument: kernel) that its first
+    argument selects.
 
     The type is known when the caller is compiled, so that the caller holds the chosen kernel and no choice.
     The kernels take the same arguments.

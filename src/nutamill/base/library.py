@@ -14,13 +14,13 @@ SHAPES = FOLDER / "shapes"
 
 
 def library_names() -> list[str]:
-    """Names of the published mills, the newest of each mill also under the mill's bare name."""
+    """Return the names of the published mills, the newest of each mill also under the mill's bare name."""
     stems = sorted(path.stem for path in FOLDER.glob("*.toml"))
     return sorted({*stems, *(stem.rpartition("-")[0] for stem in stems)})
 
 
 def library_file(name: str) -> Path | None:
-    """File of a published mill: ``numill-2025``, or ``numill`` for the newest of them."""
+    """Return the file of a published mill: ``numill-2025``, or ``numill`` for the newest of them."""
     if name not in library_names():
         return None
     exact = FOLDER / f"{name}.toml"
@@ -28,27 +28,27 @@ def library_file(name: str) -> Path | None:
 
 
 def mount_sets() -> list[str]:
-    """Names of the published sets of mount properties."""
+    """Return the names of the published sets of mount properties."""
     return sorted(path.stem for path in MOUNTS.glob("*.toml"))
 
 
 def charge_sets() -> list[str]:
-    """Names of the published charges."""
+    """Return the names of the published charges."""
     return sorted(path.stem for path in CHARGES.glob("*.toml"))
 
 
 def shape_sets() -> list[str]:
-    """Names of the sets of clump shapes."""
+    """Return the names of the sets of clump shapes."""
     return sorted(path.stem for path in SHAPES.glob("*.toml"))
 
 
 def shape_file(name: str) -> Path | None:
-    """File of a set of clump shapes of the library."""
+    """Return the file of a set of clump shapes of the library."""
     return SHAPES / f"{name}.toml" if name in shape_sets() else None
 
 
 def similar(word: str, known: list[str], cutoff: float = 0.5) -> str:
-    """A hint that names the nearest of the known words, or all of them."""
+    """Return a hint that names the nearest of the known words, or all of them."""
     if close := difflib.get_close_matches(word[:LONGEST_WORD], known, n=1, cutoff=cutoff):
         return f'Did you mean "{close[0]}"?'
     return f"Known: {', '.join(known)}" if known else ""

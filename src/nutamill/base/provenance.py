@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def run_provenance(kernel_digest: str, seed: int, threads: int) -> dict[str, str | int]:
-    """Texts and numbers for ``/provenance`` of a result file.
+    """Collect the texts and numbers for ``/provenance`` of a result file.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ def run_provenance(kernel_digest: str, seed: int, threads: int) -> dict[str, str
 
 
 def git_commit() -> str:
-    """Commit of the sources, marked ``-dirty`` if they have been changed; empty for an installed package or
-    without git.
+    """Return the commit of the sources, marked ``-dirty`` if they have been changed, or "" for an installed
+    package or without git.
     """
     if not (PACKAGE.parent.parent / ".git").exists():
         return ""
@@ -56,7 +56,7 @@ def git_commit() -> str:
 
 
 def processor() -> str:
-    """Name of the processor, as the system names it."""
+    """Return the name of the processor, as the system gives it."""
     try:
         for line in Path("/proc/cpuinfo").read_text().splitlines():
             if line.startswith("model name"):

@@ -58,8 +58,8 @@ LONG_INTEGER, MOST_SHOWN = 10**20, 80
 
 
 def refusal(what: str, hint: str = "", **details: Any) -> PydanticCustomError:
-    """The error a validator raises here: `what` must hold and was given, and as `hint` what to write
-    instead.
+    """Return the error that a validator raises here. `what` states what must hold and what was given, `hint`
+    what to write instead.
     """
     return PydanticCustomError("nutamill", "{what}", {"what": what, "hint": hint, **details})
 
@@ -88,7 +88,7 @@ class Quantity(NamedTuple):
     """A word that may stand in place of a quantity, such as ``"auto"``."""
 
     def read(self, value: Any, info: core_schema.ValidationInfo) -> float | str:
-        """SI value of what a file or a caller gave."""
+        """Return the SI value of what a file or a caller gave."""
         if self.word and value == self.word:
             return value
         instead = f'Write e.g. "{units.example(self.kind)}"' + (f' or "{self.word}"' if self.word else "")
@@ -114,7 +114,7 @@ class Quantity(NamedTuple):
         return si
 
     def _beyond(self, si: float) -> str:
-        """Return what a value of this size has to be; empty if it is neither too small nor too large."""
+        """Return what a value of this size has to be, empty if it is neither too small nor too large."""
         (smallest, largest), unit = SIZES[self.kind], next(iter(UNITS[self.kind]))
         if abs(si) > largest:
             return f"must be at most {largest:g} {unit}"
@@ -123,7 +123,7 @@ class Quantity(NamedTuple):
         return ""
 
     def write(self, value: float | str | None) -> Any:
-        """Text with a unit for the file."""
+        """Return text with a unit for the file."""
         return value if value is None or isinstance(value, str) else units.format(value, self.kind)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
@@ -142,7 +142,7 @@ class Quantity(NamedTuple):
 
 
 def spelled(value: Any) -> str:
-    """A value as the file spells it, shortened where it is long."""
+    """Return a value as the file spells it, shortened where it is long."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, dict):

@@ -104,7 +104,7 @@ def reached(roots: Iterable[Place]) -> set[Place]:
 
 
 def code_digest(places: Iterable[Place]) -> str:
-    """Return the SHA-256 of definitions and of the paths of their files; the order of the places does not
+    """Return the SHA-256 of definitions and of the paths of their files. The order of the places does not
     count.
     """
     digest = hashlib.sha256()
@@ -114,12 +114,12 @@ def code_digest(places: Iterable[Place]) -> str:
 
 
 def _compiles(module: str, name: str) -> bool:
-    """Whether ``from module import name`` is one of `COMPILING`, or Numba's."""
+    """Return whether ``from module import name`` is one of `COMPILING`, or Numba's."""
     return module.split(".")[0] == "numba" or name in COMPILING.get(module, ())
 
 
 def _neighbours(place: Place) -> Iterator[Place]:
-    """Definitions that one definition reaches directly."""
+    """Yield the definitions that one definition reaches directly."""
     path, _ = place
     file = source_file(path)
     _, names, inner_imports = _read(place)
@@ -132,8 +132,8 @@ def _neighbours(place: Place) -> Iterator[Place]:
 
 
 def _imported(module: str, name: str) -> Iterator[Place]:
-    """Definitions of this package that ``from module import name`` stands for: the named one, or all of a
-    module.
+    """Yield the definitions of this package that ``from module import name`` stands for: the named one, or
+    all of a module.
     """
     first, *parts = module.split(".")
     if first != PACKAGE.name or module in APART:
@@ -151,13 +151,13 @@ def _imported(module: str, name: str) -> Iterator[Place]:
 
 @functools.cache
 def _path(parts: tuple[str, ...]) -> str:
-    """File of a module, relative to the package; "" if there is none."""
+    """Return the file of a module, relative to the package, or "" if there is none."""
     candidates = ["/".join((*parts, "__init__.py")), "/".join(parts) + ".py"]
     return next((path for path in candidates if (PACKAGE / path).is_file()), "")
 
 
 def _imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, tuple[str, str]]:
-    """Module and name that each name of an import statement stands for."""
+    """Return module and name that each name of an import statement stands for."""
     if isinstance(node, ast.ImportFrom):
         return {alias.asname or alias.name: (node.module or "", alias.name) for alias in node.names}
     return {alias.asname or alias.name.split(".")[0]: (alias.name, "") for alias in node.names}
@@ -173,7 +173,8 @@ def _is_docstring(node: ast.AST) -> bool:
 
 @functools.cache
 def _read(place: Place) -> tuple[object, set[str], dict[str, tuple[str, str]]]:
-    """Content of a definition as nested tuples, the names that it uses, and what it imports itself.
+    """Return the content of a definition as nested tuples, the names that it uses, and what it imports
+    itself.
 
     The content is that of the syntax tree without line numbers and empty parts, so that it is the same in
     every version of Python.

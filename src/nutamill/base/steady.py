@@ -87,7 +87,7 @@ def turn_means(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> np.nda
 
 
 def turn_swings(time: np.ndarray, value: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Compute half the range of the samples of each turn, (n,); arguments as of `turn_means`."""
+    """Compute half the range of the samples of each turn, (n,). Arguments are those of `turn_means`."""
     edges = np.searchsorted(time, turns)
     slices = [value[begin : max(end, begin + 1)] for begin, end in itertools.pairwise(edges)]
     return np.array([0.5 * np.ptp(inside) for inside in slices])

@@ -134,7 +134,7 @@ _SAME_SIGN = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "³": "^3", "·": 
 
 
 def parse(text: str, kind: Kind | str) -> float:
-    """SI value of `text`, a number and a unit of the `kind` asked for, such as ``"700 rpm"`` or
+    """Return the SI value of `text`, a number and a unit of the `kind` asked for, such as ``"700 rpm"`` or
     ``"0.05 N m s/rad"``.
 
     Parameters
@@ -178,7 +178,7 @@ def parse(text: str, kind: Kind | str) -> float:
 
 
 def format(value: float, kind: Kind | str) -> str:
-    """Text with a unit that `parse` reads back to exactly the same float, as short as that allows.
+    """Return text with a unit that `parse` reads back to exactly the same float, as short as that allows.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ def format(value: float, kind: Kind | str) -> str:
 
 
 def example(kind: Kind | str) -> str:
-    """A typical value of this kind, as a user would type it."""
+    """Return a typical value of this kind, as a user would type it."""
     return EXAMPLES[Kind(kind)]
 
 
@@ -231,13 +231,15 @@ def rpm(speed: Number) -> Number:
 
 
 def _si(number: str, factor: float) -> float:
-    """The number in SI, multiplied as decimals: 700 mm is 0.7 m, while 700 x 1e-3 in floats is not quite."""
+    """Return the number in SI, multiplied as decimals: 700 mm is 0.7 m, while 700 x 1e-3 in floats is not
+    quite.
+    """
     value = float(number)
     return float(Decimal(number) * Decimal(repr(factor))) if math.isfinite(value) else value
 
 
 def _split(text: str, kind: Kind) -> tuple[str, str]:
-    """Number and unit, both as text."""
+    """Split text into number and unit, both as text."""
     stripped = text.strip()
     if match := _NUMBER.match(stripped):
         number, unit = match.group(), stripped[match.end() :].strip()
@@ -248,7 +250,7 @@ def _split(text: str, kind: Kind) -> tuple[str, str]:
 
 
 def _clean(unit: str) -> str:
-    """The unit as the table spells it: one space between factors, none around "/" and "^"."""
+    """Return the unit as the table spells it: one space between factors, none around "/" and "^"."""
     unit = " ".join(unit.translate(_SAME_SIGN).split())
     return re.sub(r"\s*([/^])\s*", r"\1", unit).replace("Nm", "N m")
 
@@ -265,12 +267,12 @@ def _nearest(unit: str, kind: Kind) -> str:
 
 
 def _same_letters(unit: str, known: Iterable[str]) -> str | None:
-    """Return the known unit of the same letters, large or small; None if there is none."""
+    """Return the known unit of the same letters, large or small, or None if there is none."""
     return next((name for name in known if name.lower() == unit.lower()), None)
 
 
 def _suggest(number: str, kind: Kind) -> str:
-    """The number given, with the unit of the kind's example."""
+    """Return the given number with the unit of the kind's example."""
     return f"{number} {EXAMPLES[kind].split(' ', 1)[1]}"
 
 
@@ -279,7 +281,7 @@ def _with_article(kind: Kind) -> str:
 
 
 def _plain(number: str) -> str:
-    """1e+03 as 1000: exponents only where the digits would run long."""
+    """Write 1e+03 as 1000: exponents only where the digits would run long."""
     if "e" not in number:
         return number
     written = repr(float(number))

@@ -31,8 +31,8 @@ def _aligned(shape, dtype) -> np.ndarray:
 
 
 def empty_state(model, poses, clumps, longest, real, point, per_particle, saved) -> ChargeState:
-    """Return an empty state with room for `per_particle` candidates and `saved` contacts of each sphere;
-    clumps have at most `longest` spheres.
+    """Return an empty state with room for `per_particle` candidates and `saved` contacts of each sphere.
+    Clumps have at most `longest` spheres.
     """
     chunks = -(-model.n_particles // (model.chunk - longest + 1))
     # behind the last chunk: vector moves of a chunk that does not begin at a whole number of lanes

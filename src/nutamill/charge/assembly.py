@@ -122,7 +122,7 @@ def charge_of(
     spins: np.ndarray | None = None,
     **settings,
 ) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
-    """Build a charge of placed particles, spheres or clumps; `start` it before the first `window`.
+    """Build a charge of placed particles, spheres or clumps. `start` it before the first `window`.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def charge(
     spheres: Pebbles | None = None,
     patches: PatchTable | None = None,
 ) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
-    """Build a charge of spheres, free ones or the pebbles of clumps; `start` it before the first `window`.
+    """Build a charge of spheres, free ones or the pebbles of clumps. `start` it before the first `window`.
 
     Parameters
     ----------

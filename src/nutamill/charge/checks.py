@@ -58,7 +58,7 @@ def particle_faults(positions, radii, materials, densities) -> list[Fault]:
 
 
 def pair_faults(positions, radii, materials, model, owner) -> list[Fault]:
-    """Return particles that overlap beyond their limit at the start; the worst are named, by the `owner` of
+    """Return particles that overlap beyond their limit at the start. The worst are named, by the `owner` of
     each sphere.
     """
     pairs = cKDTree(positions).query_pairs(2.0 * float(radii.max()), output_type="ndarray")
@@ -82,7 +82,7 @@ def pair_faults(positions, radii, materials, model, owner) -> list[Fault]:
 
 
 def wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> list[Fault]:
-    """Return particles that start inside or behind a surface; `owner` is the particle each sphere belongs to
+    """Return particles that start inside or behind a surface. `owner` is the particle each sphere belongs to
     [1] (n,).
     """
     faults = []
@@ -104,7 +104,7 @@ def wall_faults(positions, radii, materials, model, surfaces, poses, owner) -> l
 
 
 def mesh_faults(positions, model, surfaces, poses, owner) -> list[Fault]:
-    """Return particles that start behind a mesh at any distance; `owner` as for `wall_faults`."""
+    """Return particles that start behind a mesh at any distance. `owner` is that of `wall_faults`."""
     faults = []
     surface_poses = np.zeros((len(surfaces), 12))
     place_surfaces(model, poses, surface_poses)

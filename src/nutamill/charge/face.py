@@ -221,7 +221,7 @@ class Charge:
         return self.step(round(time / self.dt))
 
     def step(self, substeps: int = 1) -> Self:
-        """March for a number of substeps; raises as `march`."""
+        """March for a number of substeps. Raises as `march`."""
         self._impulse[:] = 0.0
         for first in range(0, substeps, SUBSTEPS_AT_ONCE):
             n = min(SUBSTEPS_AT_ONCE, substeps - first)
@@ -274,7 +274,7 @@ class Charge:
 
     @property
     def attitudes(self) -> np.ndarray | None:
-        """Quaternions (n, 4) from the axes of each clump to world axes; None for spheres."""
+        """Quaternions (n, 4) from the axes of each clump to world axes, or None for spheres."""
         return attitudes(self.model, self.state)
 
     @property
@@ -287,7 +287,7 @@ class Charge:
     @property
     def wrenches(self) -> np.ndarray:
         """Mean force [N] and moment [N m] of the charge on each carrier over the last march (n_carriers, 6),
-        about its mass centre, world axes; zero before the first.
+        about its mass centre, world axes, zero before the first.
         """
         return self._impulse / self._marched if self._marched > 0.0 else self._impulse.copy()
 

@@ -38,5 +38,5 @@ def _closing(speed: float) -> str:
 
 
 def status_time(state: ChargeState, dt: float) -> float:
-    """Return the simulated time of the positions of `ChargeState.status` [s]; `dt` is the substep [s]."""
+    """Return the simulated time of the positions of `ChargeState.status` [s]. `dt` is the substep [s]."""
     return (int(state.status[3]) + 0.5) * dt

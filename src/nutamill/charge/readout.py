@@ -8,7 +8,7 @@ from nutamill.charge.pebbles import rotation_matrices
 
 
 def positions(model: ChargeModel, state: ChargeState, dt: float) -> np.ndarray:
-    """Return the mass centres [m] (n, 3) by particle id, world, at the time of the velocities; `dt` is the
+    """Return the mass centres [m] (n, 3) by particle id, world, at the time of the velocities. `dt` is the
     substep [s] of the last window.
     """
     if len(state.clumps):
@@ -40,14 +40,14 @@ def spins(model: ChargeModel, state: ChargeState) -> np.ndarray:
 
 def attitudes(model: ChargeModel, state: ChargeState) -> np.ndarray | None:
     """Return quaternions (n, 4) by particle id, from the axes of a clump to world axes, at the time of the
-    velocities; None for spheres.
+    velocities, or None for spheres.
     """
     return _clumps_by_id(state, ClumpColumn.AT_VELOCITY, 4) if len(state.clumps) else None
 
 
 def contact_forces(model: ChargeModel, state: ChargeState, dt: float) -> np.ndarray | None:
     """Return the resultant of the contact forces on each particle [N] (n,) by id in the last substep `dt`
-    [s]; None of clumps.
+    [s], or None of clumps.
 
     The published velocity is that of the middle of the coming substep, ``v* = v + dt a/2`` with the last
     acceleration, so that ``F = m (2 (v* - v)/dt - g)``; published in single precision, it is good to about

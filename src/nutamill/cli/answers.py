@@ -32,7 +32,7 @@ Last = Annotated[str, typer.Option(help="Length of the steady window.")]
 
 
 def _place(picture: Path | None, stem: str, folder: Path = RESULTS) -> Path:
-    """Return where a picture goes, that of a case among the results, that of a result beside it; refuse a
+    """Return where a picture goes, that of a case among the results, that of a result beside it. Refuse a
     place that cannot be written.
     """
     from nutamill.base.atomic_file import check_writable
@@ -54,7 +54,7 @@ def _print_answer(lines: list[str], figure: Any, picture: Path) -> None:
 def _picture_name(
     subject: "Case | MechanismCase | Path", question: str, *options: str | None, charge: bool = False
 ) -> str:
-    """Name of a picture without its suffix, one for each answer, so that none overwrites another.
+    """Return the name of a picture without its suffix, one for each answer, so that none overwrites another.
 
     It holds the name of the case with its digest, or that of the result, as result files have it; the
     question; and the options that were given.
@@ -73,8 +73,8 @@ def modes(
     charge: ChargeMass = False,
     to: Picture = None,
 ) -> None:
-    """Natural frequencies, damping and shapes of a mill on its mounts, at rest or at speed, or of a mechanism
-    at rest.
+    """Print natural frequencies, damping and shapes of a mill on its mounts, at rest or at speed, or of a
+    mechanism at rest.
     """
     from nutamill.case import Machine
     from nutamill.design.figures import draw_modes
@@ -99,7 +99,7 @@ def modes(
 def campbell(
     case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None
 ) -> None:
-    """Campbell diagram of the mill, and the speeds to avoid."""
+    """Draw the Campbell diagram of the mill, and print the speeds to avoid."""
     from nutamill.design.figures import draw_campbell
     from nutamill.design.modes import avoid_lines
     from nutamill.design.modes import campbell as diagram
@@ -124,7 +124,7 @@ def runup(
     charge: ChargeMass = False,
     to: Picture = None,
 ) -> None:
-    """How far the empty mill shakes on its way through the resonances, for several ramps."""
+    """Print how far the empty mill shakes on its way through the resonances, for several ramps."""
     from nutamill.design.figures import draw_run_up
     from nutamill.design.runup import default_sensor, run_up, run_up_lines
 
@@ -144,7 +144,7 @@ def runup(
 def isolation(
     case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None
 ) -> None:
-    """Which share of the shaking force the mounts pass on to the floor, over speed."""
+    """Print which share of the shaking force the mounts pass on to the floor, over speed."""
     from nutamill.design.figures import draw_isolation
     from nutamill.design.isolation import isolation as passed_on
     from nutamill.design.isolation import isolation_lines
@@ -205,7 +205,7 @@ def orders(
     ] = "crank_pin_force_resultant",
     to: Picture = None,
 ) -> None:
-    """Amplitude and phase of a series once and twice per turn over a run, and its waterfall."""
+    """Print amplitude and phase of a series once and twice per turn over a run, and draw its waterfall."""
     from nutamill.analysis.orders import orders_lines, sensor_orders, waterfall
     from nutamill.analysis.source import open_mill_result
     from nutamill.view.figures.reading import draw_orders
@@ -226,8 +226,8 @@ def loads(
     last: Last = "3 s",
     to: Picture = None,
 ) -> None:
-    """Reaction of every joint: mean, r.m.s., peak, orders, polar plots; and the forces in the rods of a
-    yoke.
+    """Print the reaction of every joint (mean, r.m.s., peak, orders) and the forces in the rods of a yoke,
+    and draw polar plots.
     """
     from nutamill.analysis.load_paths import load_paths, loads_lines
     from nutamill.analysis.rods import rods_lines, yoke_rods
@@ -257,7 +257,7 @@ def mounts(
     fixed_to: Annotated[str, typer.Option(help='Where the opening is: "frame" or "ground".')] = "frame",
     to: Picture = None,
 ) -> None:
-    """Travel and force of the mounts, the force on the floor, and the clearance of the chamber."""
+    """Print travel and force of the mounts, the force on the floor, and the clearance of the chamber."""
     from nutamill.analysis.mounts import chamber_clearance, clearance_line, mounts_lines
     from nutamill.analysis.source import open_mill_result
     from nutamill.view.figures.reading import draw_floor
@@ -289,7 +289,7 @@ def life(
     last: Last = "3 s",
     to: Picture = None,
 ) -> None:
-    """Life of bearings (L10), shafts and pins (rainflow, Goodman, Miner) under the loads of a run."""
+    """Print the life of bearings (L10), shafts and pins (rainflow, Goodman, Miner) for the loads of a run."""
     from nutamill.analysis.bearings import bearing_life, bearings_lines
     from nutamill.analysis.fatigue import section_life, sections_lines
     from nutamill.analysis.ratings import load_ratings

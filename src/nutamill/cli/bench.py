@@ -50,7 +50,9 @@ def on_threads(model: Model, threads: int) -> Model:
 
 
 def piece(model: Model, state: State, scratch: Scratch) -> tuple[Model, float]:
-    """Wall time of one measured piece of a coupled march [s], after the model, whose lists may have grown."""
+    """Measure the wall time of one piece of a coupled march [s], and return it after the model, whose lists
+    may have grown.
+    """
     begun = wall.perf_counter()
     model, _, fault = enter(model, state, scratch, ROWS)
     if fault is not None:
@@ -59,7 +61,7 @@ def piece(model: Model, state: State, scratch: Scratch) -> tuple[Model, float]:
 
 
 def mechanism_step(model: Model, state: State, scratch: Scratch) -> float:
-    """Wall time of one mechanism step with its share of the record [s], median."""
+    """Measure the wall time of one mechanism step with its share of the record [s], median."""
     windows = ROWS * model.plan.windows_per_row
     rows = np.empty((ROWS, model.readout.n_columns))
     apart = copied(state.mechanism)
@@ -82,8 +84,8 @@ def mechanism_step(model: Model, state: State, scratch: Scratch) -> float:
 
 
 def statistics_cost(model: Model, state: State, scratch: Scratch) -> tuple[Model, float]:
-    """Share of the time that the charge's statistics take on one thread [1], median of neighbouring pieces;
-    after the model.
+    """Measure the share of the time that the charge's statistics take on one thread [1], median of
+    neighbouring pieces, and return it after the model.
     """
     ratios = []
     model = on_threads(model, 1)
@@ -99,7 +101,7 @@ def statistics_cost(model: Model, state: State, scratch: Scratch) -> tuple[Model
 
 
 def process_time(*command: str) -> float:
-    """Wall time of a Python process, median [s]."""
+    """Measure the wall time of a Python process, median [s]."""
     times = []
     for _ in range(5):
         begun = wall.perf_counter()
@@ -117,7 +119,7 @@ def first_step() -> None:
 
 
 def measure() -> Iterator[str]:
-    """Lines of the benchmark, one after another."""
+    """Yield the lines of the benchmark, one after another."""
     warm_up()
     yield f"{processor()}, {usable_cores()} cores for this process, {wall.strftime('%Y-%m-%d')}"
     model, state, scratch = developed_flow(developed_case())

@@ -32,7 +32,7 @@ def sweep(
     to: Annotated[Path | None, typer.Option(help="Folder for results and table; else sweeps/<case>.")] = None,
     quick: Quick = False,
 ) -> None:
-    """Run a case with all combinations of some values; the same call again does what is left."""
+    """Run a case with all combinations of some values. The same call again does what is left."""
     from nutamill.studies.command import run_sweep
 
     if not run_sweep(case, changes or [], jobs, cluster, to, quick, typer.echo):
@@ -72,7 +72,7 @@ def mount_test(
     ],
     to: Annotated[Path | None, typer.Option(help="Picture; else beside the file.")] = None,
 ) -> None:
-    """Stiffness and damping of a mount from a force-displacement test at one frequency."""
+    """Print stiffness and damping of a mount from a force-displacement test at one frequency."""
     from nutamill.analysis.mount_test import mount_properties, read_mount_test
     from nutamill.view.figures.mount import draw_loop
     from nutamill.view.figures.saving import save_figure

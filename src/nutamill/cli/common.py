@@ -61,7 +61,7 @@ def main(
 
 
 def quantity(where: str, text: str, kind: Any) -> float:
-    """SI value of an option with a unit."""
+    """Return the SI value of an option with a unit."""
     from nutamill.base import units
 
     try:
@@ -78,7 +78,7 @@ def load(name: str, overrides: list[str] | None) -> "Case | MechanismCase":
 
 
 def load_mill(name: str, overrides: list[str] | None) -> "Case":
-    """Return the mill of a name or file with the overrides of the command line; refuse a mechanism of listed
+    """Return the mill of a name or file with the overrides of the command line. Refuse a mechanism of listed
     parts.
     """
     from nutamill.case import load_mill

@@ -12,7 +12,7 @@ from nutamill.simulation.signals import checkpoint_signal
 
 
 def key_signals() -> dict[str, signal.Signals]:
-    """The signal of each key: ``q`` stops, ``c`` saves a checkpoint where the system has a signal for
+    """Return the signal of each key: ``q`` stops, ``c`` saves a checkpoint where the system has a signal for
     that.
     """
     asks = checkpoint_signal()
@@ -21,7 +21,7 @@ def key_signals() -> dict[str, signal.Signals]:
 
 @contextlib.contextmanager
 def single_keys() -> Iterator[bool]:
-    """Deliver keys at once and unseen; yields whether that is possible (a terminal, on a system with
+    """Deliver keys at once and unseen, and yield whether that is possible (a terminal, on a system with
     termios).
     """
     try:
@@ -43,7 +43,7 @@ def single_keys() -> Iterator[bool]:
 
 
 def typed_keys() -> str:
-    """The keys typed since the last call."""
+    """Return the keys typed since the last call."""
     import select
 
     typed = b""
@@ -57,7 +57,7 @@ def typed_keys() -> str:
 
 
 def obey_key(key: str, offered: Collection[str]) -> bool:
-    """Raise the signal of `key` if it is one of those that are `offered`; returns whether it is."""
+    """Raise the signal of `key` if it is one of those that are `offered`, and return whether it is."""
     asks = key_signals().get(key) if key in offered else None
     if asks is None:
         return False

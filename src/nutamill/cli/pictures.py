@@ -46,7 +46,7 @@ def picture(
     camera: Camera = "front",
     colour: ColourBy = "speed",
 ) -> None:
-    """Draw the last snapshot in three dimensions; needs the extra "view"."""
+    """Draw the last snapshot in three dimensions. Needs the extra "view"."""
     from nutamill.result import open_result
     from nutamill.view.scene import draw_scene
 
@@ -63,7 +63,7 @@ def movie(
     colour: ColourBy = "speed",
     slow: Annotated[float, typer.Option(min=1.0, help="How many times slower than real.")] = 40.0,
 ) -> None:
-    """Film all snapshots in three dimensions; needs the extra "view"."""
+    """Film all snapshots in three dimensions. Needs the extra "view"."""
     from nutamill.result import open_result
     from nutamill.view.scene import film_scene
 
@@ -80,7 +80,7 @@ def view(
     html: Annotated[Path | None, typer.Option(help="The page to write; else beside the result.")] = None,
     frames: Annotated[int, typer.Option(min=1, help="Most moments to show.")] = 200,
 ) -> None:
-    """Write one HTML file in which the mill turns and the charge moves; it opens in any browser, without a
+    """Write one HTML file in which the mill turns and the charge moves. It opens in any browser, without a
     network.
     """
     from nutamill.result import open_result
@@ -118,8 +118,8 @@ def report(
         Path | None, typer.Option(help="The page; else beside the first result, or in the folder.")
     ] = None,
 ) -> None:
-    """Write one HTML page: case, steady values, where the power goes, figures, the moving charge, provenance;
-    or a campaign's tables.
+    """Write one HTML page: case, steady values, power, figures, the moving charge and provenance, or the
+    tables of a campaign.
     """
     from nutamill.view.report import write_report
 

@@ -80,7 +80,7 @@ def run(
         ),
     ] = False,
 ) -> None:
-    """Run a case to a result file; if it is complete already, show it."""
+    """Run a case to a result file. If it is complete already, show it."""
     with stop_at_once():
         _run(load(case, overrides), to, quick, threads, again)
 
@@ -201,7 +201,7 @@ def schema() -> None:
 @app.command()
 @reports_errors
 def bench() -> None:
-    """Measure the speed of this version on this machine; takes about two minutes."""
+    """Measure the speed of this version on this machine. It takes about two minutes."""
     from nutamill.cli.bench import measure
 
     for line in measure():

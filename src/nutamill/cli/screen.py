@@ -75,7 +75,7 @@ class Screen:
             self._open.close()
 
     def message(self, text: str) -> None:
-        """Show one line, for instance `COMPILING`; on a terminal it stays above the table."""
+        """Show one line, for instance `COMPILING`. On a terminal it stays above the table."""
         try:
             self._write(text)
         except OSError:
@@ -124,14 +124,14 @@ class Screen:
 
 
 def offers(progress: Progress) -> dict[str, str]:
-    """What the keys do at present: before the first step there is nothing to save."""
+    """Return what the keys do at present: before the first step there is nothing to save."""
     if progress.phase == PHASES[0]:
         return OFFERS_SETTLING
     return {key: does for key, does in OFFERS.items() if key in key_signals()}
 
 
 def line(progress: Progress) -> str:
-    """`progress` in one line for a log."""
+    """Format `progress` as one line for a log."""
     if progress.phase == PHASES[0]:
         return f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  the charge comes to rest"
     if not _of_mill(progress):
@@ -150,7 +150,8 @@ def line(progress: Progress) -> str:
 
 
 def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = False) -> "Panel":
-    """The live table: a bar for each phase, the readings now and their means, and a line of technicalities.
+    """Build the live table: a bar for each phase, the readings now and their means, and a line of
+    technicalities.
 
     `spent` is the wall time [s] of each phase that has begun; `keys` is true where single keys are read.
     """
@@ -226,9 +227,7 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
 
 
 def _of_mill(progress: Progress) -> bool:
-    """Whether what marches is a mill, which has a crank pin, or still settles a charge; any other mechanism
-    has not.
-    """
+    """Return whether what marches is a mill, which has a crank pin, or still settles a charge."""
     return (
         progress.phase == PHASES[0]
         or math.isfinite(progress.crank_pin_force)
@@ -249,7 +248,7 @@ def _rate(progress: Progress) -> str:
 
 
 def _means(progress: Progress) -> str:
-    """Means so far with their intervals, once they are known."""
+    """Format the means so far with their intervals, once they are known."""
     if not math.isfinite(progress.mean_force_half_width):
         return ""
     return (

@@ -63,7 +63,7 @@ class Archive:
 
     @property
     def file(self) -> h5py.File:
-        """The open file; ResultError after `close`."""
+        """The open file. Raises ResultError after `close`."""
         if not self._file:
             raise ResultError(f"{self.path}: has been closed. Open it again with open_result.")
         return self._file
@@ -73,7 +73,7 @@ class Archive:
         return DamagedError(self.path, f"/{path}", " ".join(str(how).split()))
 
     def __contains__(self, path: str) -> bool:
-        """Whether the file should hold an object of this path; a missing one that it should hold is
+        """Return whether the file should hold an object of this path. A missing one that it should hold is
         damage.
         """
         if self.checksums is not None:
@@ -82,7 +82,7 @@ class Archive:
             return path in self.file
 
     def members(self, path: str) -> tuple[str, ...]:
-        """Names of what the group at `path` holds."""
+        """Return the names of what the group at `path` holds."""
         with self._reading(path):
             group = self.file[path or "/"]
             if not isinstance(group, h5py.Group):
@@ -95,7 +95,7 @@ class Archive:
         return names
 
     def attributes(self, path: str) -> dict[str, Any]:
-        """Attributes of the object at `path` as Python numbers, texts and lists."""
+        """Return the attributes of the object at `path` as Python numbers, texts and lists."""
         with self._reading(path):
             values = plain_attributes(self.file[path or "/"])
             if self.checksums is not None and attributes_digest(values) != self._entry(path).attributes:
@@ -103,16 +103,16 @@ class Archive:
         return values
 
     def table(self, path: str) -> dict[str, Any]:
-        """Attributes of a group, with those of the groups inside it as nested tables."""
+        """Return the attributes of a group, with those of the groups inside it as nested tables."""
         return self.attributes(path) | {name: self.table(f"{path}/{name}") for name in self.members(path)}
 
     def shape(self, path: str) -> tuple[int, ...]:
-        """Shape of a dataset, after checking that the file holds as many numbers."""
+        """Return the shape of a dataset, after checking that the file holds as many numbers."""
         return self._dataset(path).shape
 
     def values(self, path: str) -> np.ndarray:
-        """Whole content of the dataset at `path`, which must not grow by moments; texts as an object
-        array.
+        """Return the whole content of the dataset at `path`, which must not grow by moments. Texts come as an
+        object array.
         """
         data = self._dataset(path)
         with self._reading(path):
@@ -122,7 +122,7 @@ class Archive:
         return values
 
     def times(self, group: str) -> np.ndarray:
-        """Times [s] of the moments of ``snapshots`` or ``statistics``, (n,)."""
+        """Return the times [s] of the moments of ``snapshots`` or ``statistics``, (n,)."""
         if group not in self._times:
             self._times[group] = self._read_times(group)
         return self._times[group]
@@ -143,7 +143,7 @@ class Archive:
         return times
 
     def moment(self, group: str, index: int) -> dict[str, Any]:
-        """All arrays of one moment of ``snapshots`` or ``statistics``, with its ``time``."""
+        """Return all arrays of one moment of ``snapshots`` or ``statistics``, with its ``time``."""
         datasets = self._growing(group)
         with self._reading(group):
             arrays = {name: data[index] for name, data in datasets.items()}
@@ -151,7 +151,7 @@ class Archive:
         return arrays
 
     def all_moments(self, group: str) -> dict[str, np.ndarray]:
-        """All arrays of ``snapshots`` or ``statistics`` over all moments, with ``time``."""
+        """Return all arrays of ``snapshots`` or ``statistics`` over all moments, with ``time``."""
         datasets = self._growing(group)
         with self._reading(group):
             arrays = {name: data[()] for name, data in datasets.items()}
@@ -160,7 +160,7 @@ class Archive:
         return arrays
 
     def _growing(self, group: str) -> dict[str, h5py.Dataset]:
-        """Datasets of the arrays that grow by moments, all of the same length."""
+        """Return the datasets of the arrays that grow by moments, all of the same length."""
         count = len(self.times(group))
         arrays = {}
         for name in self.members(group):
@@ -195,8 +195,8 @@ class Archive:
         return entry
 
     def _dataset(self, path: str) -> h5py.Dataset:
-        """The dataset at `path`, whose type and shape are as they were written and whose numbers are all in
-        the file.
+        """Return the dataset at `path`, after checking that its type and shape are as they were written and
+        that all its numbers are in the file.
         """
         with self._reading(path):
             data = self.file[path]
@@ -231,7 +231,7 @@ class Archive:
             raise self.damaged(path, fault) from fault
 
     def _checksums(self) -> Checksums | None:
-        """Return the checksums; None for a file of a version without them."""
+        """Return the checksums, or None for a file of a version without them."""
         with self._reading(""):
             if self.version < FIRST_WITH_CHECKSUMS:
                 if any(name in self.file for name in COPIES):
@@ -249,7 +249,7 @@ class Archive:
 
 
 def _stored(data: h5py.Dataset) -> bool:
-    """Whether the file has room taken for all numbers that the shape of a dataset claims."""
+    """Return whether the file has space for all numbers that the shape of a dataset claims."""
     if data.size == 0:
         return True
     if data.chunks is None:

@@ -49,14 +49,14 @@ def written(digest: "hashlib._Hash") -> str:
 
 
 def array_digest(array: np.ndarray) -> str:
-    """Digest of the bytes of an array, of texts their UTF-8 with zeros between."""
+    """Compute the digest of the bytes of an array, of texts their UTF-8 with zeros between."""
     digest = new_hash()
     digest.update(array_bytes(array))
     return written(digest)
 
 
 def array_bytes(array: np.ndarray) -> Any:
-    """Bytes of an array in C order, of texts their UTF-8 with zeros between."""
+    """Return the bytes of an array in C order, of texts their UTF-8 with zeros between."""
     if array.dtype == object:
         return b"\0".join(text.encode() for text in array.ravel())
     return np.ascontiguousarray(array).reshape(-1).view(np.uint8).data if array.size else b""
@@ -70,14 +70,14 @@ def whole_content(data: h5py.Dataset) -> np.ndarray:
 
 
 def attributes_digest(values: Mapping[str, Any]) -> str:
-    """Digest of attributes as `plain_attributes` returns them."""
+    """Compute the digest of attributes as `plain_attributes` returns them."""
     digest = new_hash()
     digest.update(json.dumps(values, sort_keys=True, default=repr).encode())
     return written(digest)
 
 
 def moment_digest(arrays: Mapping[str, np.ndarray]) -> str:
-    """Digest over the names and bytes of all arrays of one moment."""
+    """Compute the digest over the names and bytes of all arrays of one moment."""
     digest = new_hash()
     for name in sorted(arrays):
         digest.update(name.encode() + b"\0")
@@ -86,7 +86,7 @@ def moment_digest(arrays: Mapping[str, np.ndarray]) -> str:
 
 
 def plain_attributes(thing: h5py.HLObject) -> dict[str, Any]:
-    """Attributes of an object as Python numbers, texts and lists, without those of HDF5 itself."""
+    """Return the attributes of an object as Python numbers, texts and lists, without those of HDF5 itself."""
     return {name: _plain(value) for name, value in thing.attrs.items() if name not in HIDDEN}
 
 
@@ -160,13 +160,13 @@ class Checksums:
             del self.entries[name]
 
     def members(self, path: str) -> set[str]:
-        """Names of what the group at `path` holds."""
+        """Return the names of what the group at `path` holds."""
         start = len(path) + 1 if path else 0
         inside = (name[start:] for name in self.entries if name and (not path or name.startswith(path + "/")))
         return {name for name in inside if "/" not in name}
 
     def text(self) -> bytes:
-        """All of it as text that `parsed` reads, with its digest in front."""
+        """Return all checksums as text that `parsed` reads, with its digest in front."""
         body = json.dumps({"objects": self.entries, "moments": self.moments}, separators=(",", ":")).encode()
         return hashlib.sha256(body).hexdigest().encode() + b"\n" + body
 
@@ -217,5 +217,5 @@ class Checksums:
 
 
 def grows(path: str) -> bool:
-    """Whether the object at `path` is an array that grows by moments."""
+    """Return whether the object at `path` is an array that grows by moments."""
     return path.rpartition("/")[0] in GROWING

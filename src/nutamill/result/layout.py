@@ -38,7 +38,7 @@ class WallMesh(NamedTuple):
 
 
 def write_attributes(group: h5py.Group, values: Mapping[str, Any]) -> None:
-    """Numbers and texts as attributes, nested tables as groups of attributes."""
+    """Write numbers and texts as attributes, nested tables as groups of attributes."""
     for key, value in values.items():
         if isinstance(value, Mapping):
             write_attributes(group.create_group(key), value)

@@ -23,7 +23,7 @@ BUSY = 5
 
 @contextlib.contextmanager
 def one_writer(path: Path) -> Iterator[None]:
-    """Hold the lock on the result file `path`; the folder is made if needed.
+    """Hold the lock on the result file `path`. The folder is made if needed.
 
     On a file system without locks, and in a Python without SQLite, nothing is locked.
 
@@ -48,7 +48,7 @@ def one_writer(path: Path) -> Iterator[None]:
 
 
 def _connected(lock: Path, path: Path) -> "sqlite3.Connection | None":
-    """A connection that holds `lock`; None where nothing can be locked."""
+    """Return a connection that holds `lock`, or None where nothing can be locked."""
     try:
         import sqlite3
     except ImportError:

@@ -93,9 +93,7 @@ def refuse_outside_storage(file: h5py.File, path: Path) -> None:
 
 
 def _outside_storage(group: h5py.h5g.GroupID, above: bytes) -> list[str]:
-    """Return what in a group, and in the groups inside it, refers to something outside; `above` is its
-    path.
-    """
+    """Return what in a group and the groups inside it refers to something outside. `above` is its path."""
     faults: list[str] = []
     try:
         names = list(group)

@@ -20,8 +20,8 @@ PACKED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle
 def write_arrays(
     group: h5py.Group, snapshots: list[tuple[float, dict[str, np.ndarray]]], field: Callable[[str], Field]
 ) -> list[tuple[float, str]]:
-    """Append arrays, one compressed block each, to datasets whose first axis is time; return time and digest
-    of each moment.
+    """Append arrays, one compressed block each, to datasets whose first axis is time, and return time and
+    digest of each moment.
     """
     if "time" not in group:
         group.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(256,)).attrs["units"] = "s"
@@ -82,7 +82,9 @@ def write_checkpoint(
 
 
 def edited(edit: Callable[[h5py.File], None]) -> Callable[[Path], None]:
-    """`edit`, given the path of the copy; HDF5 gives reserved room back when it closes the file."""
+    """Return `edit` as a function of the path of the copy. HDF5 gives reserved space back when it closes the
+    file.
+    """
 
     def edit_path(part: Path) -> None:
         with h5py.File(part, "r+") as file:
@@ -93,7 +95,7 @@ def edited(edit: Callable[[h5py.File], None]) -> Callable[[Path], None]:
 
 
 def empty_file() -> bytes:
-    """An empty HDF5 file, made in memory: HDF5 must not be the one to find the disk full."""
+    """Return an empty HDF5 file, made in memory: HDF5 must not be the first to meet a full disk."""
     with h5py.File("empty", "w", driver="core", backing_store=False) as file:
         file.flush()
         return file.id.get_file_image()

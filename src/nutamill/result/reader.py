@@ -40,7 +40,7 @@ class Snapshots(Sequence[dict[str, Any]]):
         return len(self.time)
 
     def __getitem__(self, index: int) -> dict[str, Any]:  # type: ignore[override]  # no slices
-        """Return the arrays of one snapshot and its ``time``; names, units and axes are those of
+        """Return the arrays of one snapshot and its ``time``. Names, units and axes are those of
         `nutamill.result.fields.SNAPSHOT`.
         """
         if not -len(self) <= index < len(self):
@@ -69,12 +69,12 @@ class Result:
         self.close()
 
     def close(self) -> None:
-        """Let go of the file; a dataset got from `series` stays usable."""
+        """Close the file. A dataset from `series` stays usable."""
         self._archive.close()
 
     @property
     def verifiable(self) -> bool:
-        """Whether the file holds checksums; one of format 1 does not, and damage to it may go unnoticed."""
+        """Whether the file holds checksums. One of format 1 does not, and damage to it may go unnoticed."""
         return self._archive.checksums is not None
 
     @property
@@ -87,7 +87,7 @@ class Result:
 
     @property
     def state(self) -> str:
-        """``running``, ``interrupted``, ``complete`` or ``failed: ...``; that of a killed run stays
+        """``running``, ``interrupted``, ``complete`` or ``failed: ...``. That of a killed run stays
         ``running``.
         """
         state = self._archive.attributes("").get("state")
@@ -107,7 +107,7 @@ class Result:
 
     @property
     def reached(self) -> float:
-        """Simulated time of the last sample [s]; 0 before the first."""
+        """Simulated time of the last sample [s], or 0 before the first."""
         return float(self._time[-1]) if len(self._time) else 0.0
 
     @cached_property
@@ -129,12 +129,12 @@ class Result:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """What was printed at the end of the run; empty if it has not ended."""
+        """What was printed at the end of the run, empty if it has not ended."""
         return self._archive.table("summary") if "summary" in self._archive else {}
 
     @property
     def series(self) -> "xarray.Dataset":
-        """All series over ``time`` [s], in memory; each variable carries units, long_name, symbol, frame and
+        """All series over ``time`` [s], in memory. Each variable carries units, long_name, symbol, frame and
         point.
         """
         if self._series is None:
@@ -187,7 +187,7 @@ class Result:
             raise archive.damaged("statistics", fault) from fault
 
     def _dims(self, name: str) -> tuple[str, ...]:
-        """Dimensions of a statistics array besides time, as its field names them."""
+        """Return the dimensions of a statistics array besides time, as its field names them."""
         try:
             inside = statistics_field(name).shape.strip("()")
         except CaseError as fault:
@@ -201,7 +201,7 @@ class Result:
 
     @property
     def walls(self) -> dict[str, WallMesh]:
-        """Meshed walls by their key in the case (``chamber.mesh``, ``walls[0]``); none in a file of an early
+        """Meshed walls by their key in the case (``chamber.mesh``, ``walls[0]``), none in a file of an early
         version.
         """
         archive = self._archive
@@ -219,7 +219,7 @@ class Result:
         return len(self._archive.members("checkpoints")) > 0
 
     def checkpoint(self) -> Checkpoint:
-        """The newest undamaged checkpoint; ResultError if there is none."""
+        """Return the newest undamaged checkpoint. Raises ResultError if there is none."""
         newest, faults = newest_whole(self._archive)
         if newest is not None:
             return newest.checkpoint
@@ -230,12 +230,12 @@ class Result:
         raise ResultError(f"{self.path}: holds no checkpoint to continue from. Run the case again.")
 
     def damaged_checkpoints(self) -> list[str]:
-        """A sentence on each damaged checkpoint that is newer than the one `checkpoint` returns."""
+        """Return a sentence on each damaged checkpoint that is newer than the one `checkpoint` returns."""
         return newest_whole(self._archive)[1]
 
 
 def series_names(archive: Archive) -> tuple[str, ...]:
-    """Names of the series in the order of the record, all of which the file holds."""
+    """Return the names of the series in the order of the record, all of which the file holds."""
     names = archive.attributes("series").get("names")
     if not isinstance(names, list) or "time" not in names or set(names) != set(archive.members("series")):
         raise archive.damaged("series", "its attribute names must list the series")
@@ -243,7 +243,7 @@ def series_names(archive: Archive) -> tuple[str, ...]:
 
 
 def series_values(archive: Archive, name: str, count: int) -> np.ndarray:
-    """Numbers of a series, of which the file must hold `count`, (count,)."""
+    """Return the numbers of a series, of which the file must hold `count`, (count,)."""
     path = f"series/{name}"
     if archive.shape(path) != (count,):
         raise archive.damaged(path, f"it must hold {count} numbers, its shape is {archive.shape(path)}")
@@ -254,7 +254,7 @@ def series_values(archive: Archive, name: str, count: int) -> np.ndarray:
 
 
 def open_result(path: str | Path) -> Result:
-    """Open a result file for reading; it may still be growing, and then shows the last commit.
+    """Open a result file for reading. It may still be growing, and then shows the last commit.
 
     Raises
     ------
@@ -274,13 +274,13 @@ def open_result(path: str | Path) -> Result:
 
 
 def is_finished(state: str) -> bool:
-    """Whether nothing is left to be done for a run in this state."""
+    """Return whether nothing is left to be done for a run in this state."""
     return state == "complete" or state.startswith(NOT_STEADY)
 
 
 def state_of(path: Path) -> str:
-    """Return the state of a result file as `Result.state`; `MISSING` if there is none. Raises ResultError as
-    `open_result`.
+    """Return the state of a result file as `Result.state`, or `MISSING` if there is none. Raises ResultError
+    as `open_result`.
     """
     if not exists(path):
         return MISSING

@@ -76,7 +76,7 @@ class Recorder:
         axes: Mapping[str, np.ndarray] | None = None,
         walls: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None,
     ) -> Self:
-        """Start a new result file; it is readable, and empty, as soon as this returns.
+        """Start a new result file. It is readable, and empty, as soon as this returns.
 
         Parameters
         ----------
@@ -144,7 +144,7 @@ class Recorder:
 
     @classmethod
     def reopen(cls, path: str | Path, truncate_after_time: float) -> Self:
-        """Continue a file from its checkpoint at `truncate_after_time` [s]; what was recorded after it is
+        """Continue a file from its checkpoint at `truncate_after_time` [s]. What was recorded after it is
         dropped.
 
         The series and snapshots of a resumed run are then those of a run that was never interrupted.
@@ -234,7 +234,7 @@ class Recorder:
         groups: Mapping[str, Mapping[str, np.ndarray]],
         attributes: Mapping[str, Any] | None = None,
     ) -> None:
-        """Keep the state at `time` [s] for resuming; all samples and snapshots up to it must have been added
+        """Keep the state at `time` [s] for resuming. All samples and snapshots up to it must have been added
         before.
 
         The file keeps the two newest.  `attributes` are numbers and texts that belong to the state.
@@ -257,11 +257,11 @@ class Recorder:
         return clock.monotonic() - self._kept_at
 
     def summary(self, values: Mapping[str, Any]) -> None:
-        """Numbers, texts and (nested) tables of them to be stored under ``/summary``."""
+        """Set the numbers, texts and (nested) tables of them that are stored under ``/summary``."""
         self._summary = dict(values)
 
     def state(self, text: str) -> None:
-        """State of the run: ``running``, ``interrupted``, ``complete`` or ``failed: ...``."""
+        """Set the state of the run: ``running``, ``interrupted``, ``complete`` or ``failed: ...``."""
         self._attributes["state"] = text
 
     @property
@@ -332,7 +332,7 @@ class Recorder:
             held.close()
 
     def _deleted_content(self) -> BinaryIO:
-        """What the file held that is not there any more."""
+        """Return what the file held that is not there any more."""
         if self._last_commit is None:
             raise ResultError(
                 f"{self.path}: was deleted or moved during the run, which cannot go on without it. "
@@ -343,8 +343,8 @@ class Recorder:
         return self._last_commit
 
     def _room(self, rows: int) -> int:
-        """Upper bound of what a commit adds to the file [bytes]: the numbers unpacked, and the indices of
-        their blocks.
+        """Return an upper bound of what a commit adds to the file [bytes]: the numbers unpacked, and the
+        indices of their blocks.
         """
         arrays = [array for _, arrays in self._snapshots + self._statistics for array in arrays.values()]
         arrays += [
@@ -392,7 +392,9 @@ class Recorder:
 
 
 def _cut_off(archive: Archive, last: WholeCheckpoint, digests: dict[str, Any]) -> Checksums:
-    """Checksums of a file that ends at a checkpoint; `digests` are those of the series up to there."""
+    """Return the checksums of a file that ends at a checkpoint. `digests` are those of the series up to
+    there.
+    """
     checksums = archive.required_checksums.copy()
     rows, *moments = last.before
     for name, digest in digests.items():
@@ -405,7 +407,7 @@ def _cut_off(archive: Archive, last: WholeCheckpoint, digests: dict[str, Any]) -
 
 
 def _checked_fields(names: Sequence[str]) -> list[Field]:
-    """The registered fields of `names`; all faults at once."""
+    """Return the registered fields of `names`. Raises CaseError with all faults at once."""
     faults = (
         [] if names and names[0] == "time" else [Fault("record", "must begin with time", 'Put "time" first.')]
     )

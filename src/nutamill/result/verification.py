@@ -46,7 +46,7 @@ class Verification(NamedTuple):
         return [fault for part in self.parts for fault in part.faults]
 
     def lines(self) -> list[str]:
-        """The findings as text, one line for each part."""
+        """Format the findings as text, one line for each part."""
         if not self.parts:
             return [
                 f"{self.path}: format {self.version} has no checksums: the file can be read, but "
@@ -87,7 +87,7 @@ def verify(path: str | Path) -> Verification:
 
 
 def _attributes(archive: Archive) -> PartOfFile:
-    """State, rate and the list of what the file holds."""
+    """Verify state, rate and the list of what the file holds."""
     faults = _faults(lambda: Result(archive).state, lambda: Result(archive).rate)
     faults += _faults(lambda: archive.members(""))
     return PartOfFile("attributes", "", tuple(dict.fromkeys(faults)))
@@ -99,7 +99,7 @@ def _case(archive: Archive) -> PartOfFile:
 
 
 def _objects(archive: Archive, path: str) -> PartOfFile:
-    """Whether a group and everything inside it is whole."""
+    """Verify that a group and everything inside it is whole."""
     entries = archive.required_checksums.entries
     inside = [name for name in entries if name == path or name.startswith(path + "/")]
     faults = [_fault_of(archive, name) for name in inside]
@@ -117,7 +117,7 @@ def _fault_of(archive: Archive, path: str) -> str:
 
 
 def _moments(archive: Archive, group: str) -> PartOfFile:
-    """Whether a group of arrays that grow by moments is whole, and which of its moments are not."""
+    """Verify that a group of arrays that grow by moments is whole, and list which of its moments are not."""
     checksums = archive.required_checksums
     count = len(checksums.moments[group])
     inside = [name for name in checksums.entries if name == group or name.startswith(group + "/")]

@@ -26,14 +26,14 @@ def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndar
 
 
 def statistics_group(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
-    """Return the group of a checkpoint with the present statistics; no group for an empty chamber."""
+    """Return the group of a checkpoint with the present statistics, or no group for an empty chamber."""
     if state.charge is None or state.statistics is None:
         return {}
     return {"statistics": gathered(state.statistics, state.charge.impacts)}
 
 
 def restore(model: Model, state: State, scratch: Scratch, groups: dict[str, dict[str, np.ndarray]]) -> Model:
-    """Put the arrays of a checkpoint into `state`, in place; return the model, its lists as large as they
+    """Put the arrays of a checkpoint into `state`, in place, and return the model, its lists as large as they
     were.
 
     Raises
@@ -57,7 +57,7 @@ def restore(model: Model, state: State, scratch: Scratch, groups: dict[str, dict
 
 
 def backup(state: State, former: State | None) -> State | None:
-    """Return a copy of `state`, made in place of the `former` backup where it fits; None if it would be
+    """Return a copy of `state`, made in place of the `former` backup where it fits, or None if it would be
     larger than `LARGEST_BACKUP`.
 
     The statistics are not copied: `statistics_group` saves their sums.
@@ -85,7 +85,7 @@ def bed_from_checkpoint(
     case: Case, mill_bodies: list[str], groups: dict[str, dict[str, np.ndarray]]
 ) -> np.ndarray | None:
     """Return positions [m] (n, 3) of a checkpoint's particles, of clumps with attitudes (n, 7), in chamber
-    axes from the nutation point; None for an empty chamber.
+    axes from the nutation point, or None for an empty chamber.
 
     The model is built around them before `restore` puts in the exact state.
     """

@@ -47,7 +47,7 @@ larger.
 
 @kernel
 def march_mechanism(mechanism, state, scratch, coupling_state, sensors, plan, starts, n_windows, rows_out):
-    """March a mechanism without charge through `n_windows` windows; return the number of rows written."""
+    """March a mechanism without charge through `n_windows` windows, and return the number of rows written."""
     row = 0
     for _ in range(n_windows):
         drift(mechanism, state, scratch, plan.dt)
@@ -63,7 +63,7 @@ def march_mechanism(mechanism, state, scratch, coupling_state, sensors, plan, st
 
 @kernel
 def march_coupled(model, state, scratch, n_windows, rows_out, tid, n_threads):
-    """March mechanism and charge through `n_windows` windows; every thread of a team calls it.
+    """March mechanism and charge through `n_windows` windows. Every thread of a team calls it.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ def read_charge_status(state):
 
 @kernel
 def check_convergence(model, state, scratch, number):
-    """Decide whether the window must be repeated with the wrench it produced; if so, restore its start.
+    """Decide whether the window must be repeated with the wrench it produced. If so, restore its start.
 
     The wrench moves the walls through the drift, by half its acceleration times dt^2.  `coupling.repeat` is 1
     until that end position changes by less than `PASS_TOLERANCE` from one pass to the next.
@@ -253,7 +253,7 @@ def check_convergence(model, state, scratch, number):
 
 @kernel
 def write_row(model, state, scratch, row_out):
-    """Write a row of the record; store the motion of the carriers for a sample of the statistics, and count
+    """Write a row of the record, store the motion of the carriers for a sample of the statistics, and count
     the sample.
     """
     plan, coupling = model.plan, state.coupling

@@ -12,8 +12,8 @@ from nutamill.result.reader import Result, is_finished, open_result
 
 
 def earlier_result(path: Path, case: CaseFile) -> Result | None:
-    """The finished result of `case` at `path`; None where a run may begin: no file, or one of a run that
-    ended before its first save.
+    """Return the finished result of `case` at `path`, or None where a run may begin: no file, or one of a run
+    that ended before its first save.
 
     Raises
     ------
@@ -45,8 +45,8 @@ def earlier_result(path: Path, case: CaseFile) -> Result | None:
 
 
 def place_beside(path: Path) -> Path:
-    """Where a run is written that is to replace the result at `path`: beside it, so that the old one stays
-    until the new one is whole.
+    """Return the path at which a run is written that replaces the result at `path`: beside it, so that the
+    old one stays until the new one is whole.
 
     An empty result is replaced where it is; a damaged one stays as well.
 

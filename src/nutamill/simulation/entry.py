@@ -58,7 +58,7 @@ def enter(
 
 
 def grown(model: Model, state: State, scratch: Scratch) -> Model:
-    """Return the model with larger neighbour lists; `state` and `scratch` get them too."""
+    """Return the model with larger neighbour lists. `state` and `scratch` get them too."""
     assert model.charge is not None and state.charge is not None and scratch.charge is not None
     charge, state.charge, scratch.charge = grow(model.charge, state.charge, scratch.charge)
     return dataclasses.replace(model, charge=charge)

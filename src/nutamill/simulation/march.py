@@ -74,7 +74,7 @@ def run(
     log: Callable[[str], None] | None = None,
     again: bool = False,
 ) -> Result:
-    """Run a case from rest to its end and return the opened result; an existing complete result is returned
+    """Run a case from rest to its end and return the opened result. An existing complete result is returned
     unchanged.
 
     Parameters
@@ -122,7 +122,7 @@ def run(
 
 
 def asked_case(case: Case | Machine | str | Path) -> Case | Machine:
-    """Return the case itself, or that of a name or file; raise CaseError for anything else."""
+    """Return the case itself, or that of a name or file. Raise CaseError for anything else."""
     if isinstance(case, (str, Path)):
         return load_case(case)
     if not isinstance(case, (Case, Machine)):
@@ -132,7 +132,7 @@ def asked_case(case: Case | Machine | str | Path) -> Case | Machine:
 
 
 def complete_already(earlier: Result, log: Callable[[str], None] | None) -> Result:
-    """Return the finished result of a case that is run again, and log how to make it anew; raise as
+    """Return the finished result of a case that is run again, and log how to make it anew. Raise as
     `ended_result`.
     """
     with earlier:
@@ -147,7 +147,7 @@ def complete_already(earlier: Result, log: Callable[[str], None] | None) -> Resu
 
 
 def ended_result(path: Path) -> Result:
-    """Return the result of a run that has ended; raise NotSteadyError if it should have ended steady and did
+    """Return the result of a run that has ended. Raise NotSteadyError if it should have ended steady and did
     not.
     """
     result = open_result(path)
@@ -166,7 +166,7 @@ def run_beside(
     progress: Callable[[Progress], None] | None,
     log: Callable[[str], None] | None,
 ) -> None:
-    """Run a case to the file `beside`, which replaces `path` when the run has ended; else both remain."""
+    """Run a case to the file `beside`, which replaces `path` if the run ends. Otherwise both remain."""
     with one_writer(beside):
         beside.unlink(missing_ok=True)  # of a run like this one that was stopped
         try:
@@ -184,7 +184,7 @@ def run_to(
     progress: Callable[[Progress], None] | None,
     log: Callable[[str], None] | None,
 ) -> None:
-    """Run a case to a new or empty file; the other arguments and the errors are those of `run`."""
+    """Run a case to a new or empty file. The other arguments and the errors are those of `run`."""
     watch = Watch(case, progress, log)
     if isinstance(case, Machine):
         warm_up_mechanism(log)
@@ -258,7 +258,7 @@ def resume(
 
 
 def end_time(until: float | str) -> float:
-    """Return the end [s] given in seconds or as text with a unit; raise CaseError unless it is finite."""
+    """Return the end [s] given in seconds or as text with a unit. Raise CaseError unless it is finite."""
     try:
         end = parse(until, Kind.TIME) if isinstance(until, str) else float(until)
     except UnitError as error:
@@ -274,7 +274,7 @@ def resume_to(
     progress: Callable[[Progress], None] | None,
     log: Callable[[str], None] | None,
 ) -> None:
-    """Continue the run of a file to `until` [s]; other arguments and errors are those of `resume`."""
+    """Continue the run of a file to `until` [s]. Other arguments and errors are those of `resume`."""
     with open_result(path) as result:
         case = case_of_text(result.case_text, path.stem)
         checkpoint, digest = result.checkpoint(), result.provenance.get("kernel_digest")
@@ -325,7 +325,7 @@ def march(
     watch: Watch,
     asked: Requests,
 ) -> None:
-    """March `state` in place to its `ending` and record; the file is committed also after a fault or an
+    """March `state` in place to its `ending` and record. The file is committed also after a fault or an
     interrupt.
 
     Cadences are counted in rows of the record, which are whole numbers of windows.  After a fault the state
@@ -417,7 +417,7 @@ def record_state_before(
     row: int,
     fault: StepError,
 ) -> StepError:
-    """Record the state and the statistics before an entry that failed, at `row`; return the fault with a
+    """Record the state and the statistics before an entry that failed, at `row`, and return the fault with a
     sentence about it.
     """
     if before is None:
@@ -433,7 +433,7 @@ def record_state_before(
 
 
 def state_of_run(fault: StepError | None, complete: bool, missed: str) -> str:
-    """Return the state of a run that has ended, for its file; `missed` is why it is not steady."""
+    """Return the state of a run that has ended, for its file. `missed` is why it is not steady."""
     if fault is not None:
         return f"failed: {fault}"
     if not complete:

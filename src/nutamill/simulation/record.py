@@ -23,8 +23,8 @@ STATE_SIZE = 1500
 
 
 def room_at_start(case: Case) -> int:
-    """Room that the result file of a case needs to begin with: empty series and the first checkpoint
-    [bytes].
+    """Return the space that the result file of a case needs to begin with: empty series and the first
+    checkpoint [bytes].
     """
     names = expand(case.mounts.count if case.mechanism.mounting == "flexible" else 0, list(case.sensors))
     return SERIES_ROOM * (len(names) + 2) + STATE_SIZE * particle_count(case)
@@ -50,7 +50,7 @@ class RecordPlan:
         return cls(rows, max(1, round(case.run.checkpoint * rate)), range(first, rows + 1, stride))
 
     def next_stop(self, row: int) -> int:
-        """The next row after `row` at which something beside the series is kept."""
+        """Return the next row after `row` at which something beside the series is recorded."""
         stops = [self.rows, (row // self.rows_per_checkpoint + 1) * self.rows_per_checkpoint]
         stops += [stop for stop in self.snapshots if stop > row][:1]
         return min(stops)
@@ -79,7 +79,7 @@ class Ending:
         self.plan = RecordPlan.of(case, round(until * case.run.series_rate))
 
     def fixed(self) -> Self:
-        """This ending without a look at steadiness."""
+        """Return this ending without a look at steadiness."""
         self._wanted = False
         return self
 
@@ -105,9 +105,7 @@ class Ending:
             self._columns.append(series[:, [names.index(name) for name in COLUMNS]])
 
     def look(self, row: int) -> None:
-        """At a checkpoint at `row`, or at the last row: find out whether the run is steady, and if so let it
-        end.
-        """
+        """Test at a checkpoint or at the last row, `row`, whether the run is steady, and if so let it end."""
         if not self._wanted or self.found or (row % self.plan.rows_per_checkpoint and row != self.plan.rows):
             return
         columns = np.concatenate(self._columns)
@@ -137,7 +135,7 @@ class Ending:
 
     @property
     def missed(self) -> str:
-        """Why a run that should become steady is not; empty where there is nothing to say."""
+        """Why a run that should become steady is not, empty where there is nothing to say."""
         if not self._wanted or self.found:
             return ""
         if not self._means:

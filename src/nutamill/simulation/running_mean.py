@@ -39,11 +39,11 @@ class RunningMean:
         return len(self._means)
 
     def mean(self) -> np.ndarray:
-        """Mean over the whole turns (readings,); not a number before the first."""
+        """Return the mean over the whole turns (readings,), NaN before the first."""
         return np.mean(self._means, axis=0) if self._means else np.full_like(self._integral, math.nan)
 
     def half_width(self) -> np.ndarray:
-        """Half width of its 95 % interval (readings,), as `nutamill.base.steady.batch_half_width`; not a
-        number before the second turn.
+        """Return the half width of the 95 % interval of the mean (readings,), as
+        `nutamill.base.steady.batch_half_width`, NaN before the second turn.
         """
         return batch_half_width(np.reshape(self._means, (self.turns, len(self._integral))))

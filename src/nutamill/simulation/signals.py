@@ -19,20 +19,20 @@ class Requests(NamedTuple):
     """Save a checkpoint now, and go on."""
 
     def take_checkpoint(self) -> bool:
-        """Whether a checkpoint was asked for since the last call."""
+        """Return whether a checkpoint was asked for since the last call."""
         asked = self.checkpoint.is_set()
         self.checkpoint.clear()
         return asked
 
 
 def checkpoint_signal() -> signal.Signals | None:
-    """The signal that asks a run to save a checkpoint now: SIGUSR1, None on a system without it."""
+    """Return the signal that asks a run to save a checkpoint now: SIGUSR1, or None on a system without it."""
     return getattr(signal, "SIGUSR1", None)
 
 
 def stop_signals() -> list[signal.Signals]:
-    """The signals that ask a run to stop: SIGINT, SIGTERM, and SIGHUP where there is one that `nohup` has not
-    switched off.
+    """Return the signals that ask a run to stop: SIGINT, SIGTERM, and SIGHUP where there is one that `nohup`
+    has not switched off.
     """
     hang_up = getattr(signal, "SIGHUP", None)
     if hang_up is None or signal.getsignal(hang_up) is signal.SIG_IGN:
@@ -42,7 +42,7 @@ def stop_signals() -> list[signal.Signals]:
 
 @contextmanager
 def requests() -> Iterator[Requests]:
-    """Turn signals into requests, which a march meets between two steps; in a thread that is not the main one
+    """Turn signals into requests, which a march meets between two steps. In a thread that is not the main one
     there are never any.
     """
     asked = Requests(threading.Event(), threading.Event())
@@ -68,7 +68,7 @@ def stop_at_once() -> Iterator[None]:
 
 @contextmanager
 def _handled(stop: Callable[[], None], checkpoint: Callable[[], None]) -> Iterator[None]:
-    """Call these at the signals; the handlers of before are back in place afterwards."""
+    """Call these at the signals. The previous handlers are restored afterwards."""
     if (
         threading.current_thread() is not threading.main_thread()
     ):  # Python handles signals in the main thread only

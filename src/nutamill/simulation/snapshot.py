@@ -41,8 +41,8 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
 
 
 def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
-    """Return the statistics of the charge so far, in SI (`nutamill.result.fields.STATISTICS`); None if there
-    are none.
+    """Return the statistics of the charge so far, in SI (`nutamill.result.fields.STATISTICS`), or None if
+    there are none.
     """
     charge, moving, survey = model.charge, state.charge, model.survey
     if charge is None or moving is None or survey is None or state.statistics is None or not survey.on:

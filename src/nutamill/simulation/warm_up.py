@@ -81,8 +81,8 @@ def warm_up(
 
 
 def warm_up_mechanism(log: Callable[[str], None] | None = None) -> None:
-    """Compile the kernels of a run without charge, if this version has not been compiled here before; `log`
-    as in `warm_up`.
+    """Compile the kernels of a run without charge, if this version has not been compiled here before. `log`
+    is that of `warm_up`.
     """
     mark = compiled_mark("mechanism")
     if _begins(mark, log):
@@ -96,7 +96,7 @@ def compile_charge() -> None:
 
 
 def _begins(mark: Path, log: Callable[[str], None] | None) -> bool:
-    """Whether there is something to compile; `log` is told so, and what is wrong with the cache."""
+    """Return whether there is something to compile. If so, log it, and what is wrong with the cache."""
     if not JIT or mark.is_file():
         return False
     if log is not None:
@@ -106,13 +106,13 @@ def _begins(mark: Path, log: Callable[[str], None] | None) -> bool:
 
 
 def _set(mark: Path) -> None:
-    """Note that kernels have been compiled; without the note they are only looked for again."""
+    """Note that kernels have been compiled. Without the note they are only looked for again."""
     with suppress(OSError):
         mark.touch()
 
 
 def turntable():
-    """A driven shaft on a bushing to the ground, with sensors: mechanism, state, scratch, sensor table."""
+    """Build a driven shaft on a bushing to the ground: mechanism, state, scratch, table of its sensors."""
     shaft = Body("shaft", 1.0, np.eye(3), (0.0, 0.0, 0.0))
     hub = Body("hub", 1.0, np.eye(3), (0.0, 0.0, 0.0))
     axis = (0.0, 0.0, 1.0)
@@ -127,9 +127,7 @@ def turntable():
 
 
 def ball(names: Sequence[str], started: bool = True) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
-    """Build two balls over a floor, their law by name: model, state, scratch; `started` is ready to
-    march.
-    """
+    """Build two balls over a floor, their law by name: model, state, scratch. `started` is ready to march."""
     pair = PairLaw(
         1e4,
         0.0,
@@ -156,7 +154,7 @@ def ball(names: Sequence[str], started: bool = True) -> tuple[ChargeModel, Charg
 
 
 def plan() -> CouplingPlan:
-    """One substep to the window, one window to the row; the shaft carries the floor."""
+    """Return a plan of one substep to the window and one window to the row. The shaft carries the floor."""
     return CouplingPlan(int(Scheme.STAGGERED), 1, STEP, 1, np.array([1]), 0, np.zeros(3), 0)
 
 
@@ -183,7 +181,7 @@ def read_ball(names: Sequence[str]) -> None:
 
 
 def march_both(names: Sequence[str]) -> None:
-    """Compile the coupled march; quick if its parts have been compiled."""
+    """Compile the coupled march. It is quick if its parts have been compiled."""
     mechanism, mstate, mscratch, sensors = turntable()
     charge, cstate, cscratch = ball(names)
     survey = statistics_plan(charge, cstate, STEP)

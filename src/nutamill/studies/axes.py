@@ -39,7 +39,7 @@ class Member(NamedTuple):
 
 
 def members(axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], Case]) -> list[Member]:
-    """All combinations of the values of each key, the last key changing fastest, each made into a case.
+    """Make all combinations of the values of each key, the last key changing fastest, each into a case.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def members(axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], 
 
 
 def _twins(combinations: list[Member]) -> Iterator[tuple[Member, Member]]:
-    """Members that are the same case as one before them."""
+    """Return the faults of members that are the same case as one before them."""
     seen: dict[str, Member] = {}
     for member in combinations:
         if (before := seen.setdefault(member.case.digest, member)) is not member:
@@ -91,12 +91,12 @@ def _twins(combinations: list[Member]) -> Iterator[tuple[Member, Member]]:
 
 
 def changed(case: Case, values: Mapping[str, Any]) -> Case:
-    """The case with other values by dotted key: SI floats or text with a unit."""
+    """Return the case with other values by dotted key: SI floats or text with a unit."""
     return case.with_(values) if values else case
 
 
 def axis_values(key: str, text: str) -> list[str]:
-    """The values a text stands for, each as it would stand after ``--set``.
+    """Return the values a text stands for, each as it would stand after ``--set``.
 
     ``"100..700 rpm step 60 rpm"`` counts up from the first in steps as far as the last;
     ``"250..750 rpm / 11"`` are eleven evenly spaced; ``"1..5"`` are whole numbers; ``"0, 12"`` is a list; all
@@ -123,7 +123,9 @@ def axis_values(key: str, text: str) -> list[str]:
 
 
 def _range(key: str, text: str, match: re.Match[str]) -> list[str]:
-    """Values of a range; decimals are counted as decimals, so that 0.1..0.3 step 0.1 ends with 0.3."""
+    """Return the values of a range. Decimals are counted as decimals, so that 0.1..0.3 step 0.1 ends with
+    0.3.
+    """
     first, first_unit, last, unit, step, step_unit, count = match.groups()
     unit = unit or ""
     where = f"sweep {key}"
@@ -173,5 +175,5 @@ def _division(step: str | None, step_unit: str | None, count: str | None) -> str
 
 
 def _shown(number: Decimal) -> str:
-    """A decimal number as one would type it, to twelve digits."""
+    """Format a decimal number as one would type it, to twelve digits."""
     return f"{float(number):.12g}"

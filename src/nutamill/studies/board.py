@@ -63,12 +63,12 @@ class Board:
 
 
 def ended(outcome: Outcome) -> bool:
-    """Whether nothing more happens to a run in this call."""
+    """Return whether nothing more happens to a run in this call."""
     return outcome.state != "waiting" and not outcome.state.startswith("running")
 
 
 def line(outcome: Outcome, readings: Sequence[Reading]) -> str:
-    """A run in one line."""
+    """Format a run as one line."""
     means = [
         f"{reading.field.label} {with_interval(value)} {reading.field.unit}"
         for reading, value in _read(outcome, readings)
@@ -77,19 +77,19 @@ def line(outcome: Outcome, readings: Sequence[Reading]) -> str:
 
 
 def _read(outcome: Outcome, readings: Sequence[Reading]) -> list[tuple[Reading, Estimate]]:
-    """Readings of a run, as far as it has them."""
+    """Format the readings of a run, as far as it has them."""
     return [(reading, outcome.values[reading]) for reading in readings if reading in outcome.values]
 
 
 def total(outcomes: Sequence[Outcome]) -> str:
-    """How many have ended, and how many of them badly."""
+    """Format how many runs have ended, and how many of them badly."""
     bad = sum(ended(outcome) and not is_finished(outcome.state) for outcome in outcomes)
     done = sum(is_finished(outcome.state) for outcome in outcomes)
     return f"{done} of {len(outcomes)} done" + (f", {bad} not finished" if bad else "")
 
 
 def table(outcomes: Sequence[Outcome], readings: Sequence[Reading]) -> "Table":
-    """The live table: one row a run, and the total."""
+    """Build the live table: one row a run, and the total."""
     from rich.table import Table
 
     shown = Table(title=total(outcomes), title_justify="left")

@@ -28,7 +28,7 @@ Kind = TypeVar("Kind", bound=CampaignFile)
 
 
 def read_campaign_file(name: str | Path, kind: type[Kind]) -> tuple[Kind, Layer]:
-    """What a file of this kind says, and the layer that knows the line of each key.
+    """Return the content of a file of this kind, and the layer that knows the line of each key.
 
     Raises
     ------
@@ -40,10 +40,10 @@ def read_campaign_file(name: str | Path, kind: type[Kind]) -> tuple[Kind, Layer]
 
 
 def case_of(file: CampaignFile, layer: Layer) -> tuple[str, list[str]]:
-    """Name of the case, and the changes of all runs as ``key=value``."""
+    """Return the name of the case, and the changes of all runs as ``key=value``."""
     return file.case if library_file(file.case) else str(layer.folder / file.case), overrides(file.set)
 
 
 def overrides(changes: dict[str, Any]) -> list[str]:
-    """Changes by dotted key as ``key=value``, as after ``--set``."""
+    """Return changes by dotted key as ``key=value``, as after ``--set``."""
     return [f"{key}={toml_value(value)}" for key, value in changes.items()]

@@ -22,7 +22,9 @@ from nutamill.view.figures.saving import save_figure
 
 
 def workers_of(jobs: int | None, cluster: str | None) -> Callable[[], Workers]:
-    """Makes processes of this machine, or takes the workers of a cluster, for one batch of runs at a time."""
+    """Return a function that makes processes of this machine, or takes the workers of a cluster, for one
+    batch of runs.
+    """
     if cluster is None:
         return lambda: LocalProcesses(jobs)
     client = cluster_client(cluster, jobs)
@@ -38,7 +40,7 @@ def run_sweep(
     quick: bool,
     log: Callable[[str], None],
 ) -> bool:
-    """Run a sweep and print its table; whether all of its runs are finished.
+    """Run a sweep and print its table, and return whether all of its runs are finished.
 
     Parameters
     ----------
@@ -102,7 +104,9 @@ def run_sweep(
 
 
 def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) -> list[str]:
-    """Fit, and return the lines to print; parameters as typed, errors as of `nutamill.studies.fit.fit`."""
+    """Fit, and return the lines to print. Parameters are as typed, errors those of
+    `nutamill.studies.fit.fit`.
+    """
     folder = to or Path("fits") / file.stem
     client = None if cluster is None else cluster_client(cluster, jobs)
     with Board(DEFAULT) as board:

@@ -21,8 +21,8 @@ MARKS = "osD^vP"
 
 
 def draw_sweep(table: "xarray.Dataset", readings: Sequence[Reading]) -> Figure | None:
-    """Steady means over the longest of the swept keys that holds numbers, with 95 % intervals; a line for
-    each of the other values.
+    """Draw steady means over the longest of the swept keys that holds numbers, with 95 % intervals and a line
+    for each of the other values.
 
     None if there is no such key with two values, or nothing was read.
     """

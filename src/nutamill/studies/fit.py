@@ -58,7 +58,7 @@ class Fit(NamedTuple):
     """Values, uncertainties, residuals."""
 
     def lines(self) -> list[str]:
-        """The fit as text: values, correlation, residuals."""
+        """Format the fit as text: values, correlation, residuals."""
         best = self.best
         width = max(len(one.key) for one in self.free)
         shown = []
@@ -126,7 +126,7 @@ def fit(
 
 
 def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
-    """Free keys and targets of a fit file; CaseError with every fault."""
+    """Return free keys and targets of a fit file. Raises CaseError with every fault."""
     file, layer = load_fit(name)
     case, fixed = case_of(file, layer)
     faults: list[Fault] = []
@@ -154,7 +154,7 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
 
 
 def _free(key: str, given: FreeKey, base: Case, where: str) -> Free:
-    """A free key, its guess and bounds in SI."""
+    """Return a free key, its guess and bounds in SI."""
     try:
         tried = changed(base, {key: given.start})
     except CaseError as error:
@@ -169,7 +169,7 @@ def _free(key: str, given: FreeKey, base: Case, where: str) -> Free:
 
 
 def _target(given: Measured, case: Case, where: str) -> Target:
-    """A target, its quantity understood and its numbers in SI."""
+    """Return a target, its quantity understood and its numbers in SI."""
     word, _, number = given.quantity.partition(" ")
     what: Reading | int
     if word == MODE:
@@ -200,8 +200,8 @@ def computed(
     report: Report | None = None,
     log: Callable[[str], None] | None = None,
 ) -> np.ndarray:
-    """What the model gives for each target at each point, (n_points, n_targets), SI; all runs of all points
-    at the same time.
+    """Compute each target at each point, (n_points, n_targets), SI, with all runs of all points at the same
+    time.
     """
     cases = [[changed(target.case, point).with_("run.threads", 1) for target in targets] for point in points]
     wanted: dict[str, Member] = {}
@@ -234,8 +234,8 @@ def computed(
 
 
 def _frequency(case: Case, number: int) -> float:
-    """A natural frequency of the mill on its mounts with rigid bars as they are, at rest [Hz]; NaN if there
-    are fewer.
+    """Return a natural frequency of the mill on its mounts with rigid bars as they are, at rest [Hz], NaN if
+    there are fewer.
     """
     modes = oscillations(case)
     return modes[number - 1][0] if number <= len(modes) else float("nan")

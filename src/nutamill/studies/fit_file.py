@@ -58,7 +58,7 @@ class FitFile(CampaignFile):
 
 
 def load_fit(name: str | Path) -> tuple[FitFile, Layer]:
-    """What a fit file says, and the layer that knows the line of each key.
+    """Return the content of a fit file, and the layer that knows the line of each key.
 
     Raises
     ------
@@ -68,5 +68,5 @@ def load_fit(name: str | Path) -> tuple[FitFile, Layer]:
 
 
 def place_of(layer: Layer, *key: str | int) -> str:
-    """Where a key stands, for messages."""
+    """Return the position of a key in its file, for messages."""
     return placed(layer.places, key)

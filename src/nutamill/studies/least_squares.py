@@ -89,7 +89,7 @@ def fitted(free: Sequence[Free], measured: np.ndarray, sigma: np.ndarray, comput
     known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
     def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Computed values and their derivatives to x."""
+        """Return computed values and their derivatives with respect to x."""
         if x.tobytes() not in known:
             steps = np.array([one.step for one in free]) * span
             steps = np.where(x + steps > high, -steps, steps)
@@ -156,7 +156,7 @@ def _refuse(free: Sequence[Free], measured: np.ndarray, sigma: np.ndarray) -> No
 
 
 def _refuse_blind(free: Sequence[Free], scaled: np.ndarray) -> None:
-    """Raise where the targets say nothing about a key, or only about several together; `scaled` is the
+    """Raise where the targets say nothing about a key, or only about several together. `scaled` is the
     Jacobian over the ranges.
     """
     size = np.linalg.norm(scaled, axis=0)

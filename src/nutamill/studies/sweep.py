@@ -98,7 +98,7 @@ def run_all(
     report: Report | None = None,
     log: Callable[[str], None] | None = None,
 ) -> list[Outcome]:
-    """Run members that are not run yet, into `folder`, and read all; beds that several share are settled
+    """Run members that are not run yet, into `folder`, and read all. Beds that several share are settled
     once, before.
 
     A run that fails, or whose worker is killed, is named in its outcome, and the others go on.  ``table.csv``
@@ -138,8 +138,8 @@ def run_all(
 
 
 def _as_they_end(futures: Iterable[Future], interrupted: Event) -> Iterator[set[Future]]:
-    """Those that have ended since the last look, about once a second, until all have; KeyboardInterrupt when
-    it is interrupted.
+    """Yield those that have ended since the last look, about once a second, until all have. Raises
+    KeyboardInterrupt when it is interrupted.
     """
     left = set(futures)
     while left:
@@ -164,7 +164,7 @@ def _refuse(planned: Sequence[Member]) -> None:
 
 
 def log_other_kernels(files: Iterable[Path], log: Callable[[str], None] | None) -> None:
-    """Log which of these finished results another version has made; they are read all the same."""
+    """Log which of these finished results another version has made. They are read all the same."""
     others = []
     for file in files:
         with open_result(file) as result:
@@ -183,7 +183,7 @@ def _task(work: Literal["settle", "run"], case: Case, file: Path) -> Task:
 def _settle(
     cases: Sequence[Case], workers: Workers, log: Callable[[str], None] | None, interrupted: Event
 ) -> None:
-    """Settle each bed that several runs share and that is not in the cache yet; a fault shows again in the
+    """Settle each bed that several runs share and that is not in the cache yet. A fault shows again in the
     runs that need it.
     """
     needed = [(bed_key(case), case) for case in cases if not bed_is_kept(case)]
@@ -201,7 +201,7 @@ def _settle(
 
 
 def _trouble(future: Future) -> str:
-    """What went wrong with a task; empty if nothing did."""
+    """Return what went wrong with a task, empty if nothing did."""
     try:
         future.result()
     except MillError as error:
@@ -212,7 +212,7 @@ def _trouble(future: Future) -> str:
 
 
 def _outcome(member: Member, folder: Path, state: str, readings: Sequence[Reading]) -> Outcome:
-    """How a member stands by its file: finished, with what was read from it, or else as `state` says."""
+    """Return how a member stands by its file: finished, with its readings, or else in the given `state`."""
     file = member.case.file_in(folder)
     try:
         held = state_of(file)
@@ -225,7 +225,7 @@ def _outcome(member: Member, folder: Path, state: str, readings: Sequence[Readin
 
 
 def _glance(outcome: Outcome) -> Outcome:
-    """How far a run has come, by its file."""
+    """Return how far a run has come, by its file."""
     if outcome.state != "waiting" or not outcome.file.exists():
         return outcome
     try:

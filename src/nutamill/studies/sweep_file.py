@@ -27,7 +27,7 @@ def is_sweep_file(name: str) -> bool:
 
 
 def load_sweep(name: str | Path) -> tuple[str, list[str], dict[str, str | list[str]], tuple[str, ...]]:
-    """Case, changes in all runs (``key=value``), values or text by swept key, and readings.
+    """Return the case, changes in all runs (``key=value``), values or text by swept key, and readings.
 
     Raises
     ------

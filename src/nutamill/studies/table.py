@@ -36,8 +36,8 @@ class Outcome(NamedTuple):
 def dataset(
     outcomes: Sequence[Outcome], axes: Mapping[str, Sequence[Any]], readings: Sequence[Reading]
 ) -> xarray.Dataset:
-    """All readings over the swept keys, in SI; with each its ``_half_width`` (95 %) and its ``_window`` (last
-    seconds, as in the papers).
+    """Collect all readings over the swept keys, in SI, with the ``_half_width`` (95 %) and the ``_window``
+    (last seconds, as in the papers) of each.
 
     Coordinates are SI numbers with their unit where the key holds a quantity, else text.  ``state`` and
     ``file`` are given for each run.
@@ -66,7 +66,7 @@ def dataset(
 
 
 def _coordinate(key: str, outcomes: Sequence[Outcome]) -> tuple[Any, ...]:
-    """Values of a swept key along its axis, and their unit."""
+    """Return the values of a swept key along its axis, and their unit."""
     asked = dict.fromkeys(map(str, (outcome.member.values[key] for outcome in outcomes)))
     held = {str(outcome.member.values[key]): held_at(outcome.member.case, key) for outcome in outcomes}
     values = [held[text] for text in asked]
@@ -76,8 +76,8 @@ def _coordinate(key: str, outcomes: Sequence[Outcome]) -> tuple[Any, ...]:
 
 
 def write_csv(path: Path, outcomes: Sequence[Outcome], readings: Sequence[Reading]) -> None:
-    """The table as CSV: swept keys as they were asked for, state, file, and each reading with its 95 % half
-    width; replaced whole.
+    """Write the table as CSV: swept keys as they were asked for, state, file, and each reading with its 95 %
+    half width. The file is replaced whole.
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")

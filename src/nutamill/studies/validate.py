@@ -111,7 +111,7 @@ def validate(
 
 
 def wall_time_of(files: Sequence[Path]) -> float:
-    """Wall time that the runs of these results took together [s], beds from the cache not counted."""
+    """Return the wall time that the runs of these results took together [s], without beds from the cache."""
     total = 0.0
     for file in files:
         with open_result(file) as result:
@@ -132,7 +132,7 @@ def find_modes(runs: Sequence[PlannedRun]) -> None:
 
 
 def in_order(runs: Sequence[PlannedRun], log: Callable[[str], None]) -> list[PlannedRun]:
-    """The runs that are not complete, the quickest first; log the forecast of each."""
+    """Return the runs that are not complete, the quickest first, and log the forecast of each."""
     waiting = []
     for run in runs:
         state = run_state(run)
@@ -152,7 +152,7 @@ def in_order(runs: Sequence[PlannedRun], log: Callable[[str], None]) -> list[Pla
 
 
 def _share_left(run: PlannedRun, state: str) -> float:
-    """Share of a run that is still to do [1]."""
+    """Return the share of a run that is still to do [1]."""
     if state == MISSING:
         return 1.0
     try:
@@ -163,7 +163,7 @@ def _share_left(run: PlannedRun, state: str) -> float:
 
 
 def run_campaign(runs: Sequence[PlannedRun], place: Path, workers: Workers) -> list[str]:
-    """Run or resume each in a process of its own; returns what failed, in words."""
+    """Run or resume each in a process of its own, and return what failed, in words."""
     members = [Member({"run": run.name}, run.case) for run in runs]
     with Board(()) as board:
         outcomes = run_all(members, place, workers, (), board, board.message)
@@ -182,8 +182,8 @@ def store(
     measured: dict[Key, Measured],
     place: Path,
 ) -> tuple[list[Path], list[str]]:
-    """Write the table as CSV, JSON and Markdown, and the figures; returns the files, and the figures that
-    lack results, in words.
+    """Write the table as CSV, JSON and Markdown, and the figures. Return the files, and in words the figures
+    that lack results.
     """
     files = []
     for suffix, text in ((".csv", csv_text), (".json", json_text), (".md", markdown)):
@@ -201,7 +201,7 @@ def store(
 
 
 def write_short(file: Path, done: Comparison, name: str) -> None:
-    """Write the short table, rows marked so in the paper's file, as Markdown; rows without a result are
+    """Write the short table, rows marked so in the paper's file, as Markdown. Rows without a result are
     counted below it.
 
     In a file that has the lines ``<!-- validate NAME -->`` and ``<!-- end NAME -->``, what stands between

@@ -29,7 +29,7 @@ class Workers(Protocol):
     """Takes tasks, and can be stopped."""
 
     def submit(self, task: Task) -> Future:
-        """Begin a task when a worker is free; the future raises what went wrong."""
+        """Begin a task when a worker is free. The future raises what went wrong."""
 
     def stop(self) -> None:
         """Begin no more tasks, and let those that run save what they have."""
@@ -54,7 +54,7 @@ class LocalProcesses:
         return self._waiting.submit(self._supervise, task)
 
     def _supervise(self, task: Task) -> None:
-        """Start the process of a task and wait for its end; WorkerError says how it ended if not well."""
+        """Start the process of a task and wait for its end. Raises WorkerError unless it ended well."""
         with self._lock:
             if self._stopped:
                 raise WorkerError("not begun")
@@ -101,21 +101,19 @@ class ClusterWorkers:
         self._executor = client.get_executor(pure=False)
 
     def submit(self, task: Task) -> Future:
-        """Begin a task when a worker is free; a worker that dies hands it to another, which goes on from the
+        """Begin a task when a worker is free. A worker that dies hands it to another, which goes on from the
         last checkpoint.
         """
         return self._executor.submit(perform, task)
 
     def stop(self) -> None:
-        """Take back the tasks; a run that is under way is finished by its worker, as Dask interrupts
-        nothing.
-        """
+        """Take back the tasks. A worker finishes the run that is under way, as Dask interrupts nothing."""
         self._executor.shutdown(wait=False)
 
 
 def cluster_client(address: str, jobs: int | None) -> "distributed.Client":
-    """A Dask client: of a cluster of processes on this machine for ``"local"``, else of the scheduler at an
-    address or in a file.
+    """Return a Dask client: of a cluster of processes on this machine for ``"local"``, else of the scheduler
+    at an address or in a file.
 
     Raises
     ------

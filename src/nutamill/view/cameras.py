@@ -44,7 +44,7 @@ class Camera(NamedTuple):
 
     @property
     def azimuth(self) -> float:
-        """Azimuth of the eye about the target [rad]; that of the lower edge of the picture where it is above
+        """Azimuth of the eye about the target [rad]. That of the lower edge of the picture where it is above
         the target.
         """
         away = self.eye - self.target

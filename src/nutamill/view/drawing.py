@@ -46,7 +46,7 @@ class Solid(NamedTuple):
     """Corners of each triangle [1], int32 (m, 3), counter-clockwise seen from outside."""
 
     def at(self, x: float, y: float, z: float) -> "Solid":
-        """The solid moved by (x, y, z) [m]."""
+        """Return the solid moved by (x, y, z) [m]."""
         return Solid(self.vertices + np.array([x, y, z]), self.triangles)
 
     def lying(self, axis: str) -> "Solid":
@@ -63,8 +63,8 @@ class Solid(NamedTuple):
 def ring(
     inner: float, outer: float, low: float, high: float, opening: float = 0.0, middle: float = 0.0
 ) -> Solid:
-    """A tube about z between two radii and two heights [m]; with an `opening` [rad] about the azimuth
-    `middle` [rad] left out.
+    """Return a tube about z between two radii and two heights [m], without an `opening` [rad] about the
+    azimuth `middle` [rad].
 
     ``inner = 0`` makes a disc or a rod.
     """
@@ -92,7 +92,7 @@ def ring(
 
 
 def box(x: float, y: float, z: float) -> Solid:
-    """A box of these edges [m] about the origin."""
+    """Return a box of these edges [m] about the origin."""
     signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], float)
     quads = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
@@ -100,7 +100,7 @@ def box(x: float, y: float, z: float) -> Solid:
 
 
 def cut_open(mesh: WallMesh, opening: float, middle: float) -> Solid:
-    """A mesh without the triangles with their middle in an `opening` [rad] about the azimuth `middle`
+    """Return a mesh without the triangles with their middle in an `opening` [rad] about the azimuth `middle`
     [rad].
     """
     x, y, _ = mesh.vertices[mesh.triangles].mean(axis=1).T
@@ -109,7 +109,7 @@ def cut_open(mesh: WallMesh, opening: float, middle: float) -> Solid:
 
 
 def joined(*solids: Solid) -> Solid:
-    """Several solids as one list of triangles."""
+    """Join several solids into one list of triangles."""
     firsts = np.cumsum([0] + [len(solid.vertices) for solid in solids[:-1]])
     return Solid(
         np.concatenate([solid.vertices for solid in solids]),
@@ -125,7 +125,7 @@ def machine_parts(
     opening_at: float = -0.5 * math.pi,
     walls: Mapping[str, WallMesh] | None = None,
 ) -> tuple[Part, ...]:
-    """The parts of a mill, ground first.
+    """Return the parts of a mill, ground first.
 
     Parameters
     ----------
@@ -145,8 +145,8 @@ def machine_parts(
 
 
 def _standing_parts(case: Case) -> list[Part]:
-    """Mounts and frame: a base plate on the mounts, a column over each, a top ring that carries the yoke, and
-    the bearing's plate.
+    """Return mounts and frame: a base plate on the mounts, a column over each, a top ring that carries the
+    yoke, and the bearing's plate.
     """
     bore, plane = case.chamber.inner_diameter, -case.mounts.depth
     bearing = -(case.mechanism.nutation_point_to_crank + 0.9 * bore)
@@ -172,7 +172,7 @@ def _standing_parts(case: Case) -> list[Part]:
 
 
 def _driven_parts(case: Case) -> list[Part]:
-    """Shafts, coupling, torque arm, carriage with crank pin, bearing cross, balance mass."""
+    """Return shafts, coupling, torque arm, carriage with crank pin, bearing cross, balance mass."""
     bore, radius, depth = (
         case.chamber.inner_diameter,
         case.mechanism.crank_radius,
@@ -219,8 +219,8 @@ def _driven_parts(case: Case) -> list[Part]:
 
 
 def _chamber_parts(case: Case, opening: float, opening_at: float, mesh: WallMesh | None) -> list[Part]:
-    """Shell, or the mesh that stands for it, floor and ceiling with the stubs to pin and pivot, ribs and
-    bars.
+    """Return the shell, or the mesh that stands for it, floor and ceiling with the stubs to pin and pivot,
+    ribs and bars.
     """
     chamber, depth = case.chamber, case.mechanism.nutation_point_to_crank
     bore, wall = 0.5 * chamber.inner_diameter, 0.035 * chamber.inner_diameter

@@ -104,7 +104,7 @@ class RunPage(NamedTuple):
 
 
 def write_report(paths: Sequence[str | Path], to: str | Path) -> Path:
-    """Write the page of these results, or of the folder of a sweep or of a comparison; returns its path.
+    """Write the page of these results, or of the folder of a sweep or of a comparison, and return its path.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def write_report(paths: Sequence[str | Path], to: str | Path) -> Path:
 
 
 def report_page(paths: Sequence[str | Path]) -> str:
-    """The page as text."""
+    """Return the page as text."""
     if is_folder(paths[0]):
         if len(paths) > 1:
             what = f"one folder, or results only, can be reported at a time, got {len(paths)} of both"
@@ -159,7 +159,7 @@ def report_page(paths: Sequence[str | Path]) -> str:
 
 
 def _filled(**fields: object) -> str:
-    """`data/pages/report.html` with these fields."""
+    """Fill these fields into `data/pages/report.html`."""
     from jinja2 import Environment  # a tenth of a second
 
     text = (resources.files("nutamill") / "data" / "pages" / "report.html").read_text(encoding="utf-8")
@@ -170,7 +170,7 @@ def _filled(**fields: object) -> str:
 
 
 def _drawn(campaign: CampaignFolder) -> list[Drawn]:
-    """The pictures of a folder."""
+    """Return the pictures of a folder."""
     return [Drawn(file.stem, _address(file.read_bytes())) for file in campaign.pictures]
 
 
@@ -237,12 +237,12 @@ def _mean_text(estimate: Estimate) -> str:
 
 
 def _short(width: float) -> str:
-    """Half width of an interval to two digits, never as a power of ten."""
+    """Format the half width of an interval to two digits, never as a power of ten."""
     return f"{width:.0f}" if width >= 10.0 else f"{width:.2g}"
 
 
 def _ledger(result: Result) -> list[Sink]:
-    """Where the power goes, largest first, and what is not accounted for."""
+    """Return where the power goes, largest first, and what is not accounted for."""
     try:
         split = power_split(result)
     except ResultError:
@@ -259,7 +259,7 @@ def _ledger(result: Result) -> list[Sink]:
 
 
 def _image(figure: Figure) -> str:
-    """A figure as an address that holds the picture itself."""
+    """Return a figure as an address that holds the picture itself."""
     held = io.BytesIO()
     figure.savefig(held, format="png", dpi=200)
     return _address(held.getvalue())

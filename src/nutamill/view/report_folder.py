@@ -85,7 +85,7 @@ def read_campaign(folder: Path) -> CampaignFolder:
 
 
 def _files(folder: Path, pattern: str) -> list[Path]:
-    """Files by name; numbers in names count as numbers."""
+    """Return files by name. Numbers in names count as numbers."""
     return sorted(
         folder.glob(pattern),
         key=lambda file: [
@@ -95,7 +95,7 @@ def _files(folder: Path, pattern: str) -> list[Path]:
 
 
 def _sweep_table(file: Path) -> Table | None:
-    """The table of a sweep, with each half width behind its mean; None for a file that is not one."""
+    """Return the table of a sweep, each half width behind its mean, or None for a file that is not one."""
     with io_errors(file), file.open(encoding="utf-8", newline="") as text:
         lines = list(csv.reader(text))
     if not lines or "state" not in lines[0]:
@@ -118,14 +118,14 @@ def _sweep_table(file: Path) -> Table | None:
 
 
 def _markdown_table(file: Path) -> Table | None:
-    """The first table of a Markdown file; None where there is none."""
+    """Return the first table of a Markdown file, or None where there is none."""
     with io_errors(file):
         lines = list(_cells(file.read_text(encoding="utf-8")))
     return Table(file.stem, lines[0], lines[2:]) if len(lines) > 2 else None
 
 
 def _cells(text: str) -> Iterator[list[str]]:
-    """Cells of the lines of the first table in a text."""
+    """Return the cells of the lines of the first table in a text."""
     begun = False
     for line in text.splitlines():
         if line.startswith("|"):

@@ -28,7 +28,7 @@ CHARGE = "charge"
 
 
 def write_vtkhdf(result: Result, path: str | Path) -> Path:
-    """Write all snapshots of a result for ParaView; returns the path.
+    """Write all snapshots of a result for ParaView, and return the path.
 
     The charge carries ``velocity`` [m/s] and ``radius`` [m], for glyphs or point Gaussians, and
     ``contact_force`` [N] and ``material`` where the snapshots hold them.  Each part of the machine is a
@@ -79,14 +79,14 @@ def _fill(
 
 
 def _surface(root: h5py.Group, part: Part, times: np.ndarray) -> h5py.Group:
-    """A part of the machine: triangles once, points per step."""
+    """Write a part of the machine: triangles once, points per step."""
     group = _poly_data(root, part.name, times, len(part.vertices), {"Polygons": part.triangles})
     group["Steps"].create_group("PointDataOffsets")
     return group
 
 
 def _cloud(root: h5py.Group, first: dict, times: np.ndarray) -> h5py.Group:
-    """The charge: a vertex for each particle once, points and what they carry per step."""
+    """Write the charge: a vertex for each particle once, points and what they carry per step."""
     n, steps = len(first["radii"]), len(times)
     group = _poly_data(root, CHARGE, times, n, {"Vertices": np.arange(n)[:, None]})
     carried, offsets = group.create_group("PointData"), group["Steps"].create_group("PointDataOffsets")
@@ -106,7 +106,7 @@ _SCALARS = {"contact_force": "contact_forces", "material": "materials"}
 def _poly_data(
     root: h5py.Group, name: str, times: np.ndarray, n: int, cells: dict[str, np.ndarray]
 ) -> h5py.Group:
-    """An empty PolyData of `n` points per step whose cells never change."""
+    """Create an empty PolyData of `n` points per step whose cells never change."""
     group, steps = root.create_group(name, track_order=True), len(times)
     _is_a(group, "PolyData")
     group["NumberOfPoints"] = np.full(steps, n)
@@ -144,7 +144,7 @@ def _put_charge(group: h5py.Group, step: int, frame: Frame, snapshot: dict) -> N
 
 
 def _is_a(group: h5py.Group, kind: str) -> None:
-    """Write the two attributes of the kind of a group; VTK wants a text of fixed length."""
+    """Write the two attributes of the kind of a group. VTK wants a text of fixed length."""
     group.attrs["Version"] = np.array(VERSION, "i8")
     group.attrs.create("Type", np.bytes_(kind), dtype=h5py.string_dtype("ascii", len(kind)))
 

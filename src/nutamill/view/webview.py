@@ -35,7 +35,7 @@ TRACES = {"crank_pin_force_resultant": "#0072B2", "driveshaft_torque": "#D55E00"
 
 
 def write_view(result: Result, path: str | Path, frames: int = MOST_FRAMES) -> Path:
-    """Write the page of a result; returns its path.
+    """Write the page of a result, and return its path.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def write_view(result: Result, path: str | Path, frames: int = MOST_FRAMES) -> P
 
 
 def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
-    """The page as text; parameters and errors as `write_view`."""
+    """Return the page as text. Parameters and errors are those of `write_view`."""
     moments = list(replay(result, chosen_snapshots(result, frames)))
     case = case_of(result)
     packed, scales = _packed(moments)
@@ -81,13 +81,13 @@ def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
 
 
 def _coded(array: np.ndarray | bytes) -> str:
-    """Bytes as base64 text."""
+    """Return bytes as base64 text."""
     return base64.b64encode(array if isinstance(array, bytes) else array.tobytes()).decode("ascii")
 
 
 def _packed(moments: list[Frame]) -> tuple[str, dict]:
-    """Positions in chamber axes and speeds of all frames, deflated; and what turns them back into m and
-    m/s.
+    """Return positions in chamber axes and speeds of all frames, deflated, and what turns them back into m
+    and m/s.
     """
     places = np.stack([moment.in_chamber() for moment in moments])
     speeds = np.stack([np.linalg.norm(moment.velocities, axis=1) for moment in moments])
@@ -112,7 +112,7 @@ def _packed(moments: list[Frame]) -> tuple[str, dict]:
 
 
 def _moves(moments: list[Frame]) -> dict[str, list[list[float]]]:
-    """Origin [m] and quaternion (w, x, y, z) of each body in each frame, without jumps of sign."""
+    """Return origin [m] and quaternion (w, x, y, z) of each body in each frame, without jumps of sign."""
     from scipy.spatial.transform import Rotation  # a third of a second
 
     moves = {}
@@ -128,7 +128,7 @@ def _moves(moments: list[Frame]) -> dict[str, list[list[float]]]:
 
 
 def _part(part: Part) -> dict:
-    """A part of the machine as the page reads it."""
+    """Return a part of the machine as the page reads it."""
     return {
         "name": part.name,
         "body": part.body,
@@ -154,13 +154,13 @@ def _view(view: View, case: Case) -> dict:
 
 
 def _highest(moments: list[Frame], case: Case) -> float:
-    """Largest height of a particle over the floor [m]."""
+    """Return the largest height of a particle over the floor [m]."""
     places = [float(moment.in_chamber()[:, 2].max()) for moment in moments if len(moment.positions)]
     return max(places, default=0.0) + case.chamber.floor_depth
 
 
 def _traces(result: Result, first: float, last: float) -> dict:
-    """Crank-pin force and driveshaft torque between two times, thinned to what a screen shows."""
+    """Return crank-pin force and driveshaft torque between two times, thinned to what a screen shows."""
     series = result.series
     time = series["time"].values
     inside = np.flatnonzero((time >= first - 1e-9) & (time <= last + 1e-9))

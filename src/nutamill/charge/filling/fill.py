@@ -150,7 +150,7 @@ def fill_cylinder(
 def random_fill(
     radii: np.ndarray, radius: float, floor: float, ceiling: float, boxes: Sequence = (), seed: int = 1
 ) -> np.ndarray:  # fmt: skip
-    """Return random positions without overlaps in an upright cylinder; a loose column from the floor up.
+    """Return random positions without overlaps in an upright cylinder, a loose column from the floor up.
 
     Parameters
     ----------

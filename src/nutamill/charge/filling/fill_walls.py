@@ -53,8 +53,7 @@ class FillWalls(NamedTuple):
 @kernel
 def push_out(walls, surface_poses, r, top, x_out):
     """Move particles `x_out` [m] (n, 3) of radii `r` [m] (n,) out of all walls, and below the height `top`
-    [m]; return the deepest
-    overlap [m].
+    [m], and return the deepest overlap [m].
     """
     worst = 0.0
     for i in range(len(r)):

@@ -54,7 +54,7 @@ def largest_fill(radii: np.ndarray, room: Room) -> float:
 
 
 def fill_faults(radii: np.ndarray, room: Room) -> list[Fault]:
-    """Return what is wrong with placing spheres of these radii [m] (n,) in a room; nothing if they can be
+    """Return what is wrong with placing spheres of these radii [m] (n,) in a room, nothing if they can be
     placed.
     """
     solid, most = (

@@ -71,7 +71,7 @@ def note_wall_speeds(rows, i, radius, x0, x1, x2, motion, n0, n1, n2, speeds_out
 
 @kernel
 def name_a_lost_one(model, state, scratch, rows, lo, hi):
-    """Name a particle of the slots `lo` to `hi` that left the domain or whose position is not a number, and
+    """Report a particle of the slots `lo` to `hi` that left the domain or whose position is not a number, and
     return whether there is one.
     """
     for i in range(lo, hi):
@@ -87,7 +87,7 @@ def name_a_lost_one(model, state, scratch, rows, lo, hi):
 
 @kernel
 def name_the_deepest_pair(model, state, scratch, points, rows, c, lo, worst):
-    """Name the pair of chunk `c` that exceeds its limit most, if by more than `worst` [1], and return the
+    """Report the pair of chunk `c` that exceeds its limit most, if by more than `worst` [1], and return the
     larger excess.
     """
     lst = state.clock[LIST]
@@ -111,7 +111,7 @@ def name_the_deepest_pair(model, state, scratch, points, rows, c, lo, worst):
 
 @kernel
 def name_the_deepest_wall(model, state, scratch, points, rows, lo, hi, worst):
-    """Name the wall contact of the slots `lo` to `hi` that exceeds its limit most, if by more than `worst`
+    """Report the wall contact of the slots `lo` to `hi` that exceeds its limit most, if by more than `worst`
     [1], and return the larger excess.
     """
     for i in range(lo, hi):

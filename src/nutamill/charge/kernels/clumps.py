@@ -62,7 +62,7 @@ def spin_of(q, momentum, inertia):
 
 @kernel
 def clump_end(state, i, hi):
-    """Return the first slot behind the clump of slot `i`; `hi` ends the chunk."""
+    """Return the first slot behind the clump of slot `i`. `hi` ends the chunk."""
     place = state.mass_props[CLUMP, i]
     end = i + 1
     while end < hi and state.mass_props[CLUMP, end] == place:
@@ -72,7 +72,9 @@ def clump_end(state, i, hi):
 
 @kernel
 def start_clumps(model, state, dt):
-    """Drift every clump by half a substep, and publish positions and predicted velocities of its pebbles."""
+    """Return the drift every clump by half a substep, and publish positions and predicted velocities of its
+    pebbles.
+    """
     rows = state.published_rows[state.clock[PUBLISHED]]
     for p in range(state.clumps.shape[0]):
         clump = state.clumps[p]
@@ -112,7 +114,7 @@ def start_clumps(model, state, dt):
 
 @kernel
 def number_clumps(state, scratch, n):
-    """Sort the rows of the clumps in the order of their pebbles' slots, and renumber them there; called by
+    """Sort the rows of the clumps in the order of their pebbles' slots, and renumber them there. Called by
     one thread.
     """
     places, old = state.mass_props[CLUMP], scratch.lists.order

@@ -92,7 +92,7 @@ def load_law(columns, b):
 @kernel(inline="always")
 def load_stamp(columns, b, last):
     """Return whether the memory of lane `b` is of the substep with stamp `last`, and whether the contact was
-    sliding then; 1 or 0.
+    sliding then: 1 or 0.
     """
     one, zero = like(1.0, last), like(0.0, last)
     stamp = columns[b + STAMP * BATCH]
@@ -128,8 +128,8 @@ def store_load(columns, b, row, force, moment):
 
 @kernel(fast=True, inline="always")
 def note_depth(columns, b, deep, r, limit, one, zero):
-    """Update the largest overlap of lane `b`, half of it `deep` [m] at a particle of radius `r` [m]; returns
-    one where beyond the limit.
+    """Update the largest overlap of lane `b`, half of it `deep` [m] at a particle of radius `r` [m], and
+    return one where beyond the limit.
 
     Shares of the radius are compared by products, not by quotients.
     """
@@ -218,7 +218,7 @@ def pair_batch(law, columns, unit, last, now, dt):
 
 @kernel(fast=True)
 def wall_batch(law, columns, last, now, dt):
-    """Compute the law for one batch of particles that touch surfaces; rows 0 to 3 hold normal and overlap.
+    """Compute the law for one batch of particles that touch surfaces. Rows 0 to 3 hold normal and overlap.
 
     Parameters
     ----------

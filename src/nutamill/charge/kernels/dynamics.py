@@ -86,7 +86,7 @@ def move_bodies(motions, s, out, twists_out):
 
 @kernel(fast=True)
 def chunk_substep(model, state, scratch, c, reference, dt, tid):
-    """One substep of chunk `c`: pairs, walls, integration."""
+    """March chunk `c` by one substep: pairs, walls, integration."""
     lo, hi = slots_of_chunk(state, c)
     clock = state.clock
     buffer, lst = clock[PUBLISHED], clock[LIST]
@@ -176,7 +176,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
 
 @kernel
 def close_substep(model, state, scratch, dt):
-    """Sum a substep over the chunks in fixed order and advance the clock; called by one thread."""
+    """Sum a substep over the chunks in fixed order and advance the clock. Called by one thread."""
     clock = state.clock
     alarms = 0
     for c in range(scratch.alarms.shape[0]):
@@ -247,7 +247,7 @@ def window(
     tid: int,
     n_threads: int,
 ):
-    """March the charge through one window; called by all threads of a team with the same arguments.
+    """March the charge through one window. Called by all threads of a team with the same arguments.
 
     Leaves in `state`: ``impulse`` of the window, cumulative ``ledger``, ``largest_overlap``, ``poses`` at the
     window's end, and ``status``.  With a status other than OK it returns at once; after LISTS_FULL, `grow`

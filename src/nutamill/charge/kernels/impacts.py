@@ -120,8 +120,8 @@ def note_pair_impacts(columns, lanes, material, first, across, n_materials, tid,
 def note_wall_impacts(
     model, columns, lanes, measured, x, radius, material, surface_poses, first, tid, book_out
 ):
-    """Book the wall contacts of a batch that begin, as `note_pair_impacts`; `lanes` and `measured` as from
-    `find_walls`.
+    """Book the wall contacts of a batch that begin, as `note_pair_impacts`. `lanes` and `measured` are those
+    of `find_walls`.
     """
     n_materials = model.law_of.shape[0]
     for b in range(BATCH):

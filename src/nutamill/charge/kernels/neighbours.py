@@ -21,7 +21,7 @@ REBUILDS_PER_SORT = 20
 
 @kernel(inline="always")
 def largest_drift_squared(skin):
-    """Square of the displacement since the list was made that asks for a new one [m^2], just under
+    """Return the square of the displacement since the list was made that asks for a new one [m^2], just under
     ``(skin/2)^2``: two particles may approach each other.
     """
     return 0.2475 * skin * skin
@@ -29,7 +29,7 @@ def largest_drift_squared(skin):
 
 @kernel
 def morton_bits(n):
-    """Bits along each axis of the Morton curve of `n` particles [1]."""
+    """Return the bits along each axis of the Morton curve of `n` particles [1]."""
     bits = 1
     while bits < 7 and 8 ** (bits - 1) < n:
         bits += 1
@@ -138,7 +138,7 @@ def fit_grid(smallest, most, grid_out, cells_out):
 
 @kernel
 def save_memory(model, state, lo, hi, c):
-    """Copy the contacts alive in chunk `c` to the table by particle; return 0 if the table is too small."""
+    """Copy the contacts alive in chunk `c` to the table by particle. Return 0 if the table is too small."""
     lst = state.clock[LIST]
     last = like(stamp_of(state.clock[STEP] - 1), state.published_rows[0, 0, 0])
     memory = state.pairs.memory[lst, c]
@@ -318,7 +318,7 @@ def without_own_clump(state, i, start, k, partners_out):
 
 @kernel
 def list_chunk(model, state, scratch, lst, c, lo, hi):
-    """List the candidate pairs of chunk `c`, with the memory they inherit; return 0 where the list is too
+    """List the candidate pairs of chunk `c`, with the memory they inherit, and return 0 where the list is too
     small.
     """
     partners, owners, memory = (
@@ -368,7 +368,7 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
 
 @kernel
 def collect(state, scratch):
-    """Report LISTS_FULL if any chunk had too little room; called by one thread."""
+    """Report LISTS_FULL if any chunk had too little room. Called by one thread."""
     full = False
     for c in range(scratch.alarms.shape[0]):
         full = full or scratch.alarms[c] != 0
@@ -379,7 +379,7 @@ def collect(state, scratch):
 
 @kernel
 def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, reference, angle, tid, n_threads):
-    """Make a new neighbour list, and sort the slots when it is time; called by all threads of the team.
+    """Make a new neighbour list, and sort the slots when it is time. Called by all threads of the team.
 
     Where the lists are too small ``state.status`` says LISTS_FULL, nothing is lost, and the next call begins
     anew.

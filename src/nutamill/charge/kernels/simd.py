@@ -21,28 +21,28 @@ WIDTH = 8
 
 
 def gather_rows(rows, index, first, lane, at, columns_out):
-    """Columns `at` to `at` + 7 become the eight numbers of ``rows[index[first + e]]``, e = 0 to 7."""
+    """Load the eight numbers of ``rows[index[first + e]]``, e = 0 to 7, into the columns `at` to `at` + 7."""
     for e in range(WIDTH):
         for k in range(8):
             columns_out[(at + k) * BATCH + lane + e] = rows[index[first + e], k]
 
 
 def add_rows(index, first, columns, lane, at, rows_out):
-    """Add columns `at` to `at` + 7 to ``rows_out[index[first + e]]``; an index may occur twice."""
+    """Add columns `at` to `at` + 7 to ``rows_out[index[first + e]]``. An index may occur twice."""
     for e in range(WIDTH):
         for k in range(8):
             rows_out[index[first + e], k] += columns[(at + k) * BATCH + lane + e]
 
 
 def set_rows(index, first, columns, lane, at, rows_out):
-    """``rows_out[index[first + e]]`` become columns `at` to `at` + 7."""
+    """Write the columns `at` to `at` + 7 to ``rows_out[index[first + e]]``."""
     for e in range(WIDTH):
         for k in range(8):
             rows_out[index[first + e], k] = columns[(at + k) * BATCH + lane + e]
 
 
 def copy_lanes(source, at, to, target_out):
-    """`BATCH` numbers of the flat array `source` from index `at` on become those of `target_out` from index
+    """Copy `BATCH` numbers of the flat array `source` from index `at` on to those of `target_out` from index
     `to` on.
     """
     for b in range(BATCH):
@@ -50,14 +50,14 @@ def copy_lanes(source, at, to, target_out):
 
 
 def set_points(index, first, fixed, lane, points_out):
-    """``points_out[index[first + e]]`` become the columns 0 to 3 of `fixed`, e = 0 to 7."""
+    """Write the columns 0 to 3 of `fixed` to ``points_out[index[first + e]]``, e = 0 to 7."""
     for e in range(WIDTH):
         for k in range(4):
             points_out[index[first + e], k] = fixed[k * BATCH + lane + e]
 
 
 def negated_radii(points, index, first, at, local_out):
-    """``local_out[at + e]`` become ``points[index[first + e]]`` with the radius negated, e = 0 to 7."""
+    """Copy ``points[index[first + e]]`` with the radius negated to ``local_out[at + e]``, e = 0 to 7."""
     for e in range(WIDTH):
         for k in range(3):
             local_out[at + e, k] = points[index[first + e], k]
@@ -65,8 +65,8 @@ def negated_radii(points, index, first, at, local_out):
 
 
 def gather_differences(points, second, local, owner, first, lane, columns_out):
-    """Columns 0 to 3 become ``points[second] - local[owner]`` [fixed point], as real numbers: distance vector
-    and sum of radii.
+    """Write ``points[second] - local[owner]`` [fixed point], as real numbers, to the columns 0 to 3: distance
+    vector and sum of radii.
     """
     for e in range(WIDTH):
         for k in range(4):
@@ -76,7 +76,7 @@ def gather_differences(points, second, local, owner, first, lane, columns_out):
 
 
 def touching(points, second, local, owner, first):
-    """Bit e is set where candidate ``first + e`` is closer than the sum of the radii."""
+    """Set bit e where candidate ``first + e`` is closer than the sum of the radii."""
     mask = 0
     for e in range(WIDTH):
         a = second[first + e]
@@ -112,14 +112,14 @@ def _shuffle(builder, a, b, lanes):
 
 
 def _transpose4(builder, rows):
-    """Four vectors whose halves are rows e and e + 4, to four columns of eight."""
+    """Turn four vectors whose halves are rows e and e + 4 into four columns of eight."""
     a, b = (_shuffle(builder, rows[0], rows[1], lanes) for lanes in _UNPACK)
     c, d = (_shuffle(builder, rows[2], rows[3], lanes) for lanes in _UNPACK)
     return [_shuffle(builder, p, q, lanes) for p, q in ((a, c), (b, d)) for lanes in _PAIRS]
 
 
 def _transpose8(builder, rows):
-    """Eight rows of eight to eight columns of eight; its own inverse."""
+    """Turn eight rows of eight into eight columns of eight, its own inverse."""
     halves = [[_shuffle(builder, rows[k], rows[k + 4], lanes) for k in range(4)] for lanes in _HALVES]
     return _transpose4(builder, halves[0]) + _transpose4(builder, halves[1])
 
@@ -139,7 +139,7 @@ def _store(builder, value, pointer):
 
 
 def _row(builder, base, index, first, e, width):
-    """Pointer to the row (of `width` words) that entry ``first + e`` of `index` names."""
+    """Return a pointer to the row (of `width` words) that entry ``first + e`` of `index` names."""
     entry = builder.load(builder.gep(index, [builder.add(first, ir.Constant(_I64, e))]))
     return builder.gep(base, [builder.mul(builder.zext(entry, _I64), ir.Constant(_I64, width))])
 

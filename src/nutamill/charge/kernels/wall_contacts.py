@@ -77,7 +77,7 @@ def measure(kind, model, surface_poses, s, centre, x, radius, slots, start, end,
 
 @kernel(fast=True)
 def measure_walls(model, surface_poses, s, centre, x, radius, slots, start, end, measured_out):
-    """As `measure`, for a surface of any kind."""
+    """Measure the contacts with a surface of any kind, as `measure`."""
     kind = model.surface_kind[s]
     if kind == PLANE:
         return measure(PLANE, model, surface_poses, s, centre, x, radius, slots, start, end, measured_out)

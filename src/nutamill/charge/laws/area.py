@@ -44,7 +44,7 @@ def pull(law, overlap, r_eff, pressure):
 
 
 def cohesive_softening(pair: PairLaw, r_eff: float) -> float:
-    """Return the stiffness that area cohesion takes from the normal spring [N/m], ``4 pi R* x pressure``; a
+    """Return the stiffness that area cohesion takes from the normal spring [N/m], ``4 pi R* x pressure``. A
     linear spring must have more.
     """
     return AREA_PER_DEPTH * r_eff * pair.cohesive_pressure

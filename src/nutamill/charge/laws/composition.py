@@ -98,7 +98,7 @@ def contact_law(
 
 
 def law_names(law: ContactLaw) -> tuple[str, str, str, str]:
-    """Return the four names of a law; the inverse of `contact_law`."""
+    """Return the four names of a law, the inverse of `contact_law`."""
     return tuple(
         next(name for name, file in family.items() if type(file.LAW) is type(tag))
         for family, tag in zip(FAMILIES, law, strict=True)

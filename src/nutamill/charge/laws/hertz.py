@@ -101,8 +101,8 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
 
 @kernel(inline="always")
 def energy(law, p, overlap, history, r_eff, diameters):
-    """Return the energy in Hertz's spring, ``8/15 E* sqrt(R*) d^(5/2)`` [J], and its tangent stiffness [N/m];
-    parameters as `force`.
+    """Return the energy in Hertz's spring, ``8/15 E* sqrt(R*) d^(5/2)`` [J], and its tangent stiffness [N/m].
+    Parameters are those of `force`.
     """
     modulus, _, _, _, _ = p
     stiffness = 2.0 * modulus * math.sqrt(r_eff * max(overlap, 0.0))
@@ -112,7 +112,7 @@ def energy(law, p, overlap, history, r_eff, diameters):
 def contact_duration(
     modulus: float, r_eff: float, m_eff: float, damping_ratio: float, tension_cut: bool, v: float
 ) -> float:
-    """Return the duration of a Hertzian contact [s] that begins at `v` [m/s]; contact modulus E* [Pa],
+    """Return the duration of a Hertzian contact [s] that begins at `v` [m/s] for contact modulus E* [Pa],
     reduced radius [m] and mass [kg].
     """
     w0, z = _frequency(modulus, r_eff, m_eff), damping_ratio
@@ -131,7 +131,7 @@ def contact_duration(
 
 
 def deepest(modulus: float, r_eff: float, m_eff: float, damping_ratio: float, v: float) -> float:
-    """Return the largest overlap [m] of a Hertzian contact; parameters as `contact_duration`."""
+    """Return the largest overlap [m] of a Hertzian contact. Parameters are those of `contact_duration`."""
     return (1.25 * v / _frequency(modulus, r_eff, m_eff) * scaled_overlap(damping_ratio)) ** 0.8
 
 
@@ -155,7 +155,7 @@ def impact(pair: PairLaw, m_eff: float, r_eff: float, diameters: tuple[float, fl
 
 
 def resolve_time(pair: PairLaw, k: float, m_eff: float, loading: float) -> float:
-    """Return twice the time of loading [s]; parameters as `linear.resolve_time`."""
+    """Return twice the time of loading [s]. Parameters are those of `linear.resolve_time`."""
     return 2.0 * loading
 
 

@@ -79,8 +79,8 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
 
 @kernel(inline="always")
 def energy(law, p, overlap, history, r_eff, diameters):
-    """Return the energy a hysteretic spring would give back [J], and its stiffness K_l [N/m]; parameters as
-    `force`.
+    """Return the energy a hysteretic spring would give back [J], and its stiffness K_l [N/m]. Parameters are
+    those of `force`.
 
     Below the unloading line down to where it meets the least force, and below that from there on.
     """
@@ -93,7 +93,7 @@ def energy(law, p, overlap, history, r_eff, diameters):
 
 
 def restitution(pair: PairLaw) -> float:
-    """Return the restitution [1] without cohesion; a little above ``1/sqrt(unloading_ratio)`` because of the
+    """Return the restitution [1] without cohesion, a little above ``1/sqrt(unloading_ratio)`` because of the
     least force.
 
     The share of the work of loading that remains under the unloading line and under the least force.
@@ -104,7 +104,8 @@ def restitution(pair: PairLaw) -> float:
 
 def impact(pair: PairLaw, m_eff: float, r_eff: float, diameters: tuple[float, float], v: float) -> Impact:
     """Return the head-on contact of two bodies that meet at `v` [m/s], without cohesion: three quarters of
-    oscillations, on the loading line, the unloading line and the least force; parameters as `linear.impact`.
+    oscillations, on the loading line, the unloading line and the least force. Parameters are those of
+    `linear.impact`.
     """
     k, r = spring_stiffness(pair, *diameters), pair.unloading_ratio
     load, unload, last = math.sqrt(k / m_eff), math.sqrt(r * k / m_eff), math.sqrt(LEAST_FORCE * k / m_eff)
@@ -117,7 +118,7 @@ def impact(pair: PairLaw, m_eff: float, r_eff: float, diameters: tuple[float, fl
 
 
 def resolve_time(pair: PairLaw, k: float, m_eff: float, loading: float) -> float:
-    """Return half a period of the unloading spring [s]; parameters as `linear.resolve_time`."""
+    """Return half a period of the unloading spring [s]. Parameters are those of `linear.resolve_time`."""
     return math.pi * math.sqrt(m_eff / (k * pair.unloading_ratio))
 
 

@@ -110,8 +110,8 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
 
 @kernel(inline="always")
 def energy(law, p, overlap, history, r_eff, diameters):
-    """Return the energy in a linear spring, ``k d^2/2`` [J], and its stiffness k [N/m]; parameters as
-    `force`.
+    """Return the energy in a linear spring, ``k d^2/2`` [J], and its stiffness k [N/m]. Parameters are those
+    of `force`.
     """
     compliance, compliance_a, compliance_b, _, _ = p
     k = pair_stiffness(compliance, compliance_a, compliance_b, diameters)

@@ -16,7 +16,7 @@ LAW = NoCohesion()
 
 @kernel(inline="always")
 def pull(law, overlap, r_eff, pressure):
-    """Return no pull; parameters as `area.pull`."""
+    """Return no pull. Parameters are those of `area.pull`."""
     return like(0.0, overlap)
 
 

@@ -15,14 +15,14 @@ LAW = NoRolling()
 
 @kernel(inline="always")
 def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
-    """Return no moment and no memory; parameters as `type_c.moment`."""
+    """Return no moment and no memory. Parameters are those of `type_c.moment`."""
     zero = like(0.0, dt)
     return (zero, zero, zero), (zero, zero, zero)
 
 
 @kernel(inline="always")
 def energy(law, square, kt, r_eff):
-    """Return the stored energy, 0 [J]; parameters as `type_c.energy`."""
+    """Return the stored energy, 0 [J]. Parameters are those of `type_c.energy`."""
     return 0.0
 
 

@@ -68,7 +68,8 @@ def restitution_from_damping_ratio(damping_ratio: float, tension_cut: bool) -> f
 
 
 def damping_ratio_from_restitution(restitution: float, tension_cut: bool) -> float:
-    """Return the share of critical damping [1] that gives `restitution` in (0, 1], exactly; linear and Hertz.
+    """Return the share of critical damping [1] that gives `restitution` in (0, 1], exactly, for linear and
+    Hertz.
 
     Raises
     ------

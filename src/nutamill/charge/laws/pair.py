@@ -105,8 +105,8 @@ def compliances(pair: PairLaw) -> list[float]:
 
 
 def spring_stiffness(pair: PairLaw, diameter_a: float, diameter_b: float) -> float:
-    """Return the normal stiffness [N/m] of a linear or hysteretic pair; a wall has the particle's
-    diameter [m].
+    """Return the normal stiffness [N/m] of a linear or hysteretic pair. A wall has the particle's diameter
+    [m].
     """
     if pair.stiffness_direct > 0.0:
         return pair.stiffness_direct

@@ -30,7 +30,7 @@ def tangent_spring(stored, half, n):
 
 @kernel(inline="always")
 def share_at_limit(limit, k, square):
-    """Return the share of a spring that pulls with `limit` [1]; `k` is its stiffness and `square` the square
+    """Return the share of a spring that pulls with `limit` [1]. `k` is its stiffness and `square` the square
     of its length.
     """
     # the root is only wanted as a divisor: an estimate refined takes the place of root and division

@@ -40,7 +40,7 @@ def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
 
 @kernel(inline="always")
 def energy(law, square, kt, r_eff):
-    """Return the stored energy, 0 [J]; parameters as `type_c.energy`."""
+    """Return the stored energy, 0 [J]. Parameters are those of `type_c.energy`."""
     return 0.0
 
 

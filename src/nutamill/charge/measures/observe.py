@@ -103,7 +103,7 @@ def observe_walls(model, state, surface_poses, back, last, out):
 
 @kernel
 def observe(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, out: ChargeReading):
-    """Read the charge at the end of the last window; called by one thread.
+    """Read the charge at the end of the last window. Called by one thread.
 
     Parameters
     ----------

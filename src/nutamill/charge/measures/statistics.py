@@ -156,7 +156,7 @@ def statistics_plan(
 
 
 def charge_statistics(plan: StatisticsPlan, state: ChargeState) -> ChargeStatistics:
-    """Return empty sums for a charge; without room for samples where the plan is off."""
+    """Return empty sums for a charge, without room for samples where the plan is off."""
     threads, patches = state.impacts.cut.shape
     cells = int(plan.cells.prod())
     if not plan.on:
@@ -323,7 +323,7 @@ def cell_of(plan, a, b, c, angle):
 
 @kernel
 def sample_fields(model, state, scratch, plan, c, angle, tid, sums_out):
-    """Add the particles of chunk `c` to the fields; ``scratch.motion[tid]`` is the pose of the body."""
+    """Add the particles of chunk `c` to the fields. ``scratch.motion[tid]`` is the pose of the body."""
     lo, hi = slots_of_chunk(state, c)
     x, v, fields, per = state.x, state.v, sums_out.fields[tid], plan.per_field
     motion = scratch.motion[tid, plan.body]
@@ -383,7 +383,7 @@ def sample(
     tid: int,
     n_threads: int,
 ):
-    """Take one sample between two windows; called by all threads of a team, each for its share of the chunks.
+    """Take one sample between two windows. Called by all threads of a team, each for its share of the chunks.
 
     Nobody may change the state meanwhile, and the next sample may begin only after all threads have left this
     one; ``sums_out.samples`` is for the caller to count.

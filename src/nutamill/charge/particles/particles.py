@@ -72,7 +72,7 @@ class Particles:
 
     @property
     def poses(self) -> np.ndarray:
-        """Positions [m] (n, 3), with the attitudes (n, 7) where there are any; particles must be placed."""
+        """Positions [m] (n, 3), with the attitudes (n, 7) where there are any. Particles must be placed."""
         assert self.centre is not None
         return self.centre if self.attitude is None else np.column_stack([self.centre, self.attitude])
 
@@ -102,7 +102,7 @@ def joined(parts: Sequence[Particles]) -> Particles:
 
 
 def spheres(diameters: np.ndarray, material: int = 0) -> Particles:
-    """Return spheres of the given diameters [m] (n,), not placed yet; `material` of all or of each."""
+    """Return spheres of the given diameters [m] (n,), not placed yet, of one `material` or of one each."""
     diameters = np.asarray(diameters, float)
     n = len(diameters)
     return Particles((sphere_shape(),), np.zeros(n, np.int32), diameters, np.full(n, material, np.int32))

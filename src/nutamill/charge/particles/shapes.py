@@ -92,7 +92,7 @@ class ClumpShape:
 
 
 def sphere_shape(diameter: float = 1.0) -> ClumpShape:
-    """Return one sphere of the given diameter [m]; with 1, a particle's scale is its diameter."""
+    """Return one sphere of the given diameter [m]. With 1, a particle's scale is its diameter."""
     radius = 0.5 * diameter
     volume = 4.0 / 3.0 * math.pi * radius**3
     return ClumpShape(np.zeros((1, 3)), np.array([radius]), volume, np.full(3, 0.4 * volume * radius**2))

@@ -36,7 +36,7 @@ class SizeClasses:
         return 1.0 / sum(share / sphere_volume(diameter) for diameter, share in self.classes)
 
     def of_volume(self, volume: float) -> np.ndarray:
-        """Diameters [m] (n,): of each class the fewest particles whose solid volume is at least its share of
+        """Return the diameters [m] (n,), rising, of the fewest particles whose solid volume is at least
         `volume` [m^3].
         """
         counts = [
@@ -45,9 +45,7 @@ class SizeClasses:
         return np.repeat([diameter for diameter, _ in self.classes], counts)
 
     def of_number(self, number: int) -> np.ndarray:
-        """Diameters [m] of exactly `number` particles: each class its share of the number, what is left over
-        to the largest remainders.
-        """
+        """Return the diameters [m] of exactly `number` particles, rising."""
         mean = self.mean_volume
         exact = np.array(
             [number * share * mean / sphere_volume(diameter) for diameter, share in self.classes]
@@ -77,8 +75,8 @@ class SizeLaw:
         return float(np.diff(self.number_below) @ _cell_volume(self.diameter))
 
     def of_volume(self, volume: float) -> np.ndarray:
-        """Diameters [m] (n,), rising, of the fewest particles whose solid volume is at least `volume`
-        [m^3].
+        """Return the diameters [m] (n,), rising, of the fewest particles whose solid volume is at least
+        `volume` [m^3].
         """
         target = volume - SLACK * self.mean_volume
         number = max(1, math.ceil(volume / self.mean_volume))
@@ -89,7 +87,7 @@ class SizeLaw:
         return sizes
 
     def of_number(self, number: int) -> np.ndarray:
-        """Diameters [m] of exactly `number` particles, rising."""
+        """Return the diameters [m] of exactly `number` particles, rising."""
         return np.interp((np.arange(number) + 0.5) / number, self.number_below, self.diameter)
 
 

@@ -196,7 +196,7 @@ def patch_contact(walls, patch, x, y, z, r):
 
 @kernel
 def mesh_overlap(walls, surface_poses, s, x0, x1, x2, r):
-    """As `surface_overlap`, for a surface `s` that is a patch of a mesh."""
+    """Return what `surface_overlap` does, for a surface `s` that is a patch of a mesh."""
     d0, d1, d2 = x0 - surface_poses[s, 0], x1 - surface_poses[s, 1], x2 - surface_poses[s, 2]
     a = surface_poses[s, 3] * d0 + surface_poses[s, 6] * d1 + surface_poses[s, 9] * d2
     b = surface_poses[s, 4] * d0 + surface_poses[s, 7] * d1 + surface_poses[s, 10] * d2
@@ -212,8 +212,8 @@ def mesh_overlap(walls, surface_poses, s, x0, x1, x2, r):
 
 @kernel
 def mesh_near(walls, surface_poses, s, x0, x1, x2, r):
-    """As `surface_near`, for a surface `s` that is a patch of a mesh: `r` less a distance the patch has at
-    least.
+    """Return what `surface_near` does, for a surface `s` that is a patch of a mesh: `r` less a distance the
+    patch has at least.
     """
     grid, p = walls.grid, walls.patch_of[s]
     d0, d1, d2 = x0 - surface_poses[s, 0], x1 - surface_poses[s, 1], x2 - surface_poses[s, 2]

@@ -46,14 +46,14 @@ def whole(value, per_unit):
 
 @kernel(inline="always")
 def part_of(value, low, high, n):
-    """Return which of `n` equal parts from `low` to `high` holds `value`; the outermost hold all beyond."""
+    """Return which of `n` equal parts from `low` to `high` holds `value`. The outermost hold all beyond."""
     k = math.floor((value - low) / (high - low) * n)
     return min(max(k, 0), n - 1)
 
 
 @kernel(inline="always")
 def sector_of(angle, n):
-    """Return which of `n` sectors holds an angle [rad]; sector 0 begins at angle 0."""
+    """Return which of `n` sectors holds an angle [rad]. Sector 0 begins at angle 0."""
     turns = angle * (0.5 / math.pi)
     return min(int((turns - math.floor(turns)) * n), n - 1)
 

@@ -168,8 +168,8 @@ def surface_overlap(kind, sizes, surface_poses, s, x0, x1, x2, r):
 
 @kernel(inline="always")
 def surface_near(kinds, sizes, surface_poses, s, x0, x1, x2, r):
-    """As `surface_room`, for surface `s` and a ball of radius `r` about (x0, x1, x2) [m], world; arrays as
-    for `surface_overlap`.
+    """Return what `surface_room` does, for surface `s` and a ball of radius `r` about (x0, x1, x2) [m],
+    world. Arrays are those of `surface_overlap`.
     """
     d0, d1, d2 = x0 - surface_poses[s, 0], x1 - surface_poses[s, 1], x2 - surface_poses[s, 2]
     a = surface_poses[s, 3] * d0 + surface_poses[s, 6] * d1 + surface_poses[s, 9] * d2

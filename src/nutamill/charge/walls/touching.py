@@ -28,7 +28,7 @@ def touch_plane(x, radius, lo, n, pose, out):
 
 @kernel(fast=True)
 def touch_cylinder(x, radius, lo, n, pose, bore, out):
-    """As `touch_plane`, for the inside of a cylinder of radius `bore` [m]."""
+    """Test a chunk as `touch_plane`, for the inside of a cylinder of radius `bore` [m]."""
     o0, o1, o2 = pose[0], pose[1], pose[2]
     a, b, c = pose[5], pose[8], pose[11]
     x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
@@ -41,7 +41,7 @@ def touch_cylinder(x, radius, lo, n, pose, bore, out):
 
 @kernel(fast=True)
 def touch_box(x, radius, lo, n, pose, size, out):
-    """As `touch_plane`, for the outside of a box of half sizes `size` (3,) [m]."""
+    """Test a chunk as `touch_plane`, for the outside of a box of half sizes `size` (3,) [m]."""
     o0, o1, o2 = pose[0], pose[1], pose[2]
     a0, a1, a2, b0, b1, b2, c0, c1, c2 = (
         pose[3],
@@ -88,8 +88,8 @@ def touch_cone(x, radius, lo, n, pose, size, out):
 
 @kernel(fast=True)
 def touch_cap(x, radius, lo, n, pose, size, out):
-    """As `touch_cone`, for the inside of a sphere cap of radius ``size[0]`` [m] and angle ``size[1]``
-    [rad].
+    """Test a chunk as `touch_cone`, for the inside of a sphere cap of radius ``size[0]`` [m] and angle
+    ``size[1]`` [rad].
     """
     o0, o1, o2 = pose[0], pose[1], pose[2]
     a, b, c = pose[5], pose[8], pose[11]

@@ -20,8 +20,8 @@ def normals_and_areas(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def signed_volumes(corners: np.ndarray) -> np.ndarray:
-    """Return the volumes [m^3] (n,) of the tetrahedra of triangles `corners` [m] (n, 3, 3) with the origin;
-    their sum is the volume enclosed.
+    """Return the volumes [m^3] (n,) of the tetrahedra of triangles `corners` [m] (n, 3, 3) with the origin.
+    Their sum is the volume enclosed.
     """
     return np.einsum("ni,ni->n", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
 

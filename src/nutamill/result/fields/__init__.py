@@ -58,8 +58,8 @@ _TEMPLATES = tuple(
 
 
 def _filled(field: Field, **part: object) -> Field:
-    """`field` with the parts of the machine put in its texts; spaces instead of underscores where people
-    read.
+    """Return `field` with the parts of the machine put in its texts, with spaces instead of underscores where
+    people read.
     """
     spoken = {key: str(value).replace("_", " ") for key, value in part.items()}
     return replace(
@@ -73,7 +73,7 @@ def _filled(field: Field, **part: object) -> Field:
 
 @functools.cache
 def series_field(name: str) -> Field:
-    """The recorded quantity called `name`, parts of the machine filled in.
+    """Return the recorded quantity called `name`, parts of the machine filled in.
 
     Raises
     ------
@@ -88,14 +88,14 @@ def series_field(name: str) -> Field:
 
 
 def snapshot_field(name: str) -> Field:
-    """The snapshot array called `name`; raises CaseError as `series_field` does."""
+    """Return the snapshot array called `name`. Raises CaseError as `series_field` does."""
     if name in _SNAPSHOT:
         return _SNAPSHOT[name]
     raise CaseError(_unknown(name, _SNAPSHOT))
 
 
 def statistics_field(name: str) -> Field:
-    """The statistics array or axis called `name`; raises CaseError as `series_field` does."""
+    """Return the statistics array or axis called `name`. Raises CaseError as `series_field` does."""
     if name in _STATISTICS:
         return _STATISTICS[name]
     raise CaseError(_unknown(name, _STATISTICS))
@@ -108,7 +108,8 @@ def _unknown(name: str, known) -> Fault:
 
 
 def expand(mounts: int = 0, sensors: Sequence[str] = ()) -> list[str]:
-    """Names of all series of a machine with `mounts` mounts and the given acceleration sensors, `time` first.
+    """Return the names of all series of a machine with `mounts` mounts and the given acceleration sensors,
+    `time` first.
 
     Parameters
     ----------

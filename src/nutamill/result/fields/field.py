@@ -28,7 +28,7 @@ class Field:
     """Shape of one snapshot's array; empty for a series, which has one number per sample."""
 
     def attributes(self) -> dict[str, str]:
-        """What is stored beside the numbers: the names xarray and netCDF readers know first."""
+        """Return what is stored beside the numbers: the names xarray and netCDF readers know first."""
         stored = {"units": self.unit, "long_name": self.label, "symbol": self.symbol, "meaning": self.meaning}
         return stored | {key: text for key, text in (("frame", self.frame), ("point", self.point)) if text}
 
@@ -36,8 +36,8 @@ class Field:
 def vector(
     name: str, symbol: str, unit: str, label: str, meaning: str, frame: str, point: str
 ) -> tuple[Field, ...]:
-    """The three components of a vector, named ``_x``, ``_y``, ``_z``; `symbol` is one letter and what its
-    index starts with.
+    """Return the declare the three components of a vector, named ``_x``, ``_y``, ``_z``. `symbol` is one
+    letter and the start of its index.
     """
     return tuple(
         Field(
@@ -54,5 +54,5 @@ def vector(
 
 
 def energy(name: str, symbol: str, label: str, meaning: str) -> Field:
-    """One entry of the power ledger, in J."""
+    """Return the declare one entry of the power ledger, in J."""
     return Field(name, symbol, "J", label, meaning)

@@ -9,8 +9,8 @@ CRANK = "driveshaft: radial towards its axis, tangential in the direction of rot
 
 
 def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
-    """Radial, tangential and resultant force of the crank at one of its two probes, raw and without gravity's
-    share.
+    """Return the declare the radial, tangential and resultant force of the crank at one of its two probes,
+    raw and without gravity's share.
     """
     meaning = f"force the crank exerts at the {where}"
     tared = "with the share of gravity taken off, as a reading zeroed at rest in the turning axes"
@@ -55,7 +55,7 @@ def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
 
 
 def _contact_losses(name: str, label: str) -> tuple[Field, ...]:
-    """Energy the contacts of one class have dissipated, by part of the law."""
+    """Return the declare the energy that the contacts of one class have dissipated, by part of the law."""
     return tuple(
         energy(
             f"{name}_{part}_loss",

@@ -29,7 +29,7 @@ class Key(NamedTuple):
 
     @classmethod
     def of(cls, configuration: str, speed: float, quantity: str) -> "Key":
-        """The key of a need (`nutamill.studies.papers.model.Row.needs`)."""
+        """Return the key of a need (`nutamill.studies.papers.model.Row.needs`)."""
         return cls(configuration, round(speed, 6), quantity)
 
 
@@ -102,7 +102,7 @@ def measure(
 
 
 def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str, Estimate | str]:
-    """Numbers of one run by quantity, or why there is none."""
+    """Return the numbers of one run by quantity, or why there is none."""
     values: dict[str, Estimate | str] = {}
     series = [quantity for quantity in quantities if quantity != MODES]
     state = run_state(run) if series else COMPLETE
@@ -184,7 +184,7 @@ def _finding(row: Row, parts: Sequence[Measured]) -> Finding:
 
 
 def _how(row: Row, values: Sequence[float]) -> float:
-    """The row's number from its one or two parts."""
+    """Return the row's number from its one or two parts."""
     if row.against is None:
         return values[0]
     own, other = values
@@ -195,7 +195,7 @@ def _how(row: Row, values: Sequence[float]) -> float:
 
 
 def _spread(row: Row, means: Sequence[float], spreads: Sequence[float]) -> float:
-    """Compute the uncertainty of the row's number from those of its parts, taken as independent; a part
+    """Compute the uncertainty of the row's number from those of its parts, taken as independent. A part
     without one counts as exact.
     """
     if row.against is None:
@@ -213,7 +213,7 @@ def _spread(row: Row, means: Sequence[float], spreads: Sequence[float]) -> float
 
 
 def _off(value: float, reference: float | None, points: bool) -> float:
-    """How far a value is off: a difference, or a share of what was published."""
+    """Return how far a value is off: a difference, or a share of what was published."""
     if reference is None:
         return math.nan
     return value - reference if points else value / reference - 1.0
@@ -232,7 +232,7 @@ def _within(row: Row, value: float, error: float) -> bool | None:
 
 
 def keys_of(paper: Paper) -> list[Key]:
-    """Numbers that all rows and all figures over the speed need."""
+    """List the numbers that all rows and all figures over the speed need."""
     keys = [Key.of(*need) for row in paper.rows for need in row.needs]
     for panel in (panel for figure in paper.figures for panel in figure.panels):
         for curve in panel.curves:

@@ -36,7 +36,7 @@ PUBLISHED = "#444444"
 def draw_figure(
     plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], measured: Mapping[Key, Measured]
 ) -> Figure:
-    """The figure of a plan.
+    """Draw the figure of a plan.
 
     Raises
     ------
@@ -58,8 +58,8 @@ def draw_figure(
 def draw_over_speed(
     plan: FigurePlan, paper: Paper, runs: Sequence[PlannedRun], measured: Mapping[Key, Measured]
 ) -> Figure:
-    """Each panel's quantity over the speed, or over lambda = L12 w^2/g with the speed along the top;
-    published numbers as hollow marks.
+    """Draw each panel's quantity over the speed, or over lambda = L12 w^2/g with the speed along the top,
+    with published numbers as hollow marks.
 
     A line joins our runs of a curve's configurations; where two have the same speed, the one named last
     counts.  Bars are 95 % intervals of the steady means, mostly smaller than the marks.
@@ -112,7 +112,7 @@ def _draw_curve(
     runs: Sequence[PlannedRun],
     measured: Mapping[Key, Measured],
 ) -> int:
-    """Draw our numbers of a curve; returns how many there are."""
+    """Draw our numbers of a curve, and return how many there are."""
     points = {}
     for name in curve.configurations:
         for speed in paper.configurations[name].speeds:
@@ -147,8 +147,8 @@ def _draw_published(
     paper: Paper,
     runs: Sequence[PlannedRun],
 ) -> None:
-    """Printed numbers of a curve: experiment as a hollow mark, the authors' simulation as a cross, each at
-    its own speed.
+    """Draw the printed numbers of a curve: experiment as a hollow mark, the authors' simulation as a cross,
+    each at its own speed.
     """
     _, many = UNIT[QUANTITIES[quantity].kind]
     for row in paper.rows:
@@ -185,15 +185,15 @@ def _draw_published(
 
 
 def _colour(number: int) -> str:
-    """Colour of a curve of the style; not as ``C0``, which a picture saved later would look up in another
-    style.
+    """Return the colour of a curve of the style, not as ``C0``, which a picture saved later would look up in
+    another style.
     """
     colours = matplotlib.rcParams["axes.prop_cycle"].by_key()["color"]
     return colours[number % len(colours)]
 
 
 def _abscissa(speeds: Sequence[float], plan: FigurePlan, runs: Sequence[PlannedRun]) -> np.ndarray:
-    """Where speeds [rad/s] stand: in rpm, or as centrifugal numbers."""
+    """Return speeds [rad/s] on the axis of a figure: in rpm, or as centrifugal numbers."""
     speed = np.asarray(speeds)
     return centrifugal_number(speed, runs[0].case.mechanism) if plan.form == "lambda" else rpm(speed)
 
@@ -224,7 +224,7 @@ def _speed_on_top(axes: Axes, runs: Sequence[PlannedRun]) -> None:
 
 
 def _legend(figure: Figure, all_axes: np.ndarray) -> None:
-    """One legend below: our curves, and what hollow marks and crosses are."""
+    """Add one legend below: our curves, and what hollow marks and crosses are."""
     handles = {
         label: handle
         for axes in all_axes
@@ -247,8 +247,8 @@ def _legend(figure: Figure, all_axes: np.ndarray) -> None:
 
 
 def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -> Figure:
-    """Side views of the charge at several crank angles [deg] of the last turns, as a camera on the chamber
-    sees it, coloured by height.
+    """Draw side views of the charge at several crank angles [deg] of the last turns, as a camera on the
+    chamber sees it, coloured by height.
 
     Height is the world z over the nutation point as assembled; the chamber stands upright because the camera
     tilts with it.  The camera looks along +y of the chamber, so that at 0 deg the crank is on the right; what
@@ -331,7 +331,8 @@ def _balls(axes: Axes, view: np.ndarray, low: float, high: float) -> EllipseColl
 
 
 def _view(snapshots, angles: np.ndarray, position: float) -> np.ndarray:
-    """Particles (n, 5) of the last snapshot nearest to a crank angle [deg]; those far from the camera first.
+    """Return the particles (n, 5) of the last snapshot nearest to a crank angle [deg], those far from the
+    camera first.
 
     Columns are x, y, z in chamber axes from the middle of the floor, world z from the nutation point, and
     radius [m].

@@ -14,12 +14,12 @@ FOLDER = Path(__file__).parents[2] / "data" / "papers"
 
 
 def paper_names() -> list[str]:
-    """Names of the papers in the package."""
+    """Return the names of the papers in the package."""
     return sorted(path.stem for path in FOLDER.glob("*.toml"))
 
 
 def read_paper(name: str | Path) -> Paper:
-    """A paper of the package, or one described by a TOML file of the same form.
+    """Read a paper of the package, or one described by a TOML file of the same form.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def read_paper(name: str | Path) -> Paper:
 
 
 def parse_paper(text: str, shown: str) -> Paper:
-    """The paper that TOML text describes; `shown` is what messages call it.  Raises CaseError as `read_paper`
+    """Return the paper that TOML text describes. Messages call it `shown`. Raises CaseError as `read_paper`
     does.
     """
     layer = Layer.of_text(text, shown)

@@ -26,7 +26,7 @@ NUMBERS = ("experiment", "simulation")
 
 
 def same_speed(a: float, b: float) -> bool:
-    """Whether two speeds [rad/s] are the same but for round-off."""
+    """Return whether two speeds [rad/s] are the same but for round-off."""
     return math.isclose(a, b, rel_tol=SAME_SPEED)
 
 
@@ -67,11 +67,11 @@ class Configuration(Table):
         return self
 
     def has(self, speed: float) -> bool:
-        """Whether it is run at a speed [rad/s]."""
+        """Return whether it is run at a speed [rad/s]."""
         return any(same_speed(speed, own) for own in self.speeds)
 
     def seeds_at(self, speed: float) -> tuple[int, ...]:
-        """Seeds with which it is run at a speed [rad/s]."""
+        """Return the seeds with which it is run at a speed [rad/s]."""
         return self.seeds if any(same_speed(speed, own) for own in self.repeated) else self.seeds[:1]
 
 
@@ -154,7 +154,7 @@ class Row(Table):
 
     @property
     def kind(self) -> Kind | None:
-        """Kind of the row's unit; None for a plain number."""
+        """Kind of the row's unit, or None for a plain number."""
         return (
             None
             if self.against is not None and self.against.how != "difference"
@@ -178,7 +178,9 @@ class Row(Table):
 
 
 def _si(key: str, given: Any, kind: Kind | None) -> float:
-    """SI value of a published number: text with a unit, or a plain number where the row has no unit."""
+    """Return the SI value of a published number: text with a unit, or a plain number where the row has no
+    unit.
+    """
     if kind is None:
         if isinstance(given, bool) or not isinstance(given, (int, float)):
             raise refusal(f'{key} must be a plain number, got "{given}"', "Write a share, e.g. 0.05 for 5 %")
@@ -291,7 +293,7 @@ class Paper(Table):
     def _missing(
         self, key: tuple[Any, ...], name: str, speed: float | None
     ) -> list[tuple[tuple[Any, ...], str, str]]:
-        """The finding that there is no such configuration, or not at that speed."""
+        """Return the finding that there is no such configuration, or not at that speed."""
         if name not in self.configurations:
             return [
                 (

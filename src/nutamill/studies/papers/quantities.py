@@ -41,7 +41,7 @@ class PinForce(NamedTuple):
 
 
 def charge_at_pin(result: Result) -> PinForce:
-    """Force with which the crank balances the charge's wrench on a chamber without mass.
+    """Compute the force with which the crank balances the charge's wrench on a chamber without mass.
 
     The universal joint carries a force at the nutation point and the torsion about the chamber's axis, the
     crank pin a force across that axis.  With the chamber's axis `a` from the nutation point to the pin, at
@@ -72,8 +72,8 @@ def charge_at_pin(result: Result) -> PinForce:
 
 
 def superposed(result: Result) -> PinForce:
-    """Load-cell force of the mill without the charge's answer, gravity's share off, plus the charge's force
-    at the pin.
+    """Compute the load-cell force of the mill without the charge's answer, gravity's share off, plus the
+    charge's force at the pin.
 
     Of a run with a prescribed motion: the mechanism then moves as if it were empty, and the charge is moved
     by it.
@@ -97,7 +97,7 @@ def _of_prescribed(result: Result) -> None:
 
 
 def _series(name: str) -> Callable[[Result, float], Estimate]:
-    """Steady mean of a recorded series."""
+    """Return a reader of the steady mean of a recorded series."""
 
     def measure(result: Result, last: float) -> Estimate:
         return steady_mean(result, name, last=last)
@@ -106,7 +106,7 @@ def _series(name: str) -> Callable[[Result, float], Estimate]:
 
 
 def _part(force: Callable[[Result], PinForce], part: str) -> Callable[[Result, float], Estimate]:
-    """Steady mean of the radial or tangential part of a force, or of its magnitude."""
+    """Return a reader of the steady mean of the radial or tangential part of a force, or of its magnitude."""
 
     def measure(result: Result, last: float) -> Estimate:
         radial, tangential = force(result)
@@ -117,8 +117,8 @@ def _part(force: Callable[[Result], PinForce], part: str) -> Callable[[Result, f
 
 
 def _charge_lag(result: Result, last: float) -> Estimate:
-    """Angle by which the charge's force on the pin is behind the radial direction [rad], from the means of
-    its two parts.
+    """Compute the angle by which the charge's force on the pin is behind the radial direction [rad], from the
+    means of its two parts.
     """
     radial, tangential = (steady_mean(result, part, last=last) for part in charge_at_pin(result))
     square = radial.mean**2 + tangential.mean**2
@@ -139,12 +139,12 @@ def _crank_radius(result: Result) -> float:
 
 
 def _charge_torque(result: Result, last: float) -> Estimate:
-    """Torque that the charge's wrench asks of the driveshaft [N m]."""
+    """Compute the torque that the charge's wrench asks of the driveshaft [N m]."""
     return steady_mean(result, _crank_radius(result) * charge_at_pin(result).tangential, last=last)
 
 
 def _superposed_torque(result: Result, last: float) -> Estimate:
-    """Torque of the mill without the charge's answer plus that of the charge [N m]."""
+    """Compute the torque of the mill without the charge's answer plus that of the charge [N m]."""
     _of_prescribed(result)
     torque = (
         result.series["driveshaft_torque"].values + _crank_radius(result) * charge_at_pin(result).tangential
@@ -153,7 +153,7 @@ def _superposed_torque(result: Result, last: float) -> Estimate:
 
 
 def _unbalance(result: Result, last: float) -> Estimate:
-    """Radial force over the square of the speed [kg m]."""
+    """Compute the radial force over the square of the speed [kg m]."""
     force = _series("crank_pin_force_radial_tared")(result, last)
     square = float(result.series["driveshaft_speed"].values[-1]) ** 2
     return force._replace(
@@ -162,7 +162,7 @@ def _unbalance(result: Result, last: float) -> Estimate:
 
 
 def _sensor(result: Result, axis: str) -> np.ndarray:
-    """Acceleration of the first sensor along an axis of its body [m/s^2]."""
+    """Return the acceleration of the first sensor along an axis of its body [m/s^2]."""
     name = next(
         (name for name in map(str, result.series.data_vars) if name.endswith(f"_acceleration_{axis}")), None
     )
@@ -174,7 +174,9 @@ def _sensor(result: Result, axis: str) -> np.ndarray:
 
 
 def _amplitude(axis: str) -> Callable[[Result, float], Estimate]:
-    """Half the range of the first sensor's acceleration within a turn, mean over the steady turns [m/s^2]."""
+    """Return a reader of half the range of the first sensor's acceleration within a turn, mean over the
+    steady turns [m/s^2].
+    """
 
     def measure(result: Result, last: float) -> Estimate:
         return steady_mean(result, _sensor(result, axis), "swing", last)
@@ -210,7 +212,7 @@ def _largest_sway(result: Result) -> Sway:
 
 
 def _resonance_time(result: Result, last: float) -> Estimate:
-    """Time on the ramp at which the frame sways most [s]; `last` has no part in it, the largest sway
+    """Return the time on the ramp at which the frame sways most [s]. `last` is not used: the largest sway
     comes before the steady running.
     """
     sway = _largest_sway(result)
@@ -219,13 +221,13 @@ def _resonance_time(result: Result, last: float) -> Estimate:
 
 
 def _resonance_travel(result: Result, last: float) -> Estimate:
-    """How far the first mount sways then [m]; `last` has no part in it."""
+    """Return how far the first mount sways at the resonance [m]. `last` is not used."""
     return Estimate.exact(_largest_sway(result).travel)
 
 
 def _crest_of(part: str) -> Callable[[Result, float], Estimate]:
-    """Height [m] or phase lag [rad] of the crest of the charge's mean surface, from the statistics of the
-    last seconds.
+    """Return a reader of height [m] or phase lag [rad] of the crest of the charge's mean surface, from the
+    statistics of the last seconds.
     """
 
     def measure(result: Result, last: float) -> Estimate:
@@ -237,14 +239,14 @@ def _crest_of(part: str) -> Callable[[Result, float], Estimate]:
 
 
 def _ledger_gap(result: Result, last: float) -> Estimate:
-    """Share of the motor's power that the power ledger leaves open over the steady turns [1]."""
+    """Return the share of the motor's power that the power ledger leaves open over the steady turns [1]."""
     power = power_split(result, last)
     return Estimate.exact(power.residual / power.motor)
 
 
 def _momentum_gap(result: Result, last: float) -> Estimate:
-    """Momentum that the balance of the charge leaves open, over what its weight and the chamber gave it in
-    the steady turns [1].
+    """Return the momentum that the balance of the charge leaves open, over what its weight and the chamber
+    gave it in the steady turns [1].
     """
     series = result.series
     if "interface_impulse_defect" not in series:

@@ -54,14 +54,14 @@ class PlannedRun:
 
 
 def run_name(configuration: str, speed: float, seed: int = 1) -> str:
-    """Name of a configuration at a speed [rad/s]: ``pellets-723rpm``, and ``pellets-723rpm-seed2`` where the
-    seed is not 1.
+    """Return the name of a configuration at a speed [rad/s]: ``pellets-723rpm``, or ``pellets-723rpm-seed2``
+    where the seed is not 1.
     """
     return f"{configuration}-{rpm(speed):.6g}rpm" + (f"-seed{seed}" if seed != 1 else "")
 
 
 def planned_runs(paper: Paper, folder: str | Path) -> list[PlannedRun]:
-    """Every run a paper needs, each distinct case once, in the order of its file.
+    """List every run a paper needs, each distinct case once, in the order of its file.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def planned_runs(paper: Paper, folder: str | Path) -> list[PlannedRun]:
 
 
 def _case(paper: Paper, name: str, speed: float, seed: int) -> Case:
-    """The case of a configuration at a speed [rad/s]: its ramp, then `hold` at that speed."""
+    """Return the case of a configuration at a speed [rad/s]: its ramp, then `hold` at that speed."""
     configuration = paper.configurations[name]
     case = load_case(configuration.base, configuration.set)
     title = f"{paper.short}: {configuration.title}, {rpm(speed):.6g} rpm"
@@ -108,7 +108,7 @@ def _case(paper: Paper, name: str, speed: float, seed: int) -> Case:
 def chosen(
     paper: Paper, runs: Sequence[PlannedRun], only: Iterable[str], quick: bool
 ) -> tuple[list[Row], list[PlannedRun]]:
-    """Rows and runs that are asked for.
+    """Return the rows and runs that are asked for.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def chosen(
 
 
 def _names_of(row: Row) -> set[str]:
-    """Configurations and runs that a row is made of."""
+    """Return the configurations and runs that a row is made of."""
     return {
         name
         for configuration, speed, _ in row.needs
@@ -154,14 +154,14 @@ def _names_of(row: Row) -> set[str]:
 
 
 def wants_modes(rows: Iterable[Row], run: PlannedRun) -> bool:
-    """Whether one of the rows asks for the natural frequencies of a run's machine."""
+    """Return whether one of the rows asks for the natural frequencies of a run's machine."""
     needs = [(name, round(speed, 6)) for row in rows if row.quantity == MODES for name, speed, _ in row.needs]
     return (run.configuration, round(run.speed, 6)) in needs
 
 
 def run_state(run: PlannedRun) -> str:
-    """``missing``, or what the result file says: ``complete``, ``running`` (perhaps killed), ``interrupted``,
-    ``failed: ...``.
+    """Return ``missing``, or the state in the result file: ``complete``, ``running`` (perhaps killed),
+    ``interrupted``, ``failed: ...``.
 
     A file that cannot be read is ``failed`` with the reason.
     """
@@ -178,7 +178,8 @@ def write_modes(run: PlannedRun, frequencies: Sequence[float], damping: Sequence
 
 
 def read_modes(run: PlannedRun) -> list[float] | None:
-    """Natural frequencies [Hz] of a run's machine, slowest first; None if they are not stored yet.
+    """Return the natural frequencies [Hz] of a run's machine, slowest first, or None if they are not stored
+    yet.
 
     Raises
     ------

@@ -41,7 +41,7 @@ UNIT: dict[Kind | None, tuple[str, float]] = {
 
 
 def title_of(row: Row, paper: Paper) -> str:
-    """What a row compares, in words."""
+    """Return what a row compares, in words."""
     at = f"{_rpm(row.speed)} rpm"
     own = paper.configurations[row.configuration].title
     text = f"{QUANTITIES[row.quantity].label}, {own}, {at}"
@@ -55,7 +55,7 @@ def title_of(row: Row, paper: Paper) -> str:
 
 
 def shown(value: float | None, row: Row, digits: int = 4) -> str:
-    """A value of a row with its unit; a dash if there is none."""
+    """Format a value of a row with its unit, or as a dash if there is none."""
     if value is None or math.isnan(value):
         return "–"
     if row.kind is None and row.against is not None and row.against.how == "change":
@@ -65,8 +65,8 @@ def shown(value: float | None, row: Row, digits: int = 4) -> str:
 
 
 def with_uncertainty(finding: Finding) -> str:
-    """Ours with its interval, and the scatter over seeds where there are several:
-    ``935 ± 4 N (3 seeds, s = 6)``.
+    """Format our value with its interval, and the scatter over seeds where there are several: ``935 ± 4 N (3
+    seeds, s = 6)``.
     """
     row = finding.row
     if math.isnan(finding.value):
@@ -92,7 +92,7 @@ def with_uncertainty(finding: Finding) -> str:
 
 
 def error_text(error: float, finding: Finding) -> str:
-    """How far a value is off, as a share or in the row's unit."""
+    """Format how far a value is off, as a share or in the row's unit."""
     if math.isnan(error):
         return ""
     if not finding.points:
@@ -104,7 +104,7 @@ def error_text(error: float, finding: Finding) -> str:
 
 
 def target_text(row: Row) -> str:
-    """The target of a row; empty if it has none."""
+    """Format the target of a row, empty if it has none."""
     texts = ["sign"] if row.same_sign else []
     if row.relative is not None:
         texts.append(f"{100.0 * row.relative:g} %")
@@ -115,14 +115,14 @@ def target_text(row: Row) -> str:
 
 
 def sensitivity_of(row: Row, paper: Paper) -> str:
-    """What is changed on purpose of the mill that a row is of; empty for the mill as it is."""
+    """Return what is changed on purpose of the mill that a row is of, empty for the mill as it is."""
     changes = [paper.configurations[name].sensitivity for name, _, _ in row.needs]
     return "; ".join(dict.fromkeys(change for change in changes if change))
 
 
 def verdict(finding: Finding, paper: Paper) -> str:
-    """``within`` or ``missed`` the target, whether the row was calibrated on or predicted, and if a run
-    behind it is not steady.
+    """Return ``within`` or ``missed`` the target, whether the row was calibrated on or predicted, and if a
+    run behind it is not steady.
     """
     words = [] if finding.within is None else ["within" if finding.within else "missed"]
     changed = bool(sensitivity_of(finding.row, paper))
@@ -136,7 +136,7 @@ def verdict(finding: Finding, paper: Paper) -> str:
 
 
 def cells(finding: Finding, paper: Paper) -> list[str]:
-    """One row of the printed table, under `HEADINGS`."""
+    """Return one row of the printed table, under `HEADINGS`."""
     row = finding.row
     simulated = shown(row.simulation, row)
     if row.simulation_speed is not None:
@@ -154,14 +154,14 @@ def cells(finding: Finding, paper: Paper) -> list[str]:
 
 
 def markdown(findings: Iterable[Finding], paper: Paper) -> str:
-    """The table in Markdown."""
+    """Format the table in Markdown."""
     lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "---|" * len(HEADINGS)]
     lines += ["| " + " | ".join(cells(finding, paper)) + " |" for finding in findings]
     return "\n".join(lines) + "\n"
 
 
 def csv_text(findings: Iterable[Finding], paper: Paper) -> str:
-    """The table as CSV: one row each, numbers in SI."""
+    """Format the table as CSV: one row each, numbers in SI."""
     records = [record(finding, paper) for finding in findings]
     out = io.StringIO()
     writer = csv.DictWriter(out, records[0] if records else ["row"], lineterminator="\n")
@@ -171,7 +171,7 @@ def csv_text(findings: Iterable[Finding], paper: Paper) -> str:
 
 
 def json_text(findings: Iterable[Finding], paper: Paper) -> str:
-    """The table as JSON: source, version that made it, and one object per row, numbers in SI."""
+    """Format the table as JSON: source, version that made it, and one object per row, numbers in SI."""
     content = {
         "paper": paper.citation,
         "nutamill": __version__,
@@ -181,7 +181,7 @@ def json_text(findings: Iterable[Finding], paper: Paper) -> str:
 
 
 def record(finding: Finding, paper: Paper) -> dict[str, Any]:
-    """Everything about a row under plain names; numbers in SI, None where there is none."""
+    """Return everything about a row under plain names, with numbers in SI, None where there is none."""
     row = finding.row
     numbers = {
         "experiment": row.experiment,
@@ -219,7 +219,7 @@ UNIT_SI = {kind: {"deg": "rad", "mm": "m", "": "1"}.get(unit, unit) for kind, (u
 
 
 def rich_table(findings: Sequence[Finding], paper: Paper) -> "Table":
-    """The table for a terminal."""
+    """Build the table for a terminal."""
     from rich import box
     from rich.table import Table
 
@@ -250,8 +250,8 @@ def trouble_lines(findings: Iterable[Finding]) -> list[str]:
 
 
 def tally(findings: Sequence[Finding], paper: Paper) -> str:
-    """One line: how many rows have a number, meet their target, and how we compare with the authors'
-    simulation.
+    """Return the summarise in one line how many rows have a number, meet their target, and how we compare
+    with the authors' simulation.
 
     Targets and comparisons are of the mill as it is: rows of a mill changed on purpose are not among them.
     """

@@ -20,7 +20,7 @@ PATTERN = {"normal": "-", "tangential": (0, (3, 1.2))}
 
 
 def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
-    """How many contacts begin with how much energy, and the power they bring along, in bins of half an
+    """Draw how many contacts begin with how much energy, and the power they bring along, in bins of half an
     octave.
 
     One line for each pair of materials and part of the relative velocity.
@@ -61,8 +61,8 @@ def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 
 def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
-    """The bore unrolled, in chamber axes: mean pressure, shear work and cutting energy of impacts per area
-    and time.
+    """Draw the bore unrolled, in chamber axes: mean pressure, shear work and cutting energy of impacts per
+    area and time.
 
     Where the chamber is a mesh, the patch with the largest area stands for the bore.
     """
@@ -96,8 +96,8 @@ def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 
 def draw_flow(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
-    """The charge as it stands in axes that turn with the crank: seen from above, and along the wall with its
-    surface.
+    """Draw the charge as it stands in axes that turn with the crank: seen from above, and along the wall with
+    its surface.
 
     From above: solids fraction averaged over the height that the charge reaches, and the mean velocity
     relative to the chamber.  Along the wall: solids fraction of the outermost cells, and the height below
@@ -139,8 +139,8 @@ def draw_flow(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 
 def _seen_from_above(axes: Axes, done, fields, height: float):
-    """Mean solids fraction and velocity over the height up to `height` [m], in polar axes; returns what a
-    colour bar needs.
+    """Draw mean solids fraction and velocity over the height up to `height` [m], in polar axes, and return
+    what a colour bar needs.
     """
     reached = (
         done.sel(height=slice(0.0, height))

@@ -17,8 +17,8 @@ SHOWN_TURNS = 0.5
 def draw_comparison(
     run: Result, test: Result, names: list[str], last: float, cut: float | None = None
 ) -> Figure:
-    """Each quantity of a run and of a test over the last whole turns, and its spectrum, filtered alike;
-    raises as `compare`.
+    """Draw each quantity of a run and of a test over the last whole turns, and its spectrum, filtered alike.
+    Raises as `compare`.
 
     Times are counted back from the ends, which are whole turns: where the crank stood then is not known of a
     test.

@@ -13,8 +13,8 @@ MOST_LINES = 5
 
 
 def draw_reactions(result: Result) -> Figure:
-    """Magnitudes of the largest joint and bushing forces over the run, and below them the torques of the
-    drives.
+    """Draw the magnitudes of the largest joint and bushing forces over the run, and below them the torques of
+    the drives.
     """
     time = result.series["time"].values
     loads = sorted(part_loads(result), key=lambda load: -load.peak_force)[:MOST_LINES]

@@ -24,7 +24,7 @@ HIGHEST = 500.0
 
 
 def draw_histories(result: Result, names: Sequence[str]) -> Figure:
-    """Every sample of some series over time, one panel each.
+    """Draw every sample of some series over time, one panel each.
 
     Raises CaseError for a series that the result does not hold.
     """
@@ -42,8 +42,8 @@ def draw_histories(result: Result, names: Sequence[str]) -> Figure:
 
 
 def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPER_WINDOW) -> Figure:
-    """Power spectral density of some series over the steady window, up to 500 Hz; a dotted line at the speed
-    and at twice it.
+    """Draw the power spectral density of some series over the steady window, up to 500 Hz, with a dotted line
+    at the speed and at twice it.
 
     Raises CaseError for a series that the result does not hold, ResultError as `steady_window`.
     """
@@ -78,8 +78,8 @@ def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPE
 
 
 def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
-    """Path of the charge's mass centre in the steady window, seen from above, in axes that turn with the
-    crank; its mean and phase lag.
+    """Draw the path of the charge's mass centre in the steady window, seen from above, in axes that turn with
+    the crank, with its mean and phase lag.
 
     Raises ResultError for an empty chamber, and as `steady_window`.
     """
@@ -180,6 +180,6 @@ def held_series(result: Result, names: Sequence[str]) -> None:
 
 
 def density_unit(name: str) -> str:
-    """Unit of the power spectral density of a series: ``(N m)²/Hz``."""
+    """Return the unit of the power spectral density of a series: ``(N m)²/Hz``."""
     unit = series_field(name).unit
     return f"({unit.replace('^2', '²')})²/Hz" if len(unit) > 1 else f"{unit}²/Hz"

@@ -9,7 +9,7 @@ from nutamill.view.figures.style import MEAN, STYLE, WIDTH
 
 
 def draw_loop(test: MountTest, properties: MountProperties) -> Figure:
-    """Force over displacement: the record, and the ellipse of K' and K''; both without their means."""
+    """Draw force over displacement: the record, and the ellipse of K' and K'', both without their means."""
     phase = np.linspace(0.0, 2.0 * np.pi, 400)
     moved = properties.amplitude * np.cos(phase)
     pushed = properties.amplitude * (properties.storage * np.cos(phase) - properties.loss * np.sin(phase))

@@ -40,7 +40,7 @@ SERIES_FIGURES: dict[str, tuple[Callable[[Result, list[str]], Figure], str]] = {
 
 
 def figure_of(result: Result, what: str) -> Figure:
-    """The figure called `what`: a name of `FIGURES`, or one of `SERIES_FIGURES` with its series,
+    """Draw the figure called `what`: a name of `FIGURES`, or one of `SERIES_FIGURES` with its series,
     ``spectrum:driveshaft_torque``.
 
     Raises
@@ -72,7 +72,7 @@ def caption_of(what: str, figure: Figure) -> str:
 
 
 def write_figures(result: Result, wanted: list[str], folder: Path) -> list[Path]:
-    """Draw figures to ``<result>-<name>.png`` in `folder`; returns the files. All names are checked by
+    """Draw figures to ``<result>-<name>.png`` in `folder`, and return the files. All names are checked by
     drawing before one is written.
     """
     drawn = {what: figure_of(result, what) for what in dict.fromkeys(wanted)}

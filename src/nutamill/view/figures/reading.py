@@ -33,7 +33,7 @@ YEAR = 8760.0
 
 
 def draw_orders(history: Orders, falls: Waterfall, name: str) -> Figure:
-    """Amplitude and phase lag of the orders of a series, and its spectra below (logarithmic grey).
+    """Draw amplitude and phase lag of the orders of a series, and its spectra below (logarithmic grey).
 
     The first two are drawn over speed; over time where the speed hardly changes.
     """
@@ -69,7 +69,7 @@ def draw_orders(history: Orders, falls: Waterfall, name: str) -> Figure:
 
 
 def _draw_waterfall(figure: Figure, axes: Axes, falls: Waterfall, unit: str) -> None:
-    """Spectra over time as a map, with lines of one and two per turn."""
+    """Draw spectra over time as a map, with lines of one and two per turn."""
     fastest = falls.speed.max() / (2.0 * math.pi)
     shown = falls.frequency <= 4.5 * fastest
     level = np.log10(np.maximum(falls.amplitude[shown] / falls.amplitude[shown].max(), FLOOR))
@@ -92,8 +92,8 @@ def _draw_waterfall(figure: Figure, axes: Axes, falls: Waterfall, unit: str) -> 
 
 
 def draw_loads(result: Result, axes: str = "frame", last: float | str = PAPER_WINDOW) -> Figure:
-    """Polar plots: path of the tip of each joint's force in the plane of x and y of the chosen axes, over the
-    steady turns.
+    """Draw polar plots: the path of the tip of each joint's force in the plane of x and y of the chosen axes,
+    over the steady turns.
 
     A mean that is more than a tenth of the largest force is drawn as a line with a dot: in axes that turn
     along, the path may be a point.
@@ -138,8 +138,8 @@ def draw_loads(result: Result, axes: str = "frame", last: float | str = PAPER_WI
 
 
 def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
-    """Path of the first mount's foot and of the force on the floor, in the plane of the floor, over the
-    steady end of the run.
+    """Draw the path of the first mount's foot and of the force on the floor, in the plane of the floor, over
+    the steady end of the run.
     """
     length = last if isinstance(last, float) else PAPER_WINDOW
     time = result.series["time"].values
@@ -165,7 +165,7 @@ def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 
 def draw_lives(bearings: list[BearingLife], sections: list[SectionLife]) -> Figure:
-    """Lives of bearings and sections as bars on a logarithmic axis, up to `LONGEST`."""
+    """Draw the lives of bearings and sections as bars on a logarithmic axis, up to `LONGEST`."""
     lives = [(one.joint, one.time, PALETTE[0]) for one in bearings] + [
         (one.name, one.time, PALETTE[1]) for one in sections
     ]

@@ -19,7 +19,8 @@ STILL = 1e-6
 
 
 def draw_run(result: Result) -> Figure:
-    """Crank-pin force, driveshaft torque and frame acceleration over the run; a dashed line ends the ramp.
+    """Draw crank-pin force, driveshaft torque and frame acceleration over the run, with a dashed line at the
+    end of the ramp.
 
     A long series is drawn as the band between its smallest and largest value in each column of the picture,
     with the mean over a turn (for accelerations: the root mean square over a turn) as a line.  A frame that
@@ -58,7 +59,7 @@ def draw_run(result: Result) -> Figure:
 
 
 def draw_ledger(result: Result) -> Figure:
-    """Where the motor's power goes, turn by turn: losses stacked, the motor's power as a line over them.
+    """Draw where the motor's power goes, turn by turn: losses stacked, the motor's power as a line over them.
 
     The gap between the stack and the line goes into kinetic, potential and elastic energy, or comes out of
     them.
@@ -87,14 +88,14 @@ def draw_ledger(result: Result) -> Figure:
 
 
 def _axis_label(name: str) -> str:
-    """``force (N)``: what a series measures and its unit."""
+    """Return what a series measures and its unit: ``force (N)``."""
     unit = unit_of(name)
     word = next(word for word in ("acceleration", "force", "torque") if word in name)
     return f"{word} ({unit})"
 
 
 def _draw_series(axes: Axes, result: Result, name: str, root_mean_square: bool) -> None:
-    """Band of smallest and largest values, and the mean or root mean square over a turn."""
+    """Draw the band of smallest and largest values, and the mean or root mean square over a turn."""
     time, value = result.series["time"].values, result.series[name].values
     if len(time) > 4 * BINS:
         starts = np.linspace(0, len(time), BINS + 1).astype(int)[:-1]
@@ -117,8 +118,8 @@ def _draw_series(axes: Axes, result: Result, name: str, root_mean_square: bool) 
 
 
 def _mean_over_turn(result: Result, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and means of `value` over the turn around each of them, (n,) both; a turn needs half a turn
-    on each side.
+    """Return times [s] and means of `value` over the turn around each of them, (n,) both. A turn needs half a
+    turn on each side.
     """
     time, angle = result.series["time"].values, result.series["crank_angle"].values
     integral = np.concatenate(([0.0], np.cumsum(0.5 * np.diff(time) * (value[1:] + value[:-1]))))
@@ -130,8 +131,8 @@ def _mean_over_turn(result: Result, value: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _turns(result: Result) -> np.ndarray:
-    """Times [s] between which the ledger is averaged: whole turns, several together in a long run, (n +
-    1,).
+    """Return the times [s] between which the ledger is averaged: whole turns, several together in a long run,
+    (n + 1,).
     """
     time, angle = result.series["time"].values, result.series["crank_angle"].values
     count = max(1, math.floor((angle[-1] - angle[0]) / math.tau))
@@ -141,7 +142,7 @@ def _turns(result: Result) -> np.ndarray:
 
 
 def _mark_ramp(all_axes: list[Axes], result: Result) -> None:
-    """A dashed line where the speed reaches its last value, if that is within the run."""
+    """Draw a dashed line where the speed reaches its last value, if that is within the run."""
     time = result.series["time"].values
     end = ramp_end(result)
     if time[0] < end < time[-1]:
@@ -150,7 +151,9 @@ def _mark_ramp(all_axes: list[Axes], result: Result) -> None:
 
 
 def _legend(figure: Figure, columns: int, place: str) -> None:
-    """One legend for all panels, outside them, so that it never hides a curve; last drawn comes first."""
+    """Add one legend for all panels, outside them, so that it never hides a curve. The curve drawn last comes
+    first.
+    """
     handles = {
         label: handle
         for axes in figure.axes

@@ -18,10 +18,10 @@ ENVELOPE, MEAN, RMS, MARK = "#A6CEE8", "#0072B2", "#D55E00", "#444444"
 
 
 def unit_of(name: str) -> str:
-    """Unit of a series as figures write it: ``m/s$^2$``."""
+    """Return the unit of a series as figures write it: ``m/s$^2$``."""
     return series_field(name).unit.replace("^2", "$^2$")
 
 
 def label_of(name: str) -> str:
-    """``crank-pin force (N)``: label and unit of a series, for an axis."""
+    """Return label and unit of a series, for an axis: ``crank-pin force (N)``."""
     return f"{series_field(name).label} ({unit_of(name)})"
