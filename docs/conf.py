@@ -1,6 +1,6 @@
 """The documentation site: ``sphinx-build -W -b html docs build/docs`` makes it (extra ``docs``).
 
-Pages that say what the code says are written from the code first, into docs/generated.
+Pages about the code are written from the code first, into docs/generated.
 """
 
 import sys

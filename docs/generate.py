@@ -109,14 +109,14 @@ def laws_page(root: Path) -> str:
     lines = ["# Contact laws and their tests", ""]
     for path in sorted((root / "src/nutamill/charge/laws").glob("*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
-        told = [
+        known = [
             (node.name, ast.get_docstring(node))
             for node in tree.body
             if isinstance(node, ast.FunctionDef) and ast.get_docstring(node)
         ]
-        if told:
+        if known:
             lines += [f"## {path.stem}", "", *_prose(ast.get_docstring(tree) or ""), ""]
-            for name, text in told:
+            for name, text in known:
                 lines += [f"### {name}", "", "```text", text, "```", ""]
     lines += ["## Tests", ""]
     for name in ("test_contact_laws", "test_charge_laws", "test_charge_published"):
@@ -136,7 +136,7 @@ def _prose(text: str) -> list[str]:
 
 
 def gallery_page(root: Path) -> str:
-    """Every example with what it says of itself, its code and its picture where there is one."""
+    """Return every example with its own description, its code and its picture where there is one."""
     lines = ["# Gallery", ""]
     for path in sorted((root / "examples").glob("*.py")):
         text = path.read_text(encoding="utf-8")

@@ -191,7 +191,7 @@ def test_column_that_is_missing_and_place_that_is_no_number_are_named(tmp_path):
     lines = path.read_text().splitlines()
     lines[5] = lines[5].split(";")[0] + ";n/a;1"
     path.write_text("\n".join(lines))
-    with pytest.raises(CaseError, match="column Mz: must hold numbers, place 4 of 2000 does not"):
+    with pytest.raises(CaseError, match="column Mz: must hold numbers, row 4 of 2000 does not"):
         import_test(path, mapping(tmp_path, text), tmp_path / "m.h5")
     assert not (tmp_path / "m.h5").exists()
 

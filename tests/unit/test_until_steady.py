@@ -97,7 +97,7 @@ def played(case, force, torque, end=2.0):
 def test_drifting_torque_keeps_a_run_from_ending_and_is_named(case):
     # 10 N m + 5 N m/s: over the kept half of the record, about 1 s, it rises by 5 of some 17 N m
     ending = played(case, lambda t: np.full_like(t, 700.0), lambda t: 10.0 + 5.0 * t)
-    assert not ending.found
+    assert not ending.steady
     # at the last look half of the record is cut off, and its mean is near 10 + 5 x 1.5 N m; a turn of 0.0857
     # s adds 0.43 N m, 2.4 %
     assert re.fullmatch(r"driveshaft torque still drifts \+2\.[2-5] % per turn", ending.missed)
@@ -108,18 +108,18 @@ def test_scatter_keeps_a_run_from_ending_until_the_mean_is_known_well_enough(cas
     levels = np.random.default_rng(5).normal(10.0, 0.5, 100)
     noisy = lambda t: levels[(case.drive.speed * t / math.tau).astype(int)]  # noqa: E731
     ending = played(case, lambda t: np.full_like(t, 700.0), noisy)
-    assert not ending.found
+    assert not ending.steady
     assert (
         "driveshaft torque is known to ± " in ending.missed and "run.precision asks for 0.01" in ending.missed
     )
-    assert played(case.with_(run__precision=0.1), lambda t: np.full_like(t, 700.0), noisy).found
+    assert played(case.with_(run__precision=0.1), lambda t: np.full_like(t, 700.0), noisy).steady
 
 
 def test_torque_that_is_none_does_not_keep_a_run_from_ending(case):
     noise = np.random.default_rng(1)
     assert played(
         case, lambda t: np.full_like(t, 700.0), lambda t: 1e-9 * noise.standard_normal(len(t))
-    ).found
+    ).steady
 
 
 def test_record_is_looked_at_in_the_columns_it_was_written_in(case):

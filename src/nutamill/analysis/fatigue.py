@@ -12,6 +12,7 @@ from nutamill.analysis.ratings import Ratings, Section
 from nutamill.analysis.summary import hours_text
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base.errors import CaseError, Fault, missing_extra
+from nutamill.base.units import in_unit
 from nutamill.result import Result
 
 POINTS = 12
@@ -147,6 +148,7 @@ def sections_lines(lives: list[SectionLife]) -> list[str]:
         f"{'life (h)':>11}"
     ]
     for one in lives:
-        stresses = f"{one.peak / 1e6:11.4g} {one.amplitude / 1e6:10.4g} {one.mean / 1e6:10.4g}"
+        peak, amplitude, mean = (in_unit(value, "MPa") for value in (one.peak, one.amplitude, one.mean))
+        stresses = f"{peak:11.4g} {amplitude:10.4g} {mean:10.4g}"
         rows.append(f"{one.name:20} {stresses} {one.damage:16.4g} {hours_text(one.time)}")
     return rows

@@ -28,7 +28,7 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
 
     Raises
     ------
-    CaseError : no such file, a kind of file that is not read, columns that are not there, places that hold no
+    CaseError : no such file, a kind of file that is not read, columns that are not there, rows that hold no
         number
     NotInstalledError : a library of the extra ``daq`` is missing
     """
@@ -65,7 +65,7 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
         bad = np.flatnonzero(~np.isfinite(held[name].values))
         if len(bad):
             what = (
-                f"must hold numbers, place {bad[0] + 1} of {len(held[name].values)} does not ({len(bad)} "
+                f"must hold numbers, row {bad[0] + 1} of {len(held[name].values)} does not ({len(bad)} "
                 "in all)"
             )
             faults.append(Fault(f"{path}: column {name}", what, "Repair or cut the file"))
@@ -91,13 +91,13 @@ def _csv(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
     return {
         name: Column(
             np.array(
-                [_number(row[place]) if place < len(row) else math.nan for row in body]
+                [_number(row[index]) if index < len(row) else math.nan for row in body]
                 if name in wanted
                 else []
             ),
             None,
         )
-        for place, name in enumerate(names)
+        for index, name in enumerate(names)
     }
 
 

@@ -75,8 +75,8 @@ def load_mapping(path: str | Path) -> Mapping:
                 "Write one, see docs/guides/measured.md",
             )
         ) from None
-    content, places, faults = merge([Layer.of_text(text, str(path))])
-    mapping = checked(Mapping, content, places, faults)
+    content, positions, faults = merge([Layer.of_text(text, str(path))])
+    mapping = checked(Mapping, content, positions, faults)
     if faults := _wrong_channels(mapping, str(path)):
         raise CaseError(*faults)
     return mapping

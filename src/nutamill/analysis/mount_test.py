@@ -82,18 +82,18 @@ class MountProperties(NamedTuple):
     def lines(self) -> list[str]:
         """Format the properties as text, and as keys of a case file."""
         return [
-            f"frequency          {self.frequency:.4g} Hz, amplitude {1e3 * self.amplitude:.4g} mm, "
+            f"frequency          {self.frequency:.4g} Hz, amplitude {units.shown(self.amplitude, 'mm')}, "
             f"{self.cycles} cycles",
-            f"dynamic stiffness  K*  {self.dynamic / 1e3:.4g} N/mm",
-            f"storage stiffness  K'  {self.storage / 1e3:.4g} N/mm, from cycle to cycle ± "
-            f"{self.storage_scatter / 1e3:.2g}",
-            f"loss stiffness     K'' {self.loss / 1e3:.4g} N/mm, from cycle to cycle ± "
-            f"{self.loss_scatter / 1e3:.2g};"
-            f" from the area of the loop {self.loop_loss / 1e3:.4g}",
+            f"dynamic stiffness  K*  {units.shown(self.dynamic, 'N/mm')}",
+            f"storage stiffness  K'  {units.shown(self.storage, 'N/mm')}, from cycle to cycle ± "
+            f"{units.in_unit(self.storage_scatter, 'N/mm'):.2g}",
+            f"loss stiffness     K'' {units.shown(self.loss, 'N/mm')}, from cycle to cycle ± "
+            f"{units.in_unit(self.loss_scatter, 'N/mm'):.2g};"
+            f" from the area of the loop {units.in_unit(self.loop_loss, 'N/mm'):.4g}",
             f"loss factor        tan delta {self.loss_factor:.4g}; force outside its sine "
             f"{100 * self.distortion:.2g} %",
             f"viscous damping    c = K''/(2 pi f) = {self.damping:.4g} N s/m, at this frequency only",
-            f'in a case file     [mounts] shear_stiffness = "{self.storage / 1e3:.4g} N/mm", '
+            f'in a case file     [mounts] shear_stiffness = "{units.shown(self.storage, "N/mm")}", '
             f'shear_damping = "{self.damping:.4g} N s/m"'
             " (or axial_..., as tested)",
         ]

@@ -12,7 +12,7 @@ from nutamill.analysis.load_paths import attitude, order_amplitudes
 from nutamill.analysis.source import case_of, vector
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import CaseError, Fault
-from nutamill.base.units import in_unit
+from nutamill.base.units import in_unit, shown
 from nutamill.result import Result
 
 
@@ -142,13 +142,13 @@ def chamber_clearance(
     edge = np.column_stack([ring[0] * np.cos(around), ring[0] * np.sin(around), np.full(180, -ring[1])])
     chamber, frame = attitude(result, "chamber"), attitude(result, "frame")
     if fixed_to == "frame":
-        places = np.einsum("nki,nkj,mj->nmi", frame, chamber, edge)
+        points = np.einsum("nki,nkj,mj->nmi", frame, chamber, edge)
     else:
-        places = np.einsum("nij,mj->nmi", chamber, edge) + nutation_point_path(result)[:, None, :]
-    out = np.hypot(places[:, :, 0], places[:, :, 1])
+        points = np.einsum("nij,mj->nmi", chamber, edge) + nutation_point_path(result)[:, None, :]
+    out = np.hypot(points[:, :, 0], points[:, :, 1])
     n, m = np.unravel_index(out.argmax(), out.shape)
     time, angle = (float(result.series[name].values[n]) for name in ("time", "crank_angle"))
-    azimuth = float(np.arctan2(places[n, m, 1], places[n, m, 0]))
+    azimuth = float(np.arctan2(points[n, m, 1], points[n, m, 0]))
     return Clearance(opening - float(out[n, m]), time, angle % (2.0 * np.pi), azimuth)
 
 
@@ -181,11 +181,12 @@ def mounts_lines(result: Result, last: float | str = PAPER_WINDOW) -> list[str]:
 
 def clearance_line(clearance: Clearance) -> str:
     """Format the clearance as a sentence."""
-    angles = [round(np.degrees(angle)) % 360 for angle in (clearance.angle, clearance.azimuth)]
+    angles = [round(in_unit(angle, "deg")) % 360 for angle in (clearance.angle, clearance.azimuth)]
     where = f"at crank angle {angles[0]}°, azimuth {angles[1]}° (t = {clearance.time:.4g} s)"
     if clearance.room < 0.0:
-        return f"clearance: the chamber meets the opening {where}, {-1e3 * clearance.room:.3g} mm inside"
-    return f"clearance: {1e3 * clearance.room:.3g} mm left {where}"
+        inside = shown(-clearance.room, "mm", ".3g")
+        return f"clearance: the chamber meets the opening {where}, {inside} inside"
+    return f"clearance: {shown(clearance.room, 'mm', '.3g')} left {where}"
 
 
 def _count(result: Result) -> int:

@@ -10,7 +10,7 @@ from scipy.signal import ShortTimeFFT, oaconvolve
 from scipy.signal.windows import hann
 
 from nutamill.base.errors import CaseError, Fault, ResultError
-from nutamill.base.units import rpm
+from nutamill.base.units import in_unit, rpm
 from nutamill.result import Result
 from nutamill.result.fields import series_field
 
@@ -184,9 +184,9 @@ def orders_lines(history: Orders, name: str) -> list[str]:
         f"{'order':>5} {'peak':>10} {'at rpm':>8} {'t (s)':>7} {'lag':>8} {'at the end':>11} {'lag':>8}",
     ]
     for n, peak in enumerate(peaks(history)):
-        end, lag = history.amplitude[n, -1], np.degrees(history.lag[n, -1])
+        end, lag = history.amplitude[n, -1], in_unit(history.lag[n, -1], "deg")
         rows.append(
             f"{peak.order:4.3g}x {peak.amplitude:10.4g} {rpm(peak.speed):8.1f} {peak.time:7.2f}"
-            f" {np.degrees(peak.lag):6.1f} ° {end:11.4g} {lag:6.1f} °"
+            f" {in_unit(peak.lag, 'deg'):6.1f} ° {end:11.4g} {lag:6.1f} °"
         )
     return rows

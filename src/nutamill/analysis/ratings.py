@@ -22,7 +22,7 @@ from nutamill.base.schema import (
     Table,
     refusal,
 )
-from nutamill.base.units import Kind
+from nutamill.base.units import Kind, shown
 from nutamill.case.toml.layers import read_layers
 from nutamill.case.toml.merge import merge
 from nutamill.case.toml.messages import checked
@@ -90,8 +90,8 @@ class Section(Table):
     def _possible(self) -> "Section":
         if self.bore >= self.diameter:
             raise refusal(
-                f"bore must be less than the diameter, got {1e3 * self.bore:g} mm in "
-                f"{1e3 * self.diameter:g} mm"
+                f"bore must be less than the diameter, got {shown(self.bore, 'mm', 'g')} in "
+                f"{shown(self.diameter, 'mm', 'g')}"
             )
         if self.fatigue_strength >= self.ultimate_strength:
             raise refusal("fatigue_strength must be less than ultimate_strength")
@@ -117,8 +117,8 @@ def load_ratings(path: str | Path) -> Ratings:
     CaseError : all faults at once, each with its file, line and key
     """
     refuse_other_kind(path, FileKind.RATINGS)
-    content, places, faults = merge(read_layers(path))
-    ratings = checked(Ratings, content, places, faults)
+    content, positions, faults = merge(read_layers(path))
+    ratings = checked(Ratings, content, positions, faults)
     for joint in ratings.bearings:
         if joint not in JOINTS:
             faults.append(

@@ -86,11 +86,11 @@ def yoke_rods(result: Result, last: float | str = PAPER_WINDOW) -> RodForces:
             )
         )
     turns = hodograph(result, "yoke_pivot", "frame", last)
-    places = np.array([rod.at for rod in rods.values()])
+    points = np.array([rod.at for rod in rods.values()])
     along = np.array([ALONG[rod.along] for rod in rods.values()])
     # the reaction acts on the cross; the yoke gets the opposite, about the same point
     return RodForces(
-        tuple(rods), turns.angle, rod_tensions(places, along, -turns.reaction[:, :3], -turns.reaction[:, 3:])
+        tuple(rods), turns.angle, rod_tensions(points, along, -turns.reaction[:, :3], -turns.reaction[:, 3:])
     )
 
 

@@ -84,8 +84,9 @@ class _CacheFiles(CompileResultCacheImpl):
 
 
 class _KernelCache(FunctionCache):
-    """Numba's disk cache with the digest of the kernels in its key; a kernel that cannot be loaded or kept is
-    compiled.
+    """Numba's disk cache with the digest of the kernels in its key.
+
+    A kernel that cannot be loaded or stored is compiled.
     """
 
     _impl_class = _CacheFiles

@@ -19,7 +19,7 @@ COMPILING = {"nutamill.base.kernel": {"kernel", "by_type", "like"}}
 """What compiles a function, by the module that has it; so does all that is imported from Numba."""
 
 APART = ("nutamill.base.source_code", "nutamill.base.cache_folder")
-"""Modules that kernels reach and that decide no number: where compiled code is kept, and when it is made
+"""Modules that kernels reach and that decide no number: where compiled code is stored, and when it is made
 anew.
 """
 
@@ -28,7 +28,7 @@ WORDING = {"Fault", "Terms"}
 
 IMPORT = (ast.Import, ast.ImportFrom)
 
-Place = tuple[str, int]
+Definition = tuple[str, int]
 """A definition: path of its file, relative to the package, and its number among the definitions of the
 file.
 """
@@ -69,13 +69,13 @@ def source_file(path: str) -> SourceFile:
     return made
 
 
-def compiled_definitions() -> list[Place]:
+def compiled_definitions() -> list[Definition]:
     """Return all definitions of the package that have something compiled."""
     sources = {source: source.read_bytes() for source in sorted(PACKAGE.rglob("*.py"))}
-    found = [
+    compiled = [
         source for source, text in sources.items() if b"numba" in text or b"nutamill.base.kernel" in text
     ]
-    paths = [source.relative_to(PACKAGE).as_posix() for source in found]
+    paths = [source.relative_to(PACKAGE).as_posix() for source in compiled]
     return [
         (path, number)
         for path in paths
@@ -85,31 +85,29 @@ def compiled_definitions() -> list[Place]:
     ]
 
 
-def definition_of(function: Callable) -> Place:
+def definition_of(function: Callable) -> Definition:
     """Return the definition of a function or class at the top of a file of the package."""
     path = _path(tuple(function.__module__.split(".")[1:]))
     return path, source_file(path).named[function.__name__][-1]
 
 
-def reached(roots: Iterable[Place]) -> set[Place]:
+def reached(roots: Iterable[Definition]) -> set[Definition]:
     """Return `roots` and all definitions that they reach."""
-    found: set[Place] = set()
+    definitions: set[Definition] = set()
     waiting = list(roots)
     while waiting:
-        place = waiting.pop()
-        if place not in found:
-            found.add(place)
-            waiting += _neighbours(place)
-    return found
+        definition = waiting.pop()
+        if definition not in definitions:
+            definitions.add(definition)
+            waiting += _neighbours(definition)
+    return definitions
 
 
-def code_digest(places: Iterable[Place]) -> str:
-    """Return the SHA-256 of definitions and of the paths of their files. The order of the places does not
-    count.
-    """
+def code_digest(definitions: Iterable[Definition]) -> str:
+    """Return the SHA-256 of definitions and of the paths of their files. Their order does not count."""
     digest = hashlib.sha256()
-    for place in sorted(places):
-        digest.update(repr((place[0], _read(place)[0])).encode())
+    for definition in sorted(definitions):
+        digest.update(repr((definition[0], _read(definition)[0])).encode())
     return digest.hexdigest()
 
 
@@ -118,11 +116,11 @@ def _compiles(module: str, name: str) -> bool:
     return module.split(".")[0] == "numba" or name in COMPILING.get(module, ())
 
 
-def _neighbours(place: Place) -> Iterator[Place]:
+def _neighbours(definition: Definition) -> Iterator[Definition]:
     """Yield the definitions that one definition reaches directly."""
-    path, _ = place
+    path, _ = definition
     file = source_file(path)
-    _, names, inner_imports = _read(place)
+    _, names, inner_imports = _read(definition)
     imports = file.imports | inner_imports
     yield from ((path, number) for number in file.always)
     for name in names:
@@ -131,7 +129,7 @@ def _neighbours(place: Place) -> Iterator[Place]:
             yield from _imported(*imports[name])
 
 
-def _imported(module: str, name: str) -> Iterator[Place]:
+def _imported(module: str, name: str) -> Iterator[Definition]:
     """Yield the definitions of this package that ``from module import name`` stands for: the named one, or
     all of a module.
     """
@@ -172,7 +170,7 @@ def _is_docstring(node: ast.AST) -> bool:
 
 
 @functools.cache
-def _read(place: Place) -> tuple[object, set[str], dict[str, tuple[str, str]]]:
+def _read(definition: Definition) -> tuple[object, set[str], dict[str, tuple[str, str]]]:
     """Return the content of a definition as nested tuples, the names that it uses, and what it imports
     itself.
 
@@ -207,5 +205,5 @@ def _read(place: Place) -> tuple[object, set[str], dict[str, tuple[str, str]]]:
             *((field, content(value)) for field, value in fields if value is not None and value != []),
         )
 
-    path, number = place
+    path, number = definition
     return content(source_file(path).definitions[number]), names, imports

@@ -13,13 +13,14 @@ import re
 from collections.abc import Iterable
 from decimal import Decimal
 from enum import StrEnum
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-import numpy as np
+if TYPE_CHECKING:
+    import numpy as np
 
 __all__ = ["UNITS", "Kind", "UnitError", "example", "format", "in_unit", "parse", "rpm", "shown"]
 
-Number = TypeVar("Number", float, np.ndarray)
+Number = TypeVar("Number", float, "np.ndarray")
 """A number, or an array of numbers."""
 
 
@@ -27,6 +28,7 @@ class Kind(StrEnum):
     """What a number measures; the value is the word used in messages."""
 
     LENGTH = "length"
+    VOLUME = "volume"
     MASS = "mass"
     TIME = "time"
     ANGLE = "angle"
@@ -68,6 +70,7 @@ TURN = 2.0 * math.pi
 
 UNITS: dict[Kind, dict[str, float]] = {
     Kind.LENGTH: {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 25.4e-3},
+    Kind.VOLUME: {"m^3": 1.0, "L": 1e-3, "cm^3": 1e-6, "mm^3": 1e-9},
     Kind.MASS: {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "t": 1e3, "lb": 0.45359237},
     Kind.TIME: {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     Kind.ANGLE: {"rad": 1.0, "deg": TURN / 360.0, "mrad": 1e-3, "rev": TURN},
@@ -106,6 +109,7 @@ unit.
 
 EXAMPLES: dict[Kind, str] = {
     Kind.LENGTH: "5 mm",
+    Kind.VOLUME: "1 L",
     Kind.MASS: "5 kg",
     Kind.TIME: "2 s",
     Kind.ANGLE: "6 deg",

@@ -224,7 +224,7 @@ def charge(
     if spheres is None:
         mass = np.array(densities, float)[materials] * 4.0 / 3.0 * math.pi * radii**3
     else:
-        mass = spheres.clumps[spheres.place, ClumpColumn.MASS]
+        mass = spheres.clumps[spheres.clump_of, ClumpColumn.MASS]
     single = precision == "single"
     real, point = (np.float32, np.int32) if single else (np.float64, np.int64)
     centre, reach = (
@@ -257,7 +257,7 @@ def charge(
         largest_radius=float(radii.max()),
     )
     poses = body_poses(n_bodies, poses)
-    owner = np.arange(n) if spheres is None else spheres.place
+    owner = np.arange(n) if spheres is None else spheres.clump_of
     faults = pair_faults(positions, radii, materials, model, owner)
     if surfaces:
         faults += wall_faults(positions, radii, materials, model, surfaces, poses, owner)
@@ -274,7 +274,7 @@ def charge(
     if faults:
         raise CaseError(*faults)
     ratio = float(radii.max() / radii.min())
-    longest = 1 if spheres is None else int(np.bincount(spheres.place).max())
+    longest = 1 if spheres is None else int(np.bincount(spheres.clump_of).max())
     clumps = np.zeros((0, COLUMNS)) if spheres is None else spheres.clumps
     state = empty_state(
         model,
@@ -292,7 +292,7 @@ def charge(
         state.mass_props[:2, :n] = radii, mass
         state.mass_props[OFFSET : OFFSET + 3, :n], state.mass_props[CLUMP, :n] = (
             spheres.offset.T,
-            spheres.place,
+            spheres.clump_of,
         )
     cut_chunks(model, state)
     state.x[:, :n] = positions.T

@@ -93,7 +93,7 @@ def linear_pair(
 class Charge:
     """Particles among walls, and the march of both through time.
 
-    Walls are carried by bodies whose motion is given: at rest, or as `motion` says.  Neighbour lists grow as
+    Walls are carried by bodies whose motion is given: at rest, or given by `motion`.  Neighbour lists grow as
     they must.
 
     Parameters

@@ -118,7 +118,7 @@ class ChargeModel(NamedTuple):
     surface_rotation: np.ndarray
     """From surface axes to body axes [1] (S, 3, 3)."""
     surface_size: np.ndarray
-    """Sizes [m], angles [rad] (S, 3), as `SurfaceKind` says."""
+    """Sizes [m], angles [rad] (S, 3), by `SurfaceKind`."""
     mesh: MeshWalls
     """Meshed surfaces (empty arrays where there are none), surface axes."""
     patches: PatchTable

@@ -18,7 +18,7 @@ class Pebbles(NamedTuple):
     """Radii [m] (m,)."""
     material: np.ndarray
     """Materials [1], int32 (m,)."""
-    place: np.ndarray
+    clump_of: np.ndarray
     """Particle that each belongs to [1] (m,)."""
     offset: np.ndarray
     """Centre in the particle's axes [m] (m, 3)."""
@@ -70,12 +70,12 @@ def pebbles(
             "nij,nj->ni", rotation, in_axes
         )
     count = np.array([shape.spheres for shape in particles.shapes])[particles.shape_of]
-    place = np.repeat(np.arange(n), count)
+    clump_of = np.repeat(np.arange(n), count)
     offset = np.concatenate(
         [particles.shapes[s].offsets * f for s, f in zip(particles.shape_of, particles.scale, strict=True)]
     )
     radius = np.concatenate(
         [particles.shapes[s].radii * f for s, f in zip(particles.shape_of, particles.scale, strict=True)]
     )
-    centre = particles.centre[place] + np.einsum("nij,nj->ni", rotation[place], offset)
-    return Pebbles(centre, radius, particles.material[place].astype(np.int32), place, offset, clumps)
+    centre = particles.centre[clump_of] + np.einsum("nij,nj->ni", rotation[clump_of], offset)
+    return Pebbles(centre, radius, particles.material[clump_of].astype(np.int32), clump_of, offset, clumps)

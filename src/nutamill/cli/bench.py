@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from nutamill.base.provenance import processor
+from nutamill.base.units import in_unit, shown
 from nutamill.case import Case, load_mill
 from nutamill.charge.kernels.copying import copied
 from nutamill.simulation.coupling import march_mechanism
@@ -134,18 +135,18 @@ def measure() -> Iterator[str]:
             times[count].append(seconds)
     yield (
         f"developed flow at 700 rpm, {particles} pellets, {state.first_row.size} columns, substep "
-        f"{model.clock.substep * 1e6:.2f} us:"
+        f"{shown(model.clock.substep, 'us', '.2f')}:"
     )
     for count in counts:
         whole = statistics.median(times[count])
         share = mechanism * ROWS * model.plan.windows_per_row / whole
-        ns = 1e9 * whole * (1 - share) / substeps / particles
+        ns = in_unit(whole * (1 - share) / substeps / particles, "ns")
         yield (
             f"  {count} thread{'s' if count > 1 else ' '}  {ns:5.1f} ns per particle and substep (charge),"
             f" mechanism {100 * share:.1f} % of the time; scatter "
             f"{100 * (max(times[count]) - min(times[count])) / whole:.0f} %"
         )
-    yield f"  mechanism step {1e6 * mechanism:.1f} us"
+    yield f"  mechanism step {shown(mechanism, 'us', '.1f')}"
     model, cost = statistics_cost(model, state, scratch)
     yield (
         f"  statistics of the charge, {round(model.case.run.series_rate)} samples a second: "

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
+from nutamill.base.atomic_file import megabytes
 from nutamill.base.files import is_folder
 from nutamill.cli.common import ResultFile, app, reports_errors
 
@@ -88,7 +89,7 @@ def view(
 
     with open_result(file) as result:
         page = write_view(result, html or file.with_suffix(".html"), frames)
-    typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB, open it in a browser")
+    typer.echo(f"{page}   {megabytes(page.stat().st_size)}, open it in a browser")
 
 
 @app.command()
@@ -129,4 +130,4 @@ def report(
         else files[0].with_name(f"{files[0].stem}-report.html")
     )
     page = write_report(files, to or beside)
-    typer.echo(f"{page}   {page.stat().st_size / 1e6:.1f} MB")
+    typer.echo(f"{page}   {megabytes(page.stat().st_size)}")

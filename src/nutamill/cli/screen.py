@@ -9,8 +9,10 @@ from contextlib import ExitStack, suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
+from nutamill.base.atomic_file import megabytes
 from nutamill.base.durations import duration
 from nutamill.base.errors import printable
+from nutamill.base.units import in_unit
 from nutamill.cli.keys import key_signals, obey_key, single_keys, typed_keys
 from nutamill.simulation.progress_report import Progress
 
@@ -28,7 +30,7 @@ OFFERS = {"q": "stop and save", "c": "checkpoint"}
 OFFERS_SETTLING = {"q": "stop (nothing to save yet)"}
 """What each key does before the first step."""
 ANSWERS = {"q": "stopping; the run is saved after this step", "c": "a checkpoint is saved after this step"}
-"""What the screen says when such a key was pressed."""
+"""Lines on the screen after a key was pressed."""
 SPINNER = "dots"
 """Form of the moving sign that the program is at work."""
 
@@ -181,11 +183,11 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
     heard = "   ".join(f"{key} {does}" for key, does in offers(progress).items()) if keys else None
     readings = Table.grid(padding=(0, 2))
     readings.add_column(min_width=16)
+    times = (
+        f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = "
+        f"{_number(in_unit(progress.dt, 'us'), '.2f')} µs"
+    )
     if not _of_mill(progress):
-        times = (
-            f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = "
-            f"{_number(1e6 * progress.dt, '.2f')} µs"
-        )
         return Panel(
             Group(bars, "", times), title=named, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1)
         )
@@ -208,13 +210,9 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
         "energy ledger", _percent(progress.ledger_residual, ".3f"), "", "", "% not accounted for"
     )
 
-    times = (
-        f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = "
-        f"{_number(1e6 * progress.dt, '.2f')} µs"
-    )
     work = (
         f"{progress.contacts} contacts   {_number(progress.nanoseconds, '.0f')} ns per particle and step   "
-        f"file {progress.file_size / 1e6:.1f} MB"
+        f"file {megabytes(progress.file_size)}"
     )
     return Panel(
         Group(bars, "", readings, "", times, work),

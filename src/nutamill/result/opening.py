@@ -104,11 +104,11 @@ def _outside_storage(group: h5py.h5g.GroupID, above: bytes) -> list[str]:
             return []
         raise
     for name in names:
-        place = (above + b"/" + name).decode("utf-8", "replace").lstrip("/")
+        path = (above + b"/" + name).decode("utf-8", "replace").lstrip("/")
         link = group.links.get_info(name)
         if link.type != h5py.h5l.TYPE_HARD:
             faults.append(
-                f"{place} is a link" + (" to another file" if link.type == h5py.h5l.TYPE_EXTERNAL else "")
+                f"{path} is a link" + (" to another file" if link.type == h5py.h5l.TYPE_EXTERNAL else "")
             )
             continue
         try:
@@ -117,12 +117,12 @@ def _outside_storage(group: h5py.h5g.GroupID, above: bytes) -> list[str]:
             continue
         if isinstance(thing, h5py.h5g.GroupID):
             if above.count(b"/") >= DEEPEST:
-                raise ValueError(f"{place} stands in more than {DEEPEST} groups")
+                raise ValueError(f"{path} stands in more than {DEEPEST} groups")
             faults += _outside_storage(thing, above + b"/" + name)
         elif isinstance(thing, h5py.h5d.DatasetID):
             storage = thing.get_create_plist()
             if storage.get_layout() == h5py.h5d.VIRTUAL:
-                faults.append(f"{place} is a virtual dataset")
+                faults.append(f"{path} is a virtual dataset")
             elif storage.get_external_count():
-                faults.append(f"{place} stores its numbers in another file")
+                faults.append(f"{path} stores its numbers in another file")
     return faults

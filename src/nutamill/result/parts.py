@@ -65,16 +65,16 @@ def write_checkpoint(
     for name in set(slot) - set(checkpoint.groups):
         del slot[name]
     for name, arrays in checkpoint.groups.items():
-        place = slot.require_group(name)
-        for key in list(place):
+        target = slot.require_group(name)
+        for key in list(target):
             array = arrays.get(key)
-            if array is None or place[key].shape != array.shape or place[key].dtype != array.dtype:
-                del place[key]
+            if array is None or target[key].shape != array.shape or target[key].dtype != array.dtype:
+                del target[key]
         for key, array in arrays.items():
-            if key in place:
-                place[key][...] = array
+            if key in target:
+                target[key][...] = array
             else:
-                place[key] = array
+                target[key] = array
     for key in list(slot.attrs):
         del slot.attrs[key]
     slot.attrs.update({**checkpoint.attributes, "time": checkpoint.time, **before})

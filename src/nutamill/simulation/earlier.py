@@ -44,7 +44,7 @@ def earlier_result(path: Path, case: CaseFile) -> Result | None:
             result.close()
 
 
-def place_beside(path: Path) -> Path:
+def path_beside(path: Path) -> Path:
     """Return the path at which a run is written that replaces the result at `path`: beside it, so that the
     old one stays until the new one is whole.
 

@@ -37,7 +37,7 @@ from nutamill.simulation.checkpoint import (
     restore,
     statistics_group,
 )
-from nutamill.simulation.earlier import earlier_result, place_beside
+from nutamill.simulation.earlier import earlier_result, path_beside
 from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.progress import Watch
 from nutamill.simulation.progress_report import Progress
@@ -113,7 +113,7 @@ def run(
         with one_writer(path):
             if not again and (earlier := earlier_result(path, case)) is not None:
                 return complete_already(earlier, log)
-            beside = place_beside(path) if again else path
+            beside = path_beside(path) if again else path
             if beside == path:
                 run_to(case, path, progress, log)
             else:
@@ -231,8 +231,8 @@ def resume(
     Parameters
     ----------
     path : result file
-    until : simulated time at the end, in seconds or as text with a unit; as the case says if None.  Of a run
-        that ends when steady: the longest time; if it has been steady already, the end
+    until : simulated time at the end, in seconds or as text with a unit; the end of the case if None.  For a
+        run that ends when steady this is the longest time, or the end if it has been steady already
     progress, log : as for `run`
 
     Raises
@@ -287,7 +287,7 @@ def resume_to(
         if case.run.until == "steady":
             rows = round(checkpoint.time * case.run.series_rate) + 1
             ending.replay(np.column_stack([result.series[name].values[:rows] for name in COLUMNS]))
-    if until is not None and ending.found:
+    if until is not None and ending.steady:
         ending = Ending(case, end).fixed()
     if end < checkpoint.time - 0.5 / case.run.series_rate:
         raise CaseError(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from nutamill.base.units import in_unit
 from nutamill.case import Case, Machine
 from nutamill.result import Recorder
 from nutamill.simulation.progress_report import Progress
@@ -77,7 +78,7 @@ class Watch:
                 end_time=until,
                 fraction=(time - first) / max(last - first, 1e-12),
                 rate=marched / spent,
-                nanoseconds=1e9 * spent / steps,
+                nanoseconds=in_unit(spent / steps, "ns"),
                 time_left=(until - time) * spent / marched,
                 crank_pin_force=at.get("crank_pin_force_resultant", math.nan),
                 shaft_torque=at.get("driveshaft_torque", math.nan),

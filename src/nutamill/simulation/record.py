@@ -32,7 +32,7 @@ def room_at_start(case: Case) -> int:
 
 @dataclass(frozen=True, slots=True)
 class RecordPlan:
-    """When what is kept, counted in rows of the record."""
+    """When checkpoints and snapshots are recorded, counted in rows of the record."""
 
     rows: int
     """Rows to the end of the run [1]."""
@@ -44,9 +44,9 @@ class RecordPlan:
     @classmethod
     def of(cls, case: Case | Machine, rows: int) -> Self:
         """Plan of a case that ends with row `rows`."""
-        rate, kept = case.run.series_rate, case.run.snapshots
-        stride = max(1, round(rate / kept.rate))
-        first = -(-max(0, rows - round(kept.last * rate)) // stride) * stride
+        rate, snapshots = case.run.series_rate, case.run.snapshots
+        stride = max(1, round(rate / snapshots.rate))
+        first = -(-max(0, rows - round(snapshots.last * rate)) // stride) * stride
         return cls(rows, max(1, round(case.run.checkpoint * rate)), range(first, rows + 1, stride))
 
     def next_stop(self, row: int) -> int:
@@ -60,8 +60,8 @@ class Ending:
     """Decides with which row a run ends: a fixed one, or some time after it has become steady.
 
     Steadiness is looked for at checkpoints, in the whole-turn means of `WATCHED` since the end of the ramp.
-    When it is found, the run goes on for as long as snapshots are kept, and ends.  The decision depends on
-    the record alone, so that a run that stops and goes on ends where the run that never stopped does.
+    Once the run is steady, it goes on for as long as snapshots are recorded, and ends.  The decision depends
+    on the record alone, so that a run that stops and goes on ends where the run that never stopped does.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Ending:
         self._wanted = case.run.until == "steady"
         self._means: dict[str, Estimate] = {}
         self._known: dict[str, float] = {}
-        self.found = False
+        self.steady = False
         self.plan = RecordPlan.of(case, round(until * case.run.series_rate))
 
     def fixed(self) -> Self:
@@ -106,7 +106,7 @@ class Ending:
 
     def look(self, row: int) -> None:
         """Test at a checkpoint or at the last row, `row`, whether the run is steady, and if so let it end."""
-        if not self._wanted or self.found or (row % self.plan.rows_per_checkpoint and row != self.plan.rows):
+        if not self._wanted or self.steady or (row % self.plan.rows_per_checkpoint and row != self.plan.rows):
             return
         columns = np.concatenate(self._columns)
         self._columns = [columns]
@@ -123,31 +123,31 @@ class Ending:
             for name, value, size in zip(WATCHED, watched, sizes, strict=True)
         }
         self._known = {
-            name: found.half_width / size
-            for (name, found), size in zip(self._means.items(), sizes, strict=True)
+            name: mean.half_width / size
+            for (name, mean), size in zip(self._means.items(), sizes, strict=True)
         }
-        self.found = all(
-            found.steady and self._known[name] <= precision for name, found in self._means.items()
+        self.steady = all(
+            mean.steady and self._known[name] <= precision for name, mean in self._means.items()
         )
-        if self.found:
+        if self.steady:
             tail = round(self._case.run.snapshots.last * self._case.run.series_rate)
             self.plan = RecordPlan.of(self._case, min(row + tail, self.plan.rows))
 
     @property
     def missed(self) -> str:
         """Why a run that should become steady is not, empty where there is nothing to say."""
-        if not self._wanted or self.found:
+        if not self._wanted or self.steady:
             return ""
         if not self._means:
             return f"fewer than {FEWEST_TURNS} whole turns at full speed"
-        said = []
-        for name, found in self._means.items():
-            label, share = series_field(name).label, found.drift / (found.turns * found.mean or 1.0)
-            if not found.steady:
-                said.append(f"{label} still drifts {100 * share:+.2g} % per turn")
+        reasons = []
+        for name, mean in self._means.items():
+            label, share = series_field(name).label, mean.drift / (mean.turns * mean.mean or 1.0)
+            if not mean.steady:
+                reasons.append(f"{label} still drifts {100 * share:+.2g} % per turn")
             elif self._known[name] > self._case.run.precision:
-                said.append(
+                reasons.append(
                     f"{label} is known to ± {100 * self._known[name]:.2g} %, run.precision asks for "
                     f"{self._case.run.precision:.2g}"
                 )
-        return ", ".join(said)
+        return ", ".join(reasons)

@@ -1,6 +1,6 @@
 """Compile the kernels once, the two engines at the same time in two processes.
 
-Compiled code is kept in the user's cache folder (`nutamill.base.kernel`), so that this happens after an
+Compiled code is stored in the user's cache folder (`nutamill.base.kernel`), so that this happens after an
 installation or a change of the kernels, and not again.  What is compiled depends on the kinds of arrays and
 on the contact law only, not on the mill: a ball on a turntable will do.
 """
@@ -55,7 +55,7 @@ def warm_up(
 
     Parameters
     ----------
-    log : told once that compiling begins, before it does
+    log : receives one line before compiling begins
     meanwhile : starts a process that needs the charge's kernels only, while the coupled ones are being
         compiled
     law : of the contacts; each has kernels of its own
@@ -144,9 +144,16 @@ def ball(names: Sequence[str], started: bool = True) -> tuple[ChargeModel, Charg
         contact_shear_modulus=1e7,
     )
     floor = Surface("floor", SurfaceKind.PLANE, 0, 0)
-    places = np.array([[0.0, 0.0, 0.01], [0.0, 0.0, 0.0301]])
+    centres = np.array([[0.0, 0.0, 0.01], [0.0, 0.0, 0.0301]])
     built = charge_arrays(
-        places, np.full(2, 0.01), np.zeros(2, int), [1e3], {(0, 0): pair}, [floor], 1, law=contact_law(*names)
+        centres,
+        np.full(2, 0.01),
+        np.zeros(2, int),
+        [1e3],
+        {(0, 0): pair},
+        [floor],
+        1,
+        law=contact_law(*names),
     )
     if started:
         start(*built, STEP)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from nutamill.analysis.values import Reading
-from nutamill.base import units
+from nutamill.base.units import in_unit
 from nutamill.view.figures.style import STYLE, WIDTH
 
 if TYPE_CHECKING:
@@ -34,7 +34,8 @@ def draw_sweep(table: "xarray.Dataset", readings: Sequence[Reading]) -> Figure |
     others = [key for key in table.dims if key != along]
     lines = table.stack(line=others).transpose("line", along) if others else table.expand_dims("line")
     unit = table[along].attrs["units"]
-    shown, factor = ("rpm", units.UNITS[units.Kind.SPEED]["rpm"]) if unit == "rad/s" else (unit, 1.0)
+    shown = "rpm" if unit == "rad/s" else unit
+    positions = in_unit(table[along].values, shown) if shown != unit else table[along].values
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 0.75 + 1.25 * len(drawn)), layout="constrained")
         panels = np.atleast_1d(figure.subplots(len(drawn), 1, sharex=True))
@@ -44,7 +45,7 @@ def draw_sweep(table: "xarray.Dataset", readings: Sequence[Reading]) -> Figure |
                 doubt = np.nan_to_num(one[f"{reading.name}_half_width"].values)
                 label = ", ".join(f"{key} = {_text(one[key].item())}" for key in others)
                 axes.errorbar(
-                    one[along].values / factor,
+                    positions,
                     one[reading.name].values,
                     doubt,
                     marker=MARKS[k % len(MARKS)],

@@ -18,7 +18,7 @@ from nutamill.design.preflight import oscillations
 from nutamill.result import is_finished
 from nutamill.studies.axes import Member, changed
 from nutamill.studies.campaign_file import case_of, overrides
-from nutamill.studies.fit_file import FreeKey, Measured, load_fit, place_of
+from nutamill.studies.fit_file import FreeKey, Measured, load_fit, position_of
 from nutamill.studies.least_squares import Fitted, Free, fitted
 from nutamill.studies.sweep import Report, run_all
 from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
@@ -112,14 +112,14 @@ def fit(
     StepError : a run that did not end well, or gives no steady mean
     """
     free, targets = read_fit(file)
-    place = Path("fits") / Path(file).stem if folder is None else Path(folder)
+    directory = Path("fits") / Path(file).stem if folder is None else Path(folder)
 
     def workers() -> Workers:
         return ClusterWorkers(client) if client else LocalProcesses(jobs)
 
     def compute(points: np.ndarray) -> np.ndarray:
         asked = [{one.key: float(value) for one, value in zip(free, point, strict=True)} for point in points]
-        return computed(asked, targets, place, workers, report, log)
+        return computed(asked, targets, directory, workers, report, log)
 
     measured, sigma = (np.array([getattr(target, name) for target in targets]) for name in ("value", "sigma"))
     return Fit(free, targets, fitted(free, measured, sigma, compute))
@@ -134,13 +134,13 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
     targets: list[Target] = []
     base = load_mill(case, fixed)
     for key, limits in file.free.items():
-        where = place_of(layer, "free", key)
+        where = position_of(layer, "free", key)
         try:
             free.append(_free(key, limits, base, where))
         except CaseError as error:
             faults += error.faults
     for number, given in enumerate(file.target):
-        where = place_of(layer, "target", number)
+        where = position_of(layer, "target", number)
         try:
             under = changed(
                 load_mill(case, [*fixed, *overrides(given.set)]), {one.key: one.start for one in free}

@@ -47,7 +47,7 @@ class Measured(Table):
 
 
 class FitFile(CampaignFile):
-    """What a fit file says."""
+    """Content of a fit file."""
 
     kind_of_file = FileKind.FIT
 
@@ -67,6 +67,6 @@ def load_fit(name: str | Path) -> tuple[FitFile, Layer]:
     return read_campaign_file(name, FitFile)
 
 
-def place_of(layer: Layer, *key: str | int) -> str:
+def position_of(layer: Layer, *key: str | int) -> str:
     """Return the position of a key in its file, for messages."""
     return placed(layer.places, key)

@@ -83,11 +83,11 @@ def sweep(
     KeyboardInterrupt : after an interrupt, with everything saved
     """
     planned = members(axes, lambda values: changed(case, values))
-    place = Path("sweeps") / case.name if folder is None else Path(folder)
+    directory = Path("sweeps") / case.name if folder is None else Path(folder)
     outcomes = run_all(
-        planned, place, ClusterWorkers(client) if client else LocalProcesses(jobs), readings, report, log
+        planned, directory, ClusterWorkers(client) if client else LocalProcesses(jobs), readings, report, log
     )
-    return Campaign(dataset(outcomes, axes, readings), outcomes, place)
+    return Campaign(dataset(outcomes, axes, readings), outcomes, directory)
 
 
 def run_all(

@@ -11,7 +11,7 @@ from nutamill.studies.campaign_file import CampaignFile, case_of, read_campaign_
 
 
 class SweepFile(CampaignFile):
-    """What a sweep file says."""
+    """Content of a sweep file."""
 
     kind_of_file = FileKind.SWEEP
 

@@ -88,15 +88,15 @@ def validate(
     KeyboardInterrupt : after an interrupt, with everything saved
     """
     paper, stem = read_paper(name), Path(name).stem
-    place = Path(folder) if folder is not None else FOLDER / stem
-    runs = planned_runs(paper, place)
+    directory = Path(folder) if folder is not None else FOLDER / stem
+    runs = planned_runs(paper, directory)
     rows, taken = chosen(paper, runs, only, quick)
     failures: list[str] = []
     if start:
         find_modes([run for run in runs if wants_modes(rows, run)])
         if waiting := in_order(taken, log):
             failures = run_campaign(
-                waiting, place, ClusterWorkers(client) if client else LocalProcesses(jobs)
+                waiting, directory, ClusterWorkers(client) if client else LocalProcesses(jobs)
             )
     complete = [run.path for run in runs if run_state(run) == COMPLETE]
     log_other_kernels(complete, log)
@@ -106,7 +106,7 @@ def validate(
             f"{duration(wall_time_of(complete))} in all, one after the other"
         )
     measured = measure(paper, runs, keys_of(paper), f"nutamill validate {name} --only")
-    files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, place)
+    files, undrawn = store(paper, runs, compare(paper.rows, measured), measured, directory)
     return Comparison(paper, compare(rows, measured), files, failures, undrawn)
 
 
@@ -162,11 +162,11 @@ def _share_left(run: PlannedRun, state: str) -> float:
         return 1.0
 
 
-def run_campaign(runs: Sequence[PlannedRun], place: Path, workers: Workers) -> list[str]:
+def run_campaign(runs: Sequence[PlannedRun], directory: Path, workers: Workers) -> list[str]:
     """Run or resume each in a process of its own, and return what failed, in words."""
     members = [Member({"run": run.name}, run.case) for run in runs]
     with Board(()) as board:
-        outcomes = run_all(members, place, workers, (), board, board.message)
+        outcomes = run_all(members, directory, workers, (), board, board.message)
         board(outcomes)
     return [
         f"{outcome.member.case.name}: {outcome.state}"
@@ -180,14 +180,14 @@ def store(
     runs: Sequence[PlannedRun],
     findings: Sequence[Finding],
     measured: dict[Key, Measured],
-    place: Path,
+    directory: Path,
 ) -> tuple[list[Path], list[str]]:
     """Write the table as CSV, JSON and Markdown, and the figures. Return the files, and in words the figures
     that lack results.
     """
     files = []
     for suffix, text in ((".csv", csv_text), (".json", json_text), (".md", markdown)):
-        files.append(place / f"comparison{suffix}")
+        files.append(directory / f"comparison{suffix}")
         write_whole(files[-1], text(findings, paper))
     undrawn = []
     for plan in paper.figures:
@@ -196,7 +196,7 @@ def store(
         except (ResultError, DamagedError) as error:
             undrawn.append(f"figure {plan.number} not drawn: {error}")
             continue
-        files.append(save_figure(figure, place / f"figure-{plan.number}.png"))
+        files.append(save_figure(figure, directory / f"figure-{plan.number}.png"))
     return files, undrawn
 
 

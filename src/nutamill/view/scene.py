@@ -17,6 +17,7 @@ from nutamill.analysis.replay import Frame, chosen_snapshots, replay
 from nutamill.analysis.source import case_of
 from nutamill.base.atomic_file import check_writable, io_errors
 from nutamill.base.errors import CaseError, Fault, NotInstalledError, OutputError, ResultError, missing_extra
+from nutamill.base.units import in_unit
 from nutamill.case import Case
 from nutamill.result import Result
 from nutamill.view.cameras import VIEWS, Camera, View, camera_of
@@ -237,7 +238,7 @@ class Stage:
             )
         camera, lens = camera.in_world(frame), self._plotter.camera
         lens.position, lens.focal_point, lens.up = camera.eye, camera.target, camera.up
-        lens.view_angle = math.degrees(camera.angle)
+        lens.view_angle = in_unit(camera.angle, "deg")
         self._plotter.reset_camera_clipping_range()
 
 

@@ -64,9 +64,9 @@ def _fill(
     _is_a(root, "PartitionedDataSetCollection")
     assembly = root.create_group("Assembly", track_order=True)
     groups = {}
-    for place, part in enumerate(parts):
+    for index, part in enumerate(parts):
         groups[part.name] = _surface(root, part, times)
-        _listed(root, assembly, part.name, place)
+        _listed(root, assembly, part.name, index)
     if particles:
         groups[CHARGE] = _cloud(root, result.snapshots[numbers[0]], times)
         _listed(root, assembly, CHARGE, len(parts))
@@ -149,8 +149,8 @@ def _is_a(group: h5py.Group, kind: str) -> None:
     group.attrs.create("Type", np.bytes_(kind), dtype=h5py.string_dtype("ascii", len(kind)))
 
 
-def _listed(root: h5py.Group, assembly: h5py.Group, name: str, place: int) -> None:
+def _listed(root: h5py.Group, assembly: h5py.Group, name: str, index: int) -> None:
     """Give a part its number and its place in the tree that ParaView shows."""
-    root[name].attrs["Index"] = place
+    root[name].attrs["Index"] = index
     branch = assembly.create_group(name.replace(" ", "_"), track_order=True)
     branch[name] = h5py.SoftLink(f"/VTKHDF/{name}")

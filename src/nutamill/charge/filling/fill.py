@@ -141,9 +141,9 @@ def fill_cylinder(
     ------
     CaseError : more than a loose bed of bounding spheres holds, or particles that cannot be placed
     """
-    places = random_fill(particles.bounding_radius, radius, floor, ceiling, boxes, seed)
+    centres = random_fill(particles.bounding_radius, radius, floor, ceiling, boxes, seed)
     return particles.placed(
-        places, None if particles.spheres_only else random_attitudes(particles.number, seed)
+        centres, None if particles.spheres_only else random_attitudes(particles.number, seed)
     )
 
 

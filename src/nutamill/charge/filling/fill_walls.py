@@ -45,7 +45,7 @@ class FillWalls(NamedTuple):
     surface_rotation: np.ndarray
     """From surface axes to chamber axes [1] (S, 3, 3)."""
     surface_size: np.ndarray
-    """Sizes [m], angles [rad] (S, 3), as `SurfaceKind` says."""
+    """Sizes [m], angles [rad] (S, 3), by `SurfaceKind`."""
     mesh: MeshWalls
     """Meshed surfaces."""
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.errors import Fault
+from nutamill.base.units import shown
 
 DENSEST, WALL_LOSS = 0.635, 0.12
 """Solids fraction that can be placed far from walls, and what walls take from it: times diameter and wall
@@ -64,7 +65,7 @@ def fill_faults(radii: np.ndarray, room: Room) -> list[Fault]:
     if solid <= most * (1.0 + 1e-9):
         return []
     what = (
-        f"must be placed without overlaps, got {1e6 * solid:.0f} cm^3 of spheres where {1e6 * most:.0f} "
-        "cm^3 can be"
+        f"must be placed without overlaps, got {shown(solid, 'cm^3', '.0f')} of spheres where "
+        f"{shown(most, 'cm^3', '.0f')} can be"
     )
     return [Fault("charge", what, "Take less charge, smaller particles or a larger chamber")]

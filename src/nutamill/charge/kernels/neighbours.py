@@ -381,7 +381,7 @@ def collect(state, scratch):
 def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, reference, angle, tid, n_threads):
     """Make a new neighbour list, and sort the slots when it is time. Called by all threads of the team.
 
-    Where the lists are too small ``state.status`` says LISTS_FULL, nothing is lost, and the next call begins
+    Where the lists are too small ``state.status`` is LISTS_FULL, nothing is lost, and the next call begins
     anew.
 
     Parameters

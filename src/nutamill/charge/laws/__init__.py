@@ -15,7 +15,7 @@ mid-substep; forces and moments act on the first particle.
 | `pair` | numbers of two materials, their row in the table of the charge, two springs in series |
 | `spring` | spring with a limit, for friction and rolling |
 | `oscillator` | restitution, duration and overlap of a damped oscillator |
-| `terms` | what the files tell of their laws in the terms of other programs |
+| `terms` | what the files state about their laws, in the terms of other programs |
 | `impact` | head-on contact under any law, cohesion included |
 
 To add a law, write its file and enter it in `composition`.  If case files are to name it, enter its name and

@@ -1,8 +1,8 @@
 """A closed triangle mesh as a wall: checked, and cut into smooth patches.
 
 The one rule of orientation: a mesh bounds a solid and its normals point out of that solid (corners
-counter-clockwise, seen from outside), as every drawing program writes it.  ``keep`` says on which side the
-charge is: ``"outside"`` of a rib or of a vessel drawn as a body, ``"inside"`` of a mesh that is the room
+counter-clockwise, seen from outside), as every drawing program writes it.  ``keep`` names the side of the
+charge: ``"outside"`` of a rib or of a vessel drawn as a body, ``"inside"`` of a mesh that is the room
 itself.  In a `Mesh` all normals point to the charge.
 
 A *patch* is a smooth part: triangles joined by edges that bend little.  A particle has at most one contact
@@ -22,6 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from nutamill.base.errors import CaseError, Fault
+from nutamill.base.units import in_unit
 from nutamill.charge.walls.triangles import (
     cells_near,
     directed_edges,
@@ -211,7 +212,7 @@ def _edge_faults(name, vertices, faces) -> list[Fault]:
 
 
 def _point(p) -> str:
-    return "(" + ", ".join(f"{1e3 * x:.4g}" for x in p) + ") mm"
+    return "(" + ", ".join(f"{in_unit(x, 'mm'):.4g}" for x in p) + ") mm"
 
 
 def _neighbours(of_side, n_edges) -> np.ndarray:

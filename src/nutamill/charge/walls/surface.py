@@ -40,7 +40,7 @@ class Surface:
     material : index of its material
     origin : [m] (3,), in the body's axes, from the body's mass centre
     rotation : [1] (3, 3), from surface axes to the body's axes
-    size : [m], angles [rad] (3,), as `SurfaceKind` says
+    size : [m], angles [rad] (3,), by `SurfaceKind`
     mesh, patch : for MESH_PATCH, the mesh in surface axes and the number of the patch; see `mesh_surfaces`
     """
 

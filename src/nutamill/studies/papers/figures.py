@@ -16,14 +16,14 @@ from matplotlib.lines import Line2D
 from nutamill.analysis.replay import particle_snapshots, rotation_of
 from nutamill.analysis.source import case_of
 from nutamill.base.errors import ResultError
-from nutamill.base.units import Kind, parse, rpm
+from nutamill.base.units import Kind, in_unit, parse, rpm
 from nutamill.case.drawing import DrawnMechanism
 from nutamill.result import Result, open_result
 from nutamill.studies.papers.compare import Key, Measured
 from nutamill.studies.papers.model import Curve, FigurePlan, Paper, same_speed
 from nutamill.studies.papers.quantities import QUANTITIES
 from nutamill.studies.papers.runs import COMPLETE, PlannedRun, run_name, run_state
-from nutamill.studies.papers.table import UNIT
+from nutamill.studies.papers.table import unit_of
 from nutamill.view.figures.run import draw_run
 from nutamill.view.figures.style import STYLE, WIDTH
 
@@ -79,7 +79,7 @@ def draw_over_speed(
             for number, curve in enumerate(panel.curves):
                 drawn += _draw_curve(axes, curve, panel.quantity, number, plan, paper, runs, measured)
                 _draw_published(axes, curve, panel.quantity, number, plan, paper, runs)
-            unit, _ = UNIT[quantity.kind]
+            unit, _ = unit_of(quantity.kind)
             axes.set_ylabel(
                 f"{quantity.label} ({unit})"
                 if len(plan.panels) == 1
@@ -122,7 +122,7 @@ def _draw_curve(
     if not points:
         return 0
     speeds = sorted(points)
-    _, many = UNIT[QUANTITIES[quantity].kind]
+    _, many = unit_of(QUANTITIES[quantity].kind)
     means = [points[speed].mean * many for speed in speeds]
     bars = np.nan_to_num([points[speed].half_width * many for speed in speeds])
     style: dict[str, Any] = {
@@ -150,7 +150,7 @@ def _draw_published(
     """Draw the printed numbers of a curve: experiment as a hollow mark, the authors' simulation as a cross,
     each at its own speed.
     """
-    _, many = UNIT[QUANTITIES[quantity].kind]
+    _, many = unit_of(QUANTITIES[quantity].kind)
     for row in paper.rows:
         if (
             row.against is not None
@@ -264,10 +264,10 @@ def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -
     ResultError : no snapshots of particles
     """
     snapshots, turned = particle_snapshots(result)
-    angles = np.degrees(turned)
+    angles = in_unit(turned, "deg")
     chamber = case_of(result).chamber
     views = [_view(snapshots, angles, position) for position in positions]
-    low, high = 1e3 * min(view[:, 3].min() for view in views), 1e3 * max(view[:, 3].max() for view in views)
+    low, high = min(view[:, 3].min() for view in views), max(view[:, 3].max() for view in views)
     top = min(chamber.height, 1.15 * max(view[:, 2].max() for view in views))
     with matplotlib.rc_context(fname=STYLE):
         columns = 2
@@ -276,14 +276,14 @@ def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -
             figsize=(WIDTH, 0.7 + lines * (0.35 + 1.25 * top / chamber.inner_diameter)), layout="constrained"
         )
         all_axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
-        radius = 1e3 * chamber.inner_diameter / 2
+        radius, edge = in_unit(chamber.inner_diameter / 2, "mm"), in_unit(top, "mm")
         for axes, view, position in zip(all_axes.flat, views, positions, strict=False):
             axes.set_aspect("equal")
             axes.set_xlim(-1.08 * radius, 1.08 * radius)
-            axes.set_ylim(-3.0, 1e3 * top)
+            axes.set_ylim(-3.0, edge)
             axes.plot(
                 [-radius, -radius, radius, radius],
-                [1e3 * top, 0.0, 0.0, 1e3 * top],
+                [edge, 0.0, 0.0, edge],
                 color=PUBLISHED,
                 linewidth=0.8,
             )
@@ -307,21 +307,21 @@ def draw_particles(result: Result, positions: Sequence[float] = ARM_POSITIONS) -
 
 def _balls(axes: Axes, view: np.ndarray, low: float, high: float) -> EllipseCollection:
     """Draw the particles of a `_view` in their true size, coloured by height between `low` and `high`
-    [mm].
+    [m].
     """
-    across = 2e3 * view[:, 4]
+    across = in_unit(2.0 * view[:, 4], "mm")
     balls = EllipseCollection(
         across,
         across,
         np.zeros(len(view)),
         units="x",
-        offsets=1e3 * view[:, [0, 2]],
+        offsets=in_unit(view[:, [0, 2]], "mm"),
         offset_transform=axes.transData,
     )
     balls.set(
-        array=1e3 * view[:, 3],
+        array=in_unit(view[:, 3], "mm"),
         cmap="viridis",
-        clim=(low, high),
+        clim=(in_unit(low, "mm"), in_unit(high, "mm")),
         linewidth=0.15,
         edgecolor="white",
         rasterized=True,
@@ -341,7 +341,7 @@ def _view(snapshots, angles: np.ndarray, position: float) -> np.ndarray:
     nearest = len(off) - 1 - int(np.argmin(off[::-1]))
     snapshot = snapshots[nearest]
     rotation = rotation_of(snapshot["chamber_attitude"])
-    places = np.asarray(snapshot["positions"], float)
-    inside = (places - snapshot["chamber_floor"]) @ rotation
-    view = np.column_stack([inside, places[:, 2], snapshot["radii"]])
+    positions = np.asarray(snapshot["positions"], float)
+    inside = (positions - snapshot["chamber_floor"]) @ rotation
+    view = np.column_stack([inside, positions[:, 2], snapshot["radii"]])
     return view[np.argsort(-view[:, 1])]

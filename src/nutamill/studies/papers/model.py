@@ -197,7 +197,7 @@ class Curve(Table):
     """One line of a figure."""
 
     label: str
-    """What it is, as the legend says."""
+    """Its label in the legend."""
     configurations: Annotated[tuple[str, ...], Field(min_length=1)]
     """Set-ups whose speeds make up the line."""
     quantity: QuantityName | None = None

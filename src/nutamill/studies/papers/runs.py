@@ -8,7 +8,7 @@ from pathlib import Path
 from nutamill.base.atomic_file import write_whole
 from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.base.library import similar
-from nutamill.base.units import rpm
+from nutamill.base.units import rpm, shown
 from nutamill.case import Case, load_case
 from nutamill.result import state_of
 from nutamill.studies.papers.model import Paper, Row, same_speed
@@ -97,7 +97,7 @@ def _case(paper: Paper, name: str, speed: float, seed: int) -> Case:
     """Return the case of a configuration at a speed [rad/s]: its ramp, then `hold` at that speed."""
     configuration = paper.configurations[name]
     case = load_case(configuration.base, configuration.set)
-    title = f"{paper.short}: {configuration.title}, {rpm(speed):.6g} rpm"
+    title = f"{paper.short}: {configuration.title}, {shown(speed, 'rpm', '.6g')}"
     case = case.with_(
         drive__speed=speed, run__seed=seed, run__threads=1, title=title
     )  # one core each, many at once

@@ -9,7 +9,8 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from nutamill import __version__
-from nutamill.base.units import Kind, rpm
+from nutamill.base import units
+from nutamill.base.units import UNITS, Kind, in_unit, rpm
 from nutamill.studies.papers.compare import Finding
 from nutamill.studies.papers.model import Paper, Row, same_speed
 from nutamill.studies.papers.quantities import QUANTITIES
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 WIDTH = 160
-"""Columns of the printed table where no terminal says how many there are [1]."""
+"""Columns of the printed table without a terminal [1]."""
 
 TINY = 1e-3
 """Size below which a plain number is shown by its order [1]."""
@@ -26,30 +27,28 @@ TINY = 1e-3
 HEADINGS = ("quantity", "experiment", "paper's simulation", "its error", "nutamill", "error", "target", "")
 """Columns of the printed and the Markdown table."""
 
-UNIT: dict[Kind | None, tuple[str, float]] = {
-    Kind.FORCE: ("N", 1.0),
-    Kind.TORQUE: ("N m", 1.0),
-    Kind.FREQUENCY: ("Hz", 1.0),
-    Kind.TIME: ("s", 1.0),
-    Kind.ANGLE: ("deg", 180.0 / math.pi),
-    Kind.LENGTH: ("mm", 1e3),
-    Kind.ACCELERATION: ("m/s^2", 1.0),
-    Kind.UNBALANCE: ("kg m", 1.0),
-    None: ("", 1.0),
-}
-"""How numbers are shown, by kind: unit, and how many of it are one of the SI unit."""
+SHOWN = {Kind.ANGLE: "deg", Kind.LENGTH: "mm"}
+"""Units of kinds that are not shown in their SI unit."""
+
+
+def unit_of(kind: Kind | None) -> tuple[str, float]:
+    """Return how numbers of a kind are shown: the unit, and how many of it are one of the SI unit."""
+    if kind is None:
+        return "", 1.0
+    unit = SHOWN.get(kind, next(iter(UNITS[kind])))
+    return unit, in_unit(1.0, unit)
 
 
 def title_of(row: Row, paper: Paper) -> str:
     """Return what a row compares, in words."""
-    at = f"{_rpm(row.speed)} rpm"
+    at = f"{_speed(row.speed)}"
     own = paper.configurations[row.configuration].title
     text = f"{QUANTITIES[row.quantity].label}, {own}, {at}"
     if row.against is not None:
         other, speed, _ = row.needs[1]
         words = {"difference": "less", "change": "change from", "ratio": "over"}[row.against.how]
         text += f", {words} {paper.configurations[other].title}" + (
-            "" if same_speed(speed, row.speed) else f" at {_rpm(speed)} rpm"
+            "" if same_speed(speed, row.speed) else f" at {_speed(speed)}"
         )
     return text
 
@@ -60,7 +59,7 @@ def shown(value: float | None, row: Row, digits: int = 4) -> str:
         return "–"
     if row.kind is None and row.against is not None and row.against.how == "change":
         return f"{100.0 * value:+.1f} %"
-    unit, many = UNIT[row.kind]
+    unit, many = unit_of(row.kind)
     return f"{value * many:.{digits}g} {unit}".rstrip()
 
 
@@ -74,7 +73,7 @@ def with_uncertainty(finding: Finding) -> str:
     change = row.kind is None and row.against is not None and row.against.how == "change"
     if row.kind is None and not change and abs(finding.value) < TINY:
         return f"{finding.value:.1g}"
-    unit, many = ("%", 100.0) if change else UNIT[row.kind]
+    unit, many = ("%", 100.0) if change else unit_of(row.kind)
     known = finding.half_width > 1e-6 * abs(finding.value)
     size = finding.half_width * many if known else 0.0
     four = 1 if change else max(0, 3 - math.floor(math.log10(abs(finding.value * many) or 1.0)))
@@ -99,7 +98,7 @@ def error_text(error: float, finding: Finding) -> str:
         return f"{100.0 * error:+.0f} %" if abs(error) >= 0.095 else f"{100.0 * error:+.1f} %"
     if finding.row.kind is None:
         return f"{100.0 * error:+.1f} points"
-    unit, many = UNIT[finding.row.kind]
+    unit, many = unit_of(finding.row.kind)
     return f"{error * many:+.2g} {unit}"
 
 
@@ -109,7 +108,7 @@ def target_text(row: Row) -> str:
     if row.relative is not None:
         texts.append(f"{100.0 * row.relative:g} %")
     if row.absolute is not None:
-        unit, many = ("points", 100.0) if row.kind is None else UNIT[row.kind]
+        unit, many = ("points", 100.0) if row.kind is None else unit_of(row.kind)
         texts.append(f"{row.absolute * many:.3g} {unit}")
     return ", ".join(texts)
 
@@ -140,7 +139,7 @@ def cells(finding: Finding, paper: Paper) -> list[str]:
     row = finding.row
     simulated = shown(row.simulation, row)
     if row.simulation_speed is not None:
-        simulated += f" at {_rpm(row.simulation_speed)} rpm"
+        simulated += f" at {_speed(row.simulation_speed)}"
     return [
         title_of(row, paper),
         shown(row.experiment, row),
@@ -196,9 +195,9 @@ def record(finding: Finding, paper: Paper) -> dict[str, Any]:
     return {
         "row": row.id,
         "quantity": title_of(row, paper),
-        "unit": str(UNIT_SI[row.kind]),
-        "speed_rpm": float(_rpm(row.speed)),
-        "simulation_speed_rpm": None if row.simulation_speed is None else float(_rpm(row.simulation_speed)),
+        "unit": "1" if row.kind is None else next(iter(UNITS[row.kind])),
+        "speed_rpm": _rounded_rpm(row.speed),
+        "simulation_speed_rpm": None if row.simulation_speed is None else _rounded_rpm(row.simulation_speed),
         **{name: None if value is None or math.isnan(value) else value for name, value in numbers.items()},
         "errors_are": "differences" if finding.points else "shares",
         "seeds": finding.runs,
@@ -212,10 +211,6 @@ def record(finding: Finding, paper: Paper) -> dict[str, Any]:
         "note": row.note,
         "trouble": finding.trouble,
     }
-
-
-UNIT_SI = {kind: {"deg": "rad", "mm": "m", "": "1"}.get(unit, unit) for kind, (unit, _) in UNIT.items()}
-"""SI unit of each kind that rows have."""
 
 
 def rich_table(findings: Sequence[Finding], paper: Paper) -> "Table":
@@ -269,5 +264,9 @@ def tally(findings: Sequence[Finding], paper: Paper) -> str:
     return text + (f"; {apart} rows of a mill changed on purpose are counted in neither" if apart else "")
 
 
-def _rpm(speed: float) -> str:
-    return f"{rpm(speed):.6g}"
+def _speed(speed: float) -> str:
+    return units.shown(speed, "rpm", ".6g")
+
+
+def _rounded_rpm(speed: float) -> float:
+    return float(f"{rpm(speed):.6g}")

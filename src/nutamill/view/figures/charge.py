@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from nutamill.analysis.flow import crest, flow_fields, impact_spectra, surface_heights, wear_table, window
 from nutamill.analysis.windows import PAPER_WINDOW
+from nutamill.base.units import in_unit, shown
 from nutamill.result import Result
 from nutamill.view.figures.style import STYLE, WIDTH
 
@@ -84,7 +85,7 @@ def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         ):
             values = table[name].values.reshape(columns, -1)
             drawn = axes.pcolormesh(
-                np.degrees(azimuth[:, 0]), along[0], values.T, cmap="viridis", vmin=0.0, rasterized=True
+                in_unit(azimuth[:, 0], "deg"), along[0], values.T, cmap="viridis", vmin=0.0, rasterized=True
             )
             axes.grid(False)
             axes.set_ylabel("height (m)")
@@ -109,14 +110,14 @@ def draw_flow(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     top = crest(heights, done["azimuth"].values)
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
-        places = figure.add_gridspec(2, 1, height_ratios=[3, 2])
-        above = figure.add_subplot(places[0], projection="polar")
-        along = figure.add_subplot(places[1])
+        grid = figure.add_gridspec(2, 1, height_ratios=[3, 2])
+        above = figure.add_subplot(grid[0], projection="polar")
+        along = figure.add_subplot(grid[1])
         drawn = _seen_from_above(above, done, fields, top.height)
         figure.colorbar(drawn, ax=above, label="solids fraction (1)", shrink=0.8)
         above.set_title("(a) from above, crank at 0 deg, turning anticlockwise", loc="left")
         outermost = fields["solids_fraction"].isel(radius=-1).transpose("height", "azimuth").values
-        degrees = np.degrees(done["azimuth"].values)
+        degrees = in_unit(done["azimuth"].values, "deg")
         drawn = along.pcolormesh(
             degrees, done["height"].values, outermost, cmap="viridis", vmin=0.0, rasterized=True
         )
@@ -125,7 +126,7 @@ def draw_flow(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
             degrees,
             heights,
             color="#D55E00",
-            label=f"surface: crest {top.height:.3f} m, lag {math.degrees(top.phase_lag):.0f} deg",
+            label=f"surface: crest {top.height:.3f} m, lag {shown(top.phase_lag, 'deg', '.0f')}",
         )
         along.set_ylim(0.0, min(1.3 * top.height, float(done["height"].values[-1])))
         along.set_xticks(range(0, 361, 90))

@@ -15,6 +15,7 @@ from nutamill.analysis.spectra import spectrum
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.steady import Estimate
+from nutamill.base.units import in_unit, shown
 from nutamill.result import Result
 from nutamill.result.fields import series_field
 from nutamill.view.figures.style import MARK, MEAN, RMS, STYLE, WIDTH, label_of
@@ -91,20 +92,20 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         result.series[name].values[inside]
         for name in ("charge_mass_centre_x", "charge_mass_centre_y", "crank_angle")
     )
-    place = 1e3 * (x + 1j * y) * np.exp(-1j * angle)
-    mean = 1e3 * orbit.radius * np.exp(-1j * orbit.phase_lag)
-    reach = 1.15 * float(np.abs(place).max())
+    path = (in_unit(x, "mm") + 1j * in_unit(y, "mm")) * np.exp(-1j * angle)
+    mean = in_unit(orbit.radius, "mm") * np.exp(-1j * orbit.phase_lag)
+    reach = 1.15 * float(np.abs(path).max())
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
         axes = figure.subplots()
-        axes.plot(place.real, place.imag, linewidth=0.4, color="#A6CEE8", label="path")
+        axes.plot(path.real, path.imag, linewidth=0.4, color="#A6CEE8", label="path")
         axes.plot([0.0, reach], [0.0, 0.0], color=MARK, linewidth=0.9, label="crank")
         axes.plot([0.0, mean.real], [0.0, mean.imag], color=RMS, marker="o", markersize=3, label="mean")
         arc = np.linspace(0.0, -orbit.phase_lag, 40)
         axes.plot(0.4 * reach * np.cos(arc), 0.4 * reach * np.sin(arc), color=MEAN, linewidth=0.8)
         middle = -0.5 * orbit.phase_lag
         axes.annotate(
-            f"{math.degrees(orbit.phase_lag):.0f} deg",
+            shown(orbit.phase_lag, "deg", ".0f"),
             (0.45 * reach * math.cos(middle), 0.45 * reach * math.sin(middle)),
             va="center",
         )

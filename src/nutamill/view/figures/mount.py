@@ -5,6 +5,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nutamill.analysis.mount_test import MountProperties, MountTest
+from nutamill.base.units import in_unit, shown
 from nutamill.view.figures.style import MEAN, STYLE, WIDTH
 
 
@@ -13,11 +14,12 @@ def draw_loop(test: MountTest, properties: MountProperties) -> Figure:
     phase = np.linspace(0.0, 2.0 * np.pi, 400)
     moved = properties.amplitude * np.cos(phase)
     pushed = properties.amplitude * (properties.storage * np.cos(phase) - properties.loss * np.sin(phase))
+    storage, loss = (shown(value, "N/mm", ".3g") for value in (properties.storage, properties.loss))
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
         axes.plot(
-            1e3 * (test.displacement - test.displacement.mean()),
+            in_unit(test.displacement - test.displacement.mean(), "mm"),
             test.force - test.force.mean(),
             ".",
             color="#888888",
@@ -25,10 +27,10 @@ def draw_loop(test: MountTest, properties: MountProperties) -> Figure:
             label="test",
         )
         axes.plot(
-            1e3 * moved,
+            in_unit(moved, "mm"),
             pushed,
             color=MEAN,
-            label=f"K' {properties.storage / 1e3:.3g}, K'' {properties.loss / 1e3:.3g} N/mm",
+            label=f"K' {storage}, K'' {loss}",
         )
         axes.margins(x=0.04)
         axes.set_xlabel("displacement (mm)")

@@ -15,7 +15,7 @@ from nutamill.analysis.mounts import floor_series
 from nutamill.analysis.orders import Orders, Waterfall
 from nutamill.analysis.summary import LONGEST, hours_text
 from nutamill.analysis.windows import PAPER_WINDOW
-from nutamill.base.units import rpm
+from nutamill.base.units import in_unit, rpm
 from nutamill.result import Result
 from nutamill.result.fields import series_field
 from nutamill.view.figures.style import PALETTE, STYLE, WIDTH, unit_of
@@ -48,9 +48,8 @@ def draw_orders(history: Orders, falls: Waterfall, name: str) -> Figure:
             drawn = (
                 history.amplitude[k] > 0.02 * history.amplitude[k].max()
             )  # of a small amplitude the phase is noise
-            lag.plot(
-                across[drawn], np.degrees(history.lag[k])[drawn], ".", markersize=1.5, color=PALETTE[k % 7]
-            )
+            degrees = in_unit(history.lag[k][drawn], "deg")
+            lag.plot(across[drawn], degrees, ".", markersize=1.5, color=PALETTE[k % 7])
         size.set_ylim(bottom=0.0)
         size.set_ylabel(f"amplitude ({unit})")
         size.set_title(f"(a) {series_field(name).label}", loc="left")
@@ -147,7 +146,7 @@ def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     force = floor_series(result.series)[inside]
     paths = [("force on the floor", force[:, 0], force[:, 1], "N")]
     if "mount_1_travel_x" in result.series:
-        travel = [1e3 * result.series[f"mount_1_travel_{axis}"].values[inside] for axis in "xy"]
+        travel = [in_unit(result.series[f"mount_1_travel_{axis}"].values[inside], "mm") for axis in "xy"]
         paths.append(("travel of mount 1", *travel, "mm"))
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.0 if len(paths) == 2 else 3.2), layout="constrained")
@@ -173,11 +172,11 @@ def draw_lives(bearings: list[BearingLife], sections: list[SectionLife]) -> Figu
         figure = Figure(figsize=(WIDTH, 0.8 + 0.28 * len(lives)), layout="constrained")
         axes = figure.subplots()
         for k, (_name, time, color) in enumerate(lives):
-            shown = min(max(time / 3600.0, 1.0), LONGEST)
-            axes.barh(k, shown, color=color, height=0.6)
+            hours = min(max(in_unit(time, "h"), 1.0), LONGEST)
+            axes.barh(k, hours, color=color, height=0.6)
             label = f"{hours_text(time).strip()} h"
             axes.annotate(
-                label, (shown, k), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5
+                label, (hours, k), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6.5
             )
         axes.set_yticks(range(len(lives)), [name.replace("_", " ") for name, _, _ in lives])
         axes.invert_yaxis()

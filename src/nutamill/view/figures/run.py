@@ -53,7 +53,7 @@ def draw_run(result: Result) -> Figure:
             axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         axes.set_xlabel("time (s)")
         _mark_ramp(figure.axes, result)
-        _legend(figure, columns=2, place="outside lower center")
+        _legend(figure, columns=2, position="outside lower center")
         figure.align_ylabels()
     return figure
 
@@ -83,7 +83,7 @@ def draw_ledger(result: Result) -> Figure:
         axes.set_xlim(time[0], time[-1])
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
         _mark_ramp([axes], result)
-        _legend(figure, columns=1, place="outside right upper")
+        _legend(figure, columns=1, position="outside right upper")
     return figure
 
 
@@ -150,7 +150,7 @@ def _mark_ramp(all_axes: list[Axes], result: Result) -> None:
             axes.axvline(end, color=MARK, linewidth=0.7, linestyle=(0, (4, 3)), zorder=3, label="end of ramp")
 
 
-def _legend(figure: Figure, columns: int, place: str) -> None:
+def _legend(figure: Figure, columns: int, position: str) -> None:
     """Add one legend for all panels, outside them, so that it never hides a curve. The curve drawn last comes
     first.
     """
@@ -159,4 +159,4 @@ def _legend(figure: Figure, columns: int, place: str) -> None:
         for axes in figure.axes
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
-    figure.legend(list(handles.values())[::-1], list(handles)[::-1], loc=place, ncols=columns)
+    figure.legend(list(handles.values())[::-1], list(handles)[::-1], loc=position, ncols=columns)
