@@ -19,7 +19,7 @@ from nutamill.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from nutamill.case import Case, MechanismCase
+    from nutamill.case import Case, Machine
 
 Picture = Annotated[
     Path | None, typer.Option("--to", help="The picture; else beside the result, or in results/.")
@@ -52,7 +52,7 @@ def _print_answer(lines: list[str], figure: Any, picture: Path) -> None:
 
 
 def _picture_name(
-    subject: "Case | MechanismCase | Path", question: str, *options: str | None, charge: bool = False
+    subject: "Case | Machine | Path", question: str, *options: str | None, charge: bool = False
 ) -> str:
     """Return the name of a picture without its suffix, one for each answer, so that none overwrites another.
 

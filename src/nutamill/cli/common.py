@@ -11,7 +11,7 @@ from nutamill import __version__
 from nutamill.base.errors import CaseError, ExitCode, Fault, MillError, printable
 
 if TYPE_CHECKING:
-    from nutamill.case import Case, MechanismCase
+    from nutamill.case import Case, Machine
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 CaseName = Annotated[
@@ -70,7 +70,7 @@ def quantity(where: str, text: str, kind: Any) -> float:
         raise CaseError(Fault(where, error.what, error.hint)) from None
 
 
-def load(name: str, overrides: list[str] | None) -> "Case | MechanismCase":
+def load(name: str, overrides: list[str] | None) -> "Case | Machine":
     """Return the case of a name or file with the overrides of the command line."""
     from nutamill.case import load_case
 

@@ -13,7 +13,7 @@ from nutamill.cli.common import CaseName, Overrides, Quick, app, load, reports_e
 from nutamill.simulation.signals import stop_at_once
 
 if TYPE_CHECKING:
-    from nutamill.case import Case, MechanismCase
+    from nutamill.case import Case, Machine
     from nutamill.cli.screen import Screen
     from nutamill.result import Result
 
@@ -85,12 +85,10 @@ def run(
         _run(load(case, overrides), to, quick, threads, again)
 
 
-def _run(
-    loaded: "Case | MechanismCase", to: Path | None, quick: bool, threads: int | None, again: bool
-) -> None:
-    from nutamill.case import MechanismCase
+def _run(loaded: "Case | Machine", to: Path | None, quick: bool, threads: int | None, again: bool) -> None:
+    from nutamill.case import Machine
 
-    if (quick or threads is not None) and isinstance(loaded, MechanismCase):
+    if (quick or threads is not None) and isinstance(loaded, Machine):
         raise CaseError(
             Fault(
                 "--quick" if quick else "--threads",
@@ -98,7 +96,7 @@ def _run(
                 "Leave it out",
             )
         )
-    if quick and not isinstance(loaded, MechanismCase):
+    if quick and not isinstance(loaded, Machine):
         from nutamill.simulation.setup.quick import banner
         from nutamill.simulation.setup.quick import quick as quickened
 
