@@ -62,7 +62,7 @@ def main() -> None:
     processes = parser.parse_args().processes
     warm_up()
     print(f"{processor()}, {usable_cores()} cores, {time.strftime('%Y-%m-%d')}")
-    model, state, scratch = build(sweep_case("empty", 700.0), None)
+    model, state, scratch = build(sweep_case("empty", 700.0).machine, None)
     steps = [mechanism_step(model, state, scratch) for _ in range(3)]
     clock, alone = model.clock, 1e6 * statistics.median(steps)
     print(

@@ -49,7 +49,7 @@ def restitution_errors(
 
 def march(case: Case, bed: np.ndarray) -> dict[str, np.ndarray]:
     """Series of the whole run, by name."""
-    model, state, scratch = build(case, bed)
+    model, state, scratch = build(case.machine, bed)
     record_first_row(model, state, scratch)
     _, rows, fault = enter(model, state, scratch, round(case.run.until * case.run.series_rate))
     if fault is not None:
@@ -59,8 +59,8 @@ def march(case: Case, bed: np.ndarray) -> dict[str, np.ndarray]:
 
 def main() -> None:
     case = load_case("numill", SETTINGS)
-    bed = settled_bed(case)
-    facts = contact_facts(case)
+    bed = settled_bed(case.machine)
+    facts = contact_facts(case.machine)
     shortest = min(fact.time for fact in facts)
     print(f"{processor()}, {time.strftime('%Y-%m-%d', time.gmtime())}\n")
     print(

@@ -102,7 +102,7 @@ def pellets() -> Ours:
 def sand() -> Ours:
     """Sand-sized spheres one revolution after a very fast ramp to 700 rpm."""
     case = load_case("numill", SAND)
-    model, state, scratch = build(case, _loose_layers(case))
+    model, state, scratch = build(case.machine, _loose_layers(case))
     record_first_row(model, state, scratch)
     model, _, fault = enter(model, state, scratch, round(case.run.until * case.run.series_rate))
     if fault is not None:
@@ -114,7 +114,7 @@ def _loose_layers(case: Case) -> np.ndarray:
     """Places of equal spheres [m] (n, 3) in layers from the floor up, chamber axes; shaken a little, they
     fall as they start.
     """
-    diameter, chamber, n = case.charge.diameter, case.chamber, particle_count(case)
+    diameter, chamber, n = case.charge.diameter, case.chamber, particle_count(case.machine)
     pitch = 1.03 * diameter
     steps = np.arange(-int(chamber.inner_diameter / pitch), int(chamber.inner_diameter / pitch) + 1) * pitch
     random = np.random.default_rng(case.run.seed)
@@ -135,7 +135,7 @@ def _ours(name: str, model: Model, state: State, scratch: Scratch, rows: int) ->
     column = model.readout.names.index("crank_angle")
     _, last, _ = enter(model, state, scratch, 1)
     angle = float(model.readout.series(last, state.first_row)[-1, column])
-    pair, wall_pair = contact_facts(case)
+    pair, wall_pair = contact_facts(case.machine)
     density = case.materials[case.charge.material].density
     mass = density * np.pi * case.charge.diameter**3 / 6
     scene = Scene(

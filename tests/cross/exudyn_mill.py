@@ -25,7 +25,7 @@ def exudyn_mill(mill, first, drive_angle, step, steps, every):
 
     Parameters
     ----------
-    mill : bodies, joints, bushings and drives, as `nutamill.simulation.setup.mill.mill_mechanism` makes them
+    mill : bodies, joints, bushings and drives, by `mechanism_parts`
     first : position, quaternion, velocity, angular velocity of each body at the start, SI, world axes
     drive_angle : angle [rad] and speed [rad/s] of the driven joint at a time [s]
     step, steps, every : step [s], their number, steps between readings

@@ -10,7 +10,7 @@ from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.drives import drive_motion
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.sensors import Sensor, SensorKind, column_names, march_recording, sensor_table
-from nutamill.simulation.setup.mill import mill_mechanism
+from nutamill.simulation.setup.mechanism import mechanism_parts
 
 pytest.importorskip("exudyn", reason="the comparison with an independent engine needs: pip install exudyn")
 
@@ -39,7 +39,7 @@ def our_mill(mounting, profile):
     """The mill as described, its state at the start, its drive, and its readings by name (ROWS + 1, n)."""
     smooth = ["mechanism.joint_friction=0", "mechanism.joint_friction_viscous=0 N m s/rad"]
     case = load_case("numill", ["charge.kind=none", f"mechanism.mounting={mounting}", *smooth])
-    mill = mill_mechanism(case.with_("drive.profile", PROFILES[profile]))
+    mill = mechanism_parts(case.with_("drive.profile", PROFILES[profile]).machine)
     mechanism, state, scratch = assemble(
         mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity
     )

@@ -110,7 +110,7 @@ def settled(case, tmp_path, monkeypatch):
     done = []
 
     def settle(case, progress):
-        done.append(np.random.default_rng(len(done)).random((particle_count(case), 3)))
+        done.append(np.random.default_rng(len(done)).random((particle_count(case.machine), 3)))
         return done[-1]
 
     monkeypatch.setattr(beds, "_settle", settle)
@@ -149,7 +149,7 @@ def test_a_damaged_bed_is_settled_anew(case, settled, damage):
 )
 def test_a_bed_that_is_none_is_not_used(case, settled, bed):
     if len(bed) == 20:
-        bed = np.full((particle_count(case), 3), np.nan)
+        bed = np.full((particle_count(case.machine), 3), np.nan)
     beds._keep(beds.bed_file(case), bed)
     assert beds.bed_file(case).exists()
     assert not beds.bed_is_kept(case)

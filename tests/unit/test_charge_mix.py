@@ -64,7 +64,7 @@ def refused(folder, text, *overrides):
 
 
 def test_the_sand_is_as_many_clumps_of_three_spheres_as_the_paper_counts_and_weighs(sand):
-    particles, masses = charge_particles(sand), particle_masses(sand)
+    particles, masses = charge_particles(sand.machine), particle_masses(sand.machine)
     # SAIMM 2025 Table 3: 39534 clumps, 1.34 kg, so 33.9 mg each; the mean of the file is printed to a
     # nanometre of 2.8 mm: 1e-6 in volume
     assert (particles.number, particles.pebbles, len(particles.shapes)) == (39534, 118602, 10)
@@ -73,13 +73,13 @@ def test_the_sand_is_as_many_clumps_of_three_spheres_as_the_paper_counts_and_wei
 
 
 def test_the_sand_has_aspect_ratios_about_one_point_four(sand):
-    ratios = [shape.aspect_ratio for shape in charge_particles(sand).shapes]
+    ratios = [shape.aspect_ratio for shape in charge_particles(sand.machine).shapes]
     # places and radii in the file have five digits of about 0.4
     assert ratios == pytest.approx(np.linspace(1.2, 1.6, 10), abs=1e-4)
 
 
 def test_each_shape_of_the_sand_is_as_frequent_and_as_large_as_another(sand):
-    particles = charge_particles(sand)
+    particles = charge_particles(sand.machine)
     counts = np.bincount(particles.shape_of)
     assert set(counts) == {3953, 3954}
     means = np.array([particles.diameter[particles.shape_of == k].mean() for k in range(10)])
@@ -106,19 +106,19 @@ def test_the_files_of_the_sand_are_what_their_script_makes():
 def test_the_bed_of_the_sand_fills_what_the_paper_says(sand):
     # SAIMM 2025 Table 2 gives 0.27; 1.34 kg over 1403 kg/m^3 in 140 mm x 228 mm is 0.2721
     part = sand.charge.parts[0]
-    assert charge_mass(sand) / (2480 * part.packing * sand.chamber.free_volume) == pytest.approx(
+    assert charge_mass(sand.machine) / (2480 * part.packing * sand.chamber.free_volume) == pytest.approx(
         0.2721, abs=1e-4
     )
 
 
 def test_turning_clumps_shorten_the_contact_that_rules_the_substep(sand):
-    quickest = min(contact_facts(sand), key=lambda facts: facts.time)
-    whole = particle_masses(sand).min()
+    quickest = min(contact_facts(sand.machine), key=lambda facts: facts.time)
+    whole = particle_masses(sand.machine).min()
     zeta = 0.212
     longest = math.pi * math.sqrt(whole / 2 / 500e3) / math.sqrt(1 - zeta**2)
     assert quickest.pair == "sand-sand"
     assert 0.5 * longest < quickest.time < longest
-    assert run_clock(sand).substep <= quickest.time / 20
+    assert run_clock(sand.machine).substep <= quickest.time / 20
 
 
 # amounts ----------------------------------------------------------------------------------------------------
@@ -128,7 +128,7 @@ def test_a_fill_is_the_share_of_the_chamber_that_the_settled_bed_takes_up():
     case = load_case("numill", ["charge.fill=0.08", "charge.packing=0.6"])
     solid = 0.08 * 0.6 * math.pi / 4 * 0.14**2 * 0.228
     pellet = math.pi / 6 * 0.005**3
-    assert particle_count(case) == math.ceil(solid / pellet)
+    assert particle_count(case.machine) == math.ceil(solid / pellet)
 
 
 def test_a_count_is_exactly_that_many_whatever_the_sizes():
@@ -141,15 +141,20 @@ def test_a_count_is_exactly_that_many_whatever_the_sizes():
         'charge.sizes=[["3 mm", 0.21], ["4 mm", 0.33], ["5 mm", 0.46]]',
         law,
     ):
-        assert particle_count(load_case("numill", [sizes, "charge.count=777"])) == 777
+        assert particle_count(load_case("numill", [sizes, "charge.count=777"]).machine) == 777
 
 
 def test_a_mass_is_met_by_a_law_of_sizes_within_one_particle():
     law = '{ law = "rosin_rammler", size = "4 mm", exponent = 4, smallest = "2 mm", largest = "6 mm" }'
     case = load_case("numill", [f"charge.distribution={law}", "charge.mass=0.5 kg"])
-    masses = particle_masses(case)
+    masses = particle_masses(case.machine)
     assert 0.5 * (1 - 1e-6) <= masses.sum() < 0.5 + masses.max()
-    assert 0.002 < charge_particles(case).diameter.min() < charge_particles(case).diameter.max() < 0.006
+    assert (
+        0.002
+        < charge_particles(case.machine).diameter.min()
+        < charge_particles(case.machine).diameter.max()
+        < 0.006
+    )
 
 
 def test_the_later_of_two_amounts_takes_the_place_of_the_earlier():
@@ -163,11 +168,11 @@ def test_the_later_of_two_amounts_takes_the_place_of_the_earlier():
 
 def test_parts_follow_each_other_each_of_its_material(tmp_path):
     case = case_of(tmp_path, MIX)
-    particles = charge_particles(case)
+    particles = charge_particles(case.machine)
     assert case.charge.materials == ("steel", "sand")
     assert particles.number == 2500
     assert (particles.material[:500] == 0).all() and (particles.material[500:] == 1).all()
-    masses = particle_masses(case)
+    masses = particle_masses(case.machine)
     assert masses[:500] == pytest.approx(np.full(500, 7864 * math.pi / 6 * 0.00499**3), rel=1e-12)
     # the sizes of 2000 clumps are those of the 39534, but for half a particle at each end
     assert masses[500:].mean() == pytest.approx(1.34 / 39534, rel=1e-3)
@@ -177,7 +182,7 @@ def test_every_pair_of_materials_has_its_law_and_its_facts(tmp_path):
     case = case_of(tmp_path, MIX)
     # numbers: steel 0, sand 1, acrylic 2
     assert set(pair_laws(case)) == {(0, 0), (0, 1), (0, 2), (1, 1), (1, 2)}
-    facts = {found.pair: found for found in contact_facts(case)}
+    facts = {found.pair: found for found in contact_facts(case.machine)}
     assert list(facts) == [
         "steel-steel",
         "steel-sand",
@@ -203,7 +208,7 @@ def test_a_bed_of_two_materials_weighs_where_its_mass_is(tmp_path):
     bed = np.zeros((2500, 7))
     bed[:500, :3], bed[500:, :3] = (0.01, 0.0, -0.3), (-0.02, 0.0, -0.3)
     bed[:, 3] = 1.0
-    steel, sand = particle_masses(case)[:500].sum(), particle_masses(case)[500:].sum()
+    steel, sand = particle_masses(case.machine)[:500].sum(), particle_masses(case.machine)[500:].sum()
     wrench = bed_weight(case, bed)
     assert wrench[2] == pytest.approx(-9.81 * (steel + sand), rel=1e-12)
     # moment about the mass centre of the chamber, 240 mm down its tilted axis: only the place along the
@@ -233,7 +238,7 @@ def test_a_charge_of_one_part_takes_the_place_of_parts_and_back(tmp_path):
     single = case.with_(
         charge__kind="spheres", charge__material="steel", charge__diameter=0.005, charge__count=10
     )
-    assert (len(single.charge.parts), particle_count(single)) == (1, 10)
+    assert (len(single.charge.parts), particle_count(single.machine)) == (1, 10)
     again = single.with_(
         "charge.part", [{"kind": "spheres", "material": "steel", "diameter": "5 mm", "fill": 0.05}]
     )
@@ -247,7 +252,7 @@ def test_shapes_may_be_a_file_beside_the_case_or_stand_in_it(tmp_path):
     two = case_of(tmp_path, text.format("[[[0, 0, 0, 1], [1, 0, 0, 0.8]]]"))
     for case in (one, two):
         # the sizes of the case rule, whatever the unit of the shapes
-        assert charge_particles(case).diameter == pytest.approx([0.005] * 3, rel=1e-12)
+        assert charge_particles(case.machine).diameter == pytest.approx([0.005] * 3, rel=1e-12)
     assert (one.charge.shapes.source, one.charge.shapes.clumps) == ("grains.toml", two.charge.shapes.clumps)
 
 
@@ -378,7 +383,7 @@ def test_the_seed_tells_which_shape_goes_with_which_size():
 
 
 def test_the_seed_of_the_run_mixes_shapes_and_leaves_sizes(sand):
-    one, other = charge_particles(sand), charge_particles(sand.with_(run__seed=2))
+    one, other = charge_particles(sand.machine), charge_particles(sand.with_(run__seed=2).machine)
     assert (one.shape_of != other.shape_of).any() and (one.scale == other.scale).all()
 
 
@@ -500,13 +505,13 @@ sliding_friction = 0.5
 
 def test_spheres_of_two_materials_and_many_sizes_are_built_with_their_own_masses(tmp_path):
     case = case_of(tmp_path, TWO_SIZES)
-    filled = fill_cylinder(charge_particles(case), 0.07, -0.350, -0.122)
-    model, state, _ = build(case, filled.poses)
-    n = particle_count(case)
+    filled = fill_cylinder(charge_particles(case.machine), 0.07, -0.350, -0.122)
+    model, state, _ = build(case.machine, filled.poses)
+    n = particle_count(case.machine)
     masses = np.empty(n)
     masses[state.charge.ids[:n]] = state.charge.mass_props[1, :n]
     assert model.charge.n_particles == n and state.charge.status[0] == Status.OK
-    assert masses == pytest.approx(particle_masses(case), rel=1e-12)
+    assert masses == pytest.approx(particle_masses(case.machine), rel=1e-12)
 
 
 def test_the_sheet_tells_number_mass_sizes_and_fill_of_each_part(tmp_path):

@@ -11,10 +11,11 @@ import nutamill as nm
 from nutamill.analysis.mechanism import is_mechanism, ledger_share, mechanism_summary_lines, part_loads
 from nutamill.base.errors import CaseError, MillError
 from nutamill.case import Machine, case_of_text, load_case, load_mill
-from nutamill.design.mechanism_preflight import mechanism_preflight
+from nutamill.design.machine_sheet import machine_sheet
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.result import open_result
-from nutamill.simulation.setup.mechanism import assemble_case, build_mechanism, mechanism_parts
+from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts
+from nutamill.simulation.setup.model import build
 from nutamill.view.figures.mechanism import draw_reactions
 from nutamill.view.figures.named import figure_of
 from nutamill.view.report import write_report
@@ -57,7 +58,7 @@ axes = "arm"
 
 [run]
 until       = "0.3 s"
-dt          = "300 us"
+step        = "300 us"
 checkpoint  = "0.1 s"
 """
 
@@ -115,7 +116,7 @@ def test_what_shows_mills_says_that_a_mechanism_is_none(file, tmp_path):
 
 
 def test_steps_divide_the_rows(file):
-    model, _, _ = build_mechanism(load_case(file))
+    model, _, _ = build(load_case(file), None)
     # 1 ms between rows, steps of 300 us at most: four steps of 250 us
     assert model.clock.windows_per_row == 4
     assert model.clock.window == pytest.approx(250e-6, rel=1e-12)
@@ -157,7 +158,7 @@ def test_a_resumed_mechanism_is_the_one_that_never_stopped(file, tmp_path):
 
 
 def test_check_tells_masses_freedom_and_modes(file):
-    sheet = mechanism_preflight(load_case(file).with_("run.start", "rest"))
+    sheet = machine_sheet(load_case(file).with_("run.start", "rest"))
     said = "\n".join(sheet.lines())
     assert "arm 2" in said
     assert sheet.freedoms == 1 and sheet.driven == 0
@@ -174,7 +175,7 @@ def test_check_names_what_is_held_twice(tmp_path):
         'point    = ["0 mm", "0 mm"', 'point    = ["0 mm", "100 mm"'
     )
     path.write_text(HEAD + 'redundant = "allow"\n' + ARM + PIN + second + REST)
-    sheet = mechanism_preflight(load_case(path))
+    sheet = machine_sheet(load_case(path))
     assert len(sheet.redundant) == 5 and sheet.freedoms == 1
     assert all(line.startswith("joint 'second'") and "joint 'pin'" in line for line in sheet.redundant)
     assert sheet.not_unique == ["pin", "second"]
@@ -182,7 +183,7 @@ def test_check_names_what_is_held_twice(tmp_path):
 
 def test_a_body_that_nothing_holds_is_named_by_the_search_for_modes(file):
     case = load_case(file)
-    engine = assemble_case(
+    engine = assemble_machine(
         Machine.model_validate(
             {**case.model_dump(by_alias=True), "joints": (), "springs": (), "gravity": (0, 0, 0)}
         )
@@ -190,7 +191,7 @@ def test_a_body_that_nothing_holds_is_named_by_the_search_for_modes(file):
     static_equilibrium(*engine)
     with pytest.raises(CaseError, match=r"no restoring force, got (translation|rotation) of body 'arm'"):
         modes(*engine)
-    assert mechanism_preflight(load_case(file)).modes
+    assert machine_sheet(load_case(file)).modes
 
 
 def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
@@ -246,7 +247,7 @@ def test_units_and_unknown_keys_of_a_part_are_told_with_their_lines(tmp_path):
 def test_a_loop_that_does_not_close_is_refused_before_a_step(file):
     case = load_case(file).with_("joints.pin.point_b", ("0 mm", "0 mm", "2 mm"))
     with pytest.raises(CaseError, match=r"joint 'pin'.*gap of 2 mm"):
-        build_mechanism(case)
+        build(case, None)
 
 
 def test_what_only_a_mill_can_do_refuses_a_mechanism(file):

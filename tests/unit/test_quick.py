@@ -25,12 +25,12 @@ def test_a_demonstration_keeps_the_speed_and_makes_three_turns_at_it(mill):
 
 
 def test_a_demonstration_softens_contacts_between_particles_ninefold_and_no_other(mill):
-    (pair, wall), (soft, same) = contact_facts(mill), contact_facts(quick(mill))
+    (pair, wall), (soft, same) = contact_facts(mill.machine), contact_facts(quick(mill).machine)
     assert soft.stiffness == pytest.approx(pair.stiffness / 9, rel=1e-12)
     assert same.stiffness == pytest.approx(wall.stiffness, rel=1e-12)
     # a contact lasts as sqrt(1/k), and the substep goes with it, rounded to whole windows in a row of the
     # record
-    assert run_clock(quick(mill)).substep > 2.5 * run_clock(mill).substep
+    assert run_clock(quick(mill).machine).substep > 2.5 * run_clock(mill.machine).substep
 
 
 def test_an_empty_mill_has_a_demonstration_too(mill):

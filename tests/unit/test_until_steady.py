@@ -13,7 +13,7 @@ import pytest
 from nutamill.base.errors import CaseError, NotSteadyError
 from nutamill.case import load_case
 from nutamill.simulation import march
-from nutamill.simulation.record import COLUMNS, Ending
+from nutamill.simulation.record import Ending
 
 OVERRIDES = [
     "mechanism.mounting=rigid",
@@ -89,7 +89,7 @@ def played(case, force, torque, end=2.0):
     """
     time = np.arange(round(end * case.run.series_rate) + 1) / case.run.series_rate
     angle = case.drive.speed * np.maximum(time - 0.5 * case.drive.ramp_end, 0.0)
-    ending = Ending(case, case.run.end)
+    ending = Ending(case.machine, case.run.end)
     ending.replay(np.column_stack([time, angle, force(time), torque(time)]))
     return ending
 
@@ -123,16 +123,14 @@ def test_torque_that_is_none_does_not_keep_a_run_from_ending(case):
 
 
 def test_record_is_looked_at_in_the_columns_it_was_written_in(case):
-    ending = Ending(case, 2.0)
-    ending.recorded(("crank_angle", *COLUMNS[2:], "time"), np.array([[1.0, 2.0, 3.0, 4.0]]))
+    ending = Ending(case.machine, 2.0)
+    ending.recorded(("crank_angle", *ending.columns[2:], "time"), np.array([[1.0, 2.0, 3.0, 4.0]]))
     assert np.concatenate(ending._columns).tolist() == [[4.0, 1.0, 2.0, 3.0]]
 
 
 def test_record_that_is_replayed_is_the_record_row_by_row(case):
-    columns = np.random.default_rng(2).standard_normal(
-        (1100, len(COLUMNS))
-    )  # two checkpoints of 480 rows, and more
-    ending = Ending(case, case.run.end)
+    columns = np.random.default_rng(2).standard_normal((1100, 5))  # two checkpoints of 480 rows, and more
+    ending = Ending(case.machine, case.run.end)
     ending.replay(columns)
     assert np.array_equal(np.concatenate(ending._columns), columns)
 

@@ -12,6 +12,7 @@ from nutamill.analysis.summary import warning_lines
 from nutamill.base.errors import CaseError, NotInstalledError
 from nutamill.case import Case, load_case
 from nutamill.case.drawing import CHAMBER
+from nutamill.case.rigid_parts import whole_chamber
 from nutamill.charge.laws.oscillator import scaled_contact_time
 from nutamill.charge.walls.mesh import on_charge_side
 from nutamill.design.preflight import preflight
@@ -19,12 +20,13 @@ from nutamill.result import Recorder, open_result
 from nutamill.simulation import march
 from nutamill.simulation.setup import walls
 from nutamill.simulation.setup.bed import settled_bed
-from nutamill.simulation.setup.charge import chamber_surfaces, pair_law
+from nutamill.simulation.setup.charge import pair_law
 from nutamill.simulation.setup.clock import contact_facts, run_clock
 from nutamill.simulation.setup.model import build
 from nutamill.simulation.setup.particles import charge_particles, particle_count
+from nutamill.simulation.setup.regions import free_volume
 from nutamill.simulation.setup.statistics import pair_types
-from nutamill.simulation.setup.walls import chamber_mesh, free_volume, placed_walls, wall_meshes
+from nutamill.simulation.setup.walls import placed_walls, wall_mesh, wall_surfaces
 from nutamill.view.drawing import machine_parts
 
 FLOOR, CEILING, RADIUS = -350.0, -122.0, 70.0
@@ -187,6 +189,18 @@ def test_a_mesh_in_another_unit_is_refused_with_the_unit_to_write(folder, unit, 
     assert refusal(preflight, case) == expected
 
 
+def chamber_mesh(case):
+    return wall_mesh(case.machine, case.machine.walls[0])
+
+
+def lifter_mesh(case):
+    return wall_mesh(case.machine, case.machine.walls[-1])
+
+
+def room_of(case):
+    return free_volume(case.machine, case.machine.regions[0])
+
+
 def test_a_lifter_in_another_unit_is_refused_too(folder):
     text = MESHED + LIFTER.format(material="steel").replace('unit = "mm"', 'unit = "{}"')
     assert (
@@ -200,7 +214,7 @@ def test_a_lifter_in_another_unit_is_refused_too(folder):
 
 def test_a_lifter_outside_the_chamber_is_refused_with_where_it_is(folder):
     case = case_of(folder, MESHED + LIFTER.format(material="steel"))
-    heights = np.ptp(wall_meshes(case)[0].vertices[:, 2])
+    heights = np.ptp(lifter_mesh(case).vertices[:, 2])
     moved = case.with_("walls", [case.walls[0].model_copy(update={"at": (0.0, 0.0, -2.0)})])
     said = refusal(preflight, moved)
     assert said.startswith("walls[0].at: lifter.stl spans z = ")
@@ -273,9 +287,9 @@ def test_check_tells_triangles_patches_volume_and_how_far_the_mesh_is_from_the_d
 
 def test_volume_for_the_charge_is_that_of_the_meshes(folder):
     case = with_lifter(folder)
-    assert free_volume(case) == pytest.approx(chamber_mesh(case).volume - 1.05e-5)
+    assert room_of(case) == pytest.approx(chamber_mesh(case).volume - 1.05e-5)
     drawn = case_of(folder, 'base = "numill"\n' + LIFTER.format(material="steel"))
-    assert free_volume(drawn) == pytest.approx(np.pi * 0.07**2 * 0.228 - 1.05e-5)
+    assert room_of(drawn) == pytest.approx(np.pi * 0.07**2 * 0.228 - 1.05e-5)
     heavy = case_of(folder, MESHED, ["charge.mass=17 kg"])
     assert "charge: does not fit as a loose bed, got 3.7" in refusal(preflight, heavy)
 
@@ -287,10 +301,10 @@ def test_a_bed_settles_among_meshed_walls(folder, text, monkeypatch):
     # settling itself is tested elsewhere: 5 ms of it, in which pellets fall and meet the walls
     monkeypatch.setattr("nutamill.simulation.setup.bed.LONGEST", 0.005)
     case = case_of(folder, text + LIFTER.format(material="steel"), ["charge.mass=0.3 kg", "run.threads=1"])
-    bed = settled_bed(case)
-    lifter = wall_meshes(case)[0]
-    radius = charge_particles(case).bounding_radius[0]
-    assert len(bed) == particle_count(case)
+    bed = settled_bed(case.machine) + whole_chamber(case.chamber).mass_centre
+    lifter = lifter_mesh(case)
+    radius = charge_particles(case.machine).bounding_radius[0]
+    assert len(bed) == particle_count(case.machine)
     # as deep in a wall as pellets press at most: overlap_stop
     assert np.hypot(bed[:, 0], bed[:, 1]).max() < 0.07 - 0.8 * radius
     assert bed[:, 2].min() > -0.350 + 0.8 * radius
@@ -298,7 +312,7 @@ def test_a_bed_settles_among_meshed_walls(folder, text, monkeypatch):
     # and none within reach of the lifter's sides: |x|, |y| below 5 mm and a radius
     beside = np.abs(bed[:, :2]).max(axis=1) - 0.005
     assert (beside[bed[:, 2] < -0.226] > 0.8 * radius).all()
-    first, second = (settled_bed(case) for _ in range(2))
+    first, second = (settled_bed(case.machine) for _ in range(2))
     assert (first == second).all()
 
 
@@ -314,32 +328,34 @@ def test_no_pellet_is_placed_in_a_gap_in_which_none_fits(folder, monkeypatch):
         'base = "numill"\n' + plate.format(y=0) + plate.format(y=7),
         ["charge.mass=0.3 kg", "run.threads=1"],
     )
-    bed = settled_bed(case)
-    assert len(bed) == particle_count(case)
+    bed = settled_bed(case.machine)
+    assert len(bed) == particle_count(case.machine)
     between = (np.abs(bed[:, 0]) < 0.03) & (bed[:, 1] > 0.0) & (bed[:, 1] < 0.011) & (bed[:, 2] < -0.25)
     assert not between.any()
 
 
 def test_surfaces_of_meshes_hang_on_the_chamber_where_the_case_says(folder):
     case = with_lifter(folder)
-    names = [surface.name for surface in chamber_surfaces(case)]
+    names = [surface.name for surface in wall_surfaces(case.machine)]
     assert names[:3] == ["tube.stl patch 1", "tube.stl patch 2", "tube.stl patch 3"]
     assert names[3:] == [f"lifter.stl patch {k}" for k in range(1, 7)]
-    first, lifter = chamber_surfaces(case)[0], chamber_surfaces(case)[3]
-    assert np.array(lifter.origin) - first.origin == pytest.approx([0, 0, -0.350])
+    first, lifter = wall_surfaces(case.machine)[0], wall_surfaces(case.machine)[3]
+    assert np.array(lifter.origin) - first.origin == pytest.approx([0, 0, -0.350], abs=1e-12)
 
 
 def test_a_pellet_behind_the_meshed_wall_is_refused_by_name(folder):
     case = case_of(folder, MESHED, ["charge.mass=0.001 kg"])
-    bed = np.array([[0.0, 0.0, -0.3], [0.09, 0.0, -0.3]])
-    assert 'mesh "tube.stl": particles must start inside of it, these do not: 1' in refusal(build, case, bed)
+    bed = np.array([[0.0, 0.0, 0.240 - 0.3], [0.09, 0.0, 0.240 - 0.3]])
+    assert 'mesh "tube.stl": particles must start inside of it, these do not: 1' in refusal(
+        build, case.machine, bed
+    )
 
 
 def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_path, monkeypatch):
     def bed(case, *_):
         rows = np.arange(10) * 0.0055 - 0.02475
-        places = np.stack(np.meshgrid(rows, rows, [-0.3475]), axis=-1).reshape(-1, 3)
-        return places[: particle_count(case)]
+        places = np.stack(np.meshgrid(rows, rows, [0.240 - 0.3475]), axis=-1).reshape(-1, 3)
+        return places[: particle_count(case.machine)]
 
     monkeypatch.setattr(march, "settled_bed", bed)
     monkeypatch.setattr("nutamill.simulation.progress.PAUSE", 0.0)
@@ -374,7 +390,7 @@ def enclosed(vertices, triangles):
 
 def test_result_keeps_meshed_walls_in_their_place_for_pictures_without_the_files(folder):
     case = with_lifter(folder)
-    Recorder.create(folder / "run.h5", case.to_toml(), {}, ["time"], 4800.0, walls=placed_walls(case))
+    Recorder.create(folder / "run.h5", case.to_toml(), {}, ["time"], 4800.0, walls=placed_walls(case.machine))
     for file in folder.glob("*.stl"):
         file.unlink()
     with open_result(folder / "run.h5") as result:
@@ -384,13 +400,13 @@ def test_result_keeps_meshed_walls_in_their_place_for_pictures_without_the_files
             part.name: part
             for part in machine_parts(Case.from_toml(result.case_text), opening=math.pi, walls=walls)
         }
-    assert enclosed(*walls["walls[0]"]) == pytest.approx(0.01 * 0.01 * 0.105)
+    assert enclosed(*walls["walls[0]"][:2]) == pytest.approx(0.01 * 0.01 * 0.105)
     assert np.ptp(walls["walls[0]"].vertices, axis=0) == pytest.approx([0.01, 0.01, 0.105])
-    assert walls["walls[0]"].vertices[:, 2].min() == pytest.approx(-0.355)
+    assert walls["walls[0]"].vertices[:, 2].min() == pytest.approx(0.240 - 0.355)
     # a prism of 48 facets; of a room too the triangles face outwards, though those that the charge meets face
     # inwards
     drawn = 24 * np.sin(2 * np.pi / 48) * 1e-9 * RADIUS**2 * (CEILING - FLOOR)
-    assert enclosed(*walls["chamber.mesh"]) == pytest.approx(drawn)
+    assert enclosed(*walls["chamber.mesh"][:2]) == pytest.approx(drawn)
     assert len(parts["walls[0]"].triangles) == 12 and parts["walls[0]"].body == CHAMBER
     assert len(parts["chamber wall"].triangles) == len(walls["chamber.mesh"].triangles)
     # looking along +y into the half that is cut away, no triangle has its middle there
@@ -425,17 +441,17 @@ def test_a_stiff_lifter_shortens_the_step(folder):
     lifted = case_of(folder, MESHED + LIFTER.format(material="carbide") + STIFF_LIFTER)
     cut = lifted.contact.tension == "cut"
     # the same ball on a spring 100 times as stiff: a tenth of the time, but for the two dashpots
-    times = {facts.pair: facts.time for facts in contact_facts(lifted)}
-    laws = [pair_law(lifted, "steel", other) for other in ("carbide", "acrylic")]
+    times = {facts.pair: facts.time for facts in contact_facts(lifted.machine)}
+    laws = [pair_law(lifted.machine, "steel", other) for other in ("carbide", "acrylic")]
     damped = [scaled_contact_time(law.damping_ratio, cut) for law in laws]
     ratio = times["steel-carbide wall"] / times["steel-acrylic wall"]
     assert ratio == pytest.approx(0.1 * damped[0] / damped[1], rel=1e-12)
-    slow, fast = run_clock(plain), run_clock(lifted)
+    slow, fast = run_clock(plain.machine), run_clock(lifted.machine)
     assert fast.ruled_by == "steel-carbide wall, 20 substeps per contact"
     assert fast.substep <= times["steel-carbide wall"] / 20 < slow.substep
     # a step that suits the other contacts is refused
     with pytest.raises(CaseError, match="a steel-carbide wall contact lasts"):
-        run_clock(lifted.with_("run.dt", slow.substep))
+        run_clock(lifted.with_("run.dt", slow.substep).machine)
     pairs = ["steel-steel", "steel-acrylic wall", "steel-carbide wall"]
     assert [pair.name for pair in lifted.touching] == [name for name, _ in pair_types(lifted)] == pairs
 

@@ -21,7 +21,6 @@ from nutamill.case import load_case
 from nutamill.case.drawing import BODIES
 from nutamill.result import open_result
 from nutamill.result.checksums import Checksums
-from nutamill.simulation.setup.mill import mill_mechanism
 from nutamill.view.cameras import VIEWS, camera_of
 from nutamill.view.drawing import box, machine_parts, ring
 from nutamill.view.webview import view_page, write_view
@@ -54,7 +53,7 @@ def test_parts_of_the_drawing_are_closed_and_face_outwards():
 
 
 def test_drawing_knows_the_bodies_in_the_order_of_the_snapshots():
-    assert tuple(body.name for body in mill_mechanism(load_case("numill")).bodies) == BODIES
+    assert tuple(body.name for body in load_case("numill").machine.bodies) == BODIES
 
 
 def test_page_holds_every_place_to_sixteen_bits(filmed):

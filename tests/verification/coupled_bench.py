@@ -107,7 +107,7 @@ class CoupledBench:
         drives = [Drive("motor", "bearing", (0.0,), (0.0,))]
         self.system = System(bodies, joints, bushings, drives, gravity)
         self.sensors = sensor_table(self.system.mechanism, self.system.state, SENSORS)
-        self.table = RowTable(row_groups(self.system.mechanism, self.sensors, True))
+        self.table = RowTable(row_groups(self.system.mechanism, self.sensors, ["box"]))
         places = np.atleast_2d(np.array(places, float))
         n = len(places)
         options.setdefault("precision", "double")
@@ -128,7 +128,7 @@ class CoupledBench:
         )
         start_charge(*self.charge, window / substeps)
         numbers = np.array([[body.name for body in bodies].index(name) for name in carriers])
-        self.plan = CouplingPlan(int(scheme), substeps, window, windows_per_row, numbers, 0, np.zeros(3), 0)
+        self.plan = CouplingPlan(int(scheme), substeps, window, windows_per_row, numbers, np.zeros((1, 3)), 0)
         self.coupling = coupling_state(1)
         self.rows = np.zeros((0, 1))
 

@@ -19,7 +19,7 @@ def mill(*overrides, base="numill"):
 
 def march_mill(case, until, bed=None):
     """Series of `case` from rest to `until` [s]: name -> (n,)."""
-    model, state, scratch = build(case, bed)
+    model, state, scratch = build(case.machine, bed)
     record_first_row(model, state, scratch)
     _, rows, fault = enter(model, state, scratch, round(until * case.run.series_rate))
     if fault is not None:

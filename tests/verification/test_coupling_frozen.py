@@ -82,9 +82,9 @@ def test_wedged_spheres_load_the_crank_as_a_rigid_body_of_their_mass_centre_and_
     assert charge_force.min() > 30.0
     # a row's reaction holds the mean force of the window that ends there: it lags by half a window, and turns
     # with the crank
-    lag = 0.5 * run_clock(case).window * speed * charge_force.max()
+    lag = 0.5 * run_clock(case.machine).window * speed * charge_force.max()
     for name, turned in (("crank_pin_force_radial", 0.0), ("crank_pin_force_tangential", lag)):
-        scheme = (speed * run_clock(case).window) ** 2 * np.abs(body[name]).max()
+        scheme = (speed * run_clock(case.machine).window) ** 2 * np.abs(body[name]).max()
         ringing = held[name] - body[name]
         leak = 2 * np.abs(ringing).max() / (math.pi * f * 60 / RPM)
         differences = np.abs(np.fft.rfft(ringing)[:6]) / len(ringing)

@@ -8,14 +8,14 @@ from mill_bench import SMOOTH, march_mill, mill, whole_turns
 
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.modes import modes, static_equilibrium
-from nutamill.simulation.setup.mill import mill_mechanism
+from nutamill.simulation.setup.mechanism import mechanism_parts
 
 RPM = 2 * math.pi / 60
 
 
 def mill_modes(*overrides):
     """Modes of the mill at rest, crank held at angle 0."""
-    described = mill_mechanism(mill("charge.kind=none", *overrides))
+    described = mechanism_parts(mill("charge.kind=none", *overrides).machine)
     parts = assemble(
         described.bodies,
         described.joints,

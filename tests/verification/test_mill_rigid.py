@@ -11,7 +11,7 @@ from mill_bench import EMPTY, march_mill, mill, whole_turns
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.sensors import Sensor, SensorKind, march_recording, sensor_table
-from nutamill.simulation.setup.mill import mill_mechanism
+from nutamill.simulation.setup.mechanism import mechanism_parts
 
 RPM = 2 * math.pi / 60
 RIGID = [*EMPTY, "mechanism.mounting=rigid"]
@@ -123,7 +123,7 @@ def test_ribs_add_their_moment_of_inertia_to_the_swing():
 
 def shaking_force(*more):
     """Horizontal force (n, 2) of the ground on the frame through a turn at 700 rpm, world axes."""
-    described = mill_mechanism(mill(*RIGID, "drive.speed=700 rpm", *more))
+    described = mechanism_parts(mill(*RIGID, "drive.speed=700 rpm", *more).machine)
     mechanism, state, scratch = assemble(
         described.bodies,
         described.joints,

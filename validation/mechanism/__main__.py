@@ -48,7 +48,7 @@ def row(problem: Problem) -> tuple[str, bool]:
     shown = [
         f"{problem.file:17}",
         f"{problem.quantity + f' [{problem.unit}]':41}",
-        f"{1e6 * run.dt:4.0f} us",
+        f"{1e6 * run.step:4.0f} us",
         f"{error:9.1e}" if problem.error else f"{'-':>9}",
         f"{problem.limit:8.0e}" if math.isfinite(problem.limit) else f"{'-':>8}",
         f"{run.energy_drift:9.1e}",

@@ -9,7 +9,7 @@ import numpy as np
 from nutamill.case import load_case
 from nutamill.mechanism.equations import row_residuals, update_kinematics
 from nutamill.simulation.entry import enter, record_first_row
-from nutamill.simulation.setup.mechanism import build_mechanism
+from nutamill.simulation.setup.model import build
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "mechanisms"
 
@@ -39,9 +39,9 @@ def simulate(name: str, halvings: int = 0, until: float | None = None) -> Run:
     """
     case = load_case(EXAMPLES / f"{name}.toml")
     case = case.with_(
-        **{"run.dt": case.run.dt / 2**halvings, "run.until": case.run.until if until is None else until}
+        **{"run.step": case.run.step / 2**halvings, "run.until": case.run.until if until is None else until}
     )
-    model, state, scratch = build_mechanism(case)
+    model, state, scratch = build(case, None)
     record_first_row(model, state, scratch)
     rows = round(case.run.until * case.run.series_rate)
     begun = clock.perf_counter()

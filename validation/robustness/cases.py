@@ -13,7 +13,7 @@ from nutamill.base.schema import SIZES, Quantity
 from nutamill.base.units import EXAMPLES, UNITS
 from nutamill.case import Case, Machine, case_of_text, load_case
 from nutamill.case.toml.messages import fields_at
-from nutamill.design.mechanism_preflight import mechanism_preflight
+from nutamill.design.machine_sheet import machine_sheet
 from nutamill.design.preflight import preflight
 
 PLAIN = ["mechanism.mounting=rigid", "charge.count=50"]
@@ -137,7 +137,7 @@ def checked(attempt: HostileCase) -> None:
     CaseError, StepError : the case is refused
     """
     case = read(attempt)
-    sheet = mechanism_preflight(case) if isinstance(case, Machine) else preflight(case)
+    sheet = machine_sheet(case) if isinstance(case, Machine) else preflight(case)
     sheet.lines()
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from nutamill.case import load_case
-from nutamill.simulation.setup.walls import wall_meshes
+from nutamill.simulation.setup.walls import wall_mesh
 
 SIZE = 10.0
 """Edge of the cube that the sound files hold [mm]."""
@@ -121,4 +121,5 @@ def placed(mesh: HostileMesh, folder: Path) -> None:
     file = folder / f"wall{mesh.suffix}"
     file.write_bytes(mesh.content)
     wall = f"{{ file = '{file}', unit = 'mm', at = ['0 m', '0 m', '-340 mm'], material = 'steel' }}"
-    wall_meshes(load_case("numill", [f"walls=[{wall}]"]))
+    machine = load_case("numill", [f"walls=[{wall}]"]).machine
+    wall_mesh(machine, machine.walls[-1])

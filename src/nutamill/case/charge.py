@@ -135,6 +135,8 @@ class Portion(Table):
     """Share of the chamber's free volume that they take up as a settled bed of solids fraction `packing`
     [1].
     """
+    region: str | None = None
+    """The region that they are put into at the start; needed where a machine has several."""
     packing: Share = LOOSE_PACKING
     """Solids fraction of their bed [1]: turns `fill` into a volume of solid, and an amount into the volume of
     its bed.

@@ -1,15 +1,15 @@
-"""`Machine`: any mechanism as data, its bodies, joints, bushings, springs, drives and sensors one by
-one.
+"""`Machine`: any machine as data, its bodies, joints, loads, drives, sensors and walls one by one, and the
+charge between the walls.
 
-Points and directions are in world axes, as assembled.  The engine knows nothing of a mill, and neither does
+Points and directions are in world axes, as assembled.  The engines know nothing of a mill, and neither does
 this file.
 """
 
-import re
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
+from nutamill.base.errors import Fault
 from nutamill.base.schema import (
     AddedMass,
     AnyAcceleration,
@@ -19,27 +19,22 @@ from nutamill.base.schema import (
     BushingStiffness,
     Coordinate,
     Damping,
-    Frequency,
     Moment,
-    Number,
     Table,
-    Time,
     Velocity,
     refusal,
-    spelled,
 )
-from nutamill.case.case_file import CaseFile, SnapshotPlan
+from nutamill.case.case_file import CaseFile
+from nutamill.case.charge import ChargeRecipe, stand_ins
+from nutamill.case.charge_checks import Vessel, idle_numbers
 from nutamill.case.connections import BushingRates, FrictionEntry
 from nutamill.case.drive import DriveProgramme
 from nutamill.case.machine_checks import findings
-
-
-def _name(given: Any) -> Any:
-    if not isinstance(given, str) or not re.fullmatch("[a-z][a-z0-9_]*", given):
-        raise refusal(
-            f"must begin with a small letter and hold small letters, digits and _ only, got {spelled(given)}"
-        )
-    return given
+from nutamill.case.materials import ContactLaws, Material
+from nutamill.case.names import Direction, Name, Point
+from nutamill.case.run import MachineRun
+from nutamill.case.touching import Key, TouchingPair, touching_pairs
+from nutamill.case.walls import RegionEntry, WallEntry
 
 
 def _inertia(given: Any) -> Any:
@@ -48,9 +43,6 @@ def _inertia(given: Any) -> Any:
     raise refusal("must be three moments of inertia, or six: xx, yy, zz, xy, xz, yz")
 
 
-Name = Annotated[str, BeforeValidator(_name)]
-Point = tuple[Coordinate, Coordinate, Coordinate]
-Direction = tuple[Number, Number, Number]
 Between = tuple[str, str]
 
 
@@ -170,8 +162,10 @@ class SensorEntry(Table):
 
     name: Name
     """Name its series begin with."""
-    kind: Literal["position", "velocity", "acceleration", "attitude", "reaction"]
-    """What is read; "reaction" writes that of a joint in other axes."""
+    kind: Literal["position", "velocity", "acceleration", "attitude", "reaction", "charge"]
+    """What is read; "reaction" writes that of a joint in other axes, "charge" gives the point about which the
+    moment of the charge on a body is recorded.
+    """
     of: str
     """The body, or with "reaction" the joint."""
     at: Point | None = None
@@ -180,28 +174,30 @@ class SensorEntry(Table):
     """Body in whose axes a velocity, acceleration or reaction is written; world axes if not given."""
 
 
-class MachineRun(Table):
-    """How long, how finely, and what is recorded."""
+class QuantityEntry(Table):
+    """A named series taken of others, recorded beside them."""
 
-    until: Time
-    """Simulated time at the end [s]."""
-    dt: Time = 50e-6
-    """Longest step [s]; the step divides the period of the series."""
-    start: Literal["assembled", "rest"] = "assembled"
-    """As assembled, with the velocities given; or from static equilibrium."""
-    series_rate: Frequency = 1000.0
-    """Rate of the recorded series [Hz]."""
-    snapshots: SnapshotPlan = SnapshotPlan(rate=50.0, last=10.0)
-    """Snapshots of all bodies."""
-    checkpoint: Time = 1.0
-    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are saved
-    between.
+    name: Name
+    """Its name."""
+    of: tuple[str, ...]
+    """Series it is taken of, each with a minus sign before it where its negative is meant; quantities above
+    it may be among them.
     """
+    take: Literal["sum", "resultant", "product", "lag"] = "sum"
+    """Sum, root of the sum of squares, product; or the lag of the direction (x - x0, y - y0) behind an angle,
+    of angle, x, y, x0, y0.
+    """
+    zeroed: bool = False
+    """Whether each series counts from its value at the start, as an instrument that is zeroed at rest."""
 
-    @property
-    def end(self) -> float:
-        """Simulated time at the end [s], under the name that runs of mills have for it."""
-        return self.until
+
+class FieldAxes(Table):
+    """Axes of the charge's fields: a cylindrical grid around the regions, along the z axis of a body."""
+
+    body: str | None = None
+    """The body to whose axes the grid is fixed, or "ground"; the body of the first region if not given."""
+    drive: str | None = None
+    """Drive with whose angle the grid rotates about that z axis; none if not given."""
 
 
 class Extent(NamedTuple):
@@ -212,7 +208,7 @@ class Extent(NamedTuple):
 
 
 class Machine(CaseFile):
-    """Any mechanism, and how it is run; made by `load_case` from a file with ``[[bodies]]``, or in Python."""
+    """Any machine, and how it is run; made by `load_case` from a file with ``[[bodies]]``, or in Python."""
 
     schema_version: Annotated[Literal[1], Field(alias="schema")] = 1
     """Version of the form of this file."""
@@ -240,13 +236,66 @@ class Machine(CaseFile):
     """The drives."""
     sensors: tuple[SensorEntry, ...] = ()
     """Further readings."""
+    walls: tuple[WallEntry, ...] = ()
+    """Walls of the charge, each carried by a body or by the ground."""
+    regions: tuple[RegionEntry, ...] = ()
+    """Regions that charge is put into at the start."""
+    charge: ChargeRecipe = ChargeRecipe(kind="none")
+    """The charge, if there is one."""
+    materials: dict[str, Material] = Field(default_factory=dict)
+    """Materials of charge and walls, by name."""
+    contact: ContactLaws = ContactLaws(pairs={})
+    """How they touch."""
+    quantities: tuple[QuantityEntry, ...] = ()
+    """Named series taken of others."""
+    fields: FieldAxes = FieldAxes()
+    """Axes of the fields of the charge."""
     run: MachineRun
+
+    # a mesh is identified by its content, wherever the file is
+    files: ClassVar[dict[str, Any]] = {"walls": {"__all__": {"file"}}}
+
+    _written: dict[str, str] = PrivateAttr(default_factory=dict)
+
+    def key_of_wall(self, name: str) -> str:
+        """Return the key of the table that a wall was written as, in the file of the case."""
+        numbers = {wall.name: f"walls[{number}]" for number, wall in enumerate(self.walls)}
+        return self._written.get(name, numbers[name])
 
     @model_validator(mode="after")
     def _sound(self) -> "Machine":
         if contradictions := findings(self):
-            raise refusal("parts of the mechanism contradict each other", findings=contradictions)
+            raise refusal("parts of the machine contradict each other", findings=contradictions)
         return self
+
+    @property
+    def machine(self) -> "Machine":
+        """The machine itself, as `nutamill.case.mill.Case.machine`."""
+        return self
+
+    @property
+    def wall_materials(self) -> dict[Key, str]:
+        """Material of every wall that the charge can touch, by its key."""
+        return {("walls", number, "material"): wall.material for number, wall in enumerate(self.walls)}
+
+    @property
+    def vessels(self) -> dict[str, Vessel]:
+        """What charge is put into, by name: the regions."""
+        meshed = any(wall.shape == "mesh" for wall in self.walls)
+        return {
+            region.name: Vessel(f"region {region.name}", region.volume, region.width, meshed)
+            for region in self.regions
+        }
+
+    @property
+    def touching(self) -> tuple[TouchingPair, ...]:
+        """Pairs of materials that can touch: those of the charge, then each of them with every wall."""
+        return touching_pairs(self)
+
+    @property
+    def warnings(self) -> list[Fault]:
+        """What is possible but odd about the machine."""
+        return [*stand_ins(self.charge), *(idle_numbers(self) if self.charge.parts else [])]
 
     @property
     def drive(self) -> Extent:

@@ -1,6 +1,6 @@
 """Checks of a mechanism's parts against each other: names, what they refer to, what has no size.
 
-A finding is (key, what, hint), as in `nutamill.case.mill_checks`.  What needs the engine (closure,
+A finding is (key, what, hint), as in `nutamill.case.charge_checks`.  What needs the engine (closure,
 redundancy) is checked by `nutamill.mechanism.assembly.assemble` before a step is run.
 """
 
@@ -8,30 +8,34 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from nutamill.base.library import similar
-from nutamill.case.mill_checks import record_findings
+from nutamill.case.charge_checks import Finding, charge_findings
+from nutamill.case.record_checks import record_findings
+from nutamill.case.walls import region_findings, wall_findings
 
 if TYPE_CHECKING:
     from nutamill.case.machine import Machine
 
 GROUND = "ground"
 """Name of the body that never moves, as the engine knows it."""
-LISTS = ("bodies", "joints", "bushings", "springs", "torques", "drives", "sensors")
+LISTS = ("bodies", "joints", "bushings", "springs", "torques", "drives", "sensors", "walls", "regions")
 TURNING = ("revolute", "cylindrical")
 """Kinds of joints that a drive can turn."""
 WITHOUT_AXIS = ("fixed", "spherical")
 TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_")
 """Beginnings of series that a sensor's name may not have."""
 
-Finding = tuple[tuple[str | int, ...], str, str]
-
 
 def findings(case: "Machine") -> list[Finding]:
     """Everything that contradicts."""
-    checks = (_names, _references, _bodies, _joints, _bushings, _springs, _drives, _sensors)
-    return [
-        *(finding for check in checks for finding in check(case)),
-        *record_findings(case.run, series_count(case)),
-    ]
+    checks = (_names, _references, _bodies, _joints, _bushings, _springs, _drives, _sensors, _walls)
+    found = [finding for check in checks for finding in check(case)]
+    found += record_findings(case, series_count(case))
+    if case.charge.parts or case.charge.kind is None:
+        found += [*_carriers(case), *charge_findings(case)]
+    elif case.run.dt != "auto":
+        what = "is the substep of a charge, and this machine has none"
+        found.append((("run", "dt"), what, "The step of a machine without a charge is run.step"))
+    return found
 
 
 def series_count(case: "Machine") -> int:
@@ -84,6 +88,43 @@ def _references(case: "Machine") -> Iterator[Finding]:
         if name not in known:
             what = "joint" if known is joints else "body that moves" if known == bodies[1:] else "body"
             yield (where, number, key), f'no {what} is called "{name}"', similar(name, known)
+
+
+def _walls(case: "Machine") -> Iterator[Finding]:
+    """Walls and regions without what their shape needs, or on bodies that are not there."""
+    bodies, meshes = (
+        [GROUND, *(body.name for body in case.bodies)],
+        [wall.name for wall in case.walls if wall.shape == "mesh" and wall.charge_side == "inside"],
+    )
+    for number, wall in enumerate(case.walls):
+        if wall.body not in bodies:
+            yield ("walls", number, "body"), f'no body is called "{wall.body}"', similar(wall.body, bodies)
+        yield from wall_findings(number, wall)
+    for number, region in enumerate(case.regions):
+        if region.body not in bodies:
+            yield (
+                ("regions", number, "body"),
+                f'no body is called "{region.body}"',
+                similar(region.body, bodies),
+            )
+        if region.wall is not None and region.wall not in meshes:
+            hint = (
+                similar(region.wall, meshes) if meshes else 'Give a wall shape = "mesh" and side = "inside"'
+            )
+            yield ("regions", number, "wall"), f'no mesh around a charge is called "{region.wall}"', hint
+        yield from region_findings(number, region)
+    for key, known in (("body", bodies), ("drive", [drive.name for drive in case.drives])):
+        name = getattr(case.fields, key)
+        if name is not None and name not in known:
+            yield ("fields", key), f'no {key} is called "{name}"', similar(name, known)
+
+
+def _carriers(case: "Machine") -> Iterator[Finding]:
+    """A charge without walls or without a region."""
+    if not case.walls:
+        yield ("walls",), "is missing: nothing holds the charge", "Add [[walls]], each with the body it is on"
+    if not case.regions:
+        yield ("regions",), "is missing: the charge has no place at the start", "Add a [[regions]] table"
 
 
 def _bodies(case: "Machine") -> Iterator[Finding]:

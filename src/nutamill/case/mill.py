@@ -1,29 +1,20 @@
 """`Case`: the whole case file as frozen data, SI floats inside."""
 
+import functools
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.file_kind import MECHANISM, FileKind, refuse_other_kind
-from nutamill.base.schema import (
-    AutoTime,
-    Coordinate,
-    Count,
-    EndTime,
-    Frequency,
-    Seed,
-    Share,
-    Table,
-    Time,
-    refusal,
-    spelled,
-)
+from nutamill.base.schema import Coordinate, Table, refusal
 from nutamill.case import mill_checks
-from nutamill.case.case_file import CaseFile, SnapshotPlan, titled, validated
+from nutamill.case.case_file import CaseFile, titled, validated
 from nutamill.case.charge import ChargeRecipe
+from nutamill.case.charge_checks import Vessel
 from nutamill.case.drawing import (
+    CHAMBER,
     Balance,
     BearingCross,
     Carriage,
@@ -38,21 +29,13 @@ from nutamill.case.drawing import (
     TopFrame,
 )
 from nutamill.case.drive import DriveProgramme
+from nutamill.case.expansion import mill_machine
 from nutamill.case.machine import Machine
 from nutamill.case.materials import ContactLaws, Material
+from nutamill.case.run import RunPlan
 from nutamill.case.titles import origin_of
 from nutamill.case.toml.layers import Layer, override_layer, read_layers
-from nutamill.case.touching import TouchingPair, touching_pairs
-
-MOST_THREADS = 1000
-"""Threads that a case may ask for [1]; no computer of today has more cores for one process."""
-
-
-def _threads(given: Any) -> Any:
-    whole = isinstance(given, int) and not isinstance(given, bool)
-    if given != "auto" and not (whole and 1 <= given <= MOST_THREADS):
-        raise refusal(f'must be "auto" or a whole number from 1 to {MOST_THREADS}, got {spelled(given)}')
-    return given
+from nutamill.case.touching import Key, TouchingPair, touching_pairs
 
 
 class Sensor(Table):
@@ -62,60 +45,6 @@ class Sensor(Table):
     """The part it sits on."""
     at: tuple[Coordinate, Coordinate, Coordinate]
     """Its place in the axes of that part, from the nutation point as assembled [m]."""
-
-
-STEADY_DEFAULTS = {"max": "30 s", "precision": 0.01}
-"""Keys of a run that ends when steady, unless given."""
-
-
-class RunPlan(Table):
-    """How long, how finely, and what is recorded."""
-
-    until: EndTime
-    """Simulated time at the end [s]; ``"steady"``: when crank-pin force and torque are steady, looked at
-    after each `run.checkpoint`.
-    """
-    max: Time | None = None
-    """With until = "steady": simulated time at the end at the latest [s]."""
-    precision: Share | None = None
-    """With until = "steady": 95 % half width, and drift, of both means at which they count as known and
-    steady, share of their size [1].
-    """
-    dt: AutoTime = "auto"
-    """Charge substep [s]; ``"auto"``: contact time of the stiffest, lightest pair over 20."""
-    window: Annotated[Count, Field(ge=1, le=1000)] = 10
-    """Charge substeps in one mechanism step [1]."""
-    coupling: Literal["prescribed", "staggered", "iterated"] = "staggered"
-    """Whether the charge moves the mechanism, and how often a window is repeated."""
-    threads: Annotated[int | str, BeforeValidator(_threads)] = "auto"
-    """Threads of the charge; ``"auto"``: the physical cores."""
-    seed: Seed = 1
-    """Seed of the placement of the charge."""
-    series_rate: Frequency = 4800.0
-    """Rate of the recorded series [Hz]."""
-    snapshots: SnapshotPlan = SnapshotPlan(rate=200.0, last=0.5)
-    """Snapshots of the charge."""
-    checkpoint: Time = 1.0
-    """Simulated time between checkpoints [s]; where that takes longer than ten minutes, more are saved
-    between.
-    """
-    statistics: bool = True
-    """Whether spectra, wall work and fields of the charge are summed, and recorded after every
-    `run.checkpoint`.
-    """
-
-    @model_validator(mode="before")
-    @classmethod
-    def _bounded(cls, given: Any) -> Any:
-        """A run that ends when steady has a longest time and a precision, whether given or not."""
-        return (
-            STEADY_DEFAULTS | given if isinstance(given, dict) and given.get("until") == "steady" else given
-        )
-
-    @property
-    def end(self) -> float:
-        """Simulated time at the end at the latest [s]."""
-        return self.max if self.until == "steady" else self.until
 
 
 class Case(CaseFile):
@@ -163,6 +92,36 @@ class Case(CaseFile):
     def frame_mass(self) -> float:
         """Mass of the frame with the fixed parts of the drive [kg]: the total less the other parts."""
         return mill_checks.frame_mass(self)
+
+    @functools.cached_property
+    def machine(self) -> Machine:
+        """The machine that the drawing describes: its bodies, joints, walls and sensors.
+
+        Raises
+        ------
+        CaseError : no mass or no possible inertia left for the frame
+        """
+        return mill_machine(self)
+
+    @property
+    def wall_materials(self) -> dict[Key, str]:
+        """Material of every wall that the charge can touch, by its key: chamber, ribs, then ``[[walls]]``."""
+        materials: dict[Key, str] = {("chamber", "material"): self.chamber.material}
+        if self.chamber.ribs and self.chamber.rib:
+            materials[("chamber", "rib", "material")] = self.chamber.rib.material
+        return materials | {
+            ("walls", number, "material"): wall.material for number, wall in enumerate(self.walls)
+        }
+
+    @property
+    def vessels(self) -> dict[str, Vessel]:
+        """What the charge is put into, by name: the chamber."""
+        chamber = self.chamber
+        label, width = (
+            "ribbed chamber" if chamber.ribs else "chamber",
+            min(chamber.inner_diameter, chamber.height),
+        )
+        return {CHAMBER: Vessel(label, chamber.free_volume, width, chamber.mesh is not None)}
 
     @property
     def touching(self) -> tuple[TouchingPair, ...]:

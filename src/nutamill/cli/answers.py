@@ -78,7 +78,7 @@ def modes(
     """
     from nutamill.case import Machine
     from nutamill.design.figures import draw_modes
-    from nutamill.design.modes import machine_modes, mechanism_modes, modes_lines
+    from nutamill.design.modes import machine_modes, machine_rest_modes, modes_lines
     from nutamill.design.sticks import sticks
 
     loaded, turning = load(case, overrides), quantity("--speed", speed, "speed of rotation")
@@ -88,7 +88,7 @@ def modes(
             raise CaseError(
                 Fault("--charge" if charge else "--speed", "has no use for a mechanism", "Leave it out")
             )
-        answer = mechanism_modes(loaded)
+        answer = machine_rest_modes(loaded)
     else:
         answer = machine_modes(loaded, turning, charge)
     _print_answer(modes_lines(answer), draw_modes(sticks(loaded), answer), picture)

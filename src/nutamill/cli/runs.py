@@ -50,19 +50,16 @@ def check(
     """Check a case and print what is known before a run."""
     loaded = load(case, overrides)
     from nutamill.case import Machine
-
-    if isinstance(loaded, Machine):
-        from nutamill.design.mechanism_preflight import mechanism_preflight
-
-        typer.echo("\n".join(mechanism_preflight(loaded).lines()))
-        return
     from nutamill.design.dialects import dialect_lines
+    from nutamill.design.machine_sheet import machine_sheet
     from nutamill.design.preflight import preflight
     from nutamill.simulation.setup.charge import contact_law_of
     from nutamill.simulation.warm_up import warm_up
 
-    warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded))
-    typer.echo("\n".join(preflight(loaded).lines() + (dialect_lines(loaded) if dialects else [])))
+    sheet = machine_sheet if isinstance(loaded, Machine) else preflight
+    if loaded.charge.parts:
+        warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded.machine))
+    typer.echo("\n".join(sheet(loaded).lines() + (dialect_lines(loaded) if dialects else [])))
 
 
 @app.command()
@@ -88,14 +85,11 @@ def run(
 def _run(loaded: "Case | Machine", to: Path | None, quick: bool, threads: int | None, again: bool) -> None:
     from nutamill.case import Machine
 
-    if (quick or threads is not None) and isinstance(loaded, Machine):
-        raise CaseError(
-            Fault(
-                "--quick" if quick else "--threads",
-                "has no use for a mechanism, which holds no charge",
-                "Leave it out",
-            )
-        )
+    if threads is not None and not loaded.charge.parts:
+        raise CaseError(Fault("--threads", "has no use for a machine without a charge", "Leave it out"))
+    if quick and isinstance(loaded, Machine):
+        what = "has no use for a machine given part by part: it shortens the ramp of a mill as drawn"
+        raise CaseError(Fault("--quick", what, 'Leave it out, or write e.g. -s run.until="0.1 s"'))
     if quick and not isinstance(loaded, Machine):
         from nutamill.simulation.setup.quick import banner
         from nutamill.simulation.setup.quick import quick as quickened
@@ -144,6 +138,12 @@ def resume(
 def show(
     case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A case or a result.")],
     overrides: Overrides = None,
+    expanded: Annotated[
+        bool,
+        typer.Option(
+            "--expanded", help="The machine part by part: bodies, joints, walls, quantities of its drawing."
+        ),
+    ] = False,
 ) -> None:
     """Print a case with every default written out, or the summary of a result."""
     if Path(case).suffix in (".h5", ".hdf5"):
@@ -153,7 +153,8 @@ def show(
             summary, warnings = _summary(result)
             typer.echo("\n".join([*summary, *warnings, *_facts(result)]))
     else:
-        typer.echo(load(case, overrides).to_toml(), nl=False)
+        loaded = load(case, overrides)
+        typer.echo((loaded.machine if expanded else loaded).to_toml(), nl=False)
 
 
 @info_app.command()

@@ -15,7 +15,6 @@ from nutamill.case import Case
 from nutamill.case.drawing import FRAME, SHAFT
 from nutamill.design.empty import once_per_turn, steady_series
 from nutamill.design.isolation import shaking_unbalance
-from nutamill.simulation.setup.mill import mill_mechanism
 
 TRIAL = 0.2
 """Share of the shaking unbalance that a trial mass has [1]; the mill answers linearly within a per cent or
@@ -116,7 +115,7 @@ def balance_mill(
         weights = tuple(_weight(complex(u), plane) for u, plane in zip(best, planes, strict=True))
         balanced = weighted(case, weights)
         end = readings(balanced, at, charge)
-    mass = sum(body.mass for body in mill_mechanism(balanced).bodies if body.name not in (FRAME, SHAFT))
+    mass = sum(body.mass for body in balanced.machine.bodies if body.name not in (FRAME, SHAFT))
     sizes = [float(np.sqrt((np.abs(part) ** 2).mean())) for part in (start, end)]
     return Balancing(at, weights, *sizes, unbalance, shaking_unbalance(balanced, at, charge), mass)
 

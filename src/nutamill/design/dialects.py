@@ -103,12 +103,12 @@ def touches(case: Case) -> dict[str, Contact]:
     """Return the contacts of the particles of a case with each other and with walls, by the names of the two
     materials.
     """
-    contact, law = case.contact, contact_law_of(case)
+    contact, law = case.contact, contact_law_of(case.machine)
     normal, contacts = law_files(law)[0], {}
     for touching in case.touching:
         first, second, wall = touching
         both = case.materials[first], case.materials[second]
-        pair, met = pair_law(case, first, second), quickest_meeting(case, first, second, wall)
+        pair, met = pair_law(case.machine, first, second), quickest_meeting(case.machine, first, second, wall)
         contacts[touching.name] = Contact(
             law,
             Touch(

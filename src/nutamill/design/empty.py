@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from nutamill.base.errors import CaseError, Fault
 from nutamill.case import Case
 from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.setup.model import build
-from nutamill.simulation.setup.particles import with_charge_mass
+from nutamill.simulation.setup.particles import charge_mass
 
 RAMP_TIME, TAKEN = 0.5, 1.0
 """Time to reach a speed, and the end of a steady run from which readings are taken [s]."""
@@ -13,6 +14,19 @@ SETTLE_TIME = {"flexible": 5.0, "rigid": 1.2}
 """Time to let vibrations die out at speed, by the mounting [s]: on rigid mounts only the drive train
 vibrates.
 """
+
+
+def with_charge_mass(case: Case) -> Case:
+    """Return the case with the mass of its charge fixed to the chamber's base, where the rigid bars are.
+
+    Raises
+    ------
+    CaseError : a case without a ring for the bars
+    """
+    if case.chamber.bars is None:
+        what = "is missing, so that the mass of the charge has no position"
+        raise CaseError(Fault("chamber.bars", what, "Give radius and depth of a ring"))
+    return case.with_("chamber.bars.mass", case.chamber.bars_mass + charge_mass(case.machine))
 
 
 def empty_series(case: Case, charge: bool = False) -> dict[str, np.ndarray]:
@@ -27,7 +41,7 @@ def empty_series(case: Case, charge: bool = False) -> dict[str, np.ndarray]:
     StepError : the run cannot go on
     """
     loaded = (with_charge_mass(case) if charge else case).with_("charge.kind", "none")
-    model, state, scratch = build(loaded, None)
+    model, state, scratch = build(loaded.machine, None)
     record_first_row(model, state, scratch)
     _, rows, fault = enter(model, state, scratch, round(loaded.run.until * loaded.run.series_rate))
     if fault is not None:

@@ -13,13 +13,12 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import rpm
 from nutamill.case import Case, Machine
 from nutamill.case.drawing import FRAME, SHAFT
-from nutamill.design.mechanism_preflight import UNSTABLE
+from nutamill.design.empty import with_charge_mass
+from nutamill.design.machine_sheet import UNSTABLE
 from nutamill.mechanism.modes import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running_modes import running_modes
-from nutamill.simulation.setup.mechanism import assemble_case
-from nutamill.simulation.setup.mill import assemble_mill, mill_mechanism
-from nutamill.simulation.setup.particles import with_charge_mass
+from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts
 
 ANGLES = 6
 """Crank angles over which the coefficients of the turning mill are averaged [1]: exact up to the fifth
@@ -146,15 +145,15 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
     if speed < 0.0:
         raise CaseError(Fault("speed", f"must be zero or more, got {speed:g} rad/s"))
     loaded = _frictionless(with_charge_mass(case) if charge else case)
-    mill = mill_mechanism(loaded)
+    parts = mechanism_parts(loaded.machine)
     drives = (
-        mill.drives
+        parts.drives
         if speed == 0.0
-        else (Drive(mill.drives[0].name, mill.drives[0].joint, (0.0, 1.0), (speed, speed)),)
+        else (Drive(parts.drives[0].name, parts.drives[0].joint, (0.0, 1.0), (speed, speed)),)
     )
-    mechanism, state, scratch = assemble_mill(mill, drives)
+    mechanism, state, scratch = assemble_machine(loaded.machine, drives)
     static_equilibrium(mechanism, state, scratch)
-    names = tuple(body.name for body in mill.bodies)
+    names = tuple(body.name for body in parts.bodies)
     if speed == 0.0:
         vibrations = modes(mechanism, state, scratch)
     else:
@@ -165,7 +164,7 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
     return _named(vibrations, mass_matrix(mechanism, scratch), names, speed)
 
 
-def mechanism_modes(case: Machine) -> MachineModes:
+def machine_rest_modes(case: Machine) -> MachineModes:
     """Modes of a mechanism about its rest, drives held.
 
     Raises
@@ -173,7 +172,7 @@ def mechanism_modes(case: Machine) -> MachineModes:
     CaseError : faults of the mechanism; a motion that nothing brings back, or that is unstable
     StepError : there is no equilibrium near the assembled pose
     """
-    mechanism, state, scratch = assemble_case(case)
+    mechanism, state, scratch = assemble_machine(case)
     static_equilibrium(mechanism, state, scratch)
     vibrations, names = modes(mechanism, state, scratch), tuple(entry.name for entry in case.bodies)
     if np.any(vibrations.damping_ratio <= UNSTABLE):

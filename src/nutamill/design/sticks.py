@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 
 from nutamill.case import Case, Machine
 from nutamill.case.drawing import CHAMBER, DRIVESHAFT, FRAME, SHAFT
+from nutamill.case.expansion import chamber_rotation
 from nutamill.mechanism.modes import static_equilibrium
-from nutamill.simulation.setup.mechanism import assemble_case, mechanism_parts
-from nutamill.simulation.setup.mill import chamber_rotation, mill_mechanism
+from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts
 
 
 class Stick(NamedTuple):
@@ -39,7 +39,7 @@ def sticks(case: Case | Machine) -> list[Stick]:
 def _mechanism_sticks(case: Machine) -> list[Stick]:
     """From the mass centre of each body to its joints, bushings and springs, with the drives held."""
     parts = mechanism_parts(case)
-    mechanism, state, scratch = assemble_case(case)
+    mechanism, state, scratch = assemble_machine(case)
     before = Rotation.from_quat(state.quaternion[:, [1, 2, 3, 0]])
     static_equilibrium(mechanism, state, scratch)
     turn = (Rotation.from_quat(state.quaternion[:, [1, 2, 3, 0]]) * before.inv()).as_matrix()
@@ -65,7 +65,7 @@ def _mechanism_sticks(case: Machine) -> list[Stick]:
 
 def _mill_sticks(case: Case) -> list[Stick]:
     """Lines of frame, driveshaft with crank, and chamber."""
-    centre = {body.name: np.array(body.position) for body in mill_mechanism(case).bodies}
+    centre = {body.name: np.array(body.position) for body in case.machine.bodies}
     depth, coupling = case.mounts.depth, case.shaft_coupling.depth
     pin = np.array([case.mechanism.crank_radius, 0.0, -case.mechanism.nutation_point_to_crank])
     feet = np.array([(x, y, -depth) for x, y in case.mounts.points])

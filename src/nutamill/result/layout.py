@@ -32,9 +32,11 @@ class WallMesh(NamedTuple):
     """A meshed wall as the run had it, for pictures."""
 
     vertices: np.ndarray
-    """Corners [m] (n, 3), chamber axes from the nutation point."""
+    """Corners [m] (n, 3), axes of its carrier from the mass centre as assembled."""
     triangles: np.ndarray
     """Corners of each triangle [1], int32 (m, 3), counter-clockwise seen from outside the solid."""
+    carrier: str
+    """Body that carries it."""
 
 
 def write_attributes(group: h5py.Group, values: Mapping[str, Any]) -> None:

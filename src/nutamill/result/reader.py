@@ -208,7 +208,9 @@ class Result:
         names = archive.members("walls") if "walls" in archive else ()
         return {
             name: WallMesh(
-                archive.values(f"walls/{name}/vertices"), archive.values(f"walls/{name}/triangles")
+                archive.values(f"walls/{name}/vertices"),
+                archive.values(f"walls/{name}/triangles"),
+                str(archive.attributes(f"walls/{name}/vertices").get("carrier", "chamber")),
             )
             for name in names
         }

@@ -17,7 +17,7 @@ from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import WholeCheckpoint, whole_at, whole_until
 from nutamill.result.checksums import GROWING, Checksums, array_bytes, new_hash
 from nutamill.result.fields import Field, series_field, snapshot_field, statistics_field
-from nutamill.result.layout import FORMAT, FORMAT_VERSION, Checkpoint, write_attributes
+from nutamill.result.layout import FORMAT, FORMAT_VERSION, Checkpoint, WallMesh, write_attributes
 from nutamill.result.parts import CHECKPOINTS, PACKED, edited, empty_file, write_arrays, write_checkpoint
 from nutamill.result.reader import series_names, series_values
 
@@ -70,11 +70,11 @@ class Recorder:
         path: str | Path,
         case_toml: str,
         provenance: Mapping[str, Any],
-        names: Sequence[str],
+        series: Sequence[str | Field],
         rate: float,
         overwrite: bool = False,
         axes: Mapping[str, np.ndarray] | None = None,
-        walls: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None,
+        walls: Mapping[str, WallMesh] | None = None,
     ) -> Self:
         """Start a new result file. It is readable, and empty, as soon as this returns.
 
@@ -83,13 +83,13 @@ class Recorder:
         path : the file; its folder is made if needed
         case_toml : the whole case file
         provenance : texts and numbers, as `nutamill.base.provenance.run_provenance` collects them
-        names : recorded quantities of `nutamill.result.fields`, the first is ``"time"``
+        series : recorded quantities, or their names in `nutamill.result.fields`; the first is ``"time"``
         rate : samples per simulated second [Hz]
         overwrite : replace a file of this name
         axes : what the statistics lie along, by the names of `nutamill.result.fields.STATISTICS_AXES`; None
             without statistics
-        walls : vertices and triangles of meshed walls, as in `WallMesh`, by their key in the case; so
-            pictures need no other file
+        walls : vertices, triangles and carrier of meshed walls, as in `WallMesh`, by their key in the
+            case; so pictures need no other file
 
         Raises
         ------
@@ -97,7 +97,8 @@ class Recorder:
         ResultError : the file exists, or cannot be written
         """
         path = Path(path)
-        fields = _checked_fields(names)
+        fields = _checked_fields(series)
+        names = [field.name for field in fields]
         if exists(path) and not overwrite:
             raise ResultError(f"{path}: exists already. Choose another name.")
         make_folder(path)
@@ -126,13 +127,14 @@ class Recorder:
             for name, array in (axes or {}).items():
                 lines[name] = array.astype(h5py.string_dtype()) if array.dtype.kind == "U" else array
                 lines[name].attrs.update(statistics_field(name).attributes())
-            for name, (vertices, triangles) in (walls or {}).items():
+            for name, wall in (walls or {}).items():
                 mesh = file.create_group(f"walls/{name}")
-                mesh.create_dataset("vertices", data=vertices, **PACKED).attrs["units"] = "m"
-                mesh.create_dataset("triangles", data=triangles, **PACKED)
+                corners = mesh.create_dataset("vertices", data=wall.vertices, **PACKED)
+                corners.attrs.update({"units": "m", "carrier": wall.carrier})
+                mesh.create_dataset("triangles", data=wall.triangles, **PACKED)
             Checksums.of_new(file).write(file)
 
-        meshed = sum(array.nbytes for wall in (walls or {}).values() for array in wall)
+        meshed = sum(wall.vertices.nbytes + wall.triangles.nbytes for wall in (walls or {}).values())
         replace_file(
             path,
             edited(fill),
@@ -406,8 +408,9 @@ def _cut_off(archive: Archive, last: WholeCheckpoint, digests: dict[str, Any]) -
     return checksums
 
 
-def _checked_fields(names: Sequence[str]) -> list[Field]:
-    """Return the registered fields of `names`. Raises CaseError with all faults at once."""
+def _checked_fields(series: Sequence[str | Field]) -> list[Field]:
+    """Return the fields given, or the registered ones of names. Raises CaseError with all faults at once."""
+    names = [one.name if isinstance(one, Field) else one for one in series]
     faults = (
         [] if names and names[0] == "time" else [Fault("record", "must begin with time", 'Put "time" first.')]
     )
@@ -416,9 +419,9 @@ def _checked_fields(names: Sequence[str]) -> list[Field]:
         for name in sorted({name for name in names if names.count(name) > 1})
     ]
     fields: list[Field] = []
-    for name in names:
+    for one in series:
         try:
-            fields.append(series_field(name))
+            fields.append(one if isinstance(one, Field) else series_field(one))
         except CaseError as error:
             faults += error.faults
     if faults:

@@ -3,16 +3,15 @@
 import numpy as np
 
 from nutamill.base.errors import ResultError
-from nutamill.base.frames import quaternion_product, rotation_matrix
-from nutamill.case import Case
-from nutamill.case.drawing import CHAMBER
+from nutamill.case.machine import Machine
 from nutamill.charge.kernels.clumps import POSE, ClumpColumn
 from nutamill.charge.kernels.copying import copied
 from nutamill.charge.measures.statistics import gathered, put_back
 from nutamill.simulation.entry import grown
+from nutamill.simulation.setup.carriers import carriers_of
+from nutamill.simulation.setup.charge import bed_in_carriers
 from nutamill.simulation.setup.model import Model, Scratch, State
 from nutamill.simulation.setup.particles import particle_count
-from nutamill.simulation.setup.rigid_parts import whole_chamber
 
 LARGEST_BACKUP = 2**28
 """Largest state of which a run makes a copy at every entry of the march [bytes]; a larger one falls back on
@@ -26,10 +25,8 @@ def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndar
 
 
 def statistics_group(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
-    """Return the group of a checkpoint with the present statistics, or no group for an empty chamber."""
-    if state.charge is None or state.statistics is None:
-        return {}
-    return {"statistics": gathered(state.statistics, state.charge.impacts)}
+    """Return the group of a checkpoint with the present statistics; no group for a run without charge."""
+    return {} if model.charge is None else {"statistics": gathered(state.statistics, state.charge.impacts)}
 
 
 def restore(model: Model, state: State, scratch: Scratch, groups: dict[str, dict[str, np.ndarray]]) -> Model:
@@ -81,30 +78,22 @@ def backup(state: State, former: State | None) -> State | None:
     return former
 
 
-def bed_from_checkpoint(
-    case: Case, mill_bodies: list[str], groups: dict[str, dict[str, np.ndarray]]
-) -> np.ndarray | None:
-    """Return positions [m] (n, 3) of a checkpoint's particles, of clumps with attitudes (n, 7), in chamber
-    axes from the nutation point, or None for an empty chamber.
+def bed_from_checkpoint(machine: Machine, groups: dict[str, dict[str, np.ndarray]]) -> np.ndarray | None:
+    """Return the bed of a checkpoint's particles, as `nutamill.simulation.setup.model.build` takes it; None
+    without a charge.
 
     The model is built around them before `restore` puts in the exact state.
     """
     if "charge" not in groups:
         return None
     x, ids, clumps = (groups["charge"][name] for name in ("x", "ids", "clumps"))
-    n = particle_count(case)
-    poses = np.empty((n, 7 if len(clumps) else 3))
+    n = particle_count(machine)
     if len(clumps):
+        poses = np.empty((n, 7))
         poses[clumps[:, ClumpColumn.ID].astype(int)] = clumps[:, POSE]
     else:
+        poses = np.empty((n, 3))
         poses[ids[:n]] = x[:, :n].T
-    chamber = mill_bodies.index(CHAMBER)
-    rotation = np.empty((3, 3))
-    rotation_matrix(groups["mechanism"]["quaternion"][chamber], rotation)
-    poses[:, :3] = (poses[:, :3] - groups["mechanism"]["position"][chamber]) @ rotation + whole_chamber(
-        case.chamber
-    ).mass_centre
-    back = groups["mechanism"]["quaternion"][chamber] * [1.0, -1.0, -1.0, -1.0]
-    for pose in poses if len(clumps) else ():
-        pose[3:] = quaternion_product(back, pose[3:])
-    return poses
+    bodies = [carrier.body for carrier in carriers_of(machine)]
+    of_carriers = np.column_stack([groups["mechanism"][name][bodies] for name in ("position", "quaternion")])
+    return bed_in_carriers(machine, poses[:, :3], poses[:, 3:] if len(clumps) else None, of_carriers)

@@ -157,8 +157,9 @@ def start_window(model, state, scratch):
     plan, coupling, mechanism = model.plan, state.coupling, state.mechanism
     for c in range(plan.carriers.shape[0]):
         body_motion(mechanism, plan.carriers[c], coupling.motions[c])
-    coupling.reference[6] = mechanism.drive_motion[plan.reference_drive, 0]
-    coupling.reference[7] = mechanism.drive_motion[plan.reference_drive, 1]
+    if plan.reference_drive >= 0:
+        coupling.reference[6] = mechanism.drive_motion[plan.reference_drive, 0]
+        coupling.reference[7] = mechanism.drive_motion[plan.reference_drive, 1]
     drift(model.mechanism, mechanism, scratch.mechanism, plan.dt)
 
 
@@ -171,10 +172,9 @@ def finish_window(model, state, scratch):
     if finish(model.mechanism, mechanism, scratch.mechanism, plan.dt) != OK:
         coupling.outcome[0] = NOT_FINITE
         return
-    p0, p1, p2 = nutation_point(mechanism, scratch.mechanism, plan)
     for c in range(plan.carriers.shape[0]):
         b, given = plan.carriers[c], impulse[c]
-        position = mechanism.position[b]
+        p0, p1, p2 = recorded_point(scratch.mechanism, plan, c)
         m0, m1, m2 = shift_moment(
             given[3],
             given[4],
@@ -182,15 +182,15 @@ def finish_window(model, state, scratch):
             given[0],
             given[1],
             given[2],
-            position[0] - p0,
-            position[1] - p1,
-            position[2] - p2,
+            -p0,
+            -p1,
+            -p2,
         )
-        coupling.row_impulse[3] += m0
-        coupling.row_impulse[4] += m1
-        coupling.row_impulse[5] += m2
+        coupling.row_impulse[c, 3] += m0
+        coupling.row_impulse[c, 4] += m1
+        coupling.row_impulse[c, 5] += m2
         for k in range(3):
-            coupling.row_impulse[k] += given[k]
+            coupling.row_impulse[c, k] += given[k]
             coupling.charge_impulse[k] += given[k]
             coupling.mechanism_impulse[k] += mechanism.wrench[b, k] * plan.dt
     coupling.windows[0] += 1
@@ -206,13 +206,11 @@ def apply_impulse(plan, impulse, wrench_out):
 
 
 @kernel
-def nutation_point(state, scratch, plan):
-    """Return the present position of the nutation point [m], world, as a 3-tuple, from the rotation matrices
-    of `finish`.
+def recorded_point(scratch, plan, c):
+    """Return the present vector [m], world axes, as a 3-tuple, from the mass centre of carrier `c` to the
+    point about which its moment is recorded, from the rotation matrices of `finish`.
     """
-    b = plan.point_body
-    r0, r1, r2 = rotate(scratch.rotation[b], plan.point[0], plan.point[1], plan.point[2])
-    return state.position[b, 0] + r0, state.position[b, 1] + r1, state.position[b, 2] + r2
+    return rotate(scratch.rotation[plan.carriers[c]], plan.points[c, 0], plan.points[c, 1], plan.points[c, 2])
 
 
 @kernel
@@ -270,5 +268,6 @@ def write_row(model, state, scratch, row_out):
     )
     for c in range(plan.carriers.shape[0]):
         body_motion(state.mechanism, plan.carriers[c], coupling.row_motions[c])
-    coupling.row_angle[0] = state.mechanism.drive_motion[plan.reference_drive, 0]
+    if plan.reference_drive >= 0:
+        coupling.row_angle[0] = state.mechanism.drive_motion[plan.reference_drive, 0]
     state.statistics.samples[0] += 1

@@ -1,5 +1,6 @@
 """Arrays of the coupled step: constants, state and work space of mechanism, charge and coupling."""
 
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -53,12 +54,12 @@ class CouplingPlan(NamedTuple):
     """Windows between two rows of the record [1]."""
     carriers: np.ndarray
     """Mechanism body that carries the surfaces of each body of the charge [1], (n_carriers,)."""
-    point_body: int
-    """Mechanism body on which the nutation point is fixed [1]."""
-    point: np.ndarray
-    """Nutation point from that body's mass centre [m], (3,), its axes."""
+    points: np.ndarray
+    """Point of each carrier about which the moment of the charge is recorded [m], (n_carriers, 3), axes of
+    the body from its mass centre.
+    """
     reference_drive: int
-    """Drive with whose angle the charge's neighbour list rotates [1]."""
+    """Drive with whose angle the charge's neighbour list and fields rotate [1]; -1 where they do not."""
 
 
 class CouplingState(NamedTuple):
@@ -79,8 +80,8 @@ class CouplingState(NamedTuple):
     repeat: np.ndarray
     """1 if the present window must be repeated [1], (1,)."""
     row_impulse: np.ndarray
-    """Impulse [N s] and angular impulse about the nutation point [N m s] on the carriers since the last row,
-    (6,), world axes.
+    """Impulse [N s] and angular impulse about its recorded point [N m s] on each carrier since the last row,
+    (n_carriers, 6), world axes.
     """
     charge_impulse: np.ndarray
     """Impulse of the charge on the carriers since the start [N s], (3,), world axes."""
@@ -139,17 +140,21 @@ class CoupledScratch(NamedTuple):
     """The same of the charge."""
 
 
-def coupling_state(n_carriers: int) -> CouplingState:
-    """Return the state before the first window, for `n_carriers` bodies with surfaces."""
+def coupling_state(
+    n_carriers: int, axis: tuple[Sequence[float], Sequence[float]] = ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+) -> CouplingState:
+    """Return the state before the first window, for `n_carriers` bodies with surfaces; `axis` is point [m]
+    and direction of the axis about which the neighbour list rotates, world.
+    """
     windows, passes, repeat, outcome = (np.zeros(1, np.int64) for _ in range(4))
     motions = np.zeros((n_carriers, MOTION_SIZE))
     return CouplingState(
         windows,
         passes,
         motions,
-        np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
+        np.array([*axis[0], *axis[1], 0.0, 0.0]),
         repeat,
-        np.zeros(6),
+        np.zeros((n_carriers, 6)),
         np.zeros(3),
         np.zeros(3),
         outcome,

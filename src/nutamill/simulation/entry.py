@@ -14,9 +14,9 @@ from nutamill.charge.model import Clock as ChargeClock
 from nutamill.simulation.coupling import march_coupled, march_mechanism
 from nutamill.simulation.coupling_model import Outcome
 from nutamill.simulation.row import charge_row, mechanism_row
-from nutamill.simulation.setup.charge import chamber_surfaces
 from nutamill.simulation.setup.model import Model, Scratch, State
 from nutamill.simulation.setup.threads import team_size
+from nutamill.simulation.setup.walls import wall_surfaces
 
 
 def enter(
@@ -46,7 +46,7 @@ def enter(
             )
         else:
             parts = (model.coupled(), state.coupled(), scratch.coupled(model, state))
-            run_team(march_coupled, (*parts, left, rows[done:]), team_size(model.case))
+            run_team(march_coupled, (*parts, left, rows[done:]), team_size(model.machine))
         done += int(coupling.windows[0]) // per_row - before // per_row
         full = coupling.outcome[0] == Outcome.LISTS_FULL
         if full or (state.charge is not None and state.charge.clock[ChargeClock.CROWDED]):
@@ -101,7 +101,7 @@ def failure(model: Model, state: State) -> str:
 
 def charge_fault(model: Model, charge: ChargeState) -> str:
     """Return the message of the charge's status, and what to do."""
-    surfaces = [surface.name for surface in chamber_surfaces(model.case)]
+    surfaces = [surface.name for surface in wall_surfaces(model.machine)]
     return (
         f"{status_text(charge, surfaces)}. The charge substep is "
         f'{model.clock.substep:.3g} s; try run.dt = "auto" or a shorter one, stiffer contacts, or, where so '

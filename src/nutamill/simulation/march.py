@@ -41,12 +41,10 @@ from nutamill.simulation.earlier import earlier_result, path_beside
 from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.progress import Watch
 from nutamill.simulation.progress_report import Progress
-from nutamill.simulation.record import COLUMNS, Ending, RecordPlan, room_at_start
+from nutamill.simulation.record import Ending, RecordPlan, room_at_start
 from nutamill.simulation.setup.bed import bed_is_kept, settle_apart, settled_bed
 from nutamill.simulation.setup.charge import contact_law_of
 from nutamill.simulation.setup.clock import run_clock
-from nutamill.simulation.setup.mechanism import build_mechanism
-from nutamill.simulation.setup.mill import mill_mechanism
 from nutamill.simulation.setup.model import Model, Scratch, State, build
 from nutamill.simulation.setup.statistics import statistics_axes
 from nutamill.simulation.setup.threads import team_size
@@ -99,8 +97,8 @@ def run(
     """
     case = asked_case(case)
     path = Path(case.file_in() if to is None else to)
-    if isinstance(case, Case):
-        run_clock(case)  # refuses a substep that is too long before a file is touched
+    if case.charge.parts:
+        run_clock(case.machine)  # refuses a substep that is too long before a file is touched
     with stop_at_once():
         if not again:
             earlier = None
@@ -184,31 +182,37 @@ def run_to(
     progress: Callable[[Progress], None] | None,
     log: Callable[[str], None] | None,
 ) -> None:
-    """Run a case to a new or empty file. The other arguments and the errors are those of `run`."""
-    watch = Watch(case, progress, log)
-    if isinstance(case, Machine):
-        warm_up_mechanism(log)
-        model, state, scratch = build_mechanism(case)
-        threads, meshes, axes, walls = 1, {}, None, {}
-    else:
-        check_room(path, room_at_start(case))
-        warm_up(log, None if bed_is_kept(case) else lambda: settle_apart(case), contact_law_of(case))
+    """Run a case to a new or empty file; the other arguments and the errors are those of `run`."""
+    machine, watch = case.machine, Watch(case, progress, log)
+    check_room(path, room_at_start(machine))
+    if machine.charge.parts:
+        kept = bed_is_kept(machine)
+        warm_up(log, None if kept else lambda: settle_apart(machine), contact_law_of(machine))
         watch.settling(0.0)
-        bed = settled_bed(case, watch.settling)
+    else:
+        warm_up_mechanism(log)
+    bed = settled_bed(machine, watch.settling)
+    if bed is not None:
         watch.settling(1.0)
-        model, state, scratch = build(case, bed)
-        threads, meshes, walls = team_size(case), digests(case), placed_walls(case)
-        axes = None if model.survey is None else statistics_axes(case, model.survey)
+    model, state, scratch = build(machine, bed)
+    axes = None if bed is None else statistics_axes(machine, model.survey)
     record_first_row(model, state, scratch)
-    seed = 0 if isinstance(case, Machine) else case.run.seed
-    provenance = run_provenance(kernel_digest(), seed, threads) | meshes
-    names, rate = model.readout.names, case.run.series_rate
+    threads = 1 if bed is None else team_size(machine)
+    provenance = run_provenance(kernel_digest(), machine.run.seed, threads) | digests(machine)
+    fields, rate = model.readout.fields, case.run.series_rate
     with requests() as asked:
         recorder = Recorder.create(
-            path, case.to_toml(), provenance, names, rate, overwrite=True, axes=axes, walls=walls
+            path,
+            case.to_toml(),
+            provenance,
+            fields,
+            rate,
+            overwrite=True,
+            axes=axes,
+            walls=placed_walls(machine),
         )
         ending, first = (
-            Ending(case, case.run.end),
+            Ending(machine, case.run.end),
             model.readout.series(state.first_row[None, :], state.first_row),
         )
         recorder.append(first)
@@ -283,12 +287,12 @@ def resume_to(
                 f"{damage} Continuing from the older checkpoint at t = {checkpoint.time:.6g} s."
             )
         end = case.run.end if until is None else until
-        ending = Ending(case, end)
+        ending = Ending(case.machine, end)
         if case.run.until == "steady":
             rows = round(checkpoint.time * case.run.series_rate) + 1
-            ending.replay(np.column_stack([result.series[name].values[:rows] for name in COLUMNS]))
-    if until is not None and ending.steady:
-        ending = Ending(case, end).fixed()
+            ending.replay(np.column_stack([result.series[name].values[:rows] for name in ending.columns]))
+    if until is not None and ending.found:
+        ending = Ending(case.machine, end).fixed()
     if end < checkpoint.time - 0.5 / case.run.series_rate:
         raise CaseError(
             Fault(
@@ -302,14 +306,10 @@ def resume_to(
             f"{path}: the run was begun with other kernels than those of this version. Install the version "
             "named under /provenance, or run the case again."
         )
-    if isinstance(case, Machine):
-        model, state, scratch = build_mechanism(case)
-    else:
-        warm_up(log, law=contact_law_of(case))
-        bed = bed_from_checkpoint(
-            case, [body.name for body in mill_mechanism(case).bodies], checkpoint.groups
-        )
-        model, state, scratch = build(case, bed)
+    machine = case.machine
+    if machine.charge.parts:
+        warm_up(log, law=contact_law_of(machine))
+    model, state, scratch = build(machine, bed_from_checkpoint(machine, checkpoint.groups))
     model = restore(model, state, scratch, checkpoint.groups)
     with requests() as asked:
         recorder = Recorder.reopen(path, checkpoint.time)
@@ -374,7 +374,7 @@ def record_rows(
     series = model.readout.series(rows, state.first_row)
     recorder.append(series)
     ending.recorded(recorder.names, series)
-    end = ending.plan.rows / model.case.run.series_rate
+    end = ending.plan.rows / model.machine.run.series_rate
     watch.marched(model, recorder.names, series, end, recorder)
 
 

@@ -7,27 +7,34 @@ from typing import Self
 import numpy as np
 
 from nutamill.base.steady import FEWEST_TURNS, Estimate, estimate_of_turns, turn_means, whole_turns
-from nutamill.case import Case, Machine
-from nutamill.result.fields import expand, series_field
+from nutamill.case.machine import Machine
+from nutamill.case.machine_checks import series_count
+from nutamill.result.fields import series_field
 from nutamill.result.recorder import SERIES_ROOM
 from nutamill.simulation.setup.particles import particle_count
 
-WATCHED = ("crank_pin_force_resultant", "driveshaft_torque")
-"""Series that must be steady for a run that ends when it is."""
-COLUMNS = ("time", "crank_angle", *WATCHED)
-"""Series from which that is decided."""
 LEVER_SHARE = 1e-3
-"""Share of crank-pin force times crank radius below which a torque is as good as none [1]."""
+"""Share of a force times its lever below which a torque is as good as none [1]."""
 STATE_SIZE = 1500
 """Size of a checkpoint per particle, contacts included [bytes]."""
 
 
-def room_at_start(case: Case) -> int:
-    """Return the space that the result file of a case needs to begin with: empty series and the first
+def room_at_start(machine: Machine) -> int:
+    """Return the room that the result file of a machine needs to begin with: empty series and the first
     checkpoint [bytes].
     """
-    names = expand(case.mounts.count if case.mechanism.mounting == "flexible" else 0, list(case.sensors))
-    return SERIES_ROOM * (len(names) + 2) + STATE_SIZE * particle_count(case)
+    names = series_count(machine) if machine.run.series is None else len(machine.run.series)
+    return SERIES_ROOM * (names + 2) + STATE_SIZE * particle_count(machine)
+
+
+def angle_series(machine: Machine) -> str:
+    """Return the series that has the angle of the drive whose turns are averaged over; empty where nothing is
+    watched.
+    """
+    if not machine.run.watch:
+        return ""
+    angle = f"drive_{machine.fields.drive}_angle"
+    return next((entry.name for entry in machine.quantities if entry.of == (angle,)), angle)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +49,7 @@ class RecordPlan:
     """Rows with a snapshot."""
 
     @classmethod
-    def of(cls, case: Case | Machine, rows: int) -> Self:
+    def of(cls, case: Machine, rows: int) -> Self:
         """Plan of a case that ends with row `rows`."""
         rate, snapshots = case.run.series_rate, case.run.snapshots
         stride = max(1, round(rate / snapshots.rate))
@@ -59,23 +66,25 @@ class RecordPlan:
 class Ending:
     """Decides with which row a run ends: a fixed one, or some time after it has become steady.
 
-    Steadiness is looked for at checkpoints, in the whole-turn means of `WATCHED` since the end of the ramp.
-    Once the run is steady, it goes on for as long as snapshots are recorded, and ends.  The decision depends
-    on the record alone, so that a run that stops and goes on ends where the run that never stopped does.
+    Steadiness is looked for at checkpoints, in the means over whole turns of the watched series since the
+    end of the ramp.  When it is found, the run goes on for as long as snapshots are kept, and ends.  The
+    decision depends on the record alone, so that a run that stops and goes on ends where the run that never
+    stopped does.
 
     Parameters
     ----------
-    case : what is asked
+    case : the machine
     until : simulated time at which the run ends at the latest [s]
     """
 
-    def __init__(self, case: Case | Machine, until: float):
+    def __init__(self, case: Machine, until: float):
         self._case = case
         self._columns: list[np.ndarray] = []
         self._wanted = case.run.until == "steady"
         self._means: dict[str, Estimate] = {}
         self._known: dict[str, float] = {}
-        self.steady = False
+        self.found = False
+        self.columns = ("time", angle_series(case), *(watched.series for watched in case.run.watch))
         self.plan = RecordPlan.of(case, round(until * case.run.series_rate))
 
     def fixed(self) -> Self:
@@ -84,7 +93,7 @@ class Ending:
         return self
 
     def replay(self, columns: np.ndarray) -> None:
-        """Take the record of a run that is to go on, (n_rows, n_columns) with columns as in `COLUMNS`, as if
+        """Take the record of a run that is to go on, (n_rows, n_columns) with the series of `columns`, as if
         it had just been made.
         """
         last = len(columns) - 1
@@ -102,7 +111,7 @@ class Ending:
     def recorded(self, names: tuple[str, ...], series: np.ndarray) -> None:
         """Take `series` (n, n_names), which has just been recorded."""
         if self._wanted:
-            self._columns.append(series[:, [names.index(name) for name in COLUMNS]])
+            self._columns.append(series[:, [names.index(name) for name in self.columns]])
 
     def look(self, row: int) -> None:
         """Test at a checkpoint or at the last row, `row`, whether the run is steady, and if so let it end."""
@@ -116,11 +125,14 @@ class Ending:
         if len(turns) <= FEWEST_TURNS:
             return
         sizes = [math.sqrt(np.mean(value**2)) for value in watched]
-        sizes[1] = max(sizes[1], LEVER_SHARE * self._case.mechanism.crank_radius * sizes[0])
+        names = self.columns[2:]
+        for k, watch in enumerate(self._case.run.watch):
+            if watch.force is not None:
+                sizes[k] = max(sizes[k], LEVER_SHARE * watch.lever * sizes[names.index(watch.force)])
         precision = self._case.run.precision
         self._means = {
             name: estimate_of_turns(turn_means(time, value, turns), size, precision)
-            for name, value, size in zip(WATCHED, watched, sizes, strict=True)
+            for name, value, size in zip(names, watched, sizes, strict=True)
         }
         self._known = {
             name: mean.half_width / size

@@ -4,6 +4,7 @@ A row is a run of groups of columns.  `row_groups` names the columns of every gr
 the first column of each group, for kernels, and `RowTable` reads columns by group and name.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -30,12 +31,12 @@ CHARGE_GROUPS = {
     "momentum": AXES,
     "coordination": ("mean",),
     "ledger": tuple(kind.name.lower() for kind in Ledger),
-    "wrench": WRENCH,
+    "wrench": (),
     "charge_impulse": AXES,
     "mechanism_impulse": AXES,
     "largest_overlap": ("pair", "wall"),
 }
-"""Groups of the columns of a charge, in order; none without charge."""
+"""Groups of the columns of a charge, in order; none without charge.  The wrench has one of each carrier."""
 
 
 class RowStarts(NamedTuple):
@@ -70,8 +71,8 @@ class RowStarts(NamedTuple):
     ledger: int
     """Works of the contact ledger [J], cumulative."""
     wrench: int
-    """Mean force [N] and moment about the nutation point [N m] of the charge on its carriers since the last
-    row, world axes.
+    """Mean force [N] and moment [N m] of the charge on each carrier since the last row, about the recorded
+    point of the carrier, world axes.
     """
     charge_impulse: int
     """Impulse of the charge on its carriers [N s], cumulative, world axes."""
@@ -83,8 +84,12 @@ class RowStarts(NamedTuple):
     """Number of columns."""
 
 
-def row_groups(mechanism: Mechanism, sensors: SensorTable, with_charge: bool) -> dict[str, tuple[str, ...]]:
-    """Return the names of the columns of each group of a row, in order."""
+def row_groups(
+    mechanism: Mechanism, sensors: SensorTable, carriers: Sequence[str] = ()
+) -> dict[str, tuple[str, ...]]:
+    """Return the names of the columns of each group of a row, in order, with the bodies that carry walls of a
+    charge, if there is one.
+    """
     names = names_of(mechanism)
     groups = {
         "time": ("time",),
@@ -96,7 +101,10 @@ def row_groups(mechanism: Mechanism, sensors: SensorTable, with_charge: bool) ->
         "joint_loss": tuple(names["joint"]),
         "torque_work": tuple(names["torque"]),
     }
-    return groups | (CHARGE_GROUPS if with_charge else dict.fromkeys(CHARGE_GROUPS, ()))
+    if not carriers:
+        return groups | dict.fromkeys(CHARGE_GROUPS, ())
+    wrench = tuple(f"{carrier}_{part}" for carrier in carriers for part in WRENCH)
+    return groups | CHARGE_GROUPS | {"wrench": wrench}
 
 
 class RowTable:
@@ -158,9 +166,10 @@ def charge_row(charge, state, scratch, reading_scratch, coupling_state, interval
     copy_numbers(reading_scratch.momentum, row_out[starts.momentum : starts.coordination])
     copy_numbers(reading_scratch.coordination, row_out[starts.coordination : starts.ledger])
     copy_numbers(state.ledger, row_out[starts.ledger : starts.wrench])
-    for k in range(6):
-        row_out[starts.wrench + k] = coupling_state.row_impulse[k] / interval
-        coupling_state.row_impulse[k] = 0.0
+    for c in range(coupling_state.row_impulse.shape[0]):
+        for k in range(6):
+            row_out[starts.wrench + 6 * c + k] = coupling_state.row_impulse[c, k] / interval
+            coupling_state.row_impulse[c, k] = 0.0
     copy_numbers(coupling_state.charge_impulse, row_out[starts.charge_impulse : starts.mechanism_impulse])
     copy_numbers(coupling_state.mechanism_impulse, row_out[starts.mechanism_impulse : starts.largest_overlap])
     for k in range(2):

@@ -5,7 +5,6 @@ import numpy as np
 from nutamill.base.frames import rotation_matrix
 from nutamill.charge.measures.statistics import gathered
 from nutamill.charge.readout import attitudes, contact_forces, positions, spins, velocities
-from nutamill.simulation.setup.charge import CHAMBER_CARRIER
 from nutamill.simulation.setup.model import Model, State
 from nutamill.simulation.setup.particles import charge_particles
 from nutamill.simulation.setup.statistics import recorded_sums
@@ -20,10 +19,10 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
     charge, moving, survey = model.charge, state.charge, model.survey
     if charge is None or moving is None or survey is None:
         return arrays
-    substep, particles = model.clock.substep, charge_particles(model.case)
-    arrays["positions"] = positions(charge, moving, substep).astype(np.float32)
-    arrays["velocities"] = velocities(charge, moving).astype(np.float32)
-    clump_attitudes = attitudes(charge, moving)
+    substep, particles = model.clock.substep, charge_particles(model.machine)
+    arrays["positions"] = positions(model.charge, state.charge, substep).astype(np.float32)
+    arrays["velocities"] = velocities(model.charge, state.charge).astype(np.float32)
+    clump_attitudes = attitudes(model.charge, state.charge)
     if clump_attitudes is not None:
         arrays["attitudes"] = clump_attitudes.astype(np.float32)
     arrays["spins"] = spins(charge, moving).astype(np.float32)
@@ -32,11 +31,11 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
     if forces is not None:
         arrays["contact_forces"] = forces.astype(np.float32)
     arrays["materials"] = particles.material.astype(np.int16)
-    chamber = model.plan.carriers[CHAMBER_CARRIER]
+    body = model.plan.carriers[model.survey.body]
     rotation = np.empty((3, 3))
-    rotation_matrix(state.mechanism.quaternion[chamber], rotation)
-    arrays["chamber_floor"] = state.mechanism.position[chamber] + rotation @ survey.origin
-    arrays["chamber_attitude"] = state.mechanism.quaternion[chamber]
+    rotation_matrix(state.mechanism.quaternion[body], rotation)
+    arrays["chamber_floor"] = state.mechanism.position[body] + rotation @ model.survey.origin
+    arrays["chamber_attitude"] = state.mechanism.quaternion[body]
     return arrays
 
 
@@ -47,5 +46,5 @@ def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
     charge, moving, survey = model.charge, state.charge, model.survey
     if charge is None or moving is None or survey is None or state.statistics is None or not survey.on:
         return None
-    sums = gathered(state.statistics, moving.impacts)
-    return recorded_sums(model.case, survey, charge.per_cut, sums)
+    sums = gathered(state.statistics, state.charge.impacts)
+    return recorded_sums(model.machine, model.survey, model.charge.per_cut, sums)

@@ -161,14 +161,14 @@ def ball(names: Sequence[str], started: bool = True) -> tuple[ChargeModel, Charg
 
 
 def plan() -> CouplingPlan:
-    """Return a plan of one substep to the window and one window to the row. The shaft carries the floor."""
-    return CouplingPlan(int(Scheme.STAGGERED), 1, STEP, 1, np.array([1]), 0, np.zeros(3), 0)
+    """One substep to the window, one window to the row; the shaft carries the floor."""
+    return CouplingPlan(int(Scheme.STAGGERED), 1, STEP, 1, np.array([1]), np.zeros((1, 3)), 0)
 
 
 def march_turntable() -> None:
     """Compile the mechanism's march."""
     mechanism, state, scratch, sensors = turntable()
-    starts = RowTable(row_groups(mechanism, sensors, False)).starts
+    starts = RowTable(row_groups(mechanism, sensors)).starts
     rows = np.empty((1, starts.columns))
     march_mechanism(mechanism, state, scratch, coupling_state(1), sensors, plan(), starts, 1, rows)
 
@@ -192,7 +192,7 @@ def march_both(names: Sequence[str]) -> None:
     mechanism, mstate, mscratch, sensors = turntable()
     charge, cstate, cscratch = ball(names)
     survey = statistics_plan(charge, cstate, STEP)
-    starts = RowTable(row_groups(mechanism, sensors, True)).starts
+    starts = RowTable(row_groups(mechanism, sensors, ["hub"])).starts
     model = CoupledModel(mechanism, sensors, charge, survey, plan(), starts)
     state = CoupledState(mstate, cstate, charge_statistics(survey, cstate), coupling_state(1))
     scratch = coupled_scratch(state, mscratch, cscratch, Scheme.STAGGERED)

@@ -154,7 +154,7 @@ def _refuse(planned: Sequence[Member]) -> None:
     faults: list[Fault] = []
     for member in planned:
         try:
-            run_clock(member.case)
+            run_clock(member.case.machine)
         except CaseError as error:
             faults += [
                 Fault(f"{member.label}: {fault.where}", fault.what, fault.hint) for fault in error.faults

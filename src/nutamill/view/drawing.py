@@ -13,6 +13,7 @@ import numpy as np
 
 from nutamill.case import Case
 from nutamill.case.drawing import CARRIAGE, CHAMBER, CROSS, DRIVESHAFT, FRAME, GROUND, SHAFT
+from nutamill.case.rigid_parts import whole_chamber
 from nutamill.result import WallMesh
 
 STEEL, DARK, RUBBER, GLASS, BRASS, RED = "#8f98a3", "#5b6570", "#2e2e2e", "#a8c8dc", "#c9a227", "#b5482a"
@@ -135,7 +136,12 @@ def machine_parts(
     """
     meshes = dict(walls or {})
     shell = meshes.pop("chamber.mesh", None)
-    solids = [Part(key, CHAMBER, mesh.vertices, mesh.triangles, STEEL) for key, mesh in meshes.items()]
+    from_point = whole_chamber(case.chamber).mass_centre  # a drawing counts from the nutation point
+    solids = [
+        Part(key, CHAMBER, mesh.vertices + from_point, mesh.triangles, STEEL) for key, mesh in meshes.items()
+    ]
+    if shell is not None:
+        shell = shell._replace(vertices=shell.vertices + from_point)
     return (
         *_standing_parts(case),
         *_driven_parts(case),

@@ -98,6 +98,13 @@ PART_SERIES: tuple[Field, ...] = (
         SENSOR_AXES,
         "joint's point on b",
     ),
+    *_wrench(
+        "{carrier}_charge",
+        "charge on {carrier}",
+        "of the charge on {carrier}, mean since the sample before",
+        WORLD,
+        "recorded point of {carrier}",
+    ),
     energy("drive_{drive}_work", "W", "{drive}", "work drive {drive} has done so far"),
     energy("torque_{torque}_work", "W", "{torque}", "work the constant moment {torque} has done so far"),
     energy("joint_{joint}_loss", "D", "{joint}", "energy dissipated so far by friction in joint {joint}"),

@@ -19,20 +19,19 @@ import numpy as np
 from nutamill import __version__
 from nutamill.base.cache_folder import beds_folder
 from nutamill.base.child import start_child, task_of_parent
-from nutamill.base.frames import MOTION_SIZE, quaternion_product
+from nutamill.base.frames import MOTION_SIZE
 from nutamill.base.source_code import code_digest, definition_of, reached
-from nutamill.case import Case
+from nutamill.case.machine import Machine
 from nutamill.charge.face import Charge
-from nutamill.charge.filling.fill import fill_cylinder, random_attitudes, settle
-from nutamill.charge.filling.fill_walls import fill_between
-from nutamill.charge.particles.particles import Particles
-from nutamill.simulation.setup.charge import chamber_charge, chamber_surfaces, rib_inside
+from nutamill.charge.filling.fill import settle
+from nutamill.charge.particles.particles import Particles, joined
+from nutamill.simulation.setup.carriers import carriers_of
+from nutamill.simulation.setup.charge import bed_in_carriers, machine_charge
 from nutamill.simulation.setup.clock import run_clock
-from nutamill.simulation.setup.mill import chamber_quaternion, chamber_rotation
-from nutamill.simulation.setup.particles import charge_particles, particle_count
-from nutamill.simulation.setup.rigid_parts import whole_chamber
+from nutamill.simulation.setup.particles import charge_particles, charge_parts, particle_count
+from nutamill.simulation.setup.regions import filled, region_of
 from nutamill.simulation.setup.threads import team_size
-from nutamill.simulation.setup.walls import charge_room, room_box
+from nutamill.simulation.setup.walls import wall_surfaces
 
 STILL = 1e-6
 """Kinetic energy per mass at which a bed is settled [J/kg]: a mean speed of 1.4 mm/s."""
@@ -41,18 +40,19 @@ LONGEST = 1.0
 """Time after which a bed that still creeps is taken as settled [s]."""
 
 
-def bed_key(case: Case) -> str:
+def bed_key(machine: Machine) -> str:
     """Identity of the settled bed of a case: SHA-256 of all that decides it."""
+    walls = [wall.model_dump(exclude={"file"}) for wall in machine.walls]
     content = {
-        "chamber": case.chamber.model_dump(),
-        "walls": [wall.model_dump() for wall in case.walls],
-        "charge": case.charge.model_dump(),
-        "materials": {name: material.model_dump() for name, material in case.materials.items()},
-        "contact": case.contact.model_dump(),
-        "seed": case.run.seed,
-        "substep": run_clock(case).substep,
-        "tilt": chamber_quaternion(case),
-        "gravity": case.mechanism.gravity,
+        "walls": walls,
+        "regions": [region.model_dump() for region in machine.regions],
+        "carriers": [(carrier.name, carrier.pose.tolist()) for carrier in carriers_of(machine)],
+        "charge": machine.charge.model_dump(),
+        "materials": {name: material.model_dump() for name, material in machine.materials.items()},
+        "contact": machine.contact.model_dump(),
+        "seed": machine.run.seed,
+        "substep": run_clock(machine).substep,
+        "gravity": machine.gravity,
         "code": _settling_code(),
         "version": __version__,
     }
@@ -65,17 +65,17 @@ def _settling_code() -> str:
     return code_digest(reached([definition_of(_settle)]))
 
 
-def bed_file(case: Case) -> Path:
+def bed_file(machine: Machine) -> Path:
     """Where the bed of a case is kept, in the user's cache folder."""
-    return beds_folder() / f"{bed_key(case)[:32]}.bed"
+    return beds_folder() / f"{bed_key(machine)[:32]}.bed"
 
 
-def bed_is_kept(case: Case) -> bool:
+def bed_is_kept(machine: Machine) -> bool:
     """Whether there is nothing left to settle: the bed is in the cache and whole, or the chamber is empty."""
-    return not case.charge.parts or _kept_bed(case) is not None
+    return not machine.charge.parts or _kept_bed(machine) is not None
 
 
-def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
+def settled_bed(machine: Machine, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
     """Places of the particles [m] (n, 3) at rest in the tilted chamber at crank angle 0, in chamber axes from
     the nutation point.
 
@@ -93,67 +93,73 @@ def settled_bed(case: Case, progress: Callable[[float], None] | None = None) -> 
     CaseError : more charge than the chamber holds
     StepError : an overlap beyond its limit while settling
     """
-    if not case.charge.parts:
+    if not machine.charge.parts:
         return None
-    bed = _kept_bed(case)
+    bed = _kept_bed(machine)
     if bed is None:
-        bed = _settle(case, progress)
-        _keep(bed_file(case), bed)
+        bed = _settle(machine, progress)
+        _keep(bed_file(machine), bed)
     return bed
 
 
-def settle_apart(case: Case) -> subprocess.Popen:
+def settle_apart(machine: Machine) -> subprocess.Popen:
     """Start a process that settles the bed of a case into the cache; a fault shows when `settled_bed` is
     asked again.
     """
     task = "from nutamill.simulation.setup.bed import settle_for_parent; settle_for_parent()"
-    return start_child(task, case.with_("run.threads", 1).to_toml())
+    return start_child(task, machine.with_("run.threads", 1).to_toml())
 
 
 def settle_for_parent() -> None:
     """Settle the bed of the case that the parent gives, in a process of its own."""
-    settled_bed(Case.from_toml(task_of_parent()))
+    settled_bed(Machine.from_toml(task_of_parent()))
 
 
-def _settle(case: Case, progress: Callable[[float], None] | None) -> np.ndarray:
-    """Fill the chamber at random and let it lie down under gravity, at rest and tilted as at crank angle
-    0.
+def _settle(machine: Machine, progress: Callable[[float], None] | None) -> np.ndarray:
+    """Fill the regions at random and let the charge come to rest under gravity, with all carriers at rest as
+    assembled.
     """
-    mass_centre = whole_chamber(case.chamber).mass_centre
-    placed = _filled(case)
-    rotation, quaternion = chamber_rotation(case), np.array(chamber_quaternion(case))
-    position = rotation @ mass_centre
-    substep = run_clock(case).substep
-    built = chamber_charge(case, placed.poses, position, quaternion, substep)
-    at_rest = np.zeros((1, MOTION_SIZE))
-    at_rest[0, :3], at_rest[0, 3:7] = position, quaternion
-    charge = Charge.from_parts(*built, substep, at_rest, team_size(case))
+    poses = np.array([carrier.pose for carrier in carriers_of(machine)])
+    placed = joined_fills(machine)
+    substep = run_clock(machine).substep
+    bed = bed_in_carriers(machine, placed.centre, placed.attitude, poses)
+    built = machine_charge(machine, bed, poses, substep)
+    at_rest = np.zeros((len(poses), MOTION_SIZE))
+    at_rest[:, :7] = poses
+    names = [surface.name for surface in wall_surfaces(machine)]
+    charge = Charge.from_parts(*built, substep, at_rest, team_size(machine), names)
     settle(charge, LONGEST, STILL, progress)
-    places = (charge.positions - position) @ rotation + mass_centre
-    turned = charge.attitudes
-    if turned is None:
-        return places
-    back = quaternion * [1.0, -1.0, -1.0, -1.0]
-    return np.column_stack([places, [quaternion_product(back, own) for own in turned]])
+    return bed_in_carriers(machine, charge.positions, charge.attitudes, poses)
 
 
-def _filled(case: Case) -> Particles:
-    """The particles at random places, in chamber axes from the nutation point."""
-    chamber, particles, seed = case.chamber, charge_particles(case), case.run.seed
-    if chamber.mesh is None and not case.walls:
-        boxes = [rib_inside(case, number) for number in range(chamber.ribs)]
-        return fill_cylinder(
-            particles, chamber.inner_diameter / 2, -chamber.floor_depth, -chamber.ceiling_depth, boxes, seed
-        )
-    mass_centre = whole_chamber(chamber).mass_centre
-    low, high = room_box(case) - mass_centre
-    places = (
-        fill_between(particles.bounding_radius, chamber_surfaces(case), low, high, charge_room(case), seed)
-        + mass_centre
+def joined_fills(machine: Machine) -> Particles:
+    """Return all particles at random positions in their regions, world axes as assembled; those of one region
+    are placed together.
+    """
+    parts, regions = charge_parts(machine), [region_of(machine, part) for part in machine.charge.parts]
+    placed: list[Particles | None] = [None] * len(parts)
+    for region in dict.fromkeys(regions):
+        members = [number for number, one in enumerate(regions) if one == region]
+        together = filled(machine, region, joined([parts[number] for number in members]), machine.run.seed)
+        first = 0
+        for number in members:
+            own = slice(first, first + parts[number].number)
+            attitudes = None if together.attitude is None else together.attitude[own]
+            placed[number] = parts[number].placed(together.centre[own], attitudes)
+            first = own.stop
+    return charge_particles(machine).placed(
+        np.concatenate([one.centre for one in placed]),
+        None
+        if charge_particles(machine).spheres_only
+        else np.concatenate([_attitudes(one) for one in placed]),
     )
-    return particles.placed(
-        places, None if particles.spheres_only else random_attitudes(particles.number, seed)
-    )
+
+
+def _attitudes(particles: Particles) -> np.ndarray:
+    """Return the attitudes of particles (n, 4); those of spheres are of no meaning."""
+    if particles.attitude is not None:
+        return particles.attitude
+    return np.tile([1.0, 0.0, 0.0, 0.0], (particles.number, 1))
 
 
 def _keep(file: Path, bed: np.ndarray) -> None:
@@ -178,10 +184,10 @@ def _keep(file: Path, bed: np.ndarray) -> None:
         pass
 
 
-def _kept_bed(case: Case) -> np.ndarray | None:
+def _kept_bed(machine: Machine) -> np.ndarray | None:
     """The bed of a case from the cache; None if there is none, or if its file is damaged."""
     try:
-        digest, content = (whole := bed_file(case).read_bytes())[:32], whole[32:]
+        digest, content = (whole := bed_file(machine).read_bytes())[:32], whole[32:]
         if hashlib.sha256(content).digest() != digest:
             return None
         bed = np.load(io.BytesIO(content), allow_pickle=False)
@@ -189,7 +195,7 @@ def _kept_bed(case: Case) -> np.ndarray | None:
         return None
     sound = (
         bed.ndim == 2
-        and bed.shape[0] == particle_count(case)
+        and bed.shape[0] == particle_count(machine)
         and bed.shape[1] in (3, 7)
         and np.isfinite(bed).all()
     )

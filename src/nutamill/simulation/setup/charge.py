@@ -1,14 +1,14 @@
-"""The inputs of the charge engine: the inside of a chamber as surfaces, materials as pair laws."""
+"""The inputs of the charge engine: particles in their beds among the walls of a machine, materials as pair
+laws.
+"""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from nutamill.base.frames import quaternion_product, rotation_matrix
-from nutamill.case import Case
+from nutamill.case.machine import Machine
 from nutamill.case.materials import ContactPair
-from nutamill.case.touching import wall_keys
 from nutamill.charge.assembly import charge_of
 from nutamill.charge.kernels.dynamics import start
 from nutamill.charge.laws.composition import ContactLaw, contact_law
@@ -18,103 +18,43 @@ from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.charge.particles.particles import Particles
 from nutamill.charge.walls.patches import PatchTable
-from nutamill.charge.walls.surface import Surface, SurfaceKind
-from nutamill.simulation.setup.particles import charge_particles, quickest_pebble
-from nutamill.simulation.setup.rigid_parts import whole_chamber
-from nutamill.simulation.setup.walls import chamber_mesh, meshes_surfaces, room_box
+from nutamill.simulation.setup.carriers import carriers_of
+from nutamill.simulation.setup.particles import charge_particles, quickest_pebble, region_bodies
+from nutamill.simulation.setup.walls import material_order, region_corners, wall_surfaces
 
-CHAMBER_CARRIER = 0
-"""Index of the chamber among the bodies that carry surfaces [1]."""
-
-
-def material_order(case: Case) -> list[str]:
-    """Return the names of the materials of the charge, then of the walls it touches, in the order of their
-    numbers in the engine.
-    """
-    return list(dict.fromkeys([*case.charge.materials, *wall_keys(case).values()]))
+ROOM_TO_MOVE = 2.0
+"""Half size of the domain, over the largest distance of any part of the machine from its middle [1]."""
 
 
-def chamber_surfaces(case: Case) -> list[Surface]:
-    """Return bore, floor and ceiling, or the chamber's mesh, then ribs and meshed walls, in chamber axes from
-    the mass centre of the whole chamber.
-    """
-    chamber, materials = case.chamber, material_order(case)
-    mass_centre = whole_chamber(chamber).mass_centre
-    wall = materials.index(chamber.material)
-    floor = np.array([0.0, 0.0, -chamber.floor_depth]) - mass_centre
-    ceiling = np.array([0.0, 0.0, -chamber.ceiling_depth]) - mass_centre
-    radius = chamber.inner_diameter / 2
-    upside_down = np.diag([1.0, -1.0, -1.0])
-    meshed = meshes_surfaces(case, CHAMBER_CARRIER, materials, mass_centre)
-    drawn = [
-        Surface("bore", SurfaceKind.CYLINDER, CHAMBER_CARRIER, wall, floor, np.eye(3), (radius, 0.0, 0.0)),
-        Surface("floor", SurfaceKind.PLANE, CHAMBER_CARRIER, wall, floor, np.eye(3), (0.0, 0.0, 0.0)),
-        Surface("ceiling", SurfaceKind.PLANE, CHAMBER_CARRIER, wall, ceiling, upside_down, (0.0, 0.0, 0.0)),
-    ]
-    ribs = [_rib_surface(case, number, floor) for number in range(chamber.ribs)]
-    return [*(drawn if chamber.mesh is None else []), *ribs, *meshed]
-
-
-def _rib_surface(case: Case, number: int, floor: np.ndarray) -> Surface:
-    """Return rib `number` as a box, which reaches as far into wall and floor as into the charge, so that
-    there is no gap.
-    """
-    chamber, rib = case.chamber, case.chamber.rib
-    rotation = rib_rotation(case, number)
-    height = min(rib.length, chamber.height)
-    centre = floor + rotation @ np.array([chamber.inner_diameter / 2, 0.0, (height - rib.depth) / 2])
-    size = (rib.depth, rib.width / 2, (height + rib.depth) / 2)
-    material = material_order(case).index(rib.material)
-    return Surface(f"rib {number + 1}", SurfaceKind.BOX, CHAMBER_CARRIER, material, centre, rotation, size)
-
-
-def rib_inside(case: Case, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the part of rib `number` inside the bore: centre [m] (3,), rotation (3, 3) and half sizes [m]
-    (3,), in chamber axes from the nutation point.
-    """
-    chamber, rib = case.chamber, case.chamber.rib
-    height = min(rib.length, chamber.height)
-    rotation = rib_rotation(case, number)
-    centre = rotation @ np.array(
-        [chamber.inner_diameter / 2 - rib.depth / 2, 0.0, height / 2 - chamber.floor_depth]
-    )
-    return centre, rotation, np.array([rib.depth, rib.width, height]) / 2
-
-
-def rib_rotation(case: Case, number: int) -> np.ndarray:
-    """Return the rotation (3, 3) of the chamber's x axis to rib `number`."""
-    angle = 2 * math.pi * number / case.chamber.ribs
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def pair_laws(case: Case) -> dict[tuple[int, int], PairLaw]:
+def pair_laws(machine: Machine) -> dict[tuple[int, int], PairLaw]:
     """Return the laws of the charge with itself and with every wall, by the numbers of `material_order`."""
-    names = material_order(case)
-    numbers = {tuple(sorted((names.index(pair.first), names.index(pair.second)))) for pair in case.touching}
-    return {(a, b): pair_law(case, names[a], names[b]) for a, b in sorted(numbers)}
+    names = material_order(machine)
+    numbers = {
+        tuple(sorted((names.index(pair.first), names.index(pair.second)))) for pair in machine.touching
+    }
+    return {(a, b): pair_law(machine, names[a], names[b]) for a, b in sorted(numbers)}
 
 
-def contact_law_of(case: Case) -> ContactLaw:
-    """Return the contact law that a case names in its contact table."""
-    contact = case.contact
+def contact_law_of(machine: Machine) -> ContactLaw:
+    """Return the contact law that a machine names in its contact table."""
+    contact = machine.contact
     return contact_law(contact.normal, contact.tangential, contact.rolling, contact.cohesion)
 
 
-def pair_law(case: Case, first: str, second: str) -> PairLaw:
-    """Return the numbers of the law of two materials from the case's contact table."""
-    contact, pair = case.contact, case.contact.pair(first, second)
+def pair_law(machine: Machine, first: str, second: str) -> PairLaw:
+    """Return the numbers of the law of two materials from the machine's contact table."""
+    contact, pair = machine.contact, machine.contact.pair(first, second)
     direct, hysteretic = contact.stiffness == "direct", contact.normal == "hysteretic"
-    softened = [contact.softening * case.materials[name].young_modulus for name in (first, second)]
+    softened = [contact.softening * machine.materials[name].young_modulus for name in (first, second)]
     modulus, shear = contact_moduli(
-        softened, [case.materials[name].poisson_ratio for name in (first, second)]
+        softened, [machine.materials[name].poisson_ratio for name in (first, second)]
     )
     return PairLaw(
         stiffness_direct=pair.normal_stiffness if direct else 0.0,
         stiffness_per_diameter_a=0.0 if direct else softened[0],
         stiffness_per_diameter_b=0.0 if direct else softened[1],
         tangential_ratio=pair.tangential_ratio,
-        damping_ratio=0.0 if hysteretic else damping_ratio(case, pair),
+        damping_ratio=0.0 if hysteretic else damping_ratio(machine, pair),
         tension_cut=contact.tension == "cut",
         static_friction=pair.sliding_friction,
         dynamic_friction=pair.sliding_friction,
@@ -152,107 +92,113 @@ class Meeting(NamedTuple):
     """Diameter of the second [m]; at a wall that of the first."""
 
 
-def quickest_meeting(case: Case, first: str, second: str, wall: bool) -> Meeting:
+def quickest_meeting(machine: Machine, first: str, second: str, wall: bool) -> Meeting:
     """Return the shortest contact of two materials."""
-    one = quickest_pebble(case, first)
+    one = quickest_pebble(machine, first)
     if wall:
         return Meeting(one.mass, one.diameter / 2, one.diameter, one.diameter)
-    two = quickest_pebble(case, second)
+    two = quickest_pebble(machine, second)
     mass, radius = 1 / (1 / one.mass + 1 / two.mass), 0.5 / (1 / one.diameter + 1 / two.diameter)
     return Meeting(mass, radius, one.diameter, two.diameter)
 
 
-def impact_of(case: Case, first: str, second: str, wall: bool, v: float) -> Impact:
+def impact_of(machine: Machine, first: str, second: str, wall: bool, v: float) -> Impact:
     """Return the head-on impact at `v` [m/s] of the particles of two materials with the shortest contact."""
     return impact(
-        contact_law_of(case), pair_law(case, first, second), *quickest_meeting(case, first, second, wall), v
+        contact_law_of(machine),
+        pair_law(machine, first, second),
+        *quickest_meeting(machine, first, second, wall),
+        v,
     )
 
 
-def damping_ratio(case: Case, pair: ContactPair) -> float:
+def damping_ratio(machine: Machine, pair: ContactPair) -> float:
     """Return the damping ratio of a pair: as given, or from its restitution and the rule on tension."""
-    if case.contact.damping == "ratio":
+    if machine.contact.damping == "ratio":
         return pair.damping_ratio
-    return damping_ratio_from_restitution(pair.restitution, case.contact.tension == "cut")
+    return damping_ratio_from_restitution(pair.restitution, machine.contact.tension == "cut")
 
 
-def chamber_charge(
-    case: Case,
+def machine_charge(
+    machine: Machine,
     bed: np.ndarray,
-    position: np.ndarray,
-    quaternion: np.ndarray,
+    poses: np.ndarray,
     substep: float,
     patches: PatchTable | None = None,
 ) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
-    """Build the charge of a case at rest in its chamber: constants, state and work space.
+    """Build the charge of a machine at rest in its beds: constants, state and work space.
 
     Parameters
     ----------
-    bed : positions of the particles [m] (n, 3), or positions and attitudes (n, 7), in chamber axes from the
-        nutation point
-    position, quaternion : mass centre [m] (3,) and attitude (4,) of the chamber, world
+    bed : positions of the particles [m] (n, 3), or positions and attitudes (n, 7), each in the axes of the
+        body of its region, from the mass centre
+    poses : mass centre [m] and attitude of each carrier (n_carriers, 7), world
     substep : charge substep [s]
     patches : how the surfaces are cut, for the statistics; one patch each if None
 
     Raises
     ------
-    CaseError : impossible particles, or particles that overlap each other or the chamber
+    CaseError : impossible particles, or particles that overlap each other or the walls
     """
-    names = material_order(case)
-    densities = [case.materials[name].density for name in names]
-    rotation = np.empty((3, 3))
-    rotation_matrix(np.asarray(quaternion, float), rotation)
-    particles = placed_particles(case, bed, position, np.asarray(quaternion, float))
-    middle = position + rotation @ (chamber_middle(case) - whole_chamber(case.chamber).mass_centre)
     built = charge_of(
-        particles,
-        densities,
-        pair_laws(case),
-        chamber_surfaces(case),
-        1,
-        gravity=(0.0, 0.0, -case.mechanism.gravity),
-        law=contact_law_of(case),
-        domain=(middle, chamber_reach(case)),
-        poses=np.concatenate([position, quaternion])[None, :],
+        placed_particles(machine, bed, poses),
+        [machine.materials[name].density for name in material_order(machine)],
+        pair_laws(machine),
+        wall_surfaces(machine),
+        len(poses),
+        gravity=machine.gravity,
+        law=contact_law_of(machine),
+        domain=domain_of(machine),
+        poses=poses,
         patches=patches,
     )
     start(*built, substep)
     return built
 
 
-def placed_particles(case: Case, bed: np.ndarray, position: np.ndarray, quaternion: np.ndarray) -> Particles:
-    """Return the particles of a case in their bed, world axes from the nutation point.
+def placed_particles(machine: Machine, bed: np.ndarray, poses: np.ndarray) -> Particles:
+    """Return the particles of a machine in their beds, world axes.
 
     Parameters
     ----------
-    bed, position, quaternion : as `chamber_charge`
+    bed, poses : as `machine_charge`
     """
-    rotation = np.empty((3, 3))
-    rotation_matrix(quaternion, rotation)
-    positions = position + (bed[:, :3] - whole_chamber(case.chamber).mass_centre) @ rotation.T
-    attitudes = None
+    positions, attitudes = np.empty((len(bed), 3)), None
     if bed.shape[1] > 3:
-        attitudes = np.array([quaternion_product(quaternion, attitude) for attitude in bed[:, 3:]])
-    return charge_particles(case).placed(positions, attitudes)
+        attitudes = np.empty((len(bed), 4))
+    for carrier, members in region_bodies(machine):
+        pose, rotation = poses[carrier], np.empty((3, 3))
+        rotation_matrix(pose[3:], rotation)
+        positions[members] = pose[:3] + bed[members, :3] @ rotation.T
+        if attitudes is not None:
+            attitudes[members] = [quaternion_product(pose[3:], attitude) for attitude in bed[members, 3:]]
+    return charge_particles(machine).placed(positions, attitudes)
 
 
-def chamber_middle(case: Case) -> np.ndarray:
-    """Return the middle of the space inside [m] (3,), in chamber axes from the nutation point."""
-    return room_box(case).mean(axis=0)
-
-
-def chamber_reach(case: Case) -> float:
-    """Return the half size [m] of a cube about the chamber's middle that the charge cannot leave.
-
-    Half the diagonal of the chamber, the swing of its middle, and as much again for the sway on the mounts.
+def bed_in_carriers(
+    machine: Machine, positions: np.ndarray, attitudes: np.ndarray | None, poses: np.ndarray
+) -> np.ndarray:
+    """Return a bed, as `machine_charge` takes it, of particles at positions [m] (n, 3) and with attitudes
+    (n, 4), world; the inverse of `placed_particles`.
     """
-    chamber = case.chamber
-    swing = (
-        2 * case.mechanism.crank_radius * -chamber_middle(case)[2] / case.mechanism.nutation_point_to_crank
-    )
-    half = math.hypot(chamber.inner_diameter, chamber.height) / 2
-    if chamber.mesh is not None:
-        half = float(
-            np.linalg.norm(chamber_mesh(case).vertices + chamber.mesh.at - chamber_middle(case), axis=1).max()
-        )
-    return half + 2 * abs(swing)
+    bed = np.empty((len(positions), 3 if attitudes is None else 7))
+    for carrier, members in region_bodies(machine):
+        pose, rotation = poses[carrier], np.empty((3, 3))
+        rotation_matrix(pose[3:], rotation)
+        bed[members, :3] = (positions[members] - pose[:3]) @ rotation
+        if attitudes is not None:
+            back = pose[3:] * [1.0, -1.0, -1.0, -1.0]
+            bed[members, 3:] = [quaternion_product(back, attitude) for attitude in attitudes[members]]
+    return bed
+
+
+def domain_of(machine: Machine) -> tuple[np.ndarray, float]:
+    """Return middle [m] (3,) and half size [m] of a cube that the charge cannot leave while the machine holds
+    together: `ROOM_TO_MOVE` times as far from the middle of the regions as its farthest part.
+    """
+    regions = np.concatenate([region_corners(machine, region) for region in machine.regions])
+    middle = 0.5 * (regions.min(axis=0) + regions.max(axis=0))
+    points = [*regions, *(carrier.position for carrier in carriers_of(machine) if carrier.name != "ground")]
+    points += [joint.point for joint in machine.joints]
+    reach = max(float(np.linalg.norm(np.asarray(point) - middle)) for point in points)
+    return middle, ROOM_TO_MOVE * reach

@@ -1,26 +1,27 @@
 """The clock of a run: charge substep, window and row of the record, each a whole number of the one before."""
 
+import functools
 import math
 from typing import NamedTuple
 
+import numpy as np
+
+from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
-from nutamill.case import Case
+from nutamill.case.machine import Machine
 from nutamill.case.touching import TouchingPair
 from nutamill.charge.laws.area import cohesive_softening
 from nutamill.charge.laws.impact import SUBSTEPS_PER_CONTACT
 from nutamill.charge.laws.pair import PairLaw, spring_stiffness
+from nutamill.simulation.setup.carriers import axes_along
 from nutamill.simulation.setup.charge import impact_of, pair_law, quickest_meeting
+from nutamill.simulation.setup.walls import region_corners
 
 FEWEST_SUBSTEPS = 10
 """Smallest number of substeps in the shortest contact [1]; a case with fewer is refused."""
 
 MOST_STEPS = 1e12
 """Steps of a run above which a case is refused as a slip of the pen [1]."""
-
-MECHANISM_STEP = 55e-6
-"""Longest step of a mechanism without charge [s]: errors of the joint reactions are then of the order of
-1e-5.
-"""
 
 
 class ContactFacts(NamedTuple):
@@ -31,11 +32,11 @@ class ContactFacts(NamedTuple):
     stiffness: float
     """Normal stiffness [N/m]; hysteretic: loading; Hertz: tangent at the largest overlap."""
     time: float
-    """Duration of a contact at the speed of the crank circle [s]; infinite if the two stick."""
+    """Duration of a contact at the speed that contacts have [s]; infinite if the two stick."""
     resolve: float
     """Time that substeps must resolve [s]: the duration, hysteretic half a period of the unloading spring."""
     overlap: float
-    """Largest overlap of a head-on contact at the speed of the crank circle, share of the smaller diameter
+    """Largest overlap of a head-on contact at the speed that contacts have, share of the smaller diameter
     [1].
     """
     restitution: float
@@ -62,27 +63,42 @@ class Clock(NamedTuple):
         return self.window / max(self.substeps, 1)
 
 
-def contact_facts(case: Case) -> list[ContactFacts]:
+def contact_facts(machine: Machine) -> list[ContactFacts]:
     """Return the shortest contact of each pair of materials that can touch: particles, then walls."""
-    return [_facts(case, pair) for pair in case.touching]
+    return [_facts(machine, pair) for pair in machine.touching]
 
 
-def _facts(case: Case, pair: TouchingPair) -> ContactFacts:
+def _facts(machine: Machine, pair: TouchingPair) -> ContactFacts:
     """Return the shortest contact of one pair of materials."""
-    met, sizes = impact_of(case, *pair, crank_circle_speed(case)), quickest_meeting(case, *pair)
+    met, sizes = impact_of(machine, *pair, contact_speed(machine)), quickest_meeting(machine, *pair)
     share = met.overlap / min(sizes.diameter, sizes.other_diameter)
-    law = pair_law(case, pair.first, pair.second)
+    law = pair_law(machine, pair.first, pair.second)
     return ContactFacts(pair.name, met.stiffness, met.time, met.resolve, share, met.restitution, law)
 
 
-def crank_circle_speed(case: Case) -> float:
-    """Return the speed of the crank pin on its circle at full speed [m/s], the scale of the speeds of
-    contacts.
+@functools.lru_cache(maxsize=16)
+def contact_speed(machine: Machine) -> float:
+    """Return the scale of the speeds of contacts [m/s]: the largest speed at which any drive alone moves a
+    point of its body b on the way to another joint, or a fall through the regions, whichever is faster.
+
+    Of a nutating mill it is the speed of the crank pin on its circle.
     """
-    return case.drive.speed * case.mechanism.crank_radius
+    speeds = []
+    for drive in machine.drives:
+        joint = next(joint for joint in machine.joints if joint.name == drive.joint)
+        axis = axes_along(joint.axis)
+        held = [other.point for other in machine.joints if joint.between[1] in other.between]
+        points = np.array(held) @ axis - np.array(joint.point) @ axis
+        speeds.append(abs(drive.speed) * float(np.hypot(points[:, 0], points[:, 1]).max()))
+    carried = [region_corners(machine, region) for region in machine.regions]
+    if carried and not any(speeds):
+        corners = np.concatenate(carried)
+        height = float(np.linalg.norm(np.ptp(corners, axis=0)))
+        speeds.append(math.sqrt(2.0 * float(np.linalg.norm(machine.gravity)) * height))
+    return max(speeds, default=0.0)
 
 
-def run_clock(case: Case) -> Clock:
+def run_clock(machine: Machine) -> Clock:
     """Return substep, window and row of a run; a row is one period of the series rate and a whole number of
     windows.
 
@@ -91,23 +107,24 @@ def run_clock(case: Case) -> Clock:
     CaseError : a substep that resolves the shortest contact by fewer than `FEWEST_SUBSTEPS`, cohesion
         stronger than the spring
     """
-    row = 1.0 / case.run.series_rate
-    if not case.charge.parts:
-        refuse_endless(case.run.end, min(row, MECHANISM_STEP))
-        windows = math.ceil(row / MECHANISM_STEP)
-        return Clock(0, row / windows, windows, f"mechanism alone, at most {MECHANISM_STEP * 1e6:g} us")
-    _refuse_soft_springs(case)
-    shortest = min(contact_facts(case), key=lambda facts: facts.resolve)
-    if case.run.dt == "auto":
+    row = 1.0 / machine.run.series_rate
+    if not machine.charge.parts:
+        step = machine.run.step
+        refuse_endless(machine.run.end, min(row, step))
+        windows = max(1, math.ceil(row / step * (1.0 - 1e-12)))
+        return Clock(0, row / windows, windows, f"mechanism alone, at most {units.shown(step, 'us', 'g')}")
+    _refuse_soft_springs(machine)
+    shortest = min(contact_facts(machine), key=lambda facts: facts.resolve)
+    if machine.run.dt == "auto":
         longest = shortest.resolve / SUBSTEPS_PER_CONTACT
         ruled_by = f"{shortest.pair}, {SUBSTEPS_PER_CONTACT} substeps per contact"
     else:
-        longest = case.run.dt
+        longest = machine.run.dt
         ruled_by = f"run.dt, {shortest.resolve / longest:.1f} substeps per {shortest.pair} contact"
         if shortest.resolve / longest < FEWEST_SUBSTEPS:
-            raise CaseError(_too_long(case, shortest, longest))
-    refuse_endless(case.run.end, longest)
-    substeps = min(case.run.window, math.ceil(row / longest))
+            raise CaseError(_too_long(machine, shortest, longest))
+    refuse_endless(machine.run.end, longest)
+    substeps = min(machine.run.window, math.ceil(row / longest))
     windows = math.ceil(row / (substeps * longest) - 1e-9)
     return Clock(substeps, row / windows, windows, ruled_by)
 
@@ -121,14 +138,14 @@ def refuse_endless(end: float, step: float) -> None:
         )
 
 
-def _refuse_soft_springs(case: Case) -> None:
+def _refuse_soft_springs(machine: Machine) -> None:
     """Raise CaseError if cohesion exceeds a linear spring at any overlap, for the largest particles."""
-    if case.contact.cohesion == "none" or case.contact.normal == "hertz":
+    if machine.contact.cohesion == "none" or machine.contact.normal == "hertz":
         return
-    diameter = max(part.size_range[1] for part in case.charge.parts)
+    diameter = max(part.size_range[1] for part in machine.charge.parts)
     faults = []
-    for first, second, wall in case.touching:
-        law = pair_law(case, first, second)
+    for first, second, wall in machine.touching:
+        law = pair_law(machine, first, second)
         spring = spring_stiffness(law, diameter, diameter)
         softening = cohesive_softening(law, diameter / (2 if wall else 4))
         if softening >= spring:
@@ -148,16 +165,16 @@ def _refuse_soft_springs(case: Case) -> None:
         raise CaseError(*faults)
 
 
-def _too_long(case: Case, shortest: ContactFacts, substep: float) -> Fault:
+def _too_long(machine: Machine, shortest: ContactFacts, substep: float) -> Fault:
     """Return the fault of a substep that is too long, with the substep and the stiffness that would do."""
     ratio = FEWEST_SUBSTEPS * substep / shortest.resolve
-    if case.contact.normal == "hertz":
+    if machine.contact.normal == "hertz":
         # duration ~ modulus^(-2/5); 5 % less, so that two digits are enough
-        softer = f"softening = {0.95 * case.contact.softening / ratio**2.5:.2g} would do"
+        softer = f"softening = {0.95 * machine.contact.softening / ratio**2.5:.2g} would do"
     else:
         overlap = (
             f"overlap {100 * shortest.overlap * ratio:.2g} % of the diameter at "
-            f"{crank_circle_speed(case):.2g} m/s"
+            f"{contact_speed(machine):.2g} m/s"
         )
         softer = f"{shortest.stiffness / ratio**2 / 1e3:.3g} kN/m would do ({overlap})"
     return Fault(

@@ -1,24 +1,27 @@
-"""A `Machine` as parts of the engine, and as model, state and work space of a run."""
+"""The parts of a machine as parts of the mechanism engine, and its sensors."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.base.errors import StepError
-from nutamill.case import Machine
-from nutamill.case.machine import BodyEntry, BushingEntry, JointEntry, Turn
+from nutamill.case.machine import BodyEntry, BushingEntry, DriveEntry, JointEntry, Machine
 from nutamill.mechanism.assembly import assemble
-from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
-from nutamill.mechanism.modes import static_equilibrium
-from nutamill.mechanism.parts import Body, Bushing, Drive, Joint, JointFriction, JointKind, Spring, Torque
-from nutamill.mechanism.sensors import COLUMNS, Sensor, SensorKind, sensor_table
-from nutamill.simulation.coupling_model import CouplingPlan, Scheme, coupling_state
-from nutamill.simulation.row import RowTable, row_groups
-from nutamill.simulation.setup.clock import Clock, refuse_endless
-from nutamill.simulation.setup.model import Model, Scratch, State
-from nutamill.simulation.setup.part_readout import PartReadout
+from nutamill.mechanism.parts import (
+    Body,
+    Bushing,
+    Drive,
+    Joint,
+    JointFriction,
+    JointKind,
+    Motor,
+    Spring,
+    Torque,
+)
+from nutamill.mechanism.sensors import COLUMNS, Sensor, SensorKind
+from nutamill.simulation.setup.carriers import quaternion_of
 
 KINDS = {
     "position": SensorKind.POINT_POSITION,
@@ -47,12 +50,12 @@ class MechanismParts(NamedTuple):
     """The drives."""
 
 
-def mechanism_parts(case: Machine) -> MechanismParts:
-    """Return the parts of a case as parts of the engine."""
+def mechanism_parts(machine: Machine) -> MechanismParts:
+    """Return the parts of a machine as parts of the engine."""
     return MechanismParts(
-        [_body(entry) for entry in case.bodies],
-        [_joint(entry) for entry in case.joints],
-        [_bushing(entry) for entry in case.bushings],
+        [_body(entry) for entry in machine.bodies],
+        [_joint(entry) for entry in machine.joints],
+        [_bushing(entry) for entry in machine.bushings],
         [
             Spring(
                 entry.name,
@@ -63,41 +66,48 @@ def mechanism_parts(case: Machine) -> MechanismParts:
                 entry.damping,
                 entry.free_length,
             )
-            for entry in case.springs
+            for entry in machine.springs
         ],
-        [Torque(entry.name, entry.body, entry.moment) for entry in case.torques],
-        [Drive(entry.name, entry.joint, *entry.breakpoints()) for entry in case.drives],
+        [Torque(entry.name, entry.body, entry.moment) for entry in machine.torques],
+        [Drive(entry.name, entry.joint, *entry.breakpoints(), _motor(entry)) for entry in machine.drives],
     )
 
 
-def assemble_case(case: Machine) -> tuple[Mechanism, MechanismState, MechanismScratch]:
-    """Assemble the mechanism of a case: constants, state as assembled, work space; raise CaseError with every
-    fault.
+def assemble_machine(
+    machine: Machine, drives: Sequence[Drive] | None = None
+) -> tuple[Mechanism, MechanismState, MechanismScratch]:
+    """Assemble the mechanism of a machine, with other `drives` if given: constants, state as assembled, work
+    space; raise CaseError with every fault.
     """
-    return assemble(*mechanism_parts(case), gravity=case.gravity, redundant=case.redundant)
+    parts = mechanism_parts(machine)
+    if drives is not None:
+        parts = parts._replace(drives=list(drives))
+    return assemble(*parts, gravity=machine.gravity, redundant=machine.redundant)
 
 
-def case_sensors(case: Machine) -> list[tuple[Sensor, list[str]]]:
-    """Return the sensors of every run of a case, each with the names of its series: all joints, all bushings,
-    all drives, then the sensors of the file.
+def machine_sensors(machine: Machine) -> list[tuple[Sensor, list[str]]]:
+    """Return the sensors of every run of a machine, each with the names of its series: all joints, all
+    bushings, all drives, then the sensors of the file.
     """
     sensors = []
 
     def add(sensor, prefix, parts=None):
         sensors.append((sensor, [f"{prefix}_{part}" for part in parts or COLUMNS[sensor.kind]]))
 
-    for joint in case.joints:
+    for joint in machine.joints:
         name = f"joint_{joint.name}"
         add(Sensor(name, SensorKind.JOINT_REACTION, joint.name), name)
-    for bushing in case.bushings:
+    for bushing in machine.bushings:
         name = f"bushing_{bushing.name}"
         travel = (*(f"travel_{axis}" for axis in "xyz"), *(f"turn_{axis}" for axis in "xyz"))
         add(Sensor(name, SensorKind.BUSHING_WRENCH, bushing.name), name)
         add(Sensor(f"{name}_travel", SensorKind.BUSHING_TRAVEL, bushing.name), name, travel)
-    for drive in case.drives:
+    for drive in machine.drives:
         name = f"drive_{drive.name}"
         add(Sensor(name, SensorKind.DRIVE, drive.name), name)
-    for entry in case.sensors:
+    for entry in machine.sensors:
+        if entry.kind == "charge":  # read from the charge, not from the mechanism
+            continue
         name, kind = f"{entry.name}_{entry.kind}", KINDS[entry.kind]
         # a column of a vector or a quaternion ends in the name of the component: x, vx, ax, qw
         parts = None if kind == SensorKind.JOINT_REACTION else tuple(part[-1] for part in COLUMNS[kind])
@@ -105,52 +115,15 @@ def case_sensors(case: Machine) -> list[tuple[Sensor, list[str]]]:
     return sensors
 
 
-def build_mechanism(case: Machine) -> tuple[Model, State, Scratch]:
-    """Build model, first state and work space of a mechanism.
-
-    Raises
-    ------
-    CaseError : every fault of the mechanism
-    StepError : no finite accelerations, or no equilibrium where the case starts from rest
-    """
-    mechanism, state, scratch = assemble_case(case)
-    sensors = case_sensors(case)
-    table = sensor_table(mechanism, state, [sensor for sensor, _ in sensors])
-    if case.run.start == "rest":
-        static_equilibrium(mechanism, state, scratch)
-    elif start(mechanism, state, scratch) != OK:
-        raise StepError(
-            f"{case.name}: the first accelerations are not finite. Look at the masses and inertias of the "
-            "bodies."
-        )
-    clock = mechanism_clock(case)
-    no_carriers = np.zeros(0, np.int64)
-    plan = CouplingPlan(
-        int(Scheme.STAGGERED), 0, clock.window, clock.windows_per_row, no_carriers, 0, np.zeros(3), 0
-    )
-    series = [name for _, names in sensors for name in names]
-    readout = PartReadout(case, RowTable(row_groups(mechanism, table, False)), series)
-    model = Model(case, clock, mechanism, table, None, None, plan, readout)
-    first = State(state, None, None, coupling_state(0), np.zeros(readout.n_columns))
-    return model, first, Scratch(scratch, None)
-
-
-def mechanism_clock(case: Machine) -> Clock:
-    """Return step and row of a run: the longest step that is at most `run.dt` and divides the period of the
-    series.
-    """
-    period = 1.0 / case.run.series_rate
-    refuse_endless(case.run.until, min(period, case.run.dt))
-    steps = max(1, math.ceil(period / case.run.dt * (1.0 - 1e-12)))
-    return Clock(0, period / steps, steps, "run.dt")
-
-
-def _quaternion(turn: Turn | None) -> tuple[float, float, float, float]:
-    """Return the attitude (w, x, y, z) after a rotation about an axis."""
-    if turn is None:
-        return (1.0, 0.0, 0.0, 0.0)
-    axis = np.asarray(turn.axis, float) / np.linalg.norm(turn.axis)
-    return (math.cos(0.5 * turn.angle), *(math.sin(0.5 * turn.angle) * axis))
+def _motor(entry: DriveEntry) -> Motor | None:
+    """Return the motor, or None for a prescribed rotation."""
+    if (motor := entry.motor) is None:
+        return None
+    absent = [
+        math.inf if value is None else value
+        for value in (motor.torque, motor.power, motor.cut, motor.restored)
+    ]
+    return Motor(motor.gain, motor.gain / motor.integral_time, *absent)
 
 
 def _body(entry: BodyEntry) -> Body:
@@ -162,7 +135,7 @@ def _body(entry: BodyEntry) -> Body:
         entry.mass,
         inertia,
         entry.position,
-        _quaternion(entry.turn),
+        tuple(quaternion_of(entry.turn)),
         entry.velocity,
         entry.angular_velocity,
     )

@@ -1,14 +1,15 @@
-"""A case as a model (constants), a state (what changes) and work space."""
+"""A machine as a model (constants), a state (what changes) and work space."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from nutamill.case import Case, Machine
-from nutamill.case.drawing import CHAMBER, CROSS
+from nutamill.base.errors import StepError
+from nutamill.case.machine import Machine
 from nutamill.charge.kernels.copying import checkpoint_arrays
 from nutamill.charge.measures.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
+from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.sensors import SensorTable, sensor_table
@@ -23,28 +24,21 @@ from nutamill.simulation.coupling_model import (
     coupling_state,
 )
 from nutamill.simulation.row import RowTable, row_groups
-from nutamill.simulation.setup.charge import chamber_charge
+from nutamill.simulation.setup.carriers import Carrier, carriers_of
+from nutamill.simulation.setup.charge import machine_charge
 from nutamill.simulation.setup.clock import Clock, run_clock
-from nutamill.simulation.setup.mill import (
-    DRIVE,
-    assemble_mill,
-    chamber_rotation,
-    mill_mechanism,
-    mill_sensors,
-)
-from nutamill.simulation.setup.part_readout import PartReadout
-from nutamill.simulation.setup.particles import particle_masses
+from nutamill.simulation.setup.mechanism import assemble_machine, machine_sensors
+from nutamill.simulation.setup.particles import particle_masses, region_bodies
 from nutamill.simulation.setup.readout import Readout
-from nutamill.simulation.setup.rigid_parts import whole_chamber
-from nutamill.simulation.setup.statistics import chamber_patches, chamber_survey
+from nutamill.simulation.setup.statistics import charge_survey, wall_patches
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
     """The constants of a run."""
 
-    case: Case | Machine
-    """The case."""
+    machine: Machine
+    """The machine."""
     clock: Clock
     """Lengths of substep, window and row."""
     mechanism: Mechanism
@@ -52,12 +46,12 @@ class Model:
     sensors: SensorTable
     """Sensors of the mechanism, read at each row."""
     charge: ChargeModel | None
-    """The charge; None for an empty chamber."""
+    """The charge; None without one."""
     survey: StatisticsPlan | None
-    """Grid and patches of the charge's statistics; None for an empty chamber."""
+    """Grid and patches of the charge's statistics; None without one."""
     plan: CouplingPlan
     """How the two are coupled."""
-    readout: Readout | PartReadout
+    readout: Readout
     """From rows to series."""
 
     def coupled(self) -> CoupledModel:
@@ -73,9 +67,9 @@ class State:
     mechanism: MechanismState
     """Motion, reactions and ledgers of the mechanism."""
     charge: ChargeState | None
-    """Motion, contact memory and ledgers of the charge; None for an empty chamber."""
+    """Motion, contact memory and ledgers of the charge; None without one."""
     statistics: ChargeStatistics | None
-    """Sums of the charge's statistics; None for an empty chamber."""
+    """Sums of the charge's statistics; None without one."""
     coupling: CouplingState
     """Counters and sums of the coupling."""
     first_row: np.ndarray
@@ -103,72 +97,110 @@ class Scratch:
     mechanism: MechanismScratch
     """Work space of the mechanism."""
     charge: ChargeScratch | None
-    """Work space of the charge; None for an empty chamber."""
+    """Work space of the charge; None without one."""
 
     def coupled(self, model: Model, state: State) -> CoupledScratch:
         """Return the arrays that the coupled march of `state` takes."""
         return coupled_scratch(state.coupled(), self.mechanism, self.charge, model.plan.scheme)
 
 
-def build(case: Case, bed: np.ndarray | None) -> tuple[Model, State, Scratch]:
-    """Build model, first state and work space of a case: the mill in static equilibrium at crank angle 0, the
-    charge in its bed.
+def build(machine: Machine, bed: np.ndarray | None) -> tuple[Model, State, Scratch]:
+    """Build model, first state and work space of a machine: as assembled or in static equilibrium, the charge
+    in its beds.
 
     Parameters
     ----------
-    case : the case
-    bed : positions of the particles [m] (n, 3), or positions and attitudes (n, 7), in chamber axes from the
-        nutation point, by `nutamill.simulation.setup.bed.settled_bed`; None for an empty chamber
+    machine : the machine
+    bed : positions of the particles [m] (n, 3), or positions and attitudes (n, 7), by
+        `nutamill.simulation.setup.bed.settled_bed`; None without a charge
 
     Raises
     ------
     CaseError : every fault of the mechanism or of the charge; a substep too long for the contacts
+    StepError : no finite accelerations, or no equilibrium where the machine starts from rest
     """
-    mill = mill_mechanism(case)
-    bodies = [body.name for body in mill.bodies]
-    mechanism, mstate, mscratch = assemble_mill(mill)
-    chamber, cross = bodies.index(CHAMBER), bodies.index(CROSS)
-    sensors = sensor_table(mechanism, mstate, mill_sensors(case))
-    weight = None
-    if bed is not None and plan_scheme(case) != Scheme.PRESCRIBED:
-        weight = np.zeros_like(mstate.wrench)
-        weight[chamber] = bed_weight(case, bed)
-    static_equilibrium(mechanism, mstate, mscratch, wrench=weight)
-    clock = run_clock(case)
+    mechanism, mstate, mscratch = assemble_machine(machine)
+    named = machine_sensors(machine)
+    sensors = sensor_table(mechanism, mstate, [sensor for sensor, _ in named])
+    carriers = [] if bed is None else carriers_of(machine)
+    scheme, clock = plan_scheme(machine), run_clock(machine)
+    if machine.run.start == "rest":
+        weight = None if scheme == Scheme.PRESCRIBED else bed_weight(machine, bed, mstate)
+        static_equilibrium(mechanism, mstate, mscratch, wrench=weight)
+    elif start(mechanism, mstate, mscratch) != OK:
+        raise StepError(
+            f"{machine.name}: the first accelerations are not finite. Look at the masses and inertias of the "
+            "bodies."
+        )
+    bodies = np.array([carrier.body for carrier in carriers], np.int64)
     plan = CouplingPlan(
-        int(plan_scheme(case)),
+        int(scheme) if bed is not None else int(Scheme.STAGGERED),
         clock.substeps,
         clock.window,
         clock.windows_per_row,
-        np.array([chamber]),
-        cross,
-        np.zeros(3),
-        [drive.name for drive in mill.drives].index(DRIVE),
+        bodies,
+        wrench_points(machine, carriers),
+        reference_drive(machine),
     )
     charge, cstate, cscratch, survey, sums = None, None, None, None, None
     if bed is not None:
-        position, quaternion = mstate.position[chamber], mstate.quaternion[chamber]
-        charge, cstate, cscratch = chamber_charge(
-            case, bed, position, quaternion, clock.substep, chamber_patches(case)
-        )
-        survey = chamber_survey(case, charge, cstate, clock.substep)
+        poses = np.column_stack([mstate.position[bodies], mstate.quaternion[bodies]])
+        charge, cstate, cscratch = machine_charge(machine, bed, poses, clock.substep, wall_patches(machine))
+        survey = charge_survey(machine, charge, cstate, clock.substep)
         sums = charge_statistics(survey, cstate)
-    readout = Readout(case, RowTable(row_groups(mechanism, sensors, bed is not None)))
-    model = Model(case, clock, mechanism, sensors, charge, survey, plan, readout)
-    state = State(mstate, cstate, sums, coupling_state(len(plan.carriers)), np.zeros(readout.n_columns))
+    groups = row_groups(mechanism, sensors, [carrier.name for carrier in carriers])
+    readout = Readout(machine, RowTable(groups), [name for _, names in named for name in names])
+    model = Model(machine, clock, mechanism, sensors, charge, survey, plan, readout)
+    coupling = coupling_state(len(carriers), reference_axis(machine))
+    state = State(mstate, cstate, sums, coupling, np.zeros(readout.n_columns))
     return model, state, Scratch(mscratch, cscratch)
 
 
-def plan_scheme(case: Case) -> Scheme:
-    """Return the coupling scheme of a case."""
-    return Scheme[case.run.coupling.upper()]
+def plan_scheme(machine: Machine) -> Scheme:
+    """Return the coupling scheme of a machine."""
+    return Scheme[machine.run.coupling.upper()]
 
 
-def bed_weight(case: Case, bed: np.ndarray) -> np.ndarray:
-    """Return the weight of the bed as a wrench (6,) on the chamber about its mass centre: force [N], moment
-    [N m], world axes.
+def reference_drive(machine: Machine) -> int:
+    """Return the index of the drive with which fields and neighbour lists rotate; -1 where there is none."""
+    return (
+        -1 if machine.fields.drive is None else [d.name for d in machine.drives].index(machine.fields.drive)
+    )
+
+
+def reference_axis(machine: Machine) -> tuple[np.ndarray, np.ndarray]:
+    """Return point [m] and direction of the axis of that drive as assembled, world; z where there is none."""
+    if machine.fields.drive is None:
+        return np.zeros(3), np.array([0.0, 0.0, 1.0])
+    drive = machine.drives[reference_drive(machine)]
+    joint = next(joint for joint in machine.joints if joint.name == drive.joint)
+    return np.array(joint.point, float), np.asarray(joint.axis, float) / np.linalg.norm(joint.axis)
+
+
+def wrench_points(machine: Machine, carriers: list[Carrier]) -> np.ndarray:
+    """Return the point of each carrier about which the moment of the charge is recorded [m] (n_carriers, 3),
+    axes of the body from its mass centre: as a sensor of the file says, else the mass centre.
     """
-    mass = particle_masses(case)
-    force = np.array([0.0, 0.0, -case.mechanism.gravity * mass.sum()])
-    centre = (mass @ bed[:, :3]) / mass.sum() - whole_chamber(case.chamber).mass_centre
-    return np.concatenate([force, np.cross(chamber_rotation(case) @ centre, force)])
+    points = np.zeros((len(carriers), 3))
+    given = {
+        entry.of: entry.at for entry in machine.sensors if entry.kind == "charge" and entry.at is not None
+    }
+    for c, carrier in enumerate(carriers):
+        if carrier.name in given:
+            points[c] = carrier.rotation.T @ (np.array(given[carrier.name]) - carrier.position)
+    return points
+
+
+def bed_weight(machine: Machine, bed: np.ndarray | None, state: MechanismState) -> np.ndarray | None:
+    """Return the weight of the beds as wrenches (n_bodies, 6) on the bodies that carry them, about their mass
+    centres as assembled: force [N], moment [N m], world axes; None without a charge.
+    """
+    if bed is None:
+        return None
+    wrench, mass, carriers = np.zeros_like(state.wrench), particle_masses(machine), carriers_of(machine)
+    for number, members in region_bodies(machine):
+        carrier = carriers[number]
+        force = mass[members].sum() * np.array(machine.gravity)
+        centre = (mass[members] @ bed[members, :3]) / mass[members].sum()
+        wrench[carrier.body] += np.concatenate([force, np.cross(carrier.rotation @ centre, force)])
+    return wrench

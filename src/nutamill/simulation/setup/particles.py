@@ -1,16 +1,16 @@
-"""The particles of a case: number, size, shape and material, without positions."""
+"""The particles of a machine: number, size, shape and material, without positions."""
 
 import functools
 from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.base.errors import CaseError, Fault
-from nutamill.case import Case
 from nutamill.case.charge import Portion
+from nutamill.case.machine import Machine
 from nutamill.charge.particles.particles import Particles, clumps, joined, spheres
 from nutamill.charge.particles.shapes import ClumpShape, clump_shape
-from nutamill.simulation.setup.walls import free_volume
+from nutamill.simulation.setup.carriers import carrier_index
+from nutamill.simulation.setup.regions import free_volume, region_of
 
 
 class Pebble(NamedTuple):
@@ -23,55 +23,56 @@ class Pebble(NamedTuple):
 
 
 @functools.lru_cache(maxsize=4)
-def charge_parts(case: Case) -> tuple[Particles, ...]:
+def charge_parts(machine: Machine) -> tuple[Particles, ...]:
     """Return the particles of each part of the charge, without positions, materials by their index in
-    `Case.charge.materials`.
+    `Machine.charge.materials`.
     """
-    return tuple(_of_part(case, number, part) for number, part in enumerate(case.charge.parts))
+    return tuple(_of_part(machine, number, part) for number, part in enumerate(machine.charge.parts))
 
 
 @functools.lru_cache(maxsize=4)
-def charge_particles(case: Case) -> Particles:
+def charge_particles(machine: Machine) -> Particles:
     """Return all particles of a charge that is not empty, part after part, without positions."""
-    return joined(charge_parts(case))
+    return joined(charge_parts(machine))
 
 
-def particle_count(case: Case) -> int:
-    """Return the number of particles; 0 for an empty chamber [1]."""
-    return sum(part.number for part in charge_parts(case))
+def particle_count(machine: Machine) -> int:
+    """Return the number of particles; 0 without a charge [1]."""
+    return sum(part.number for part in charge_parts(machine))
 
 
-def particle_masses(case: Case) -> np.ndarray:
+def particle_masses(machine: Machine) -> np.ndarray:
     """Return the mass of each particle [kg] (n,)."""
-    return charge_particles(case).mass([case.materials[name].density for name in case.charge.materials])
+    return charge_particles(machine).mass(
+        [machine.materials[name].density for name in machine.charge.materials]
+    )
 
 
-def charge_mass(case: Case) -> float:
-    """Return the mass of all particles; 0 for an empty chamber [kg]."""
-    return float(particle_masses(case).sum()) if case.charge.parts else 0.0
+def charge_mass(machine: Machine) -> float:
+    """Return the mass of all particles; 0 without a charge [kg]."""
+    return float(particle_masses(machine).sum()) if machine.charge.parts else 0.0
 
 
-def with_charge_mass(case: Case) -> Case:
-    """Return the case with the mass of its charge fixed to the chamber's base, where the rigid bars are."""
-    if case.chamber.bars is None:
-        raise CaseError(
-            Fault(
-                "chamber.bars",
-                "is missing, so that the mass of the charge has no position",
-                "Give radius and depth of a ring",
-            )
-        )
-    return case.with_("chamber.bars.mass", case.chamber.bars_mass + charge_mass(case))
+def region_bodies(machine: Machine) -> list[tuple[int, slice]]:
+    """Return the carrier on whose body each part of the charge lies at the start, and the particles of the
+    part, part after part.
+    """
+    bodies, first = [], 0
+    for part, particles in zip(machine.charge.parts, charge_parts(machine), strict=True):
+        carrier = carrier_index(machine, region_of(machine, part).body)
+        bodies.append((carrier, slice(first, first + particles.number)))
+        first += particles.number
+    return bodies
 
 
-def quickest_pebble(case: Case, material: str) -> Pebble:
+def quickest_pebble(machine: Machine, material: str) -> Pebble:
     """Return the pebble of a material with the shortest contacts.
 
     The duration grows with the root of mass over stiffness, and stiffness from Young's modulus grows with the
     diameter.
     """
-    density, pebbles = case.materials[material].density, []
-    for part, particles in zip(case.charge.parts, charge_parts(case), strict=True):
+    density, pebbles = machine.materials[material].density, []
+    for part, particles in zip(machine.charge.parts, charge_parts(machine), strict=True):
         if part.material != material:
             continue
         for number, shape in enumerate(particles.shapes):
@@ -82,20 +83,24 @@ def quickest_pebble(case: Case, material: str) -> Pebble:
                     Pebble(float(m), float(d))
                     for m, d in zip(masses, 2.0 * shape.radii * scale.min(), strict=True)
                 ]
-    by_diameter = case.contact.stiffness == "young"
+    by_diameter = machine.contact.stiffness == "young"
     return min(pebbles, key=lambda pebble: pebble.mass / (pebble.diameter if by_diameter else 1.0))
 
 
-def _of_part(case: Case, number: int, part: Portion) -> Particles:
+def _of_part(machine: Machine, number: int, part: Portion) -> Particles:
     """Return the particles of one part; the seed decides which shape goes with which size."""
-    law, material = part.size_law(), case.charge.materials.index(part.material)
+    law, material = part.size_law(), machine.charge.materials.index(part.material)
     if part.count is not None:
         diameters = law.of_number(part.count)
     else:
-        diameters = law.of_volume(part.solid_volume(case.materials[part.material].density, free_volume(case)))
+        density, free = (
+            machine.materials[part.material].density,
+            free_volume(machine, region_of(machine, part)),
+        )
+        diameters = law.of_volume(part.solid_volume(density, free))
     if part.kind == "spheres":
         return spheres(diameters, material)
-    return clumps(_shapes(part.shapes.clumps), diameters, material, case.run.seed + number)
+    return clumps(_shapes(part.shapes.clumps), diameters, material, machine.run.seed + number)
 
 
 @functools.lru_cache(maxsize=16)

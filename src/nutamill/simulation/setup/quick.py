@@ -5,7 +5,8 @@ import math
 
 from nutamill.case import Case
 from nutamill.charge.laws.pair import spring_stiffness
-from nutamill.simulation.setup.charge import material_order, pair_law, quickest_meeting
+from nutamill.simulation.setup.charge import pair_law, quickest_meeting
+from nutamill.simulation.setup.walls import material_order
 
 RAMP_TIME = 0.2
 """Time from rest to full speed in a demonstration [s]."""
@@ -36,8 +37,10 @@ def quick(case: Case) -> Case:
         changes["contact.stiffness"] = "direct"
         for first, second in itertools.product(case.charge.materials, material_order(case)):
             wall = second not in case.charge.materials
-            softer, met = 1.0 if wall else SOFTER, quickest_meeting(case, first, second, wall)
-            stiffness = spring_stiffness(pair_law(case, first, second), met.diameter, met.other_diameter)
+            softer, met = 1.0 if wall else SOFTER, quickest_meeting(case.machine, first, second, wall)
+            stiffness = spring_stiffness(
+                pair_law(case.machine, first, second), met.diameter, met.other_diameter
+            )
             changes[f"contact.pairs.{pair_name(case, first, second)}.normal_stiffness"] = stiffness / softer
     return case.with_(**{key.replace(".", "__"): value for key, value in changes.items()})
 

@@ -1,52 +1,60 @@
-"""From the rows of a compiled march to the recorded quantities of a mill (`nutamill.result.fields`)."""
+"""From the rows of a march to the series of the record: what every machine has, and its named quantities.
 
-from collections.abc import Callable
+Signs are those of docs/conventions.md.  Reactions act on the second body of a joint, torques on the driven
+body.
+"""
+
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from nutamill.case import Case
-from nutamill.result.fields import JOINTS, TURNING
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.library import similar
+from nutamill.case.machine import Machine, QuantityEntry
+from nutamill.result.fields import Field, series_field
 from nutamill.simulation.row import CONTACT_TERMS, WRENCH, RowTable
-from nutamill.simulation.setup.mill import (
-    CHAMBER_PIVOT,
-    COUPLING,
-    DRIVE,
-    FRAME_FIX,
-    LOAD_CELL,
-    NUTATION_POINT,
-    PIN_JOINT,
-    SHAFT_BEARING,
-)
 from nutamill.simulation.setup.particles import charge_mass
 
-FRICTIONLESS = (FRAME_FIX, SHAFT_BEARING, LOAD_CELL)
-"""Joints that no case gives friction; their losses are zero and not recorded."""
+LOSSES = {"bushing_loss": "bushing", "spring_loss": "spring", "joint_loss": "joint"}
+"""Groups of a row that hold energies dissipated by parts, and what their series begin with."""
 
-Read = Callable[[str, str], np.ndarray]
-"""Reads a column by group and name."""
+WORKS = {"drive_work": "drive", "torque_work": "torque"}
+"""Groups of a row that hold works done on the mechanism, and what their series begin with."""
 
 
 class Readout:
-    """Names of the series of a mill, and their values from rows.
+    """Names of the series of a machine, and their values from rows.
 
     Parameters
     ----------
-    case : the case
+    machine : the machine
     table : columns of a row
+    sensor_series : names of the series of the sensor columns, in their order
 
     Attributes
     ----------
     table : as given
     names : names of the series
+    fields : what each series is
     n_columns : number of columns of a row
     """
 
-    def __init__(self, case: Case, table: RowTable):
-        self._case = case
-        self._with_charge = bool(table.groups["charge_energy"])
+    def __init__(self, machine: Machine, table: RowTable, sensor_series: list[str]):
+        self._machine, self._sensor_series = machine, sensor_series
+        self._carriers = [
+            name.removesuffix(f"_{WRENCH[0]}") for name in table.groups["wrench"] if name.endswith(WRENCH[0])
+        ]
+        rubs = {joint.name for joint in machine.joints if joint.friction is not None}
+        self._frictionless = {
+            f"joint_{joint.name}_loss" for joint in machine.joints if joint.name not in rubs
+        }
         self.table, self.n_columns = table, table.starts.columns
-        self.names = list(self._read(np.zeros((1, self.n_columns)), np.zeros(self.n_columns)))
+        values = self._all(np.zeros((1, self.n_columns)), np.zeros(self.n_columns))
+        known = [name for name in values if name not in self._frictionless]
+        self.names = known if machine.run.series is None else list(machine.run.series)
+        self._refuse_unknown(known)
+        self.fields = self._fields()
 
     def series(self, rows: np.ndarray, first: np.ndarray) -> np.ndarray:
         """Return the values (n, n_names) of the series, SI, in the order of `names`.
@@ -54,125 +62,123 @@ class Readout:
         Parameters
         ----------
         rows : (n, n_columns) of the march
-        first : (n_columns,) row at the start of the run, from which ledgers count and gravity's share is read
+        first : (n_columns,) row at the start of the run, from which ledgers count and quantities are zeroed
         """
-        return np.column_stack(list(self._read(rows, first).values()))
+        values = self._all(rows, first)
+        return np.column_stack([values[name] for name in self.names])
 
-    def _read(self, rows: np.ndarray, first: np.ndarray) -> dict[str, np.ndarray]:
-        """Return every series by name."""
-        at, at_first = partial(self.table.read, rows), partial(self.table.read, first[None, :])
+    def _refuse_unknown(self, known: list[str]) -> None:
+        """Raise CaseError with every recorded name that is no series of the machine."""
+        unknown = [name for name in self.names if name not in known]
+        if unknown or self.names[:1] != ["time"]:
+            faults = [Fault("run.series", f'no series is called "{n}"', similar(n, known)) for n in unknown]
+            raise CaseError(*(faults or [Fault("run.series", 'the first must be "time"')]))
+
+    def _fields(self) -> list[Field]:
+        """Return what each series is; a quantity that has no name of its own in the tables is described by
+        what it is taken of.
+        """
+        entries = {entry.name: entry for entry in self._machine.quantities}
+        fields: dict[str, Field] = {}
+
+        def field_of(name: str) -> Field:
+            if name not in fields:
+                fields[name] = (
+                    quantity_field(entries[name], field_of) if name in entries else series_field(name)
+                )
+            return fields[name]
+
+        return [field_of(name) for name in self.names]
+
+    def _all(self, rows: np.ndarray, first: np.ndarray) -> dict[str, np.ndarray]:
+        """Return every series by name, the quantities among them."""
+        values, at_first = self._plain(rows, first), self._plain(first[None, :], first)
+        ledger = self._ledger(rows, first)
+        known, known_first = values | ledger, at_first | self._ledger(first[None, :], first)
+        quantities: dict[str, np.ndarray] = {}
+        for entry in self._machine.quantities:
+            known_first[entry.name] = taken(entry, known_first, None)
+            quantities[entry.name] = known[entry.name] = taken(entry, known, known_first)
+        return values | quantities | {name: known[name] for name in ledger}
+
+    def _plain(self, rows: np.ndarray, first: np.ndarray) -> dict[str, np.ndarray]:
+        """Return time, sensors and charge by the names of their series."""
+        at = partial(self.table.read, rows)
         series = {"time": at("time", "time")}
-        series |= self._drive(at)
-        for name, joint in (("crank_pin_force", LOAD_CELL), ("pin_joint_force", PIN_JOINT)):
-            series |= _crank_force(name, joint, at, at_first)
-        series |= _vector("nutation_point_force", f"{CHAMBER_PIVOT}_force", at)
-        series["nutation_point_force_resultant"] = np.linalg.norm(
-            [at("sensors", f"{CHAMBER_PIVOT}_force_{axis}") for axis in "xyz"], axis=0
-        )
-        series |= self._mounts(at)
-        series |= self._reactions(at)
-        for sensor in self._case.sensors:
-            series |= {f"{sensor}_acceleration_{axis}": at("sensors", f"{sensor}_a{axis}") for axis in "xyz"}
-        if self._with_charge:
-            series |= self._charge(at)
-        return series | self._ledger(at, at_first)
-
-    def _drive(self, at: Read) -> dict[str, np.ndarray]:
-        torque, speed = at("sensors", f"{DRIVE}_torque"), at("sensors", f"{DRIVE}_speed")
-        return {
-            "crank_angle": at("sensors", f"{DRIVE}_angle"),
-            "driveshaft_speed": speed,
-            "driveshaft_torque": torque,
-            "driveshaft_power": torque * speed,
-            "coupling_torque": at("sensors", f"{COUPLING}_moment_z"),
-        }
-
-    def _mounts(self, at: Read) -> dict[str, np.ndarray]:
-        if self._case.mechanism.mounting == "rigid":
-            return {}
-        series = {}
-        for number in range(1, self._case.mounts.count + 1):
-            series |= _vector(f"mount_{number}_force", f"mount_{number}_force", at)
-            series |= _vector(f"mount_{number}_travel", f"mount_{number}_travel", at)
-        return series
-
-    def _reactions(self, at: Read) -> dict[str, np.ndarray]:
-        rigid = self._case.mechanism.mounting == "rigid"
-        joints = [joint for joint in JOINTS if joint != FRAME_FIX or rigid]
-        series = {
-            f"{joint}_reaction_{part}": at("sensors", f"{joint}_reaction_{part}")
-            for joint in joints
-            for part in WRENCH
-        }
-        return series | {
-            f"{body}_attitude_{part}": at("sensors", f"{body}_attitude_q{part}")
-            for body in TURNING
-            for part in "wxyz"
-        }
-
-    def _charge(self, at: Read) -> dict[str, np.ndarray]:
-        centre = [at("mass_centre", axis) for axis in "xyz"]
-        point = [at("sensors", f"{NUTATION_POINT}_{axis}") for axis in "xyz"]
-        azimuth = np.arctan2(centre[1] - point[1], centre[0] - point[0])
-        lag = at("sensors", f"{DRIVE}_angle") - azimuth
-        series = {f"charge_mass_centre_{axis}": values for axis, values in zip("xyz", centre, strict=True)}
-        series["charge_phase_lag"] = np.pi - np.mod(np.pi - lag, 2 * np.pi)  # into (-pi, pi]
-        series |= {f"charge_{name}": at("wrench", name) for name in WRENCH}
+        series |= dict(zip(self._sensor_series, at("sensors").T, strict=True))
+        if not self._carriers:
+            return series
+        for axis in "xyz":
+            series[f"charge_mass_centre_{axis}"] = at("mass_centre", axis)
+        for carrier in self._carriers:
+            for name in WRENCH:
+                series[f"{carrier}_charge_{name}"] = at("wrench", f"{carrier}_{name}")
         series["coordination_number"] = at("coordination", "mean")
         series |= {f"{kind}_contacts": at("contacts", kind) for kind in ("pair", "wall")}
         return series | {f"largest_{kind}_overlap": at("largest_overlap", kind) for kind in ("pair", "wall")}
 
-    def _ledger(self, at: Read, at_first: Read) -> dict[str, np.ndarray]:
+    def _ledger(self, rows: np.ndarray, first: np.ndarray) -> dict[str, np.ndarray]:
         """Return the energy ledger, cumulative from the first row, and its residual."""
+        at, at_first = partial(self.table.read, rows), partial(self.table.read, first[None, :])
         stored = {
             "kinetic_energy_mechanism": at("mechanism_energy", "kinetic"),
             "potential_energy": at("mechanism_energy", "potential"),
             "elastic_energy": at("mechanism_energy", "elastic"),
         }
-        supplied = at("drive_work", DRIVE)
-        lost = {}
-        for group in ("bushing_loss", "joint_loss"):
-            for part in self.table.groups[group]:
-                if part not in FRICTIONLESS:
-                    lost["coupling_loss" if part == COUPLING else f"{part}_loss"] = at(group, part)
-        charge = {}
-        if self._with_charge:
-            stored["kinetic_energy_charge"] = at("charge_energy", "kinetic_translational") + at(
-                "charge_energy", "kinetic_rotational"
-            )
-            stored["potential_energy"] = stored["potential_energy"] - at("ledger", "gravity")
-            for where in ("pair", "wall"):
-                for term in CONTACT_TERMS:
-                    name = f"{where}_{term}"
-                    elastic = at("charge_energy", name)
-                    stored["elastic_energy"] = stored["elastic_energy"] + elastic
-                    lost[f"{name}_loss"] = at_first("charge_energy", name) - elastic - at("ledger", name)
-            lost["substep_loss"] = -at("ledger", "scheme")
-            charge["interface_work"] = at("ledger", "interface")
-            if self._case.run.coupling == "prescribed":
-                # an imposed motion supplies the work it does on the charge
-                supplied = supplied + charge["interface_work"]
-            momentum = [at("momentum", axis) - at_first("momentum", axis) for axis in "xyz"]
-            time = at("time", "time") - at_first("time", "time")
-            weight = charge_mass(self._case) * self._case.mechanism.gravity * time
-            defect = [
-                momentum[k] + at("charge_impulse", axis) + (weight if axis == "z" else 0.0)
-                for k, axis in enumerate("xyz")
-            ]
-            charge["interface_impulse_defect"] = np.linalg.norm(defect, axis=0)
+        works = {
+            f"{prefix}_{part}_work": at(group, part)
+            for group, prefix in WORKS.items()
+            for part in self.table.groups[group]
+        }
+        lost = {
+            f"{prefix}_{part}_loss": at(group, part)
+            for group, prefix in LOSSES.items()
+            for part in self.table.groups[group]
+        }
+        supplied = sum(works.values()) if works else np.zeros(len(rows))
+        charge = self._charge_ledger(at, at_first, stored, lost) if self._carriers else {}
+        if charge and self._machine.run.coupling == "prescribed":
+            # an imposed motion supplies the work it does on the charge
+            supplied = supplied + charge["interface_work"]
         total = sum(stored.values()) + sum(lost.values()) - supplied
         return {
-            "motor_work": at("drive_work", DRIVE),
+            **works,
             **stored,
             **lost,
             **charge,
             "ledger_residual": total - self._start_energy(at_first),
         }
 
-    def _start_energy(self, at_first: Read) -> np.ndarray:
+    def _charge_ledger(self, at, at_first, stored: dict, lost: dict) -> dict[str, np.ndarray]:
+        """Add the entries of the charge to `stored` and `lost`; return those that are neither."""
+        stored["kinetic_energy_charge"] = at("charge_energy", "kinetic_translational") + at(
+            "charge_energy", "kinetic_rotational"
+        )
+        stored["potential_energy"] = stored["potential_energy"] - at("ledger", "gravity")
+        for where in ("pair", "wall"):
+            for term in CONTACT_TERMS:
+                name = f"{where}_{term}"
+                elastic = at("charge_energy", name)
+                stored["elastic_energy"] = stored["elastic_energy"] + elastic
+                lost[f"{name}_loss"] = at_first("charge_energy", name) - elastic - at("ledger", name)
+        lost["substep_loss"] = -at("ledger", "scheme")
+        time = at("time", "time") - at_first("time", "time")
+        defect = [
+            at("momentum", axis)
+            - at_first("momentum", axis)
+            + at("charge_impulse", axis)
+            - charge_mass(self._machine) * self._machine.gravity[k] * time
+            for k, axis in enumerate("xyz")
+        ]
+        return {
+            "interface_work": at("ledger", "interface"),
+            "interface_impulse_defect": np.linalg.norm(defect, axis=0),
+        }
+
+    def _start_energy(self, at_first) -> np.ndarray:
         """Return the energy stored at the first row [J], where all cumulative works are zero."""
         energy = sum(at_first("mechanism_energy", name) for name in ("kinetic", "potential", "elastic"))
-        if self._with_charge:
+        if self._carriers:
             kinetic, springs = self.table.groups["charge_energy"][:2], self.table.groups["charge_energy"][2:]
             for name in kinetic:
                 energy = energy + at_first("charge_energy", name)
@@ -180,26 +186,42 @@ class Readout:
         return energy
 
 
-def _vector(name: str, column: str, at: Read) -> dict[str, np.ndarray]:
-    """Return three components under the name of a series."""
-    return {f"{name}_{axis}": at("sensors", f"{column}_{axis}") for axis in "xyz"}
+def taken(
+    entry: QuantityEntry, known: dict[str, np.ndarray], known_first: dict[str, np.ndarray] | None
+) -> np.ndarray:
+    """Return the values (n,) of a quantity from the series that it is taken of.
 
-
-def _crank_force(name: str, joint: str, at: Read, at_first: Read) -> dict[str, np.ndarray]:
-    """Return radial (towards the axis), tangential and resultant force of the crank on the part it drives,
-    raw and less the force at rest.
-
-    Columns are in driveshaft axes, x from the axis to the pin.  A reading zeroed at rest loses gravity's
-    radial share, which rotates with the crank.  Its tangential share at rest is taken as zero, because the
-    first row may contain the start of a ramp.
+    `known_first` are the values at the first row, for quantities that are zeroed there; None at that row
+    itself.
     """
-    radial, tangential = -at("sensors", f"{joint}_force_x"), at("sensors", f"{joint}_force_y")
-    radial_tared = radial + at_first("sensors", f"{joint}_force_x")
-    return {
-        f"{name}_radial": radial,
-        f"{name}_tangential": tangential,
-        f"{name}_resultant": np.hypot(radial, tangential),
-        f"{name}_radial_tared": radial_tared,
-        f"{name}_tangential_tared": tangential,
-        f"{name}_resultant_tared": np.hypot(radial_tared, tangential),
-    }
+    terms = []
+    for name in entry.of:
+        sign, source = (-1.0, name[1:]) if name.startswith("-") else (1.0, name)
+        term = known[source] if sign > 0.0 else -known[source]
+        if entry.zeroed:
+            zero = known[source] if known_first is None else known_first[source]
+            term = term - sign * zero
+        terms.append(term)
+    if entry.take == "resultant":
+        return np.linalg.norm(terms, axis=0) if len(terms) > 2 else np.hypot(*terms)
+    if entry.take == "product":
+        return np.prod(terms, axis=0)
+    if entry.take == "lag":
+        angle, x, y, x0, y0 = terms
+        lag = angle - np.arctan2(y - y0, x - x0)
+        return np.pi - np.mod(np.pi - lag, 2 * np.pi)  # into (-pi, pi]
+    return terms[0] if len(terms) == 1 else sum(terms)
+
+
+def quantity_field(entry: QuantityEntry, field_of) -> Field:
+    """Return what a quantity is: as the tables of fields say, else by what it is taken of."""
+    try:
+        return series_field(entry.name)
+    except CaseError:
+        source = field_of(entry.of[0].removeprefix("-"))
+    unit = {"product": "*".join(field_of(n.removeprefix("-")).unit for n in entry.of), "lag": "rad"}
+    label = entry.name.replace("_", " ")
+    meaning = f"{entry.take} of {', '.join(entry.of)}" + (", zeroed at the start" if entry.zeroed else "")
+    return replace(
+        source, name=entry.name, label=label, meaning=meaning, unit=unit.get(entry.take, source.unit)
+    )

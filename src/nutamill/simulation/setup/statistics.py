@@ -1,14 +1,16 @@
-"""Grid and patches of the statistics of a charge in its chamber, and the recorded quantities.
+"""Grid and patches of the statistics of a charge, and the recorded quantities.
 
-The grid has its origin in the middle of the chamber's floor and its z axis along the chamber's.  It rotates
-with the crank.
+The grid is cylindrical, around the regions of the charge, along the z axis of the body that the machine names
+for its fields.  It is fixed to that body, or rotates about that axis with the angle of a drive.
 """
 
+import functools
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.case import Case
+from nutamill.case.machine import Machine
 from nutamill.charge.kernels.impacts import FINE, bin_edges
 from nutamill.charge.measures.statistics import (
     FIELD_SUMS,
@@ -20,9 +22,9 @@ from nutamill.charge.measures.statistics import (
 from nutamill.charge.model import ChargeModel, ChargeState
 from nutamill.charge.walls.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.walls.surface import Surface, SurfaceKind
-from nutamill.simulation.setup.charge import CHAMBER_CARRIER, chamber_surfaces, material_order
+from nutamill.simulation.setup.carriers import carrier_index, carriers_of
 from nutamill.simulation.setup.particles import charge_particles
-from nutamill.simulation.setup.rigid_parts import whole_chamber
+from nutamill.simulation.setup.walls import material_order, region_corners, seen_from, world_surfaces
 
 SECTORS = 36
 """Cells and patches around the chamber [1]: 10 deg each."""
@@ -34,26 +36,57 @@ MESH_POINTS = 1e6
 """Number of points on a mesh's patch that sample the areas of its parts [1]."""
 
 
-def chamber_cells(case: Case) -> tuple[int, int, int]:
-    """Return the cells along radius, azimuth and height [1]: two diameters of the largest particle wide,
-    within limits of their number.
+class Grid(NamedTuple):
+    """The cylindrical grid of the fields."""
+
+    carrier: int
+    """Index of the body to which it is fixed, among the carriers [1]."""
+    origin: tuple[float, float, float]
+    """Centre of its lower end [m], axes of that body from the mass centre."""
+    radius: float
+    """Its radius [m]."""
+    height: float
+    """Its height [m]."""
+    cells: tuple[int, int, int]
+    """Cells along radius, azimuth and height [1]: two diameters of the largest particle wide, within limits
+    of their number.
     """
-    width = 4.0 * float(charge_particles(case).bounding_radius.max())
-    across = min(max(round(case.chamber.inner_diameter / 2 / width), 2), MOST_ACROSS)
-    return across, SECTORS, min(max(round(case.chamber.height / width), 4), MOST_UP)
 
 
-def _cut(case: Case, surface: Surface) -> tuple[int, int, int, float, float]:
-    """Return the patches of a surface, in the form of `patch_table`."""
-    across, around, up = chamber_cells(case)
-    if surface.kind == SurfaceKind.CYLINDER:
-        return ANGLE_HEIGHT, around, up, 0.0, case.chamber.height
-    if surface.kind == SurfaceKind.PLANE:
-        return ANGLE_RADIUS, around, across, 0.0, case.chamber.inner_diameter / 2
-    if surface.kind == SurfaceKind.BOX:
-        # a rib's box begins as far below the floor as it reaches into the charge: rows of the free part
-        depth, _, half = surface.size
-        return FACE_HEIGHT, FACES, up, depth - half, half
+@functools.lru_cache(maxsize=8)
+def field_grid(machine: Machine) -> Grid:
+    """Return the grid of the fields of a machine's charge."""
+    number = carrier_index(machine, machine.fields.body or machine.regions[0].body)
+    carrier = carriers_of(machine)[number]
+    corners = np.concatenate([region_corners(machine, region) for region in machine.regions])
+    seen = (corners - carrier.position) @ carrier.rotation
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    middle = 0.5 * (low + high)
+    radius, height = float(np.hypot(*(seen - middle)[:, :2].T).max()), float(high[2] - low[2])
+    width = 4.0 * float(charge_particles(machine).bounding_radius.max())
+    across, up = min(max(round(radius / width), 2), MOST_ACROSS), min(max(round(height / width), 4), MOST_UP)
+    origin = (float(middle[0]), float(middle[1]), float(low[2]))
+    return Grid(number, origin, radius, height, (across, SECTORS, up))
+
+
+def _cut(machine: Machine, surface: Surface, corners: np.ndarray) -> tuple[int, int, int, float, float]:
+    """Return the patches of a surface given in world axes, in the form of `patch_table`; `corners` [m] (n, 3)
+    are those of the regions.
+    """
+    across, around, up = field_grid(machine).cells
+    kind, size = surface.kind, surface.size
+    local = (corners - surface.origin) @ np.asarray(surface.rotation)
+    low, high = float(local[:, 2].min()), float(local[:, 2].max())
+    if kind == SurfaceKind.PLANE:
+        return ANGLE_RADIUS, around, across, 0.0, float(np.hypot(*local[:, :2].T).max())
+    if kind == SurfaceKind.CYLINDER:
+        return ANGLE_HEIGHT, around, up, low, high
+    if kind == SurfaceKind.BOX:
+        return FACE_HEIGHT, FACES, up, max(low, -size[2]), min(high, size[2])
+    if kind == SurfaceKind.CONE:
+        return ANGLE_HEIGHT, around, up, 0.0, size[2]
+    if kind == SurfaceKind.SPHERE_CAP:
+        return ANGLE_HEIGHT, around, up, -size[0], -size[0] * math.cos(size[1])
     if surface.mesh.keep == "outside":
         return ANGLE_HEIGHT, 1, 1, 0.0, 1.0
     points, _, upright = _mesh_points(surface)
@@ -83,43 +116,43 @@ def _mesh_points(surface: Surface) -> tuple[np.ndarray, np.ndarray, float]:
     return points.reshape(-1, 3), np.repeat(areas / (k * k), k * k), float(normals[:, 2].sum() / areas.sum())
 
 
-def chamber_patches(case: Case) -> PatchTable:
-    """Return the patches of the chamber's surfaces."""
-    return patch_table([_cut(case, surface) for surface in chamber_surfaces(case)])
+@functools.lru_cache(maxsize=8)
+def wall_patches(machine: Machine) -> PatchTable:
+    """Return the patches of the surfaces of a machine's walls."""
+    corners = np.concatenate([region_corners(machine, region) for region in machine.regions])
+    return patch_table([_cut(machine, surface, corners) for surface in world_surfaces(machine)])
 
 
-def chamber_survey(case: Case, model: ChargeModel, state: ChargeState, substep: float) -> StatisticsPlan:
-    """Return the grid in the chamber of `case`, for its charge and its substep [s]."""
-    floor = np.array([0.0, 0.0, -case.chamber.floor_depth]) - whole_chamber(case.chamber).mass_centre
-    extent = (case.chamber.inner_diameter / 2, 0.0, case.chamber.height)
-    on, volumes = case.run.statistics, _pebble_volumes(case)
-    return statistics_plan(
-        model, state, substep, CHAMBER_CARRIER, tuple(floor), chamber_cells(case), extent, on, volumes
-    )
+def charge_survey(machine: Machine, model: ChargeModel, state: ChargeState, substep: float) -> StatisticsPlan:
+    """Return grid and patches of the charge of a machine, for its substep [s]."""
+    grid = field_grid(machine)
+    on, volumes = machine.run.statistics, _pebble_volumes(machine)
+    extent = (grid.radius, 0.0, grid.height)
+    return statistics_plan(model, state, substep, grid.carrier, grid.origin, grid.cells, extent, on, volumes)
 
 
-def _pebble_volumes(case: Case) -> np.ndarray:
+def _pebble_volumes(machine: Machine) -> np.ndarray:
     """Return the solid volume of every sphere [m^3] by id: the share of a pebble in the volume of its
     particle, which is less than the sum of overlapping spheres.
     """
-    particles = charge_particles(case)
+    particles = charge_particles(machine)
     shares = [shape.radii**3 / (shape.radii**3).sum() for shape in particles.shapes]
     return np.concatenate(
         [volume * shares[shape] for volume, shape in zip(particles.volume, particles.shape_of, strict=True)]
     )
 
 
-def pair_types(case: Case) -> list[tuple[str, list[int]]]:
+def pair_types(machine: Machine) -> list[tuple[str, list[int]]]:
     """Return the kinds of pairs that can touch: name, and its types in `nutamill.charge.kernels.impacts`."""
-    names = material_order(case)
+    names = material_order(machine)
     n, types = len(names), []
-    for pair in case.touching:
+    for pair in machine.touching:
         a, b = names.index(pair.first), names.index(pair.second)
         types.append((pair.name, [(n + a) * n + b] if pair.wall else sorted({a * n + b, b * n + a})))
     return types
 
 
-def statistics_axes(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
+def statistics_axes(machine: Machine, plan: StatisticsPlan) -> dict[str, np.ndarray]:
     """Return the axes of the recorded arrays by the names of `nutamill.result.fields.STATISTICS_AXES`."""
     edges = bin_edges()
     radius = np.linspace(0.0, plan.extent[0], plan.cells[0] + 1)
@@ -127,7 +160,7 @@ def statistics_axes(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
     height = np.linspace(plan.extent[1], plan.extent[2], plan.cells[2] + 1)
     ring = 0.5 * np.diff(radius**2) * angle[1]
     return {
-        "pair": np.array([name for name, _ in pair_types(case)]),
+        "pair": np.array([name for name, _ in pair_types(machine)]),
         "part": np.array(["normal", "tangential"]),
         "energy": np.sqrt(edges[1:] * edges[:-1]),
         "radius": 0.5 * (radius[1:] + radius[:-1]),
@@ -135,18 +168,18 @@ def statistics_axes(case: Case, plan: StatisticsPlan) -> dict[str, np.ndarray]:
         "height": 0.5 * (height[1:] + height[:-1]),
         "cell_volume": np.repeat(ring[:, None], plan.cells[2], axis=1) * np.diff(height),
         "neighbours": np.arange(MOST_NEIGHBOURS),
-        **_patches(case),
+        **_patches(machine),
     }
 
 
-def _patches(case: Case) -> dict[str, np.ndarray]:
-    """Return surface, position and area of every patch."""
-    table = chamber_patches(case)
-    floor = -case.chamber.floor_depth - whole_chamber(case.chamber).mass_centre[2]
+def _patches(machine: Machine) -> dict[str, np.ndarray]:
+    """Return surface, position and area of every patch, in the axes of the grid's body as assembled."""
+    table, grid = wall_patches(machine), field_grid(machine)
+    carrier = carriers_of(machine)[grid.carrier]
     columns: dict[str, list] = {
         name: [] for name in ("patch_surface", "patch_column", "patch_azimuth", "patch_along", "patch_area")
     }
-    for s, surface in enumerate(chamber_surfaces(case)):
+    for s, surface in enumerate(seen_from(one, carrier) for one in world_surfaces(machine)):
         rows = int(table.rows[s])
         count = int(table.first[s + 1] - table.first[s]) // rows
         edges = np.linspace(*table.range[s], rows + 1)
@@ -157,7 +190,7 @@ def _patches(case: Case) -> dict[str, np.ndarray]:
                 [np.cos(angle), np.sin(angle), np.zeros(count)]
             )
             azimuth = np.mod(np.arctan2(along, across), math.tau)
-        lift = 0.0 if table.kind[s] == ANGLE_RADIUS else surface.origin[2] - floor
+        lift = 0.0 if table.kind[s] == ANGLE_RADIUS else float(surface.origin[2]) - grid.origin[2]
         columns["patch_surface"] += [surface.name] * (count * rows)
         columns["patch_column"] += list(np.repeat(np.arange(count), rows))
         columns["patch_azimuth"] += list(np.repeat(azimuth, rows))
@@ -171,10 +204,17 @@ def _areas(surface: Surface, kind: int, edges: np.ndarray, count: int) -> np.nda
     second coordinate.
     """
     rows = len(edges) - 1
+    steps = np.diff(edges)
     if surface.kind == SurfaceKind.BOX:
-        return _rib_areas(surface, np.diff(edges))
-    if surface.kind == SurfaceKind.CYLINDER:
-        return np.tile(np.diff(edges) * surface.size[0] * math.tau / count, (count, 1))
+        half_in_wall = edges[0] > -surface.size[2]
+        return _rib_areas(surface, steps) if half_in_wall else _box_areas(surface, steps)
+    if surface.kind == SurfaceKind.CONE:
+        bottom, top, height = surface.size
+        radii = bottom + (top - bottom) * 0.5 * (edges[1:] + edges[:-1]) / height
+        slope = math.hypot(1.0, (top - bottom) / height)
+        return np.tile(radii * steps * slope * math.tau / count, (count, 1))
+    if surface.kind in (SurfaceKind.CYLINDER, SurfaceKind.SPHERE_CAP):
+        return np.tile(steps * surface.size[0] * math.tau / count, (count, 1))
     if surface.kind == SurfaceKind.PLANE:
         return np.tile(0.5 * np.diff(edges**2) * math.tau / count, (count, 1))
     points, areas, _ = _mesh_points(surface)
@@ -198,15 +238,25 @@ def _rib_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:
     return areas
 
 
+def _box_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:
+    """Return the area [m^2] (6, rows) of the faces of a box that stands free, its ends in the last rows."""
+    x, y, _ = surface.size
+    areas = np.zeros((FACES, len(steps)))
+    areas[0] = areas[1] = 2.0 * y * steps
+    areas[2] = areas[3] = 2.0 * x * steps
+    areas[4, 0] = areas[5, -1] = 4.0 * x * y
+    return areas
+
+
 def recorded_sums(
-    case: Case, plan: StatisticsPlan, per_cut: float, sums: dict[str, np.ndarray]
+    machine: Machine, plan: StatisticsPlan, per_cut: float, sums: dict[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
     """Return sums in small units (`nutamill.charge.measures.statistics.gathered`) as recorded quantities in
     SI, named as in `nutamill.result.fields.STATISTICS`; `per_cut` [1/J] are the small units of the cutting
     energy.
     """
-    interval = 1.0 / case.run.series_rate
-    book = np.stack([sums["spectra"][types].sum(axis=0) for _, types in pair_types(case)])
+    interval = 1.0 / machine.run.series_rate
+    book = np.stack([sums["spectra"][types].sum(axis=0) for _, types in pair_types(machine)])
     walls = sums["walls"] * (interval / plan.per_wall)
     fields = (sums["fields"] * (interval / plan.per_field)).reshape(*plan.cells, len(FIELD_SUMS))
     return {

@@ -4,17 +4,17 @@ import os
 from pathlib import Path
 
 from nutamill.base.kernel import JIT
-from nutamill.case import Case
+from nutamill.case.machine import Machine
 from nutamill.charge.kernels.team import MOST_THREADS
 
 
-def team_size(case: Case) -> int:
+def team_size(machine: Machine) -> int:
     """Return the threads of the charge: those of the case, or the cores that this process may use, up to the
     number of work spaces.
     """
     if not JIT:
         return 1
-    return min(MOST_THREADS, usable_cores() if case.run.threads == "auto" else int(case.run.threads))
+    return min(MOST_THREADS, usable_cores() if machine.run.threads == "auto" else int(machine.run.threads))
 
 
 def usable_cores() -> int:

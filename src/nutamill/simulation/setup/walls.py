@@ -1,8 +1,9 @@
-"""Mesh files as walls: read them, check their size, and measure them before a run.
+"""The walls of a machine as surfaces of the charge engine, and the mesh files of some of them.
 
 The only room that imports trimesh, which is an optional package.
 """
 
+import dataclasses
 import functools
 import hashlib
 import logging
@@ -14,19 +15,22 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, Fault, missing_extra
 from nutamill.base.units import UNITS, Kind
-from nutamill.case import Case
-from nutamill.case.drawing import MeshFile
-from nutamill.charge.filling.room import Room, cylinder_room
+from nutamill.case.machine import Machine
+from nutamill.case.walls import RegionEntry, WallEntry
 from nutamill.charge.walls.mesh import Mesh, closed_mesh
 from nutamill.charge.walls.mesh_patches import mesh_surfaces
-from nutamill.charge.walls.surface import Surface
-from nutamill.charge.walls.triangles import normals_and_areas
+from nutamill.charge.walls.surface import Surface, SurfaceKind
+from nutamill.result import WallMesh
+from nutamill.simulation.setup.carriers import Carrier, axes_along, carriers_of
 
 FORMATS = (".stl", ".obj")
 """Suffixes of the files that are read."""
 
 FAR_OFF = 30.0
 """Ratio of sizes from which the unit counts as wrong [1]; units differ by 10 at least, most by 1000."""
+
+FACES = {"-x": (0, -1.0), "+x": (0, 1.0), "-y": (1, -1.0), "+y": (1, 1.0), "-z": (2, -1.0), "+z": (2, 1.0)}
+"""Faces of a box: axis and sign of the outward normal."""
 
 
 class MeshFacts(NamedTuple):
@@ -40,131 +44,186 @@ class MeshFacts(NamedTuple):
     """Number of smooth patches [1]."""
     volume: float
     """Volume enclosed [m^3]."""
-    volume_drawn: float | None
-    """Volume of the chamber as drawn [m^3]; None for a wall."""
-    off_drawing: float | None
-    """Largest distance of the chamber's mesh from bore, floor and ceiling as drawn [m]; None for a wall."""
 
 
-def meshes_surfaces(case: Case, body: int, materials: list[str], mass_centre: np.ndarray) -> list[Surface]:
-    """Return the patches of the chamber's mesh, if it has one, and of the solids of ``[[walls]]``.
-
-    Parameters
-    ----------
-    body : index of the chamber among the bodies that carry surfaces
-    materials : names of the materials in the order of their numbers
-    mass_centre : of the chamber [m] (3,), in chamber axes from the nutation point
+def material_order(machine: Machine) -> list[str]:
+    """Return the names of the materials of the charge, then of the walls it touches, in the order of their
+    numbers in the engine.
     """
-    surfaces = []
-    for table, mesh in _meshes(case).values():
-        material = case.chamber.material if table is case.chamber.mesh else table.material
-        surfaces += mesh_surfaces(mesh, body, materials.index(material), np.array(table.at) - mass_centre)
-    return surfaces
+    return list(dict.fromkeys([*machine.charge.materials, *machine.wall_materials.values()]))
 
 
-def chamber_mesh(case: Case) -> Mesh:
-    """Return the space inside the chamber, in the axes of its file; the charge is inside.
+def wall_surfaces(machine: Machine) -> list[Surface]:
+    """Return the walls as surfaces in the axes of the bodies that carry them, from their mass centres.
+
+    Raises
+    ------
+    CaseError : a mesh file that cannot be used
+    """
+    carriers = carriers_of(machine)
+    return [seen_from(surface, carriers[surface.body]) for surface in world_surfaces(machine)]
+
+
+def seen_from(surface: Surface, carrier: Carrier) -> Surface:
+    """Return a surface given in world axes in those of a body, from its mass centre."""
+    rotation = carrier.rotation
+    return dataclasses.replace(
+        surface,
+        origin=rotation.T @ (np.asarray(surface.origin) - carrier.position),
+        rotation=rotation.T @ np.asarray(surface.rotation),
+    )
+
+
+@functools.lru_cache(maxsize=8)
+def world_surfaces(machine: Machine) -> tuple[Surface, ...]:
+    """Return the walls as surfaces in world axes as assembled; raises as `wall_surfaces`."""
+    names, materials = [carrier.name for carrier in carriers_of(machine)], material_order(machine)
+    return tuple(
+        surface
+        for wall in machine.walls
+        for surface in _surfaces_of(machine, wall, names.index(wall.body), materials.index(wall.material))
+    )
+
+
+def _surfaces_of(machine: Machine, wall: WallEntry, body: int, material: int) -> list[Surface]:
+    """Return the surfaces of one wall, world axes as assembled."""
+    point, axes = np.array(wall.point, float), axes_along(wall.axis, wall.across)
+    if wall.shape == "mesh":
+        pieces = mesh_surfaces(wall_mesh(machine, wall), body, material, point)
+        return [dataclasses.replace(piece, rotation=axes) for piece in pieces]
+    if wall.shape == "box" and wall.charge_side == "inside":
+        half = 0.5 * np.array(wall.size)
+        return [
+            Surface(
+                f"{wall.name} {face}",
+                SurfaceKind.PLANE,
+                body,
+                material,
+                point + sign * half[k] * axes[:, k],
+                axes_along(-sign * axes[:, k], axes[:, (k + 1) % 3]),
+            )
+            for face, (k, sign) in FACES.items()
+        ]
+    kind, size = {
+        "plane": lambda: (SurfaceKind.PLANE, (0.0, 0.0, 0.0)),
+        "cylinder": lambda: (SurfaceKind.CYLINDER, (wall.radius, 0.0, 0.0)),
+        "cone": lambda: (SurfaceKind.CONE, (wall.radius, wall.end_radius, wall.height)),
+        "cap": lambda: (SurfaceKind.SPHERE_CAP, (wall.radius, wall.angle, 0.0)),
+        "box": lambda: (SurfaceKind.BOX, tuple(0.5 * length for length in wall.size)),
+    }[wall.shape]()
+    return [Surface(wall.name.replace("_", " "), kind, body, material, point, axes, size)]
+
+
+def meshed_walls(machine: Machine) -> list[WallEntry]:
+    """Return the walls that are meshes."""
+    return [wall for wall in machine.walls if wall.shape == "mesh"]
+
+
+def wall_mesh(machine: Machine, wall: WallEntry) -> Mesh:
+    """Return the mesh of a wall, in the axes of its file.
 
     Raises
     ------
     CaseError : the file is missing, differs from the one of the case, has no mesh, is not closed, or has
-        another size than the drawing
+        another size than is expected of it
     """
-    return _mesh(case, case.chamber.mesh, "inside", "chamber.mesh")
+    smallest, largest = _radii(machine)
+    mesh = _read(wall.file, wall.sha256, _metres(wall.unit), wall.charge_side, largest)
+    if wall.extent is None:
+        return mesh
+    low = wall.extent / FAR_OFF if wall.charge_side == "inside" else smallest
+    size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+    if low <= size <= FAR_OFF * wall.extent:
+        if wall.charge_side == "outside":
+            _refuse_elsewhere(machine, wall, mesh)
+        return mesh
+    fitting = [
+        unit
+        for unit in ("mm", "m", "cm", "in", "um")
+        if low <= size / _metres(wall.unit) * _metres(unit) <= 3.0 * wall.extent
+    ]
+    what = f"{Path(wall.file).name} in {wall.unit} is {size:.3g} m large, the chamber is {wall.extent:.3g} m"
+    hint = f'In {fitting[0]}? Write unit = "{fitting[0]}"' if fitting else "Check the file"
+    raise CaseError(Fault(f"{machine.key_of_wall(wall.name)}.unit", what, hint))
 
 
-def wall_meshes(case: Case) -> list[Mesh]:
-    """Return the solids of ``[[walls]]``, each in the axes of its file; the charge is outside.
-
-    Raises
-    ------
-    CaseError : as `chamber_mesh`, or a solid outside the chamber
+def _refuse_elsewhere(machine: Machine, wall: WallEntry, mesh: Mesh) -> None:
+    """Raise CaseError for a solid that reaches into no region of the charge, in the axes of its region's
+    body.
     """
-    meshes = [_mesh(case, wall, "outside", f"walls[{number}]") for number, wall in enumerate(case.walls)]
-    room = room_box(case) if meshes else None
-    for number, (wall, mesh) in enumerate(zip(case.walls, meshes, strict=True)):
-        placed = mesh.vertices + wall.at
-        low, high = placed.min(axis=0), placed.max(axis=0)
-        if (low > room[1]).any() or (high < room[0]).any():
-            axis = int(np.argmax(np.maximum(low - room[1], room[0] - high)))
-            what = (
-                f"{mesh.name} spans {'xyz'[axis]} = {_span(low[axis], high[axis])}, the chamber "
-                f"{_span(*room[:, axis])}"
-            )
-            hint = (
-                "Move it into the chamber: `at` is the position of the file's origin in chamber axes from "
-                "the nutation point"
-            )
-            raise CaseError(Fault(f"walls[{number}].at", what, hint))
-    return meshes
+    carrier = next(one for one in carriers_of(machine) if one.name == wall.body)
+    solid = np.array(wall.point) + mesh.vertices @ axes_along(wall.axis, wall.across).T
+    (region,) = (one for one in machine.regions if one.body == wall.body)
+    room = region_corners(machine, region)
+    low, high, lowest, highest = (
+        part for corners in (solid, room) for part in _box(corners @ carrier.rotation)
+    )
+    if (low <= highest).all() and (high >= lowest).all():
+        return
+    axis = int(np.argmax(np.maximum(low - highest, lowest - high)))
+    what = (
+        f"{mesh.name} spans {'xyz'[axis]} = {_span(low[axis], high[axis])}, the {region.name} "
+        f"{_span(lowest[axis], highest[axis])}"
+    )
+    hint = "Move it into the chamber: look at its position and its unit"
+    raise CaseError(Fault(f"{machine.key_of_wall(wall.name)}.at", what, hint))
 
 
-def placed_walls(case: Case) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return every mesh of a case in its position, by its key in the case, for the result.
-
-    Corners [m] (n, 3), chamber axes from the nutation point, and triangles [1], int32 (m, 3),
-    counter-clockwise from outside the solid.
-    """
-    return {
-        # the triangles of a mesh around the charge look inwards
-        key: (
-            mesh.vertices + table.at,
-            np.array(mesh.faces[:, :: -1 if mesh.keep == "inside" else 1], np.int32),
-        )
-        for key, (table, mesh) in _meshes(case).items()
-    }
-
-
-def _tables(case: Case) -> dict[str, MeshFile]:
-    """Return the tables of a case that name a mesh file, by their keys, the chamber's first."""
-    chamber = {"chamber.mesh": case.chamber.mesh} if case.chamber.mesh is not None else {}
-    return chamber | {f"walls[{number}]": wall for number, wall in enumerate(case.walls)}
-
-
-def _meshes(case: Case) -> dict[str, tuple[MeshFile, Mesh]]:
-    """Return table and mesh of each of `_tables`; raise as `chamber_mesh` and `wall_meshes`."""
-    tables = _tables(case)
-    chamber = [chamber_mesh(case)] if case.chamber.mesh is not None else []
-    return {key: (tables[key], mesh) for key, mesh in zip(tables, chamber + wall_meshes(case), strict=True)}
+def _box(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return low and high corner of the box around points [m] (n, 3)."""
+    return corners.min(axis=0), corners.max(axis=0)
 
 
 def _span(low: float, high: float) -> str:
     return f"{1e3 * low:.4g} to {1e3 * high:.4g} mm"
 
 
-def _mesh(case: Case, table: MeshFile, keep: Literal["inside", "outside"], where: str) -> Mesh:
-    smallest, largest = _radii(case)
-    mesh = _read(table.file, table.sha256, _metres(table), keep, largest)
-    drawn = math.hypot(case.chamber.inner_diameter, case.chamber.inner_diameter, case.chamber.height)
-    low = drawn / FAR_OFF if keep == "inside" else smallest
-    size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
-    if low <= size <= FAR_OFF * drawn:
-        return mesh
-    fitting = [
-        unit
-        for unit in ("mm", "m", "cm", "in", "um")
-        if low <= size / _metres(table) * UNITS[Kind.LENGTH][unit] <= 3.0 * drawn
-    ]
-    what = f"{Path(table.file).name} in {table.unit} is {size:.3g} m large, the chamber is {drawn:.3g} m"
-    raise CaseError(
-        Fault(
-            f"{where}.unit",
-            what,
-            f'In {fitting[0]}? Write unit = "{fitting[0]}"' if fitting else "Check the file",
-        )
-    )
+@functools.lru_cache(maxsize=16)
+def region_corners(machine: Machine, region: RegionEntry) -> np.ndarray:
+    """Return the corners of a region [m] (n, 3), world as assembled; of a cylinder, points on its rims."""
+    axes = region_axes(region)
+    if region.shape == "mesh":
+        return placed_corners(machine, next(wall for wall in machine.walls if wall.name == region.wall))
+    if region.shape == "box":
+        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+        return np.array(region.point) + (0.5 * signs * region.size) @ axes.T
+    angle = np.linspace(0.0, math.tau, 96, endpoint=False)
+    around = region.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    ends = [np.column_stack([around, np.full(96, z)]) for z in (0.0, region.height)]
+    return np.array(region.point) + np.concatenate(ends) @ axes.T
 
 
-def _radii(case: Case) -> tuple[float, float]:
-    """Return the radius [m] of the smallest and of the largest particle of the charge; 0 for an empty
-    chamber.
-    """
-    sizes = [diameter for part in case.charge.parts for diameter in part.size_range] or [0.0]
+def region_axes(region: RegionEntry) -> np.ndarray:
+    """Return the axes of a region as columns (3, 3), world."""
+    return axes_along(region.axis, region.across)
+
+
+def placed_corners(machine: Machine, wall: WallEntry) -> np.ndarray:
+    """Return the vertices [m] (n, 3) of a meshed wall, world as assembled."""
+    return np.array(wall.point) + wall_mesh(machine, wall).vertices @ axes_along(wall.axis, wall.across).T
+
+
+def placed_walls(machine: Machine) -> dict[str, WallMesh]:
+    """Return every meshed wall in its position, by its key in the case, for the result."""
+    carriers = {carrier.name: carrier for carrier in carriers_of(machine)}
+    placed = {}
+    for wall in meshed_walls(machine):
+        mesh, carrier = wall_mesh(machine, wall), carriers[wall.body]
+        corners = (placed_corners(machine, wall) - carrier.position) @ carrier.rotation
+        # the triangles of a mesh around the charge look inwards
+        faces = np.array(mesh.faces[:, :: -1 if mesh.keep == "inside" else 1], np.int32)
+        placed[machine.key_of_wall(wall.name)] = WallMesh(corners, faces, wall.body)
+    return placed
+
+
+def _radii(machine: Machine) -> tuple[float, float]:
+    """Return the radius [m] of the smallest and of the largest particle of the charge; 0 without one."""
+    sizes = [diameter for part in machine.charge.parts for diameter in part.size_range] or [0.0]
     return min(sizes) / 2, max(sizes) / 2
 
 
-def _metres(table: MeshFile) -> float:
-    return UNITS[Kind.LENGTH][table.unit]
+def _metres(unit: str) -> float:
+    return UNITS[Kind.LENGTH][unit]
 
 
 @functools.lru_cache(maxsize=32)
@@ -223,75 +282,12 @@ def _triangles(path: Path, metres: float) -> tuple[np.ndarray, np.ndarray]:
     return metres * vertices, faces
 
 
-def mesh_facts(case: Case) -> list[MeshFacts]:
-    """Return the facts about the meshes of a case, the chamber's first."""
-    facts = []
-    if case.chamber.mesh is not None:
-        mesh, chamber = chamber_mesh(case), case.chamber
-        drawn = 0.25 * math.pi * chamber.inner_diameter**2 * chamber.height
-        off = distance_from_drawing(case, mesh.corners + case.chamber.mesh.at)
-        facts.append(MeshFacts(mesh.name, len(mesh.faces), mesh.n_patches, mesh.volume, drawn, off))
-    return facts + [
-        MeshFacts(m.name, len(m.faces), m.n_patches, m.volume, None, None) for m in wall_meshes(case)
-    ]
+def mesh_facts(machine: Machine) -> list[MeshFacts]:
+    """Return the facts about the meshes of a machine."""
+    meshes = [wall_mesh(machine, wall) for wall in meshed_walls(machine)]
+    return [MeshFacts(mesh.name, len(mesh.faces), mesh.n_patches, mesh.volume) for mesh in meshes]
 
 
-def distance_from_drawing(case: Case, corners: np.ndarray) -> float:
-    """Return the largest distance [m] of triangles `corners` [m] (T, 3, 3), in chamber axes from the nutation
-    point, from the chamber as drawn.
-
-    Sampled at corners, middles of sides and middles of triangles; a facet is farthest from a bore at the
-    middle of a side.
-    """
-    chamber = case.chamber
-    points = np.concatenate(
-        [corners, 0.5 * (corners + np.roll(corners, 1, axis=1)), corners.mean(axis=1, keepdims=True)], axis=1
-    )
-    x, y, z = points.reshape(-1, 3).T
-    out = np.hypot(x, y) - chamber.inner_diameter / 2
-    over = np.maximum(-chamber.floor_depth - z, z + chamber.ceiling_depth)
-    outside = np.hypot(np.maximum(out, 0.0), np.maximum(over, 0.0))
-    return float(np.where((out > 0.0) | (over > 0.0), outside, -np.maximum(out, over)).max())
-
-
-def free_volume(case: Case) -> float:
-    """Return the free volume for the charge [m^3]: that of the chamber, as drawn or meshed, less the ribs and
-    the solids of ``[[walls]]``.
-    """
-    chamber = case.chamber
-    ribs = 0.25 * math.pi * chamber.inner_diameter**2 * chamber.height - chamber.free_volume
-    room = chamber_mesh(case).volume - ribs if chamber.mesh is not None else chamber.free_volume
-    return room - sum(mesh.volume for mesh in wall_meshes(case))
-
-
-def charge_room(case: Case) -> Room:
-    """Return the room that the charge is placed in: its free volume, and the area of chamber, ribs and meshed
-    walls.
-    """
-    chamber, rib = case.chamber, case.chamber.rib
-    height = min(rib.length, chamber.height) if rib else 0.0
-    boxes = [((), (), np.array([rib.depth, rib.width, height]) / 2) for _ in range(chamber.ribs)]
-    area = cylinder_room(
-        0.5 * chamber.inner_diameter, 0.0, chamber.height, boxes
-    ).area  # a mesh of it has about as much
-    return Room(
-        free_volume(case),
-        area + sum(float(normals_and_areas(mesh.corners)[1].sum()) for mesh in wall_meshes(case)),
-    )
-
-
-def room_box(case: Case) -> np.ndarray:
-    """Return low and high corner of a box around the chamber [m] (2, 3), in chamber axes from the nutation
-    point.
-    """
-    chamber = case.chamber
-    if chamber.mesh is not None:
-        vertices = chamber_mesh(case).vertices + chamber.mesh.at
-        return np.stack([vertices.min(axis=0), vertices.max(axis=0)])
-    radius = chamber.inner_diameter / 2
-    return np.array([[-radius, -radius, -chamber.floor_depth], [radius, radius, -chamber.ceiling_depth]])
-
-
-def digests(case: Case) -> dict[str, str]:
-    """Return the SHA-256 of each mesh file of a case by its key, for the provenance of a result."""
-    return {f"{key}.sha256": table.sha256 for key, table in _tables(case).items()}
+def digests(machine: Machine) -> dict[str, str]:
+    """Return the SHA-256 of each mesh file of a machine by its key, for the provenance of a result."""
+    return {f"{machine.key_of_wall(wall.name)}.sha256": wall.sha256 for wall in meshed_walls(machine)}

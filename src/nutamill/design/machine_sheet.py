@@ -1,4 +1,4 @@
-"""What can be known about a mechanism before one step is run."""
+"""What can be known about a machine, given part by part, before one step is run."""
 
 from dataclasses import dataclass
 
@@ -9,12 +9,14 @@ from nutamill.base.host import free_disk, total_memory
 from nutamill.base.units import in_unit, shown
 from nutamill.case import Machine
 from nutamill.case.machine_checks import series_count
+from nutamill.design.charge_facts import SPHERE_MEMORY, ChargeFacts, charge_facts, charge_seconds
 from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.mechanism.constraints import redundancies
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.mechanism.rows import Placement, constraint_tables
-from nutamill.simulation.setup.mechanism import assemble_case, mechanism_clock, mechanism_parts
+from nutamill.simulation.setup.clock import Clock, run_clock
+from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts
 
 ROW_MICROSECONDS = 0.5
 """Wall time per constraint row and step that forecasts count with [us]."""
@@ -25,7 +27,7 @@ UNSTABLE = -1.0 + 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class MechanismSheet:
+class MachineSheet:
     """What is known of a mechanism before it is run."""
 
     case: Machine
@@ -50,8 +52,10 @@ class MechanismSheet:
     """Natural frequencies [Hz] and damping ratios [1] about rest, slowest first."""
     modes_missing: str
     """Why there are none; empty if there are."""
-    step: float
-    """Step [s]."""
+    clock: Clock
+    """Substep of the charge, window and row."""
+    charge: ChargeFacts | None
+    """Facts of its charge; None without one."""
 
     def lines(self) -> list[str]:
         """The sheet as text."""
@@ -62,7 +66,7 @@ class MechanismSheet:
         warnings = forecast.warnings(total_memory(), free_disk(case.file_in()))
         lines = [
             f"{case.title or case.name}: ok",
-            *(f"  warning: {warning}" for warning in warnings),
+            *(f"  warning: {warning}" for warning in (*case.warnings, *warnings)),
             f"bodies    {len(self.masses)}, {sum(self.masses.values()):.5g} kg in all, mass centre "
             f"at ({centre}) mm",
             f"          masses in kg: {masses}",
@@ -81,9 +85,14 @@ class MechanismSheet:
                 lines.append("          this equilibrium is unstable")
         else:
             lines.append(f"modes     none: {self.modes_missing}")
-        steps = case.run.until / self.step
+        if self.charge is not None:
+            lines += self.charge.lines(self.case)
+        steps = case.run.end / self.clock.substep
         lines.append(
-            f"time step {shown(self.step, 'us', '.3g')}, {steps:.3g} steps, series every "
+            f"time step {shown(self.clock.substep, 'us', '.3g')} ({self.clock.ruled_by}), {steps:.3g} steps"
+        )
+        lines.append(
+            f"          mechanism step {shown(self.clock.window, 'us', '.3g')}, series every "
             f"{shown(1.0 / case.run.series_rate, 'us')}"
         )
         lines.append(f"forecast  about {forecast.text}")
@@ -92,28 +101,31 @@ class MechanismSheet:
     def _forecast(self) -> Forecast:
         """What the run will take."""
         run = self.case.run
-        seconds = run.until / self.step * (2.0 + ROW_MICROSECONDS * self.rows) * 1e-6
+        seconds = run.end / self.clock.window * (2.0 + ROW_MICROSECONDS * self.rows) * 1e-6
+        spheres = self.charge.pebbles if self.charge is not None else 0
+        seconds += charge_seconds(self.case, self.clock, spheres)
+        snapshots = min(run.snapshots.last, run.end) * run.snapshots.rate * spheres * 36
         return Forecast(
             wall_time=max(seconds, 1.0),
-            memory=RUN_MEMORY,
-            file_size=8 * series_count(self.case) * run.until * run.series_rate + 1e6,
-            time_key="An earlier run.until or a longer run.dt",
+            memory=RUN_MEMORY + SPHERE_MEMORY * spheres,
+            file_size=8 * series_count(self.case) * run.end * run.series_rate + snapshots + 1e6,
+            time_key="An earlier run.until or a longer run.step",
             memory_key="Nothing",
             file_key="A lower run.series_rate",
         )
 
 
-def mechanism_preflight(case: Machine) -> MechanismSheet:
+def machine_sheet(case: Machine) -> MachineSheet:
     """Return what is known about a mechanism without running it; compiles the mechanism's kernels the
     first time.
 
     Raises
     ------
-    CaseError : every fault of the mechanism
+    CaseError : every fault of the mechanism or of the charge
     StepError : its first accelerations are not finite
     """
     parts = mechanism_parts(case)
-    mechanism, state, scratch = assemble_case(case)
+    mechanism, state, scratch = assemble_machine(case)
     labels = constraint_tables(Placement(parts.bodies), parts.joints, parts.drives)[3]
     redundant = redundancies(mechanism, state, scratch, labels)
     masses = np.array([body.mass for body in parts.bodies])
@@ -125,7 +137,7 @@ def mechanism_preflight(case: Machine) -> MechanismSheet:
     gap = float(np.abs(scratch.gap).max(initial=0.0))
     vibrations, missing = _modes(mechanism, state, scratch)
     rank = len(mechanism.rows) - len(redundant)
-    return MechanismSheet(
+    return MachineSheet(
         case=case,
         masses={body.name: body.mass for body in parts.bodies},
         mass_centre=centre,
@@ -141,7 +153,8 @@ def mechanism_preflight(case: Machine) -> MechanismSheet:
         gap=gap,
         modes=vibrations,
         modes_missing=missing,
-        step=mechanism_clock(case).window,
+        clock=run_clock(case),
+        charge=charge_facts(case),
     )
 
 
