@@ -101,7 +101,7 @@ def test_the_mark_of_compiled_kernels_is_of_one_installation(monkeypatch):
 @pytest.fixture
 def case():
     """A handful of pellets."""
-    return load_case("numill", ["charge.mass=0.01 kg"])
+    return load_case("numill", ["charge.mass=0.01 kg"]).machine
 
 
 @pytest.fixture

@@ -24,6 +24,7 @@ from nutamill.charge.particles.shapes import clump_shape
 from nutamill.design.preflight import preflight
 from nutamill.simulation.setup.charge import pair_laws
 from nutamill.simulation.setup.clock import contact_facts, run_clock
+from nutamill.simulation.setup.mechanism import assemble_machine
 from nutamill.simulation.setup.model import bed_weight, build
 from nutamill.simulation.setup.particles import charge_mass, charge_particles, particle_count, particle_masses
 
@@ -206,10 +207,10 @@ def test_every_pair_of_materials_has_its_law_and_its_facts(tmp_path):
 def test_a_bed_of_two_materials_weighs_where_its_mass_is(tmp_path):
     case = case_of(tmp_path, MIX)
     bed = np.zeros((2500, 7))
-    bed[:500, :3], bed[500:, :3] = (0.01, 0.0, -0.3), (-0.02, 0.0, -0.3)
+    bed[:500, :3], bed[500:, :3] = (0.01, 0.0, -0.06), (-0.02, 0.0, -0.06)
     bed[:, 3] = 1.0
     steel, sand = particle_masses(case.machine)[:500].sum(), particle_masses(case.machine)[500:].sum()
-    wrench = bed_weight(case, bed)
+    wrench = bed_weight(case.machine, bed, assemble_machine(case.machine)[1])[1]
     assert wrench[2] == pytest.approx(-9.81 * (steel + sand), rel=1e-12)
     # moment about the mass centre of the chamber, 240 mm down its tilted axis: only the place along the
     # tilt's axis x counts
@@ -505,7 +506,7 @@ sliding_friction = 0.5
 
 def test_spheres_of_two_materials_and_many_sizes_are_built_with_their_own_masses(tmp_path):
     case = case_of(tmp_path, TWO_SIZES)
-    filled = fill_cylinder(charge_particles(case.machine), 0.07, -0.350, -0.122)
+    filled = fill_cylinder(charge_particles(case.machine), 0.07, 0.240 - 0.350, 0.240 - 0.122)
     model, state, _ = build(case.machine, filled.poses)
     n = particle_count(case.machine)
     masses = np.empty(n)
@@ -516,7 +517,7 @@ def test_spheres_of_two_materials_and_many_sizes_are_built_with_their_own_masses
 
 def test_the_sheet_tells_number_mass_sizes_and_fill_of_each_part(tmp_path):
     sheet = preflight(case_of(tmp_path, TWO_SIZES))
-    steel, sand = sheet.charge
+    steel, sand = sheet.charge.parts
     assert (steel.name, sand.name) == ("spheres of steel", "spheres of sand")
     # the fewest that weigh 0.1 kg; the largest weighs 7864 pi/6 (7 mm)^3 = 1.4 g
     assert 0.1 <= steel.mass < 0.1 + 7864 * math.pi / 6 * 0.007**3

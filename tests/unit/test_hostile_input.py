@@ -108,7 +108,7 @@ def test_a_coordinate_may_be_as_near_to_zero_as_it_likes(sign):
 
 
 def test_more_steps_than_can_be_meant_are_refused():
-    text, _ = refusal(run_clock, load_case("numill", ["run.dt=1e-12 s", "charge.count=10"]))
+    text, _ = refusal(run_clock, load_case("numill", ["run.dt=1e-12 s", "charge.count=10"]).machine)
     assert text.startswith("run.until: makes 1.3e+13 steps of 1e-12 s, at most 1e+12 can be meant")
 
 

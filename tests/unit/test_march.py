@@ -36,7 +36,7 @@ def bed(case, *_):
     """Return one layer of pellets on the floor: a settled bed would take longer than the run."""
     n = particle_count(case.machine)
     rows = np.arange(10) * 0.0055 - 0.02475
-    places = np.stack(np.meshgrid(rows, rows, [-0.3475]), axis=-1).reshape(-1, 3)
+    places = np.stack(np.meshgrid(rows, rows, [0.240 - 0.3475]), axis=-1).reshape(-1, 3)
     return places[:n] if n else None
 
 

@@ -374,7 +374,8 @@ def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_pat
         march.run(case, tmp_path / "parts.h5", interrupt)
     kept = (folder / "tube.stl").read_text()
     stl(folder / "tube.stl", tube(36))
-    walls._read.cache_clear()  # as in another process
+    for cached in (walls._read, walls.world_surfaces, walls.region_corners):
+        cached.cache_clear()  # as in another process
     assert "has changed" in refusal(march.resume, tmp_path / "parts.h5")
     (folder / "tube.stl").write_text(kept)
     with march.resume(tmp_path / "parts.h5") as parts:

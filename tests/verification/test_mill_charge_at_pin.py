@@ -28,7 +28,7 @@ def record(tmp_path, monkeypatch, name, *changes):
 
     def bed(case, *_):
         rows = np.arange(10) * 0.0055 - 0.02475
-        places = np.stack(np.meshgrid(rows, rows, [-0.3475]), axis=-1).reshape(-1, 3)
+        places = np.stack(np.meshgrid(rows, rows, [0.240 - 0.3475]), axis=-1).reshape(-1, 3)
         return places[: particle_count(case.machine)] if case.charge.parts else None
 
     monkeypatch.setattr(march, "settled_bed", bed)

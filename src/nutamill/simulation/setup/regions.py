@@ -37,7 +37,7 @@ NEAR = 1e-9
 """Length by which a wall may reach into a region without counting as in it [m]."""
 
 
-class Frame(NamedTuple):
+class FillAxes(NamedTuple):
     """Axes in which a region is filled."""
 
     origin: np.ndarray
@@ -176,7 +176,7 @@ def _box_area(box: Surface) -> float:
     return 4.0 * z * (x + y)
 
 
-def fill_frame(machine: Machine, region: RegionEntry) -> Frame:
+def fill_frame(machine: Machine, region: RegionEntry) -> FillAxes:
     """Return the axes in which a region is filled, with its point or middle as their origin."""
     axes, up = region_axes(region), -np.array(machine.gravity, float)
     if not up.any():
@@ -184,8 +184,8 @@ def fill_frame(machine: Machine, region: RegionEntry) -> Frame:
     up = up / np.linalg.norm(up)
     if axes[:, 2] @ up >= UPRIGHT:
         origin = region_middle(machine, region) if region.shape == "mesh" else np.array(region.point)
-        return Frame(origin, axes)
-    return Frame(region_middle(machine, region), axes_along(up))
+        return FillAxes(origin, axes)
+    return FillAxes(region_middle(machine, region), axes_along(up))
 
 
 def filled(machine: Machine, region: RegionEntry, particles: Particles, seed: int) -> Particles:
