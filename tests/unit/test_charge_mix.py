@@ -530,7 +530,7 @@ def test_the_sheet_tells_number_mass_sizes_and_fill_of_each_part(tmp_path):
     assert steel.sizes[1] == pytest.approx(median, abs=4 * 7864 * math.pi / 6 * 0.007**3 / 0.1 * slope)
     # 1 % of the chamber, up to one particle of 14 mm^3 at 0.58
     assert 0.01 <= sand.filling < 0.01 + 14.2e-9 / 0.58 / 3.5e-3
-    assert sheet.filling == steel.filling + sand.filling
+    assert sheet.charge.filling == steel.filling + sand.filling
     lines = [
         line for line in sheet.lines() if " of steel" in line or " of sand" in line or "together" in line
     ]
