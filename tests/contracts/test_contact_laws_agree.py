@@ -40,8 +40,8 @@ def force_and_moment(case):
     """What two contacts of the case do, one that sticks and one that slides and rolls, at an overlap of a
     hundredth of the diameter, unloading.
     """
-    law = contact_law_of(case.machine)
-    numbers = tuple(law_numbers(law, pair_law(case.machine, "steel", "steel")))
+    law = contact_law_of(case)
+    numbers = tuple(law_numbers(law, pair_law(case, "steel", "steel")))
     plain, parts = getattr(contact, "py_func", contact), []
     for slip, spin, old in ((1e-3, 1e-3, 1e-8), (2.0, 50.0, 1e3)):
         state = (slip, 0.0, 1.0), (0.0, spin, 0.0), (old, 0.0, 0.0), (0.0, old, 0.0), 0.0, 4.5e-5

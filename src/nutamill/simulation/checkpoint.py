@@ -25,7 +25,7 @@ def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndar
 
 
 def statistics_group(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
-    """Return the group of a checkpoint with the present statistics; no group for a run without charge."""
+    """Return the group of a checkpoint with the present statistics, or no group for a run without charge."""
     return {} if model.charge is None else {"statistics": gathered(state.statistics, state.charge.impacts)}
 
 
@@ -79,8 +79,8 @@ def backup(state: State, former: State | None) -> State | None:
 
 
 def bed_from_checkpoint(machine: Machine, groups: dict[str, dict[str, np.ndarray]]) -> np.ndarray | None:
-    """Return the bed of a checkpoint's particles, as `nutamill.simulation.setup.model.build` takes it; None
-    without a charge.
+    """Return the bed of a checkpoint's particles, as `nutamill.simulation.setup.model.build` takes it, or
+    None without a charge.
 
     The model is built around them before `restore` puts in the exact state.
     """

@@ -143,7 +143,7 @@ class CoupledScratch(NamedTuple):
 def coupling_state(
     n_carriers: int, axis: tuple[Sequence[float], Sequence[float]] = ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 ) -> CouplingState:
-    """Return the state before the first window, for `n_carriers` bodies with surfaces; `axis` is point [m]
+    """Return the state before the first window, for `n_carriers` bodies with surfaces. `axis` is point [m]
     and direction of the axis about which the neighbour list rotates, world.
     """
     windows, passes, repeat, outcome = (np.zeros(1, np.int64) for _ in range(4))

@@ -182,7 +182,7 @@ def run_to(
     progress: Callable[[Progress], None] | None,
     log: Callable[[str], None] | None,
 ) -> None:
-    """Run a case to a new or empty file; the other arguments and the errors are those of `run`."""
+    """Run a case to a new or empty file. The other arguments and the errors are those of `run`."""
     machine, watch = case.machine, Watch(case, progress, log)
     check_room(path, room_at_start(machine))
     if machine.charge.parts:

@@ -28,8 +28,8 @@ def room_at_start(machine: Machine) -> int:
 
 
 def angle_series(machine: Machine) -> str:
-    """Return the series that has the angle of the drive whose turns are averaged over; empty where nothing is
-    watched.
+    """Return the series that has the angle of the drive whose turns are averaged over, or an empty text where
+    nothing is watched.
     """
     if not machine.run.watch:
         return ""

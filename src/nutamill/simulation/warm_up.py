@@ -161,7 +161,7 @@ def ball(names: Sequence[str], started: bool = True) -> tuple[ChargeModel, Charg
 
 
 def plan() -> CouplingPlan:
-    """One substep to the window, one window to the row; the shaft carries the floor."""
+    """Return a plan with one substep to the window and one window to the row. The shaft carries the floor."""
     return CouplingPlan(int(Scheme.STAGGERED), 1, STEP, 1, np.array([1]), np.zeros((1, 3)), 0)
 
 
