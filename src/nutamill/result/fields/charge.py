@@ -121,12 +121,12 @@ PATCH = "(patch)"
 
 
 def _cell(name: str, symbol: str, unit: str, label: str, meaning: str) -> Field:
-    """Return the declare one time integral over a cell of the grid in the chamber."""
+    """Declare one time integral over a cell of the grid in the chamber."""
     return Field(f"cell_{name}", symbol, unit, label, f"time integral of {meaning}", CRANK_FRAME, "", GRID)
 
 
 def _patch(name: str, symbol: str, unit: str, label: str, meaning: str) -> Field:
-    """Return the declare one sum over a patch of the chamber's surfaces."""
+    """Declare one sum over a patch of the chamber's surfaces."""
     return Field(f"wall_{name}", symbol, unit, label, meaning, "", "", PATCH)
 
 

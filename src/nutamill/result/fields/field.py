@@ -36,7 +36,7 @@ class Field:
 def vector(
     name: str, symbol: str, unit: str, label: str, meaning: str, frame: str, point: str
 ) -> tuple[Field, ...]:
-    """Return the declare the three components of a vector, named ``_x``, ``_y``, ``_z``. `symbol` is one
+    """Declare the three components of a vector, named ``_x``, ``_y``, ``_z``. `symbol` is one
     letter and the start of its index.
     """
     return tuple(
@@ -54,5 +54,5 @@ def vector(
 
 
 def energy(name: str, symbol: str, label: str, meaning: str) -> Field:
-    """Return the declare one entry of the power ledger, in J."""
+    """Declare one entry of the power ledger, in J."""
     return Field(name, symbol, "J", label, meaning)

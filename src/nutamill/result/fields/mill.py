@@ -9,7 +9,7 @@ CRANK = "driveshaft: radial towards its axis, tangential in the direction of rot
 
 
 def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
-    """Return the declare the radial, tangential and resultant force of the crank at one of its two probes,
+    """Declare the radial, tangential and resultant force of the crank at one of its two probes,
     raw and without gravity's share.
     """
     meaning = f"force the crank exerts at the {where}"
@@ -55,7 +55,7 @@ def _crank_force(name: str, where: str, point: str) -> tuple[Field, ...]:
 
 
 def _contact_losses(name: str, label: str) -> tuple[Field, ...]:
-    """Return the declare the energy that the contacts of one class have dissipated, by part of the law."""
+    """Declare the energy that the contacts of one class have dissipated, by part of the law."""
     return tuple(
         energy(
             f"{name}_{part}_loss",

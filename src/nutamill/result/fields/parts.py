@@ -7,7 +7,7 @@ SENSOR_AXES = "world, or axes of the body the sensor names"
 
 
 def _wrench(name: str, label: str, meaning: str, frame: str, point: str) -> tuple[Field, ...]:
-    """Return the declare force and moment about the same point, three components each."""
+    """Declare force and moment about the same point, three components each."""
     force = vector(f"{name}_force", "F", "N", f"{label} force", f"force {meaning}", frame, point)
     return force + vector(
         f"{name}_moment", "M", "N m", f"{label} moment", f"moment {meaning}", frame, f"about the {point}"
