@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import nutamill as nm
-from nutamill.analysis.mechanism import is_mechanism, ledger_share, mechanism_summary_lines, part_loads
+from nutamill.analysis.mechanism import ledger_share, mechanism_summary_lines, part_loads
+from nutamill.analysis.source import drawing_of
 from nutamill.base.errors import CaseError, MillError
 from nutamill.case import Machine, case_of_text, load_case, load_mill
 from nutamill.design.machine_sheet import machine_sheet
@@ -124,7 +125,7 @@ def test_steps_divide_the_rows(file):
 
 def test_a_run_records_every_part_and_its_ledger_closes(file, tmp_path):
     with nm.run(load_case(file), to=tmp_path / "a.h5") as result:
-        assert is_mechanism(result)
+        assert drawing_of(result) is None
         names = set(map(str, result.series.data_vars))
         assert {
             "joint_pin_force_z",

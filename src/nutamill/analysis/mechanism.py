@@ -4,8 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.analysis.source import any_case_of
-from nutamill.case import Machine
 from nutamill.result import Result
 
 
@@ -22,11 +20,6 @@ class PartLoad(NamedTuple):
     """Mean of the moment's magnitude [N m]."""
     peak_moment: float
     """Largest magnitude of the moment [N m]."""
-
-
-def is_mechanism(result: Result) -> bool:
-    """Return whether a result is the run of a mechanism, not of a mill or measured data."""
-    return bool(result.case_text) and isinstance(any_case_of(result), Machine)
 
 
 def magnitude(result: Result, vector: str) -> np.ndarray:

@@ -1,7 +1,8 @@
 """The motion in a result: the pose of every body and the position of every particle, by snapshot.
 
-All bodies of a mill but the intermediate shaft are held at the nutation point or turn about an axis through
-it, so that this point and their attitudes place them (docs/conventions.md, frames).
+All bodies of a mill as drawn but the intermediate shaft are held at the nutation point or turn about an axis
+through it, so that this point and their attitudes place them (docs/conventions.md, frames).  The bodies of a
+machine given part by part are placed by their mass centres.
 """
 
 from collections.abc import Iterator
@@ -10,7 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from nutamill.analysis.source import any_case_of
 from nutamill.base.errors import ResultError
+from nutamill.case import Machine
 from nutamill.case.drawing import BODIES, CHAMBER, CROSS, GROUND, SHAFT
 from nutamill.result import Result, Snapshots
 
@@ -19,8 +22,8 @@ class Pose(NamedTuple):
     """Where a body is."""
 
     origin: np.ndarray
-    """The point its parts are drawn from [m] (3,), world: the nutation point; of ground and intermediate
-    shaft where it was assembled.
+    """The point its parts are drawn from [m] (3,), world: of a mill the nutation point, of ground and
+    intermediate shaft where it was assembled; of a machine given part by part the mass centre.
     """
     rotation: np.ndarray
     """``R_WB`` (3, 3)."""
@@ -32,17 +35,21 @@ class Frame(NamedTuple):
     time: float
     """Simulated time [s]."""
     bodies: dict[str, Pose]
-    """Pose of every body of `nutamill.case.drawing.BODIES` and of the ground."""
+    """Pose of every body and of the ground."""
     positions: np.ndarray
     """Centres of the particles by id [m] (n, 3), world; none where the chamber is empty."""
     velocities: np.ndarray
     """Their velocities [m/s] (n, 3), world axes."""
     radii: np.ndarray
     """Their radii [m] (n,), of a clump that of the sphere of its volume."""
+    home: str
+    """The body in whose axes the charge is shown: the chamber of a mill, the ground elsewhere."""
 
-    def in_chamber(self) -> np.ndarray:
-        """Return the positions in chamber axes from the nutation point [m] (n, 3)."""
-        pose = self.bodies[CHAMBER]
+    def at_home(self) -> np.ndarray:
+        """Return the positions in axes of the body `home`, from the point its parts are drawn from [m]
+        (n, 3).
+        """
+        pose = self.bodies[self.home]
         return (self.positions - pose.origin) @ pose.rotation
 
 
@@ -71,18 +78,13 @@ def chosen_snapshots(result: Result, most: int | None = None) -> list[int]:
 
     Raises
     ------
-    ResultError : no snapshots, those of a mechanism of listed parts, or of a version that did not keep the
-        size of the particles
+    ResultError : no snapshots, or those of a version that did not keep the size of the particles
     """
     count = len(result.snapshots)
     if not count:
         raise ResultError(
             f"{result.path}: holds no snapshots, which a motion is shown from. "
             'Run the case with run.snapshots = { rate = "200 Hz", last = "0.5 s" } and to its end.'
-        )
-    if "crank_angle" not in result.series:
-        raise ResultError(
-            f"{result.path}: is the run of a mechanism, only a mill can be drawn. Plot its series instead."
         )
     first = result.snapshots[0]
     if missing := {"body_positions", "body_attitudes"} - set(first):
@@ -102,14 +104,18 @@ def replay(result: Result, numbers: list[int]) -> Iterator[Frame]:
     """Yield the moments of these snapshots, read one by one. The bearing cross has its mass centre at the
     nutation point.
     """
-    still, empty = np.zeros(3), np.empty((0, 3))
+    still, empty, case = np.zeros(3), np.empty((0, 3)), any_case_of(result)
     for number in numbers:
         snapshot = result.snapshots[number]
-        origin = np.asarray(snapshot["body_positions"][BODIES.index(CROSS)], float)
-        bodies = {
-            name: Pose(still if name == SHAFT else origin, rotation_of(attitude))
-            for name, attitude in zip(BODIES, snapshot["body_attitudes"], strict=True)
-        }
+        rotations = rotation_of(np.asarray(snapshot["body_attitudes"], float))
+        places = np.asarray(snapshot["body_positions"], float)
+        if isinstance(case, Machine):
+            names, home = [body.name for body in case.bodies], GROUND
+            origins = list(places)
+        else:
+            names, home = list(BODIES), CHAMBER
+            origins = [still if name == SHAFT else places[BODIES.index(CROSS)] for name in BODIES]
+        bodies = {name: Pose(*pose) for name, *pose in zip(names, origins, rotations, strict=True)}
         bodies[GROUND] = Pose(still, np.eye(3))
         positions, velocities = (
             np.asarray(snapshot.get(name, empty), float) for name in ("positions", "velocities")
@@ -120,4 +126,5 @@ def replay(result: Result, numbers: list[int]) -> Iterator[Frame]:
             positions,
             velocities,
             np.asarray(snapshot.get("radii", np.empty(0)), float),
+            home,
         )

@@ -25,6 +25,14 @@ def any_case_of(result: Result) -> Case | Machine:
     return _parsed(result.case_text)
 
 
+def drawing_of(result: Result) -> Case | None:
+    """Return the drawing of the mill that a result is a run of. None for a machine given part by part and for
+    measured data.
+    """
+    case = any_case_of(result) if result.case_text else None
+    return case if isinstance(case, Case) else None
+
+
 def case_of(result: Result) -> Case:
     """Return the case of a run of a mill. It is parsed once.
 

@@ -241,10 +241,11 @@ def _summary(result: "Result") -> tuple[list[str], list[str]]:
         from nutamill.analysis.measured_import import measured_lines
 
         return measured_lines(result), []
-    from nutamill.analysis.mechanism import is_mechanism, mechanism_summary_lines, mechanism_warning_lines
+    from nutamill.analysis.mechanism import mechanism_summary_lines, mechanism_warning_lines
+    from nutamill.analysis.source import drawing_of
     from nutamill.analysis.summary import summary_lines, warning_lines
 
-    if is_mechanism(result):
+    if drawing_of(result) is None:
         return mechanism_summary_lines(result), mechanism_warning_lines(result)
     return summary_lines(result), warning_lines(result)
 
@@ -267,12 +268,12 @@ def _facts(result: "Result") -> list[str]:
 
 def _draw(result: "Result", path: Path) -> list[Path]:
     """Draw the pictures of a run beside its result, and return their files."""
-    from nutamill.analysis.mechanism import is_mechanism
+    from nutamill.analysis.source import drawing_of
     from nutamill.view.figures.run import draw_ledger, draw_run
     from nutamill.view.figures.saving import save_figure
 
     picture, ledger = path.with_suffix(".png"), path.with_name(f"{path.stem}-power.png")
-    if is_mechanism(result):
+    if drawing_of(result) is None:
         from nutamill.view.figures.mechanism import draw_reactions
 
         return [save_figure(draw_reactions(result), picture)]

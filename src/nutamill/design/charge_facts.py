@@ -8,6 +8,7 @@ from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.case.charge import Portion
 from nutamill.case.machine import Machine
+from nutamill.case.placement import region_axes
 from nutamill.charge.filling.room import fill_faults
 from nutamill.charge.particles.particles import Particles
 from nutamill.charge.particles.sizes import mass_percentiles
@@ -15,7 +16,7 @@ from nutamill.simulation.setup.clock import Clock, ContactFacts, contact_facts, 
 from nutamill.simulation.setup.particles import charge_parts
 from nutamill.simulation.setup.regions import charge_room, free_volume, region_of
 from nutamill.simulation.setup.threads import team_size
-from nutamill.simulation.setup.walls import region_axes, region_corners
+from nutamill.simulation.setup.walls import region_corners
 
 NANOSECONDS, FAR_NANOSECONDS = 85.0, 160.0
 """Wall time per sphere and substep on one thread that forecasts count with [ns]: medians of the runs of

@@ -6,7 +6,7 @@ shapes.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -69,26 +69,35 @@ def ring(
 
     ``inner = 0`` makes a disc or a rod.
     """
+    return revolved([(inner, low), (outer, low), (outer, high), (inner, high)], opening, middle)
+
+
+def revolved(meridian: Sequence[tuple[float, float]], opening: float = 0.0, middle: float = 0.0) -> Solid:
+    """Return the solid that a closed line of radii and heights [m] sweeps about z, without an `opening` [rad]
+    about the azimuth `middle` [rad].
+
+    The line runs counter-clockwise where radii point right and heights up.  A side on the axis is left out.
+    """
     whole = opening <= 0.0
     count = max(3, round(FACETS * (1.0 - opening / math.tau)))
     first = middle + 0.5 * opening
     angle = first + (math.tau - max(opening, 0.0)) * np.arange(count + (not whole)) / count
-    corners = [(inner, low), (outer, low), (outer, high), (inner, high)]
     vertices = np.concatenate(
-        [np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(len(angle), z)]) for r, z in corners]
+        [np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(len(angle), z)]) for r, z in meridian]
     )
-    n = len(angle)
+    n, sides = len(angle), len(meridian)
     k = np.arange(count)
     after = (k + 1) % n
     faces = []
-    for side in range(4):
-        if inner == 0.0 and side == 3:
-            continue  # a rod has no inside
-        a, b = side * n, (side + 1) % 4 * n
+    for side in range(sides):
+        if meridian[side][0] == meridian[(side + 1) % sides][0] == 0.0:
+            continue
+        a, b = side * n, (side + 1) % sides * n
         faces += [np.column_stack([a + k, a + after, b + after]), np.column_stack([a + k, b + after, b + k])]
     if not whole:
-        start, end = np.arange(4) * n, np.arange(4) * n + n - 1
-        faces += [start[[[0, 1, 2], [0, 2, 3]]], end[[[0, 2, 1], [0, 3, 2]]]]
+        start, end = np.arange(sides) * n, np.arange(sides) * n + n - 1
+        fan = np.array([[0, side, side + 1] for side in range(1, sides - 1)])
+        faces += [start[fan], end[fan[:, ::-1]]]
     return Solid(vertices, np.concatenate(faces).astype(np.int32))
 
 

@@ -14,14 +14,15 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from nutamill.analysis.replay import Frame, chosen_snapshots, replay
-from nutamill.analysis.source import case_of
+from nutamill.analysis.source import any_case_of
 from nutamill.base.atomic_file import check_writable, io_errors
 from nutamill.base.errors import CaseError, Fault, NotInstalledError, OutputError, ResultError, missing_extra
 from nutamill.base.units import in_unit
-from nutamill.case import Case
+from nutamill.case import Case, Machine
 from nutamill.result import Result
-from nutamill.view.cameras import VIEWS, Camera, View, camera_of
-from nutamill.view.drawing import Part, machine_parts
+from nutamill.view.cameras import VIEWS, Camera, View
+from nutamill.view.drawing import Part
+from nutamill.view.drawn import camera_called, drawn
 
 if TYPE_CHECKING:
     import pyvista
@@ -168,18 +169,19 @@ def _rendered(
     log : receives how many snapshots have been drawn
     """
     _check(view, colour)
-    case = case_of(result)
-    camera = camera_of(view, case)
-    limits = _limits(result, colour, numbers, case)
+    case = any_case_of(result)
+    machine = drawn(case, OPENING, result.walls)
+    camera = camera_called(machine, view)
+    limits = _limits(result, colour, numbers, case, machine.floor)
     with _plotter() as plotter:
         write = open_writer(plotter)
-        stage = Stage(plotter, case, machine_parts(case, OPENING, walls=result.walls), colour, limits)
+        stage = Stage(plotter, case, machine.parts, colour, limits)
         repeats = [(number, len(list(same))) for number, same in itertools.groupby(numbers)]
         for done, (number, times) in enumerate(repeats):
             if log is not None and done % LOGGED == 0:
                 log(f"{done} of {len(repeats)} moments drawn")
             frame = next(replay(result, [number]))
-            stage.show(frame, _values(result, number, frame, colour, case), camera)
+            stage.show(frame, _values(result, number, frame, colour, machine.floor), camera)
             with io_errors(path):
                 write(str(path), times)
     return path
@@ -191,7 +193,7 @@ class Stage:
     def __init__(
         self,
         plotter: "pyvista.Plotter",
-        case: Case,
+        case: Case | Machine,
         parts: Sequence[Part],
         colour: str,
         limits: tuple[float, float],
@@ -257,12 +259,12 @@ def _check(view: str, colour: str) -> None:
         raise CaseError(*faults)
 
 
-def _values(result: Result, number: int, frame: Frame, colour: str, case: Case) -> np.ndarray:
+def _values(result: Result, number: int, frame: Frame, colour: str, floor: float) -> np.ndarray:
     """Return the values by which the particles of a snapshot are coloured, (n,)."""
     if colour == "speed":
         return np.linalg.norm(frame.velocities, axis=1)
     if colour == "height":
-        return frame.in_chamber()[:, 2] + case.chamber.floor_depth
+        return frame.at_home()[:, 2] - floor
     array = "contact_forces" if colour == "force" else "materials"
     snapshot = result.snapshots[number]
     if array not in snapshot and len(frame.positions):
@@ -273,12 +275,14 @@ def _values(result: Result, number: int, frame: Frame, colour: str, case: Case) 
     return np.asarray(snapshot.get(array, np.empty(0)), float)
 
 
-def _limits(result: Result, colour: str, numbers: list[int], case: Case) -> tuple[float, float]:
+def _limits(
+    result: Result, colour: str, numbers: list[int], case: Case | Machine, floor: float
+) -> tuple[float, float]:
     """Return the ends of the colour bar over all snapshots shown: zero, and the 99.9 % quantile."""
     if colour == "material":
         return -0.5, max(1, len(case.charge.materials)) - 0.5
     shown = sorted(set(numbers))[:: max(1, len(set(numbers)) // 20)]
-    values = [_values(result, number, next(replay(result, [number])), colour, case) for number in shown]
+    values = [_values(result, number, next(replay(result, [number])), colour, floor) for number in shown]
     together = np.concatenate(values)
     return 0.0, float(np.quantile(together, 0.999)) if len(together) else 1.0
 

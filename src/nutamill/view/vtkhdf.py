@@ -14,10 +14,11 @@ import h5py
 import numpy as np
 
 from nutamill.analysis.replay import Frame, chosen_snapshots, replay
-from nutamill.analysis.source import case_of
+from nutamill.analysis.source import any_case_of
 from nutamill.base.atomic_file import check_writable, replace_file
 from nutamill.result import Result
-from nutamill.view.drawing import Part, machine_parts
+from nutamill.view.drawing import Part
+from nutamill.view.drawn import drawn
 
 VERSION = (2, 3)
 SUFFIXES = (".vtkhdf", ".hdf")
@@ -42,8 +43,7 @@ def write_vtkhdf(result: Result, path: str | Path) -> Path:
     path = Path(path)
     check_writable(path, SUFFIXES)
     numbers = chosen_snapshots(result)
-    case = case_of(result)
-    parts = machine_parts(case, walls=result.walls)
+    parts = drawn(any_case_of(result), walls=result.walls).parts
     particles = len(result.snapshots[0].get("radii", ()))
     numbers_in_all = len(numbers) * (9 * particles + 3 * sum(len(part.vertices) for part in parts))
 

@@ -17,13 +17,13 @@ from string import Template
 import numpy as np
 
 from nutamill.analysis.replay import Frame, chosen_snapshots, replay
-from nutamill.analysis.source import case_of
+from nutamill.analysis.source import any_case_of
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
-from nutamill.case import Case
 from nutamill.result import Result
 from nutamill.result.fields import series_field
-from nutamill.view.cameras import VIEWS, View, camera_of
-from nutamill.view.drawing import Part, machine_parts
+from nutamill.view.cameras import Camera
+from nutamill.view.drawing import Part
+from nutamill.view.drawn import drawn
 
 MOST_FRAMES = 200
 """Frames in a page by default [1]."""
@@ -31,7 +31,8 @@ MOST_SAMPLES = 2000
 """Samples of a trace; a screen is not wider."""
 STEEPEST = 1.57
 """Largest elevation of a camera of the page [rad]; exactly above its target it has no upward direction."""
-TRACES = {"crank_pin_force_resultant": "#0072B2", "driveshaft_torque": "#D55E00"}
+COLOURS = ("#0072B2", "#D55E00")
+"""Colours of the two traces."""
 
 
 def write_view(result: Result, path: str | Path, frames: int = MOST_FRAMES) -> Path:
@@ -54,18 +55,20 @@ def write_view(result: Result, path: str | Path, frames: int = MOST_FRAMES) -> P
 def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
     """Return the page as text. Parameters and errors are those of `write_view`."""
     moments = list(replay(result, chosen_snapshots(result, frames)))
-    case = case_of(result)
+    case = any_case_of(result)
+    machine = drawn(case, 0.75 * math.pi, result.walls)
     packed, scales = _packed(moments)
     facts = {
         "frames": len(moments),
         "particles": len(moments[0].radii),
         "times": [round(moment.time, 7) for moment in moments],
         "bodies": _moves(moments),
-        "parts": [_part(part) for part in machine_parts(case, opening=0.75 * math.pi, walls=result.walls)],
+        "parts": [_part(part) for part in machine.parts],
         "radii": _coded(moments[0].radii.astype("<f4")),
-        "views": {view: _view(view, case) for view in VIEWS},
-        "reach": case.mounts.depth + case.chamber.inner_diameter,
-        "heights": [-case.chamber.floor_depth, _highest(moments, case)],
+        "views": {view: _view(camera) for view, camera in machine.cameras.items()},
+        "reach": machine.reach,
+        "home": moments[0].home,
+        "heights": [machine.floor, _highest(moments) - machine.floor],
         **scales,
         **_traces(result, moments[0].time, moments[-1].time),
     }
@@ -89,7 +92,7 @@ def _packed(moments: list[Frame]) -> tuple[str, dict]:
     """Return positions in chamber axes and speeds of all frames, deflated, and what turns them back into m
     and m/s.
     """
-    places = np.stack([moment.in_chamber() for moment in moments])
+    places = np.stack([moment.at_home() for moment in moments])
     speeds = np.stack([np.linalg.norm(moment.velocities, axis=1) for moment in moments])
     none = places.size == 0
     low = np.zeros(3) if none else places.min(axis=(0, 1))
@@ -139,9 +142,8 @@ def _part(part: Part) -> dict:
     }
 
 
-def _view(view: View, case: Case) -> dict:
+def _view(camera: Camera) -> dict:
     """Return a camera as the page reads it: its target, and its position about the target as angles."""
-    camera = camera_of(view, case)
     return {
         "rides": camera.rides,
         "hides": list(camera.hides),
@@ -153,10 +155,21 @@ def _view(view: View, case: Case) -> dict:
     }
 
 
-def _highest(moments: list[Frame], case: Case) -> float:
-    """Return the largest height of a particle over the floor [m]."""
-    places = [float(moment.in_chamber()[:, 2].max()) for moment in moments if len(moment.positions)]
-    return max(places, default=0.0) + case.chamber.floor_depth
+def _highest(moments: list[Frame]) -> float:
+    """Return the largest height of a particle [m]."""
+    places = [float(moment.at_home()[:, 2].max()) for moment in moments if len(moment.positions)]
+    return max(places, default=0.0)
+
+
+def _traced(result: Result) -> list[str]:
+    """Return the two series that are traced below the picture: the force and the torque of a mill, else of
+    drives the torque, and forces.
+    """
+    names = [str(name) for name in result.series.data_vars]
+    first = [name for name in ("crank_pin_force_resultant", "driveshaft_torque") if name in names]
+    others = [name for name in names if name.endswith("_torque")]
+    others += [name for name in names if name.endswith(("_force_z", "_energy"))]
+    return (first if len(first) == 2 else others)[:2]
 
 
 def _traces(result: Result, first: float, last: float) -> dict:
@@ -166,7 +179,7 @@ def _traces(result: Result, first: float, last: float) -> dict:
     inside = np.flatnonzero((time >= first - 1e-9) & (time <= last + 1e-9))
     inside = inside[:: max(1, len(inside) // MOST_SAMPLES)]
     traces = []
-    for name, colour in TRACES.items():
+    for name, colour in zip(_traced(result), COLOURS, strict=False):
         field = series_field(name)
         values = [float(f"{value:.5g}") for value in series[name].values[inside]]
         traces.append({"label": f"{field.label} ({field.unit})", "colour": colour, "values": values})

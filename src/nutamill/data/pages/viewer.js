@@ -1,5 +1,5 @@
 "use strict";
-// Plays a replay of a mill: the charge as ray-cut spheres in chamber axes, the machine as triangles on its bodies.
+// Plays a replay of a mill: the charge as ray-cut spheres in axes of the body facts.home, the machine as triangles on its bodies.
 const facts = JSON.parse(document.getElementById("facts").textContent);
 const VIRIDIS = ["440154", "482878", "3e4989", "31688e", "26828e", "1f9e89", "35b779", "6ece58", "b5de2b", "fde725"];
 const element = (id) => document.getElementById(id);
@@ -165,7 +165,7 @@ function cameraMatrix(chamber) {
 }
 
 function shown(part) {
-  if (part.body === "chamber") return element("chamber").checked && !(camera.hides || []).includes(part.name);
+  if (part.body === facts.home && facts.home !== "ground") return element("chamber").checked && !(camera.hides || []).includes(part.name);
   return element("machine").checked && !(camera.hides || []).includes(part.name);
 }
 
@@ -177,7 +177,7 @@ function draw(gl, sphere, mesh, made) {
   gl.clearColor(0.957, 0.965, 0.973, 1);
   gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   const frame = Math.min(Math.floor(playing.frame), facts.frames - 1), between = playing.frame - frame;
-  const chamber = poseAt("chamber", frame, between), world = cameraMatrix(chamber);
+  const chamber = poseAt(facts.home, frame, between), world = cameraMatrix(chamber);
   const lens = perspective(camera.angle, width / height, facts.reach / 200, 12 * facts.reach);
   const paint = (part) => {
     gl.uniformMatrix4fv(mesh.uniforms.toEye, false, times(world, poseAt(part.body, frame, between)));
@@ -322,6 +322,7 @@ async function begin() {
   const made = buffers(gl, await unpacked()), sphere = program(gl, SPHERE), mesh = program(gl, MESH);
   gl.enable(gl.DEPTH_TEST);
   gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+  for (const option of [...element("view").options]) if (!(option.text in facts.views)) option.remove();
   choose("front");
   legend();
   listen();

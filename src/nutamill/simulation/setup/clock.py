@@ -9,11 +9,11 @@ import numpy as np
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.case.machine import Machine
+from nutamill.case.placement import axes_along
 from nutamill.case.touching import TouchingPair
 from nutamill.charge.laws.area import cohesive_softening
 from nutamill.charge.laws.impact import SUBSTEPS_PER_CONTACT
 from nutamill.charge.laws.pair import PairLaw, spring_stiffness
-from nutamill.simulation.setup.carriers import axes_along
 from nutamill.simulation.setup.charge import impact_of, pair_law, quickest_meeting
 from nutamill.simulation.setup.walls import region_corners
 

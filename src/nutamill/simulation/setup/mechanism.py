@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.case.machine import BodyEntry, BushingEntry, DriveEntry, JointEntry, Machine
+from nutamill.case.placement import quaternion_of
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.parts import (
@@ -21,7 +22,6 @@ from nutamill.mechanism.parts import (
     Torque,
 )
 from nutamill.mechanism.sensors import COLUMNS, Sensor, SensorKind
-from nutamill.simulation.setup.carriers import quaternion_of
 
 KINDS = {
     "position": SensorKind.POINT_POSITION,

@@ -11,6 +11,7 @@ import numpy as np
 
 from nutamill.case.charge import Portion
 from nutamill.case.machine import Machine
+from nutamill.case.placement import axes_along, region_axes
 from nutamill.case.walls import RegionEntry
 from nutamill.charge.filling.fill import fill_cylinder, random_attitudes
 from nutamill.charge.filling.fill_walls import fill_between, in_room
@@ -18,14 +19,7 @@ from nutamill.charge.filling.room import Room, cylinder_room
 from nutamill.charge.particles.particles import Particles
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.charge.walls.triangles import normals_and_areas
-from nutamill.simulation.setup.carriers import axes_along
-from nutamill.simulation.setup.walls import (
-    meshed_walls,
-    region_axes,
-    region_corners,
-    wall_mesh,
-    world_surfaces,
-)
+from nutamill.simulation.setup.walls import meshed_walls, region_corners, wall_mesh, world_surfaces
 
 UPRIGHT = math.cos(math.radians(45.0))
 """Cosine of the angle between gravity and the axis of a region up to which it is filled along its axis."""

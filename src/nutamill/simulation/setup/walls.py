@@ -7,7 +7,6 @@ import dataclasses
 import functools
 import hashlib
 import logging
-import math
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -16,12 +15,13 @@ import numpy as np
 from nutamill.base.errors import CaseError, Fault, missing_extra
 from nutamill.base.units import UNITS, Kind
 from nutamill.case.machine import Machine
+from nutamill.case.placement import axes_along, shape_corners
 from nutamill.case.walls import RegionEntry, WallEntry
 from nutamill.charge.walls.mesh import Mesh, closed_mesh
 from nutamill.charge.walls.mesh_patches import mesh_surfaces
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.result import WallMesh
-from nutamill.simulation.setup.carriers import Carrier, axes_along, carriers_of
+from nutamill.simulation.setup.carriers import Carrier, carriers_of
 
 FORMATS = (".stl", ".obj")
 """Suffixes of the files that are read."""
@@ -181,21 +181,10 @@ def _span(low: float, high: float) -> str:
 @functools.lru_cache(maxsize=16)
 def region_corners(machine: Machine, region: RegionEntry) -> np.ndarray:
     """Return the corners of a region [m] (n, 3), world as assembled; of a cylinder, points on its rims."""
-    axes = region_axes(region)
-    if region.shape == "mesh":
-        return placed_corners(machine, next(wall for wall in machine.walls if wall.name == region.wall))
-    if region.shape == "box":
-        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-        return np.array(region.point) + (0.5 * signs * region.size) @ axes.T
-    angle = np.linspace(0.0, math.tau, 96, endpoint=False)
-    around = region.radius * np.column_stack([np.cos(angle), np.sin(angle)])
-    ends = [np.column_stack([around, np.full(96, z)]) for z in (0.0, region.height)]
-    return np.array(region.point) + np.concatenate(ends) @ axes.T
-
-
-def region_axes(region: RegionEntry) -> np.ndarray:
-    """Return the axes of a region as columns (3, 3), world."""
-    return axes_along(region.axis, region.across)
+    corners = shape_corners(region)
+    if corners is not None:
+        return corners
+    return placed_corners(machine, next(wall for wall in machine.walls if wall.name == region.wall))
 
 
 def placed_corners(machine: Machine, wall: WallEntry) -> np.ndarray:

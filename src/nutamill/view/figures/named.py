@@ -5,8 +5,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from nutamill.analysis.mechanism import is_mechanism
 from nutamill.analysis.orders import sensor_orders, waterfall
+from nutamill.analysis.source import drawing_of
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.result import Result
 from nutamill.view.figures.charge import draw_flow, draw_spectra, draw_wall
@@ -50,7 +50,7 @@ def figure_of(result: Result, what: str) -> Figure:
     """
     kind, _, names = what.partition(":")
     if not names and kind in FIGURES:
-        if is_mechanism(result):
+        if result.case_text and drawing_of(result) is None:
             drawn = f"nutamill plot {result.path} history:SERIES"
             raise ResultError(
                 f"{result.path}: is no run of a mill, which this figure needs, but that of a "

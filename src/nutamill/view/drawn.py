@@ -1,0 +1,74 @@
+"""What a case looks like: the solids of its machine, and the cameras that show them."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.base.errors import CaseError, Fault
+from nutamill.case import Case, Machine
+from nutamill.result import WallMesh
+from nutamill.view.cameras import VIEWS, Camera, View, camera_of
+from nutamill.view.drawing import Part, machine_parts
+from nutamill.view.machine_drawing import drawn_corners, machine_solids
+
+LENS = math.radians(30.0)
+"""Angle of view of the cameras of a machine given part by part [rad]."""
+
+
+class Drawn(NamedTuple):
+    """A machine in front of its cameras."""
+
+    parts: tuple[Part, ...]
+    """Its solids."""
+    cameras: dict[View, Camera]
+    """Its cameras by name."""
+    floor: float
+    """Height from which those of the charge count [m], in axes of `nutamill.analysis.replay.Frame.home`."""
+    reach: float
+    """Size of the machine [m]."""
+
+
+def drawn(case: Case | Machine, opening: float = 0.0, walls: Mapping[str, WallMesh] | None = None) -> Drawn:
+    """Return the machine of a case, as drawn or part by part.
+
+    Parameters
+    ----------
+    opening : the vessel is cut open over this azimuth [rad]
+    walls : meshed walls, as a result keeps them
+    """
+    if isinstance(case, Machine):
+        return _part_by_part(case, opening, walls)
+    return Drawn(
+        machine_parts(case, opening, walls=walls),
+        {view: camera_of(view, case) for view in VIEWS},
+        -case.chamber.floor_depth,
+        case.mounts.depth + case.chamber.inner_diameter,
+    )
+
+
+def camera_called(machine: Drawn, view: str) -> Camera:
+    """Return the camera of a machine by its name; raise CaseError where it has none of this name."""
+    if view not in machine.cameras:
+        known = ", ".join(machine.cameras)
+        raise CaseError(
+            Fault("--camera", f'a machine without a chamber has no camera "{view}"', f"Known: {known}")
+        )
+    return machine.cameras[view]
+
+
+def _part_by_part(machine: Machine, opening: float, walls: Mapping[str, WallMesh] | None) -> Drawn:
+    """Return a machine given part by part, with cameras from the front and from above."""
+    corners = drawn_corners(machine)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle, size = 0.5 * (low + high), float(np.linalg.norm(high - low))
+    away = 0.62 * size / math.tan(0.5 * LENS)
+    front, above = np.array([0.35, -1.0, 0.4]), np.array([0.0, 0.0, 1.0])
+    eye = middle + away * front / np.linalg.norm(front)
+    upright, across = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+    cameras: dict[View, Camera] = {
+        "front": Camera(eye, middle, upright, LENS, (), rides=False),
+        "axis": Camera(middle + away * above, middle, across, LENS, (), rides=False),
+    }
+    return Drawn(machine_solids(machine, opening, walls), cameras, float(low[2]), size)
