@@ -108,12 +108,13 @@ def test_what_shows_mills_says_that_a_mechanism_is_none(file, tmp_path):
     with open_result(tmp_path / "a.h5") as result:
         for ask in (
             lambda: figure_of(result, "run"),
-            lambda: view_page(result),
             lambda: write_report([result.path], tmp_path / "a.html"),
         ):
             with pytest.raises(MillError, match=r"is the run of a mechanism|no run of a mill"):
                 ask()
         assert len(figure_of(result, "history:tip_velocity_x").axes) == 1
+        # a machine without a drawing is shown by its walls and the rods to its joints
+        assert '"home":"ground"' in view_page(result)
 
 
 def test_steps_divide_the_rows(file):

@@ -49,7 +49,7 @@ def drawn(case: Case | Machine, opening: float = 0.0, walls: Mapping[str, WallMe
 
 
 def camera_called(machine: Drawn, view: str) -> Camera:
-    """Return the camera of a machine by its name; raise CaseError where it has none of this name."""
+    """Return the camera of a machine by its name. Raises CaseError where it has none of this name."""
     if view not in machine.cameras:
         known = ", ".join(machine.cameras)
         raise CaseError(
