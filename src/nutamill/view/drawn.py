@@ -17,7 +17,7 @@ LENS = math.radians(30.0)
 """Angle of view of the cameras of a machine given part by part [rad]."""
 
 
-class Drawn(NamedTuple):
+class Appearance(NamedTuple):
     """A machine in front of its cameras."""
 
     parts: tuple[Part, ...]
@@ -30,7 +30,9 @@ class Drawn(NamedTuple):
     """Size of the machine [m]."""
 
 
-def drawn(case: Case | Machine, opening: float = 0.0, walls: Mapping[str, WallMesh] | None = None) -> Drawn:
+def drawn(
+    case: Case | Machine, opening: float = 0.0, walls: Mapping[str, WallMesh] | None = None
+) -> Appearance:
     """Return the machine of a case, as drawn or part by part.
 
     Parameters
@@ -40,7 +42,7 @@ def drawn(case: Case | Machine, opening: float = 0.0, walls: Mapping[str, WallMe
     """
     if isinstance(case, Machine):
         return _part_by_part(case, opening, walls)
-    return Drawn(
+    return Appearance(
         machine_parts(case, opening, walls=walls),
         {view: camera_of(view, case) for view in VIEWS},
         -case.chamber.floor_depth,
@@ -48,7 +50,7 @@ def drawn(case: Case | Machine, opening: float = 0.0, walls: Mapping[str, WallMe
     )
 
 
-def camera_called(machine: Drawn, view: str) -> Camera:
+def camera_called(machine: Appearance, view: str) -> Camera:
     """Return the camera of a machine by its name. Raises CaseError where it has none of this name."""
     if view not in machine.cameras:
         known = ", ".join(machine.cameras)
@@ -58,7 +60,7 @@ def camera_called(machine: Drawn, view: str) -> Camera:
     return machine.cameras[view]
 
 
-def _part_by_part(machine: Machine, opening: float, walls: Mapping[str, WallMesh] | None) -> Drawn:
+def _part_by_part(machine: Machine, opening: float, walls: Mapping[str, WallMesh] | None) -> Appearance:
     """Return a machine given part by part, with cameras from the front and from above."""
     corners = drawn_corners(machine)
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -71,4 +73,4 @@ def _part_by_part(machine: Machine, opening: float, walls: Mapping[str, WallMesh
         "front": Camera(eye, middle, upright, LENS, (), rides=False),
         "axis": Camera(middle + away * above, middle, across, LENS, (), rides=False),
     }
-    return Drawn(machine_solids(machine, opening, walls), cameras, float(low[2]), size)
+    return Appearance(machine_solids(machine, opening, walls), cameras, float(low[2]), size)
