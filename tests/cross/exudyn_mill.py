@@ -46,7 +46,7 @@ def exudyn_mill(mill, first, drive_angle, step, steps, every):
             referenceRotationMatrix=matrix_of(first[1][k]),
             initialVelocity=list(first[2][k]),
             initialAngularVelocity=list(first[3][k]),
-            gravity=list(mill.gravity),
+            gravity=[0.0, 0.0, -9.81],
         )
     as_built = {body.name: (np.asarray(body.position), matrix_of(body.quaternion)) for body in mill.bodies}
     as_built[GROUND] = np.zeros(3), np.eye(3)

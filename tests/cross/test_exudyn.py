@@ -39,9 +39,10 @@ def our_mill(mounting, profile):
     """The mill as described, its state at the start, its drive, and its readings by name (ROWS + 1, n)."""
     smooth = ["mechanism.joint_friction=0", "mechanism.joint_friction_viscous=0 N m s/rad"]
     case = load_case("numill", ["charge.kind=none", f"mechanism.mounting={mounting}", *smooth])
-    mill = mechanism_parts(case.with_("drive.profile", PROFILES[profile]).machine)
+    machine = case.with_("drive.profile", PROFILES[profile]).machine
+    mill = mechanism_parts(machine)
     mechanism, state, scratch = assemble(
-        mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=mill.gravity
+        mill.bodies, mill.joints, mill.bushings, drives=mill.drives, gravity=machine.gravity
     )
     bodies = {body.name for body in mill.bodies}
     sensors = [

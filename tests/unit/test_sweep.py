@@ -274,7 +274,7 @@ def test_bed_that_several_runs_share_is_settled_once_before_them_and_any_other_b
         {"drive.speed": ["300 rpm", "600 rpm"], "run.seed": [1, 2]}, lambda values: changed(case, values)
     )
     monkeypatch.setattr(sweep, "bed_is_kept", lambda case: False)
-    monkeypatch.setattr(member, "settled_bed", lambda case: None)
+    monkeypatch.setattr(member, "settled_bed", lambda machine: None)
     sweep.run_all(found, tmp_path, here := Here(), (TORQUE,))
     assert [task.work for task in here.asked] == ["settle"] * 2 + ["run"] * 4
     alone = members({"run.seed": [3, 4]}, lambda values: changed(case, values))

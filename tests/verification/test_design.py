@@ -169,7 +169,7 @@ def on_springs(folder, stiffness):
         "bodies": [slider],
         "joints": [rail],
         "bushings": [spring],
-        "run": {"until": "1 s", "dt": "100 us"},
+        "run": {"until": "1 s", "step": "100 us"},
     }
     (folder / "springs.toml").write_text(tomlkit.dumps(parts))
     return load_case(folder / "springs.toml")

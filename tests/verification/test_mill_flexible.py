@@ -15,13 +15,14 @@ RPM = 2 * math.pi / 60
 
 def mill_modes(*overrides):
     """Modes of the mill at rest, crank held at angle 0."""
-    described = mechanism_parts(mill("charge.kind=none", *overrides).machine)
+    machine = mill("charge.kind=none", *overrides).machine
+    described = mechanism_parts(machine)
     parts = assemble(
         described.bodies,
         described.joints,
         described.bushings,
         drives=described.drives,
-        gravity=described.gravity,
+        gravity=machine.gravity,
     )
     static_equilibrium(*parts)
     return modes(*parts)

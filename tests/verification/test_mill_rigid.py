@@ -123,13 +123,14 @@ def test_ribs_add_their_moment_of_inertia_to_the_swing():
 
 def shaking_force(*more):
     """Horizontal force (n, 2) of the ground on the frame through a turn at 700 rpm, world axes."""
-    described = mechanism_parts(mill(*RIGID, "drive.speed=700 rpm", *more).machine)
+    machine = mill(*RIGID, "drive.speed=700 rpm", *more).machine
+    described = mechanism_parts(machine)
     mechanism, state, scratch = assemble(
         described.bodies,
         described.joints,
         described.bushings,
         drives=described.drives,
-        gravity=described.gravity,
+        gravity=machine.gravity,
     )
     table = sensor_table(mechanism, state, [Sensor("frame", SensorKind.JOINT_REACTION, "frame_fix")])
     assert start(mechanism, state, scratch) == OK

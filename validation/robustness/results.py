@@ -24,7 +24,7 @@ from nutamill.base.errors import MillError, ResultError
 from nutamill.case import load_case
 from nutamill.case.drawing import BODIES
 from nutamill.cli import app
-from nutamill.result import Recorder, open_result, verify
+from nutamill.result import Recorder, WallMesh, open_result, verify
 from nutamill.result.checksums import COPIES, Checksums
 from nutamill.result.fields import STATISTICS, expand
 from nutamill.result.layout import FORMAT_VERSION
@@ -95,7 +95,9 @@ def write_sound(path: Path, series: int | None = None) -> Path:
     case = load_case("numill", ["mechanism.mounting=rigid"])
     names, time = expand(sensors=("frame_corner",))[:series], np.arange(601) / RATE
     axes = _axes()
-    walls = {"chamber.mesh": (draw.random((4, 3)), np.array([[0, 1, 2], [1, 2, 3]], np.int32))}
+    walls = {
+        "chamber.mesh": WallMesh(draw.random((4, 3)), np.array([[0, 1, 2], [1, 2, 3]], np.int32), "chamber")
+    }
     provenance = {"seed": 1, "kernel_digest": "none", "versions": {"numpy": "2"}}
     recorder = Recorder.create(path, case.to_toml(), provenance, names, RATE, axes=axes, walls=walls)
     known = {"time": time, "crank_angle": 60.0 * time, "driveshaft_speed": np.full_like(time, 60.0)}

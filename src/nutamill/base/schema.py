@@ -44,6 +44,7 @@ SIZES: dict[Kind, tuple[float, float]] = {
     Kind.INERTIA: (1e-20, 1e12),
     Kind.RAMP: (1e-6, 1e6),
     Kind.UNBALANCE: (1e-15, 1e9),
+    Kind.VOLUME: (1e-18, 1e9),
 }
 """Smallest and largest size of each kind of quantity, SI: what is beyond has been mistyped, for no machine
 has it.
@@ -170,6 +171,7 @@ def _not_tiny(value: float) -> float:
 
 Length = Annotated[float, Quantity(Kind.LENGTH)]
 Coordinate = Annotated[float, Quantity(Kind.LENGTH, "any")]
+Volume = Annotated[float, Quantity(Kind.VOLUME)]
 Mass = Annotated[float, Quantity(Kind.MASS)]
 AddedMass = Annotated[float, Quantity(Kind.MASS, "zero or more")]
 Time = Annotated[float, Quantity(Kind.TIME)]

@@ -178,8 +178,9 @@ def _run(case: "Case") -> MachineRun:
     """Return how the machine is run and recorded: from rest, with the series of a mill."""
     force, lever = "crank_pin_force_resultant", case.mechanism.crank_radius
     torque = WatchEntry(series="driveshaft_torque", force=force, lever=lever)
+    run = case.run.model_dump() | ({} if case.charge.parts else {"dt": "auto"})
     return MachineRun(
-        **case.run.model_dump(),
+        **run,
         step=MECHANISM_STEP,
         start="rest",
         watch=(WatchEntry(series=force), torque),

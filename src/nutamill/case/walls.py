@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from nutamill.base.schema import Angle, Coordinate, Length, Number, Table
+from nutamill.base.schema import Angle, Coordinate, Length, Table, Volume
 from nutamill.case.names import Direction, Name, Point
 
 Shape = Literal["plane", "cylinder", "cone", "cap", "box", "mesh"]
@@ -110,7 +110,7 @@ class RegionEntry(Table):
     """Lengths of a box along x, y, z [m]."""
     wall: str | None = None
     """The meshed wall whose inside it is."""
-    free_volume: Annotated[Number, Field(gt=0.0)] | None = None
+    free_volume: Volume | None = None
     """Volume of the region that no wall takes [m^3]; counted by sampling if not given."""
 
     @property

@@ -188,12 +188,11 @@ def run_to(
     if machine.charge.parts:
         kept = bed_is_kept(machine)
         warm_up(log, None if kept else lambda: settle_apart(machine), contact_law_of(machine))
-        watch.settling(0.0)
     else:
         warm_up_mechanism(log)
+    watch.settling(0.0)
     bed = settled_bed(machine, watch.settling)
-    if bed is not None:
-        watch.settling(1.0)
+    watch.settling(1.0)
     model, state, scratch = build(machine, bed)
     axes = None if bed is None else statistics_axes(machine, model.survey)
     record_first_row(model, state, scratch)
@@ -291,7 +290,7 @@ def resume_to(
         if case.run.until == "steady":
             rows = round(checkpoint.time * case.run.series_rate) + 1
             ending.replay(np.column_stack([result.series[name].values[:rows] for name in ending.columns]))
-    if until is not None and ending.found:
+    if until is not None and ending.steady:
         ending = Ending(case.machine, end).fixed()
     if end < checkpoint.time - 0.5 / case.run.series_rate:
         raise CaseError(

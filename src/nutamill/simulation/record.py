@@ -83,7 +83,7 @@ class Ending:
         self._wanted = case.run.until == "steady"
         self._means: dict[str, Estimate] = {}
         self._known: dict[str, float] = {}
-        self.found = False
+        self.steady = False
         self.columns = ("time", angle_series(case), *(watched.series for watched in case.run.watch))
         self.plan = RecordPlan.of(case, round(until * case.run.series_rate))
 

@@ -44,7 +44,7 @@ def perform(task: Task) -> None:
     """
     case, file = Case.from_toml(task.case_text, task.name), Path(task.path)
     if task.work == "settle":
-        settled_bed(case)
+        settled_bed(case.machine)
         return
     if is_finished(state_of(file)):
         return

@@ -186,7 +186,7 @@ def _settle(
     """Settle each bed that several runs share and that is not in the cache yet. A fault shows again in the
     runs that need it.
     """
-    needed = [(bed_key(case), case) for case in cases if not bed_is_kept(case)]
+    needed = [(bed_key(case.machine), case) for case in cases if not bed_is_kept(case.machine)]
     runs = Counter(key for key, _ in needed)
     beds = {key: case for key, case in needed if runs[key] > 1}
     if beds and log is not None:
