@@ -36,7 +36,7 @@ def developed_case() -> Case:
 
 def developed_flow(case: Case) -> tuple[Model, State, Scratch]:
     """March a case to its end without a file."""
-    model, state, scratch = build(case, settled_bed(case))
+    model, state, scratch = build(case.machine, settled_bed(case.machine))
     record_first_row(model, state, scratch)
     for _ in range(round(case.run.end * case.run.series_rate / ROWS)):
         model, _, fault = enter(model, state, scratch, ROWS)
@@ -47,7 +47,7 @@ def developed_flow(case: Case) -> tuple[Model, State, Scratch]:
 
 def on_threads(model: Model, threads: int) -> Model:
     """Return the model with another number of threads."""
-    return dataclasses.replace(model, case=model.case.with_("run.threads", threads))
+    return dataclasses.replace(model, machine=model.machine.with_("run.threads", threads))
 
 
 def piece(model: Model, state: State, scratch: Scratch) -> tuple[Model, float]:
@@ -114,7 +114,7 @@ def process_time(*command: str) -> float:
 def first_step() -> None:
     """Import, build and march the published mill through its first row, with kernels and bed cached."""
     case = load_mill("numill")
-    model, state, scratch = build(case, settled_bed(case))
+    model, state, scratch = build(case.machine, settled_bed(case.machine))
     record_first_row(model, state, scratch)
     enter(model, state, scratch, 1)
 
@@ -149,7 +149,7 @@ def measure() -> Iterator[str]:
     yield f"  mechanism step {shown(mechanism, 'us', '.1f')}"
     model, cost = statistics_cost(model, state, scratch)
     yield (
-        f"  statistics of the charge, {round(model.case.run.series_rate)} samples a second: "
+        f"  statistics of the charge, {round(model.machine.run.series_rate)} samples a second: "
         f"{100 * cost:.0f} % on top"
     )
     yield f"nutamill --help {process_time('-m', 'nutamill', '--help'):.2f} s"

@@ -26,7 +26,9 @@ def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndar
 
 def statistics_group(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
     """Return the group of a checkpoint with the present statistics, or no group for a run without charge."""
-    return {} if model.charge is None else {"statistics": gathered(state.statistics, state.charge.impacts)}
+    if state.charge is None or state.statistics is None:
+        return {}
+    return {"statistics": gathered(state.statistics, state.charge.impacts)}
 
 
 def restore(model: Model, state: State, scratch: Scratch, groups: dict[str, dict[str, np.ndarray]]) -> Model:

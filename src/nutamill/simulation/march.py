@@ -194,7 +194,7 @@ def run_to(
     bed = settled_bed(machine, watch.settling)
     watch.settling(1.0)
     model, state, scratch = build(machine, bed)
-    axes = None if bed is None else statistics_axes(machine, model.survey)
+    axes = None if model.survey is None else statistics_axes(machine, model.survey)
     record_first_row(model, state, scratch)
     threads = 1 if bed is None else team_size(machine)
     provenance = run_provenance(kernel_digest(), machine.run.seed, threads) | digests(machine)

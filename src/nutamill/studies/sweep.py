@@ -116,7 +116,7 @@ def run_all(
 
     try:
         if left:
-            for law in {contact_law_of(outcome.member.case) for outcome in left}:
+            for law in {contact_law_of(outcome.member.case.machine) for outcome in left}:
                 warm_up(log, law=law)
             with requests() as asked:
                 _settle([outcome.member.case for outcome in left], workers, log, asked.stop)
