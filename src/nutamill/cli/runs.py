@@ -56,10 +56,10 @@ def check(
     from nutamill.simulation.setup.charge import contact_law_of
     from nutamill.simulation.warm_up import warm_up
 
-    sheet = machine_sheet if isinstance(loaded, Machine) else preflight
     if loaded.charge.parts:
         warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded.machine))
-    typer.echo("\n".join(sheet(loaded).lines() + (dialect_lines(loaded) if dialects else [])))
+    sheet = machine_sheet(loaded) if isinstance(loaded, Machine) else preflight(loaded)
+    typer.echo("\n".join(sheet.lines() + (dialect_lines(loaded) if dialects else [])))
 
 
 @app.command()

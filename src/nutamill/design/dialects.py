@@ -10,7 +10,7 @@ note stands behind a ``#``.  What a law is called in each program stands in the 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from nutamill.case import Case
+from nutamill.case import Case, Machine
 from nutamill.charge.laws.composition import ContactLaw, law_files, law_names
 from nutamill.charge.laws.terms import PROGRAMS, Terms, Touch
 from nutamill.simulation.setup.charge import contact_law_of, pair_law, quickest_meeting
@@ -99,7 +99,7 @@ DIALECTS: dict[str, Callable[[Contact], list[str]]] = dict(
 """Programs, and how each writes a contact."""
 
 
-def touches(case: Case) -> dict[str, Contact]:
+def touches(case: Case | Machine) -> dict[str, Contact]:
     """Return the contacts of the particles of a case with each other and with walls, by the names of the two
     materials.
     """
@@ -126,7 +126,7 @@ def touches(case: Case) -> dict[str, Contact]:
     return contacts
 
 
-def dialect_lines(case: Case) -> list[str]:
+def dialect_lines(case: Case | Machine) -> list[str]:
     """Return the contact laws of a case in the terms of all programs, as text; SI units."""
     lines = []
     for name, contact in touches(case).items():

@@ -166,7 +166,7 @@ def _traced(result: Result) -> list[str]:
     drives the torque, and forces.
     """
     names = [str(name) for name in result.series.data_vars]
-    first = [name for name in ("crank_pin_force_resultant", "driveshaft_torque") if name in names]
+    first: list[str] = [name for name in ("crank_pin_force_resultant", "driveshaft_torque") if name in names]
     others = [name for name in names if name.endswith("_torque")]
     others += [name for name in names if name.endswith(("_force_z", "_energy"))]
     return (first if len(first) == 2 else others)[:2]
