@@ -9,6 +9,7 @@ print(charge.positions, charge.wrenches)
 """
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Self
 
@@ -16,6 +17,7 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.base.frames import MOTION_SIZE, pose_in_window, twist_in_window
+from nutamill.base.light_carriers import carrier_faults, carrier_warnings
 from nutamill.charge.arrays import grow
 from nutamill.charge.assembly import charge_of
 from nutamill.charge.kernels.dynamics import start, window
@@ -27,6 +29,7 @@ from nutamill.charge.measures.observe import ChargeReading, charge_reading, obse
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, Status
 from nutamill.charge.particles.particles import Particles
+from nutamill.charge.pushed_carriers import pushed_carriers
 from nutamill.charge.readout import attitudes, positions, spins, velocities
 from nutamill.charge.walls.patches import PatchTable
 from nutamill.charge.walls.surface import Surface
@@ -111,6 +114,10 @@ class Charge:
     threads : size of the team that marches; it changes no bit of the result
     precision : "single", or "double" for verification
     skin, domain, patches : as `nutamill.charge.assembly.charge`
+    carrier_masses : least effective mass of each carrier at its walls [kg] (n_carriers,), infinite where its
+        motion is given (`nutamill.System.effective_mass`); None where no carrier follows the charge's push.
+        A march then counts as a window in which the motion is held: a carrier that is light, or a window that
+        is long for it, gives a warning, and one that is unstable is refused
 
     Attributes
     ----------
@@ -141,11 +148,12 @@ class Charge:
         skin: float | None = None,
         domain: tuple[Sequence[float], float] | None = None,
         patches: PatchTable | None = None,
+        carrier_masses: Sequence[float] | None = None,
     ) -> None:
         if motion is None:
             motion = at_rest(1 + max((wall.body for wall in walls), default=0))
         motion = np.array(motion, float)
-        faults = _march_faults(dt, threads, motion)
+        faults = _march_faults(dt, threads, motion, carrier_masses)
         if faults:
             raise CaseError(*faults)
         if isinstance(pairs, PairLaw):
@@ -169,6 +177,7 @@ class Charge:
         )
         start(*parts, dt)
         self._take(parts, dt, motion, threads, [wall.name for wall in walls])
+        self._carrier_masses = carrier_masses
 
     @classmethod
     def from_parts(
@@ -197,6 +206,7 @@ class Charge:
         self.model, self.state, self.scratch = parts
         self.dt, self.motion, self.threads = dt, motion, threads
         self._walls = list(walls)
+        self._carrier_masses = None
         self._impulse = np.zeros((len(motion), 6))
         self._marched = 0.0
 
@@ -215,10 +225,25 @@ class Charge:
         Raises
         ------
         StepError : an overlap beyond its limit, or a particle that left the domain
+        CaseError : a carrier that is too light for a march of this length
         """
+        if self._carrier_masses is not None:
+            self._check_carriers(time)
         if motion is not None:
             self.motion = np.array(motion, float).reshape(self.motion.shape)
         return self.step(round(time / self.dt))
+
+    def _check_carriers(self, time: float) -> None:
+        """Warn of carriers that are light, or for which a window of `time` [s] is long; refuse what is
+        unstable.
+        """
+        carriers = pushed_carriers(self.model, self.state, self._carrier_masses)
+        faults = [fault for carrier in carriers for fault in carrier_faults(carrier, time)]
+        if faults:
+            raise CaseError(*faults)
+        for carrier in carriers:
+            for warning in carrier_warnings(carrier, time):
+                warnings.warn(str(warning), stacklevel=3)
 
     def step(self, substeps: int = 1) -> Self:
         """March for a number of substeps. Raises as `march`."""
@@ -314,8 +339,8 @@ class Charge:
         return out
 
 
-def _march_faults(dt: float, threads: int, motion: np.ndarray) -> list[Fault]:
-    """Return what is wrong with the step, the team and the motion of the carriers."""
+def _march_faults(dt: float, threads: int, motion: np.ndarray, masses: Sequence[float] | None) -> list[Fault]:
+    """Return what is wrong with the step, the team, the motion of the carriers and their masses."""
     faults = []
     if not (math.isfinite(dt) and dt > 0.0):
         faults.append(Fault("dt", f"must be positive, got {dt} s"))
@@ -325,4 +350,6 @@ def _march_faults(dt: float, threads: int, motion: np.ndarray) -> list[Fault]:
         faults.append(Fault("motion", f"must have shape (n_carriers, {MOTION_SIZE}), got {motion.shape}"))
     elif not np.isfinite(motion).all():
         faults.append(Fault("motion", "must be finite"))
+    if masses is not None and not (len(masses) == len(motion) and all(mass > 0.0 for mass in masses)):
+        faults.append(Fault("carrier_masses", f"must be a positive mass for each carrier, got {masses}"))
     return faults

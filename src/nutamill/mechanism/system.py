@@ -14,6 +14,7 @@ from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.checks import not_numbers
 from nutamill.mechanism.dynamics import OK, march, start
+from nutamill.mechanism.effective_mass import effective_mass
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.modes import Modes, modes, static_equilibrium
 from nutamill.mechanism.parts import Body, Bushing, Drive, Joint, Load, Spring, Torque
@@ -196,6 +197,19 @@ class System:
     def torque(self, drive: str) -> float:
         """Return the torque of a drive on body b of its joint about the joint's axis [N m]."""
         return float(self.state.drive_torque[self._index("drive", drive)])
+
+    def effective_mass(
+        self, body: str, point: Sequence[float], direction: Sequence[float] | None = None
+    ) -> float:
+        """Return the mass [kg] with which a body answers a push at a world point [m] (3,), through its joints
+        and prescribed rotations; infinite where they hold the point.
+
+        Parameters
+        ----------
+        direction : of the push (3,), world axes; None for the direction in which the mass is least
+        """
+        index = self._index("body", body)
+        return effective_mass(self.mechanism, self.state, self.scratch, index, point, direction)
 
     def energy(self) -> Energy:
         """Return the present mechanical energy."""
