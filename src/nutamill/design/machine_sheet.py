@@ -17,6 +17,7 @@ from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.mechanism.rows import Placement, constraint_tables
 from nutamill.simulation.setup.clock import Clock, run_clock
 from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts
+from nutamill.simulation.setup.wall_checks import refuse_walls
 
 ROW_MICROSECONDS = 0.5
 """Wall time per constraint row and step that forecasts count with [us]."""
@@ -125,6 +126,7 @@ def machine_sheet(case: Machine) -> MachineSheet:
     StepError : its first accelerations are not finite
     """
     parts = mechanism_parts(case)
+    refuse_walls(case)
     mechanism, state, scratch = assemble_machine(case)
     labels = constraint_tables(Placement(parts.bodies), parts.joints, parts.drives)[3]
     redundant = redundancies(mechanism, state, scratch, labels)

@@ -20,6 +20,7 @@ from nutamill.simulation.setup.clock import Clock, run_clock
 from nutamill.simulation.setup.mechanism import assemble_machine
 from nutamill.simulation.setup.particles import charge_parts
 from nutamill.simulation.setup.threads import team_size, usable_cores
+from nutamill.simulation.setup.wall_checks import refuse_walls
 from nutamill.simulation.setup.walls import MeshFacts, mesh_facts
 
 MECHANISM_MICROSECONDS = 23.0
@@ -166,6 +167,7 @@ def preflight(case: Case) -> Preflight:
     """
     clock = run_clock(case.machine)
     machine = case.machine
+    refuse_walls(machine)
     mechanism, state, scratch = assemble_machine(machine)
     static_equilibrium(mechanism, state, scratch)
     charge = charge_facts(machine)

@@ -46,8 +46,10 @@ from nutamill.simulation.setup.bed import bed_is_kept, settle_apart, settled_bed
 from nutamill.simulation.setup.charge import contact_law_of
 from nutamill.simulation.setup.clock import run_clock
 from nutamill.simulation.setup.model import Model, Scratch, State, build
+from nutamill.simulation.setup.solid_boxes import boxes_met
 from nutamill.simulation.setup.statistics import statistics_axes
 from nutamill.simulation.setup.threads import team_size
+from nutamill.simulation.setup.wall_checks import refuse_walls
 from nutamill.simulation.setup.walls import digests, placed_walls
 from nutamill.simulation.signals import Requests, requests, stop_at_once
 from nutamill.simulation.snapshot import snapshot, statistics
@@ -99,6 +101,7 @@ def run(
     path = Path(case.file_in() if to is None else to)
     if case.charge.parts:
         run_clock(case.machine)  # refuses a substep that is too long before a file is touched
+        refuse_walls(case.machine)
     with stop_at_once():
         if not again:
             earlier = None
@@ -346,6 +349,9 @@ def march(
             sums = {} if before is None else statistics_group(model, state)
             count = min(most, ending.plan.next_stop(row) - row)
             model, rows, fault = enter(model, state, scratch, count)
+            if fault is None and model.charge is not None:
+                moved = state.mechanism
+                fault = boxes_met(model.machine, moved.position, moved.quaternion, float(moved.time[0]))
             if fault is not None:
                 fault = record_state_before(model, before, sums, recorder, ending.plan, row, fault)
             row += len(rows)

@@ -134,17 +134,23 @@ def free_volume(machine: Machine, region: RegionEntry) -> float:
 
 def _share_free(machine: Machine, region: RegionEntry, walls: list[Surface]) -> float:
     """Return the share of a region that walls leave, by sampling it at evenly spread points."""
+    return float(in_room(walls, region_points(machine, region, SAMPLES)).mean())
+
+
+def region_points(machine: Machine, region: RegionEntry, number: int) -> np.ndarray:
+    """Return the points in a region [m] (n, 3), world as assembled, out of a `number` that are evenly spread
+    over the box around it.
+    """
     axes = region_axes(region)
     seen = region_corners(machine, region) @ axes
     root = 1.2207440846057596  # of x^4 = x + 1: M. Roberts' sequence
-    spread = np.mod(0.5 + np.outer(np.arange(1, SAMPLES + 1), root ** -np.arange(1.0, 4.0)), 1.0)
+    spread = np.mod(0.5 + np.outer(np.arange(1, number + 1), root ** -np.arange(1.0, 4.0)), 1.0)
     low, high = seen.min(axis=0), seen.max(axis=0)
     points = (low + spread * (high - low)) @ axes.T
     mesh = [
         s for s in world_surfaces(machine) if s.kind == SurfaceKind.MESH_PATCH and s.mesh.keep == "inside"
     ]
-    inside = in_room(region_surfaces(region) or mesh, points)
-    return float(in_room(walls, points[inside]).mean())
+    return points[in_room(region_surfaces(region) or mesh, points)]
 
 
 @functools.lru_cache(maxsize=16)
