@@ -15,7 +15,7 @@ E, NU, E_WALL, NU_WALL = 2e8, 0.25, 3.2e6, 0.3
 
 
 def touch(name="steel-steel", *overrides):
-    return touches(load_case("numill", overrides))[name]
+    return touches(load_case("numill", overrides).machine)[name]
 
 
 def number(text, after):
@@ -87,7 +87,7 @@ def test_a_law_that_a_program_lacks_is_said_to_be_missing(program):
 
 
 def test_every_pair_is_said_in_every_program_and_an_empty_mill_in_none():
-    lines = dialect_lines(load_case("numill"))
+    lines = dialect_lines(load_case("numill").machine)
     assert [line.split(":")[0] for line in lines if not line.startswith(" ")] == [
         "steel-steel",
         "steel-acrylic wall",
@@ -98,4 +98,4 @@ def test_every_pair_is_said_in_every_program_and_an_empty_mill_in_none():
         "LAMMPS",
         "LIGGGHTS",
     ] * 2
-    assert dialect_lines(load_case("numill", ["charge.kind=none"])) == []
+    assert dialect_lines(load_case("numill", ["charge.kind=none"]).machine) == []

@@ -17,7 +17,7 @@ from nutamill.base.steady import (
     whole_turns,
 )
 from nutamill.base.units import Kind, parse
-from nutamill.case import Case
+from nutamill.case import Case, Machine
 from nutamill.result import Result
 
 PAPER_WINDOW = 3.0
@@ -26,6 +26,9 @@ STEADY_SPEED = 1e-6
 """Share by which the speed of a run may differ from the last one in steady running [1]."""
 MEASURED_SPEED = 0.02
 """Share by which a measured speed may scatter in steady running: no real drive keeps it exactly [1]."""
+
+BLOCKS = 20
+"""Lengths of time that stand for turns where nothing turns [1]."""
 
 How = Literal["mean", "rms", "swing"]
 """Mean, root mean square, or half the range, of each turn."""
@@ -80,6 +83,8 @@ def ramp_end(result: Result, scatter: float = STEADY_SPEED) -> float:
     case = any_case_of(result) if result.case_text else None
     if isinstance(case, Case) and case.drive.motor is not None:
         return max(case.drive.ramp_end, case.drive.motor.restored or case.drive.motor.cut or 0.0)
+    if "driveshaft_speed" not in result.series:
+        return 0.0 if case is None else case.drive.ramp_end
     time, speed = (result.series[name].values for name in ("time", "driveshaft_speed"))
     if not len(time):
         return math.nan
@@ -98,16 +103,29 @@ def turns_at_speed(
     """Return the samples at the last speed, (n_samples,) of bool, and the times between their whole turns
     [s], (n_turns + 1,).
 
-    Without a whole turn there are fewer than two times.
+    Without a whole turn there are fewer than two times.  The turns are those of the drive that the case names
+    for its period, of a mill of its crank.  Where nothing turns, they are `BLOCKS` equal lengths of time.
 
     Parameters
     ----------
     since : earliest time [s]
     scatter : as for `ramp_end`
     """
-    time, angle = result.series["time"].values, result.series["crank_angle"].values
+    time, turning = result.series["time"].values, turn_series(result)
     inside = time >= max(ramp_end(result, scatter), since)
-    return inside, whole_turns(time[inside], angle[inside])
+    if turning is None:
+        within = time[inside]
+        return inside, np.linspace(within[0], within[-1], BLOCKS + 1) if len(within) > BLOCKS else within[:0]
+    return inside, whole_turns(time[inside], result.series[turning].values[inside])
+
+
+def turn_series(result: Result) -> str | None:
+    """Return the series with the angle over whose turns means are taken, or None where nothing turns."""
+    if "crank_angle" in result.series:
+        return "crank_angle"
+    case = any_case_of(result) if result.case_text else None
+    name = case.turn_series if isinstance(case, Machine) else None
+    return name if name in result.series else None
 
 
 def steady_window(result: Result, last: float | str = PAPER_WINDOW) -> SteadyWindow:

@@ -298,6 +298,19 @@ class Machine(CaseFile):
         return [*stand_ins(self.charge), *(idle_numbers(self) if self.charge.parts else [])]
 
     @property
+    def period(self) -> str | None:
+        """Drive over whose whole turns means are taken, or None where they are over time."""
+        return self.run.period or self.fields.drive
+
+    @property
+    def turn_series(self) -> str | None:
+        """Series with the angle of that drive, or None where there is none."""
+        if self.period is None:
+            return None
+        angle = f"drive_{self.period}_angle"
+        return next((entry.name for entry in self.quantities if entry.of == (angle,)), angle)
+
+    @property
     def drive(self) -> Extent:
         """When the last drive has come to its last speed."""
         return Extent(max((drive.ramp_end for drive in self.drives), default=0.0))

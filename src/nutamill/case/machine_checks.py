@@ -113,7 +113,14 @@ def _walls(case: "Machine") -> Iterator[Finding]:
             )
             yield ("regions", number, "wall"), f'no mesh around a charge is called "{region.wall}"', hint
         yield from region_findings(number, region)
-    for key, known in (("body", bodies), ("drive", [drive.name for drive in case.drives])):
+    drives = [drive.name for drive in case.drives]
+    if case.run.period is not None and case.run.period not in drives:
+        what = f'no drive is called "{case.run.period}"'
+        yield ("run", "period"), what, similar(case.run.period, drives)
+    if case.run.until == "steady" and not (case.run.watch and case.period):
+        what = '"steady" needs a drive whose turns are averaged over, and series to watch'
+        yield ("run", "until"), what, "Give run.period and [[run.watch]], or a time"
+    for key, known in (("body", bodies), ("drive", drives)):
         name = getattr(case.fields, key)
         if name is not None and name not in known:
             yield ("fields", key), f'no {key} is called "{name}"', similar(name, known)

@@ -101,8 +101,12 @@ class MachineRun(RunPlan):
     """Longest step of a machine without a charge [s]; the step divides the period of the series."""
     start: Literal["assembled", "rest"] = "assembled"
     """As assembled, with the velocities given; or from static equilibrium, with the weight of the charge."""
+    period: str | None = None
+    """Drive over whose whole turns means are taken; `fields.drive` if not given, and where that is none,
+    means are over time.
+    """
     watch: tuple[WatchEntry, ...] = ()
-    """With until = "steady": the series whose means over whole turns of `fields.drive` must be steady."""
+    """With until = "steady": the series whose means over whole turns of `period` must be steady."""
     series: tuple[str, ...] | None = None
     """Names of the series that are recorded; all if not given."""
     series_rate: Frequency = 1000.0

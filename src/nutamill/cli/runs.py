@@ -59,7 +59,7 @@ def check(
     if loaded.charge.parts:
         warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded.machine))
     sheet = machine_sheet(loaded) if isinstance(loaded, Machine) else preflight(loaded)
-    typer.echo("\n".join(sheet.lines() + (dialect_lines(loaded) if dialects else [])))
+    typer.echo("\n".join(sheet.lines() + (dialect_lines(loaded.machine) if dialects else [])))
 
 
 @app.command()

@@ -10,7 +10,7 @@ note stands behind a ``#``.  What a law is called in each program stands in the 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from nutamill.case import Case, Machine
+from nutamill.case import Machine
 from nutamill.charge.laws.composition import ContactLaw, law_files, law_names
 from nutamill.charge.laws.terms import PROGRAMS, Terms, Touch
 from nutamill.simulation.setup.charge import contact_law_of, pair_law, quickest_meeting
@@ -99,16 +99,16 @@ DIALECTS: dict[str, Callable[[Contact], list[str]]] = dict(
 """Programs, and how each writes a contact."""
 
 
-def touches(case: Case | Machine) -> dict[str, Contact]:
-    """Return the contacts of the particles of a case with each other and with walls, by the names of the two
+def touches(machine: Machine) -> dict[str, Contact]:
+    """Return the contacts of particles of a machine with each other and with walls, by the names of the two
     materials.
     """
-    contact, law = case.contact, contact_law_of(case.machine)
+    contact, law = machine.contact, contact_law_of(machine)
     normal, contacts = law_files(law)[0], {}
-    for touching in case.touching:
+    for touching in machine.touching:
         first, second, wall = touching
-        both = case.materials[first], case.materials[second]
-        pair, met = pair_law(case.machine, first, second), quickest_meeting(case.machine, first, second, wall)
+        both = machine.materials[first], machine.materials[second]
+        pair, met = pair_law(machine, first, second), quickest_meeting(machine, first, second, wall)
         contacts[touching.name] = Contact(
             law,
             Touch(
@@ -126,10 +126,10 @@ def touches(case: Case | Machine) -> dict[str, Contact]:
     return contacts
 
 
-def dialect_lines(case: Case | Machine) -> list[str]:
+def dialect_lines(machine: Machine) -> list[str]:
     """Return the contact laws of a case in the terms of all programs, as text; SI units."""
     lines = []
-    for name, contact in touches(case).items():
+    for name, contact in touches(machine).items():
         laws, sizes = " x ".join(law_names(contact.law)), dict.fromkeys(contact.touch.diameters)
         lines.append(
             f"{name}: {laws}; spheres of {' and '.join(f'{1e3 * size:.4g}' for size in sizes)} mm; SI units"

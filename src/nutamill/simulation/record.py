@@ -27,16 +27,6 @@ def room_at_start(machine: Machine) -> int:
     return SERIES_ROOM * (names + 2) + STATE_SIZE * particle_count(machine)
 
 
-def angle_series(machine: Machine) -> str:
-    """Return the series that has the angle of the drive whose turns are averaged over, or an empty text where
-    nothing is watched.
-    """
-    if not machine.run.watch:
-        return ""
-    angle = f"drive_{machine.fields.drive}_angle"
-    return next((entry.name for entry in machine.quantities if entry.of == (angle,)), angle)
-
-
 @dataclass(frozen=True, slots=True)
 class RecordPlan:
     """When checkpoints and snapshots are recorded, counted in rows of the record."""
@@ -84,7 +74,7 @@ class Ending:
         self._means: dict[str, Estimate] = {}
         self._known: dict[str, float] = {}
         self.steady = False
-        self.columns = ("time", angle_series(case), *(watched.series for watched in case.run.watch))
+        self.columns = ("time", case.turn_series or "", *(watched.series for watched in case.run.watch))
         self.plan = RecordPlan.of(case, round(until * case.run.series_rate))
 
     def fixed(self) -> Self:
