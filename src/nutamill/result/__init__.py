@@ -10,7 +10,7 @@ One HDF5 file, no pickles, plain enough for any HDF5 reader::
                       (attribute `names` of the group: their order as recorded)
     /snapshots/<name> one array per snapshot, first axis `time`
     /statistics/<name> cumulative sums over what the charge did, first axis `time`; /statistics/axes/<name>:
-    what they lie along /walls/<key>/     vertices [m], triangles of each meshed wall, in chamber axes from
+    what they lie along /walls/<key>/     vertices [m], triangles of each meshed wall, in axes of its carrier from
     the nutation point /checkpoints/a, b the two newest; attributes: time, rows, snapshots, statistics;
     <group>/<array> restore a run bit for bit /summary          attributes: what was printed at the end
     /checksums        text: a digest of every object above, compared on reading; /checksums_copy: the same
