@@ -4,15 +4,15 @@ One HDF5 file, no pickles, plain enough for any HDF5 reader::
 
     /                     attributes: format, format_version, state, rate [Hz]
     /case                 the case file as text (TOML)
-    /provenance           attributes: versions, digest of the kernels, seed, threads, processor, wall_time [s] ...
+    /provenance           attributes: versions, digest of the kernels, seed, threads, processor, wall_time
     /series/<name>        one number per sample; `time` is their common scale; attributes: units, long_name,
                           symbol ... (attribute `names` of the group: their order as recorded)
     /snapshots/<name>     one array per snapshot, first axis `time`
     /statistics/<name>    cumulative sums over what the charge did, first axis `time`
     /statistics/axes/...  the axes of these sums
-    /walls/<key>/         vertices [m], axes of the carrier from its mass centre, and triangles of a meshed wall
-    /checkpoints/a, b     the two newest; attributes: time, rows, snapshots, statistics; <group>/<array> restore
-                          a run bit for bit
+    /walls/<key>/         a meshed wall: vertices [m], axes of its carrier from the mass centre, triangles
+    /checkpoints/a, b     the two newest; attributes: time, rows, snapshots, statistics; <group>/<array>
+                          restore a run bit for bit
     /summary              attributes: what was printed at the end
     /checksums            text: a digest of every object above, compared on reading
     /checksums_copy       the same again
