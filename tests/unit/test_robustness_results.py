@@ -11,7 +11,7 @@ outcomes, results = (
 
 def test_damaged_results_are_refused_in_a_sentence_and_never_used_without_a_word():
     bad = []
-    for _, name, read in results.attempts(300, seed=7, thorough=False):
+    for _, name, read in results.attempts(300, seed=7, thorough=0.0):
         found = outcomes.outcome(read, longest=60.0)
         bad += [] if found.good else [f"{name}: {found.kind}: {found.detail}"]
     assert not bad

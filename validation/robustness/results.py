@@ -4,6 +4,9 @@ Each attempt damages a copy of one sound result in one way.  The result is read 
 checksums are as they were, as one whose checksums were written anew after the damage (so that what lies
 behind them is met), or as a file of format 1, which has none.  What a reader gets from a file with its own
 checksums must be what was written.
+
+Every attempt reads all parts of the file through Python.  A share of them, `THOROUGH`, damages a file with
+all series of a mill, which is also verified, reopened for writing and given to a command.
 """
 
 import math
@@ -13,8 +16,9 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -29,11 +33,12 @@ from nutamill.result.checksums import COPIES, Checksums
 from nutamill.result.fields import STATISTICS, expand
 from nutamill.result.layout import FORMAT_VERSION
 
-COMMANDS = ("verify", "orders", "loads", "mounts", "view", "export", "report", "plot", "compare")
-"""Commands that read a result; `DRAWN` of the attempts give the file to one of them, the others to
-`nutamill show`.
-"""
-DRAWN = 0.05
+COMMANDS = ("show", "verify", "orders", "loads", "mounts", "view", "export", "report", "plot", "compare")
+"""Commands that read a result; a thorough attempt gives the file to one of them."""
+THOROUGH = 0.05
+"""Share of the attempts that are thorough: one takes as long as five of the others [1]."""
+SERIES = 10
+"""Series in the file of the other attempts [1]."""
 ODD = (
     0,
     -1,
@@ -56,33 +61,45 @@ LENGTHS = (0, 1, 700, 30_000_000, 10**13)
 RATE = 1000.0
 
 
-def attempts(number: int, seed: int, thorough: bool = True) -> Iterator[tuple[str, str, Callable[[], Any]]]:
+def attempts(
+    number: int, seed: int, thorough: float = THOROUGH
+) -> Iterator[tuple[str, str, Callable[[], Any]]]:
     """Yield the kind and the name of each attempt, and what reads the damaged file; an AssertionError is
     silent use.
 
-    If `thorough`, all series of a mill are in the file, which is also verified, reopened for writing and
-    given to a command.
+    `thorough` is the share of thorough attempts [1].
     """
     with tempfile.TemporaryDirectory() as folder:
-        sound = write_sound(Path(folder) / "sound.h5", None if thorough else 10)
-        whole, true = sound.read_bytes(), content(sound)
+        small = _Sound.written(Path(folder) / "sound.h5", SERIES)
+        large = _Sound.written(Path(folder) / "large.h5", None) if thorough else small
         for count in range(number):
             path = Path(folder) / str(count) / "damaged.h5"
             path.parent.mkdir()
             draw = random.Random(f"{seed}-{count}")
             damage, guise = draw.choice(DAMAGES), draw.choice(GUISES)
-            path.write_bytes(whole)
+            command = draw.choice(COMMANDS) if draw.random() < thorough else ""
+            sound = large if command else small
+            path.write_bytes(sound.whole)
             guise(path, damage, draw)
             name = f"{count} of seed {seed}: {damage.__name__.strip('_')}, {guise.__name__.strip('_')}"
+            true = sound.content if guise is _as_it_was else None
 
-            command = draw.choice(COMMANDS) if draw.random() < DRAWN else "show"
-            command = command if thorough else ""
-
-            def read(path: Path = path, command: str = command, own: bool = guise is _as_it_was) -> None:
-                _read(path, command, true if own else None)
-
-            yield damage.__name__.strip("_"), f"{name}, {command}", read
+            yield damage.__name__.strip("_"), f"{name}, {command}", partial(_read, path, command, true)
             shutil.rmtree(path.parent)
+
+
+class _Sound(NamedTuple):
+    """A result before it is damaged."""
+
+    whole: bytes
+    """The file."""
+    content: list[Any]
+    """What readers get from it."""
+
+    @classmethod
+    def written(cls, path: Path, series: int | None) -> "_Sound":
+        write_sound(path, series)
+        return cls(path.read_bytes(), content(path))
 
 
 def write_sound(path: Path, series: int | None = None) -> Path:
