@@ -279,6 +279,15 @@ def test_damaged_series_are_not_continued(path):
         Recorder.reopen(path, 3.0)
 
 
+@pytest.mark.parametrize("group", ["", "series"])
+def test_a_name_that_is_no_text_is_damage(path, group):
+    """HDF5 stores names as bytes; these are no UTF-8."""
+    with h5py.File(path, "r+") as file:
+        h5py.h5g.create(file[group or "/"].id, b"ti\xffme")
+    (fault,) = {fault for part in verify(path).parts for fault in part.faults}
+    assert fault.endswith(f"/{group}: it holds a name that is no text, b'ti\\xffme'")
+
+
 def test_one_damaged_copy_of_the_checksums_does_no_harm_and_two_are_refused(path):
     true = content(path)
     for count, name in enumerate(COPIES):

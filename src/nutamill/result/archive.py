@@ -88,6 +88,8 @@ class Archive:
             if not isinstance(group, h5py.Group):
                 raise self.damaged(path, "it is no group")
             names = tuple(name for name in group if path or name not in COPIES)
+        if odd := [name for name in names if not isinstance(name, str)]:
+            raise self.damaged(path, f"it holds a name that is no text, {odd[0]!r}")
         if self.checksums is not None and set(names) != self.checksums.members(path):
             odd = sorted(set(names) ^ self.checksums.members(path))
             missing = "lacks" if odd[0] not in names else "has gained"

@@ -87,7 +87,7 @@ def moment_digest(arrays: Mapping[str, np.ndarray]) -> str:
 
 def plain_attributes(thing: h5py.HLObject) -> dict[str, Any]:
     """Return the attributes of an object as Python numbers, texts and lists, without those of HDF5 itself."""
-    return {name: _plain(value) for name, value in thing.attrs.items() if name not in HIDDEN}
+    return {name: _plain(thing.attrs[name]) for name in thing.attrs if name not in HIDDEN}
 
 
 def _plain(value: Any) -> Any:
