@@ -11,6 +11,7 @@ import resource
 import sys
 import time
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 from nutamill import __version__
@@ -40,12 +41,14 @@ def main(words: list[str]) -> int:
     counts: dict[str, Counter] = {}
     bad: list[str] = []
     began = time.monotonic()
-    for group, name, act in module.attempts(given.cases, given.seed):
-        found = outcome(act, given.longest)
-        counts.setdefault(group, Counter())[found.kind] += 1
-        if not found.good:
-            bad.append(f"{name}: {found.kind}: {found.detail}")
-            print(bad[-1], flush=True)
+    with suppress(KeyboardInterrupt):  # the table then has what was tried so far
+        for group, name, act in module.attempts(given.cases, given.seed):
+            found = outcome(act, given.longest)
+            counts.setdefault(group, Counter())[found.kind] += 1
+            if not found.good:
+                bad.append(f"{name}: {found.kind}: {found.detail}")
+                print(bad[-1], flush=True)
+    tried = sum(one.total() for one in counts.values())
     memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     lines = [
         f"python -m validation.robustness {given.kind} --cases {given.cases} --seed {given.seed}",
@@ -58,6 +61,7 @@ def main(words: list[str]) -> int:
             for group in sorted(counts)
         ),
         f"{'all':24}" + "".join(f"{sum(one[kind] for one in counts.values()):10d}" for kind in KINDS),
+        *([] if tried == given.cases else [f"stopped after {tried} of {given.cases}"]),
         "",
         f"largest memory {memory / 1e6:.0f} MB of {MOST_MEMORY / 1e6:.0f} MB allowed, "
         f"{time.monotonic() - began:.0f} s",

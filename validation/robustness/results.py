@@ -6,7 +6,7 @@ behind them is met), or as a file of format 1, which has none.  What a reader ge
 checksums must be what was written.
 
 Every attempt reads all parts of the file through Python.  A share of them, `THOROUGH`, damages a file with
-all series of a mill, which is also verified, reopened for writing and given to a command.
+all series and statistics of a mill, which is also verified, reopened for writing and given to a command.
 """
 
 import math
@@ -36,9 +36,11 @@ from nutamill.result.layout import FORMAT_VERSION
 COMMANDS = ("show", "verify", "orders", "loads", "mounts", "view", "export", "report", "plot", "compare")
 """Commands that read a result; a thorough attempt gives the file to one of them."""
 THOROUGH = 0.05
-"""Share of the attempts that are thorough: one takes as long as five of the others [1]."""
-SERIES = 10
-"""Series in the file of the other attempts [1]."""
+"""Share of the attempts that are thorough: one takes as long as ten of the others [1]."""
+SERIES, AXES = 4, ("pair", "part", "energy", "neighbours")
+"""Number of series [1] and axes of the statistics in the file of the other attempts: each kind of object is
+there.
+"""
 ODD = (
     0,
     -1,
@@ -70,8 +72,8 @@ def attempts(
     `thorough` is the share of thorough attempts [1].
     """
     with tempfile.TemporaryDirectory() as folder:
-        small = _Sound.written(Path(folder) / "sound.h5", SERIES)
-        large = _Sound.written(Path(folder) / "large.h5", None) if thorough else small
+        small = _Sound.written(Path(folder) / "sound.h5", whole=False)
+        large = _Sound.written(Path(folder) / "large.h5") if thorough else small
         for count in range(number):
             path = Path(folder) / str(count) / "damaged.h5"
             path.parent.mkdir()
@@ -97,21 +99,21 @@ class _Sound(NamedTuple):
     """What readers get from it."""
 
     @classmethod
-    def written(cls, path: Path, series: int | None) -> "_Sound":
-        write_sound(path, series)
+    def written(cls, path: Path, whole: bool = True) -> "_Sound":
+        write_sound(path, whole)
         return cls(path.read_bytes(), content(path))
 
 
-def write_sound(path: Path, series: int | None = None) -> Path:
+def write_sound(path: Path, whole: bool = True) -> Path:
     """Write the result of a mill: 0.6 s at 60 rad/s, 3 snapshots, statistics at two times, a meshed wall, two
     checkpoints.
 
-    `series` is the number of series in it, all if None.
+    It has all series and statistics, or, where not `whole`, `SERIES` and those over `AXES`.
     """
     draw = np.random.default_rng(1)
     case = load_case("numill", ["mechanism.mounting=rigid"])
-    names, time = expand(sensors=("frame_corner",))[:series], np.arange(601) / RATE
-    axes = _axes()
+    names, time = expand(sensors=("frame_corner",))[: None if whole else SERIES], np.arange(601) / RATE
+    axes = {name: line for name, line in _axes().items() if whole or name in AXES}
     walls = {
         "chamber.mesh": WallMesh(draw.random((4, 3)), np.array([[0, 1, 2], [1, 2, 3]], np.int32), "chamber")
     }
@@ -138,12 +140,14 @@ def write_sound(path: Path, series: int | None = None) -> Path:
             "chamber_attitude": np.array([1.0, 0.0, 0.0, 0.0]),
         }
         recorder.snapshot(0.5 + 0.05 * k, poses | particles | chamber)
-    sizes = {name: len(line) for name, line in axes.items()} | {"patch": len(axes["patch_area"])}
+    sizes = {name: len(line) for name, line in axes.items()} | {"patch": len(axes.get("patch_area", ()))}
     for at in (0.3, 0.6):
         sums = {}
         for field in STATISTICS:
-            shape = [sizes[part.strip()] for part in field.shape.strip("()").split(",") if part.strip()]
-            sums[field.name] = np.float64(at) * (1.0 + np.zeros(shape))
+            parts = [part.strip() for part in field.shape.strip("()").split(",") if part.strip()]
+            if all(sizes.get(part) for part in parts):
+                shape = [sizes[part] for part in parts]
+                sums[field.name] = np.float64(at) * (1.0 + np.zeros(shape))
         recorder.statistics(at, sums)
         arrays = {
             "time": np.array([at]),
