@@ -11,13 +11,8 @@ import pytest
 from nutamill.base.errors import CaseError
 from nutamill.base.library import CHARGES, SHAPES
 from nutamill.case import Case, load_case
-from nutamill.charge.filling.fill import (
-    fill_cylinder,
-    near_pairs,
-    random_attitudes,
-    random_fill,
-    size_octaves,
-)
+from nutamill.charge.filling.fill import fill_cylinder, random_attitudes, random_fill
+from nutamill.charge.filling.relax import near_pairs, size_octaves
 from nutamill.charge.model import Status
 from nutamill.charge.particles.particles import check_particles, clumps, joined, spheres
 from nutamill.charge.particles.shapes import clump_shape

@@ -1,42 +1,26 @@
 """Seeded random placement of particles in a chamber, and settling under gravity.
 
-Stacked layers of a lattice would not move at low speed.  Particles are placed at random
-in a column from the floor up, and pushed apart until none overlap (Jodrey and Tory's relaxation): a loose
-random packing that then settles.
-
-Source: W. S. Jodrey and E. M. Tory, "Computer simulation of close random packing of equal spheres", Phys.
-Rev. A 32 (1985).
+Stacked layers of a lattice would not move at low speed.  Particles are placed at random in a column from the
+floor up, and pushed apart until none overlap (`relax`): a loose random packing that then settles.
 """
 
 import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from nutamill.base.errors import CaseError, Fault, StepError
+from nutamill.base.errors import CaseError, StepError
 from nutamill.charge.face import Charge
-from nutamill.charge.filling.room import cylinder_room, fill_faults
+from nutamill.charge.filling.relax import MARGIN, relaxed
+from nutamill.charge.filling.room import cylinder_room, fill_faults, is_crowded
 from nutamill.charge.model import Clock
 from nutamill.charge.particles.particles import LOOSE_PACKING, Particles
 
 COLUMN_PACKING = 0.40
 """Share that the column of a fresh fill has, where the chamber is high enough [1]."""
 
-SWEEPS = 3000
-"""Sweeps of the relaxation before it goes on with momentum, and then before a fill is given up [1]."""
-
-STEP, MOMENTUM_STEP, MOMENTUM = 0.55, 0.3, 0.9
-"""Share of an overlap by which each of two particles is pushed in a sweep, without and with momentum, and the
-share of a particle's last move that it repeats with momentum [1]: a crowded fill is relaxed in a tenth of the
-sweeps.
-"""
-
 SUBSTEPS = 500
 """Substeps of settling after which the charge is observed [1]."""
-
-MARGIN = 1.002
-"""Particles are relaxed this much too large, so that they end without touching [1]."""
 
 
 def _way_out(x, local, r, rotation, half, radius, floor, ceiling):
@@ -82,40 +66,6 @@ def _push_from_walls(x, r, radius, floor, ceiling, boxes) -> float:
             x[i] += rotation @ (away * step)
             worst = max(worst, step)
     return worst
-
-
-def size_octaves(radii: np.ndarray) -> list[tuple[np.ndarray, float]]:
-    """Return the particles sorted by size into classes of a factor of two: ids [1] and largest radius [m] of
-    each class.
-    """
-    number = np.floor(np.log2(radii / radii.min()) + 1e-9).astype(int)
-    return [
-        (ids, float(radii[ids].max())) for k in np.unique(number) if len(ids := np.flatnonzero(number == k))
-    ]
-
-
-def near_pairs(x: np.ndarray, octaves: list[tuple[np.ndarray, float]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ids (i, j) of all pairs that may overlap, and of few others.
-
-    Classes of like size are searched one against the other, so that a few large particles do not make every
-    pair of small ones near.
-
-    Parameters
-    ----------
-    x : centres [m] (n, 3)
-    octaves : by `size_octaves`
-    """
-    trees = [cKDTree(x[ids]) for ids, _ in octaves]
-    first, second = [], []
-    for a, (ids, r) in enumerate(octaves):
-        pairs = trees[a].query_pairs(2.0 * r, output_type="ndarray")
-        first.append(ids[pairs[:, 0]])
-        second.append(ids[pairs[:, 1]])
-        for b in range(a):
-            near = trees[a].sparse_distance_matrix(trees[b], r + octaves[b][1], output_type="ndarray")
-            first.append(ids[near["i"]])
-            second.append(octaves[b][0][near["j"]])
-    return np.concatenate(first), np.concatenate(second)
 
 
 def random_attitudes(number: int, seed: int = 1) -> np.ndarray:
@@ -194,55 +144,7 @@ def random_fill(
         grown = min(ceiling, top + 0.1 * (ceiling - floor) * ((sweep + 1) // 100))
         return _push_from_walls(x, r, radius, floor, grown, boxes)
 
-    return relaxed(x, r, push, crowded=solid > capacity)
-
-
-def relaxed(
-    x: np.ndarray, r: np.ndarray, push: Callable[[np.ndarray, int], float], crowded: bool = False
-) -> np.ndarray:  # fmt: skip
-    """Return positions without overlaps, by pushing particles apart until none overlap.
-
-    Parameters
-    ----------
-    x : positions to begin with [m] (n, 3), moved in place
-    r : radii, `MARGIN` too large [m] (n,)
-    push : moves particles out of the walls in place, given the number of the sweep; returns the deepest
-        overlap [m]
-    crowded : whether particles have momentum from the first sweep on, and not only where `SWEEPS` did not
-        suffice
-
-    Raises
-    ------
-    CaseError : particles that cannot be placed
-    """
-    n, octaves = len(r), size_octaves(r)
-    moved = np.zeros_like(x)
-    for sweep in range(2 * SWEEPS):
-        momentum, step = (MOMENTUM, MOMENTUM_STEP) if crowded or sweep >= SWEEPS else (0.0, STEP)
-        before = x.copy()
-        i, j = near_pairs(x, octaves)
-        gap = x[j] - x[i]
-        distance = np.linalg.norm(gap, axis=1)
-        overlap = r[i] + r[j] - distance
-        near = overlap > 0.0
-        i, j, gap, distance, overlap = i[near], j[near], gap[near], distance[near], overlap[near]
-        worst = float((overlap / np.minimum(r[i], r[j])).max()) if len(i) else 0.0
-        shift = gap * (step * overlap / np.maximum(distance, 1e-300))[:, None]
-        for k in range(3):
-            x[:, k] += np.bincount(j, shift[:, k], n) - np.bincount(i, shift[:, k], n)
-        if momentum:
-            x += momentum * moved
-        wall = push(x, sweep)
-        moved = x - before
-        if worst < 2.0 * (1.0 - 1.0 / MARGIN) and wall < (MARGIN - 1.0) * r.min():
-            return x
-    raise CaseError(
-        Fault(
-            "charge",
-            f"no random packing after {2 * SWEEPS} sweeps",
-            "Take less charge or a larger chamber",
-        )
-    )
+    return relaxed(x, r, push, is_crowded(radii, room))
 
 
 def settle(

@@ -11,9 +11,9 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.kernel import kernel
-from nutamill.charge.filling.fill import COLUMN_PACKING, MARGIN, relaxed
-from nutamill.charge.filling.room import Room, fill_faults
-from nutamill.charge.particles.particles import LOOSE_PACKING
+from nutamill.charge.filling.fill import COLUMN_PACKING
+from nutamill.charge.filling.relax import MARGIN, relaxed
+from nutamill.charge.filling.room import Room, fill_faults, is_crowded
 from nutamill.charge.walls.mesh import on_charge_side
 from nutamill.charge.walls.mesh_model import MeshWalls
 from nutamill.charge.walls.mesh_patches import mesh_walls
@@ -134,7 +134,7 @@ def fill_between(
         before[:] = x
         return worst
 
-    x = relaxed(x, r, push, crowded=solid > LOOSE_PACKING * room.volume)
+    x = relaxed(x, r, push, is_crowded(radii, room))
     if not in_room(surfaces, x).all():
         raise CaseError(
             Fault(

@@ -9,14 +9,19 @@ import numpy as np
 from nutamill.base.errors import Fault
 from nutamill.base.units import shown
 
-DENSEST, WALL_LOSS = 0.635, 0.12
+DENSEST, WALL_LOSS = 0.637, 0.12
 """Solids fraction that can be placed far from walls, and what walls take from it: times diameter and wall
 area, over volume [1].
 
 Random close packing of equal spheres is 0.637 (G. D. Scott, "Packing of spheres", Nature 188, 908 (1960)).
 The loss was measured by filling cylinders as high as wide: of 12 and 20 diameters, 0.58 and 0.60 can be
-placed, 0.59 and 0.61 could not be in 2000 sweeps; up to the rule, those of 12, 16, 20 and 30 diameters were
-filled.
+placed, 0.59 and 0.61 could not be in 2000 sweeps; `python -m validation.filling` fills cylinders of 12 to 49
+diameters up to the rule.
+"""
+
+CROWDED = 0.9
+"""Share of the largest fill from which on particles are in each other's way [1]: pushed apart one overlap at
+a time they need a thousand sweeps and more, with inertia some hundred.
 """
 
 
@@ -54,14 +59,18 @@ def largest_fill(radii: np.ndarray, room: Room) -> float:
     return max(0.0, DENSEST - lost) * room.volume
 
 
+def is_crowded(radii: np.ndarray, room: Room) -> bool:
+    """Return whether spheres of these radii [m] (n,) nearly fill a room, so that they are relaxed with
+    inertia.
+    """
+    return _solid_volume(radii) > CROWDED * largest_fill(radii, room)
+
+
 def fill_faults(radii: np.ndarray, room: Room) -> list[Fault]:
     """Return what is wrong with placing spheres of these radii [m] (n,) in a room, nothing if they can be
     placed.
     """
-    solid, most = (
-        float((4.0 / 3.0 * math.pi * np.asarray(radii, float) ** 3).sum()),
-        largest_fill(radii, room),
-    )
+    solid, most = _solid_volume(radii), largest_fill(radii, room)
     if solid <= most * (1.0 + 1e-9):
         return []
     what = (
@@ -69,3 +78,8 @@ def fill_faults(radii: np.ndarray, room: Room) -> list[Fault]:
         f"{shown(most, 'cm^3', '.0f')} can be"
     )
     return [Fault("charge", what, "Take less charge, smaller particles or a larger chamber")]
+
+
+def _solid_volume(radii: np.ndarray) -> float:
+    """Return the volume of spheres of these radii [m] (n,) together [m^3]."""
+    return float((4.0 / 3.0 * math.pi * np.asarray(radii, float) ** 3).sum())
