@@ -15,6 +15,8 @@ from nutamill.mechanism.model import (
     BODY,
     BUSHING,
     DRIVE,
+    FORCE,
+    FORCE_KNOT,
     KNOT,
     NAME_WIDTH,
     SPRING,
@@ -23,7 +25,7 @@ from nutamill.mechanism.model import (
     MechanismScratch,
     MechanismState,
 )
-from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, Motor, Spring, Torque
+from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Force, Joint, Motor, Spring, Torque
 from nutamill.mechanism.rows import Placement, constraint_tables, frame_along, records
 
 
@@ -36,12 +38,13 @@ def assemble(
     drives: Sequence[Drive] = (),
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81),
     redundant: str = "refuse",
+    forces: Sequence[Force] = (),
 ) -> tuple[Mechanism, MechanismState, MechanismScratch]:
     """Check a mechanism and turn it into arrays; parts are numbered in the order given.
 
     Parameters
     ----------
-    bodies, joints, bushings, springs, torques, drives : the parts, world coordinates as assembled, SI
+    bodies, joints, bushings, springs, torques, drives, forces : the parts, world coordinates as assembled, SI
     gravity : acceleration [m/s^2], (3,), world axes
     redundant : "refuse" constraints that depend on others, or "allow" them: they are solved, and
         ``mechanism.joints.reaction_unique`` marks the joints whose reactions they leave undetermined
@@ -58,7 +61,16 @@ def assemble(
         rigid body has, missing axes, gaps in loops, redundant constraints (unless allowed) and contradictory
         ones
     """
-    faults = part_faults(bodies, joints, bushings, springs, torques, drives, gravity, redundant)
+    groups = {
+        "body": bodies,
+        "joint": joints,
+        "bushing": bushings,
+        "spring": springs,
+        "drive": drives,
+        "torque": torques,
+        "force": forces,
+    }
+    faults = part_faults(groups, gravity, redundant)
     if faults:
         raise CaseError(*faults)
     placement = Placement(bodies)
@@ -66,6 +78,7 @@ def assemble(
     if faults:
         raise CaseError(*faults)
     drive_table, knot_table = drive_tables(placement, joints, drives, len(row_table))
+    force_table, force_knot_table = force_tables(placement, forces)
     mechanism = Mechanism(
         gravity=np.array(gravity, float),
         bodies=body_table(bodies),
@@ -77,11 +90,9 @@ def assemble(
         torques=records(TORQUE, [(placement.index[torque.body], torque.moment) for torque in torques]),
         drives=drive_table,
         knots=knot_table,
-        names=name_array(
-            [part.name for part in bodies],
-            [GROUND],
-            *([part.name for part in parts] for parts in (joints, bushings, springs, drives, torques)),
-        ),
+        forces=force_table,
+        force_knots=force_knot_table,
+        names=name_array(groups),
     )
     state, scratch = new_state(mechanism, placement, bodies), new_scratch(mechanism)
     faults = check_constraints(mechanism, state, scratch, labels, redundant)
@@ -90,9 +101,11 @@ def assemble(
     return mechanism, state, scratch
 
 
-def name_array(*groups) -> np.ndarray:
-    """Return all names as one array of fixed-width text."""
-    return np.array([name for group in groups for name in group], dtype=f"<U{NAME_WIDTH}")
+def name_array(groups) -> np.ndarray:
+    """Return all names as one array of fixed-width text, the ground after the bodies."""
+    names = {kind: [part.name for part in parts] for kind, parts in groups.items()}
+    names["body"].append(GROUND)
+    return np.array([name for group in names.values() for name in group], dtype=f"<U{NAME_WIDTH}")
 
 
 def body_table(bodies) -> np.recarray:
@@ -128,10 +141,17 @@ def six_rates(shear, axial, bending, torsion) -> tuple:
 
 
 def spring_record(placement, spring) -> tuple:
-    """Return the record of a spring, its ends in body axes."""
-    a, b = spring.body_a, spring.body_b
+    """Return the record of a spring, its ends in body axes.
+
+    A preload stands for the free length that gives it as assembled; that of a spring wound with initial
+    tension may be negative.
+    """
+    a, b, free_length = spring.body_a, spring.body_b, spring.free_length
+    if free_length is None:
+        length = np.linalg.norm(np.subtract(spring.point_b, spring.point_a))
+        free_length = length - spring.preload / spring.stiffness
     ends = placement.local_point(a, spring.point_a), placement.local_point(b, spring.point_b)
-    return placement.index[a], placement.index[b], *ends, spring.stiffness, spring.damping, spring.free_length
+    return placement.index[a], placement.index[b], *ends, spring.stiffness, spring.damping, free_length
 
 
 def drive_tables(placement, joints, drives, n_rows) -> tuple[np.recarray, np.recarray]:
@@ -172,6 +192,21 @@ def drive_tables(placement, joints, drives, n_rows) -> tuple[np.recarray, np.rec
     return records(DRIVE, table), records(KNOT, knots)
 
 
+def force_tables(placement, forces) -> tuple[np.recarray, np.recarray]:
+    """Return the given forces and the knots of all of them; a constant force has one knot."""
+    table, knots = [], []
+    for force in forces:
+        first = len(knots)
+        if force.times is None:
+            knots.append((0.0, force.forces))
+        else:
+            knots.extend(zip(force.times, force.forces, strict=True))
+        index = placement.index[force.body]
+        point = placement.position[index] if force.point is None else force.point
+        table.append((index, placement.local_point(force.body, point), first, len(knots)))
+    return records(FORCE, table), records(FORCE_KNOT, knots)
+
+
 def new_state(mechanism, placement, bodies) -> MechanismState:
     """Return the state as assembled, ledgers at zero."""
     n, n_rows, n_joints = len(bodies) + 1, len(mechanism.rows), len(mechanism.joints)
@@ -192,12 +227,14 @@ def new_state(mechanism, placement, bodies) -> MechanismState:
         drive_motion=np.zeros((n_drives, 3)),
         drive_torque=np.zeros(n_drives),
         motor_integral=np.zeros(n_drives),
+        force=np.zeros((len(mechanism.forces), 6)),
         wrench=np.zeros((n, 6)),
         previous_wrench=np.zeros((n, 6)),
         power=np.zeros(n_bushings + n_springs + n_joints),
         drive_work=np.zeros(n_drives),
         wrench_work=np.zeros(n),
         torque_work=np.zeros(len(mechanism.torques)),
+        force_work=np.zeros(len(mechanism.forces)),
         bushing_loss=np.zeros(n_bushings),
         spring_loss=np.zeros(n_springs),
         joint_loss=np.zeros(n_joints),
@@ -223,5 +260,6 @@ def new_scratch(mechanism: Mechanism) -> MechanismScratch:
         **row,
         drive_motion=np.zeros((len(mechanism.drives), 3)),
         motor_torque=np.zeros(len(mechanism.drives)),
+        force=np.zeros((len(mechanism.forces), 6)),
         power=np.zeros(len(mechanism.bushings) + len(mechanism.springs) + len(mechanism.joints)),
     )

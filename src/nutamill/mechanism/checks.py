@@ -12,6 +12,7 @@ from nutamill.mechanism.parts import (
     Body,
     Bushing,
     Drive,
+    Force,
     Joint,
     JointFriction,
     JointKind,
@@ -34,42 +35,55 @@ SHAPES = {
     Joint: dict.fromkeys(("point", "axis", "second_axis", "point_b"), VECTOR),
     JointFriction: dict.fromkeys(("coefficient", "radius", "constant", "viscous"), ()),
     Bushing: {"point": VECTOR, "axis": VECTOR, "stiffness": (4,), "damping": (4,)},
-    Spring: {"point_a": VECTOR, "point_b": VECTOR, "stiffness": (), "damping": (), "free_length": ()},
+    Spring: {"point_a": VECTOR, "point_b": VECTOR}
+    | dict.fromkeys(("stiffness", "damping", "free_length", "preload"), ()),
     Torque: {"moment": VECTOR},
+    Force: {"point": VECTOR},
     Motor: dict.fromkeys(("gain", "integral_gain", "torque_limit", "power_limit", "cut", "restored"), ()),
 }
 """Shapes of the numbers of each part, by field."""
 
-OPTIONAL = ("axis", "second_axis", "point_b")
-"""Fields that may be None."""
+OPTIONAL = {
+    Joint: ("axis", "second_axis", "point_b"),
+    Spring: ("free_length", "preload"),
+    Force: ("point",),
+}
+"""Fields of each part that may be None."""
 
 
-def part_faults(bodies, joints, bushings, springs, torques, drives, gravity, redundant) -> list[Fault]:
-    """Return every fault of the parts, of gravity and of the choice `redundant`, as of `assemble`."""
-    groups = {
-        "body": (Body, bodies),
-        "joint": (Joint, joints),
-        "bushing": (Bushing, bushings),
-        "spring": (Spring, springs),
-        "torque": (Torque, torques),
-        "drive": (Drive, drives),
-    }
+KINDS = {
+    "body": Body,
+    "joint": Joint,
+    "bushing": Bushing,
+    "spring": Spring,
+    "drive": Drive,
+    "torque": Torque,
+    "force": Force,
+}
+"""Parts by the names of their kinds."""
+
+
+def part_faults(groups, gravity, redundant) -> list[Fault]:
+    """Return every fault of the parts (kind -> parts, kinds of `KINDS`), of gravity and of the choice
+    `redundant`, as of `assemble`.
+    """
     faults = [*type_faults(groups), *option_faults(gravity, redundant)]
     if faults:
         return faults
-    numbers = list(chain.from_iterable(number_faults(kind, parts) for kind, (_, parts) in groups.items()))
+    numbers = list(chain.from_iterable(number_faults(kind, parts) for kind, parts in groups.items()))
     broken = {fault.where for fault in numbers}
-
-    def sound(kind, parts):
-        return [part for part in parts if f"{kind} {part.name!r}" not in broken]
-
+    sound = {
+        kind: [part for part in parts if f"{kind} {part.name!r}" not in broken]
+        for kind, parts in groups.items()
+    }
     return [
-        *name_faults(bodies, joints, bushings, springs, torques, drives),
+        *name_faults(groups),
         *numbers,
-        *body_faults(sound("body", bodies)),
-        *joint_faults(sound("joint", joints)),
-        *load_faults(sound("bushing", bushings), sound("spring", springs)),
-        *drive_faults(joints, sound("drive", drives)),
+        *body_faults(sound["body"]),
+        *joint_faults(sound["joint"]),
+        *load_faults(sound["bushing"], sound["spring"]),
+        *drive_faults(groups["joint"], sound["drive"]),
+        *force_faults(sound["force"]),
     ]
 
 
@@ -83,7 +97,8 @@ def option_faults(gravity, redundant):
 
 def type_faults(groups):
     """Yield parts of another kind than their list, names that are no text, and unknown kinds of joints."""
-    for kind, (expected, parts) in groups.items():
+    for kind, parts in groups.items():
+        expected = KINDS[kind]
         for number, part in enumerate(parts):
             if not isinstance(part, expected):
                 yield Fault(
@@ -102,13 +117,13 @@ def type_faults(groups):
 
 def number_faults(kind, parts):
     """Yield a fault for every number, vector or matrix of the parts that is not finite or of another shape
-    (`SHAPES`); an optional vector may be None.
+    (`SHAPES`); an optional one may be None.
     """
     for part in parts:
         for owner in (part, getattr(part, "friction", None), getattr(part, "motor", None)):
             for name, shape in SHAPES.get(type(owner), {}).items():
                 value = getattr(owner, name)
-                if value is None and name in OPTIONAL:
+                if value is None and name in OPTIONAL.get(type(owner), ()):
                     continue
                 if wrong := not_numbers(value, shape, infinite=isinstance(owner, Motor)):
                     yield Fault(f"{kind} {part.name!r}", f"{name} is {wrong}")
@@ -125,16 +140,9 @@ def not_numbers(value, shape, infinite=False) -> str:
     return "" if numbers.shape == shape and sound else f"{expected}, got {value}"
 
 
-def name_faults(bodies, joints, bushings, springs, torques, drives):
+def name_faults(groups):
     """Yield names that are empty, too long, repeated, or refer to no part."""
-    for kind, parts in (
-        ("body", bodies),
-        ("joint", joints),
-        ("bushing", bushings),
-        ("spring", springs),
-        ("torque", torques),
-        ("drive", drives),
-    ):
+    for kind, parts in groups.items():
         seen = {GROUND} if kind == "body" else set()
         for part in parts:
             where = f"{kind} {part.name!r}"
@@ -143,21 +151,22 @@ def name_faults(bodies, joints, bushings, springs, torques, drives):
             if part.name in seen:
                 yield Fault(where, "the name is taken, got it twice", "Rename one of them")
             seen.add(part.name)
-    known = {GROUND, *(body.name for body in bodies)}
+    known = {GROUND, *(body.name for body in groups["body"])}
     hint = f"Known bodies are {', '.join(sorted(known))}"
-    for kind, parts in (("joint", joints), ("bushing", bushings), ("spring", springs)):
-        for part in parts:
+    for kind in ("joint", "bushing", "spring"):
+        for part in groups[kind]:
             where = f"{kind} {part.name!r}"
             for side in (part.body_a, part.body_b):
                 if side not in known:
                     yield Fault(where, f"unknown body, got {side!r}", hint)
             if part.body_a == part.body_b:
                 yield Fault(where, f"joins a body to itself, got {part.body_a!r} twice", "Name two bodies")
-    for torque in torques:
-        if torque.body not in known - {GROUND}:
-            yield Fault(f"torque {torque.name!r}", f"unknown moving body, got {torque.body!r}", hint)
-    names = {joint.name for joint in joints}
-    for drive in drives:
+    for kind in ("torque", "force"):
+        for part in groups[kind]:
+            if part.body not in known - {GROUND}:
+                yield Fault(f"{kind} {part.name!r}", f"unknown moving body, got {part.body!r}", hint)
+    names = {joint.name for joint in groups["joint"]}
+    for drive in groups["drive"]:
         if drive.joint not in names:
             hint = f"Known joints are {', '.join(sorted(names)) or 'none'}"
             yield Fault(f"drive {drive.name!r}", f"unknown joint, got {drive.joint!r}", hint)
@@ -231,15 +240,50 @@ def load_faults(bushings, springs):
             yield Fault(where, f"the axis has no length, got {bushing.axis}")
     for spring in springs:
         where = f"spring {spring.name!r}"
-        values = (spring.stiffness, spring.damping, spring.free_length)
+        values = (spring.stiffness, spring.damping, spring.free_length or 0.0)
         if min(values) < 0.0:
             yield Fault(where, f"stiffness, damping or free_length is negative, got {values}")
+        if (spring.free_length is None) == (spring.preload is None):
+            yield Fault(
+                where,
+                f"free_length or preload is needed, one of them, got {spring.free_length} and "
+                f"{spring.preload}",
+            )
+        elif spring.preload is not None and not spring.stiffness > 0.0:
+            yield Fault(where, "a preload needs a stiffness, got 0", "Use a Force for a constant force")
         if not np.linalg.norm(np.subtract(spring.point_b, spring.point_a)) > 0.0:
             yield Fault(
                 where,
                 f"the two ends are one point, so that the force has no direction, got {spring.point_a}",
                 "Use a bushing for a spring of no length",
             )
+
+
+def table_faults(where, times, values, name, shape):
+    """Yield what is wrong with a table of `values`, each of `shape`, at `times`."""
+    try:
+        t, x = np.asarray(times, float), np.asarray(values, float)
+    except (TypeError, ValueError):
+        yield Fault(where, f"times and {name} are not lists of numbers, got {times} and {values}")
+        return
+    if t.ndim != 1 or x.shape != t.shape + shape or t.size == 0:
+        yield Fault(
+            where, f"times and {name} are not two lists of one length, got shapes {t.shape} and {x.shape}"
+        )
+    elif not (np.isfinite(t).all() and np.isfinite(x).all()):
+        yield Fault(where, f"times or {name} are not finite, got {times} and {values}")
+    elif t[0] != 0.0 or np.any(np.diff(t) <= 0.0):
+        yield Fault(where, f"times do not begin at 0 and increase, got {times}")
+
+
+def force_faults(forces):
+    """Yield forces that are no vectors, and tables that are no function of time."""
+    for force in forces:
+        where = f"force {force.name!r}"
+        if force.times is not None:
+            yield from table_faults(where, force.times, force.forces, "forces", VECTOR)
+        elif wrong := not_numbers(force.forces, VECTOR):
+            yield Fault(where, f"forces is {wrong}", "Give a vector, or times and a vector for each")
 
 
 def drive_faults(joints, drives):
@@ -256,23 +300,7 @@ def drive_faults(joints, drives):
                 f"joint {drive.joint!r} does not turn about an axis, got a {kind.name} joint",
                 f"Drive a {' or '.join(known.name for known, rows in JOINTS.items() if rows.turns)} joint",
             )
-        try:
-            times, speeds = np.asarray(drive.times, float), np.asarray(drive.speeds, float)
-        except (TypeError, ValueError):
-            yield Fault(
-                where, f"times and speeds are not lists of numbers, got {drive.times} and {drive.speeds}"
-            )
-            continue
-        if times.ndim != 1 or times.shape != speeds.shape or times.size == 0:
-            yield Fault(
-                where,
-                f"times and speeds are not two lists of one length, got shapes {times.shape} and "
-                f"{speeds.shape}",
-            )
-        elif not (np.isfinite(times).all() and np.isfinite(speeds).all()):
-            yield Fault(where, f"times or speeds are not finite, got {drive.times} and {drive.speeds}")
-        elif times[0] != 0.0 or np.any(np.diff(times) <= 0.0):
-            yield Fault(where, f"times do not begin at 0 and increase, got {drive.times}")
+        yield from table_faults(where, drive.times, drive.speeds, "speeds", ())
         motor = drive.motor
         if motor is not None:
             values = (motor.gain, motor.integral_gain, motor.torque_limit, motor.power_limit)

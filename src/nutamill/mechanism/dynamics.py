@@ -29,6 +29,7 @@ from nutamill.mechanism.equations import (
     update_kinematics,
     zero_ground,
 )
+from nutamill.mechanism.forces import add_force_works
 from nutamill.mechanism.solve import add_row_reactions, divide_by_mass, solve_factored
 
 OK, NOT_FINITE = 0, 1
@@ -109,6 +110,7 @@ def store_solution(mechanism, state, scratch):
     """
     copy_numbers(scratch.multiplier, state.multiplier)
     copy_numbers(scratch.power, state.power)
+    copy_numbers(scratch.force, state.force)
     copy_numbers(state.wrench, state.previous_wrench)
     gather_twists(state, scratch.twist)
     store_drives(
@@ -252,8 +254,8 @@ def finish(mechanism, state, scratch, dt):
 
 @kernel
 def add_works(mechanism, state, scratch, dt):
-    """Add the works of drives, wrenches and constant moments over the step just made: impulse times mean
-    velocity.
+    """Add the works of drives, wrenches, constant moments and given forces over the step just made: impulse
+    times mean velocity.
 
     A drive's impulse is the mean of its two reactions times `dt`, plus the impulse of the velocity
     projection.
@@ -280,6 +282,7 @@ def add_works(mechanism, state, scratch, dt):
         b = torques[i].body
         for k in range(3):
             state.torque_work[i] += 0.5 * dt * torques[i].moment[k] * (before[b, 3 + k] + after[b, 3 + k])
+    add_force_works(mechanism.forces, state.force, scratch.force, before, after, dt, state.force_work)
 
 
 @kernel

@@ -10,6 +10,7 @@ Rigid Body Dynamics Algorithms, 2008, section 3.2.
 from nutamill.base.frames import cross, rotation_matrix
 from nutamill.base.kernel import copy_numbers, kernel
 from nutamill.mechanism.drives import apply_motors
+from nutamill.mechanism.forces import apply_forces
 from nutamill.mechanism.joints import bias_rows, place_rows, row_rate
 from nutamill.mechanism.loads import apply_bushings, apply_given, apply_joint_friction, apply_springs
 from nutamill.mechanism.solve import (
@@ -112,6 +113,9 @@ def apply_loads(mechanism, state, scratch):
         state.motor_integral,
         load,
         scratch.motor_torque,
+    )
+    apply_forces(
+        mechanism.forces, mechanism.force_knots, state.quaternion, state.time[0], load, scratch.force
     )
 
 

@@ -95,6 +95,19 @@ SPRING = np.dtype(
 TORQUE = np.dtype([("body", "i8"), ("moment", "f8", (3,))])
 """A constant moment [N m] on a body, world axes."""
 
+FORCE = np.dtype(
+    [
+        ("body", "i8"),
+        ("point", "f8", (3,)),  # from the mass centre [m], body axes
+        ("first_knot", "i8"),
+        ("end_knot", "i8"),
+    ]
+)
+"""A given force: its body, its point, its run of knots."""
+
+FORCE_KNOT = np.dtype([("time", "f8"), ("force", "f8", (3,))])
+"""A knot of a given force: time [s] and force [N], world axes."""
+
 DRIVE = np.dtype(
     [
         ("row", "i8"),  # its constraint row; -1 for a motor
@@ -144,9 +157,13 @@ class Mechanism(NamedTuple):
     """`DRIVE` records [1], (n_drives,)."""
     knots: np.ndarray
     """`KNOT` records of all drives [SI], (n_knots,)."""
+    forces: np.ndarray
+    """`FORCE` records [SI], (n_forces,)."""
+    force_knots: np.ndarray
+    """`FORCE_KNOT` records of all given forces [SI], (n_force_knots,)."""
     names: np.ndarray
-    """Fixed-width names [1] of bodies (ground last), joints, bushings, springs, drives, torques, in this
-    order, (n_parts,).
+    """Fixed-width names [1] of bodies (ground last), joints, bushings, springs, drives, torques, forces, in
+    this order, (n_parts,).
     """
 
 
@@ -181,6 +198,10 @@ class MechanismState(NamedTuple):
     """Torque of each drive on its joint's body b about the axis [N m], (n_drives,)."""
     motor_integral: np.ndarray
     """Integral part of each motor's torque [N m], (n_drives,)."""
+    force: np.ndarray
+    """Force [N] and moment about the body's mass centre [N m] of each given force, (n_forces, 6), world
+    axes.
+    """
     wrench: np.ndarray
     """External force [N] and moment about the moving mass centre [N m], mean over the step, (n_bodies + 1,
     6), world axes.
@@ -197,6 +218,8 @@ class MechanismState(NamedTuple):
     """Work the external wrench did on each body [J], (n_bodies + 1,), cumulative."""
     torque_work: np.ndarray
     """Work each constant moment did [J], (n_torques,), cumulative."""
+    force_work: np.ndarray
+    """Work each given force did [J], (n_forces,), cumulative."""
     bushing_loss: np.ndarray
     """Energy each bushing dissipated [J], (n_bushings,), cumulative."""
     spring_loss: np.ndarray
@@ -261,6 +284,8 @@ class MechanismScratch(NamedTuple):
     """
     motor_torque: np.ndarray
     """Torque of each motor at the end of the step [N m], (n_drives,)."""
+    force: np.ndarray
+    """Wrench of each given force at the end of the step [N, N m], (n_forces, 6), as in the state."""
     power: np.ndarray
     """Power dissipated at the end of the step by each bushing, spring, joint [W], (n_bushings + n_springs +
     n_joints,).

@@ -163,8 +163,10 @@ class Spring:
     """Stiffness [N/m]."""
     damping: float
     """Damping [N s/m]."""
-    free_length: float
-    """Length without force [m]."""
+    free_length: float | None = None
+    """Length without force [m]; None if `preload` is given."""
+    preload: float | None = None
+    """Tension as assembled [N], negative if the spring pushes; None if `free_length` is given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,6 +179,26 @@ class Torque:
     """Name of the body."""
     moment: Vector
     """Moment [N m], (3,), world axes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Force:
+    """A force at a point of a body, constant or a table over time; its direction does not turn with the
+    body.
+    """
+
+    name: str
+    """Unique name."""
+    body: str
+    """Name of the body."""
+    forces: Vector | tuple[Vector, ...]
+    """Force [N], (3,), or forces at the times of `times`, (n, 3), world axes."""
+    times: tuple[float, ...] | np.ndarray | None = None
+    """Knots [s], (n,), from 0, increasing; linear between, constant after the last. None for a constant
+    force.
+    """
+    point: Vector | None = None
+    """Point at which it acts [m], (3,), world, as assembled; the mass centre if not given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,8 +241,8 @@ class Drive:
     """Motor whose set point these speeds are; None for a prescribed rotation."""
 
 
-Part = Body | Joint | Bushing | Spring | Torque | Drive
+Part = Body | Joint | Bushing | Spring | Torque | Force | Drive
 """Any part of a mechanism."""
 
-Load = Bushing | Spring | Torque
+Load = Bushing | Spring | Torque | Force
 """A part that exerts forces or moments and constrains nothing."""

@@ -87,8 +87,8 @@ class Sensor:
 
 
 def names_of(mechanism: Mechanism) -> dict[str, list[str]]:
-    """Return the names of each kind of part, "body" (ground last), "joint", "bushing", "spring", "drive" and
-    "torque", in the order of their numbers.
+    """Return the names of each kind of part, "body" (ground last), "joint", "bushing", "spring", "drive",
+    "torque" and "force", in the order of their numbers.
     """
     tables = {
         "body": mechanism.bodies,
@@ -97,6 +97,7 @@ def names_of(mechanism: Mechanism) -> dict[str, list[str]]:
         "spring": mechanism.springs,
         "drive": mechanism.drives,
         "torque": mechanism.torques,
+        "force": mechanism.forces,
     }
     groups = np.split(mechanism.names, np.cumsum([len(table) for table in tables.values()])[:-1])
     return {kind: [str(name) for name in group] for kind, group in zip(tables, groups, strict=True)}

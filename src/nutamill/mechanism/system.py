@@ -17,7 +17,7 @@ from nutamill.mechanism.dynamics import OK, march, start
 from nutamill.mechanism.effective_mass import effective_mass
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.modes import Modes, modes, static_equilibrium
-from nutamill.mechanism.parts import Body, Bushing, Drive, Joint, Load, Spring, Torque
+from nutamill.mechanism.parts import Body, Bushing, Drive, Force, Joint, Load, Spring, Torque
 from nutamill.mechanism.probes import bushing_wrench, joint_reaction, point_position
 from nutamill.mechanism.sensors import names_of
 
@@ -56,7 +56,7 @@ class System:
     ----------
     bodies : the moving bodies; `nutamill.mechanism.parts.GROUND` is the body that never moves
     joints : constraints between two bodies
-    loads : bushings, springs and constant torques
+    loads : bushings, springs, constant torques and given forces
     drives : rotations of joints, prescribed or by a motor
     gravity : acceleration [m/s^2], (3,), world axes
     redundant : "refuse" constraints that depend on others, or "allow" them (their reactions are not unique)
@@ -80,14 +80,18 @@ class System:
         gravity: tuple[float, float, float] = (0.0, 0.0, -9.81),
         redundant: str = "refuse",
     ):
-        kinds = (Bushing, Spring, Torque)
+        kinds = (Bushing, Spring, Torque, Force)
         unknown = [load for load in loads if not isinstance(load, kinds)]
         if unknown:
             what = ", ".join(type(load).__name__ for load in unknown)
-            raise CaseError(Fault("loads", f"not a load, got {what}", "Give Bushing, Spring or Torque"))
-        sorted_loads = ([load for load in loads if isinstance(load, kind)] for kind in kinds)
+            raise CaseError(
+                Fault("loads", f"not a load, got {what}", "Give Bushing, Spring, Torque or Force")
+            )
+        bushings, springs, torques, forces = (
+            [load for load in loads if isinstance(load, kind)] for kind in kinds
+        )
         self.mechanism, self.state, self.scratch = assemble(
-            bodies, joints, *sorted_loads, drives, gravity, redundant
+            bodies, joints, bushings, springs, torques, drives, gravity, redundant, forces
         )
         self._names = names_of(self.mechanism)
         if start(self.mechanism, self.state, self.scratch) != OK:
