@@ -67,8 +67,8 @@ def test_all_faults_are_reported_at_once():
         "joint 'weld': a FIXED joint does not rotate and has no friction",
         "bushing 'mount': stiffness or damping is negative, got (1.0, 1.0, -1.0, 0.0)",
         "spring 'spring': the two ends are one point",
-        "drive 'motor': joint 'weld' does not turn about an axis, got a FIXED joint. "
-        "Drive a REVOLUTE or CYLINDRICAL joint",
+        "drive 'motor': joint 'weld' neither turns about an axis nor only slides along it, got a FIXED "
+        "joint. Drive a REVOLUTE, CYLINDRICAL or PRISMATIC joint",
         "drive 'motor': times do not begin at 0 and increase, got (0.0, 0.0)",
         "drive 'other': unknown joint, got 'nothing'. Known joints are hinge, weld",
     ):

@@ -70,7 +70,10 @@ def test_a_step_is_a_march_of_one_step(wheel):
         (lambda wheel: wheel.march("long", 1e-3), "duration: not a positive number, got 'long'"),
         (lambda wheel: wheel.apply("wheel", (1.0, 2.0)), "force: it is not 3 finite numbers, got (1.0, 2.0)"),
         (lambda wheel: System(["wheel"]), "body number 0: not a Body, got str"),
-        (lambda wheel: System([], loads=[7]), "loads: not a load, got int. Give Bushing, Spring, Torque or Force"),
+        (
+            lambda wheel: System([], loads=[7]),
+            "loads: not a load, got int. Give Bushing, Spring, Torque or Force",
+        ),
     ],
 )
 def test_bad_input_is_refused_in_words(wheel, act, message):

@@ -25,7 +25,7 @@ from nutamill.mechanism.model import (
     MechanismScratch,
     MechanismState,
 )
-from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Force, Joint, Motor, Spring, Torque
+from nutamill.mechanism.parts import GROUND, JOINTS, Body, Bushing, Drive, Force, Joint, Motor, Spring, Torque
 from nutamill.mechanism.rows import Placement, constraint_tables, frame_along, records
 
 
@@ -166,6 +166,8 @@ def drive_tables(placement, joints, drives, n_rows) -> tuple[np.recarray, np.rec
         a, b = joint.body_a, joint.body_b
         x, _, z = frame_along(joint.axis).T
         axes = placement.local_axis(a, z), placement.local_axis(a, x), placement.local_axis(b, x)
+        on_b = joint.point if joint.point_b is None else joint.point_b
+        arms = placement.local_point(a, joint.point), placement.local_point(b, on_b)
         motor = drive.motor or Motor(0.0, 0.0)
         numbers = (
             motor.gain,
@@ -184,6 +186,8 @@ def drive_tables(placement, joints, drives, n_rows) -> tuple[np.recarray, np.rec
                 placement.index[a],
                 placement.index[b],
                 *axes,
+                int(JOINTS[joint.kind].slides),
+                *arms,
                 *numbers,
             )
         )

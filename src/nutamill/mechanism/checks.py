@@ -287,18 +287,20 @@ def force_faults(forces):
 
 
 def drive_faults(joints, drives):
-    """Yield drives of joints that do not rotate, speed tables that are no function of time, and motors of
-    negative gain or limit.
+    """Yield drives of joints that neither turn nor slide, speed tables that are no function of time, and
+    motors of negative gain or limit.
     """
     kinds = {joint.name: joint.kind for joint in joints}
     for drive in drives:
         where = f"drive {drive.name!r}"
         kind = kinds.get(drive.joint, JointKind.REVOLUTE)
-        if not JOINTS[kind].turns:
+        if not (JOINTS[kind].turns or JOINTS[kind].slides):
+            driven = [known.name for known, rows in JOINTS.items() if rows.turns or rows.slides]
             yield Fault(
                 where,
-                f"joint {drive.joint!r} does not turn about an axis, got a {kind.name} joint",
-                f"Drive a {' or '.join(known.name for known, rows in JOINTS.items() if rows.turns)} joint",
+                f"joint {drive.joint!r} neither turns about an axis nor only slides along it, got a "
+                f"{kind.name} joint",
+                f"Drive a {', '.join(driven[:-1])} or {driven[-1]} joint",
             )
         yield from table_faults(where, drive.times, drive.speeds, "speeds", ())
         motor = drive.motor

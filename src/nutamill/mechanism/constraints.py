@@ -129,7 +129,11 @@ def contradictions(mechanism, state, scratch, labels, dependent) -> list[Fault]:
         if mismatch:
             faults.append(
                 contradiction_fault(
-                    labels, independent, combination[n], i, f"their speeds differ by {mismatch:.4g} rad/s"
+                    labels,
+                    independent,
+                    combination[n],
+                    i,
+                    f"their speeds differ by {mismatch:.4g} {labels[i].unit}/s",
                 )
             )
     return faults
@@ -148,7 +152,7 @@ def contradiction_fault(labels, independent, weights, i, what) -> Fault:
 
 
 def speed_mismatch(mechanism, weights, independent, i) -> float:
-    """Return the largest difference [rad/s] between the speeds that row `i` and its combination of
+    """Return the largest difference [rad/s or m/s] between the speeds that row `i` and its combination of
     independent rows prescribe, over all knots of all drives.
     """
     times, largest, scale = np.unique(mechanism.knots.time), 0.0, 0.0

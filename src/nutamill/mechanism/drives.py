@@ -1,9 +1,12 @@
-"""Drives: angle, speed and acceleration of a prescribed rotation, torque and motion of a controlled motor."""
+"""Drives: angle, speed and acceleration of a prescribed rotation, torque and motion of a controlled motor;
+the same with travel and force where b slides along the axis.
+"""
 
 import math
 
 from nutamill.base.frames import cross, turn_vector
 from nutamill.base.kernel import kernel
+from nutamill.mechanism.loads import add_wrench, point_acceleration_of, point_velocity, world_point
 
 
 @kernel
@@ -50,13 +53,47 @@ def driven_axis(drive, quaternion):
 
 
 @kernel
-def driven_rate(drive, quaternion, rates):
-    """Return the rate of b relative to a about the axis of a `DRIVE` record, from rates (n_bodies + 1, 6):
-    twists [rad/s] or accelerations [rad/s^2].
+def driven_rate(drive, position, quaternion, twist):
+    """Return the speed of b relative to a about the axis of a `DRIVE` record [rad/s], or along it [m/s], from
+    the twists (n_bodies + 1, 6).
     """
     e0, e1, e2 = driven_axis(drive, quaternion)
-    a, b = rates[drive.body_a], rates[drive.body_b]
+    if drive.slides == 1:
+        x0, x1, x2 = world_point(position, quaternion, drive.body_b, drive.point_b)
+        v = point_velocity(twist, position, drive.body_b, x0, x1, x2)
+        u = point_velocity(twist, position, drive.body_a, x0, x1, x2)
+        return e0 * (v[0] - u[0]) + e1 * (v[1] - u[1]) + e2 * (v[2] - u[2])
+    a, b = twist[drive.body_a], twist[drive.body_b]
     return e0 * (b[3] - a[3]) + e1 * (b[4] - a[4]) + e2 * (b[5] - a[5])
+
+
+@kernel
+def driven_acceleration(drive, position, quaternion, twist, acceleration):
+    """Return the time derivative of `driven_rate` [rad/s^2 or m/s^2]; `acceleration` (n_bodies + 1, 6).
+
+    Of a point that slides: its acceleration less that of the point of a below it and the Coriolis term.
+    """
+    e0, e1, e2 = driven_axis(drive, quaternion)
+    a, b = acceleration[drive.body_a], acceleration[drive.body_b]
+    if drive.slides == 0:
+        return e0 * (b[3] - a[3]) + e1 * (b[4] - a[4]) + e2 * (b[5] - a[5])
+    x0, x1, x2 = world_point(position, quaternion, drive.body_b, drive.point_b)
+    b0, b1, b2 = point_acceleration_of(twist, acceleration, position, drive.body_b, x0, x1, x2)
+    a0, a1, a2 = point_acceleration_of(twist, acceleration, position, drive.body_a, x0, x1, x2)
+    v = point_velocity(twist, position, drive.body_b, x0, x1, x2)
+    u = point_velocity(twist, position, drive.body_a, x0, x1, x2)
+    w = twist[drive.body_a]
+    c0, c1, c2 = cross(w[3], w[4], w[5], v[0] - u[0], v[1] - u[1], v[2] - u[2])
+    return e0 * (b0 - a0 - 2.0 * c0) + e1 * (b1 - a1 - 2.0 * c1) + e2 * (b2 - a2 - 2.0 * c2)
+
+
+@kernel
+def driven_travel(drive, position, quaternion):
+    """Return the travel of b relative to a along the axis of a `DRIVE` record that slides [m]."""
+    e0, e1, e2 = driven_axis(drive, quaternion)
+    x0, x1, x2 = world_point(position, quaternion, drive.body_b, drive.point_b)
+    y0, y1, y2 = world_point(position, quaternion, drive.body_a, drive.point_a)
+    return e0 * (x0 - y0) + e1 * (x1 - y1) + e2 * (x2 - y2)
 
 
 @kernel
@@ -113,9 +150,9 @@ def next_integral(drive, t, target, speed, integral, dt):
 
 
 @kernel
-def apply_motors(drives, quaternion, twist, t, target, integral, load_out, torque_out):
-    """Add every motor's torque to `load_out` (n_bodies + 1, 6) and write it into `torque_out` (n_drives,) [N
-    m]; zero for prescribed rotations.
+def apply_motors(drives, position, quaternion, twist, t, target, integral, load_out, torque_out):
+    """Add every motor's torque or force to `load_out` (n_bodies + 1, 6) and write it into `torque_out`
+    (n_drives,) [N m or N]; zero for prescribed motions.
 
     `target` (n_drives, 3) is the output of `evaluate_drives`.
     """
@@ -123,12 +160,17 @@ def apply_motors(drives, quaternion, twist, t, target, integral, load_out, torqu
         torque_out[d] = 0.0
         if drives[d].row >= 0:
             continue
-        torque = motor_torque(
-            drives[d], t, target[d, 1], driven_rate(drives[d], quaternion, twist), integral[d]
-        )
+        drive, a, b = drives[d], drives[d].body_a, drives[d].body_b
+        speed = driven_rate(drive, position, quaternion, twist)
+        torque = motor_torque(drive, t, target[d, 1], speed, integral[d])
         torque_out[d] = torque
-        e0, e1, e2 = driven_axis(drives[d], quaternion)
-        a, b = drives[d].body_a, drives[d].body_b
+        e0, e1, e2 = driven_axis(drive, quaternion)
+        if drive.slides == 1:
+            x0, x1, x2 = world_point(position, quaternion, b, drive.point_b)
+            add_wrench(
+                position, a, b, x0, x1, x2, torque * e0, torque * e1, torque * e2, 0.0, 0.0, 0.0, load_out
+            )
+            continue
         load_out[b, 3] += torque * e0
         load_out[b, 4] += torque * e1
         load_out[b, 5] += torque * e2
@@ -138,27 +180,36 @@ def apply_motors(drives, quaternion, twist, t, target, integral, load_out, torqu
 
 
 @kernel
-def advance_motors(drives, quaternion, twist, t, target, dt, integral_out):
+def advance_motors(drives, position, quaternion, twist, t, target, dt, integral_out):
     """Advance the integral parts (n_drives,) [N m] of all motors over the step of `dt` [s] that ends at time
     `t` with `twist`.
     """
     for d in range(drives.shape[0]):
         if drives[d].row < 0:
-            speed = driven_rate(drives[d], quaternion, twist)
+            speed = driven_rate(drives[d], position, quaternion, twist)
             integral_out[d] = next_integral(drives[d], t, target[d, 1], speed, integral_out[d], dt)
 
 
 @kernel
 def store_drives(
-    drives, quaternion, twist, acceleration, multiplier, motor_torques, target, torque_out, motion_out
+    drives,
+    position,
+    quaternion,
+    twist,
+    acceleration,
+    multiplier,
+    motor_torques,
+    target,
+    torque_out,
+    motion_out,
 ):
-    """Write the torque [N m] of every drive, and its angle, speed and acceleration: the prescribed ones, or
-    those of a motor's joint.
+    """Write the torque [N m] or force [N] of every drive, and its angle, speed and acceleration: the
+    prescribed ones, or those of a motor's joint.
 
     Parameters
     ----------
     twist, acceleration : of the bodies, (n_bodies + 1, 6)
-    multiplier, motor_torques : reactions of the constraint rows, and torques of the motors [N m]
+    multiplier, motor_torques : reactions of the constraint rows, and torques or forces of the motors
     target : output of `evaluate_drives`, (n_drives, 3)
     motion_out : (n_drives, 3); holds the former angle of a motor, so that whole revolutions are counted
     """
@@ -170,6 +221,9 @@ def store_drives(
                 motion[k] = target[d, k]
         else:
             torque_out[d] = motor_torques[d]
-            motion[0] = driven_angle(drive, quaternion, motion[0])
-            motion[1] = driven_rate(drive, quaternion, twist)
-            motion[2] = driven_rate(drive, quaternion, acceleration)
+            if drive.slides == 1:
+                motion[0] = driven_travel(drive, position, quaternion)
+            else:
+                motion[0] = driven_angle(drive, quaternion, motion[0])
+            motion[1] = driven_rate(drive, position, quaternion, twist)
+            motion[2] = driven_acceleration(drive, position, quaternion, twist, acceleration)

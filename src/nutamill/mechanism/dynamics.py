@@ -115,6 +115,7 @@ def store_solution(mechanism, state, scratch):
     gather_twists(state, scratch.twist)
     store_drives(
         mechanism.drives,
+        state.position,
         state.quaternion,
         scratch.twist,
         state.acceleration,
@@ -241,6 +242,7 @@ def finish(mechanism, state, scratch, dt):
     add_losses(mechanism, state, scratch.power, dt)
     advance_motors(
         mechanism.drives,
+        state.position,
         state.quaternion,
         scratch.twist,
         state.time[0],
@@ -264,7 +266,7 @@ def add_works(mechanism, state, scratch, dt):
     for d in range(drives.shape[0]):
         i = drives[d].row
         if i < 0:
-            rate = driven_rate(drives[d], state.quaternion, after)
+            rate = driven_rate(drives[d], state.position, state.quaternion, after)
             state.drive_work[d] += (
                 0.5
                 * dt

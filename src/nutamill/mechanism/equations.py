@@ -106,6 +106,7 @@ def apply_loads(mechanism, state, scratch):
     )
     apply_motors(
         mechanism.drives,
+        state.position,
         state.quaternion,
         twist,
         state.time[0],

@@ -1,8 +1,9 @@
 """Joints as rows of two kinds: the gap, its Jacobian, and the part of its second derivative that does not
 depend on accelerations.
 
-POINT: ``e . (x_b - x_a) = 0`` holds a point of b in the plane through a point of a, square to the axis e of
-a. AXIS: ``u . z = 0`` holds an axis z of b square to an axis u of a; a drive rotates u in a by its angle.
+POINT: ``e . (x_b - x_a) = s`` holds a point of b in the plane through a point of a, square to the axis e of
+a; s is zero or the travel of a drive.  AXIS: ``u . z = 0`` holds an axis z of b square to an axis u of a; a
+drive rotates u in a by its angle.
 
 With J the Jacobian to the velocities (v_a, w_a, v_b, w_b) in world axes, a row's rate is ``J v + gap_rate``
 and its second derivative ``J a - bias``.
@@ -134,8 +135,8 @@ def axis_row_bias(x, speed, acceleration, twist_a, twist_b):
 
 @kernel
 def place_rows(rows, position, rotation, drive_motion, vectors_out, gap_out, gap_rate_out, jacobian_out):
-    """Write world vectors, gaps [m or rad], explicit rates [rad/s] and Jacobians of all rows at a pose and at
-    the drives' motions.
+    """Write world vectors, gaps [m or rad], explicit rates [m/s or rad/s] and Jacobians of all rows at a pose
+    and at the drives' motions.
     """
     for i in range(rows.shape[0]):
         row, x, J = rows[i], vectors_out[i], jacobian_out[i]
@@ -145,6 +146,9 @@ def place_rows(rows, position, rotation, drive_motion, vectors_out, gap_out, gap
             place_point_row(row, R_a, R_b, position[row.body_a], position[row.body_b], x)
             point_row_jacobian(x, J)
             gap_out[i] = dot3(x, 0, x, 9)
+            if row.drive >= 0:
+                gap_out[i] -= drive_motion[row.drive, 0]
+                gap_rate_out[i] = -drive_motion[row.drive, 1]
             continue
         angle = drive_motion[row.drive, 0] if row.drive >= 0 else 0.0
         place_axis_row(row, angle, R_a, R_b, x)
@@ -164,6 +168,8 @@ def bias_rows(rows, vectors, twist, drive_motion, bias_out):
         t_a, t_b = twist[row.body_a], twist[row.body_b]
         if row.kind == POINT:
             bias_out[i] = point_row_bias(vectors[i], t_a, t_b)
+            if row.drive >= 0:
+                bias_out[i] += drive_motion[row.drive, 2]
             continue
         speed, acceleration = 0.0, 0.0
         if row.drive >= 0:

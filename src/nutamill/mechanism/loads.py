@@ -60,6 +60,24 @@ def point_velocity(twist, position, body, x0, x1, x2):
 
 
 @kernel
+def arm_acceleration(a, w0, w1, w2, r0, r1, r2):
+    """Return the acceleration [m/s^2] at the end of an arm r of a body that turns at w, as a 3-tuple:
+    ``a + alpha x r + w x (w x r)`` from acceleration and angular acceleration `a` (6,) of the body.
+    """
+    c0, c1, c2 = cross(w0, w1, w2, r0, r1, r2)
+    c0, c1, c2 = cross(w0, w1, w2, c0, c1, c2)
+    d0, d1, d2 = cross(a[3], a[4], a[5], r0, r1, r2)
+    return a[0] + c0 + d0, a[1] + c1 + d1, a[2] + c2 + d2
+
+
+@kernel
+def point_acceleration_of(twist, acceleration, position, body, x0, x1, x2):
+    """Return the acceleration [m/s^2] of the material point of `body` at the world point x, as a 3-tuple."""
+    t, p = twist[body], position[body]
+    return arm_acceleration(acceleration[body], t[3], t[4], t[5], x0 - p[0], x1 - p[1], x2 - p[2])
+
+
+@kernel
 def bushing_travel_of(bushing, position, quaternion):
     """Return the travel of a `BUSHING` record: displacement [m] 3 and rotation vector [rad] 3 of b relative
     to a, bushing axes fixed in a.

@@ -30,7 +30,7 @@ ROW = np.dtype(
         ("kind", "i8"),  # POINT or AXIS
         ("body_a", "i8"),
         ("body_b", "i8"),
-        ("drive", "i8"),  # the drive that rotates axis_a, or -1
+        ("drive", "i8"),  # the drive that rotates axis_a or moves point_a along it, or -1
         ("point_a", "f8", (3,)),  # POINT: joint point on a from a's mass centre [m], axes of a
         ("point_b", "f8", (3,)),  # POINT: joint point on b from b's mass centre [m], axes of b
         ("axis_a", "f8", (3,)),  # unit vector of a [1], axes of a; of a drive: at drive angle zero
@@ -118,19 +118,22 @@ DRIVE = np.dtype(
         ("axis_a", "f8", (3,)),  # the joint's axis [1], axes of a
         ("zero_a", "f8", (3,)),  # direction of zero_b at angle zero [1], axes of a
         ("zero_b", "f8", (3,)),  # a direction of b square to the axis [1], axes of b
-        ("gain", "f8"),  # motor: torque per error of the speed [N m s/rad]
-        ("integral_gain", "f8"),  # motor: rate of the torque per error of the speed [N m/rad]
-        ("torque_limit", "f8"),  # motor: largest torque [N m]
-        ("power_limit", "f8"),  # motor: largest torque times speed [W]
+        ("slides", "i8"),  # 1: b slides along the axis; 0: it turns about it
+        ("point_a", "f8", (3,)),  # joint point on a from a's mass centre [m], axes of a
+        ("point_b", "f8", (3,)),  # joint point on b from b's mass centre [m], axes of b
+        ("gain", "f8"),  # motor: torque per error of the speed [N m s/rad], or force [N s/m]
+        ("integral_gain", "f8"),  # motor: rate of the torque per error of the speed [N m/rad or N/m]
+        ("torque_limit", "f8"),  # motor: largest torque [N m] or force [N]
+        ("power_limit", "f8"),  # motor: largest torque or force times speed [W]
         ("cut", "f8"),  # motor: time from which it gives no torque [s]
         ("restored", "f8"),  # motor: time from which it gives torque again [s]
     ]
 )
-"""A drive: the constraint row of a prescribed rotation or the numbers of a motor, and its run of knots."""
+"""A drive: the constraint row of a prescribed motion or the numbers of a motor, and its run of knots."""
 
 KNOT = np.dtype([("time", "f8"), ("speed", "f8"), ("angle", "f8")])
-"""A knot of a drive: time [s], speed of b relative to a about the joint's axis [rad/s], and angle [rad], zero
-at the first.
+"""A knot of a drive: time [s], speed of b relative to a about or along the joint's axis [rad/s or m/s], and
+angle [rad] or travel [m], zero at the first.
 """
 
 
@@ -193,11 +196,13 @@ class MechanismState(NamedTuple):
     friction_moment: np.ndarray
     """Friction moment each joint exerts on its body b [N m], (n_joints, 3), world axes."""
     drive_motion: np.ndarray
-    """Angle [rad], speed [rad/s], acceleration [rad/s^2] of each drive, (n_drives, 3)."""
+    """Angle [rad], speed [rad/s], acceleration [rad/s^2] of each drive, (n_drives, 3); travel [m] and its
+    derivatives where it slides.
+    """
     drive_torque: np.ndarray
-    """Torque of each drive on its joint's body b about the axis [N m], (n_drives,)."""
+    """Torque of each drive on its joint's body b about the axis [N m], or force along it [N], (n_drives,)."""
     motor_integral: np.ndarray
-    """Integral part of each motor's torque [N m], (n_drives,)."""
+    """Integral part of each motor's torque [N m] or force [N], (n_drives,)."""
     force: np.ndarray
     """Force [N] and moment about the body's mass centre [N m] of each given force, (n_forces, 6), world
     axes.
@@ -298,7 +303,7 @@ class SensorTable(NamedTuple):
     kind: np.ndarray
     """`SensorKind` [1], (n_sensors,)."""
     target: np.ndarray
-    """Index of the joint, bushing, drive or body [1], (n_sensors,)."""
+    """Index of the joint, bushing, spring, drive or body [1], (n_sensors,)."""
     first_column: np.ndarray
     """First column of each sensor [1], (n_sensors + 1,)."""
     point: np.ndarray

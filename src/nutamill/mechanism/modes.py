@@ -15,6 +15,7 @@ from nutamill.mechanism.constraints import dense_jacobian
 from nutamill.mechanism.drives import driven_axis
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.equations import apply_loads
+from nutamill.mechanism.loads import world_point
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 
 PROBE = 1e-6
@@ -212,8 +213,14 @@ def locked_jacobian(mechanism, state, scratch) -> np.ndarray:
     motors = [drive for drive in mechanism.drives if drive.row < 0]
     locks = np.zeros((len(motors), jacobian.shape[1] + 6))
     for lock, drive in zip(locks, motors, strict=True):
+        axis = np.array(driven_axis(drive, state.quaternion))
+        point = np.array(world_point(state.position, state.quaternion, drive.body_b, drive.point_b))
         for body, sign in ((drive.body_a, -1.0), (drive.body_b, 1.0)):
-            lock[6 * body + 3 : 6 * body + 6] += sign * np.array(driven_axis(drive, state.quaternion))
+            if drive.slides:
+                lock[6 * body : 6 * body + 3] += sign * axis
+                lock[6 * body + 3 : 6 * body + 6] += sign * np.cross(point - state.position[body], axis)
+            else:
+                lock[6 * body + 3 : 6 * body + 6] += sign * axis
     return np.vstack([jacobian, locks[:, :-6]])
 
 

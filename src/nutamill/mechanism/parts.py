@@ -44,6 +44,8 @@ class JointRows(NamedTuple):
     """Rotations that the joint locks [1], 0 to 3."""
     turns: bool
     """Whether b turns about the joint's axis, so that a drive can drive it."""
+    slides: bool
+    """Whether b slides along the joint's axis and does nothing else, so that a drive can drive it."""
     rubs: bool
     """Whether the joint can have friction."""
 
@@ -54,13 +56,13 @@ class JointRows(NamedTuple):
 
 
 JOINTS = {
-    JointKind.FIXED: JointRows(points=3, axes=3, turns=False, rubs=False),
-    JointKind.REVOLUTE: JointRows(points=3, axes=2, turns=True, rubs=True),
-    JointKind.SPHERICAL: JointRows(points=3, axes=0, turns=False, rubs=True),
-    JointKind.UNIVERSAL: JointRows(points=3, axes=1, turns=False, rubs=True),
-    JointKind.CYLINDRICAL: JointRows(points=2, axes=2, turns=True, rubs=True),
-    JointKind.PRISMATIC: JointRows(points=2, axes=3, turns=False, rubs=False),
-    JointKind.POINT_ON_LINE: JointRows(points=2, axes=0, turns=False, rubs=True),
+    JointKind.FIXED: JointRows(points=3, axes=3, turns=False, slides=False, rubs=False),
+    JointKind.REVOLUTE: JointRows(points=3, axes=2, turns=True, slides=False, rubs=True),
+    JointKind.SPHERICAL: JointRows(points=3, axes=0, turns=False, slides=False, rubs=True),
+    JointKind.UNIVERSAL: JointRows(points=3, axes=1, turns=False, slides=False, rubs=True),
+    JointKind.CYLINDRICAL: JointRows(points=2, axes=2, turns=True, slides=False, rubs=True),
+    JointKind.PRISMATIC: JointRows(points=2, axes=3, turns=False, slides=True, rubs=False),
+    JointKind.POINT_ON_LINE: JointRows(points=2, axes=0, turns=False, slides=False, rubs=True),
 }
 """The declaration of every joint kind: a new kind is a member of `JointKind` and a line here."""
 
@@ -204,41 +206,41 @@ class Force:
 @dataclass(frozen=True, slots=True)
 class Motor:
     """A speed-controlled motor: proportional and integral action on the speed, within limits of torque and
-    power.
+    power; of a PRISMATIC joint: of force and power.
     """
 
     gain: float
-    """Torque per error of the speed [N m s/rad]."""
+    """Torque per error of the speed [N m s/rad], or force [N s/m]."""
     integral_gain: float
-    """Rate of the torque per error of the speed [N m/rad]."""
+    """Rate of the torque per error of the speed [N m/rad], or of the force [N/m]."""
     torque_limit: float = math.inf
-    """Largest torque either way [N m]."""
+    """Largest torque [N m] or force [N] either way."""
     power_limit: float = math.inf
-    """Largest product of torque and speed either way [W]."""
+    """Largest product of torque or force and speed either way [W]."""
     cut: float = math.inf
-    """Time from which it gives no torque [s]."""
+    """Time from which it gives no torque or force [s]."""
     restored: float = math.inf
-    """Time from which it gives torque again [s]."""
+    """Time from which it gives torque or force again [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """A rotation of a joint's body b relative to its body a about the joint's axis, prescribed or by a
-    motor.
+    """A motion of a joint's body b relative to its body a, prescribed or by a motor: the rotation about the
+    axis of a REVOLUTE or CYLINDRICAL joint, the travel along the axis of a PRISMATIC one.
     """
 
     name: str
     """Unique name."""
     joint: str
-    """Name of a REVOLUTE or CYLINDRICAL joint."""
+    """Name of a REVOLUTE, CYLINDRICAL or PRISMATIC joint."""
     times: tuple[float, ...] | np.ndarray
     """Knots [s], (n,), from 0, increasing."""
     speeds: tuple[float, ...] | np.ndarray
-    """Speeds at the knots [rad/s], (n,); linear between, constant after the last. The angle is zero at the
-    first knot.
+    """Speeds at the knots [rad/s or m/s], (n,); linear between, constant after the last. Angle and travel are
+    zero at the first knot.
     """
     motor: Motor | None = None
-    """Motor whose set point these speeds are; None for a prescribed rotation."""
+    """Motor whose set point these speeds are; None for a prescribed motion."""
 
 
 Part = Body | Joint | Bushing | Spring | Torque | Force | Drive

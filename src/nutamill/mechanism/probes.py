@@ -8,7 +8,13 @@ from nutamill.base.frames import cross, turn_vector
 from nutamill.base.kernel import kernel
 from nutamill.mechanism.dynamics import gather_twists
 from nutamill.mechanism.joints import put
-from nutamill.mechanism.loads import bushing_travel_of, bushing_wrench_of, world_point
+from nutamill.mechanism.loads import (
+    arm_acceleration,
+    bushing_travel_of,
+    bushing_wrench_of,
+    spring_pull,
+    world_point,
+)
 from nutamill.mechanism.model import POINT
 
 
@@ -63,14 +69,30 @@ def bushing_travel(mechanism, state, bushing, out):
 
 
 @kernel
+def spring_length_pull(mechanism, state, scratch, spring):
+    """Return length [m] and tension [N] of spring number `spring`, as a pair; `scratch.twist` is
+    overwritten.
+    """
+    gather_twists(state, scratch.twist)
+    length, pull, _power, _n0, _n1, _n2 = spring_pull(
+        mechanism.springs[spring], state.position, state.quaternion, scratch.twist
+    )
+    return length, pull
+
+
+@kernel
 def drive_torque(mechanism, state, drive):
-    """Return the torque [N m] of drive number `drive` on its joint's body b about the joint's axis."""
+    """Return the torque [N m] of drive number `drive` on its joint's body b about the joint's axis, or the
+    force [N] along it.
+    """
     return state.drive_torque[drive]
 
 
 @kernel
 def drive_angle_speed(state, drive):
-    """Return angle [rad] and speed [rad/s] of drive number `drive`, as a pair."""
+    """Return angle [rad] and speed [rad/s] of drive number `drive`, or travel [m] and speed [m/s], as a
+    pair.
+    """
     return state.drive_motion[drive, 0], state.drive_motion[drive, 1]
 
 
@@ -101,8 +123,5 @@ def point_acceleration(state, body, point):
     ``a + alpha x r + w x (w x r)``; gravity is not part of it.
     """
     r0, r1, r2 = turn_vector(state.quaternion[body], point[0], point[1], point[2])
-    a, w = state.acceleration[body], state.angular_velocity[body]
-    c0, c1, c2 = cross(w[0], w[1], w[2], r0, r1, r2)
-    c0, c1, c2 = cross(w[0], w[1], w[2], c0, c1, c2)
-    d0, d1, d2 = cross(a[3], a[4], a[5], r0, r1, r2)
-    return a[0] + c0 + d0, a[1] + c1 + d1, a[2] + c2 + d2
+    w = state.angular_velocity[body]
+    return arm_acceleration(state.acceleration[body], w[0], w[1], w[2], r0, r1, r2)

@@ -176,6 +176,13 @@ def constraint_tables(placement: Placement, joints, drives):
         x, y, z = frame_along(joint.axis).T
         if drive.motor is not None:
             continue
+        if JOINTS[joint.kind].slides:
+            on_b = joint.point if joint.point_b is None else joint.point_b
+            arms = placement.local_point(joint.body_a, joint.point), placement.local_point(joint.body_b, on_b)
+            bodies = placement.index[joint.body_a], placement.index[joint.body_b]
+            rows.append((POINT, *bodies, d, *arms, placement.local_axis(joint.body_a, z), zero, zero))
+            labels.append(RowLabel(f"drive {drive.name!r}", f"the position along {text(z)}", "m"))
+            continue
         # y rotated by the drive's angle stays square to b's x; a rotation by 90 deg brings y to -x
         axes = (
             placement.local_axis(joint.body_a, y),

@@ -20,6 +20,7 @@ from nutamill.mechanism.probes import (
     point_acceleration,
     point_position,
     point_velocity_of,
+    spring_length_pull,
 )
 from nutamill.mechanism.rows import matrix_of
 
@@ -43,6 +44,10 @@ class SensorKind(IntEnum):
     """Velocity of a point of a body."""
     BODY_ATTITUDE = 7
     """Quaternion of a body."""
+    LINEAR_DRIVE = 8
+    """Force, travel and speed of a drive along the axis of its joint."""
+    SPRING = 9
+    """Length and tension of a spring."""
 
 
 FORCE_COLUMNS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
@@ -56,6 +61,8 @@ COLUMNS = {
     SensorKind.POINT_POSITION: ("x", "y", "z"),
     SensorKind.POINT_VELOCITY: ("vx", "vy", "vz"),
     SensorKind.BODY_ATTITUDE: ("qw", "qx", "qy", "qz"),
+    SensorKind.LINEAR_DRIVE: ("force", "travel", "speed"),
+    SensorKind.SPRING: ("length", "force"),
 }
 """Suffixes of the columns of each kind."""
 
@@ -66,6 +73,7 @@ JOINT_REACTION, BUSHING_WRENCH = int(SensorKind.JOINT_REACTION), int(SensorKind.
 BUSHING_TRAVEL, DRIVE = int(SensorKind.BUSHING_TRAVEL), int(SensorKind.DRIVE)
 POINT_ACCELERATION, POINT_POSITION = int(SensorKind.POINT_ACCELERATION), int(SensorKind.POINT_POSITION)
 POINT_VELOCITY = int(SensorKind.POINT_VELOCITY)
+LINEAR_DRIVE, SPRING = int(SensorKind.LINEAR_DRIVE), int(SensorKind.SPRING)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +85,7 @@ class Sensor:
     kind: SensorKind
     """Quantity to read."""
     target: str
-    """Name of the joint, bushing, drive or body."""
+    """Name of the joint, bushing, spring, drive or body."""
     point: Vector | None = None
     """POINT kinds: the point [m], (3,), world, as assembled; the body's mass centre if not given."""
     axes_body: str | None = None
@@ -113,7 +121,14 @@ def sensor_table(mechanism: Mechanism, state: MechanismState, sensors: list[Sens
         with every sensor of an unknown part, or with axes that its kind does not have
     """
     names, faults, rows = names_of(mechanism), [], []
-    parts = {JOINT_REACTION: "joint", BUSHING_WRENCH: "bushing", BUSHING_TRAVEL: "bushing", DRIVE: "drive"}
+    parts = {
+        JOINT_REACTION: "joint",
+        BUSHING_WRENCH: "bushing",
+        BUSHING_TRAVEL: "bushing",
+        SPRING: "spring",
+        DRIVE: "drive",
+        LINEAR_DRIVE: "drive",
+    }
     for sensor in sensors:
         where, part = f"sensor {sensor.name!r}", parts.get(int(sensor.kind), "body")
         if sensor.target not in names[part]:
@@ -188,9 +203,11 @@ def read_sensors(mechanism, state, scratch, table, row_out):
             bushing_wrench(mechanism, state, scratch, target, row_out[at : at + 6])
         elif kind == BUSHING_TRAVEL:
             bushing_travel(mechanism, state, target, row_out[at : at + 6])
-        elif kind == DRIVE:
+        elif kind in (DRIVE, LINEAR_DRIVE):
             row_out[at] = drive_torque(mechanism, state, target)
             row_out[at + 1], row_out[at + 2] = drive_angle_speed(state, target)
+        elif kind == SPRING:
+            row_out[at], row_out[at + 1] = spring_length_pull(mechanism, state, scratch, target)
         elif kind == POINT_ACCELERATION:
             row_out[at], row_out[at + 1], row_out[at + 2] = point_acceleration(state, target, table.point[s])
             rotate_into_axes(axes, at, row_out)

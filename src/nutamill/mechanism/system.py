@@ -18,7 +18,7 @@ from nutamill.mechanism.effective_mass import effective_mass
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.modes import Modes, modes, static_equilibrium
 from nutamill.mechanism.parts import Body, Bushing, Drive, Force, Joint, Load, Spring, Torque
-from nutamill.mechanism.probes import bushing_wrench, joint_reaction, point_position
+from nutamill.mechanism.probes import bushing_wrench, joint_reaction, point_position, spring_length_pull
 from nutamill.mechanism.sensors import names_of
 
 
@@ -57,7 +57,7 @@ class System:
     bodies : the moving bodies; `nutamill.mechanism.parts.GROUND` is the body that never moves
     joints : constraints between two bodies
     loads : bushings, springs, constant torques and given forces
-    drives : rotations of joints, prescribed or by a motor
+    drives : motions of joints, prescribed or by a motor
     gravity : acceleration [m/s^2], (3,), world axes
     redundant : "refuse" constraints that depend on others, or "allow" them (their reactions are not unique)
 
@@ -199,7 +199,9 @@ class System:
         return self._wrench("bushing", bushing, self.mechanism.bushings, bushing_wrench, (self.scratch,))
 
     def torque(self, drive: str) -> float:
-        """Return the torque of a drive on body b of its joint about the joint's axis [N m]."""
+        """Return the torque of a drive on body b of its joint about the joint's axis [N m], or its force
+        along it [N].
+        """
         return float(self.state.drive_torque[self._index("drive", drive)])
 
     def effective_mass(
@@ -214,6 +216,11 @@ class System:
         """
         index = self._index("body", body)
         return effective_mass(self.mechanism, self.state, self.scratch, index, point, direction)
+
+    def tension(self, spring: str) -> float:
+        """Return the tension of a spring and its damper [N], negative if it pushes."""
+        index = self._index("spring", spring)
+        return float(spring_length_pull(self.mechanism, self.state, self.scratch, index)[1])
 
     def energy(self) -> Energy:
         """Return the present mechanical energy."""
