@@ -197,7 +197,7 @@ def store_drives(
     quaternion,
     twist,
     acceleration,
-    multiplier,
+    reaction,
     motor_torques,
     target,
     torque_out,
@@ -209,14 +209,14 @@ def store_drives(
     Parameters
     ----------
     twist, acceleration : of the bodies, (n_bodies + 1, 6)
-    multiplier, motor_torques : reactions of the constraint rows, and torques or forces of the motors
+    reaction, motor_torques : reactions of the constraint rows to report, and torques or forces of the motors
     target : output of `evaluate_drives`, (n_drives, 3)
     motion_out : (n_drives, 3); holds the former angle of a motor, so that whole revolutions are counted
     """
     for d in range(drives.shape[0]):
         drive, motion = drives[d], motion_out[d]
         if drive.row >= 0:
-            torque_out[d] = multiplier[drive.row]
+            torque_out[d] = reaction[drive.row]
             for k in range(3):
                 motion[k] = target[d, k]
         else:

@@ -30,6 +30,7 @@ from nutamill.mechanism.equations import (
     zero_ground,
 )
 from nutamill.mechanism.forces import add_force_works
+from nutamill.mechanism.joints import row_rate
 from nutamill.mechanism.solve import add_row_reactions, divide_by_mass, solve_factored
 
 OK, NOT_FINITE = 0, 1
@@ -104,9 +105,41 @@ def project_velocities(mechanism, state, scratch):
 
 
 @kernel
+def report_reactions(mechanism, state, scratch):
+    """Compute the reactions to report at the end of a step, `state.reaction`, with the factor of its solve.
+
+    The external wrench is the mean over the step, so that it belongs to the middle of the step, and the
+    solve at its end answers it half a step late.  To the reactions of the solve is added the answer to half
+    the change of the wrench since the step before: linear extrapolation to the end, of second order.  The
+    bodies do not feel it.  `scratch.solution` is overwritten.
+    """
+    copy_numbers(scratch.multiplier, state.reaction)
+    if same(state.wrench, state.earlier_wrench):
+        return
+    rows, answer, now, before = mechanism.rows, scratch.solution, state.wrench, state.earlier_wrench
+    for i in range(rows.shape[0]):
+        W, a, b = scratch.inverse_mass_jacobian[i], rows[i].body_a, rows[i].body_b
+        answer[i] = -0.5 * (row_rate(W, now[a], now[b]) - row_rate(W, before[a], before[b]))
+    solve_factored(scratch.lower, scratch.upper, scratch.inverse_pivot, answer)
+    for i in range(rows.shape[0]):
+        state.reaction[i] += answer[i]
+    copy_numbers(now, before)
+
+
+@kernel
+def same(one, other):
+    """Return whether two arrays (n, m) hold the same numbers."""
+    for i in range(one.shape[0]):
+        for k in range(one.shape[1]):
+            if one[i, k] != other[i, k]:
+                return False
+    return True
+
+
+@kernel
 def store_solution(mechanism, state, scratch):
-    """Store the results of the solve in the state: reactions, drive motions and torques, dissipated powers,
-    and the wrench contained in the load.
+    """Store the results of the solve in the state: row reactions, drive motions and torques, dissipated
+    powers, and the wrench contained in the load.
     """
     copy_numbers(scratch.multiplier, state.multiplier)
     copy_numbers(scratch.power, state.power)
@@ -119,7 +152,7 @@ def store_solution(mechanism, state, scratch):
         state.quaternion,
         scratch.twist,
         state.acceleration,
-        scratch.multiplier,
+        state.reaction,
         scratch.motor_torque,
         scratch.drive_motion,
         state.drive_torque,
@@ -163,8 +196,10 @@ def start(mechanism, state, scratch):
         scratch.momentum,
     )
     project_velocities(mechanism, state, scratch)
+    copy_numbers(state.wrench, state.earlier_wrench)
     for _ in range(FRICTION_ROUNDS):
         solve_reactions(mechanism, state, scratch)
+        report_reactions(mechanism, state, scratch)
         store_solution(mechanism, state, scratch)
     return check_finite(state.velocity, state.acceleration)
 
@@ -240,6 +275,7 @@ def finish(mechanism, state, scratch, dt):
     project_velocities(mechanism, state, scratch)
     add_works(mechanism, state, scratch, dt)
     add_losses(mechanism, state, scratch.power, dt)
+    report_reactions(mechanism, state, scratch)
     advance_motors(
         mechanism.drives,
         state.position,
@@ -344,6 +380,7 @@ def solve_again(mechanism, state, scratch):
     evaluate_drives(mechanism.drives, mechanism.knots, state.time[0], scratch.drive_motion)
     gather_twists(state, scratch.twist)
     solve_reactions(mechanism, state, scratch)
+    copy_numbers(scratch.multiplier, state.reaction)
     store_solution(mechanism, state, scratch)
 
 

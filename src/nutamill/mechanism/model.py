@@ -193,6 +193,10 @@ class MechanismState(NamedTuple):
     """
     multiplier: np.ndarray
     """Reaction of each constraint row on its body b [N or N m], (n_rows,), along the row's axis."""
+    reaction: np.ndarray
+    """Reaction of each constraint row to report [N or N m], (n_rows,): `multiplier` with the external wrench
+    at `time` in place of its mean over the step (`nutamill.mechanism.dynamics.report_reactions`).
+    """
     friction_moment: np.ndarray
     """Friction moment each joint exerts on its body b [N m], (n_joints, 3), world axes."""
     drive_motion: np.ndarray
@@ -213,6 +217,8 @@ class MechanismState(NamedTuple):
     """
     previous_wrench: np.ndarray
     """The external wrench contained in `load`, (n_bodies + 1, 6), as `wrench`."""
+    earlier_wrench: np.ndarray
+    """The external wrench of the step before, (n_bodies + 1, 6), as `wrench`."""
     power: np.ndarray
     """Power dissipated at `time` by each bushing, then each spring, then each joint [W], (n_bushings +
     n_springs + n_joints,).

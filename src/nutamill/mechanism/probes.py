@@ -29,7 +29,7 @@ def joint_reaction(mechanism, state, joint, out):
     for k in range(3):
         out[k], out[3 + k] = 0.0, state.friction_moment[joint, k]
     for i in range(table.first_row, table.end_row):
-        row, strength = mechanism.rows[i], state.multiplier[i]
+        row, strength = mechanism.rows[i], state.reaction[i]
         e0, e1, e2 = turn_vector(state.quaternion[row.body_a], row.axis_a[0], row.axis_a[1], row.axis_a[2])
         at = 0
         if row.kind != POINT:

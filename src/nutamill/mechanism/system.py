@@ -167,7 +167,9 @@ class System:
         ]
         if faults:
             raise CaseError(*faults)
-        self.state.wrench[self._index("body", body)] = [*force, *moment]
+        index = self._index("body", body)
+        # what is applied is constant, not the mean of something that changes: nothing to extrapolate
+        self.state.wrench[index] = self.state.earlier_wrench[index] = [*force, *moment]
 
     def position(self, body: str) -> np.ndarray:
         """Return the mass centre of a body [m], (3,), world."""
