@@ -103,7 +103,7 @@ def test_constraints_hold_to_round_off_over_ten_thousand_steps():
     assert march(mechanism, state, scratch, 1e-4, 10_000) == OK
     update_kinematics(mechanism, state, scratch)
     rate, twist = np.zeros(len(mechanism.rows)), np.hstack([state.velocity, state.angular_velocity])
-    row_residuals(mechanism.rows, scratch.jacobian, twist, -scratch.gap_rate, rate)
+    row_residuals(mechanism.rows, mechanism.gears, scratch.jacobian, twist, -scratch.gap_rate, rate)
     # gaps: the square of one step's error (w dt)^3 x 0.36 m ~ 1e-7 m; rates: that error times the speeds of
     # the joints, twice
     assert np.abs(scratch.gap).max() < 1e-13

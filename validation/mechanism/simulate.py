@@ -54,7 +54,7 @@ def simulate(name: str, halvings: int = 0, until: float | None = None) -> Run:
     mechanism, mstate, scratch = model.mechanism, state.mechanism, scratch.mechanism
     update_kinematics(mechanism, mstate, scratch)
     rate, twist = np.zeros(len(mechanism.rows)), np.hstack([mstate.velocity, mstate.angular_velocity])
-    row_residuals(mechanism.rows, scratch.jacobian, twist, -scratch.gap_rate, rate)
+    row_residuals(mechanism.rows, mechanism.gears, scratch.jacobian, twist, -scratch.gap_rate, rate)
     return Run(
         series,
         model.clock.window,

@@ -25,8 +25,20 @@ from nutamill.mechanism.model import (
     MechanismScratch,
     MechanismState,
 )
-from nutamill.mechanism.parts import GROUND, JOINTS, Body, Bushing, Drive, Force, Joint, Motor, Spring, Torque
-from nutamill.mechanism.rows import Placement, constraint_tables, frame_along, records
+from nutamill.mechanism.parts import (
+    GROUND,
+    JOINTS,
+    Body,
+    Bushing,
+    Drive,
+    Force,
+    Gear,
+    Joint,
+    Motor,
+    Spring,
+    Torque,
+)
+from nutamill.mechanism.rows import Placement, constraint_tables, frame_along, gear_tables, records
 
 
 def assemble(
@@ -39,12 +51,14 @@ def assemble(
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81),
     redundant: str = "refuse",
     forces: Sequence[Force] = (),
+    gears: Sequence[Gear] = (),
 ) -> tuple[Mechanism, MechanismState, MechanismScratch]:
     """Check a mechanism and turn it into arrays; parts are numbered in the order given.
 
     Parameters
     ----------
-    bodies, joints, bushings, springs, torques, drives, forces : the parts, world coordinates as assembled, SI
+    bodies, joints, bushings, springs, torques, drives, forces, gears : the parts, world coordinates as
+        assembled, SI
     gravity : acceleration [m/s^2], (3,), world axes
     redundant : "refuse" constraints that depend on others, or "allow" them: they are solved, and
         ``mechanism.joints.reaction_unique`` marks the joints whose reactions they leave undetermined
@@ -69,16 +83,18 @@ def assemble(
         "drive": drives,
         "torque": torques,
         "force": forces,
+        "gear": gears,
     }
     faults = part_faults(groups, gravity, redundant)
     if faults:
         raise CaseError(*faults)
     placement = Placement(bodies)
-    joint_table, row_table, pair_table, labels, faults = constraint_tables(placement, joints, drives)
+    joint_table, row_table, pair_table, labels, faults = constraint_tables(placement, joints, drives, gears)
     if faults:
         raise CaseError(*faults)
     drive_table, knot_table = drive_tables(placement, joints, drives, len(row_table))
     force_table, force_knot_table = force_tables(placement, forces)
+    gear_table, side_table, gear_pair_table = gear_tables(placement, joints, gears, row_table)
     mechanism = Mechanism(
         gravity=np.array(gravity, float),
         bodies=body_table(bodies),
@@ -92,6 +108,9 @@ def assemble(
         knots=knot_table,
         forces=force_table,
         force_knots=force_knot_table,
+        gears=gear_table,
+        gear_sides=side_table,
+        gear_pairs=gear_pair_table,
         names=name_array(groups),
     )
     state, scratch = new_state(mechanism, placement, bodies), new_scratch(mechanism)
@@ -232,6 +251,7 @@ def new_state(mechanism, placement, bodies) -> MechanismState:
         drive_motion=np.zeros((n_drives, 3)),
         drive_torque=np.zeros(n_drives),
         motor_integral=np.zeros(n_drives),
+        gear_angle=np.zeros(2 * len(mechanism.gears)),
         force=np.zeros((len(mechanism.forces), 6)),
         wrench=np.zeros((n, 6)),
         previous_wrench=np.zeros((n, 6)),
@@ -250,9 +270,10 @@ def new_state(mechanism, placement, bodies) -> MechanismState:
 def new_scratch(mechanism: Mechanism) -> MechanismScratch:
     """Return fresh work space for a mechanism."""
     n, n_rows = len(mechanism.bodies), len(mechanism.rows)
+    n_jacobians = n_rows + len(mechanism.gears)
     square = {name: np.zeros((n, 3, 3)) for name in ("rotation", "inertia", "inverse_inertia")}
     six = {name: np.zeros((n, 6)) for name in ("twist", "start_twist", "momentum", "load", "correction")}
-    twelve = {name: np.zeros((n_rows, 12)) for name in ("jacobian", "inverse_mass_jacobian", "row_vectors")}
+    twelve = {name: np.zeros((n_jacobians, 12)) for name in ("jacobian", "inverse_mass_jacobian")}
     matrix = {name: np.zeros((n_rows, n_rows)) for name in ("schur", "lower", "upper")}
     row = {
         name: np.zeros(n_rows)
@@ -264,6 +285,7 @@ def new_scratch(mechanism: Mechanism) -> MechanismScratch:
         **twelve,
         **matrix,
         **row,
+        row_vectors=np.zeros((n_rows, 12)),
         drive_motion=np.zeros((len(mechanism.drives), 3)),
         motor_torque=np.zeros(len(mechanism.drives)),
         force=np.zeros((len(mechanism.forces), 6)),

@@ -13,6 +13,7 @@ from nutamill.mechanism.parts import (
     Bushing,
     Drive,
     Force,
+    Gear,
     Joint,
     JointFriction,
     JointKind,
@@ -39,6 +40,7 @@ SHAPES = {
     | dict.fromkeys(("stiffness", "damping", "free_length", "preload"), ()),
     Torque: {"moment": VECTOR},
     Force: {"point": VECTOR},
+    Gear: {"ratio": ()},
     Motor: dict.fromkeys(("gain", "integral_gain", "torque_limit", "power_limit", "cut", "restored"), ()),
 }
 """Shapes of the numbers of each part, by field."""
@@ -59,6 +61,7 @@ KINDS = {
     "drive": Drive,
     "torque": Torque,
     "force": Force,
+    "gear": Gear,
 }
 """Parts by the names of their kinds."""
 
@@ -84,6 +87,7 @@ def part_faults(groups, gravity, redundant) -> list[Fault]:
         *load_faults(sound["bushing"], sound["spring"]),
         *drive_faults(groups["joint"], sound["drive"]),
         *force_faults(sound["force"]),
+        *gear_faults(groups["joint"], sound["gear"]),
     ]
 
 
@@ -308,3 +312,25 @@ def drive_faults(joints, drives):
             values = (motor.gain, motor.integral_gain, motor.torque_limit, motor.power_limit)
             if min(values) < 0.0:
                 yield Fault(where, f"gains or limits of the motor are negative, got {motor}")
+
+
+def gear_faults(joints, gears):
+    """Yield gears of joints that are unknown, the same or do not turn, and ratios of zero."""
+    kinds = {joint.name: joint.kind for joint in joints}
+    turning = [kind.name for kind, rows in JOINTS.items() if rows.turns]
+    for gear in gears:
+        where = f"gear {gear.name!r}"
+        for name in (gear.input, gear.output):
+            if name not in kinds:
+                hint = f"Known joints are {', '.join(sorted(kinds)) or 'none'}"
+                yield Fault(where, f"unknown joint, got {name!r}", hint)
+            elif not JOINTS[kinds[name]].turns:
+                yield Fault(
+                    where,
+                    f"joint {name!r} does not turn about an axis, got a {kinds[name].name} joint",
+                    f"Name {' or '.join(turning)} joints",
+                )
+        if gear.input == gear.output:
+            yield Fault(where, f"input and output are one joint, got {gear.input!r}", "Name two joints")
+        if gear.ratio == 0.0:
+            yield Fault(where, "the ratio is zero", "Fix the output with another joint if it is not to turn")

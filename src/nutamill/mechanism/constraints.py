@@ -27,6 +27,10 @@ def dense_jacobian(mechanism, state, scratch) -> np.ndarray:
     for i, bodies in enumerate(zip(rows.body_a, rows.body_b, strict=True)):
         for at, body in zip((0, 6), bodies, strict=True):
             jacobian[i, 6 * body : 6 * body + 6] += scratch.jacobian[i, at : at + 6]
+    for g, gear in enumerate(mechanism.gears):
+        for at, body in ((0, gear.body_a), (6, gear.body_b)):
+            block = scratch.jacobian[len(rows) + g, at : at + 6]
+            jacobian[gear.row, 6 * body : 6 * body + 6] += block
     return jacobian[:, : 6 * (n - 1)]
 
 

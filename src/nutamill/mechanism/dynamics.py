@@ -30,7 +30,6 @@ from nutamill.mechanism.equations import (
     zero_ground,
 )
 from nutamill.mechanism.forces import add_force_works
-from nutamill.mechanism.joints import row_rate
 from nutamill.mechanism.solve import add_row_reactions, divide_by_mass, solve_factored
 
 OK, NOT_FINITE = 0, 1
@@ -61,7 +60,7 @@ def gather_momentum(bodies, inertia, velocity, angular_velocity, twist_out, mome
 
 @kernel
 def project_positions(
-    rows, factors, inverse_mass_jacobian, gap, solution_out, move_out, position_out, quaternion_out
+    rows, gears, factors, inverse_mass_jacobian, gap, solution_out, move_out, position_out, quaternion_out
 ):
     """Move positions and attitudes by ``-M^-1 J^T S^-1 gap``, with the present `factors` (L, U, 1/D).
 
@@ -73,7 +72,7 @@ def project_positions(
     for b in range(move_out.shape[0]):
         for k in range(6):
             move_out[b, k] = 0.0
-    add_row_reactions(rows, inverse_mass_jacobian, solution_out, move_out)
+    add_row_reactions(rows, gears, inverse_mass_jacobian, solution_out, move_out)
     for b in range(move_out.shape[0] - 1):
         for k in range(3):
             position_out[b, k] += move_out[b, k]
@@ -94,9 +93,9 @@ def project_velocities(mechanism, state, scratch):
     divide_by_mass(mechanism.bodies, scratch.inverse_inertia, scratch.momentum, twist)
     for i in range(impulse.shape[0]):
         impulse[i] = -scratch.gap_rate[i]
-    row_residuals(mechanism.rows, scratch.jacobian, twist, impulse, impulse)
+    row_residuals(mechanism.rows, mechanism.gears, scratch.jacobian, twist, impulse, impulse)
     solve_factored(scratch.lower, scratch.upper, scratch.inverse_pivot, impulse)
-    add_row_reactions(mechanism.rows, scratch.inverse_mass_jacobian, impulse, twist)
+    add_row_reactions(mechanism.rows, mechanism.gears, scratch.inverse_mass_jacobian, impulse, twist)
     zero_ground(twist)
     for b in range(twist.shape[0]):
         for k in range(3):
@@ -111,17 +110,20 @@ def report_reactions(mechanism, state, scratch):
     The external wrench is the mean over the step, so that it belongs to the middle of the step, and the
     solve at its end answers it half a step late.  To the reactions of the solve is added the answer to half
     the change of the wrench since the step before: linear extrapolation to the end, of second order.  The
-    bodies do not feel it.  `scratch.solution` is overwritten.
+    bodies do not feel it.  `scratch.solution` and `scratch.correction` are overwritten.
     """
     copy_numbers(scratch.multiplier, state.reaction)
     if same(state.wrench, state.earlier_wrench):
         return
-    rows, answer, now, before = mechanism.rows, scratch.solution, state.wrench, state.earlier_wrench
-    for i in range(rows.shape[0]):
-        W, a, b = scratch.inverse_mass_jacobian[i], rows[i].body_a, rows[i].body_b
-        answer[i] = -0.5 * (row_rate(W, now[a], now[b]) - row_rate(W, before[a], before[b]))
+    now, before, change, answer = state.wrench, state.earlier_wrench, scratch.correction, scratch.solution
+    for b in range(change.shape[0]):
+        for k in range(6):
+            change[b, k] = 0.5 * (now[b, k] - before[b, k])
+    for i in range(answer.shape[0]):
+        answer[i] = 0.0
+    row_residuals(mechanism.rows, mechanism.gears, scratch.inverse_mass_jacobian, change, answer, answer)
     solve_factored(scratch.lower, scratch.upper, scratch.inverse_pivot, answer)
-    for i in range(rows.shape[0]):
+    for i in range(answer.shape[0]):
         state.reaction[i] += answer[i]
     copy_numbers(now, before)
 
@@ -178,6 +180,7 @@ def start(mechanism, state, scratch):
         factor_constraints(mechanism, scratch)
         project_positions(
             mechanism.rows,
+            mechanism.gears,
             factors,
             scratch.inverse_mass_jacobian,
             scratch.gap,
@@ -263,6 +266,7 @@ def finish(mechanism, state, scratch, dt):
             scratch.momentum[b, k] += half * state.load[b, k]
     project_positions(
         mechanism.rows,
+        mechanism.gears,
         (scratch.lower, scratch.upper, scratch.inverse_pivot),
         scratch.inverse_mass_jacobian,
         scratch.gap,

@@ -11,6 +11,7 @@ from nutamill.base.frames import cross, rotation_matrix
 from nutamill.base.kernel import copy_numbers, kernel
 from nutamill.mechanism.drives import apply_motors
 from nutamill.mechanism.forces import apply_forces
+from nutamill.mechanism.gears import bias_gears, place_gears
 from nutamill.mechanism.joints import bias_rows, place_rows, row_rate
 from nutamill.mechanism.loads import apply_bushings, apply_given, apply_joint_friction, apply_springs
 from nutamill.mechanism.solve import (
@@ -77,6 +78,10 @@ def update_kinematics(mechanism, state, scratch):
         mechanism.rows, state.position, scratch.rotation, scratch.drive_motion,
         scratch.row_vectors, scratch.gap, scratch.gap_rate, scratch.jacobian,
     )  # fmt: skip
+    place_gears(
+        mechanism.gears, mechanism.gear_sides, mechanism.rows.shape[0], state.quaternion,
+        state.gear_angle, scratch.gap, scratch.gap_rate, scratch.jacobian,
+    )  # fmt: skip
 
 
 @kernel
@@ -89,7 +94,21 @@ def factor_constraints(mechanism, scratch):
         scratch.jacobian,
         scratch.inverse_mass_jacobian,
     )
-    form_schur(mechanism.pairs, scratch.jacobian, scratch.inverse_mass_jacobian, scratch.schur)
+    n_rows = mechanism.rows.shape[0]
+    divide_rows_by_mass(
+        mechanism.gears,
+        mechanism.bodies,
+        scratch.inverse_inertia,
+        scratch.jacobian[n_rows:],
+        scratch.inverse_mass_jacobian[n_rows:],
+    )
+    form_schur(
+        mechanism.pairs,
+        mechanism.gear_pairs,
+        scratch.jacobian,
+        scratch.inverse_mass_jacobian,
+        scratch.schur,
+    )
     factor(scratch.schur, scratch.lower, scratch.upper, scratch.inverse_pivot)
 
 
@@ -121,12 +140,15 @@ def apply_loads(mechanism, state, scratch):
 
 
 @kernel
-def row_residuals(rows, jacobian, motion, target, out):
+def row_residuals(rows, gears, jacobian, motion, target, out):
     """Write ``target - J motion`` row by row into `out` (n_rows,); `motion` (n_bodies + 1, 6) are twists or
     accelerations.
     """
     for i in range(rows.shape[0]):
         out[i] = target[i] - row_rate(jacobian[i], motion[rows[i].body_a], motion[rows[i].body_b])
+    for g in range(gears.shape[0]):
+        J, a, b = jacobian[rows.shape[0] + g], gears[g].body_a, gears[g].body_b
+        out[gears[g].row] -= row_rate(J, motion[a], motion[b])
 
 
 @kernel
@@ -152,15 +174,16 @@ def solve_reactions(mechanism, state, scratch):
         scratch.load, state.friction_moment, scratch.power,
     )  # fmt: skip
     bias_rows(mechanism.rows, scratch.row_vectors, scratch.twist, scratch.drive_motion, scratch.bias)
+    bias_gears(mechanism.gears, mechanism.gear_sides, state.quaternion, scratch.twist, scratch.bias)
     factor_constraints(mechanism, scratch)
     acceleration, reaction = state.acceleration, scratch.multiplier
     accelerate(
         mechanism.bodies, scratch.inertia, scratch.inverse_inertia, scratch.twist, scratch.load, acceleration
     )
-    row_residuals(mechanism.rows, scratch.jacobian, acceleration, scratch.bias, reaction)
+    row_residuals(mechanism.rows, mechanism.gears, scratch.jacobian, acceleration, scratch.bias, reaction)
     solve_factored(scratch.lower, scratch.upper, scratch.inverse_pivot, reaction)
-    add_row_reactions(mechanism.rows, scratch.inverse_mass_jacobian, reaction, acceleration)
+    add_row_reactions(mechanism.rows, mechanism.gears, scratch.inverse_mass_jacobian, reaction, acceleration)
     copy_numbers(scratch.load, state.load)
-    add_row_reactions(mechanism.rows, scratch.jacobian, reaction, state.load)
+    add_row_reactions(mechanism.rows, mechanism.gears, scratch.jacobian, reaction, state.load)
     zero_ground(state.load)
     zero_ground(acceleration)

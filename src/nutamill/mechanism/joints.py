@@ -16,7 +16,7 @@ import math
 
 from nutamill.base.frames import cross, rotate
 from nutamill.base.kernel import kernel
-from nutamill.mechanism.model import POINT
+from nutamill.mechanism.model import GEAR_ROW, POINT
 
 
 @kernel
@@ -135,8 +135,8 @@ def axis_row_bias(x, speed, acceleration, twist_a, twist_b):
 
 @kernel
 def place_rows(rows, position, rotation, drive_motion, vectors_out, gap_out, gap_rate_out, jacobian_out):
-    """Write world vectors, gaps [m or rad], explicit rates [m/s or rad/s] and Jacobians of all rows at a pose
-    and at the drives' motions.
+    """Write world vectors, gaps [m or rad], explicit rates [m/s or rad/s] and Jacobians of all rows but those
+    of gears at a pose and at the drives' motions.
     """
     for i in range(rows.shape[0]):
         row, x, J = rows[i], vectors_out[i], jacobian_out[i]
@@ -150,6 +150,8 @@ def place_rows(rows, position, rotation, drive_motion, vectors_out, gap_out, gap
                 gap_out[i] -= drive_motion[row.drive, 0]
                 gap_rate_out[i] = -drive_motion[row.drive, 1]
             continue
+        if row.kind == GEAR_ROW:
+            continue
         angle = drive_motion[row.drive, 0] if row.drive >= 0 else 0.0
         place_axis_row(row, angle, R_a, R_b, x)
         axis_row_jacobian(x, J)
@@ -160,8 +162,8 @@ def place_rows(rows, position, rotation, drive_motion, vectors_out, gap_out, gap
 
 @kernel
 def bias_rows(rows, vectors, twist, drive_motion, bias_out):
-    """Write the required ``J a`` of every row [m/s^2 or rad/s^2], from its world vectors and the twists of
-    the bodies.
+    """Write the required ``J a`` of every row but those of gears [m/s^2 or rad/s^2], from its world vectors
+    and the twists of the bodies.
     """
     for i in range(rows.shape[0]):
         row = rows[i]
@@ -170,6 +172,8 @@ def bias_rows(rows, vectors, twist, drive_motion, bias_out):
             bias_out[i] = point_row_bias(vectors[i], t_a, t_b)
             if row.drive >= 0:
                 bias_out[i] += drive_motion[row.drive, 2]
+            continue
+        if row.kind == GEAR_ROW:
             continue
         speed, acceleration = 0.0, 0.0
         if row.drive >= 0:

@@ -11,8 +11,10 @@ import numpy as np
 NAME_WIDTH = 64
 """Characters of a part's name."""
 
-POINT, AXIS = 0, 1
-"""Kinds of constraint rows: a point of b along an axis of a; an axis of a square to an axis of b."""
+POINT, AXIS, GEAR_ROW = 0, 1, 2
+"""Kinds of constraint rows: a point of b along an axis of a; an axis of a square to an axis of b; the
+rotation of one joint as a ratio of that of another.
+"""
 
 
 BODY = np.dtype(
@@ -27,7 +29,7 @@ BODY = np.dtype(
 
 ROW = np.dtype(
     [
-        ("kind", "i8"),  # POINT or AXIS
+        ("kind", "i8"),  # POINT, AXIS or GEAR_ROW
         ("body_a", "i8"),
         ("body_b", "i8"),
         ("drive", "i8"),  # the drive that rotates axis_a or moves point_a along it, or -1
@@ -137,6 +139,42 @@ angle [rad] or travel [m], zero at the first.
 """
 
 
+GEAR = np.dtype(
+    [
+        ("row", "i8"),  # its constraint row; the row's bodies are those of the output joint
+        ("body_a", "i8"),  # bodies of the input joint
+        ("body_b", "i8"),
+        ("ratio", "f8"),  # rotation of the output over that of the input [1]
+    ]
+)
+"""A gear: its row and the bodies of its second Jacobian."""
+
+SIDE = np.dtype(
+    [
+        ("body_a", "i8"),
+        ("body_b", "i8"),
+        ("axis_a", "f8", (3,)),  # the joint's axis [1], axes of a
+        ("zero_a", "f8", (3,)),  # direction of zero_b at angle zero [1], axes of a
+        ("zero_b", "f8", (3,)),  # a direction of b square to the axis [1], axes of b
+    ]
+)
+"""The joint on one side of a gear."""
+
+GEAR_PAIR = np.dtype(
+    [
+        ("row", "i8"),
+        ("other", "i8"),
+        ("jacobian", "i8"),  # place of the Jacobian of `row`: the row's own or its gear's second
+        ("other_jacobian", "i8"),
+        ("block", "i8"),
+        ("other_block", "i8"),
+    ]
+)
+"""Two Jacobians that share a moving body, one at least the second of a gear, and the body's first column in
+each (0: body a, 6: body b).
+"""
+
+
 class Mechanism(NamedTuple):
     """The constants of a mechanism: record arrays, one record per part, in the order given."""
 
@@ -145,7 +183,7 @@ class Mechanism(NamedTuple):
     bodies: np.ndarray
     """`BODY` records [SI], (n_bodies + 1,), ground last."""
     rows: np.ndarray
-    """`ROW` records [SI], (n_rows,): those of the joints, then those of the drives."""
+    """`ROW` records [SI], (n_rows,): those of the joints, of the gears, of the drives."""
     pairs: np.ndarray
     """`PAIR` records [1], (n_pairs,), sorted by row."""
     joints: np.ndarray
@@ -164,9 +202,15 @@ class Mechanism(NamedTuple):
     """`FORCE` records [SI], (n_forces,)."""
     force_knots: np.ndarray
     """`FORCE_KNOT` records of all given forces [SI], (n_force_knots,)."""
+    gears: np.ndarray
+    """`GEAR` records [SI], (n_gears,)."""
+    gear_sides: np.ndarray
+    """`SIDE` records of input and output of each gear [1], (2 n_gears,)."""
+    gear_pairs: np.ndarray
+    """`GEAR_PAIR` records [1], (n_gear_pairs,)."""
     names: np.ndarray
-    """Fixed-width names [1] of bodies (ground last), joints, bushings, springs, drives, torques, forces, in
-    this order, (n_parts,).
+    """Fixed-width names [1] of bodies (ground last), joints, bushings, springs, drives, torques, forces,
+    gears, in this order, (n_parts,).
     """
 
 
@@ -207,6 +251,8 @@ class MechanismState(NamedTuple):
     """Torque of each drive on its joint's body b about the axis [N m], or force along it [N], (n_drives,)."""
     motor_integral: np.ndarray
     """Integral part of each motor's torque [N m] or force [N], (n_drives,)."""
+    gear_angle: np.ndarray
+    """Rotations of input and output of each gear [rad], (2 n_gears,)."""
     force: np.ndarray
     """Force [N] and moment about the body's mass centre [N m] of each given force, (n_forces, 6), world
     axes.
@@ -264,9 +310,11 @@ class MechanismScratch(NamedTuple):
     axes.
     """
     jacobian: np.ndarray
-    """Rows (v_a, w_a, v_b, w_b) of the constraint rates [1 or m], (n_rows, 12), world axes."""
+    """Rows (v_a, w_a, v_b, w_b) of the constraint rates [1 or m], then those of the inputs of gears, (n_rows
+    + n_gears, 12), world axes.
+    """
     inverse_mass_jacobian: np.ndarray
-    """Inverse mass times the transposed Jacobian, (n_rows, 12) [1/kg or m/(kg m^2)], world axes."""
+    """Inverse mass times the transposed Jacobian, (n_rows + n_gears, 12) [1/kg or m/(kg m^2)], world axes."""
     row_vectors: np.ndarray
     """World vectors of each row [1 or m], (n_rows, 12): POINT axis, arm a, arm b, gap; AXIS axis a, the
     same 90 deg of the drive later, axis b.
@@ -309,7 +357,7 @@ class SensorTable(NamedTuple):
     kind: np.ndarray
     """`SensorKind` [1], (n_sensors,)."""
     target: np.ndarray
-    """Index of the joint, bushing, spring, drive or body [1], (n_sensors,)."""
+    """Index of the joint, bushing, spring, drive, gear or body [1], (n_sensors,)."""
     first_column: np.ndarray
     """First column of each sensor [1], (n_sensors + 1,)."""
     point: np.ndarray

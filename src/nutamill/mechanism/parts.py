@@ -243,7 +243,26 @@ class Drive:
     """Motor whose set point these speeds are; None for a prescribed motion."""
 
 
-Part = Body | Joint | Bushing | Spring | Torque | Force | Drive
+@dataclass(frozen=True, slots=True)
+class Gear:
+    """A ratio between the rotations of two joints: a pair of gears, a belt, a chain, without slip or play.
+
+    Each rotation is that of the joint's body b relative to its body a.  If both joints have one body a, as
+    two shafts in one housing, the ratio is that of the teeth: negative for outer gears, positive for belts
+    and inner gears.  The gear passes torque alone; tooth forces and belt tensions do not load the bearings.
+    """
+
+    name: str
+    """Unique name."""
+    input: str
+    """Name of a REVOLUTE or CYLINDRICAL joint."""
+    output: str
+    """Name of another."""
+    ratio: float
+    """Rotation of the output over that of the input [1], negative if they turn opposite ways."""
+
+
+Part = Body | Joint | Bushing | Spring | Torque | Force | Drive | Gear
 """Any part of a mechanism."""
 
 Load = Bushing | Spring | Torque | Force

@@ -89,6 +89,16 @@ def drive_torque(mechanism, state, drive):
 
 
 @kernel
+def gear_torque(mechanism, state, gear):
+    """Return the torque [N m] of gear number `gear` on body b of its output about the output's axis.
+
+    Body b of the input feels minus the ratio times this torque about the input's axis, and each body a the
+    opposite.
+    """
+    return state.reaction[mechanism.gears[gear].row]
+
+
+@kernel
 def drive_angle_speed(state, drive):
     """Return angle [rad] and speed [rad/s] of drive number `drive`, or travel [m] and speed [m/s], as a
     pair.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.errors import Fault
-from nutamill.mechanism.model import AXIS, JOINT, PAIR, POINT, ROW
+from nutamill.mechanism.model import AXIS, GEAR, GEAR_PAIR, GEAR_ROW, JOINT, PAIR, POINT, ROW, SIDE
 from nutamill.mechanism.parts import GROUND, JOINTS, Joint
 
 LARGEST_GAP = 1e-5
@@ -128,8 +128,8 @@ def records(dtype, rows) -> np.recarray:
     return np.array([tuple(row) for row in rows], dtype).view(np.recarray)
 
 
-def constraint_tables(placement: Placement, joints, drives):
-    """Return the tables of joints, of rows (joints, then drives) and of pairs of rows, a label per row, and
+def constraint_tables(placement: Placement, joints, drives, gears=()):
+    """Return the tables of joints, of rows (joints, gears, drives) and of pairs of rows, a label per row, and
     the gaps that are too large as faults.
     """
     rows, labels, faults, table = [], [], [], []
@@ -171,6 +171,12 @@ def constraint_tables(placement: Placement, joints, drives):
             )
         table.append(joint_record(placement, joint, on_b, first, len(rows)))
     by_name = {joint.name: joint for joint in joints}
+    for gear in gears:
+        output = by_name[gear.output]
+        bodies = placement.index[output.body_a], placement.index[output.body_b]
+        rows.append((GEAR_ROW, *bodies, -1, *(zero,) * 5))
+        way = f"the rotation of joint {gear.output!r} with joint {gear.input!r}"
+        labels.append(RowLabel(f"gear {gear.name!r}", way, "rad"))
     for d, drive in enumerate(drives):
         joint = by_name[drive.joint]
         x, y, z = frame_along(joint.axis).T
@@ -234,5 +240,43 @@ def sharing_pairs(rows, ground) -> list[tuple]:
         for j in range(i + 1)
         for p, body in ((0, row[1]), (6, row[2]))
         for q, other in ((0, rows[j][1]), (6, rows[j][2]))
+        if body == other != ground
+    ]
+
+
+def gear_tables(placement: Placement, joints, gears, rows):
+    """Return the tables of gears, of their sides and of the pairs of their second Jacobians; `rows` is the
+    table of rows.
+    """
+    by_name = {joint.name: joint for joint in joints}
+    own = iter(np.flatnonzero(rows.kind == GEAR_ROW))
+    table, sides = [], []
+    for gear in gears:
+        inputs, outputs = (side_record(placement, by_name[name]) for name in (gear.input, gear.output))
+        table.append((next(own), *inputs[:2], gear.ratio))
+        sides += [inputs, outputs]
+    ground = len(placement.position) - 1
+    return records(GEAR, table), records(SIDE, sides), records(GEAR_PAIR, gear_pairs(rows, table, ground))
+
+
+def side_record(placement, joint) -> tuple:
+    """Return the record of a joint on one side of a gear, its angle zero as assembled."""
+    x, _, z = frame_along(joint.axis).T
+    a, b = joint.body_a, joint.body_b
+    axes = placement.local_axis(a, z), placement.local_axis(a, x), placement.local_axis(b, x)
+    return placement.index[a], placement.index[b], *axes
+
+
+def gear_pairs(rows, gears, ground) -> list[tuple]:
+    """Return the pairs of Jacobians that share a moving body, at least one of them the second of a gear."""
+    jacobians = [(i, i, (row.body_a, row.body_b)) for i, row in enumerate(rows)]
+    jacobians += [(gear[0], len(rows) + g, gear[1:3]) for g, gear in enumerate(gears)]
+    return [
+        (i, j, m, n, p, q)
+        for i, m, bodies in jacobians
+        for j, n, others in jacobians
+        if i >= j and max(m, n) >= len(rows)
+        for p, body in zip((0, 6), bodies, strict=True)
+        for q, other in zip((0, 6), others, strict=True)
         if body == other != ground
     ]

@@ -16,6 +16,7 @@ from nutamill.mechanism.probes import (
     bushing_wrench,
     drive_angle_speed,
     drive_torque,
+    gear_torque,
     joint_reaction,
     point_acceleration,
     point_position,
@@ -48,6 +49,8 @@ class SensorKind(IntEnum):
     """Force, travel and speed of a drive along the axis of its joint."""
     SPRING = 9
     """Length and tension of a spring."""
+    GEAR = 10
+    """Torque of a gear on body b of its output."""
 
 
 FORCE_COLUMNS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
@@ -63,6 +66,7 @@ COLUMNS = {
     SensorKind.BODY_ATTITUDE: ("qw", "qx", "qy", "qz"),
     SensorKind.LINEAR_DRIVE: ("force", "travel", "speed"),
     SensorKind.SPRING: ("length", "force"),
+    SensorKind.GEAR: ("torque",),
 }
 """Suffixes of the columns of each kind."""
 
@@ -74,6 +78,7 @@ BUSHING_TRAVEL, DRIVE = int(SensorKind.BUSHING_TRAVEL), int(SensorKind.DRIVE)
 POINT_ACCELERATION, POINT_POSITION = int(SensorKind.POINT_ACCELERATION), int(SensorKind.POINT_POSITION)
 POINT_VELOCITY = int(SensorKind.POINT_VELOCITY)
 LINEAR_DRIVE, SPRING = int(SensorKind.LINEAR_DRIVE), int(SensorKind.SPRING)
+GEAR = int(SensorKind.GEAR)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +90,7 @@ class Sensor:
     kind: SensorKind
     """Quantity to read."""
     target: str
-    """Name of the joint, bushing, spring, drive or body."""
+    """Name of the joint, bushing, spring, drive, gear or body."""
     point: Vector | None = None
     """POINT kinds: the point [m], (3,), world, as assembled; the body's mass centre if not given."""
     axes_body: str | None = None
@@ -96,7 +101,7 @@ class Sensor:
 
 def names_of(mechanism: Mechanism) -> dict[str, list[str]]:
     """Return the names of each kind of part, "body" (ground last), "joint", "bushing", "spring", "drive",
-    "torque" and "force", in the order of their numbers.
+    "torque", "force" and "gear", in the order of their numbers.
     """
     tables = {
         "body": mechanism.bodies,
@@ -106,6 +111,7 @@ def names_of(mechanism: Mechanism) -> dict[str, list[str]]:
         "drive": mechanism.drives,
         "torque": mechanism.torques,
         "force": mechanism.forces,
+        "gear": mechanism.gears,
     }
     groups = np.split(mechanism.names, np.cumsum([len(table) for table in tables.values()])[:-1])
     return {kind: [str(name) for name in group] for kind, group in zip(tables, groups, strict=True)}
@@ -128,6 +134,7 @@ def sensor_table(mechanism: Mechanism, state: MechanismState, sensors: list[Sens
         SPRING: "spring",
         DRIVE: "drive",
         LINEAR_DRIVE: "drive",
+        GEAR: "gear",
     }
     for sensor in sensors:
         where, part = f"sensor {sensor.name!r}", parts.get(int(sensor.kind), "body")
@@ -208,6 +215,8 @@ def read_sensors(mechanism, state, scratch, table, row_out):
             row_out[at + 1], row_out[at + 2] = drive_angle_speed(state, target)
         elif kind == SPRING:
             row_out[at], row_out[at + 1] = spring_length_pull(mechanism, state, scratch, target)
+        elif kind == GEAR:
+            row_out[at] = gear_torque(mechanism, state, target)
         elif kind == POINT_ACCELERATION:
             row_out[at], row_out[at + 1], row_out[at + 2] = point_acceleration(state, target, table.point[s])
             rotate_into_axes(axes, at, row_out)

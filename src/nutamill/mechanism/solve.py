@@ -32,7 +32,9 @@ def divide_by_mass(bodies, inverse_inertia, vector, out):
 
 @kernel
 def divide_rows_by_mass(rows, bodies, inverse_inertia, jacobian, out):
-    """Write ``M^-1 J^T`` row by row: `out` (n_rows, 12) from `jacobian` (n_rows, 12)."""
+    """Write ``M^-1 J^T`` row by row: `out` (n, 12) from `jacobian` (n, 12) of records (n,) that name two
+    bodies.
+    """
     for i in range(rows.shape[0]):
         J, W = jacobian[i], out[i]
         for side in range(2):
@@ -45,9 +47,9 @@ def divide_rows_by_mass(rows, bodies, inverse_inertia, jacobian, out):
 
 
 @kernel
-def form_schur(pairs, J, W, S_out):
+def form_schur(pairs, gear_pairs, J, W, S_out):
     """Write the lower triangle of ``J M^-1 J^T`` into `S_out` (n_rows, n_rows), over the pairs of rows that
-    share a moving body.
+    share a moving body, and those of the second Jacobians of gears.
     """
     for i in range(S_out.shape[0]):
         for j in range(i + 1):
@@ -58,6 +60,12 @@ def form_schur(pairs, J, W, S_out):
             J[i, p] * W[j, q] + J[i, p + 1] * W[j, q + 1] + J[i, p + 2] * W[j, q + 2]
             + (J[i, p + 3] * W[j, q + 3] + J[i, p + 4] * W[j, q + 4] + J[i, p + 5] * W[j, q + 5])
         )  # fmt: skip
+    for m in range(gear_pairs.shape[0]):
+        pair = gear_pairs[m]
+        for k in range(6):
+            S_out[pair.row, pair.other] += (
+                J[pair.jacobian, pair.block + k] * W[pair.other_jacobian, pair.other_block + k]
+            )
 
 
 @kernel
@@ -105,12 +113,18 @@ def solve_factored(L, U, inverse_pivot, x_out):
 
 
 @kernel
-def add_row_reactions(rows, rows_matrix, x, out):
-    """Add ``rows_matrix^T x`` (rows (n_rows, 12), x (n_rows,)) to the per-body vectors `out` (n_bodies + 1,
-    6).
+def add_row_reactions(rows, gears, rows_matrix, x, out):
+    """Add ``rows_matrix^T x`` (rows (n_rows + n_gears, 12), x (n_rows,)) to the per-body vectors `out`
+    (n_bodies + 1, 6).
     """
     for i in range(x.shape[0]):
         a, b, row, y = out[rows[i].body_a], out[rows[i].body_b], rows_matrix[i], x[i]
+        for k in range(6):
+            a[k] += row[k] * y
+            b[k] += row[6 + k] * y
+    for g in range(gears.shape[0]):
+        a, b = out[gears[g].body_a], out[gears[g].body_b]
+        row, y = rows_matrix[x.shape[0] + g], x[gears[g].row]
         for k in range(6):
             a[k] += row[k] * y
             b[k] += row[6 + k] * y

@@ -17,8 +17,14 @@ from nutamill.mechanism.dynamics import OK, march, start
 from nutamill.mechanism.effective_mass import effective_mass
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.modes import Modes, modes, static_equilibrium
-from nutamill.mechanism.parts import Body, Bushing, Drive, Force, Joint, Load, Spring, Torque
-from nutamill.mechanism.probes import bushing_wrench, joint_reaction, point_position, spring_length_pull
+from nutamill.mechanism.parts import Body, Bushing, Drive, Force, Gear, Joint, Load, Spring, Torque
+from nutamill.mechanism.probes import (
+    bushing_wrench,
+    gear_torque,
+    joint_reaction,
+    point_position,
+    spring_length_pull,
+)
 from nutamill.mechanism.sensors import names_of
 
 
@@ -60,6 +66,7 @@ class System:
     drives : motions of joints, prescribed or by a motor
     gravity : acceleration [m/s^2], (3,), world axes
     redundant : "refuse" constraints that depend on others, or "allow" them (their reactions are not unique)
+    gears : ratios between the rotations of two joints
 
     Attributes
     ----------
@@ -79,6 +86,7 @@ class System:
         drives: Sequence[Drive] = (),
         gravity: tuple[float, float, float] = (0.0, 0.0, -9.81),
         redundant: str = "refuse",
+        gears: Sequence[Gear] = (),
     ):
         kinds = (Bushing, Spring, Torque, Force)
         unknown = [load for load in loads if not isinstance(load, kinds)]
@@ -91,7 +99,7 @@ class System:
             [load for load in loads if isinstance(load, kind)] for kind in kinds
         )
         self.mechanism, self.state, self.scratch = assemble(
-            bodies, joints, bushings, springs, torques, drives, gravity, redundant, forces
+            bodies, joints, bushings, springs, torques, drives, gravity, redundant, forces, gears
         )
         self._names = names_of(self.mechanism)
         if start(self.mechanism, self.state, self.scratch) != OK:
@@ -218,6 +226,13 @@ class System:
         """
         index = self._index("body", body)
         return effective_mass(self.mechanism, self.state, self.scratch, index, point, direction)
+
+    def gear_torque(self, gear: str) -> float:
+        """Return the torque of a gear on body b of its output about the output's axis [N m].
+
+        Body b of the input feels minus the ratio times this torque.
+        """
+        return float(gear_torque(self.mechanism, self.state, self._index("gear", gear)))
 
     def tension(self, spring: str) -> float:
         """Return the tension of a spring and its damper [N], negative if it pushes."""
