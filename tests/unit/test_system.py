@@ -72,7 +72,7 @@ def test_a_step_is_a_march_of_one_step(wheel):
         (lambda wheel: System(["wheel"]), "body number 0: not a Body, got str"),
         (
             lambda wheel: System([], loads=[7]),
-            "loads: not a load, got int. Give Bushing, Spring, Torque or Force",
+            "loads: not a load, got int. Give Bushing, Spring, Torque, Force or Stop",
         ),
     ],
 )

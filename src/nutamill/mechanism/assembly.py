@@ -36,9 +36,11 @@ from nutamill.mechanism.parts import (
     Joint,
     Motor,
     Spring,
+    Stop,
     Torque,
 )
 from nutamill.mechanism.rows import Placement, constraint_tables, frame_along, gear_tables, records
+from nutamill.mechanism.stop_tables import set_frequencies, stop_table
 
 
 def assemble(
@@ -52,12 +54,13 @@ def assemble(
     redundant: str = "refuse",
     forces: Sequence[Force] = (),
     gears: Sequence[Gear] = (),
+    stops: Sequence[Stop] = (),
 ) -> tuple[Mechanism, MechanismState, MechanismScratch]:
     """Check a mechanism and turn it into arrays; parts are numbered in the order given.
 
     Parameters
     ----------
-    bodies, joints, bushings, springs, torques, drives, forces, gears : the parts, world coordinates as
+    bodies, joints, bushings, springs, torques, drives, forces, gears, stops : the parts, world coordinates as
         assembled, SI
     gravity : acceleration [m/s^2], (3,), world axes
     redundant : "refuse" constraints that depend on others, or "allow" them: they are solved, and
@@ -84,6 +87,7 @@ def assemble(
         "torque": torques,
         "force": forces,
         "gear": gears,
+        "stop": stops,
     }
     faults = part_faults(groups, gravity, redundant)
     if faults:
@@ -111,12 +115,14 @@ def assemble(
         gears=gear_table,
         gear_sides=side_table,
         gear_pairs=gear_pair_table,
+        stops=stop_table(placement, stops),
         names=name_array(groups),
     )
     state, scratch = new_state(mechanism, placement, bodies), new_scratch(mechanism)
     faults = check_constraints(mechanism, state, scratch, labels, redundant)
     if faults:
         raise CaseError(*faults)
+    set_frequencies(mechanism, state, scratch)
     return mechanism, state, scratch
 
 
@@ -234,6 +240,7 @@ def new_state(mechanism, placement, bodies) -> MechanismState:
     """Return the state as assembled, ledgers at zero."""
     n, n_rows, n_joints = len(bodies) + 1, len(mechanism.rows), len(mechanism.joints)
     n_bushings, n_springs, n_drives = len(mechanism.bushings), len(mechanism.springs), len(mechanism.drives)
+    n_stops = len(mechanism.stops)
     velocity, angular_velocity = np.zeros((n, 3)), np.zeros((n, 3))
     for i, body in enumerate(bodies):
         velocity[i], angular_velocity[i] = body.velocity, body.angular_velocity
@@ -251,12 +258,13 @@ def new_state(mechanism, placement, bodies) -> MechanismState:
         drive_motion=np.zeros((n_drives, 3)),
         drive_torque=np.zeros(n_drives),
         motor_integral=np.zeros(n_drives),
+        impact_speed=np.zeros(n_stops),
         gear_angle=np.zeros(2 * len(mechanism.gears)),
         force=np.zeros((len(mechanism.forces), 6)),
         wrench=np.zeros((n, 6)),
         previous_wrench=np.zeros((n, 6)),
         earlier_wrench=np.zeros((n, 6)),
-        power=np.zeros(n_bushings + n_springs + n_joints),
+        power=np.zeros(n_bushings + n_springs + n_joints + n_stops),
         drive_work=np.zeros(n_drives),
         wrench_work=np.zeros(n),
         torque_work=np.zeros(len(mechanism.torques)),
@@ -264,6 +272,7 @@ def new_state(mechanism, placement, bodies) -> MechanismState:
         bushing_loss=np.zeros(n_bushings),
         spring_loss=np.zeros(n_springs),
         joint_loss=np.zeros(n_joints),
+        stop_loss=np.zeros(n_stops),
     )
 
 
@@ -289,5 +298,7 @@ def new_scratch(mechanism: Mechanism) -> MechanismScratch:
         drive_motion=np.zeros((len(mechanism.drives), 3)),
         motor_torque=np.zeros(len(mechanism.drives)),
         force=np.zeros((len(mechanism.forces), 6)),
-        power=np.zeros(len(mechanism.bushings) + len(mechanism.springs) + len(mechanism.joints)),
+        power=np.zeros(
+            len(mechanism.bushings) + len(mechanism.springs) + len(mechanism.joints) + len(mechanism.stops)
+        ),
     )

@@ -19,9 +19,11 @@ from nutamill.mechanism.parts import (
     JointKind,
     Motor,
     Spring,
+    Stop,
     Torque,
 )
 from nutamill.mechanism.rows import unit
+from nutamill.mechanism.stop_tables import LEAST_RESTITUTION
 
 VECTOR = (3,)
 SHAPES = {
@@ -41,6 +43,8 @@ SHAPES = {
     Torque: {"moment": VECTOR},
     Force: {"point": VECTOR},
     Gear: {"ratio": ()},
+    Stop: dict.fromkeys(("point_a", "point_b", "normal"), VECTOR)
+    | dict.fromkeys(("stiffness", "restitution", "radius_a", "radius_b"), ()),
     Motor: dict.fromkeys(("gain", "integral_gain", "torque_limit", "power_limit", "cut", "restored"), ()),
 }
 """Shapes of the numbers of each part, by field."""
@@ -49,6 +53,7 @@ OPTIONAL = {
     Joint: ("axis", "second_axis", "point_b"),
     Spring: ("free_length", "preload"),
     Force: ("point",),
+    Stop: ("normal", "radius_a"),
 }
 """Fields of each part that may be None."""
 
@@ -62,6 +67,7 @@ KINDS = {
     "torque": Torque,
     "force": Force,
     "gear": Gear,
+    "stop": Stop,
 }
 """Parts by the names of their kinds."""
 
@@ -88,6 +94,7 @@ def part_faults(groups, gravity, redundant) -> list[Fault]:
         *drive_faults(groups["joint"], sound["drive"]),
         *force_faults(sound["force"]),
         *gear_faults(groups["joint"], sound["gear"]),
+        *stop_faults(sound["stop"]),
     ]
 
 
@@ -157,7 +164,7 @@ def name_faults(groups):
             seen.add(part.name)
     known = {GROUND, *(body.name for body in groups["body"])}
     hint = f"Known bodies are {', '.join(sorted(known))}"
-    for kind in ("joint", "bushing", "spring"):
+    for kind in ("joint", "bushing", "spring", "stop"):
         for part in groups[kind]:
             where = f"{kind} {part.name!r}"
             for side in (part.body_a, part.body_b):
@@ -334,3 +341,28 @@ def gear_faults(joints, gears):
             yield Fault(where, f"input and output are one joint, got {gear.input!r}", "Name two joints")
         if gear.ratio == 0.0:
             yield Fault(where, "the ratio is zero", "Fix the output with another joint if it is not to turn")
+
+
+def stop_faults(stops):
+    """Yield stops without one surface, with negative numbers, or with spheres of one centre."""
+    for stop in stops:
+        where = f"stop {stop.name!r}"
+        if (stop.normal is None) == (stop.radius_a is None):
+            yield Fault(
+                where,
+                f"a normal or radius_a is needed, one of them, got {stop.normal} and {stop.radius_a}",
+                "Give a normal for a plane of body a, radius_a for a sphere",
+            )
+        elif stop.normal is not None and not np.linalg.norm(stop.normal) > 0.0:
+            yield Fault(where, f"the normal has no length, got {stop.normal}")
+        elif stop.normal is None and not np.linalg.norm(np.subtract(stop.point_b, stop.point_a)) > 0.0:
+            yield Fault(where, f"both spheres have one centre, got {stop.point_a}")
+        if not stop.stiffness > 0.0:
+            yield Fault(where, f"stiffness is not positive, got {stop.stiffness:g} N/m")
+        if min(stop.radius_a or 0.0, stop.radius_b) < 0.0:
+            yield Fault(where, f"a radius is negative, got {stop.radius_a} and {stop.radius_b}")
+        if not LEAST_RESTITUTION <= stop.restitution <= 1.0:
+            yield Fault(
+                where,
+                f"restitution is not between {LEAST_RESTITUTION:g} and 1, got {stop.restitution:g}",
+            )

@@ -31,6 +31,7 @@ from nutamill.mechanism.equations import (
 )
 from nutamill.mechanism.forces import add_force_works
 from nutamill.mechanism.solve import add_row_reactions, divide_by_mass, solve_factored
+from nutamill.mechanism.stops import advance_stops
 
 OK, NOT_FINITE = 0, 1
 """Status of a step: fine; a number is no longer finite (the state is lost)."""
@@ -199,6 +200,7 @@ def start(mechanism, state, scratch):
         scratch.momentum,
     )
     project_velocities(mechanism, state, scratch)
+    advance_stops(mechanism.stops, state.position, state.quaternion, scratch.twist, state.impact_speed)
     copy_numbers(state.wrench, state.earlier_wrench)
     for _ in range(FRICTION_ROUNDS):
         solve_reactions(mechanism, state, scratch)
@@ -290,6 +292,7 @@ def finish(mechanism, state, scratch, dt):
         dt,
         state.motor_integral,
     )
+    advance_stops(mechanism.stops, state.position, state.quaternion, scratch.twist, state.impact_speed)
     store_solution(mechanism, state, scratch)
     return check_finite(state.velocity, state.acceleration)
 
@@ -329,8 +332,8 @@ def add_works(mechanism, state, scratch, dt):
 
 @kernel
 def add_losses(mechanism, state, power, dt):
-    """Add the losses of bushings, springs and joints over the step just made [J], by the trapezoid rule of
-    their powers.
+    """Add the losses of bushings, springs, joints and stops over the step just made [J], by the trapezoid
+    rule of their powers.
     """
     n_bushings, n_springs = mechanism.bushings.shape[0], mechanism.springs.shape[0]
     for i in range(n_bushings):
@@ -341,6 +344,9 @@ def add_losses(mechanism, state, power, dt):
     for i in range(mechanism.joints.shape[0]):
         at = n_bushings + n_springs + i
         state.joint_loss[i] += 0.5 * dt * (state.power[at] + power[at])
+    for i in range(mechanism.stops.shape[0]):
+        at = n_bushings + n_springs + mechanism.joints.shape[0] + i
+        state.stop_loss[i] += 0.5 * dt * (state.power[at] + power[at])
 
 
 @kernel

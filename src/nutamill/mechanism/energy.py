@@ -4,6 +4,7 @@ from nutamill.base.frames import turn_vector_back
 from nutamill.base.kernel import kernel
 from nutamill.mechanism.dynamics import gather_twists
 from nutamill.mechanism.loads import bushing_travel_of, spring_pull
+from nutamill.mechanism.stops import stop_contact
 
 
 @kernel
@@ -43,8 +44,8 @@ def bushing_energy(mechanism, state, bushing):
 
 @kernel
 def energies(mechanism, state, scratch, out):
-    """Write kinetic, potential and elastic energy [J] (bushings and springs) into `out` (3,); `scratch.twist`
-    is overwritten.
+    """Write kinetic, potential and elastic energy [J] (bushings, springs, stops) into `out` (3,);
+    `scratch.twist` is overwritten.
     """
     out[0], out[1], out[2] = kinetic_energy(mechanism, state), potential_energy(mechanism, state), 0.0
     for i in range(mechanism.bushings.shape[0]):
@@ -56,3 +57,9 @@ def energies(mechanism, state, scratch, out):
             spring, state.position, state.quaternion, scratch.twist
         )
         out[2] += 0.5 * spring.stiffness * (length - spring.free_length) ** 2
+    for i in range(mechanism.stops.shape[0]):
+        stop = mechanism.stops[i]
+        gap, _closing, _n0, _n1, _n2, _x0, _x1, _x2 = stop_contact(
+            stop, state.position, state.quaternion, scratch.twist
+        )
+        out[2] += 0.5 * stop.stiffness * min(gap, 0.0) ** 2

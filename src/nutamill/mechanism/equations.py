@@ -22,6 +22,7 @@ from nutamill.mechanism.solve import (
     form_schur,
     solve_factored,
 )
+from nutamill.mechanism.stops import apply_stops
 
 
 @kernel
@@ -136,6 +137,10 @@ def apply_loads(mechanism, state, scratch):
     )
     apply_forces(
         mechanism.forces, mechanism.force_knots, state.quaternion, state.time[0], load, scratch.force
+    )
+    first = mechanism.bushings.shape[0] + mechanism.springs.shape[0] + mechanism.joints.shape[0]
+    apply_stops(
+        mechanism.stops, state.position, state.quaternion, twist, state.impact_speed, first, load, power
     )
 
 

@@ -139,6 +139,22 @@ angle [rad] or travel [m], zero at the first.
 """
 
 
+STOP = np.dtype(
+    [
+        ("body_a", "i8"),
+        ("body_b", "i8"),
+        ("point_a", "f8", (3,)),  # on the plane, or centre of the sphere, from a's mass centre [m], axes of a
+        ("point_b", "f8", (3,)),  # centre of the sphere from b's mass centre [m], axes of b
+        ("plane", "i8"),  # 1: a has a plane; 0: a sphere
+        ("normal", "f8", (3,)),  # of the plane, towards b [1], axes of a
+        ("radius", "f8"),  # distance at which they touch [m]: of the sphere of b, or the sum of both radii
+        ("stiffness", "f8"),  # [N/m]
+        ("damping", "f8"),  # the number that gives its restitution [1]
+        ("frequency", "f8"),  # of stiffness and mass as assembled [rad/s]; 0 where joints hold the bodies
+    ]
+)
+"""A one-sided stop."""
+
 GEAR = np.dtype(
     [
         ("row", "i8"),  # its constraint row; the row's bodies are those of the output joint
@@ -208,9 +224,11 @@ class Mechanism(NamedTuple):
     """`SIDE` records of input and output of each gear [1], (2 n_gears,)."""
     gear_pairs: np.ndarray
     """`GEAR_PAIR` records [1], (n_gear_pairs,)."""
+    stops: np.ndarray
+    """`STOP` records [SI], (n_stops,)."""
     names: np.ndarray
     """Fixed-width names [1] of bodies (ground last), joints, bushings, springs, drives, torques, forces,
-    gears, in this order, (n_parts,).
+    gears, stops, in this order, (n_parts,).
     """
 
 
@@ -251,6 +269,10 @@ class MechanismState(NamedTuple):
     """Torque of each drive on its joint's body b about the axis [N m], or force along it [N], (n_drives,)."""
     motor_integral: np.ndarray
     """Integral part of each motor's torque [N m] or force [N], (n_drives,)."""
+    impact_speed: np.ndarray
+    """Largest closing speed of the contact of each stop so far, or the present one of an open stop [m/s],
+    (n_stops,).
+    """
     gear_angle: np.ndarray
     """Rotations of input and output of each gear [rad], (2 n_gears,)."""
     force: np.ndarray
@@ -266,8 +288,8 @@ class MechanismState(NamedTuple):
     earlier_wrench: np.ndarray
     """The external wrench of the step before, (n_bodies + 1, 6), as `wrench`."""
     power: np.ndarray
-    """Power dissipated at `time` by each bushing, then each spring, then each joint [W], (n_bushings +
-    n_springs + n_joints,).
+    """Power dissipated at `time` by each bushing, then each spring, joint and stop [W], (n_bushings +
+    n_springs + n_joints + n_stops,).
     """
     drive_work: np.ndarray
     """Work each drive did on the mechanism [J], (n_drives,), cumulative."""
@@ -283,6 +305,8 @@ class MechanismState(NamedTuple):
     """Energy each spring dissipated [J], (n_springs,), cumulative."""
     joint_loss: np.ndarray
     """Energy each joint dissipated by friction [J], (n_joints,), cumulative."""
+    stop_loss: np.ndarray
+    """Energy each stop dissipated [J], (n_stops,), cumulative."""
 
 
 class MechanismScratch(NamedTuple):
@@ -346,9 +370,7 @@ class MechanismScratch(NamedTuple):
     force: np.ndarray
     """Wrench of each given force at the end of the step [N, N m], (n_forces, 6), as in the state."""
     power: np.ndarray
-    """Power dissipated at the end of the step by each bushing, spring, joint [W], (n_bushings + n_springs +
-    n_joints,).
-    """
+    """Power dissipated at the end of the step by each bushing, spring, joint, stop [W], as in the state."""
 
 
 class SensorTable(NamedTuple):
@@ -357,7 +379,7 @@ class SensorTable(NamedTuple):
     kind: np.ndarray
     """`SensorKind` [1], (n_sensors,)."""
     target: np.ndarray
-    """Index of the joint, bushing, spring, drive, gear or body [1], (n_sensors,)."""
+    """Index of the joint, bushing, spring, drive, gear, stop or body [1], (n_sensors,)."""
     first_column: np.ndarray
     """First column of each sensor [1], (n_sensors + 1,)."""
     point: np.ndarray

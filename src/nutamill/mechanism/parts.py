@@ -244,6 +244,32 @@ class Drive:
 
 
 @dataclass(frozen=True, slots=True)
+class Stop:
+    """A one-sided stop without friction: a sphere of body b against a plane or a sphere of body a."""
+
+    name: str
+    """Unique name."""
+    body_a: str
+    """Name of the body with the plane or the other sphere."""
+    body_b: str
+    """Name of the body with the sphere."""
+    point_a: Vector
+    """A point of the plane, or the centre of the sphere of a [m], (3,), world, as assembled."""
+    point_b: Vector
+    """Centre of the sphere of b [m], (3,), world, as assembled."""
+    stiffness: float
+    """Force per overlap [N/m]."""
+    restitution: float
+    """Speed of rebound over speed of impact [1], 0.05 to 1."""
+    normal: Vector | None = None
+    """Normal of the plane towards b [1], (3,), world axes, as assembled; any length. None for a sphere."""
+    radius_a: float | None = None
+    """Radius of the sphere of a [m]; None for a plane."""
+    radius_b: float = 0.0
+    """Radius of the sphere of b [m]; zero for a point."""
+
+
+@dataclass(frozen=True, slots=True)
 class Gear:
     """A ratio between the rotations of two joints: a pair of gears, a belt, a chain, without slip or play.
 
@@ -262,8 +288,8 @@ class Gear:
     """Rotation of the output over that of the input [1], negative if they turn opposite ways."""
 
 
-Part = Body | Joint | Bushing | Spring | Torque | Force | Drive | Gear
+Part = Body | Joint | Bushing | Spring | Torque | Force | Drive | Gear | Stop
 """Any part of a mechanism."""
 
-Load = Bushing | Spring | Torque | Force
+Load = Bushing | Spring | Torque | Force | Stop
 """A part that exerts forces or moments and constrains nothing."""

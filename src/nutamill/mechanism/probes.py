@@ -16,6 +16,7 @@ from nutamill.mechanism.loads import (
     world_point,
 )
 from nutamill.mechanism.model import POINT
+from nutamill.mechanism.stops import stop_contact, stop_force
 
 
 @kernel
@@ -86,6 +87,19 @@ def drive_torque(mechanism, state, drive):
     force [N] along it.
     """
     return state.drive_torque[drive]
+
+
+@kernel
+def stop_force_gap(mechanism, state, scratch, stop):
+    """Return the force [N] with which stop number `stop` pushes its bodies apart, and its gap [m], negative
+    where they overlap, as a pair; `scratch.twist` is overwritten.
+    """
+    gather_twists(state, scratch.twist)
+    record = mechanism.stops[stop]
+    gap, closing, _n0, _n1, _n2, _x0, _x1, _x2 = stop_contact(
+        record, state.position, state.quaternion, scratch.twist
+    )
+    return stop_force(record, gap, closing, state.impact_speed[stop]), gap
 
 
 @kernel

@@ -22,6 +22,7 @@ from nutamill.mechanism.probes import (
     point_position,
     point_velocity_of,
     spring_length_pull,
+    stop_force_gap,
 )
 from nutamill.mechanism.rows import matrix_of
 
@@ -51,6 +52,8 @@ class SensorKind(IntEnum):
     """Length and tension of a spring."""
     GEAR = 10
     """Torque of a gear on body b of its output."""
+    STOP = 11
+    """Force and gap of a stop."""
 
 
 FORCE_COLUMNS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
@@ -67,6 +70,7 @@ COLUMNS = {
     SensorKind.LINEAR_DRIVE: ("force", "travel", "speed"),
     SensorKind.SPRING: ("length", "force"),
     SensorKind.GEAR: ("torque",),
+    SensorKind.STOP: ("force", "gap"),
 }
 """Suffixes of the columns of each kind."""
 
@@ -78,7 +82,7 @@ BUSHING_TRAVEL, DRIVE = int(SensorKind.BUSHING_TRAVEL), int(SensorKind.DRIVE)
 POINT_ACCELERATION, POINT_POSITION = int(SensorKind.POINT_ACCELERATION), int(SensorKind.POINT_POSITION)
 POINT_VELOCITY = int(SensorKind.POINT_VELOCITY)
 LINEAR_DRIVE, SPRING = int(SensorKind.LINEAR_DRIVE), int(SensorKind.SPRING)
-GEAR = int(SensorKind.GEAR)
+GEAR, STOP = int(SensorKind.GEAR), int(SensorKind.STOP)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +94,7 @@ class Sensor:
     kind: SensorKind
     """Quantity to read."""
     target: str
-    """Name of the joint, bushing, spring, drive, gear or body."""
+    """Name of the joint, bushing, spring, drive, gear, stop or body."""
     point: Vector | None = None
     """POINT kinds: the point [m], (3,), world, as assembled; the body's mass centre if not given."""
     axes_body: str | None = None
@@ -101,7 +105,7 @@ class Sensor:
 
 def names_of(mechanism: Mechanism) -> dict[str, list[str]]:
     """Return the names of each kind of part, "body" (ground last), "joint", "bushing", "spring", "drive",
-    "torque", "force" and "gear", in the order of their numbers.
+    "torque", "force", "gear" and "stop", in the order of their numbers.
     """
     tables = {
         "body": mechanism.bodies,
@@ -112,6 +116,7 @@ def names_of(mechanism: Mechanism) -> dict[str, list[str]]:
         "torque": mechanism.torques,
         "force": mechanism.forces,
         "gear": mechanism.gears,
+        "stop": mechanism.stops,
     }
     groups = np.split(mechanism.names, np.cumsum([len(table) for table in tables.values()])[:-1])
     return {kind: [str(name) for name in group] for kind, group in zip(tables, groups, strict=True)}
@@ -135,6 +140,7 @@ def sensor_table(mechanism: Mechanism, state: MechanismState, sensors: list[Sens
         DRIVE: "drive",
         LINEAR_DRIVE: "drive",
         GEAR: "gear",
+        STOP: "stop",
     }
     for sensor in sensors:
         where, part = f"sensor {sensor.name!r}", parts.get(int(sensor.kind), "body")
@@ -217,6 +223,8 @@ def read_sensors(mechanism, state, scratch, table, row_out):
             row_out[at], row_out[at + 1] = spring_length_pull(mechanism, state, scratch, target)
         elif kind == GEAR:
             row_out[at] = gear_torque(mechanism, state, target)
+        elif kind == STOP:
+            row_out[at], row_out[at + 1] = stop_force_gap(mechanism, state, scratch, target)
         elif kind == POINT_ACCELERATION:
             row_out[at], row_out[at + 1], row_out[at + 2] = point_acceleration(state, target, table.point[s])
             rotate_into_axes(axes, at, row_out)

@@ -17,15 +17,17 @@ from nutamill.mechanism.dynamics import OK, march, start
 from nutamill.mechanism.effective_mass import effective_mass
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.modes import Modes, modes, static_equilibrium
-from nutamill.mechanism.parts import Body, Bushing, Drive, Force, Gear, Joint, Load, Spring, Torque
+from nutamill.mechanism.parts import Body, Bushing, Drive, Force, Gear, Joint, Load, Spring, Stop, Torque
 from nutamill.mechanism.probes import (
     bushing_wrench,
     gear_torque,
     joint_reaction,
     point_position,
     spring_length_pull,
+    stop_force_gap,
 )
 from nutamill.mechanism.sensors import names_of
+from nutamill.mechanism.stop_tables import step_faults
 
 
 class Wrench(NamedTuple):
@@ -55,6 +57,15 @@ class Energy(NamedTuple):
         return sum(self)
 
 
+class StopContact(NamedTuple):
+    """Force and gap of a stop."""
+
+    force: float
+    """Force that pushes the bodies apart [N]; zero where they do not touch."""
+    gap: float
+    """Distance between the surfaces [m], negative where they overlap."""
+
+
 class System:
     """Rigid bodies, joints, loads and drives, ready to march; SI, world coordinates as assembled.
 
@@ -62,7 +73,7 @@ class System:
     ----------
     bodies : the moving bodies; `nutamill.mechanism.parts.GROUND` is the body that never moves
     joints : constraints between two bodies
-    loads : bushings, springs, constant torques and given forces
+    loads : bushings, springs, constant torques, given forces and stops
     drives : motions of joints, prescribed or by a motor
     gravity : acceleration [m/s^2], (3,), world axes
     redundant : "refuse" constraints that depend on others, or "allow" them (their reactions are not unique)
@@ -88,18 +99,18 @@ class System:
         redundant: str = "refuse",
         gears: Sequence[Gear] = (),
     ):
-        kinds = (Bushing, Spring, Torque, Force)
+        kinds = (Bushing, Spring, Torque, Force, Stop)
         unknown = [load for load in loads if not isinstance(load, kinds)]
         if unknown:
             what = ", ".join(type(load).__name__ for load in unknown)
             raise CaseError(
-                Fault("loads", f"not a load, got {what}", "Give Bushing, Spring, Torque or Force")
+                Fault("loads", f"not a load, got {what}", "Give Bushing, Spring, Torque, Force or Stop")
             )
-        bushings, springs, torques, forces = (
+        bushings, springs, torques, forces, stops = (
             [load for load in loads if isinstance(load, kind)] for kind in kinds
         )
         self.mechanism, self.state, self.scratch = assemble(
-            bodies, joints, bushings, springs, torques, drives, gravity, redundant, forces, gears
+            bodies, joints, bushings, springs, torques, drives, gravity, redundant, forces, gears, stops
         )
         self._names = names_of(self.mechanism)
         if start(self.mechanism, self.state, self.scratch) != OK:
@@ -121,7 +132,7 @@ class System:
 
         Raises
         ------
-        CaseError : a duration or a step that is not positive
+        CaseError : a duration or a step that is not positive, or a step too long for the contact of a stop
         StepError : the motion is not finite, and the system is lost
         """
         faults = [
@@ -132,6 +143,8 @@ class System:
         if faults:
             raise CaseError(*faults)
         steps = max(1, math.ceil(duration / dt * (1.0 - 1e-12)))
+        if faults := step_faults(self.mechanism, "dt", duration / steps):
+            raise CaseError(*faults)
         if march(self.mechanism, self.state, self.scratch, duration / steps, steps) != OK:
             raise StepError(
                 f"t = {self.time:.6g} s: the motion is not finite. Take a shorter step and look at "
@@ -233,6 +246,11 @@ class System:
         Body b of the input feels minus the ratio times this torque.
         """
         return float(gear_torque(self.mechanism, self.state, self._index("gear", gear)))
+
+    def contact(self, stop: str) -> StopContact:
+        """Return force and gap of a stop."""
+        index = self._index("stop", stop)
+        return StopContact(*stop_force_gap(self.mechanism, self.state, self.scratch, index))
 
     def tension(self, spring: str) -> float:
         """Return the tension of a spring and its damper [N], negative if it pushes."""
