@@ -255,3 +255,322 @@ def test_a_loop_that_does_not_close_is_refused_before_a_step(file):
 def test_what_only_a_mill_can_do_refuses_a_mechanism(file):
     with pytest.raises(CaseError, match=r"describes a mechanism part by part \(\[\[bodies\]\]\), not a mill"):
         load_mill(file)
+
+
+def test_forces_preloads_and_motors_of_a_file_are_built_and_recorded(tmp_path):
+    path = tmp_path / "pushed.toml"
+    loads = (
+        REST.replace('free_length = "900 mm"', 'preload = "5 N"')
+        + """
+[[forces]]
+name  = "push"
+body  = "arm"
+at    = ["0 mm", "0 mm", "-1 m"]
+table = [["0 s", ["0 N", "0 N", "0 N"]], ["0.1 s", ["4 N", "0 N", "-2 N"]]]
+
+[[forces]]
+name  = "load"
+body  = "arm"
+force = ["0 N", "1 N", "0 N"]
+
+[[drives]]
+name  = "motor"
+joint = "pin"
+speed = "10 rpm"
+ramp  = "60 rpm/s"
+motor = { torque = "2 N m", gain = "3 N m s/rad", integral_time = "0.5 s" }
+"""
+    )
+    path.write_text(HEAD + ARM + PIN + loads)
+    case = load_case(path)
+    assert case_of_text(case.to_toml()) == case
+    parts = mechanism_parts(case)
+    push, load = parts.forces
+    assert (push.times, push.forces[1], push.point) == ((0.0, 0.1), (4.0, 0.0, -2.0), (0.0, 0.0, -1.0))
+    assert (load.times, load.forces, load.point) == (None, (0.0, 1.0, 0.0), None)
+    assert (parts.springs[0].free_length, parts.springs[0].preload) == (None, 5.0)
+    motor = parts.drives[0].motor
+    assert (motor.gain, motor.integral_gain, motor.torque_limit) == (3.0, 6.0, 2.0)
+    with nm.run(case, to=tmp_path / "a.h5") as result:
+        assert "force_push_work" in result.series
+        assert ledger_share(result) < 1e-4  # of second order: (w dt)^2 with the controller's 3/0.6 per second
+
+
+def test_forces_and_springs_that_say_too_little_or_too_much_are_refused(tmp_path):
+    text = refusal(
+        tmp_path,
+        HEAD + ARM + PIN + REST.replace('free_length = "900 mm"', "")
+        + """
+[[forces]]
+name = "a"
+body = "leg"
+
+[[forces]]
+name  = "b"
+body  = "arm"
+table = [["0.5 s", ["0 N", "0 N", "0 N"]], ["0.1 s", ["4 N", "0 N", "-2 N"]]]
+""",
+    )  # fmt: skip
+    for line in (
+        'no body that moves is called "leg"',
+        "must have either a free_length or a preload",
+        "must have either a force or a table",
+        "must begin at 0 s",
+    ):
+        assert line in text
+
+
+SLIDE = """
+[[bodies]]
+name     = "slide"
+mass     = "2 kg"
+inertia  = ["0.1 kg m^2", "0.1 kg m^2", "0.1 kg m^2"]
+position = ["0 mm", "0 mm", "0 mm"]
+
+[[joints]]
+name    = "guide"
+kind    = "prismatic"
+between = ["ground", "slide"]
+point   = ["0 mm", "0 mm", "0 mm"]
+axis    = [1, 0, 0]
+
+[[springs]]
+name      = "coil"
+between   = ["ground", "slide"]
+point_a   = ["1 m", "0 mm", "0 mm"]
+point_b   = ["0 mm", "0 mm", "0 mm"]
+stiffness = "50 N/m"
+preload   = "4 N"
+
+[[linear_drives]]
+name   = "ram"
+joint  = "guide"
+speeds = [["0 s", "0 m/s"], ["0.1 s", "0.2 m/s"]]
+
+[[sensors]]
+name = "coil"
+kind = "spring"
+of   = "coil"
+
+[run]
+until = "0.2 s"
+step  = "500 us"
+"""
+
+
+def test_a_linear_drive_and_a_spring_are_recorded(tmp_path):
+    path = tmp_path / "slide.toml"
+    path.write_text(HEAD + SLIDE)
+    case = load_case(path)
+    assert case_of_text(case.to_toml()) == case
+    assert case.drive.ramp_end == 0.1
+    with nm.run(case, to=tmp_path / "a.h5") as result:
+        series = {name: float(values.values[-1]) for name, values in result.series.data_vars.items()}
+        assert ledger_share(result) < 1e-9  # loads that are linear in the travel: works are exact
+    travel = 0.5 * 0.1 * 0.2 + 0.1 * 0.2
+    assert series["linear_drive_ram_travel"] == pytest.approx(travel, abs=1e-12)
+    assert series["linear_drive_ram_speed"] == pytest.approx(0.2, abs=1e-12)
+    assert series["coil_spring_length"] == pytest.approx(1.0 - travel, abs=1e-12)
+    assert series["coil_spring_force"] == pytest.approx(4.0 - 50.0 * travel, abs=1e-9)
+    assert series["linear_drive_ram_force"] == pytest.approx(-4.0 + 50.0 * travel, abs=1e-9)
+
+
+def test_linear_drives_that_no_joint_takes_are_refused(tmp_path):
+    text = refusal(
+        tmp_path,
+        HEAD
+        + ARM
+        + PIN
+        + REST
+        + """
+[[linear_drives]]
+name   = "ram"
+joint  = "pin"
+speeds = [["0.1 s", "0 m/s"], ["0.1 s", "0.2 m/s"]]
+""",
+    )
+    assert 'must be a prismatic joint, got "pin", a revolute joint' in text
+    assert "must begin at 0 s" in text
+
+
+DISC = """
+[[bodies]]
+name     = "disc"
+mass     = "2 kg"
+inertia  = ["0.1 kg m^2", "0.1 kg m^2", "0.1 kg m^2"]
+position = ["0 mm", "0 mm", "0 mm"]
+
+[[bodies]]
+name     = "jar"
+mass     = "1 kg"
+inertia  = ["0.01 kg m^2", "0.01 kg m^2", "0.01 kg m^2"]
+position = ["200 mm", "0 mm", "0 mm"]
+
+[[joints]]
+name    = "bearing"
+kind    = "revolute"
+between = ["ground", "disc"]
+point   = ["0 mm", "0 mm", "0 mm"]
+axis    = [0, 0, 1]
+
+[[joints]]
+name    = "pivot"
+kind    = "revolute"
+between = ["disc", "jar"]
+point   = ["200 mm", "0 mm", "0 mm"]
+axis    = [0, 0, 1]
+
+[[gears]]
+name   = "belt"
+input  = "bearing"
+output = "pivot"
+ratio  = -3
+
+[[drives]]
+name  = "motor"
+joint = "bearing"
+speed = "10 rad/s"
+ramp  = "100 rad/s^2"
+
+[run]
+until = "0.05 s"
+step  = "500 us"
+"""
+
+
+def test_a_gear_of_a_file_turns_the_jar_and_its_torque_is_recorded(tmp_path):
+    path = tmp_path / "planetary.toml"
+    path.write_text(HEAD + DISC)
+    case = load_case(path)
+    assert case_of_text(case.to_toml()) == case
+    with nm.run(case, to=tmp_path / "a.h5") as result:
+        # relative to the disc the jar turns back three times as fast: 0.01 (1 - 3) 100
+        assert result.series["gear_belt_torque"].values[-1] == pytest.approx(-2.0, rel=1e-6)
+        assert ledger_share(result) < 2.5e-5  # of second order: (10 rad/s x 500 us)^2
+
+
+def test_gears_of_joints_that_do_not_turn_are_refused(tmp_path):
+    text = refusal(
+        tmp_path,
+        HEAD + DISC.replace('output = "pivot"', 'output = "bearing"').replace("ratio  = -3", "ratio = 0"),
+    )
+    assert 'must be another joint than the input, got "bearing"' in text
+    assert "must not be zero" in text
+    text = refusal(tmp_path, HEAD + DISC.replace('output = "pivot"', 'output = "pivt"'))
+    assert 'no joint is called "pivt"' in text
+
+
+DROP = """
+[[bodies]]
+name     = "vessel"
+mass     = "2 kg"
+inertia  = ["0.1 kg m^2", "0.1 kg m^2", "0.1 kg m^2"]
+position = ["0 mm", "0 mm", "60 mm"]
+
+[[stops]]
+name        = "floor"
+between     = ["ground", "vessel"]
+point_a     = ["0 mm", "0 mm", "0 mm"]
+normal      = [0, 0, 1]
+point_b     = ["0 mm", "0 mm", "60 mm"]
+radius_b    = "50 mm"
+stiffness   = "20 N/mm"
+restitution = 0.5
+
+[run]
+until = "0.08 s"
+step  = "200 us"
+"""
+
+
+def test_a_dropped_vessel_meets_the_stop_of_its_file(tmp_path):
+    path = tmp_path / "drop.toml"
+    path.write_text(HEAD + DROP)
+    case = load_case(path)
+    assert case_of_text(case.to_toml()) == case
+    with nm.run(case, to=tmp_path / "a.h5") as result:
+        series = {name: values.values for name, values in result.series.data_vars.items()}
+        assert ledger_share(result) < (100.0 * 200e-6) ** 2  # second order: w = sqrt(k / m) = 100 rad/s
+    assert series["stop_floor_gap"][0] == pytest.approx(0.01)
+    assert series["stop_floor_force"].max() > 2.0 * 9.81
+    impact = 0.5 * 2.0 * 2.0 * 9.81 * 0.01  # half m v^2 with v^2 = 2 g h
+    assert 0.5 * impact < series["stop_floor_loss"][-1] < impact
+
+
+def test_stops_that_say_too_little_and_steps_that_are_too_long_are_refused(tmp_path):
+    bad = DROP.replace("normal      = [0, 0, 1]\n", "").replace("restitution = 0.5", "restitution = 0.01")
+    text = refusal(tmp_path, HEAD + bad)
+    assert "must have either a normal or a radius_a" in text
+    assert "must be at least 0.05, got 0.01" in text
+    path = tmp_path / "long.toml"
+    path.write_text(HEAD + DROP.replace("200 us", "1 ms").replace("20 N/mm", "2 kN/mm"))
+    with pytest.raises(CaseError, match=r"run.step: too long for the contact of stop 'floor', got 1000 us"):
+        build(load_case(path), None)
+
+
+SHAKER = """
+[[bodies]]
+name     = "frame"
+mass     = "18 kg"
+inertia  = ["1 kg m^2", "1 kg m^2", "1 kg m^2"]
+position = ["0 mm", "0 mm", "0 mm"]
+
+[[joints]]
+name    = "guide"
+kind    = "prismatic"
+between = ["ground", "frame"]
+point   = ["0 mm", "0 mm", "0 mm"]
+axis    = [0, 0, 1]
+
+[[springs]]
+name      = "mount"
+between   = ["ground", "frame"]
+point_a   = ["0 mm", "0 mm", "-500 mm"]
+point_b   = ["0 mm", "0 mm", "0 mm"]
+stiffness = "32 N/mm"
+damping   = "300 N s/m"
+preload   = "-200 N"
+
+[[unbalance_motors]]
+name         = "shaker"
+body         = "frame"
+point        = ["0 mm", "0 mm", "0 mm"]
+axis         = [0, 1, 0]
+towards      = [1, 0, 0]
+mass         = "2 kg"
+eccentricity = "30 mm"
+speed        = "60 rad/s"
+ramp         = "600 rad/s^2"
+
+[run]
+until = "0.3 s"
+step  = "200 us"
+"""
+
+
+def test_an_unbalance_motor_of_a_file_is_a_rotor_a_bearing_and_a_drive(tmp_path):
+    path = tmp_path / "shaker.toml"
+    path.write_text(HEAD + SHAKER)
+    case = load_case(path)
+    assert case_of_text(case.to_toml()) == case
+    assert case.drive.ramp_end == 0.1
+    parts = mechanism_parts(case)
+    assert [body.name for body in parts.bodies] == ["frame", "shaker"]
+    assert parts.bodies[1].position == pytest.approx((0.03, 0.0, 0.0))
+    with nm.run(case, to=tmp_path / "a.h5") as result:
+        assert {"joint_shaker_force_z", "drive_shaker_torque", "drive_shaker_work"} <= set(result.series)
+        assert result.series["drive_shaker_speed"].values[-1] == pytest.approx(60.0)
+        assert ledger_share(result) < (60.0 * 200e-6) ** 2
+
+
+def test_unbalance_motors_with_a_taken_name_or_a_slanting_mass_are_refused(tmp_path):
+    text = refusal(
+        tmp_path,
+        HEAD
+        + SHAKER.replace('name         = "shaker"', 'name         = "guide"')
+        .replace("towards      = [1, 0, 0]", "towards      = [1, 1, 0]")
+        .replace('body         = "frame"', 'body         = "frane"'),
+    )
+    assert 'is the name of a body, a joint or a drive, got "guide"' in text
+    assert "must be square to the axis" in text
+    assert 'no body that moves is called "frane"' in text

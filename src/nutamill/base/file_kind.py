@@ -12,7 +12,19 @@ from nutamill.base.library import library_file
 
 MOST = 5_000_000
 """Bytes of a file that are examined; a longer text is none of the files that commands take [1]."""
-MECHANISM = ("bodies", "joints", "bushings", "springs", "torques", "drives")
+MECHANISM = (
+    "bodies",
+    "joints",
+    "bushings",
+    "springs",
+    "torques",
+    "forces",
+    "stops",
+    "gears",
+    "drives",
+    "linear_drives",
+    "unbalance_motors",
+)
 """Lists of tables of a mechanism."""
 MILL = ("mechanism", "chamber", "drive", "charge", "contact", "materials", "mounts", "frame", "run")
 """Tables of a case of a mill."""

@@ -14,6 +14,7 @@ from nutamill.base.schema import (
     AddedMass,
     AnyAcceleration,
     AnyAngle,
+    AnyForce,
     AnyInertia,
     AnySpeed,
     BushingStiffness,
@@ -29,6 +30,7 @@ from nutamill.case.charge import ChargeRecipe, stand_ins
 from nutamill.case.charge_checks import Vessel, idle_numbers
 from nutamill.case.connections import BushingRates, FrictionEntry
 from nutamill.case.drive import DriveProgramme
+from nutamill.case.loads import ForceEntry, GearEntry, LinearDriveEntry, StopEntry, UnbalanceMotorEntry
 from nutamill.case.machine_checks import findings
 from nutamill.case.materials import ContactLaws, Material
 from nutamill.case.names import Direction, Name, Point
@@ -129,8 +131,10 @@ class SpringEntry(Table):
     """Stiffness [N/m]."""
     damping: Damping = 0.0
     """Damping [N s/m]."""
-    free_length: Coordinate
-    """Length without force [m]."""
+    free_length: Coordinate | None = None
+    """Length without force [m]; give it or the preload."""
+    preload: AnyForce | None = None
+    """Tension as assembled [N], negative if the spring pushes."""
 
 
 class TorqueEntry(Table):
@@ -162,12 +166,12 @@ class SensorEntry(Table):
 
     name: Name
     """Name its series begin with."""
-    kind: Literal["position", "velocity", "acceleration", "attitude", "reaction", "charge"]
-    """What is read; "reaction" writes that of a joint in other axes, "charge" gives the point about which the
-    moment of the charge on a body is recorded.
+    kind: Literal["position", "velocity", "acceleration", "attitude", "reaction", "spring", "charge"]
+    """What is read; "reaction" writes that of a joint in other axes, "spring" length and tension, "charge"
+    gives the point about which the moment of the charge on a body is recorded.
     """
     of: str
-    """The body, or with "reaction" the joint."""
+    """The body, or with "reaction" the joint, with "spring" the spring."""
     at: Point | None = None
     """Point of the body, world as assembled [m]; its mass centre if not given."""
     axes: str | None = None
@@ -232,8 +236,18 @@ class Machine(CaseFile):
     """The springs."""
     torques: tuple[TorqueEntry, ...] = ()
     """Constant moments."""
+    forces: tuple[ForceEntry, ...] = ()
+    """Constant and tabulated forces."""
+    stops: tuple[StopEntry, ...] = ()
+    """One-sided stops."""
+    gears: tuple[GearEntry, ...] = ()
+    """Ratios between the rotations of two joints."""
     drives: tuple[DriveEntry, ...] = ()
     """The drives."""
+    linear_drives: tuple[LinearDriveEntry, ...] = ()
+    """The drives along prismatic joints."""
+    unbalance_motors: tuple[UnbalanceMotorEntry, ...] = ()
+    """Unbalance motors."""
     sensors: tuple[SensorEntry, ...] = ()
     """Further readings."""
     walls: tuple[WallEntry, ...] = ()
@@ -313,4 +327,5 @@ class Machine(CaseFile):
     @property
     def drive(self) -> Extent:
         """When the last drive has come to its last speed."""
-        return Extent(max((drive.ramp_end for drive in self.drives), default=0.0))
+        drives = (*self.drives, *self.linear_drives, *self.unbalance_motors)
+        return Extent(max((drive.ramp_end for drive in drives), default=0.0))

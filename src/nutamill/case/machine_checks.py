@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from nutamill.base.library import similar
 from nutamill.case.charge_checks import Finding, charge_findings
+from nutamill.case.load_checks import TURNING, load_findings
 from nutamill.case.record_checks import record_findings
 from nutamill.case.walls import region_findings, wall_findings
 
@@ -17,11 +18,24 @@ if TYPE_CHECKING:
 
 GROUND = "ground"
 """Name of the body that never moves, as the engine knows it."""
-LISTS = ("bodies", "joints", "bushings", "springs", "torques", "drives", "sensors", "walls", "regions")
-TURNING = ("revolute", "cylindrical")
-"""Kinds of joints that a drive can turn."""
+LISTS = (
+    "bodies",
+    "joints",
+    "bushings",
+    "springs",
+    "torques",
+    "forces",
+    "stops",
+    "gears",
+    "drives",
+    "linear_drives",
+    "unbalance_motors",
+    "sensors",
+    "walls",
+    "regions",
+)
 WITHOUT_AXIS = ("fixed", "spherical")
-TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_")
+TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_", "force_", "stop_", "gear_", "linear_")
 """Beginnings of series that a sensor's name may not have."""
 
 
@@ -29,6 +43,7 @@ def findings(case: "Machine") -> list[Finding]:
     """Everything that contradicts."""
     checks = (_names, _references, _bodies, _joints, _bushings, _springs, _drives, _sensors, _walls)
     found = [finding for check in checks for finding in check(case)]
+    found += load_findings(case)
     found += record_findings(case, series_count(case))
     if case.charge.parts or case.charge.kind is None:
         found += [*_carriers(case), *charge_findings(case)]
@@ -40,7 +55,9 @@ def findings(case: "Machine") -> list[Finding]:
 
 def series_count(case: "Machine") -> int:
     """Return the number of series that a run records, rounded up [1]."""
-    return 6 * len(case.joints) + 12 * len(case.bushings) + 3 * len(case.drives + case.sensors) + 10
+    three = (*case.drives, *case.linear_drives, *case.gears, *case.stops, *case.sensors)
+    joints = 6 * len(case.joints) + 9 * len(case.unbalance_motors)
+    return joints + 12 * len(case.bushings) + 3 * len(three) + 10
 
 
 def _names(case: "Machine") -> Iterator[Finding]:
@@ -60,8 +77,10 @@ def _names(case: "Machine") -> Iterator[Finding]:
 
 def _references(case: "Machine") -> Iterator[Finding]:
     """Bodies and joints that are named and must be there."""
-    bodies, joints = [GROUND, *(body.name for body in case.bodies)], [joint.name for joint in case.joints]
-    for where in ("joints", "bushings", "springs"):
+    rotors = [motor.name for motor in case.unbalance_motors]
+    bodies = [GROUND, *(body.name for body in case.bodies), *rotors]
+    joints = [*(joint.name for joint in case.joints), *rotors]
+    for where in ("joints", "bushings", "springs", "stops"):
         for number, part in enumerate(getattr(case, where)):
             for side, name in enumerate(part.between):
                 if name not in bodies:
@@ -77,16 +96,30 @@ def _references(case: "Machine") -> Iterator[Finding]:
                     "",
                 )
     named = [
-        ("torques", number, "body", torque.body, bodies[1:]) for number, torque in enumerate(case.torques)
+        (where, number, "body", part.body, bodies[1:])
+        for where in ("torques", "forces", "unbalance_motors")
+        for number, part in enumerate(getattr(case, where))
     ]
-    named += [("drives", number, "joint", drive.joint, joints) for number, drive in enumerate(case.drives)]
+    named += [
+        (where, number, "joint", drive.joint, joints)
+        for where in ("drives", "linear_drives")
+        for number, drive in enumerate(getattr(case, where))
+    ]
+    named += [
+        ("gears", number, side, getattr(gear, side), joints)
+        for number, gear in enumerate(case.gears)
+        for side in ("input", "output")
+    ]
+    springs = [spring.name for spring in case.springs]
     for number, sensor in enumerate(case.sensors):
-        named.append(("sensors", number, "of", sensor.of, joints if sensor.kind == "reaction" else bodies))
+        known = {"reaction": joints, "spring": springs}.get(sensor.kind, bodies)
+        named.append(("sensors", number, "of", sensor.of, known))
         if sensor.axes is not None:
             named.append(("sensors", number, "axes", sensor.axes, bodies))
     for where, number, key, name, known in named:
         if name not in known:
-            what = "joint" if known is joints else "body that moves" if known == bodies[1:] else "body"
+            kinds = {id(joints): "joint", id(springs): "spring", id(bodies): "body"}
+            what = kinds.get(id(known), "body that moves")
             yield (where, number, key), f'no {what} is called "{name}"', similar(name, known)
 
 
@@ -183,7 +216,15 @@ def _springs(case: "Machine") -> Iterator[Finding]:
                 "Use a bushing for a spring of no length",
             )
             yield ("springs", number, "point_b"), what, hint
-        if spring.free_length < 0.0:
+        if (spring.free_length is None) == (spring.preload is None):
+            yield (
+                ("springs", number),
+                "must have either a free_length or a preload",
+                'Write e.g. free_length = "200 mm"',
+            )
+        elif spring.preload is not None and not spring.stiffness > 0.0:
+            yield ("springs", number, "preload"), "needs a stiffness, got 0 N/m", "Use [[forces]]"
+        elif spring.preload is None and spring.free_length < 0.0:
             yield (
                 ("springs", number, "free_length"),
                 f"must be zero or more, got {spring.free_length:g} m",
@@ -212,11 +253,11 @@ def _sensors(case: "Machine") -> Iterator[Finding]:
                 f'begins like the series of a part, got "{sensor.name}"',
                 f"Choose a name that does not begin with {', '.join(TAKEN)}",
             )
-        if sensor.axes is not None and sensor.kind in ("position", "attitude"):
+        if sensor.axes is not None and sensor.kind in ("position", "attitude", "spring"):
             yield (
                 (*key, "axes"),
                 f"has no meaning for kind = {sensor.kind!r}".replace("'", '"'),
                 "Leave it out: world axes",
             )
-        if sensor.at is not None and sensor.kind in ("attitude", "reaction"):
+        if sensor.at is not None and sensor.kind in ("attitude", "reaction", "spring"):
             yield (*key, "at"), f"has no meaning for kind = {sensor.kind!r}".replace("'", '"'), "Leave it out"

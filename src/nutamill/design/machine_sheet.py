@@ -128,7 +128,7 @@ def machine_sheet(case: Machine) -> MachineSheet:
     parts = mechanism_parts(case)
     refuse_walls(case)
     mechanism, state, scratch = assemble_machine(case)
-    labels = constraint_tables(Placement(parts.bodies), parts.joints, parts.drives)[3]
+    labels = constraint_tables(Placement(parts.bodies), parts.joints, parts.drives, parts.gears)[3]
     redundant = redundancies(mechanism, state, scratch, labels)
     masses = np.array([body.mass for body in parts.bodies])
     centre = masses @ np.array([body.position for body in parts.bodies]) / masses.sum()
@@ -145,7 +145,7 @@ def machine_sheet(case: Machine) -> MachineSheet:
         mass_centre=centre,
         rows=len(mechanism.rows),
         driven=len(mechanism.drives),
-        freedoms=6 * len(parts.bodies) - rank + len(mechanism.drives),
+        freedoms=6 * len(parts.bodies) - rank + int((mechanism.drives.row >= 0).sum()),
         redundant=redundant,
         not_unique=[
             joint.name

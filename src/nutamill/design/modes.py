@@ -174,7 +174,8 @@ def machine_rest_modes(case: Machine) -> MachineModes:
     """
     mechanism, state, scratch = assemble_machine(case)
     static_equilibrium(mechanism, state, scratch)
-    vibrations, names = modes(mechanism, state, scratch), tuple(entry.name for entry in case.bodies)
+    vibrations = modes(mechanism, state, scratch)
+    names = tuple(body.name for body in mechanism_parts(case).bodies)
     if np.any(vibrations.damping_ratio <= UNSTABLE):
         raise CaseError(
             Fault("modes", "the equilibrium is unstable", "Assemble the mechanism near a stable one")

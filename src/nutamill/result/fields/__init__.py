@@ -41,7 +41,9 @@ _NAME = "[a-z][a-z0-9_]*"
 _PARTS = {
     "mount": "[1-9][0-9]*",
     "body": "|".join(TURNING),
-    **dict.fromkeys(("sensor", "joint", "bushing", "spring", "torque", "drive", "carrier"), _NAME),
+    **dict.fromkeys(
+        ("sensor", "joint", "bushing", "spring", "torque", "force", "stop", "gear", "drive", "carrier"), _NAME
+    ),
 }
 _SERIES = {field.name: field for field in SERIES}
 _SNAPSHOT = {field.name: field for field in SNAPSHOT}

@@ -47,7 +47,11 @@ def carriers_of(machine: Machine) -> list[Carrier]:
         if body.name in used
     ]
     if GROUND in used:
-        carriers.append(Carrier(GROUND, len(machine.bodies), np.zeros(3), quaternion_of(None)))
+        carriers.append(
+            Carrier(
+                GROUND, len(machine.bodies) + len(machine.unbalance_motors), np.zeros(3), quaternion_of(None)
+            )
+        )
     return carriers
 
 

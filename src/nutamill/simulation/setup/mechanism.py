@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.case.machine import BodyEntry, BushingEntry, DriveEntry, JointEntry, Machine
+from nutamill.case.drive import DriveProgramme
+from nutamill.case.loads import ForceEntry, LinearDriveEntry, StopEntry, UnbalanceMotorEntry
+from nutamill.case.machine import BodyEntry, BushingEntry, JointEntry, Machine
 from nutamill.case.placement import quaternion_of
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
@@ -14,14 +16,18 @@ from nutamill.mechanism.parts import (
     Body,
     Bushing,
     Drive,
+    Force,
+    Gear,
     Joint,
     JointFriction,
     JointKind,
     Motor,
     Spring,
+    Stop,
     Torque,
 )
 from nutamill.mechanism.sensors import COLUMNS, Sensor, SensorKind
+from nutamill.mechanism.unbalance import UnbalanceMotor
 
 KINDS = {
     "position": SensorKind.POINT_POSITION,
@@ -29,12 +35,13 @@ KINDS = {
     "acceleration": SensorKind.POINT_ACCELERATION,
     "attitude": SensorKind.BODY_ATTITUDE,
     "reaction": SensorKind.JOINT_REACTION,
+    "spring": SensorKind.SPRING,
 }
 """Kinds of sensors by their names in case files."""
 
 
 class MechanismParts(NamedTuple):
-    """The parts of a mechanism, in the order of the arguments of `nutamill.mechanism.assembly.assemble`."""
+    """The parts of a mechanism, by the names of the arguments of `nutamill.mechanism.assembly.assemble`."""
 
     bodies: list[Body]
     """The bodies."""
@@ -48,13 +55,20 @@ class MechanismParts(NamedTuple):
     """Constant moments."""
     drives: list[Drive]
     """The drives."""
+    forces: list[Force]
+    """Constant and tabulated forces."""
+    gears: list[Gear]
+    """Ratios between the rotations of two joints."""
+    stops: list[Stop]
+    """One-sided stops."""
 
 
 def mechanism_parts(machine: Machine) -> MechanismParts:
-    """Return the parts of a machine as parts of the engine."""
+    """Return the parts of a machine as parts of the engine, those of unbalance motors after the others."""
+    motors = [_unbalance_motor(entry).parts() for entry in machine.unbalance_motors]
     return MechanismParts(
-        [_body(entry) for entry in machine.bodies],
-        [_joint(entry) for entry in machine.joints],
+        [_body(entry) for entry in machine.bodies] + [rotor for rotor, _, _ in motors],
+        [_joint(entry) for entry in machine.joints] + [bearing for _, bearing, _ in motors],
         [_bushing(entry) for entry in machine.bushings],
         [
             Spring(
@@ -65,11 +79,17 @@ def mechanism_parts(machine: Machine) -> MechanismParts:
                 entry.stiffness,
                 entry.damping,
                 entry.free_length,
+                entry.preload,
             )
             for entry in machine.springs
         ],
         [Torque(entry.name, entry.body, entry.moment) for entry in machine.torques],
-        [Drive(entry.name, entry.joint, *entry.breakpoints(), _motor(entry)) for entry in machine.drives],
+        [Drive(entry.name, entry.joint, *entry.breakpoints(), _motor(entry)) for entry in machine.drives]
+        + [_linear_drive(entry) for entry in machine.linear_drives]
+        + [drive for _, _, drive in motors],
+        [_force(entry) for entry in machine.forces],
+        [Gear(entry.name, entry.input, entry.output, entry.ratio) for entry in machine.gears],
+        [_stop(entry) for entry in machine.stops],
     )
 
 
@@ -82,7 +102,7 @@ def assemble_machine(
     parts = mechanism_parts(machine)
     if drives is not None:
         parts = parts._replace(drives=list(drives))
-    return assemble(*parts, gravity=machine.gravity, redundant=machine.redundant)
+    return assemble(**parts._asdict(), gravity=machine.gravity, redundant=machine.redundant)
 
 
 def machine_sensors(machine: Machine) -> list[tuple[Sensor, list[str]]]:
@@ -94,7 +114,7 @@ def machine_sensors(machine: Machine) -> list[tuple[Sensor, list[str]]]:
     def add(sensor, prefix, parts=None):
         sensors.append((sensor, [f"{prefix}_{part}" for part in parts or COLUMNS[sensor.kind]]))
 
-    for joint in machine.joints:
+    for joint in (*machine.joints, *machine.unbalance_motors):
         name = f"joint_{joint.name}"
         add(Sensor(name, SensorKind.JOINT_REACTION, joint.name), name)
     for bushing in machine.bushings:
@@ -102,20 +122,28 @@ def machine_sensors(machine: Machine) -> list[tuple[Sensor, list[str]]]:
         travel = (*(f"travel_{axis}" for axis in "xyz"), *(f"turn_{axis}" for axis in "xyz"))
         add(Sensor(name, SensorKind.BUSHING_WRENCH, bushing.name), name)
         add(Sensor(f"{name}_travel", SensorKind.BUSHING_TRAVEL, bushing.name), name, travel)
-    for drive in machine.drives:
+    for drive in (*machine.drives, *machine.unbalance_motors):
         name = f"drive_{drive.name}"
         add(Sensor(name, SensorKind.DRIVE, drive.name), name)
+    for drive in machine.linear_drives:
+        name = f"linear_drive_{drive.name}"
+        add(Sensor(name, SensorKind.LINEAR_DRIVE, drive.name), name)
+    for gear in machine.gears:
+        add(Sensor(f"gear_{gear.name}", SensorKind.GEAR, gear.name), f"gear_{gear.name}")
+    for stop in machine.stops:
+        add(Sensor(f"stop_{stop.name}", SensorKind.STOP, stop.name), f"stop_{stop.name}")
     for entry in machine.sensors:
         if entry.kind == "charge":  # read from the charge, not from the mechanism
             continue
         name, kind = f"{entry.name}_{entry.kind}", KINDS[entry.kind]
         # a column of a vector or a quaternion ends in the name of the component: x, vx, ax, qw
-        parts = None if kind == SensorKind.JOINT_REACTION else tuple(part[-1] for part in COLUMNS[kind])
+        whole = kind in (SensorKind.JOINT_REACTION, SensorKind.SPRING)
+        parts = None if whole else tuple(part[-1] for part in COLUMNS[kind])
         add(Sensor(name, kind, entry.of, point=entry.at, axes_body=entry.axes), name, parts)
     return sensors
 
 
-def _motor(entry: DriveEntry) -> Motor | None:
+def _motor(entry: DriveProgramme) -> Motor | None:
     """Return the motor, or None for a prescribed rotation."""
     if (motor := entry.motor) is None:
         return None
@@ -152,3 +180,51 @@ def _joint(entry: JointEntry) -> Joint:
 
 def _bushing(entry: BushingEntry) -> Bushing:
     return Bushing(entry.name, *entry.between, entry.point, entry.axis, entry.stiffness, entry.damping)
+
+
+def _force(entry: ForceEntry) -> Force:
+    if entry.table is None:
+        return Force(entry.name, entry.body, entry.force, point=entry.at)
+    times, forces = zip(*entry.table, strict=True)
+    return Force(entry.name, entry.body, forces, times, entry.at)
+
+
+def _stop(entry: StopEntry) -> Stop:
+    return Stop(
+        entry.name,
+        *entry.between,
+        entry.point_a,
+        entry.point_b,
+        entry.stiffness,
+        entry.restitution,
+        entry.normal,
+        entry.radius_a,
+        entry.radius_b or 0.0,
+    )
+
+
+def _linear_drive(entry: LinearDriveEntry) -> Drive:
+    motor = entry.motor
+    if motor is not None:
+        limits = (
+            math.inf if value is None else value
+            for value in (motor.force, motor.power, motor.cut, motor.restored)
+        )
+        motor = Motor(motor.gain, motor.gain / motor.integral_time, *limits)
+    times, speeds = zip(*entry.speeds, strict=True)
+    return Drive(entry.name, entry.joint, times, speeds, motor)
+
+
+def _unbalance_motor(entry: UnbalanceMotorEntry) -> UnbalanceMotor:
+    return UnbalanceMotor(
+        entry.name,
+        entry.body,
+        entry.point,
+        entry.axis,
+        entry.towards,
+        entry.mass,
+        entry.eccentricity,
+        *entry.breakpoints(),
+        entry.inertia,
+        _motor(entry),
+    )

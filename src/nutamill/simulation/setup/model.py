@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nutamill.base.errors import StepError
+from nutamill.base.errors import CaseError, StepError
 from nutamill.case.machine import Machine
 from nutamill.charge.kernels.copying import checkpoint_arrays
 from nutamill.charge.measures.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
@@ -13,6 +13,7 @@ from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.sensors import SensorTable, sensor_table
+from nutamill.mechanism.stop_tables import step_faults
 from nutamill.simulation.coupling_model import (
     CoupledModel,
     CoupledScratch,
@@ -124,6 +125,8 @@ def build(machine: Machine, bed: np.ndarray | None) -> tuple[Model, State, Scrat
     sensors = sensor_table(mechanism, mstate, [sensor for sensor, _ in named])
     carriers = [] if bed is None else carriers_of(machine)
     scheme, clock = plan_scheme(machine), run_clock(machine)
+    if faults := step_faults(mechanism, "run.step" if bed is None else "run.window", clock.window):
+        raise CaseError(*faults)
     if machine.run.start == "rest":
         weight = None if scheme == Scheme.PRESCRIBED else bed_weight(machine, bed, mstate)
         static_equilibrium(mechanism, mstate, mscratch, wrench=weight)

@@ -16,10 +16,10 @@ from nutamill.result.fields import Field, series_field
 from nutamill.simulation.row import CONTACT_TERMS, WRENCH, RowTable
 from nutamill.simulation.setup.particles import charge_mass
 
-LOSSES = {"bushing_loss": "bushing", "spring_loss": "spring", "joint_loss": "joint"}
+LOSSES = {"bushing_loss": "bushing", "spring_loss": "spring", "joint_loss": "joint", "stop_loss": "stop"}
 """Groups of a row that hold energies dissipated by parts, and what their series begin with."""
 
-WORKS = {"drive_work": "drive", "torque_work": "torque"}
+WORKS = {"drive_work": "drive", "torque_work": "torque", "force_work": "force"}
 """Groups of a row that hold works done on the mechanism, and what their series begin with."""
 
 
@@ -47,8 +47,9 @@ class Readout:
         ]
         rubs = {joint.name for joint in machine.joints if joint.friction is not None}
         self._frictionless = {
-            f"joint_{joint.name}_loss" for joint in machine.joints if joint.name not in rubs
+            f"joint_{joint}_loss" for joint in table.groups["joint_loss"] if joint not in rubs
         }
+        self._sliding = {drive.name for drive in machine.linear_drives}
         self.table, self.n_columns = table, table.starts.columns
         values = self._all(np.zeros((1, self.n_columns)), np.zeros(self.n_columns))
         known = [name for name in values if name not in self._frictionless]
@@ -117,6 +118,10 @@ class Readout:
         series |= {f"{kind}_contacts": at("contacts", kind) for kind in ("pair", "wall")}
         return series | {f"largest_{kind}_overlap": at("largest_overlap", kind) for kind in ("pair", "wall")}
 
+    def _prefix(self, group: str, part: str) -> str:
+        """Return what the series of the work of a part begins with."""
+        return "linear_drive" if group == "drive_work" and part in self._sliding else WORKS[group]
+
     def _ledger(self, rows: np.ndarray, first: np.ndarray) -> dict[str, np.ndarray]:
         """Return the energy ledger, cumulative from the first row, and its residual."""
         at, at_first = partial(self.table.read, rows), partial(self.table.read, first[None, :])
@@ -126,8 +131,8 @@ class Readout:
             "elastic_energy": at("mechanism_energy", "elastic"),
         }
         works = {
-            f"{prefix}_{part}_work": at(group, part)
-            for group, prefix in WORKS.items()
+            f"{self._prefix(group, part)}_{part}_work": at(group, part)
+            for group in WORKS
             for part in self.table.groups[group]
         }
         lost = {
