@@ -23,8 +23,7 @@ def slider(drive, damping=DAMPING, axis=X, gravity=(0.0, 0.0, -9.81)):
 
 def ledger(system):
     """Energy stored and lost less the work of the drives [J]."""
-    lost = system.state.spring_loss.sum() + system.state.joint_loss.sum()
-    return system.energy().total + lost - system.state.drive_work.sum()
+    return system.energy().total + system.state.loss.sum() - system.state.drive_work.sum()
 
 
 def test_force_of_a_prescribed_travel_is_mass_times_acceleration_plus_friction():

@@ -193,7 +193,7 @@ def test_joint_friction_slows_a_disc_by_coefficient_times_radius_times_weight():
     assert abs(speed - (start_speed - moment / axial * t)) < 1e-9
     assert abs(system.reaction("axle").moment[2] + moment) < 1e-12
     # its loss is the kinetic energy that went
-    assert abs(system.state.joint_loss[0] - axial * (start_speed**2 - speed**2) / 2) < 1e-9
+    assert abs(system.state.loss[0] - axial * (start_speed**2 - speed**2) / 2) < 1e-9
 
 
 def test_viscous_joint_friction_lets_the_speed_decay_exponentially():

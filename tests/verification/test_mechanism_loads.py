@@ -77,7 +77,7 @@ def test_energy_of_a_bushing_and_two_bodies_closes_with_second_order():
         system = System(*linked_pair(), gravity=O)
         begin = system.energy().total
         system.march(0.5, dt)
-        loss = system.state.bushing_loss[0]
+        loss = system.state.loss[0]
         assert loss > 0.1 * begin
         drifts.append(system.energy().total + loss - begin)
     # second order leaves a quarter (first order: a half)

@@ -71,13 +71,7 @@ def energy_residual(mechanism, state, scratch):
     """Kinetic + potential + elastic + losses - works [J]."""
     now = np.zeros(3)
     energies(mechanism, state, scratch, now)
-    return (
-        now.sum()
-        + state.bushing_loss.sum()
-        + state.joint_loss.sum()
-        - state.drive_work.sum()
-        - state.wrench_work.sum()
-    )
+    return now.sum() + state.loss.sum() - state.drive_work.sum() - state.wrench_work.sum()
 
 
 def test_step_is_of_second_order_in_motion_and_reaction():

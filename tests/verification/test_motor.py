@@ -98,7 +98,7 @@ def test_energy_of_a_motor_is_what_the_shaft_gains_and_loses():
     energies(*built, energy)
     work = built[1].drive_work[0]
     # trapezoid rule of powers that change within some 10 ms: (dt/10 ms)^2 / 12
-    assert energy[0] + built[1].joint_loss[0] == pytest.approx(work, rel=1e-5)
+    assert energy[0] + built[1].loss[0] == pytest.approx(work, rel=1e-5)
 
 
 def test_pendulum_held_by_a_resting_motor_is_found_at_rest_and_shakes_on_its_seat():

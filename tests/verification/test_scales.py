@@ -85,7 +85,7 @@ def test_mechanism_in_other_units_gives_the_same_bits():
     one.march(0.2, 1e-3)
     other.march(0.2 * OTHER.time, 1e-3 * OTHER.time)
     speed = np.abs(one.state.angular_velocity[1:3]).max(axis=1)
-    assert (speed > 1.0).all() and (one.state.joint_loss > 0.0).all()
+    assert (speed > 1.0).all() and (one.state.loss > 0.0).all()
     for name, factor in {
         "position": OTHER.of(1),
         "quaternion": 1.0,
@@ -93,6 +93,6 @@ def test_mechanism_in_other_units_gives_the_same_bits():
         "angular_velocity": OTHER.of(0, 0, -1),
         "friction_moment": OTHER.of(2, 1, -2),
         "drive_torque": OTHER.of(2, 1, -2),
-        "joint_loss": OTHER.of(2, 1, -2),
+        "loss": OTHER.of(2, 1, -2),
     }.items():
         assert (getattr(other.state, name) == factor * getattr(one.state, name)).all(), name

@@ -32,7 +32,7 @@ def thrown(restitution, speed, clearance=1e-4):
 
 
 def ledger(system):
-    return system.energy().total + system.state.stop_loss.sum()
+    return system.energy().total + system.state.loss.sum()
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.8, 0.4, 0.1])

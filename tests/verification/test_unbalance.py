@@ -69,9 +69,9 @@ def test_the_drive_pays_for_what_the_damper_loses():
     system = screen(unbalance(), damping)
     turn = 2.0 * math.pi / SPEED
     system.march(20.0 * turn, turn / 200)
-    before = system.state.drive_work[0], system.state.bushing_loss[0]
+    before = system.state.drive_work[0], system.state.loss[0]
     system.march(10.0 * turn, turn / 200)
-    work, loss = system.state.drive_work[0] - before[0], system.state.bushing_loss[0] - before[1]
+    work, loss = system.state.drive_work[0] - before[0], system.state.loss[0] - before[1]
     size = (
         ROTOR
         * ECCENTRICITY

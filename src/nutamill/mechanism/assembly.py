@@ -269,10 +269,7 @@ def new_state(mechanism, placement, bodies) -> MechanismState:
         wrench_work=np.zeros(n),
         torque_work=np.zeros(len(mechanism.torques)),
         force_work=np.zeros(len(mechanism.forces)),
-        bushing_loss=np.zeros(n_bushings),
-        spring_loss=np.zeros(n_springs),
-        joint_loss=np.zeros(n_joints),
-        stop_loss=np.zeros(n_stops),
+        loss=np.zeros(n_bushings + n_springs + n_joints + n_stops),
     )
 
 

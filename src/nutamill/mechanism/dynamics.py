@@ -280,7 +280,7 @@ def finish(mechanism, state, scratch, dt):
     update_kinematics(mechanism, state, scratch)
     project_velocities(mechanism, state, scratch)
     add_works(mechanism, state, scratch, dt)
-    add_losses(mechanism, state, scratch.power, dt)
+    add_losses(state, scratch.power, dt)
     report_reactions(mechanism, state, scratch)
     advance_motors(
         mechanism.drives,
@@ -331,22 +331,12 @@ def add_works(mechanism, state, scratch, dt):
 
 
 @kernel
-def add_losses(mechanism, state, power, dt):
+def add_losses(state, power, dt):
     """Add the losses of bushings, springs, joints and stops over the step just made [J], by the trapezoid
     rule of their powers.
     """
-    n_bushings, n_springs = mechanism.bushings.shape[0], mechanism.springs.shape[0]
-    for i in range(n_bushings):
-        state.bushing_loss[i] += 0.5 * dt * (state.power[i] + power[i])
-    for i in range(n_springs):
-        at = n_bushings + i
-        state.spring_loss[i] += 0.5 * dt * (state.power[at] + power[at])
-    for i in range(mechanism.joints.shape[0]):
-        at = n_bushings + n_springs + i
-        state.joint_loss[i] += 0.5 * dt * (state.power[at] + power[at])
-    for i in range(mechanism.stops.shape[0]):
-        at = n_bushings + n_springs + mechanism.joints.shape[0] + i
-        state.stop_loss[i] += 0.5 * dt * (state.power[at] + power[at])
+    for i in range(power.shape[0]):
+        state.loss[i] += 0.5 * dt * (state.power[i] + power[i])
 
 
 @kernel

@@ -299,14 +299,10 @@ class MechanismState(NamedTuple):
     """Work each constant moment did [J], (n_torques,), cumulative."""
     force_work: np.ndarray
     """Work each given force did [J], (n_forces,), cumulative."""
-    bushing_loss: np.ndarray
-    """Energy each bushing dissipated [J], (n_bushings,), cumulative."""
-    spring_loss: np.ndarray
-    """Energy each spring dissipated [J], (n_springs,), cumulative."""
-    joint_loss: np.ndarray
-    """Energy each joint dissipated by friction [J], (n_joints,), cumulative."""
-    stop_loss: np.ndarray
-    """Energy each stop dissipated [J], (n_stops,), cumulative."""
+    loss: np.ndarray
+    """Energy that each bushing, then each spring, joint and stop dissipated [J], in the order of `power`,
+    cumulative.
+    """
 
 
 class MechanismScratch(NamedTuple):

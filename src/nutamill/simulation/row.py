@@ -56,12 +56,12 @@ class RowStarts(NamedTuple):
     """Energy dissipated by each spring [J], cumulative."""
     joint_loss: int
     """Energy dissipated by each joint [J], cumulative."""
+    stop_loss: int
+    """Energy dissipated by each stop [J], cumulative."""
     torque_work: int
     """Work of each constant moment [J], cumulative."""
     force_work: int
     """Work of each given force [J], cumulative."""
-    stop_loss: int
-    """Energy dissipated by each stop [J], cumulative."""
     charge_energy: int
     """Kinetic energies of the charge, and energies stored in its contacts [J]."""
     contacts: int
@@ -103,9 +103,9 @@ def row_groups(
         "bushing_loss": tuple(names["bushing"]),
         "spring_loss": tuple(names["spring"]),
         "joint_loss": tuple(names["joint"]),
+        "stop_loss": tuple(names["stop"]),
         "torque_work": tuple(names["torque"]),
         "force_work": tuple(names["force"]),
-        "stop_loss": tuple(names["stop"]),
     }
     if not carriers:
         return groups | dict.fromkeys(CHARGE_GROUPS, ())
@@ -153,12 +153,9 @@ def mechanism_row(mechanism, state, scratch, sensors, starts, row_out):
     read_sensors(mechanism, state, scratch, sensors, row_out[starts.sensors : starts.mechanism_energy])
     energies(mechanism, state, scratch, row_out[starts.mechanism_energy : starts.drive_work])
     copy_numbers(state.drive_work, row_out[starts.drive_work : starts.bushing_loss])
-    copy_numbers(state.bushing_loss, row_out[starts.bushing_loss : starts.spring_loss])
-    copy_numbers(state.spring_loss, row_out[starts.spring_loss : starts.joint_loss])
-    copy_numbers(state.joint_loss, row_out[starts.joint_loss : starts.torque_work])
+    copy_numbers(state.loss, row_out[starts.bushing_loss : starts.torque_work])
     copy_numbers(state.torque_work, row_out[starts.torque_work : starts.force_work])
-    copy_numbers(state.force_work, row_out[starts.force_work : starts.stop_loss])
-    copy_numbers(state.stop_loss, row_out[starts.stop_loss : starts.charge_energy])
+    copy_numbers(state.force_work, row_out[starts.force_work : starts.charge_energy])
 
 
 @kernel
