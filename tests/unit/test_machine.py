@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import nutamill as nm
+from nutamill.analysis.values import default_readings, reading_of
 from nutamill.base.errors import CaseError
 from nutamill.case import Machine, load_case
 from nutamill.case.charge_checks import Vessel
@@ -273,6 +274,18 @@ def test_a_recorded_series_that_is_none_is_refused_with_the_nearest(file, droppe
         CaseError, match=r'run.series: no series is called "piston_charge_forcez". Did you mean'
     ):
         nm.run(case, to=tmp_path / "a.h5")
+
+
+def test_a_campaign_of_a_machine_reads_its_quantities_or_the_forces_of_its_charge(file):
+    plain = load_case(file)
+    assert [reading.name for reading in default_readings(plain)][:2] == [
+        "piston_charge_force_z_rms",
+        "piston_charge_force_x_rms",
+    ]
+    file.write_text(PISTON.replace("[materials.steel]", QUANTITIES))
+    assert [reading.name for reading in default_readings(load_case(file))] == ["push", "side", "lift"]
+    asked = reading_of("rms push", quantities=["push"])
+    assert (asked.name, asked.field.unit) == ("push_rms", "SI")
 
 
 # ---- what is refused

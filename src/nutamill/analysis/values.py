@@ -1,12 +1,13 @@
 """What a campaign reads from its results: steady means, root mean squares or swings of series."""
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple, cast, get_args
 
 from nutamill.analysis.windows import How, steady_mean
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.steady import NO_ESTIMATE, Estimate
+from nutamill.case import Case, Machine
 from nutamill.result import Result
 from nutamill.result.fields import Field, series_field
 
@@ -26,8 +27,12 @@ class Reading(NamedTuple):
 
     @property
     def field(self) -> Field:
-        """The series, as declared."""
-        return series_field(self.series)
+        """The series, as declared, or a quantity of its machine by its name."""
+        try:
+            return series_field(self.series)
+        except CaseError:
+            label = self.series.replace("_", " ")
+            return Field(self.series, label, "SI", label, "a quantity that the file of the machine names")
 
 
 DEFAULT = (
@@ -40,8 +45,28 @@ DEFAULT = (
 """Readings of a campaign that names none."""
 
 
-def reading_of(text: str, where: str = "reading") -> Reading:
+def default_readings(case: Case | Machine) -> tuple[Reading, ...]:
+    """Return the readings of a campaign that names none: those of a mill, of another machine the quantities
+    that its file names, else the torques of its drives, the forces of its charge, or the reactions of its
+    joints.
+    """
+    if isinstance(case, Case):
+        return DEFAULT
+    named = [entry.name for entry in case.quantities]
+    named = named or [f"drive_{drive.name}_torque" for drive in case.drives]
+    if not named and case.charge.parts:
+        carriers = dict.fromkeys(wall.body for wall in case.walls)
+        named = [f"{carrier}_charge_force_{axis}" for carrier in carriers for axis in "zxy"]
+    named = named or [f"joint_{joint.name}_force_{axis}" for joint in case.joints for axis in "xyz"]
+    return tuple(Reading(name, "mean" if case.quantities else "rms") for name in named[: len(DEFAULT)])
+
+
+def reading_of(text: str, where: str = "reading", quantities: Collection[str] = ()) -> Reading:
     """Return the reading that a text names: a series, or ``rms`` or ``swing`` and a series.
+
+    Parameters
+    ----------
+    quantities : names of series that the file of a machine gives its own
 
     Raises
     ------
@@ -57,7 +82,8 @@ def reading_of(text: str, where: str = "reading") -> Reading:
             )
         )
     try:
-        series_field(series)
+        if series not in quantities:
+            series_field(series)
     except CaseError as error:
         raise CaseError(
             *(Fault(where, f"{fault.where}: {fault.what}", fault.hint) for fault in error.faults)

@@ -227,8 +227,7 @@ class Charge:
         StepError : an overlap beyond its limit, or a particle that left the domain
         CaseError : a carrier that is too light for a march of this length
         """
-        if self._carrier_masses is not None:
-            self._check_carriers(time)
+        self._check_carriers(time)
         if motion is not None:
             self.motion = np.array(motion, float).reshape(self.motion.shape)
         return self.step(round(time / self.dt))
@@ -237,6 +236,8 @@ class Charge:
         """Warn of carriers that are light, or for which a window of `time` [s] is long; refuse what is
         unstable.
         """
+        if self._carrier_masses is None:
+            return
         carriers = pushed_carriers(self.model, self.state, self._carrier_masses)
         faults = [fault for carrier in carriers for fault in carrier_faults(carrier, time)]
         if faults:

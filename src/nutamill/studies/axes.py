@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.schema import LARGEST_NUMBER, spelled
-from nutamill.case import Case
+from nutamill.case import Case, Machine
 from nutamill.case.toml.keys import quantity_at
 
 MOST_FAULTS = 10
@@ -29,7 +29,7 @@ class Member(NamedTuple):
 
     values: dict[str, Any]
     """What it differs in: value by dotted key, as it was asked for."""
-    case: Case
+    case: Case | Machine
     """The case, on one thread."""
 
     @property
@@ -38,7 +38,9 @@ class Member(NamedTuple):
         return " ".join(f"{key}={value}" for key, value in self.values.items())
 
 
-def members(axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], Case]) -> list[Member]:
+def members(
+    axes: Mapping[str, Sequence[Any]], make: Callable[[dict[str, Any]], Case | Machine]
+) -> list[Member]:
     """Make all combinations of the values of each key, the last key changing fastest, each into a case.
 
     Parameters
@@ -90,7 +92,7 @@ def _twins(combinations: list[Member]) -> Iterator[tuple[Member, Member]]:
             yield before, member
 
 
-def changed(case: Case, values: Mapping[str, Any]) -> Case:
+def changed(case: Case | Machine, values: Mapping[str, Any]) -> Case | Machine:
     """Return the case with other values by dotted key: SI floats or text with a unit."""
     return case.with_(values) if values else case
 

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from nutamill.analysis.values import DEFAULT, reading_of
+from nutamill.analysis.values import DEFAULT, default_readings, reading_of
 from nutamill.base.errors import CaseError, Fault
-from nutamill.case import Case, load_mill
+from nutamill.case import Case, Machine, load_case, load_mill
 from nutamill.result import is_finished
 from nutamill.simulation.setup.quick import banner
 from nutamill.simulation.setup.quick import quick as quickened
@@ -77,15 +77,24 @@ def run_sweep(
         hint = 'Write e.g. -s drive.speed="500,600,700 rpm"; a single case is for nutamill run'
         raise CaseError(Fault("sweep", "needs a key with several values, got none", hint))
 
-    def made(values: dict[str, Any]) -> Case:
-        case = load_mill(name, [*fixed, *(f"{key}={value}" for key, value in values.items())])
-        return quickened(case) if quick else case
+    notices: list[str] = []
 
-    readings = tuple(reading_of(text, "readings") for text in named) or DEFAULT
+    def made(values: dict[str, Any]) -> Case | Machine:
+        settings = [*fixed, *(f"{key}={value}" for key, value in values.items())]
+        if not quick:
+            return load_case(name, settings)
+        mill = load_mill(name, settings)
+        if not notices:
+            notices.append(banner(mill))
+        return quickened(mill)
+
     planned = members(axes, made)
+    first = planned[0].case
+    quantities = [entry.name for entry in first.machine.quantities]
+    readings = tuple(reading_of(text, "readings", quantities) for text in named) or default_readings(first)
     folder = to or Path("sweeps") / stem
-    if quick:
-        log(banner(planned[0].case))
+    for notice in notices:
+        log(notice)
     workers = workers_of(jobs, cluster)()
     with Board(readings) as board:
         board.message(f"{len(planned)} runs into {folder}")

@@ -12,8 +12,9 @@ from nutamill.analysis.values import Reading, reading_of
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.base.schema import spelled
-from nutamill.case import Case, load_mill
+from nutamill.case import Case, Machine, load_case
 from nutamill.case.toml.keys import held, si_at, si_of, unit_at
+from nutamill.design.modes import machine_rest_modes
 from nutamill.design.preflight import oscillations
 from nutamill.result import is_finished
 from nutamill.studies.axes import Member, changed
@@ -35,7 +36,7 @@ class Target(NamedTuple):
 
     what: Reading | int
     """What is read from a result, or the number of a mode, counted from 1."""
-    case: Case
+    case: Case | Machine
     """The case under which it was measured, with the free keys at their first guess."""
     value: float
     """What was measured, SI."""
@@ -132,7 +133,7 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
     faults: list[Fault] = []
     free: list[Free] = []
     targets: list[Target] = []
-    base = load_mill(case, fixed)
+    base = load_case(case, fixed)
     for key, limits in file.free.items():
         where = position_of(layer, "free", key)
         try:
@@ -143,7 +144,7 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
         where = position_of(layer, "target", number)
         try:
             under = changed(
-                load_mill(case, [*fixed, *overrides(given.set)]), {one.key: one.start for one in free}
+                load_case(case, [*fixed, *overrides(given.set)]), {one.key: one.start for one in free}
             )
             targets.append(_target(given, under, where))
         except CaseError as error:
@@ -153,7 +154,7 @@ def read_fit(name: str | Path) -> tuple[list[Free], list[Target]]:
     return free, targets
 
 
-def _free(key: str, given: FreeKey, base: Case, where: str) -> Free:
+def _free(key: str, given: FreeKey, base: Case | Machine, where: str) -> Free:
     """Return a free key, its guess and bounds in SI."""
     try:
         tried = changed(base, {key: given.start})
@@ -168,7 +169,7 @@ def _free(key: str, given: FreeKey, base: Case, where: str) -> Free:
     return Free(key, start, low, high, given.step)
 
 
-def _target(given: Measured, case: Case, where: str) -> Target:
+def _target(given: Measured, case: Case | Machine, where: str) -> Target:
     """Return a target, its quantity understood and its numbers in SI."""
     word, _, number = given.quantity.partition(" ")
     what: Reading | int
@@ -183,7 +184,9 @@ def _target(given: Measured, case: Case, where: str) -> Target:
             )
         what, unit, named = int(number), "Hz", f"natural frequency {number}"
     else:
-        what = reading = reading_of(given.quantity, f"{where}.quantity")
+        what = reading = reading_of(
+            given.quantity, f"{where}.quantity", [entry.name for entry in case.machine.quantities]
+        )
         by = "" if reading.by == "mean" else f" ({reading.by})"
         unit, named = reading.field.unit, f"{reading.field.label}{by}"
     kind = next(kind for kind, table in units.UNITS.items() if unit in table)
@@ -233,12 +236,15 @@ def computed(
     return values
 
 
-def _frequency(case: Case, number: int) -> float:
-    """Return a natural frequency of the mill on its mounts with rigid bars as they are, at rest [Hz], NaN if
+def _frequency(case: Case | Machine, number: int) -> float:
+    """Return a natural frequency about rest [Hz], of a mill on its mounts with rigid bars as they are, NaN if
     there are fewer.
     """
-    modes = oscillations(case)
-    return modes[number - 1][0] if number <= len(modes) else float("nan")
+    if isinstance(case, Case):
+        frequencies = [frequency for frequency, _ in oscillations(case)]
+    else:
+        frequencies = [float(frequency) for frequency in machine_rest_modes(case).frequency]
+    return frequencies[number - 1] if number <= len(frequencies) else float("nan")
 
 
 def _rounded(point: Mapping[str, float]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 
 from nutamill.base.child import task_of_parent
 from nutamill.base.errors import ExitCode, MillError, NotSteadyError
-from nutamill.case import Case
+from nutamill.case import case_of_text
 from nutamill.result import is_finished, open_result, state_of
 from nutamill.simulation.march import resume, run
 from nutamill.simulation.setup.bed import settled_bed
@@ -42,7 +42,7 @@ def perform(task: Task) -> None:
     MillError, KeyboardInterrupt : as `run` and `resume` do; a run that is not steady at its longest time is
         finished all the same
     """
-    case, file = Case.from_toml(task.case_text, task.name), Path(task.path)
+    case, file = case_of_text(task.case_text, task.name), Path(task.path)
     if task.work == "settle":
         settled_bed(case.machine)
         return

@@ -13,7 +13,7 @@ from nutamill.analysis.values import DEFAULT, Reading, read
 from nutamill.base.atomic_file import make_folder
 from nutamill.base.errors import CaseError, Fault, MillError
 from nutamill.base.kernel import kernel_digest
-from nutamill.case import Case
+from nutamill.case import Case, Machine
 from nutamill.result import is_finished, open_result, state_of
 from nutamill.simulation.setup.bed import bed_is_kept, bed_key
 from nutamill.simulation.setup.charge import contact_law_of
@@ -51,7 +51,7 @@ class Campaign(NamedTuple):
 
 
 def sweep(
-    case: Case,
+    case: Case | Machine,
     axes: Mapping[str, Sequence[Any]],
     folder: str | Path | None = None,
     jobs: int | None = None,
@@ -176,12 +176,12 @@ def log_other_kernels(files: Iterable[Path], log: Callable[[str], None] | None) 
         log(f"made by the kernels of another version, and read as it is: {named}")
 
 
-def _task(work: Literal["settle", "run"], case: Case, file: Path) -> Task:
+def _task(work: Literal["settle", "run"], case: Case | Machine, file: Path) -> Task:
     return Task(work, case.to_toml(), case.name, str(file.absolute()))
 
 
 def _settle(
-    cases: Sequence[Case], workers: Workers, log: Callable[[str], None] | None, interrupted: Event
+    cases: Sequence[Case | Machine], workers: Workers, log: Callable[[str], None] | None, interrupted: Event
 ) -> None:
     """Settle each bed that several runs share and that is not in the cache yet. A fault shows again in the
     runs that need it.
