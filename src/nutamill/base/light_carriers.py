@@ -47,8 +47,9 @@ class PushedCarrier(NamedTuple):
 
 
 def carrier_warnings(carrier: PushedCarrier, window: float, iterated: bool = False) -> list[Fault]:
-    """Return what is doubtful about a carrier whose motion is held for a `window` [s]; `iterated` windows are
-    repeated with the push that they produced.
+    """Return what is doubtful about a carrier whose motion is held for a `window` [s].
+
+    `iterated` windows are repeated with the push that they produced.
     """
     found = []
     if carrier.mass < LIGHT * carrier.particle:
@@ -65,7 +66,10 @@ def carrier_warnings(carrier: PushedCarrier, window: float, iterated: bool = Fal
 
 
 def carrier_faults(carrier: PushedCarrier, window: float, iterated: bool = False) -> list[Fault]:
-    """Return why a carrier cannot be coupled in this `window` [s]; parameters as `carrier_warnings`."""
+    """Return why a carrier cannot be coupled in this `window` [s].
+
+    Parameters are those of `carrier_warnings`.
+    """
     if iterated and carrier.frequency * window >= DIVERGING_WINDOW:
         return [_too_long(carrier, window, 1.0, "repeated windows diverge", "make the body heavier")]
     if not iterated and carrier.frequency * window >= UNSTABLE_WINDOW:

@@ -233,8 +233,11 @@ class Charge:
         return self.step(round(time / self.dt))
 
     def _check_carriers(self, time: float) -> None:
-        """Warn of carriers that are light, or for which a window of `time` [s] is long; refuse what is
-        unstable.
+        """Check the masses of the carriers: warn where one is light, or a window of `time` [s] long for it.
+
+        Raises
+        ------
+        CaseError : a carrier that is unstable in such a window
         """
         if self._carrier_masses is None:
             return
