@@ -11,6 +11,7 @@ from nutamill.analysis.values import default_readings, reading_of
 from nutamill.base.errors import CaseError
 from nutamill.case import Machine, load_case
 from nutamill.case.charge_checks import Vessel
+from nutamill.design.machine_sheet import machine_sheet
 from nutamill.simulation import march
 from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.particles import particle_count
@@ -286,6 +287,21 @@ def test_a_campaign_of_a_machine_reads_its_quantities_or_the_forces_of_its_charg
     assert [reading.name for reading in default_readings(load_case(file))] == ["push", "side", "lift"]
     asked = reading_of("rms push", quantities=["push"])
     assert (asked.name, asked.field.unit) == ("push_rms", "SI")
+
+
+# ---- light carriers
+
+
+def test_check_warns_of_a_piston_lighter_than_fifty_balls_and_of_a_window_too_long_for_it(file):
+    # a ball of 6 mm weighs 7800 pi/6 d^3 = 0.882 g: 20 g are 22.7 of them
+    sheet = "\n".join(machine_sheet(load_case(file, ["bodies.piston.mass=20 g"])).lines())
+    assert "warning: bodies.piston: weighs 22.7 particles where they touch it, less than 50" in sheet
+    assert "bodies.piston" not in "\n".join(machine_sheet(load_case(file)).lines()[:3])
+    # k = 1e-3 x 210 GPa x 6 mm/2 = 630 kN/m on 10 g: 7937 rad/s; seven windows to a row of 1 ms: 1.13 rad
+    long = load_case(file, ["bodies.piston.mass=10 g", "run.window=40", "run.dt=4 us"])
+    message = r'bodies.piston: moves on its contacts by 1.13 rad in a window of .* unstable.*"iterated"'
+    with pytest.raises(CaseError, match=message):
+        nm.run(long, to=file.with_suffix(".h5"))
 
 
 # ---- what is refused

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nutamill.base.errors import CaseError, StepError
+from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.base.host import free_disk, total_memory
 from nutamill.base.units import in_unit, shown
 from nutamill.case import Machine
@@ -16,6 +16,7 @@ from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.mechanism.rows import Placement, constraint_tables
 from nutamill.simulation.setup.clock import Clock, run_clock
+from nutamill.simulation.setup.light_carriers import light_carrier_warnings
 from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts
 from nutamill.simulation.setup.wall_checks import refuse_walls
 
@@ -57,6 +58,8 @@ class MachineSheet:
     """Substep of the charge, window and row."""
     charge: ChargeFacts | None
     """Facts of its charge; None without one."""
+    light: list[Fault]
+    """Warnings of light carriers and of a long window."""
 
     def lines(self) -> list[str]:
         """The sheet as text."""
@@ -67,7 +70,7 @@ class MachineSheet:
         warnings = forecast.warnings(total_memory(), free_disk(case.file_in()))
         lines = [
             f"{case.title or case.name}: ok",
-            *(f"  warning: {warning}" for warning in (*case.warnings, *warnings)),
+            *(f"  warning: {warning}" for warning in (*case.warnings, *self.light, *warnings)),
             f"bodies    {len(self.masses)}, {sum(self.masses.values()):.5g} kg in all, mass centre "
             f"at ({centre}) mm",
             f"          masses in kg: {masses}",
@@ -157,6 +160,7 @@ def machine_sheet(case: Machine) -> MachineSheet:
         modes_missing=missing,
         clock=run_clock(case),
         charge=charge_facts(case),
+        light=light_carrier_warnings(case),
     )
 
 

@@ -17,6 +17,7 @@ from nutamill.design.mesh_drawing import chamber_volume, distance_from_drawing
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.result.fields import expand
 from nutamill.simulation.setup.clock import Clock, run_clock
+from nutamill.simulation.setup.light_carriers import light_carrier_warnings
 from nutamill.simulation.setup.mechanism import assemble_machine
 from nutamill.simulation.setup.particles import charge_parts
 from nutamill.simulation.setup.threads import team_size, usable_cores
@@ -186,6 +187,7 @@ def preflight(case: Case) -> Preflight:
         forecast=forecast,
         warnings=[
             *case.warnings,
+            *light_carrier_warnings(machine),
             *_idle_threads(case),
             *forecast.warnings(total_memory(), free_disk(case.file_in())),
         ],

@@ -45,6 +45,7 @@ from nutamill.simulation.record import Ending, RecordPlan, room_at_start
 from nutamill.simulation.setup.bed import bed_is_kept, settle_apart, settled_bed
 from nutamill.simulation.setup.charge import contact_law_of
 from nutamill.simulation.setup.clock import run_clock
+from nutamill.simulation.setup.light_carriers import refuse_light_carriers
 from nutamill.simulation.setup.model import Model, Scratch, State, build
 from nutamill.simulation.setup.solid_boxes import boxes_met
 from nutamill.simulation.setup.statistics import statistics_axes
@@ -101,6 +102,7 @@ def run(
     path = Path(case.file_in() if to is None else to)
     if case.charge.parts:
         run_clock(case.machine)  # refuses a substep that is too long before a file is touched
+        refuse_light_carriers(case.machine)
         refuse_walls(case.machine)
     with stop_at_once():
         if not again:
