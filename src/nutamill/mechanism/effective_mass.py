@@ -25,27 +25,36 @@ def mobility(mechanism, state, scratch, body: int, point) -> np.ndarray:
     ------
     R. Featherstone, "Rigid Body Dynamics Algorithms", 2008, section 11.3 (impulsive dynamics).
     """
-    jacobian = dense_jacobian(mechanism, state, scratch)
     n = len(mechanism.bodies) - 1
     if body >= n:
         return np.zeros((3, 3))
+    arm = np.asarray(point, float) - state.position[body]
+    motion = np.zeros((3, 6 * n))
+    motion[:, 6 * body : 6 * body + 3] = np.eye(3)
+    motion[:, 6 * body + 3 : 6 * body + 6] = np.cross(np.eye(3), arm).T
+    free, _ = free_motion(mechanism, state, scratch, motion)
+    return free.T @ free
+
+
+def free_motion(mechanism, state, scratch, push) -> tuple[np.ndarray, np.ndarray]:
+    """Return the motions that unit impulses along `push` (k, 6 n_bodies) give, times the root of the inverse
+    masses, (6 n_bodies, k): as joints and prescribed drives allow them, and of free bodies.
+    """
+    jacobian = dense_jacobian(mechanism, state, scratch)
+    n = len(mechanism.bodies) - 1
     # roots of the inverse masses: rows of J M^-1/2, so that mass matrix and pseudo-inverse are symmetric
     root = np.zeros((6 * n, 6 * n))
     for b in range(n):
         root[6 * b : 6 * b + 3, 6 * b : 6 * b + 3] = np.sqrt(mechanism.bodies[b].inverse_mass) * np.eye(3)
         root[6 * b + 3 : 6 * b + 6, 6 * b + 3 : 6 * b + 6] = np.linalg.cholesky(scratch.inverse_inertia[b]).T
-    arm = np.asarray(point, float) - state.position[body]
-    motion = np.zeros((3, 6 * n))
-    motion[:, 6 * body : 6 * body + 3] = np.eye(3)
-    motion[:, 6 * body + 3 : 6 * body + 6] = np.cross(np.eye(3), arm).T
-    free = root @ motion.T
+    free = loose = root @ push.T
     rows = root @ jacobian.T
     if rows.shape[1]:
         rows = rows / np.linalg.norm(rows, axis=0)
         left, size, _ = np.linalg.svd(rows, full_matrices=False)
         held = left[:, size > 1e-6 * size[0]]
-        free = free - held @ (held.T @ free)
-    return free.T @ free
+        free = loose - held @ (held.T @ loose)
+    return free, loose
 
 
 def effective_mass(mechanism, state, scratch, body: int, point, direction=None) -> float:

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from nutamill.base.errors import Fault
-from nutamill.mechanism.constraints import dense_jacobian
+from nutamill.mechanism.effective_mass import IMMOVABLE, free_motion
+from nutamill.mechanism.equations import update_kinematics
 from nutamill.mechanism.model import STOP
 from nutamill.mechanism.parts import Stop
 from nutamill.mechanism.rows import Placement, records, unit
@@ -19,9 +20,6 @@ RESOLVED = 0.2
 """Largest product of the frequency of a contact and the step [1]: sixteen steps from touch to rebound, and an
 error of the rebound below one per cent.
 """
-
-STILL = 1e-12
-"""Share of the compliance of free bodies [1] below which joints and drives hold them at a stop."""
 
 
 def damping_number(restitution: float) -> float:
@@ -70,19 +68,13 @@ def set_frequencies(mechanism, state, scratch) -> None:
     """
     if not len(mechanism.stops):
         return
-    jacobian = dense_jacobian(mechanism, state, scratch)
     n = len(mechanism.bodies) - 1
-    root = np.zeros((6 * n, 6 * n))  # M^-1/2
-    for b in range(n):
-        at = 6 * b
-        root[at : at + 3, at : at + 3] = np.sqrt(mechanism.bodies[b].inverse_mass) * np.eye(3)
-        root[at + 3 : at + 6, at + 3 : at + 6] = np.linalg.cholesky(scratch.inverse_inertia[b]).T
+    update_kinematics(mechanism, state, scratch)
     for stop in mechanism.stops:
-        push = root @ generalised_push(stop, state, scratch.rotation, n)
-        held = jacobian @ root.T
-        free = push - held.T @ np.linalg.lstsq(held.T, push, rcond=None)[0] if len(held) else push
-        compliance = free @ free
-        if compliance > STILL * (push @ push):
+        push = generalised_push(stop, state, scratch.rotation, n)
+        free, loose = free_motion(mechanism, state, scratch, push[None, :])
+        compliance = (free * free).sum()
+        if compliance > IMMOVABLE * (loose * loose).sum():
             stop.frequency = math.sqrt(stop.stiffness * compliance)
 
 
