@@ -72,7 +72,13 @@ def open_mill_result(path: str | Path) -> Result:
         result.close()
         raise
     if "crank_angle" not in series or "pin_joint_reaction_force_x" not in series:
+        parts = bool(result.case_text) and drawing_of(result) is None
         result.close()
+        if parts:
+            raise ResultError(
+                f"{path}: the run of a machine given part by part, and this answer is about the joints and "
+                "mounts of a mill as drawn. `nutamill show` prints its loads, `nutamill plot` draws its series."
+            )
         raise ResultError(
             f"{path}: not the run of a mill with the joint reactions that this version records. Run the case "
             "again."
