@@ -110,7 +110,7 @@ def test_mechanism_of_listed_parts_is_no_mill(invoke, folder):
     )
     march.run(load_case(crank, ["run.until=5 ms"]), folder / "crank.h5").close()
     told = invoke("loads", "crank.h5")
-    assert told.exit_code == 2 and "crank.h5: not the run of a mill with the joint reactions" in told.stderr
+    assert told.exit_code == 2 and "crank.h5: the run of a machine given part by part" in told.stderr
 
 
 def test_picture_of_a_changed_case_or_of_another_option_leaves_the_earlier_one(invoke, folder):

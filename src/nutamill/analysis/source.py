@@ -77,7 +77,7 @@ def open_mill_result(path: str | Path) -> Result:
         if parts:
             raise ResultError(
                 f"{path}: the run of a machine given part by part, and this answer is about the joints and "
-                "mounts of a mill as drawn. `nutamill show` prints its loads, `nutamill plot` draws its series."
+                "mounts of a mill as drawn. `nutamill show` prints its loads, `nutamill plot` its series."
             )
         raise ResultError(
             f"{path}: not the run of a mill with the joint reactions that this version records. Run the case "

@@ -164,8 +164,8 @@ def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
             Fault(
                 str(name_or_path),
                 "describes a mechanism part by part ([[bodies]]), not a mill",
-                "This answer is about the mounts, the crank and the balance of a mill as drawn. Of any machine there "
-                "are check, run, resume, show, modes, sweep, fit, plot, picture, movie, view and export",
+                "This answer is about the mounts, the crank and the balance of a mill as drawn. Any machine "
+                "has check, run, resume, show, modes, sweep, fit, plot, picture, movie, view and export",
             )
         )
     return case
