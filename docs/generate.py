@@ -135,10 +135,14 @@ def _prose(text: str) -> list[str]:
     return ["```text", text, "```"] if text else []
 
 
+FIRST = "piston"
+"""The example that the gallery begins with: what nothing but the charge drives."""
+
+
 def gallery_page(root: Path) -> str:
     """Return every example with its own description, its code and its picture where there is one."""
     lines = ["# Gallery", ""]
-    for path in sorted((root / "examples").glob("*.py")):
+    for path in sorted((root / "examples").glob("*.py"), key=lambda path: (path.stem != FIRST, path.stem)):
         text = path.read_text(encoding="utf-8")
         heading, _, rest = (ast.get_docstring(ast.parse(text)) or path.stem).partition("\n")
         lines += [f"## {heading.rstrip('.')}", "", rest.strip(), ""]

@@ -8,7 +8,7 @@ import pytest
 
 from nutamill.base.errors import CaseError
 from nutamill.base.library import mount_sets
-from nutamill.case import Case, library_names, load_case
+from nutamill.case import Case, case_of_text, library_names, load_case
 from nutamill.case.starter import starter
 from nutamill.simulation.setup.particles import particle_count
 
@@ -41,15 +41,15 @@ def test_the_bare_name_of_a_mill_is_the_newest_of_them(mill):
 
 
 @pytest.mark.parametrize("name", library_names())
-def test_a_published_mill_written_out_is_the_same_case(name):
+def test_a_machine_of_the_package_written_out_is_the_same_case(name):
     case = load_case(name)
-    assert Case.from_toml(case.to_toml()) == case
+    assert case_of_text(case.to_toml()) == case
 
 
 @pytest.mark.parametrize("name", library_names())
-def test_a_published_mill_written_out_again_is_the_same_text(name):
+def test_a_machine_of_the_package_written_out_again_is_the_same_text(name):
     text = load_case(name).to_toml()
-    assert Case.from_toml(text).to_toml() == text
+    assert case_of_text(text).to_toml() == text
 
 
 def test_a_case_with_sizes_profile_ribs_and_texts_round_trips_bit_for_bit(mill, tmp_path):
@@ -251,7 +251,7 @@ def test_a_nutation_angle_is_warned_of_unless_it_is_the_rounded_angle_of_the_cra
     )
 
 
-def test_no_published_mill_warns_of_itself():
+def test_no_machine_of_the_package_warns_of_itself():
     assert [str(found) for name in library_names() for found in load_case(name).warnings] == []
 
 

@@ -1,8 +1,9 @@
-"""The mills that come with the package."""
+"""The machines that come with the package."""
 
 import pytest
 
-from nutamill.case import library_names, load_case
+from nutamill.case import Machine, library_names, load_case
+from nutamill.simulation.setup.wall_checks import refuse_walls
 
 SCALE = 500 / 140
 """Size of the illustrative industrial mill over that of the laboratory mill."""
@@ -63,3 +64,16 @@ def test_the_industrial_mill_says_that_it_is_no_real_machine():
     assert [str(warning) for warning in case.warnings] == [
         str(warning) for warning in load_case("numill").warnings
     ]
+
+
+def test_only_a_year_or_a_size_is_left_out_of_a_name():
+    names = library_names()
+    assert {"numill", "numill-2025", "industrial", "piston", "particle-damper"} <= set(names)
+    assert not {"", "particle", "tumbling", "vibratory"} & set(names)
+
+
+@pytest.mark.parametrize("name", ["piston", "particle-damper", "tumbling-mill", "vibratory-mill"])
+def test_a_machine_part_by_part_of_the_package_has_walls_that_hold_its_charge(name):
+    case = load_case(name)
+    assert isinstance(case, Machine) and case.charge.parts
+    refuse_walls(case)

@@ -1,4 +1,4 @@
-"""Where files are: the published mills, and the sets of mounts, charges and shapes that come with the
+"""Where files are: the machines of the package, and the sets of mounts, charges and shapes that come with the
 package.
 """
 
@@ -14,13 +14,16 @@ SHAPES = FOLDER / "shapes"
 
 
 def library_names() -> list[str]:
-    """Return the names of the published mills, the newest of each mill also under the mill's bare name."""
+    """Return the names of the machines of the package, the newest of those with a year or a size at the end
+    also without it.
+    """
     stems = sorted(path.stem for path in FOLDER.glob("*.toml"))
-    return sorted({*stems, *(stem.rpartition("-")[0] for stem in stems)})
+    bare = {name for name, _, last in (stem.rpartition("-") for stem in stems) if last[:1].isdigit()}
+    return sorted({*stems, *bare} - {""})
 
 
 def library_file(name: str) -> Path | None:
-    """Return the file of a published mill: ``numill-2025``, or ``numill`` for the newest of them."""
+    """Return the file of a machine of the package: ``numill-2025``, or ``numill`` for the newest of them."""
     if name not in library_names():
         return None
     exact = FOLDER / f"{name}.toml"

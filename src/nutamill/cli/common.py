@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 CaseName = Annotated[
-    str, typer.Argument(metavar="CASE", help="A case file, or a published mill such as numill.")
+    str, typer.Argument(metavar="CASE", help="A case file, or a machine of the package such as numill.")
 ]
 Overrides = Annotated[
     list[str] | None,

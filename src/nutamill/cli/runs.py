@@ -177,7 +177,7 @@ def fields() -> None:
 @info_app.command()
 @reports_errors
 def mills() -> None:
-    """List the published mills."""
+    """List the machines that come with the package."""
     from nutamill.case import library_file, library_names, load_case
 
     files = {name: library_file(name) for name in library_names()}
