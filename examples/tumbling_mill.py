@@ -36,4 +36,5 @@ print(
 print(f"drum {INERTIA * speed[-1]:.3f} N m s, torques gave {gained:.3f} N m s")
 assert torque.max() <= LIMIT * (1.0 + 1e-9)
 assert left < 1e-3 * work
-assert abs(gained - INERTIA * speed[-1]) < 1e-2 * INERTIA * speed[-1]
+# samples of 1 ms miss one row's torque at most where the motor comes off its limit, and one at the start
+assert abs(gained - INERTIA * speed[-1]) < 2 * 1e-3 * LIMIT
