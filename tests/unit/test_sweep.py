@@ -209,7 +209,8 @@ def engine(monkeypatch):
 
     monkeypatch.setattr(member, "run", write)
     monkeypatch.setattr(member, "resume", resume)
-    monkeypatch.setattr(sweep, "warm_up", lambda *args, **kwargs: None)
+    for name in ("warm_up", "warm_up_mechanism"):
+        monkeypatch.setattr(sweep, name, lambda *args, **kwargs: None)
     return write
 
 
@@ -300,6 +301,19 @@ def test_file_killed_before_its_first_checkpoint_is_begun_anew(tmp_path, engine)
     assert state_of(tmp_path / "a.h5") == "running"
     perform(Task("run", case.to_toml(), "numill", str(tmp_path / "a.h5")))
     assert state_of(tmp_path / "a.h5") == "complete"
+
+
+def test_a_sweep_in_two_processes_runs_no_module_that_lies_beside_its_cases(tmp_path, monkeypatch):
+    (tmp_path / "numpy.py").write_text("open('taken', 'w')", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    # an empty mill compiles no charge
+    monkeypatch.setattr(sweep, "warm_up", lambda *args, **kwargs: pytest.fail("the charge is compiled"))
+    case = load_case("numill", [*EMPTY, "run.until=2 ms", "run.checkpoint=1 ms"])
+    axes = {"drive.speed": ["300 rpm", "600 rpm"]}
+    planned = members(axes, lambda values: changed(case, values))
+    outcomes = sweep.run_all(planned, tmp_path / "sweep", LocalProcesses(2))
+    assert [outcome.state for outcome in outcomes] == ["complete", "complete"]
+    assert not (tmp_path / "taken").exists()
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX systems")

@@ -19,7 +19,7 @@ from nutamill.simulation.setup.bed import bed_is_kept, bed_key
 from nutamill.simulation.setup.charge import contact_law_of
 from nutamill.simulation.setup.clock import run_clock
 from nutamill.simulation.signals import requests
-from nutamill.simulation.warm_up import warm_up
+from nutamill.simulation.warm_up import warm_up, warm_up_mechanism
 from nutamill.studies.axes import Member, changed, members
 from nutamill.studies.member import Task
 from nutamill.studies.table import Outcome, dataset, write_csv
@@ -116,8 +116,7 @@ def run_all(
 
     try:
         if left:
-            for law in {contact_law_of(outcome.member.case.machine) for outcome in left}:
-                warm_up(log, law=law)
+            _warm_up([outcome.member.case for outcome in left], log)
             with requests() as asked:
                 _settle([outcome.member.case for outcome in left], workers, log, asked.stop)
                 tasks = {
@@ -135,6 +134,15 @@ def run_all(
         workers.stop()
         write_csv(folder / TABLE, list(board.values()), readings)
     return list(board.values())
+
+
+def _warm_up(cases: Sequence[Case], log: Callable[[str], None] | None) -> None:
+    """Compile what these cases run once, before their processes start: no charge where none has one."""
+    laws = {contact_law_of(case.machine) for case in cases if case.charge.parts}
+    for law in laws:
+        warm_up(log, law=law)
+    if not laws:
+        warm_up_mechanism(log)
 
 
 def _as_they_end(futures: Iterable[Future], interrupted: Event) -> Iterator[set[Future]]:
