@@ -15,7 +15,7 @@ area, over volume [1].
 
 Random close packing of equal spheres is 0.637 (G. D. Scott, "Packing of spheres", Nature 188, 908 (1960)).
 The loss was measured by filling cylinders as high as wide: of 12 and 20 diameters, 0.58 and 0.60 can be
-placed, 0.59 and 0.61 could not be in 2000 sweeps; `python -m validation.filling` fills cylinders of 12 to 49
+placed, 0.59 and 0.61 could not be in 2000 sweeps; `python -m validation.filling` fills cylinders of 12 to 30
 diameters up to the rule.
 """
 
