@@ -18,11 +18,20 @@ OTHER_VALUES = {
     "tangential_ratio": 0.5,
     "sliding_friction": 0.4,
     "rolling_friction": 0.02,
+    "tangential_damping": 0.4,
+    "rolling_stiffness": 0.2,
     "cohesive_pressure": 2e5,
 }
 """Values for the numbers of a pair, none of which is that of `numill` or of `GIVEN`."""
 
-GIVEN = {"normal_stiffness": 1e5, "restitution": 0.5, "damping_ratio": 0.2, "cohesive_pressure": 1e5}
+GIVEN = {
+    "normal_stiffness": 1e5,
+    "restitution": 0.5,
+    "damping_ratio": 0.2,
+    "tangential_damping": 0.3,
+    "rolling_stiffness": 0.1,
+    "cohesive_pressure": 1e5,
+}
 """Values for the numbers that a pair may leave out."""
 
 

@@ -282,6 +282,8 @@ def test_keys_that_contradict_each_other_are_named_with_the_cure(name):
     [
         ('stiffness = "direct"', "normal_stiffness"),
         ('damping = "ratio"', "damping_ratio"),
+        ('tangential = "incremental_dashpot"', "tangential_damping"),
+        ('rolling = "type_c_direct"', "rolling_stiffness"),
         ('cohesion = "area"', "cohesive_pressure"),
     ],
 )

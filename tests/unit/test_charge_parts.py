@@ -58,7 +58,9 @@ UP, REST = (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
 def test_friction_never_exceeds_its_limit_and_goes_over_to_the_dynamic_coefficient():
     def friction(length, sliding):
         spring = (length, 0.0, 0.0)
-        return displacement.force(displacement.LAW, (0.6, 0.4), spring, sliding, REST, UP, 1e5, 2.0, 1e-6)
+        return displacement.force(
+            displacement.LAW, (0.6, 0.4, 0.0), spring, sliding, REST, UP, 1e5, 1.0, 2.0, 1e-6
+        )
 
     pull, _, sliding = friction(3e-5, 0.0)
     assert pull[0] == pytest.approx(-0.4 * 2.0)
@@ -70,7 +72,7 @@ def test_friction_never_exceeds_its_limit_and_goes_over_to_the_dynamic_coefficie
 
 def test_friction_spring_lies_in_the_tangent_plane():
     pull, spring, _ = displacement.force(
-        displacement.LAW, (1.0, 1.0), (1e-6, 2e-6, 3e-6), 0.0, (0.1, 0.0, 0.0), UP, 1e5, 9.0, 1e-6
+        displacement.LAW, (1.0, 1.0, 0.0), (1e-6, 2e-6, 3e-6), 0.0, (0.1, 0.0, 0.0), UP, 1e5, 1.0, 9.0, 1e-6
     )
     assert pull[2] == 0.0
     # trapezoidal: force with half the slip, memory with all of it
@@ -80,13 +82,13 @@ def test_friction_spring_lies_in_the_tangent_plane():
 
 def test_constant_rolling_moment_opposes_the_spin():
     # far above the spin that a tenth of the inertia would stop in a substep
-    moment, rolled = type_a.moment(type_a.LAW, REST, (3.0, 0.0, 4.0), UP, 1e5, 1.0, 1.0, 2e-5, 1e-6)
+    moment, rolled = type_a.moment(type_a.LAW, REST, (3.0, 0.0, 4.0), UP, 1e5, 1.0, 1.0, 0.0, 2e-5, 1e-6)
     assert moment == pytest.approx((-2e-5 * 0.6, 0.0, -2e-5 * 0.8))
     assert rolled == REST
 
 
 def test_rolling_spring_ignores_twist_about_the_normal():
-    moment, rolled = type_c.moment(type_c.LAW, REST, (0.0, 0.0, 4.0), UP, 1e-3, 1.0, 1.0, 1.0, 1e-6)
+    moment, rolled = type_c.moment(type_c.LAW, REST, (0.0, 0.0, 4.0), UP, 1e-3, 1.0, 1.0, 0.0, 1.0, 1e-6)
     assert moment == pytest.approx(REST)
     assert rolled == pytest.approx(REST)
 

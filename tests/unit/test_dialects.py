@@ -73,6 +73,28 @@ def test_liggghts_wall_takes_twice_the_cohesion():
         assert number(said[-1], "cohesionEnergyDensity") == wanted
 
 
+def test_tangential_dashpot_and_rolling_stiffness_reach_the_programs_that_have_them():
+    given = [
+        f"contact.pairs.{pair}.{number}"
+        for pair in ("steel-steel", "steel-acrylic")
+        for number in ("tangential_damping=0.2", "rolling_stiffness=0.5 N m/rad")
+    ]
+    contact = touch(
+        "steel-steel", "contact.tangential=incremental_dashpot", "contact.rolling=type_c_direct", *given
+    )
+    assert number(pfc(contact)[0], "dp_sratio") == 0.2
+    assert "missing: a rolling stiffness by itself" in pfc(contact)
+    assert "missing: a tangential dashpot" in "\n".join(rocky(contact))
+    assert "tangential_damping on" in liggghts(contact)[0]
+    # c = 2 ratio sqrt(m* k_t), given over m*
+    gamma = number(liggghts(contact)[1], "gammat")
+    assert gamma == pytest.approx(0.4 * (contact.touch.kt / contact.touch.mass) ** 0.5, rel=1e-5)
+    # LAMMPS rolls over a length: k_r over the square of the reduced radius
+    contact = touch("steel-steel", "contact.rolling=type_c_direct", *given)
+    radius = 0.25 * contact.touch.diameters[0]
+    assert number(lammps(contact)[0], "sds") == pytest.approx(0.5 / radius**2, rel=1e-5)
+
+
 def test_rocky_takes_the_solid_and_the_softening_apart():
     said = "\n".join(rocky(touch()))
     assert "bulk Young's modulus 2e+11 and 2e+11 Pa, numerical softening factor 0.001" in said

@@ -25,7 +25,7 @@ def missed(rows):
     }
 
 
-@pytest.mark.parametrize("name", [name for name in chung_ooi.CASES if name[-1] not in "56"])
+@pytest.mark.parametrize("name", [name for name in chung_ooi.CASES if name[-1] != "5"])
 def test_impacts_of_chung_and_ooi_are_those_of_the_paper(name):
     assert missed(chung_ooi.CASES[name]()) == {}
 
@@ -38,12 +38,6 @@ def test_impacts_at_constant_normal_speed_are_those_of_the_paper_with_its_half_s
     assert all(
         "rigid plane" in quantity and source == chung_ooi.FIGURE for quantity, (source, *_) in wrong.items()
     )
-
-
-def test_spinning_impact_misses_the_paper_where_its_tangential_dashpot_counts():
-    wrong = missed(chung_ooi.test_6())
-    assert len(wrong) == 2
-    assert all(source == chung_ooi.FIGURE for source, *_ in wrong.values())
 
 
 @pytest.mark.parametrize("name", mfix.CASES)

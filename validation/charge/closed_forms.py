@@ -65,11 +65,12 @@ class Spring(NamedTuple):
     """Function of overlap [m]: tangential stiffness [N/m]."""
 
 
-def oblique(mass, radius, v_n, v_t, spin, mu, spring: Spring, stored: str, dt: float):
+def oblique(mass, radius, v_n, v_t, spin, mu, spring: Spring, stored: str, dt: float, tangential_damping=0.0):
     """Velocities v_n', v_t' [m/s] and spin [rad/s] of a sphere after an oblique impact on a fixed flat, by
     small steps `dt` [s].
 
-    `stored` is what the tangential spring remembers: "displacement" or "incremental" (its force).
+    `stored` is what the tangential spring remembers: "displacement" or "incremental" (its force).  A dashpot
+    of `tangential_damping` times ``2 sqrt(m k_t)`` acts beside it, both within Coulomb's limit.
     Trapezoidal in the spring, midpoint in the motion; the arm of friction is the radius less half the
     overlap.
     """
@@ -91,6 +92,8 @@ def oblique(mass, radius, v_n, v_t, spin, mu, spring: Spring, stored: str, dt: f
         if abs(pull) > limit:
             memory *= limit / abs(pull)
             pull = math.copysign(limit, pull)
+        pull += 2.0 * tangential_damping * math.sqrt(mass * k_t) * slip
+        pull = math.copysign(min(abs(pull), limit), pull)
         v_t -= dt * pull / mass
         spin += dt * arm * pull / inertia
         slip = v_t - arm * spin

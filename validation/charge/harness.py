@@ -31,6 +31,7 @@ def pair(
     modulus=0.0,
     shear_modulus=0.0,
     stop=0.9,
+    tangential_damping=0.0,
 ) -> PairLaw:
     """Numbers of a contact with the things a case does not speak of switched off.
 
@@ -40,7 +41,8 @@ def pair(
     zeta : damping ratio [1]; ratio : tangential stiffness over that of the normal law, or over Mindlin's [1]
     cut : no tension on release; friction, rolling : coefficients [1]; unloading : stiffness over that of
         loading [1]
-    stop : overlap at which the march stops [diameter]
+    stop : overlap at which the march stops [diameter]; tangential_damping : tangential dashpot over
+        ``2 sqrt(m* k_t)`` [1]
     """
     return PairLaw(
         stiffness_direct=k,
@@ -57,6 +59,7 @@ def pair(
         unloading_ratio=unloading,
         contact_modulus=modulus,
         contact_shear_modulus=shear_modulus or modulus,
+        tangential_damping=tangential_damping,
     )
 
 

@@ -79,7 +79,7 @@ def decay() -> list[Row]:
                 "type C of Ai et al. with its dashpot stands still",
                 fastest,
                 1e-9,
-                "none of the laws here has a rolling or tangential dashpot (as in Rocky)",
+                "none of the rolling laws here has a dashpot (as in Rocky)",
             )
         )
     return rows

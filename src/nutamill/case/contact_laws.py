@@ -7,8 +7,8 @@ the compiler along.  `tests/contracts/test_contact_laws_agree.py` compares the t
 from typing import Literal
 
 Normal = Literal["linear", "hysteretic", "hertz"]
-Tangential = Literal["displacement", "incremental"]
-Rolling = Literal["type_a", "type_c", "none"]
+Tangential = Literal["displacement", "incremental", "incremental_dashpot"]
+Rolling = Literal["type_a", "type_c", "type_c_direct", "none"]
 Cohesion = Literal["none", "area"]
 
 READS: dict[str, dict[str, frozenset[str]]] = {
@@ -20,11 +20,13 @@ READS: dict[str, dict[str, frozenset[str]]] = {
     "tangential": {
         "displacement": frozenset({"sliding_friction"}),
         "incremental": frozenset({"sliding_friction"}),
+        "incremental_dashpot": frozenset({"sliding_friction", "tangential_damping"}),
     },
     "rolling": {
         "none": frozenset(),
         "type_a": frozenset({"rolling_friction"}),
         "type_c": frozenset({"rolling_friction"}),
+        "type_c_direct": frozenset({"rolling_friction", "rolling_stiffness"}),
     },
     "cohesion": {"none": frozenset(), "area": frozenset({"cohesive_pressure"})},
 }
@@ -42,7 +44,9 @@ OTHERWISE = {"direct": "young", "ratio": "restitution", "restitution": "ratio"}
 
 OPTIONAL = {
     **GIVEN_BY,
-    **{number: ("cohesion", name) for name, numbers in READS["cohesion"].items() for number in numbers},
+    "tangential_damping": ("tangential", "incremental_dashpot"),
+    "rolling_stiffness": ("rolling", "type_c_direct"),
+    "cohesive_pressure": ("cohesion", "area"),
 }
 """The choice of ``[contact]`` that needs each of the numbers that a pair may leave out."""
 

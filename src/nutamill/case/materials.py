@@ -14,6 +14,7 @@ from nutamill.base.schema import (
     Number,
     Positive,
     Pressure,
+    RollingStiffness,
     Share,
     Stiffness,
     Table,
@@ -51,6 +52,12 @@ class ContactPair(Table):
     """Stiffness of the normal spring [N/m], needed with ``stiffness = "direct"``."""
     tangential_ratio: Positive = 1.0
     """Tangential over normal stiffness [1]; with ``normal = "hertz"`` over Mindlin's stiffness."""
+    tangential_damping: Annotated[Number, Field(ge=0.0, lt=1.0)] | None = None
+    """Tangential dashpot over ``2 sqrt(m* k_t)`` with the reduced mass m* [1], needed with
+    ``tangential = "incremental_dashpot"``.
+    """
+    rolling_stiffness: RollingStiffness | None = None
+    """Stiffness of the rolling spring [N m/rad], needed with ``rolling = "type_c_direct"``."""
     cohesive_pressure: AddedPressure | None = None
     """Pull over contact area [Pa], needed with ``cohesion = "area"``."""
     overlap_warn: Share = 0.05
@@ -68,7 +75,7 @@ class ContactLaws(Table):
     """
     tangential: Tangential = "displacement"
     """Whether a contact remembers the length of its tangential spring, or its force; they differ where the
-    stiffness changes.
+    stiffness changes.  The last has a dashpot beside the spring.
     """
     stiffness: Literal["young", "direct"] = "young"
     """``"young"``: each body's spring is softening x young_modulus x particle diameter, two in series (Hertz:
@@ -82,7 +89,9 @@ class ContactLaws(Table):
     hysteretic spring never pulls.
     """
     rolling: Rolling = "type_c"
-    """Rolling resistance: constant moment, spring with a limit, or none."""
+    """Rolling resistance: constant moment, spring with a limit whose stiffness follows from the tangential
+    one or is given (``"type_c_direct"``), or none.
+    """
     cohesion: Cohesion = "none"
     """None, or a pull in proportion to the contact area."""
     pairs: dict[str, ContactPair]

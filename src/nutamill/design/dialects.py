@@ -55,10 +55,10 @@ def rocky(contact: Contact) -> list[str]:
 def pfc(contact: Contact) -> list[str]:
     """Return a line of ``contact cmat``."""
     pair, terms = contact.touch.pair, contact.terms("PFC")
-    normal, _, rolling, _ = terms
+    normal, tangential, rolling, _ = terms
     if normal.missing:
         return _missing(terms)
-    mode = f"dp_sratio 0 dp_mode {int(pair.tension_cut)} fric {pair.static_friction:g}"
+    mode = f"{tangential.words} dp_mode {int(pair.tension_cut)} fric {pair.static_friction:g}"
     # the models with rolling resistance are called rr...
     line = f"model {'rr' if rolling.words else ''}{normal.words} {mode}{rolling.words}"
     return [line, *normal.notes, *_missing(terms)]
@@ -68,7 +68,7 @@ def lammps(contact: Contact) -> list[str]:
     """Return the line of ``pair_coeff``, or what follows ``granular`` in ``fix wall/gran/region``."""
     touch, terms = contact.touch, contact.terms("LAMMPS")
     normal, tangential, rolling, _ = terms
-    if normal.missing:
+    if normal.missing or tangential.missing:
         return _missing(terms)
     line = f"{normal.words} tangential {tangential.words}{rolling.words}"
     line += " limit_damping" if touch.pair.tension_cut else ""
@@ -84,12 +84,13 @@ def liggghts(contact: Contact) -> list[str]:
     limit = " limitForce on" if pair.tension_cut else ""
     return [
         f"gran model {normal.words} tangential history{cohesion.words}{rolling.words} "
-        f"tangential_damping off{limit}",
+        f"{tangential.words}{limit}",
         *normal.lines,
         *normal.notes,
         *tangential.notes,
         "; ".join([f"coefficientFriction {pair.static_friction:g}", *rolling.lines]),
         *cohesion.lines,
+        *_missing(terms),
     ]
 
 

@@ -44,23 +44,23 @@ MEMORY = 20
 """First of the eight rows of the contact memory, as `ChargeState.memory`."""
 SPRING, ROLLED, STAMP, HISTORY = MEMORY, MEMORY + 3, MEMORY + 6, MEMORY + 7
 LAW = 28
-"""First of the eleven rows with the numbers of the pair law, as `LawColumn`."""
-WEIGHT = 39
+"""First of the thirteen rows with the numbers of the pair law, as `LawColumn`."""
+WEIGHT = 41
 """1: counted here; 1/2: a pair across chunks, which the other chunk counts too; 0: unused lane [1]."""
-PEAK = 40
+PEAK = 42
 """Largest overlap so far in this lane over the diameter of the smaller particle: half of it [m], and the
 radius [m] in `PEAK_RADIUS`.
 """
-HELD = 41
+HELD = 43
 """Which pair law the lane's numbers are of [1]."""
-BODY_V = 42
+BODY_V = 44
 """Walls: velocity of the body's mass centre [m/s] (3)."""
-BODY_W = 45
+BODY_W = 47
 """Walls: spin of the body [rad/s] (3)."""
-BODY = 48
+BODY = 50
 """Walls: number of the body, that of no body in an unused lane [1]."""
-PEAK_RADIUS = 50
-ROWS = 51
+PEAK_RADIUS = 52
+ROWS = 53
 """Rows of `columns` [1]."""
 
 
@@ -80,12 +80,13 @@ def store3(columns, b, row, a):
 
 @kernel(inline="always")
 def load_law(columns, b):
-    """Return the numbers of the pair law of lane `b`, as `LawColumn` (11)."""
+    """Return the numbers of the pair law of lane `b`, as `LawColumn` (13)."""
     return (
         columns[b + LAW * BATCH], columns[b + (LAW + 1) * BATCH], columns[b + (LAW + 2) * BATCH],
         columns[b + (LAW + 3) * BATCH], columns[b + (LAW + 4) * BATCH], columns[b + (LAW + 5) * BATCH],
         columns[b + (LAW + 6) * BATCH], columns[b + (LAW + 7) * BATCH], columns[b + (LAW + 8) * BATCH],
-        columns[b + (LAW + 9) * BATCH], columns[b + (LAW + 10) * BATCH],
+        columns[b + (LAW + 9) * BATCH], columns[b + (LAW + 10) * BATCH], columns[b + (LAW + 11) * BATCH],
+        columns[b + (LAW + 12) * BATCH],
     )  # fmt: skip
 
 

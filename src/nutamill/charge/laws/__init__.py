@@ -9,7 +9,8 @@ mid-substep; forces and moments act on the first particle.
 |---|---|
 | `linear`, `hysteretic`, `hertz` | normal laws: numbers, force, energy, closed form, terms |
 | `displacement`, `incremental` | friction |
-| `no_rolling`, `type_a`, `type_c` | resistance to rolling |
+| `incremental_dashpot` | friction with a tangential dashpot |
+| `no_rolling`, `type_a`, `type_c`, `type_c_direct` | resistance to rolling |
 | `no_cohesion`, `area` | cohesion |
 | `composition` | registry of the laws; the whole law of one contact |
 | `pair` | numbers of two materials, their row in the table of the charge, two springs in series |

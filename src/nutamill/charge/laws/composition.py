@@ -5,8 +5,9 @@ A law is one file of this folder and one entry of its family here.  Each file ha
 * `LAW`, an instance of an empty named tuple whose type stands for the law in compiled code;
 * its kernels: ``force`` and ``energy`` of a normal or tangential law, ``moment`` and ``energy`` of a rolling
   law, ``pull`` of cohesion.  All laws of a family take the same arguments and return the same values;
-* of a normal law also its ``numbers``, ``tangential_ratio``, ``faults``, ``impact``, ``resolve_time`` and
-  ``restitution`` and ``STIFFENS``; of a cohesive law ``faults``;
+* of a normal law also its ``numbers``, ``tangential_ratio``, ``impact``, ``resolve_time``, ``restitution``
+  and ``STIFFENS``;
+* ``faults``: what a pair lacks for the law;
 * ``terms``: the law in the terms of other programs.
 """
 
@@ -21,21 +22,27 @@ from nutamill.charge.laws import (
     hertz,
     hysteretic,
     incremental,
+    incremental_dashpot,
     linear,
     no_cohesion,
     no_rolling,
     type_a,
     type_c,
+    type_c_direct,
 )
 from nutamill.charge.laws.pair import NORMAL_NUMBERS, PairLaw
 
 NORMAL = {"linear": linear, "hysteretic": hysteretic, "hertz": hertz}
 """Normal laws by the names of case files."""
 
-TANGENTIAL = {"displacement": displacement, "incremental": incremental}
+TANGENTIAL = {
+    "displacement": displacement,
+    "incremental": incremental,
+    "incremental_dashpot": incremental_dashpot,
+}
 """Tangential laws by the names of case files."""
 
-ROLLING = {"none": no_rolling, "type_a": type_a, "type_c": type_c}
+ROLLING = {"none": no_rolling, "type_a": type_a, "type_c": type_c, "type_c_direct": type_c_direct}
 """Rolling laws by the names of case files."""
 
 COHESION = {"none": no_cohesion, "area": area}
@@ -123,13 +130,14 @@ def law_numbers(law: ContactLaw, pair: PairLaw) -> list[float]:
         pair.rolling_friction,
         1.0 / pair.overlap_stop,
         pair.cohesive_pressure,
+        2.0 * pair.tangential_damping,
+        pair.rolling_stiffness,
     ]
 
 
 def law_faults(law: ContactLaw, pair: PairLaw) -> list[tuple[str, str]]:
     """Return what a pair lacks for the laws of a charge, and what to write instead."""
-    normal, _, _, cohesion = law_files(law)
-    return normal.faults(pair) + cohesion.faults(pair)
+    return [fault for file in law_files(law) for fault in file.faults(pair)]
 
 
 @kernel(inline="always")
@@ -144,14 +152,14 @@ def contact(law, n, overlap, u, w, spring, rolled, sliding, history, m_eff, r_ef
     spring, rolled, sliding, history : contact memory, see `displacement.force`, `type_c.moment` and
         `hysteretic.force`
     m_eff, r_eff : reduced mass [kg] and radius [m]; diameters : of the two [m] (2)
-    numbers : of the pair, as `LawColumn` (11); dt : substep [s]
+    numbers : of the pair, as `LawColumn` (13); dt : substep [s]
 
     Returns
     -------
     force [N] (3), its tangential part [N] (3), moment [N m] (3), spring (3), rolled [rad] (3), sliding [1],
     history, power of normal, tangential and rolling part on the relative motion [W] (3)
     """
-    ratio, static, dynamic, rolling, _, pressure = numbers[NORMAL_NUMBERS:]
+    ratio, static, dynamic, rolling, _, pressure, twice_damping, stiffness = numbers[NORMAL_NUMBERS:]
     v_n = dot3(u, n)
     u = sub3(u, scale3(v_n, n))
     push, k, history = normal_force(
@@ -161,9 +169,11 @@ def contact(law, n, overlap, u, w, spring, rolled, sliding, history, m_eff, r_ef
     push -= cohesive_pull(law.cohesion, overlap, r_eff, pressure)
     kt = ratio * k
     friction, spring, sliding = friction_force(
-        law.tangential, (static, dynamic), spring, sliding, u, n, kt, load, dt
+        law.tangential, (static, dynamic, twice_damping), spring, sliding, u, n, kt, m_eff, load, dt
     )
-    moment, rolled = rolling_moment(law.rolling, rolled, w, n, kt, m_eff, r_eff, rolling * r_eff * load, dt)
+    moment, rolled = rolling_moment(
+        law.rolling, rolled, w, n, kt, m_eff, r_eff, stiffness, rolling * r_eff * load, dt
+    )
     powers = -push * v_n, dot3(friction, u), dot3(moment, w)
     return sub3(friction, scale3(push, n)), friction, moment, spring, rolled, sliding, history, powers
 
@@ -196,5 +206,5 @@ def stored_energy(law, numbers, memory, last, overlap, radius_a, radius_b, r_eff
     return (
         normal,
         friction_energy(law.tangential, alive * spring, kt),
-        rolling_energy(law.rolling, alive * rolled, kt, r_eff),
+        rolling_energy(law.rolling, alive * rolled, kt, r_eff, float(numbers[12])),
     )

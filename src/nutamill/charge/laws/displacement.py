@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from nutamill.base.frames import add3, scale3
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.spring import spring_with_limit
 from nutamill.charge.laws.terms import Terms, Touch
 
@@ -16,7 +17,7 @@ LAW = StoredDisplacement()
 
 
 @kernel(inline="always")
-def force(law, p, spring, sliding, u, n, kt, load, dt):
+def force(law, p, spring, sliding, u, n, kt, m_eff, load, dt):
     """Return the friction of a tangential spring with Coulomb's limit, by the trapezoidal rule with one
     stored vector, its length.
 
@@ -26,12 +27,13 @@ def force(law, p, spring, sliding, u, n, kt, load, dt):
     Parameters
     ----------
     law : tag
-    p : static and dynamic coefficient of friction [1] (2)
+    p : static and dynamic coefficient of friction [1], twice the tangential damping ratio [1], not used
     spring : stored spring [m] (3), world axes
     sliding : 1 if the last substep ended at the limit, else 0 [1]
     u : tangential part of the relative velocity [m/s] (3)
     n : contact normal [1] (3)
     kt : tangential stiffness [N/m]
+    m_eff : reduced mass [kg]; not used
     load : normal force that counts for friction, clipped at 0 [N]
     dt : substep [s]
 
@@ -43,7 +45,7 @@ def force(law, p, spring, sliding, u, n, kt, load, dt):
     ------
     Ansys Rocky, DEM Technical Manual: linear spring Coulomb limit, no tangential dashpot; limit on F_n.
     """
-    static, dynamic = p
+    static, dynamic, _ = p
     holds = load * (dynamic if sliding > like(0.5, dt) else static)
     half = scale3(like(0.5, dt) * dt, u)
     spring, sliding = spring_with_limit(spring, half, n, kt, holds, load * dynamic)
@@ -58,6 +60,11 @@ def energy(law, square, kt):
     return 0.5 * kt * square
 
 
+def faults(pair: PairLaw) -> list[tuple[str, str]]:
+    """Return no faults: any coefficient will do."""
+    return []
+
+
 def terms(touch: Touch) -> dict[str, Terms]:
     """Return this law in the terms of other programs."""
     pair = touch.pair
@@ -68,7 +75,7 @@ def terms(touch: Touch) -> dict[str, Terms]:
         rule = f"linear_history {touch.kt:.6g}"
     return {
         "Rocky": Terms(notes=() if touch.stiffens else (note,)),
-        "PFC": Terms(),
+        "PFC": Terms("dp_sratio 0"),
         "LAMMPS": Terms(f"{rule} 0 {pair.static_friction:g}"),
-        "LIGGGHTS": Terms(),
+        "LIGGGHTS": Terms("tangential_damping off"),
     }

@@ -5,6 +5,7 @@ Plain Python for the doors of the package and for tests; exact for one head-on c
 """
 
 import math
+from dataclasses import replace
 
 from scipy.integrate import solve_ivp
 
@@ -15,6 +16,7 @@ from nutamill.charge.laws.composition import (
     law_files,
     law_numbers,
     normal_force,
+    rolling_energy,
 )
 from nutamill.charge.laws.oscillator import Impact
 from nutamill.charge.laws.pair import NORMAL_NUMBERS, PairLaw, spring_stiffness
@@ -29,7 +31,8 @@ def impact(
     """Return the head-on contact of two bodies that meet at `v` [m/s].
 
     In closed form (Hertz: an integral) without cohesion; with cohesion by integration of the law.  A linear
-    spring weaker than its cohesion never comes to rest: its overlap is infinite.
+    spring weaker than its cohesion never comes to rest: its overlap is infinite.  A rolling spring whose
+    stiffness is given has to be resolved, too.
 
     Parameters
     ----------
@@ -37,6 +40,18 @@ def impact(
     m_eff, r_eff : reduced mass [kg] and radius [m]
     diameter_a, diameter_b : [m]; a wall takes the particle's
     """
+    met = _head_on(law, pair, m_eff, r_eff, diameter_a, diameter_b, v)
+    # without a tangential spring, only a rolling stiffness that is given is left
+    stiffness = 2.0 * rolling_energy(law.rolling, 1.0, 0.0, r_eff, pair.rolling_stiffness)
+    if stiffness == 0.0:
+        return met
+    # the least inertia against rolling that two spheres of these reduced numbers have
+    inertia = 0.4 * m_eff * r_eff * r_eff
+    return replace(met, resolve=min(met.resolve, math.pi * math.sqrt(inertia / stiffness)))
+
+
+def _head_on(law, pair, m_eff, r_eff, diameter_a, diameter_b, v) -> Impact:
+    """Return `impact` as far as the normal law and cohesion go."""
     normal, diameters = law_files(law)[0], (diameter_a, diameter_b)
     if not cohesive_pull(law.cohesion, 1.0, r_eff, pair.cohesive_pressure) > 0.0:
         return normal.impact(pair, m_eff, r_eff, diameters, v)

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from nutamill.base.frames import add3, scale3
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.spring import spring_with_limit
 from nutamill.charge.laws.terms import Terms, Touch
 
@@ -16,7 +17,7 @@ LAW = StoredForce()
 
 
 @kernel(inline="always")
-def force(law, p, spring, sliding, u, n, kt, load, dt):
+def force(law, p, spring, sliding, u, n, kt, m_eff, load, dt):
     """Return the friction of a spring whose stored vector is its pull [N], which grows by ``kt u dt`` a
     substep.
 
@@ -30,7 +31,7 @@ def force(law, p, spring, sliding, u, n, kt, load, dt):
     increment; Ansys Rocky, DEM Solver SDK. Energy: G. Elata and J. G. Berryman, "Contact force-displacement
     laws and the mechanical behavior of random packs of identical spheres", Mechanics of Materials 24 (1996).
     """
-    static, dynamic = p
+    static, dynamic, _ = p
     holds = load * (dynamic if sliding > like(0.5, dt) else static)
     half = scale3(like(0.5, dt) * dt * kt, u)
     one = like(1.0, dt)
@@ -46,6 +47,11 @@ def energy(law, square, kt):
     return 0.5 * square / kt if kt > 0.0 else 0.0
 
 
+def faults(pair: PairLaw) -> list[tuple[str, str]]:
+    """Return no faults: any coefficient will do."""
+    return []
+
+
 def terms(touch: Touch) -> dict[str, Terms]:
     """Return this law in the terms of other programs."""
     pair = touch.pair
@@ -56,7 +62,7 @@ def terms(touch: Touch) -> dict[str, Terms]:
     note = "# it remembers the tangential length, not the force"
     return {
         "Rocky": Terms(),
-        "PFC": Terms(),
+        "PFC": Terms("dp_sratio 0"),
         "LAMMPS": Terms(f"{rule} 0 {pair.static_friction:g}"),
-        "LIGGGHTS": Terms(notes=(note,) if touch.stiffens else ()),
+        "LIGGGHTS": Terms("tangential_damping off", notes=(note,) if touch.stiffens else ()),
     }

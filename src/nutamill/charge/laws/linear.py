@@ -147,6 +147,7 @@ def terms(touch: Touch) -> dict[str, Terms]:
     """Return this law in the terms of other programs."""
     pair = touch.pair
     gamma = 2.0 * pair.damping_ratio * math.sqrt(touch.k / touch.mass)
+    gamma_t = 2.0 * pair.tangential_damping * math.sqrt(touch.kt / touch.mass)
     return {
         "Rocky": Terms(
             "Linear Spring Dashpot; tangential force Linear Spring Coulomb Limit",
@@ -163,6 +164,6 @@ def terms(touch: Touch) -> dict[str, Terms]:
         ),
         "LIGGGHTS": Terms(
             "hooke/stiffness",
-            lines=(f"kn {touch.k:.6g}; kt {touch.kt:.6g}; gamman {gamma:.6g}; gammat 0",),
+            lines=(f"kn {touch.k:.6g}; kt {touch.kt:.6g}; gamman {gamma:.6g}; gammat {gamma_t:.6g}",),
         ),
     }

@@ -31,7 +31,7 @@ class Impact:
     """Speed of parting over speed of meeting [1]; 0 where they stick."""
     resolve: float
     """Time that a substep has to be small against [s]: the duration; hysteretic: half a period of the
-    unloading spring.
+    unloading spring; where a rolling stiffness is given, half a period of rolling if that is shorter.
     """
 
 

@@ -22,6 +22,10 @@ class LawColumn(IntEnum):
     """Inverse of overlap_stop [1]."""
     PRESSURE = 10
     """Cohesive pressure [Pa]."""
+    TANGENTIAL_DASHPOT = 11
+    """Twice the tangential damping ratio [1]."""
+    ROLLING_STIFFNESS = 12
+    """Stiffness of a rolling spring that is given by itself [N m/rad]."""
 
 
 NORMAL_NUMBERS = 5
@@ -53,6 +57,8 @@ class PairLaw:
     contact_modulus : Hertz: E*, 1/E* = (1 - nu_a^2)/E_a + (1 - nu_b^2)/E_b [Pa]
     contact_shear_modulus : Hertz: G*, 1/G* = (2 - nu_a)/G_a + (2 - nu_b)/G_b [Pa]
     cohesive_pressure : area cohesion: pull over contact area [Pa]
+    tangential_damping : friction with a dashpot: dashpot over ``2 sqrt(m* k_t)``, m* the reduced mass [1]
+    rolling_stiffness : type C direct: rolling moment over rolling angle [N m/rad]
     """
 
     stiffness_direct: float
@@ -70,6 +76,8 @@ class PairLaw:
     contact_modulus: float = 0.0
     contact_shear_modulus: float = 0.0
     cohesive_pressure: float = 0.0
+    tangential_damping: float = 0.0
+    rolling_stiffness: float = 0.0
 
 
 @kernel(inline="always")

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from nutamill.base.frames import dot3, scale3
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.spring import TINY
 from nutamill.charge.laws.terms import Terms, Touch
 
@@ -17,7 +18,7 @@ LAW = RollingTypeA()
 
 
 @kernel(inline="always")
-def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
+def moment(law, rolled, w, n, kt, m_eff, r_eff, stiffness, limit, dt):
     """Return the limit moment against the relative spin, ``M = -limit w/|w|``.
 
     A spin that is about to stop meets a drag instead, which brakes a share of it in one substep and does not
@@ -39,9 +40,14 @@ def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
 
 
 @kernel(inline="always")
-def energy(law, square, kt, r_eff):
+def energy(law, square, kt, r_eff, stiffness):
     """Return the stored energy, 0 [J]. Parameters are those of `type_c.energy`."""
     return 0.0
+
+
+def faults(pair: PairLaw) -> list[tuple[str, str]]:
+    """Return no faults: any coefficient will do."""
+    return []
 
 
 def terms(touch: Touch) -> dict[str, Terms]:

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from nutamill.base.frames import add3, dot3, scale3, sub3
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.laws.spring import share_at_limit, tangent_spring
 from nutamill.charge.laws.terms import Terms, Touch
 
@@ -16,7 +17,7 @@ LAW = RollingTypeC()
 
 
 @kernel(inline="always")
-def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
+def moment(law, rolled, w, n, kt, m_eff, r_eff, stiffness, limit, dt):
     """Return the moment of a spring ``kr = kt R*^2`` on the relative rolling angle t, ``M = -kr t`` with
     ``|M| <= limit``.
 
@@ -30,6 +31,7 @@ def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
     n : contact normal [1] (3)
     kt : tangential stiffness [N/m]
     m_eff, r_eff : reduced mass [kg] and radius [m]
+    stiffness : of a rolling spring that is given by itself [N m/rad]; not used
     limit : largest moment, rolling friction x reduced radius x normal force that counts for friction [N m]
     dt : substep [s]
 
@@ -42,8 +44,15 @@ def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
     Ansys Rocky, DEM Technical Manual: rolling type C.  It equals "rrlinear" in PFC and "epsd2" in LIGGGHTS:
     J. Ai, J.-F. Chen, J. M. Rotter and J. Y. Ooi, Powder Technology 206 (2011).
     """
+    return rolling_spring(rolled, w, n, kt * r_eff * r_eff, limit, dt)
+
+
+@kernel(inline="always")
+def rolling_spring(rolled, w, n, kr, limit, dt):
+    """Return the moment [N m] (3) of a rolling spring of stiffness `kr` [N m/rad] with a limit, and its new
+    angle [rad] (3).  The other parameters are those of `moment`.
+    """
     half = scale3(like(0.5, dt) * dt, sub3(w, scale3(dot3(w, n), n)))
-    kr = kt * r_eff * r_eff
     rolled = tangent_spring(rolled, half, n)
     square = dot3(rolled, rolled)
     beyond = kr * kr * square > limit * limit
@@ -52,11 +61,16 @@ def moment(law, rolled, w, n, kt, m_eff, r_eff, limit, dt):
 
 
 @kernel(inline="always")
-def energy(law, square, kt, r_eff):
+def energy(law, square, kt, r_eff, stiffness):
     """Return the energy [J] in a rolling spring ``kt r_eff^2`` whose stored angle has this `square`
     [rad^2].
     """
     return 0.5 * kt * r_eff * r_eff * square
+
+
+def faults(pair: PairLaw) -> list[tuple[str, str]]:
+    """Return no faults: any coefficient will do."""
+    return []
 
 
 def terms(touch: Touch) -> dict[str, Terms]:

@@ -65,6 +65,8 @@ def pair_law(machine: Machine, first: str, second: str) -> PairLaw:
         contact_modulus=modulus,
         contact_shear_modulus=shear,
         cohesive_pressure=pair.cohesive_pressure or 0.0,
+        tangential_damping=pair.tangential_damping or 0.0,
+        rolling_stiffness=pair.rolling_stiffness or 0.0,
     )
 
 
