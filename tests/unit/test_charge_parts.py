@@ -59,7 +59,7 @@ def test_friction_never_exceeds_its_limit_and_goes_over_to_the_dynamic_coefficie
     def friction(length, sliding):
         spring = (length, 0.0, 0.0)
         return displacement.force(
-            displacement.LAW, (0.6, 0.4, 0.0), spring, sliding, REST, UP, 1e5, 1.0, 2.0, 1e-6
+            displacement.LAW, (0.6, 0.4, 0.0), spring, sliding, REST, UP, 1e5, 1.0, 2.0, 1e-15, 1e-6
         )
 
     pull, _, sliding = friction(3e-5, 0.0)
@@ -72,7 +72,17 @@ def test_friction_never_exceeds_its_limit_and_goes_over_to_the_dynamic_coefficie
 
 def test_friction_spring_lies_in_the_tangent_plane():
     pull, spring, _ = displacement.force(
-        displacement.LAW, (1.0, 1.0, 0.0), (1e-6, 2e-6, 3e-6), 0.0, (0.1, 0.0, 0.0), UP, 1e5, 1.0, 9.0, 1e-6
+        displacement.LAW,
+        (1.0, 1.0, 0.0),
+        (1e-6, 2e-6, 3e-6),
+        0.0,
+        (0.1, 0.0, 0.0),
+        UP,
+        1e5,
+        1.0,
+        9.0,
+        1e-15,
+        1e-6,
     )
     assert pull[2] == 0.0
     # trapezoidal: force with half the slip, memory with all of it

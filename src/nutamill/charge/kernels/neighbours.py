@@ -17,6 +17,8 @@ LISTS_FULL = int(Status.LISTS_FULL)
 
 REBUILDS_PER_SORT = 20
 """Rebuilds of the list after which the slots are sorted anew along the Morton curve [1]."""
+GRID_MARGIN = 4e-7
+"""Margin of the cell grid on each side of the particles' centres, over the largest radius [1]."""
 
 
 @kernel(inline="always")
@@ -105,17 +107,17 @@ def count_sort(cell, n, n_cells, counts_out, order_out):
 
 
 @kernel
-def find_bounds(x, n, grid_out):
-    """Write corner and extents [m] of the box around the first `n` positions `x` (3, M) [m] to
-    ``grid_out[0:3]`` and ``grid_out[4:7]``.
+def find_bounds(x, n, margin, grid_out):
+    """Write corner and extents [m] of the box around the first `n` positions `x` (3, M) [m], and a `margin`
+    [m] on each side, to ``grid_out[0:3]`` and ``grid_out[4:7]``.
     """
     for k in range(3):
         low, high = x[k, 0], x[k, 0]
         for i in range(n):
             low = min(low, x[k, i])
             high = max(high, x[k, i])
-        grid_out[k] = low - 1e-9
-        grid_out[4 + k] = high - low + 2e-9
+        grid_out[k] = low - margin
+        grid_out[4 + k] = high - low + 2.0 * margin
 
 
 @kernel
@@ -172,7 +174,7 @@ def morton_order(model, state, scratch):
     """Fill ``scratch.lists.source`` with the slots in Morton order."""
     n = model.n_particles
     bits = morton_bits(n)
-    find_bounds(state.x, n, scratch.lists.grid)
+    find_bounds(state.x, n, GRID_MARGIN * model.largest_radius, scratch.lists.grid)
     extent = max(scratch.lists.grid[4], max(scratch.lists.grid[5], scratch.lists.grid[6]))
     h = (2**bits - 1e-6) / extent
     leader = 0
@@ -248,7 +250,7 @@ def fill_cells(model, state, scratch):
     """Sort the slots into cells at least as large as the longest candidate distance."""
     n = model.n_particles
     longest = 2.0 * model.largest_radius + model.skin
-    find_bounds(state.x, n, scratch.lists.grid)
+    find_bounds(state.x, n, GRID_MARGIN * model.largest_radius, scratch.lists.grid)
     total = fit_grid(longest, scratch.lists.counts.shape[0] - 2, scratch.lists.grid, scratch.lists.cells)
     h = 1.0 / scratch.lists.grid[3]
     n0, n1 = scratch.lists.cells[0], scratch.lists.cells[1]

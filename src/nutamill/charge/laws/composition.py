@@ -31,6 +31,7 @@ from nutamill.charge.laws import (
     type_c_direct,
 )
 from nutamill.charge.laws.pair import NORMAL_NUMBERS, PairLaw
+from nutamill.charge.laws.spring import LEAST_LENGTH
 
 NORMAL = {"linear": linear, "hysteretic": hysteretic, "hertz": hertz}
 """Normal laws by the names of case files."""
@@ -169,8 +170,9 @@ def contact(law, n, overlap, u, w, spring, rolled, sliding, history, m_eff, r_ef
     push -= cohesive_pull(law.cohesion, overlap, r_eff, pressure)
     kt = ratio * k
     friction, spring, sliding = friction_force(
-        law.tangential, (static, dynamic, twice_damping), spring, sliding, u, n, kt, m_eff, load, dt
-    )
+        law.tangential, (static, dynamic, twice_damping), spring, sliding, u, n, kt, m_eff, load,
+        like(LEAST_LENGTH, dt) * r_eff, dt,
+    )  # fmt: skip
     moment, rolled = rolling_moment(
         law.rolling, rolled, w, n, kt, m_eff, r_eff, stiffness, rolling * r_eff * load, dt
     )

@@ -17,7 +17,7 @@ LAW = StoredDisplacement()
 
 
 @kernel(inline="always")
-def force(law, p, spring, sliding, u, n, kt, m_eff, load, dt):
+def force(law, p, spring, sliding, u, n, kt, m_eff, load, least, dt):
     """Return the friction of a tangential spring with Coulomb's limit, by the trapezoidal rule with one
     stored vector, its length.
 
@@ -35,6 +35,7 @@ def force(law, p, spring, sliding, u, n, kt, m_eff, load, dt):
     kt : tangential stiffness [N/m]
     m_eff : reduced mass [kg]; not used
     load : normal force that counts for friction, clipped at 0 [N]
+    least : length of the spring that counts as nothing [m]
     dt : substep [s]
 
     Returns
@@ -48,7 +49,7 @@ def force(law, p, spring, sliding, u, n, kt, m_eff, load, dt):
     static, dynamic, _ = p
     holds = load * (dynamic if sliding > like(0.5, dt) else static)
     half = scale3(like(0.5, dt) * dt, u)
-    spring, sliding = spring_with_limit(spring, half, n, kt, holds, load * dynamic)
+    spring, sliding = spring_with_limit(spring, half, n, kt, holds, load * dynamic, least)
     return scale3(-kt, spring), add3(spring, half), sliding
 
 

@@ -59,7 +59,7 @@ def dashpot_share(overlap, v_n, dt):
     In the first substep the overlap grows as v_n t from 0 to overlap + v_n dt/2; the integral of ``t^(1/4)``
     over that time is ``4/5 t^(5/4)``.  On release the same holds backwards in time.
     """
-    travel = abs(v_n) * dt + like(1e-30, dt)
+    travel = abs(v_n) * dt
     depth = overlap if overlap > like(0.0, dt) else like(0.0, dt)
     ends = depth < travel
     share = like(0.4, dt) + like(0.8, dt) * depth / travel if ends else like(1.0, dt)

@@ -17,7 +17,7 @@ LAW = StoredForce()
 
 
 @kernel(inline="always")
-def force(law, p, spring, sliding, u, n, kt, m_eff, load, dt):
+def force(law, p, spring, sliding, u, n, kt, m_eff, load, least, dt):
     """Return the friction of a spring whose stored vector is its pull [N], which grows by ``kt u dt`` a
     substep.
 
@@ -35,7 +35,7 @@ def force(law, p, spring, sliding, u, n, kt, m_eff, load, dt):
     holds = load * (dynamic if sliding > like(0.5, dt) else static)
     half = scale3(like(0.5, dt) * dt * kt, u)
     one = like(1.0, dt)
-    spring, sliding = spring_with_limit(spring, half, n, one, holds, load * dynamic)
+    spring, sliding = spring_with_limit(spring, half, n, one, holds, load * dynamic, least * kt)
     return scale3(-one, spring), add3(spring, half), sliding
 
 

@@ -24,7 +24,7 @@ energy = incremental.energy
 
 
 @kernel(inline="always")
-def force(law, p, spring, sliding, u, n, kt, m_eff, load, dt):
+def force(law, p, spring, sliding, u, n, kt, m_eff, load, least, dt):
     """Return the friction of the spring of `incremental.force` and of a dashpot beside it.
 
     ``F = pull - c u`` with ``c = 2 ratio sqrt(m* kt)``, shortened to Coulomb's limit where it is longer.  The
@@ -43,11 +43,11 @@ def force(law, p, spring, sliding, u, n, kt, m_eff, load, dt):
     """
     static, dynamic, twice_ratio = p
     one = like(1.0, dt)
-    pull, spring, sliding = spring_force(law, p, spring, sliding, u, n, kt, m_eff, load, dt)
+    pull, spring, sliding = spring_force(law, p, spring, sliding, u, n, kt, m_eff, load, least, dt)
     limit = load * (dynamic if sliding > like(0.5, dt) else static)
     both = sub3(pull, scale3(twice_ratio * math.sqrt(m_eff * kt), u))
     square = dot3(both, both)
-    share = share_at_limit(limit, one, square) if square > limit * limit else one
+    share = share_at_limit(limit, one, square, least * kt) if square > limit * limit else one
     return scale3(share, both), spring, sliding
 
 

@@ -9,10 +9,10 @@ import math
 from nutamill.base.frames import add3, dot3, scale3, sub3
 from nutamill.base.kernel import kernel, like
 
-TINY = 1e-36
-"""Added to a square whose root divides [SI]: compilers may take an estimate of such a root, which is infinite
-below 1e-38.
-"""
+LEAST_LENGTH = 1e-12
+"""Length of a tangential spring that counts as nothing, over the reduced radius [1]."""
+LEAST_ANGLE = 1e-18
+"""Angle of rolling that counts as nothing [rad]."""
 
 
 @kernel(inline="always")
@@ -29,16 +29,17 @@ def tangent_spring(stored, half, n):
 
 
 @kernel(inline="always")
-def share_at_limit(limit, k, square):
-    """Return the share of a spring that pulls with `limit` [1]. `k` is its stiffness and `square` the square
-    of its length.
+def share_at_limit(limit, k, square, least):
+    """Return the share of a spring that pulls with `limit` [1].  `k` is its stiffness, `square` the square of
+    its length, and `least` a length that counts as nothing.
     """
-    # the root is only wanted as a divisor: an estimate refined takes the place of root and division
-    return limit / (k * math.sqrt(square + like(TINY, k)))
+    # the root is only wanted as a divisor: an estimate refined takes the place of root and division, and is
+    # infinite where a single-precision square is below 1e-38
+    return limit / (k * math.sqrt(square + least * least))
 
 
 @kernel(inline="always")
-def spring_with_limit(stored, half, n, k, holds, slides):
+def spring_with_limit(stored, half, n, k, holds, slides, least):
     """Return a spring with Coulomb's limit in the middle of a substep (3), and 1 where it was beyond the
     limit, else 0.
 
@@ -49,11 +50,12 @@ def spring_with_limit(stored, half, n, k, holds, slides):
     stored, half, n : as `tangent_spring`
     k : stiffness [N/m]; 1 where the force is stored
     holds, slides : largest pull before and while sliding [N]
+    least : length that counts as nothing, unit of `stored`
     """
     spring = tangent_spring(stored, half, n)
     square = dot3(spring, spring)
     beyond = k * k * square > holds * holds
-    scale = share_at_limit(slides, k, square) if beyond else like(1.0, k)
+    scale = share_at_limit(slides, k, square, least) if beyond else like(1.0, k)
     spring = scale3(scale, spring)
     # beside the other choice, not in the caller: only so the compiler makes one choice of the two
     at_limit = like(1.0, k) if beyond else like(0.0, k)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from nutamill.base.frames import dot3, scale3
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.laws.pair import PairLaw
-from nutamill.charge.laws.spring import TINY
+from nutamill.charge.laws.spring import LEAST_ANGLE
 from nutamill.charge.laws.terms import Terms, Touch
 
 
@@ -34,8 +34,8 @@ def moment(law, rolled, w, n, kt, m_eff, r_eff, stiffness, limit, dt):
     # a tenth of the reduced inertia (2/5 m R^2) a substep: several contacts at once brake a spin, and never
     # reverse it
     drag = like(0.04, dt) * m_eff * r_eff * r_eff / dt
-    square = dot3(w, w)
-    brake = limit / math.sqrt(square + like(TINY, dt)) if drag * drag * square > limit * limit else drag
+    square, least = dot3(w, w), like(LEAST_ANGLE, dt) / dt
+    brake = limit / math.sqrt(square + least * least) if drag * drag * square > limit * limit else drag
     return scale3(-brake, w), (zero, zero, zero)
 
 

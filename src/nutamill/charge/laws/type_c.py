@@ -5,7 +5,7 @@ from typing import NamedTuple
 from nutamill.base.frames import add3, dot3, scale3, sub3
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.laws.pair import PairLaw
-from nutamill.charge.laws.spring import share_at_limit, tangent_spring
+from nutamill.charge.laws.spring import LEAST_ANGLE, share_at_limit, tangent_spring
 from nutamill.charge.laws.terms import Terms, Touch
 
 
@@ -56,7 +56,8 @@ def rolling_spring(rolled, w, n, kr, limit, dt):
     rolled = tangent_spring(rolled, half, n)
     square = dot3(rolled, rolled)
     beyond = kr * kr * square > limit * limit
-    rolled = scale3(share_at_limit(limit, kr, square) if beyond else like(1.0, dt), rolled)
+    least = like(LEAST_ANGLE, dt)
+    rolled = scale3(share_at_limit(limit, kr, square, least) if beyond else like(1.0, dt), rolled)
     return scale3(-kr, rolled), add3(rolled, half)
 
 
