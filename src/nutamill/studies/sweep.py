@@ -136,7 +136,7 @@ def run_all(
     return list(board.values())
 
 
-def _warm_up(cases: Sequence[Case], log: Callable[[str], None] | None) -> None:
+def _warm_up(cases: Sequence[Case | Machine], log: Callable[[str], None] | None) -> None:
     """Compile what these cases run once, before their processes start: no charge where none has one."""
     laws = {contact_law_of(case.machine) for case in cases if case.charge.parts}
     for law in laws:
