@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from nutamill.analysis.spectra import spectrum
 from nutamill.base.errors import CaseError, ResultError
@@ -20,7 +21,7 @@ def test_area_under_a_spectrum_is_the_variance():
     """
     noise = 2.0 * np.random.default_rng(2).standard_normal(4000)
     found = spectrum(7.0 + 3.0 * np.sin(math.tau * 50.0 * TIME) + noise, RATE)
-    assert np.trapezoid(found.density, found.frequency) == pytest.approx(8.5, abs=4 * 4 * math.sqrt(2 / 4000))
+    assert trapezoid(found.density, found.frequency) == pytest.approx(8.5, abs=4 * 4 * math.sqrt(2 / 4000))
     assert found.frequency[found.density.argmax()] == pytest.approx(50.0, abs=1.0)
 
 
