@@ -89,6 +89,42 @@ def test_a_body_is_addressed_by_name_or_number_on_every_way_in(boxes, key):
     assert held(typed, key) == 3.0
 
 
+LOADS = """
+[[springs]]
+name        = "coil"
+between     = ["ground", "box"]
+point_a     = ["0 m", "0 m", "1 m"]
+point_b     = ["0 m", "0 m", "0 m"]
+stiffness   = "50 N/m"
+free_length = "1 m"
+[[forces]]
+name  = "push"
+body  = "box"
+force = ["1 N", "0 N", "0 N"]
+[[unbalance_motors]]
+name         = "shaker"
+body         = "box"
+point        = ["0 m", "0 m", "0 m"]
+axis         = [0, 0, 1]
+towards      = [1, 0, 0]
+mass         = "1 kg"
+eccentricity = "10 mm"
+speed        = "60 rpm"
+ramp         = "60 rpm/s"
+"""
+
+
+def test_a_later_one_of_two_ways_to_give_a_load_takes_the_place_of_the_earlier(boxes):
+    boxes.write_text(BOXES.replace("[run]", f"{LOADS}[run]"))
+    boxes.with_name("speed.csv").write_text("time [s], speed [rpm]\n0, 0\n1, 60\n")
+    table = 'table = [["0 s", ["0 N", "0 N", "0 N"]], ["1 s", ["1 N", "0 N", "0 N"]]]\n'
+    changes = f'[springs.coil]\npreload = "3 N"\n[forces.push]\n{table}'
+    case = load_case(above(boxes, changes + '[unbalance_motors.shaker]\nprofile = "speed.csv"\n'))
+    assert (case.springs[0].free_length, case.springs[0].preload) == (None, 3.0)
+    assert (case.forces[0].force, len(case.forces[0].table)) == (None, 2)
+    assert (case.unbalance_motors[0].ramp, case.unbalance_motors[0].profile.source) == (None, "speed.csv")
+
+
 @pytest.mark.parametrize("key", ["charge.part.1.count", "charge.part[1].count"])
 def test_a_part_of_a_charge_has_no_name_and_is_addressed_by_number(parts, key):
     case = load_case(parts, [f"{key}=7"])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
+from nutamill.case.connections import BushingRates
 from nutamill.case.drawing import (
     CARRIAGE,
     CHAMBER,
@@ -16,8 +17,6 @@ from nutamill.case.drawing import (
     FRAME,
     GROUND,
     SHAFT,
-    Mounts,
-    ShaftCoupling,
 )
 from nutamill.case.machine import (
     BodyEntry,
@@ -251,13 +250,9 @@ def _bushings(case: "Case") -> tuple[BushingEntry, ...]:
     )
 
 
-def _rates(part: Mounts | ShaftCoupling) -> dict[str, float]:
+def _rates(part: BushingRates) -> dict[str, float]:
     """Return stiffness and damping by their keys."""
-    return {
-        f"{way}_{what}": getattr(part, f"{way}_{what}")
-        for way in ("shear", "axial", "bending", "torsion")
-        for what in ("stiffness", "damping")
-    }
+    return part.model_dump(include=set(BushingRates.model_fields))
 
 
 def _sensors(case: "Case") -> tuple[SensorEntry, ...]:

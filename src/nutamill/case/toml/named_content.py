@@ -24,6 +24,8 @@ EXCLUSIVE_KEYS = (
     ("diameter", "sizes", "distribution"),
     ("mass", "count", "fill"),
     ("ramp", "profile"),
+    ("free_length", "preload"),
+    ("force", "table"),
     ("restitution", "damping_ratio"),
 )
 """Mutually exclusive keys of a table; the later layer wins."""
@@ -111,9 +113,10 @@ def _expand_shapes(layer: Layer, key: Key, portion: dict[str, Any]) -> None:
 
 
 def _expand_profile(layer: Layer) -> None:
-    """Read the files that ``drive.profile`` and the profiles of ``drives`` name."""
+    """Read the files that ``drive.profile`` and the profiles of drives and unbalance motors name."""
     tables: list[tuple[Key, Any]] = [(("drive",), layer.content.get("drive"))]
-    tables += [(("drives", part), drive) for part, drive in entries_of(layer.content.get("drives"))]
+    for name in ("drives", "unbalance_motors"):
+        tables += [((name, part), drive) for part, drive in entries_of(layer.content.get(name))]
     for key, drive in tables:
         if isinstance(drive, dict) and isinstance(name := drive.get("profile"), str):
             del drive["profile"]  # should the file be wrong, the rest of the case can still be checked
