@@ -11,8 +11,9 @@ from nutamill.charge.assembly import charge
 from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.walls.mesh import CREASE, closed_mesh, on_charge_side
 from nutamill.charge.walls.mesh_patches import mesh_surfaces, mesh_walls
+from nutamill.charge.walls.shapes import cap_contact, cone_contact
 from nutamill.charge.walls.surface import Surface, SurfaceKind
-from nutamill.charge.walls.surfaces import cap_contact, cone_contact, place_surfaces
+from nutamill.charge.walls.surfaces import place_surfaces
 from nutamill.charge.walls.touching import touch_surface
 from nutamill.charge.walls.triangles import winding_number
 from nutamill.charge.walls.walls import wall_near, wall_overlap
@@ -110,6 +111,10 @@ WALLS = [
     Surface("plane", SurfaceKind.PLANE, 0, 0),
     Surface("bore", SurfaceKind.CYLINDER, 0, 0, size=(0.02, 0.0, 0.0)),
     Surface("box", SurfaceKind.BOX, 0, 0, size=(0.01, 0.02, 0.005)),
+    Surface("disc", SurfaceKind.DISC, 0, 0, size=(0.02, 0.0, 0.0)),
+    Surface("tube", SurfaceKind.TUBE, 0, 0, size=(0.02, 0.015, 0.0)),
+    Surface("rod", SurfaceKind.ROD, 0, 0, size=(0.01, 0.008, 0.0)),
+    Surface("ball", SurfaceKind.BALL, 0, 0, size=(0.015, 0.0, 0.0)),
     *mesh_surfaces(closed_mesh("octahedron", *octahedron(), "outside", R), 0, 0)[:2],
 ]
 
@@ -190,6 +195,10 @@ def _with_walls(model, walls):
         (SurfaceKind.SPHERE_CAP, (math.nan, 1.0, 0.0), "got nan m"),
         (SurfaceKind.CYLINDER, (0.0, 0.0, 0.0), "radius must be positive, got 0.0 m"),
         (SurfaceKind.BOX, (0.1, 0.1, 0.0), "half sizes must be positive"),
+        (SurfaceKind.DISC, (-0.1, 0.0, 0.0), "radius must be positive, got -0.1 m"),
+        (SurfaceKind.BALL, (math.inf, 0.0, 0.0), "radius must be positive, got inf m"),
+        (SurfaceKind.TUBE, (0.1, 0.0, 0.0), "a positive radius and a positive height, got 0.1 and 0.0 m"),
+        (SurfaceKind.ROD, (0.0, 0.1, 0.0), "a positive radius and a positive half height, got 0.0 and 0.1 m"),
         (SurfaceKind.MESH_PATCH, (0.0, 0.0, 0.0), "must have a mesh and the number of one of its patches"),
     ],
 )

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from charge_bench import FLOOR, Bench, law, sphere_mass
 
@@ -141,6 +142,67 @@ def test_ball_that_falls_on_an_edge_leaves_along_the_line_to_it(k):
     bench = Bench([d, 0, d], law(k, 0.0), dt, [box], velocities=[-1 / math.sqrt(2), 0, -1 / math.sqrt(2)])
     bench.step(110 + int(2e-5 / dt))
     assert bench.velocities[0] == pytest.approx([1 / math.sqrt(2), 0, 1 / math.sqrt(2)], abs=2e-3)
+
+
+def test_ball_rolls_from_a_tube_onto_the_next_as_in_an_endless_cylinder():
+    # along the bottom of a bore about x, across the seam of two tubes at x = 20 mm
+    bore, v, along = 0.05, 0.5, ((0, 0, 1), (0, 1, 0), (-1, 0, 0))
+    tubes = [
+        Surface(f"tube at {x}", SurfaceKind.TUBE, 0, 0, (x, 0, 0), along, (bore, 0.02, 0)) for x in (0, 0.02)
+    ]
+    endless = [Surface("bore", SurfaceKind.CYLINDER, 0, 0, (0, 0, 0), along, (bore, 0, 0))]
+    start = {
+        "positions": [0.019, 0, -(bore - R + SAG)],
+        "gravity": DOWN,
+        "velocities": [v, 0, 0],
+        "spins": [0, v / (R - 0.5 * SAG), 0],
+    }
+    benches = [
+        Bench(pair_laws=law(K, 0.1, friction=0.5), dt=1e-5, surfaces=s, **start) for s in (tubes, endless)
+    ]
+    for bench in benches:
+        bench.step(400)
+        assert bench.contacts == (0, 1)
+    assert benches[0].positions[0, 0] == pytest.approx(0.019 + 400e-5 * v, abs=1e-9)
+    # the spring of friction starts anew on the second tube, from the nothing that rolling has left in it
+    assert benches[0].positions == pytest.approx(benches[1].positions, abs=1e-12)
+    assert benches[0].velocities == pytest.approx(benches[1].velocities, abs=1e-9)
+
+
+def test_a_ball_in_each_of_two_tubes_side_by_side_touches_its_own_alone():
+    # two jars, 60 mm apart: each ball flies to and fro across its jar, and never feels the other jar's wall
+    jars = [
+        Surface(f"jar {k}", SurfaceKind.TUBE, 0, 0, (x, 0, 0), size=(0.02, 0.05, 0))
+        for k, x in enumerate((-0.03, 0.03))
+    ]
+    wall, dt = 0.02 - R, math.pi * math.sqrt(M / K) / 100
+    bench = Bench(
+        [[-0.03 + wall - 1e-5, 0, 0.02], [0.03, wall - 1e-5, 0.03]],
+        law(K),
+        dt,
+        jars,
+        velocities=[[1.0, 0, 0], [0, 1.0, 0]],
+    )
+    assert bench.contacts == (0, 0)
+    # the contact takes pi sqrt(m/k): one hundred steps
+    bench.step(110 + int(2e-5 / dt))
+    assert bench.velocities == pytest.approx(np.array([[-1.0, 0, 0], [0, -1.0, 0]]), abs=2e-3)
+
+
+def test_ball_that_bounces_on_the_rim_of_a_rod_gives_it_the_momentum_it_lost():
+    # head-on at 45 degrees to the rim, at an azimuth of 0.6 rad: the speed is turned round
+    k, turn, side, half = 1e5, 0.6, 0.01, 0.015
+    way = np.array([math.cos(turn), math.sin(turn), 1.0]) / math.sqrt(2)
+    rim = np.array([side * math.cos(turn), side * math.sin(turn), half])
+    rod = Surface("rod", SurfaceKind.ROD, 0, 0, size=(side, half, 0))
+    dt = math.pi * math.sqrt(M / k) / 100
+    bench = Bench(rim + (R + 1e-5) * way, law(k), dt, [rod], velocities=-way)
+    bench.step(110 + int(2e-5 / dt))
+    assert bench.velocities[0] == pytest.approx(way, abs=2e-3)
+    lost = M * (-way - bench.velocities[0])
+    assert bench.state.impulse[0, :3] == pytest.approx(lost, abs=1e-12)
+    # it acts between rim and centre on one line, so its moment about the rod's middle is that at the rim
+    assert bench.state.impulse[0, 3:] == pytest.approx(np.cross(rim, lost), abs=1e-12)
 
 
 def test_belt_takes_a_ball_along_at_two_sevenths_of_its_speed():

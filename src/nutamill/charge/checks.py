@@ -16,6 +16,12 @@ from nutamill.charge.walls.walls import wall_overlaps
 
 LIMIT = int(LawColumn.LIMIT)
 
+ONE_RADIUS = (SurfaceKind.CYLINDER, SurfaceKind.DISC, SurfaceKind.BALL)
+"""Kinds of surfaces whose only size is a radius."""
+
+RADIUS_AND_LENGTH = {SurfaceKind.TUBE: "height", SurfaceKind.ROD: "half height"}
+"""Kinds of surfaces with a radius and a second size, by the name of that size."""
+
 NAMED = 5
 """Worst offenders that a message names [1]."""
 
@@ -130,8 +136,11 @@ def surface_faults(surfaces, n_bodies) -> list[Fault]:
         where, (a, b, c), kind = f'surface "{surface.name}"', surface.size, surface.kind
         if not 0 <= surface.body < n_bodies:
             faults.append(Fault(where, f"body must be from 0 to {n_bodies - 1}, got {surface.body}"))
-        if kind == SurfaceKind.CYLINDER and not 0.0 < a < math.inf:
+        if kind in ONE_RADIUS and not 0.0 < a < math.inf:
             faults.append(Fault(where, f"radius must be positive, got {a} m"))
+        if kind in RADIUS_AND_LENGTH and not (0.0 < a < math.inf and 0.0 < b < math.inf):
+            what = f"must have a positive radius and a positive {RADIUS_AND_LENGTH[kind]}, got {a} and {b} m"
+            faults.append(Fault(where, what))
         if kind == SurfaceKind.BOX and not all(0.0 < half < math.inf for half in surface.size):
             faults.append(Fault(where, f"half sizes must be positive, got {surface.size} m"))
         if kind == SurfaceKind.CONE and not (

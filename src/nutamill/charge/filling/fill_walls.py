@@ -182,16 +182,33 @@ def _scattered(rng, n, surfaces, low, high, share) -> tuple[np.ndarray, float]:
 def in_room(surfaces: Sequence[Surface], x: np.ndarray) -> np.ndarray:
     """Return whether each of the points `x` [m] (n, 3), chamber axes, is on the charge's side of all walls
     (n,).
+
+    A wall that ends bounds the room at its own heights only: a disc above and below itself, a tube and a cone
+    between their ends, a cap below its rim.
     """
     free = np.ones(len(x), bool)
     for surface in surfaces:
         local = (x - np.asarray(surface.origin)) @ np.asarray(surface.rotation, float)
+        across, up = np.hypot(local[:, 0], local[:, 1]), local[:, 2]
+        a, b, c = surface.size
         if surface.kind == SurfaceKind.PLANE:
-            free &= local[:, 2] > 0.0
+            free &= up > 0.0
         elif surface.kind == SurfaceKind.CYLINDER:
-            free &= np.hypot(local[:, 0], local[:, 1]) < surface.size[0]
+            free &= across < a
         elif surface.kind == SurfaceKind.BOX:
             free &= (np.abs(local) > surface.size).any(axis=1)
+        elif surface.kind == SurfaceKind.CONE:
+            free &= (up < 0.0) | (up >= c) | (across < a + (b - a) * up / c)
+        elif surface.kind == SurfaceKind.SPHERE_CAP:
+            free &= (up > -a * np.cos(b)) | (np.hypot(across, up) < a)
+        elif surface.kind == SurfaceKind.DISC:
+            free &= (across > a) | (up > 0.0)
+        elif surface.kind == SurfaceKind.TUBE:
+            free &= (up < 0.0) | (up >= b) | (across < a)
+        elif surface.kind == SurfaceKind.ROD:
+            free &= (across > a) | (np.abs(up) > b)
+        elif surface.kind == SurfaceKind.BALL:
+            free &= np.hypot(across, up) > a
         elif surface.mesh is not None and surface.kind == SurfaceKind.MESH_PATCH and surface.patch == 0:
             free &= on_charge_side(surface.mesh, local)
     return free

@@ -18,7 +18,7 @@ Vis. Comput. Graph. 11 (2005) 243-253 (front and back).
 import math
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.walls.surfaces import APART
+from nutamill.charge.walls.shapes import APART
 
 FACE, EDGE, VERTEX = 0, 1, 2
 

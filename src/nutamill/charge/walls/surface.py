@@ -10,7 +10,11 @@ from nutamill.charge.walls.mesh import Mesh
 
 
 class SurfaceKind(IntEnum):
-    """Shape of a wall piece, in its own axes."""
+    """Shape of a wall piece, in its own axes.
+
+    A particle whose centre is beyond the ends of a CONE, SPHERE_CAP, DISC or TUBE does not touch it, nor one
+    whose centre is its radius or more behind a SPHERE_CAP, DISC or TUBE.
+    """
 
     PLANE = 0
     """Plane z = 0; the charge is on the side of +z."""
@@ -26,6 +30,16 @@ class SurfaceKind(IntEnum):
     """
     MESH_PATCH = 5
     """A smooth patch of a triangle mesh; ``Surface.mesh`` and ``Surface.patch`` say which."""
+    DISC = 6
+    """Disc of radius ``size[0]`` about the origin in the plane z = 0; the charge is on the side of +z."""
+    TUBE = 7
+    """Inside of a cylinder about z of radius ``size[0]``, from z = 0 to z = ``size[1]``."""
+    ROD = 8
+    """Outside of a solid cylinder about z of radius ``size[0]``, from z = -``size[1]`` to z = ``size[1]``:
+    side, flat ends and rims.
+    """
+    BALL = 9
+    """Outside of a sphere about the origin of radius ``size[0]``."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,13 +6,14 @@ import math
 
 from nutamill.base.kernel import kernel
 from nutamill.charge.walls.mesh_contact import touch_mesh
+from nutamill.charge.walls.shapes import cone_frame, round_profile
 from nutamill.charge.walls.surface import SurfaceKind
-from nutamill.charge.walls.surfaces import cone_frame
 
 PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)
 BOX = int(SurfaceKind.BOX)
 CONE = int(SurfaceKind.CONE)
+SPHERE_CAP = int(SurfaceKind.SPHERE_CAP)
 MESH_PATCH = int(SurfaceKind.MESH_PATCH)
 
 
@@ -99,7 +100,24 @@ def touch_cap(x, radius, lo, n, pose, size, out):
         d0, d1, d2 = x0[i] - o0, x1[i] - o1, x2[i] - o2
         distance = math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
         z = a * d0 + b * d1 + c * d2
-        out[i] = min(r[i] + distance - bore, -z - distance * rim)
+        out[i] = min(r[i] - abs(distance - bore), -z - distance * rim)
+
+
+@kernel(fast=True)
+def touch_round(x, radius, lo, n, pose, kind, size, out):
+    """As `touch_cone`, for a DISC, TUBE, ROD or BALL, by `kind`, of `size` (3,) [m]."""
+    o0, o1, o2 = pose[0], pose[1], pose[2]
+    a, b, c = pose[5], pose[8], pose[11]
+    low, high, bottom, top, thickness = round_profile(kind, size[0], size[1])
+    x0, x1, x2, r = x[0, lo : lo + n], x[1, lo : lo + n], x[2, lo : lo + n], radius[lo : lo + n]
+    for i in range(n):
+        d0, d1, d2 = x0[i] - o0, x1[i] - o1, x2[i] - o2
+        z = a * d0 + b * d1 + c * d2
+        distance = math.sqrt(max(d0 * d0 + d1 * d1 + d2 * d2 - z * z, 0.0))
+        across = max(max(low - distance, distance - high), 0.0)
+        up = max(max(bottom - z, z - top), 0.0)
+        reach = r[i] + thickness
+        out[i] = reach * reach - (across * across + up * up)
 
 
 @kernel
@@ -118,5 +136,7 @@ def touch_surface(model, x, radius, lo, n, s, pose, out):
         touch_cone(x, radius, lo, n, pose, size, out)
     elif kind == MESH_PATCH:
         touch_mesh(model.mesh, x, lo, n, s, pose, out)
-    else:
+    elif kind == SPHERE_CAP:
         touch_cap(x, radius, lo, n, pose, size, out)
+    else:
+        touch_round(x, radius, lo, n, pose, kind, size, out)
