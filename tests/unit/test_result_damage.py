@@ -288,6 +288,15 @@ def test_a_name_that_is_no_text_is_damage(path, group):
     assert fault.endswith(f"/{group}: it holds a name that is no text, b'ti\\xffme'")
 
 
+def test_a_group_with_a_damaged_header_is_refused_in_a_sentence(path):
+    """HDF5 cannot even say what such a group holds."""
+    with h5py.File(path, "r") as file:
+        header = h5py.h5o.get_info(file["series"].id).addr
+    flip(path, header + 16)
+    with open_result(path) as result, pytest.raises(DamagedError, match=r"/series/time is damaged: .*object"):
+        _ = result.reached
+
+
 def test_one_damaged_copy_of_the_checksums_does_no_harm_and_two_are_refused(path):
     true = content(path)
     for count, name in enumerate(COPIES):

@@ -226,7 +226,7 @@ class Archive:
         except (ResultError, DamagedError):
             raise
         except KeyError as fault:
-            raise self.damaged(path, "it is missing" if path not in file else fault) from fault
+            raise self.damaged(path, "it is missing" if _lacks(file, path) else fault) from fault
         except MemoryError as fault:
             raise self.damaged(path, "it claims more memory than there is") from fault
         except Exception as fault:  # HDF5 raises many kinds on a damaged file
@@ -248,6 +248,14 @@ class Archive:
                 "again, or run the case again."
             )
         return checksums
+
+
+def _lacks(file: h5py.File, path: str) -> bool:
+    """Return whether a file has no object at a path: no for a damaged group, which cannot be searched."""
+    try:
+        return path not in file
+    except KeyError:
+        return False
 
 
 def _stored(data: h5py.Dataset) -> bool:
