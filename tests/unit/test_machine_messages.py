@@ -19,10 +19,11 @@ from nutamill.design.modes import campbell, machine_modes
 from nutamill.design.runup import run_up
 from nutamill.mechanism import modes as rest_room
 from nutamill.mechanism.assembly import assemble
-from nutamill.mechanism.parts import Body
+from nutamill.mechanism.parts import Body, Force, Spring, Stop
 from nutamill.mechanism.running_modes import solve
 from nutamill.mechanism.sensors import Sensor, SensorKind, sensor_table
 from nutamill.mechanism.system import System
+from nutamill.mechanism.unbalance import UnbalanceMotor
 from nutamill.simulation.checkpoint import restore
 from nutamill.simulation.coupling_model import Outcome
 from nutamill.simulation.entry import failure
@@ -306,3 +307,52 @@ def test_of_many_wrong_cells_ten_are_listed_and_the_rest_counted(tmp_path):
     profile.write_text("time [s], speed [rpm]\n" + "x, y\n" * 8)
     with pytest.raises(CaseError, match="6 more cells are wrong, of 16"):
         load_case("numill", [f"drive.profile={profile}"])
+
+
+# parts of the engine ----------------------------------------------------------------------------------------
+
+ORIGIN, UP = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("loads", "message"),
+    [
+        (
+            {"springs": [Spring("coil", "ground", "arm", ORIGIN, UP, 0.0, 0.0, preload=1.0)]},
+            "spring 'coil': a preload needs a stiffness, got 0. Use a Force for a constant force",
+        ),
+        (
+            {"forces": [Force("push", "arm", (1.0, 2.0))]},
+            "force 'push': forces is ",
+        ),
+        (
+            {"forces": [Force("push", "arm", ((np.inf, 0.0, 0.0),), times=(0.0,))]},
+            "force 'push': times or forces are not finite, got ",
+        ),
+        (
+            {"stops": [Stop("floor", "ground", "arm", ORIGIN, UP, 1e3, 0.5, normal=ORIGIN)]},
+            "stop 'floor': the normal has no length, got (0.0, 0.0, 0.0)",
+        ),
+        (
+            {"stops": [Stop("ball", "ground", "arm", UP, UP, 1e3, 0.5, radius_a=0.1)]},
+            "stop 'ball': both spheres have one centre, got (0.0, 0.0, 1.0)",
+        ),
+        (
+            {"stops": [Stop("floor", "ground", "arm", ORIGIN, UP, 1e3, 1.5, normal=UP)]},
+            "stop 'floor': restitution is not between 0.05 and 1, got 1.5",
+        ),
+    ],
+)
+def test_a_load_that_makes_no_sense_is_refused_by_its_name(loads, message):
+    with pytest.raises(CaseError) as caught:
+        assemble([Body("arm", 1.0, np.eye(3), ORIGIN)], [], **loads)
+    assert str(caught.value).startswith(message)
+
+
+def test_an_unbalance_motor_needs_an_axis():
+    motor = UnbalanceMotor(
+        "shaker", "arm", ORIGIN, ORIGIN, (1.0, 0.0, 0.0), 1.0, 0.01, (0.0, 1.0), (0.0, 1.0)
+    )
+    with pytest.raises(CaseError) as caught:
+        motor.parts()
+    assert "unbalance motor 'shaker': axis has no length, got (0.0, 0.0, 0.0)" in str(caught.value)
