@@ -105,7 +105,9 @@ def touch_cap(x, radius, lo, n, pose, size, out):
 
 @kernel(fast=True)
 def touch_round(x, radius, lo, n, pose, kind, size, out):
-    """As `touch_cone`, for a DISC, TUBE, ROD or BALL, by `kind`, of `size` (3,) [m]."""
+    """Write a positive number to ``out[l]`` where particle ``lo + l`` touches a DISC, TUBE, ROD or BALL, by
+    `kind`, of `size` (3,) [m], at `pose` (12,).
+    """
     o0, o1, o2 = pose[0], pose[1], pose[2]
     a, b, c = pose[5], pose[8], pose[11]
     low, high, bottom, top, thickness = round_profile(kind, size[0], size[1])
