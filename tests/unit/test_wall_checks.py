@@ -165,6 +165,11 @@ SHAPES = {
     "box": 'shape = "box"\nsize = ["400 mm", "400 mm", "10 mm"]',
     "cone": 'shape = "cone"\nradius = "10 mm"\nend_radius = "300 mm"\nheight = "100 mm"',
     "cap": 'shape = "cap"\nradius = "300 mm"\nangle = "80 deg"\naxis = [0, 0, 1]',
+    "disc": 'shape = "disc"\nradius = "100 mm"',
+    "lying tube": 'shape = "tube"\nradius = "300 mm"\nheight = "100 mm"\naxis = [1, 0, 0]',
+    "rod": 'shape = "rod"\nradius = "100 mm"\nheight = "50 mm"',
+    "lying rod": 'shape = "rod"\nradius = "50 mm"\nheight = "50 mm"\naxis = [1, 0, 0]',
+    "ball": 'shape = "ball"\nradius = "50 mm"',
     "lying cylinder": 'shape = "cylinder"\nradius = "400 mm"\naxis = [1, 0, 0]',
 }
 
@@ -179,8 +184,9 @@ def test_a_wall_of_any_shape_below_a_region_is_a_floor_and_above_it_is_none(shap
         assert "has no floor" in refusal(HEAD.replace("POINT", "-600 mm") + wall)
 
 
-def test_an_upright_cylinder_is_no_floor():
-    wall = '[[walls]]\nname = "liner"\nmaterial = "steel"\nshape = "cylinder"\nradius = "400 mm"\n'
+@pytest.mark.parametrize("shape", ['"cylinder"', '"tube"\nheight = "1 m"'])
+def test_an_upright_cylinder_is_no_floor(shape):
+    wall = f'[[walls]]\nname = "liner"\nmaterial = "steel"\nshape = {shape}\nradius = "400 mm"\n'
     assert "has no floor" in refusal(REGION + wall)
 
 

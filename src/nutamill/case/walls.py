@@ -11,24 +11,32 @@ from pydantic import Field
 from nutamill.base.schema import Angle, Coordinate, Length, Table, Volume
 from nutamill.case.names import Direction, Name, Point
 
-Shape = Literal["plane", "cylinder", "cone", "cap", "box", "mesh"]
+Shape = Literal["plane", "disc", "cylinder", "tube", "cone", "cap", "box", "rod", "ball", "mesh"]
 
 WALL_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "plane": ((), ()),
+    "disc": (("radius",), ()),
     "cylinder": (("radius",), ("height",)),
+    "tube": (("radius", "height"), ()),
     "cone": (("radius", "end_radius", "height"), ()),
     "cap": (("radius", "angle"), ()),
     "box": (("size",), ("across",)),
+    "rod": (("radius", "height"), ()),
+    "ball": (("radius",), ()),
     "mesh": (("file", "unit"), ("across", "sha256", "extent")),
 }
 """Keys that each shape of wall needs, and those that it may have, beside point and axis."""
 
 SIDES: dict[str, tuple[str, ...]] = {
     "plane": ("outside",),
+    "disc": ("outside",),
     "cylinder": ("inside",),
+    "tube": ("inside",),
     "cone": ("inside",),
     "cap": ("inside",),
     "box": ("outside", "inside"),
+    "rod": ("outside",),
+    "ball": ("outside",),
     "mesh": ("outside", "inside"),
 }
 """Sides of each shape on which the charge can be; the first is the one where none is given."""
@@ -47,27 +55,28 @@ class WallEntry(Table):
     material: str
     """For its contacts; its mass is part of that of the body."""
     shape: Shape
-    """Endless plane, inside of an endless cylinder, inside of a cone, inside of a spherical cap, box, or
-    closed mesh.
+    """Endless plane, or a disc of it; inside of an endless cylinder, or of a tube, which ends; inside of a
+    cone, inside of a spherical cap; box; outside of a solid rod or ball; or closed mesh.
     """
     side: Literal["inside", "outside"] | None = None
     """Where the charge is: inside or outside of a box or a mesh; outside if not given."""
     point: Point = (0.0, 0.0, 0.0)
-    """World [m]: a point of the plane, of the cylinder's axis at its lower end, centre of the cone's lower
-    end, of the cap's sphere or of the box, or the origin of the mesh file.
+    """World [m]: a point of the plane, centre of the disc, of the ball or of the box, a point of the
+    cylinder's axis at its lower end, centre of the lower end of tube, cone and rod, of the cap's sphere, or
+    the origin of the mesh file.
     """
     axis: Direction = (0.0, 0.0, 1.0)
-    """Normal of the plane towards the charge; axis of cylinder and cone, from the lower end; axis to which a
-    cap opens; z axis of a box or of a mesh file; any length.
+    """Normal of plane and disc towards the charge; axis of cylinder, tube, cone and rod, from the lower end;
+    axis to which a cap opens; z axis of a box or of a mesh file; any length.
     """
     across: Direction | None = None
     """Direction of the x axis of a box or of a mesh file; any direction across the axis if not given."""
     radius: Length | None = None
-    """Radius of cylinder, cone at its lower end, or the cap's sphere [m]."""
+    """Radius of disc, cylinder, tube, rod, ball, cone at its lower end, or the cap's sphere [m]."""
     end_radius: Annotated[Coordinate, Field(ge=0.0)] | None = None
     """Radius of the cone at its upper end [m]."""
     height: Length | None = None
-    """Height of the cone; of a cylinder, which is endless, for pictures and wear [m]."""
+    """Height of cone, tube or rod; of a cylinder, which is endless, for pictures and wear [m]."""
     angle: Angle | None = None
     """How far the cap reaches from its bottom [rad]."""
     size: tuple[Length, Length, Length] | None = None

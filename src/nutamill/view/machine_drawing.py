@@ -84,12 +84,21 @@ def _solid(wall: WallEntry, corners: np.ndarray, thick: float, opening: float) -
     if wall.size is not None:
         return box(*wall.size)
     radius = float(wall.radius or 0.0)
+    if wall.shape == "disc":
+        return ring(0.0, radius, -thick, 0.0)
+    if wall.shape == "rod":
+        return ring(0.0, radius, 0.0, float(wall.height or 0.0))
+    if wall.shape == "tube":
+        return ring(radius, radius + thick, 0.0, float(wall.height or 0.0), opening, -0.5 * math.pi)
     if wall.shape == "cylinder":
         return ring(radius, radius + thick, low, high, opening, -0.5 * math.pi)
     if wall.shape == "cone":
         end, height = float(wall.end_radius or 0.0), float(wall.height or 0.0)
         meridian = [(radius, 0.0), (radius + thick, 0.0), (end + thick, height), (end, height)]
         return revolved(meridian, opening, -0.5 * math.pi)
+    if wall.shape == "ball":
+        rise = np.linspace(0.0, math.pi, ARCS + 1)
+        return revolved([(radius * math.sin(a), -radius * math.cos(a)) for a in rise])
     angle = np.linspace(0.0, float(wall.angle or math.pi), ARCS + 1)
     inner = [(radius * math.sin(a), -radius * math.cos(a)) for a in angle]
     outer = [((radius + thick) * math.sin(a), -(radius + thick) * math.cos(a)) for a in angle]

@@ -58,21 +58,48 @@ def crosses(surface: Surface, start: np.ndarray, way: np.ndarray) -> np.ndarray:
         return (np.hypot(start[:, 0], start[:, 1]) < size[0]) & bool(np.hypot(*way[:2]) > 1e-9)
     if kind == SurfaceKind.BOX:
         return _meets_box(start, way, np.asarray(size))
-    if kind == SurfaceKind.CONE:
-        slope = (size[1] - size[0]) / size[2]
-        across, radius = start[:, :2], size[0] + slope * start[:, 2]
+    if kind == SurfaceKind.DISC:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            foot = start - start[:, 2:] * (way / way[2])
+        return (start[:, 2] > 0.0) & (way[2] < 0.0) & (np.hypot(foot[:, 0], foot[:, 1]) <= size[0])
+    if kind in (SurfaceKind.CONE, SurfaceKind.TUBE):
+        bottom, top, height = size if kind == SurfaceKind.CONE else (size[0], size[0], size[1])
+        slope = (top - bottom) / height
+        across, radius = start[:, :2], bottom + slope * start[:, 2]
         roots = _roots(
             way[:2] @ way[:2] - (slope * way[2]) ** 2,
             across @ way[:2] - radius * slope * way[2],
             (across**2).sum(axis=1) - radius**2,
         )
         heights = start[:, 2] + roots * way[2]
-        return ((roots > 0.0) & (heights >= 0.0) & (heights <= size[2])).any(axis=0)
+        return ((roots > 0.0) & (heights >= 0.0) & (heights <= height)).any(axis=0)
+    if kind == SurfaceKind.BALL:
+        return (_roots(1.0, start @ way, (start**2).sum(axis=1) - size[0] ** 2) > 0.0).any(axis=0)
+    if kind == SurfaceKind.ROD:
+        return _meets_rod(start, way, size[0], size[1])
     if kind == SurfaceKind.SPHERE_CAP:
         roots = _roots(1.0, start @ way, (start**2).sum(axis=1) - size[0] ** 2)
         heights = start[:, 2] + roots * way[2]
         return ((roots > 0.0) & (-heights >= size[0] * np.cos(size[1]))).any(axis=0)
     return _meets_mesh(surface, start, way) if surface.patch == 0 else np.zeros(len(start), bool)
+
+
+def _meets_rod(start: np.ndarray, way: np.ndarray, radius: float, half: float) -> np.ndarray:
+    """Return whether rays meet a rod of a radius and half a height [m] about the origin (n,): there is then a
+    time at which they are between its ends and within its radius.
+    """
+    across = start[:, :2]
+    sides = _roots(way[:2] @ way[:2], across @ way[:2], (across**2).sum(axis=1) - radius**2)
+    if way[:2] @ way[:2] < 1e-12:
+        inside = (across**2).sum(axis=1) < radius**2
+        sides = np.where(inside, np.array([[-np.inf], [np.inf]]), np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.sort(np.stack([(-half - start[:, 2]) / way[2], (half - start[:, 2]) / way[2]]), axis=0)
+    if way[2] == 0.0:
+        ends = np.where(np.abs(start[:, 2]) < half, np.array([[-np.inf], [np.inf]]), np.nan)
+    first, last = np.fmax(sides[0], ends[0]), np.fmin(sides[1], ends[1])
+    met = ~np.isnan(sides[0]) & ~np.isnan(ends[0])
+    return met & (first <= last) & (last > 0.0)
 
 
 def _roots(a: float, b: np.ndarray, c: np.ndarray) -> np.ndarray:

@@ -92,7 +92,9 @@ def walls_within(machine: Machine, region: RegionEntry) -> list[Surface]:
     within = []
     for surface in world_surfaces(machine):
         local = (corners - surface.origin) @ np.asarray(surface.rotation)
-        if surface.kind == SurfaceKind.PLANE:
+        if _far_from(surface, local):
+            free = True
+        elif surface.kind in (SurfaceKind.PLANE, SurfaceKind.DISC):
             free = local[:, 2].min() >= -NEAR
         elif surface.kind == SurfaceKind.CYLINDER:
             along = own.T @ np.asarray(surface.rotation)[:, 2]
@@ -100,6 +102,8 @@ def walls_within(machine: Machine, region: RegionEntry) -> list[Surface]:
             coaxial = region.shape == "cylinder" and math.hypot(*along[:2]) < NEAR
             reach = math.hypot(*offset[:2]) + region.radius if coaxial else np.hypot(*local[:, :2].T).max()
             free = reach <= surface.size[0] + NEAR
+        elif surface.kind == SurfaceKind.TUBE:
+            free = float(np.hypot(*local[:, :2].T).max()) <= surface.size[0] + NEAR
         elif surface.kind == SurfaceKind.BOX:
             size = np.asarray(surface.size)
             free = bool((local.max(axis=0) < -size).any() or (local.min(axis=0) > size).any())
@@ -112,6 +116,25 @@ def walls_within(machine: Machine, region: RegionEntry) -> list[Surface]:
         if not free:
             within.append(surface)
     return within
+
+
+def _far_from(surface: Surface, corners: np.ndarray) -> bool:
+    """Return whether a disc, tube, rod or ball is so far from the region with these corners [m] (n, 3),
+    surface axes, that spheres about both do not meet.
+    """
+    a, b, _ = surface.size
+    bounds = {
+        SurfaceKind.DISC: (0.0, a),
+        SurfaceKind.TUBE: (0.5 * b, math.hypot(a, 0.5 * b)),
+        SurfaceKind.ROD: (0.0, math.hypot(a, b)),
+        SurfaceKind.BALL: (0.0, a),
+    }
+    if surface.kind not in bounds:
+        return False
+    height, radius = bounds[surface.kind]
+    middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    reach = float(np.linalg.norm(corners - middle, axis=1).max())
+    return float(np.linalg.norm(middle - [0.0, 0.0, height])) >= radius + reach
 
 
 @functools.lru_cache(maxsize=16)

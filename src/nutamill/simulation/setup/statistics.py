@@ -35,6 +35,9 @@ FACES = 6
 MESH_POINTS = 1e6
 """Number of points on a mesh's patch that sample the areas of its parts [1]."""
 
+ROUND = (SurfaceKind.CYLINDER, SurfaceKind.TUBE, SurfaceKind.SPHERE_CAP, SurfaceKind.BALL)
+"""Kinds of surfaces whose area is the same on every height."""
+
 
 class Grid(NamedTuple):
     """The cylindrical grid of the fields."""
@@ -81,6 +84,14 @@ def _cut(machine: Machine, surface: Surface, corners: np.ndarray) -> tuple[int, 
         return ANGLE_RADIUS, around, across, 0.0, float(np.hypot(*local[:, :2].T).max())
     if kind == SurfaceKind.CYLINDER:
         return ANGLE_HEIGHT, around, up, low, high
+    if kind == SurfaceKind.DISC:
+        return ANGLE_RADIUS, around, across, 0.0, size[0]
+    if kind == SurfaceKind.TUBE:
+        return ANGLE_HEIGHT, around, up, 0.0, size[1]
+    if kind == SurfaceKind.ROD:
+        return ANGLE_HEIGHT, around, up, -size[1], size[1]
+    if kind == SurfaceKind.BALL:
+        return ANGLE_HEIGHT, around, up, -size[0], size[0]
     if kind == SurfaceKind.BOX:
         return FACE_HEIGHT, FACES, up, max(low, -size[2]), min(high, size[2])
     if kind == SurfaceKind.CONE:
@@ -168,11 +179,11 @@ def statistics_axes(machine: Machine, plan: StatisticsPlan) -> dict[str, np.ndar
         "height": 0.5 * (height[1:] + height[:-1]),
         "cell_volume": np.repeat(ring[:, None], plan.cells[2], axis=1) * np.diff(height),
         "neighbours": np.arange(MOST_NEIGHBOURS),
-        **_patches(machine),
+        **patch_axes(machine),
     }
 
 
-def _patches(machine: Machine) -> dict[str, np.ndarray]:
+def patch_axes(machine: Machine) -> dict[str, np.ndarray]:
     """Return surface, position and area of every patch, in the axes of the grid's body as assembled."""
     table, grid = wall_patches(machine), field_grid(machine)
     carrier = carriers_of(machine)[grid.carrier]
@@ -213,9 +224,14 @@ def _areas(surface: Surface, kind: int, edges: np.ndarray, count: int) -> np.nda
         radii = bottom + (top - bottom) * 0.5 * (edges[1:] + edges[:-1]) / height
         slope = math.hypot(1.0, (top - bottom) / height)
         return np.tile(radii * steps * slope * math.tau / count, (count, 1))
-    if surface.kind in (SurfaceKind.CYLINDER, SurfaceKind.SPHERE_CAP):
+    if surface.kind == SurfaceKind.ROD:
+        sides = np.tile(steps * surface.size[0] * math.tau / count, (count, 1))
+        sides[:, [0, -1]] += math.pi * surface.size[0] ** 2 / count  # its flat ends
+        return sides
+    # a zone of a sphere has the area of the cylinder about it
+    if surface.kind in ROUND:
         return np.tile(steps * surface.size[0] * math.tau / count, (count, 1))
-    if surface.kind == SurfaceKind.PLANE:
+    if surface.kind in (SurfaceKind.PLANE, SurfaceKind.DISC):
         return np.tile(0.5 * np.diff(edges**2) * math.tau / count, (count, 1))
     points, areas, _ = _mesh_points(surface)
     along = np.hypot(points[:, 0], points[:, 1]) if kind == ANGLE_RADIUS else points[:, 2]

@@ -104,9 +104,15 @@ def _surfaces_of(machine: Machine, wall: WallEntry, body: int, material: int) ->
             )
             for face, (k, sign) in FACES.items()
         ]
+    if wall.shape == "rod":
+        point = point + 0.5 * wall.height * axes[:, 2]
     kind, size = {
         "plane": lambda: (SurfaceKind.PLANE, (0.0, 0.0, 0.0)),
+        "disc": lambda: (SurfaceKind.DISC, (wall.radius, 0.0, 0.0)),
         "cylinder": lambda: (SurfaceKind.CYLINDER, (wall.radius, 0.0, 0.0)),
+        "tube": lambda: (SurfaceKind.TUBE, (wall.radius, wall.height, 0.0)),
+        "rod": lambda: (SurfaceKind.ROD, (wall.radius, 0.5 * wall.height, 0.0)),
+        "ball": lambda: (SurfaceKind.BALL, (wall.radius, 0.0, 0.0)),
         "cone": lambda: (SurfaceKind.CONE, (wall.radius, wall.end_radius, wall.height)),
         "cap": lambda: (SurfaceKind.SPHERE_CAP, (wall.radius, wall.angle, 0.0)),
         "box": lambda: (SurfaceKind.BOX, tuple(0.5 * length for length in wall.size)),
