@@ -6,12 +6,11 @@ from pathlib import Path
 
 from nutamill.base.errors import CaseError, DamagedError, ResultError
 from nutamill.base.files import exists
-from nutamill.case import case_of_text
-from nutamill.case.case_file import CaseFile
+from nutamill.case import Case, Machine, case_of_text
 from nutamill.result.reader import Result, is_finished, open_result
 
 
-def earlier_result(path: Path, case: CaseFile) -> Result | None:
+def earlier_result(path: Path, case: Case | Machine) -> Result | None:
     """Return the finished result of `case` at `path`, or None where a run may begin: no file, or one of a run
     that ended before its first save.
 
@@ -77,7 +76,7 @@ def _is_empty(result: Result) -> bool:
     return not result.reached and not result.has_checkpoint
 
 
-def _is_of(result: Result, case: CaseFile) -> bool:
+def _is_of(result: Result, case: Case | Machine) -> bool:
     try:
         return case_of_text(result.case_text).digest == case.digest
     except CaseError:  # of a version with other keys

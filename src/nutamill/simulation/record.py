@@ -57,9 +57,9 @@ class Ending:
     """Decides with which row a run ends: a fixed one, or some time after it has become steady.
 
     Steadiness is looked for at checkpoints, in the means over whole turns of the watched series since the
-    end of the ramp.  When it is found, the run goes on for as long as snapshots are kept, and ends.  The
-    decision depends on the record alone, so that a run that stops and goes on ends where the run that never
-    stopped does.
+    end of the ramp.  Once the run is steady, it goes on for as long as snapshots are recorded, and ends.
+    The decision depends on the record alone, so that a run that stops and goes on ends where the run that
+    never stopped does.
 
     Parameters
     ----------
@@ -71,6 +71,7 @@ class Ending:
         self._case = case
         self._columns: list[np.ndarray] = []
         self._wanted = case.run.until == "steady"
+        self._precision = case.run.precision or math.inf  # a run until steady has one
         self._means: dict[str, Estimate] = {}
         self._known: dict[str, float] = {}
         self.steady = False
@@ -117,9 +118,9 @@ class Ending:
         sizes = [math.sqrt(np.mean(value**2)) for value in watched]
         names = self.columns[2:]
         for k, watch in enumerate(self._case.run.watch):
-            if watch.force is not None:
+            if watch.force is not None and watch.lever is not None:
                 sizes[k] = max(sizes[k], LEVER_SHARE * watch.lever * sizes[names.index(watch.force)])
-        precision = self._case.run.precision
+        precision = self._precision
         self._means = {
             name: estimate_of_turns(turn_means(time, value, turns), size, precision)
             for name, value, size in zip(names, watched, sizes, strict=True)
@@ -147,9 +148,9 @@ class Ending:
             label, share = series_field(name).label, mean.drift / (mean.turns * mean.mean or 1.0)
             if not mean.steady:
                 reasons.append(f"{label} still drifts {100 * share:+.2g} % per turn")
-            elif self._known[name] > self._case.run.precision:
+            elif self._known[name] > self._precision:
                 reasons.append(
                     f"{label} is known to ± {100 * self._known[name]:.2g} %, run.precision asks for "
-                    f"{self._case.run.precision:.2g}"
+                    f"{self._precision:.2g}"
                 )
         return ", ".join(reasons)

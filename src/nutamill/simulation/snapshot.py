@@ -20,9 +20,9 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
     if charge is None or moving is None or survey is None:
         return arrays
     substep, particles = model.clock.substep, charge_particles(model.machine)
-    arrays["positions"] = positions(model.charge, state.charge, substep).astype(np.float32)
-    arrays["velocities"] = velocities(model.charge, state.charge).astype(np.float32)
-    clump_attitudes = attitudes(model.charge, state.charge)
+    arrays["positions"] = positions(charge, moving, substep).astype(np.float32)
+    arrays["velocities"] = velocities(charge, moving).astype(np.float32)
+    clump_attitudes = attitudes(charge, moving)
     if clump_attitudes is not None:
         arrays["attitudes"] = clump_attitudes.astype(np.float32)
     arrays["spins"] = spins(charge, moving).astype(np.float32)
@@ -31,10 +31,10 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
     if forces is not None:
         arrays["contact_forces"] = forces.astype(np.float32)
     arrays["materials"] = particles.material.astype(np.int16)
-    body = model.plan.carriers[model.survey.body]
+    body = model.plan.carriers[survey.body]
     rotation = np.empty((3, 3))
     rotation_matrix(state.mechanism.quaternion[body], rotation)
-    arrays["chamber_floor"] = state.mechanism.position[body] + rotation @ model.survey.origin
+    arrays["chamber_floor"] = state.mechanism.position[body] + rotation @ survey.origin
     arrays["chamber_attitude"] = state.mechanism.quaternion[body]
     return arrays
 
@@ -46,5 +46,5 @@ def statistics(model: Model, state: State) -> dict[str, np.ndarray] | None:
     charge, moving, survey = model.charge, state.charge, model.survey
     if charge is None or moving is None or survey is None or state.statistics is None or not survey.on:
         return None
-    sums = gathered(state.statistics, state.charge.impacts)
-    return recorded_sums(model.machine, model.survey, model.charge.per_cut, sums)
+    sums = gathered(state.statistics, moving.impacts)
+    return recorded_sums(model.machine, survey, charge.per_cut, sums)
