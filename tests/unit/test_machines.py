@@ -72,7 +72,9 @@ def test_only_a_year_or_a_size_is_left_out_of_a_name():
     assert not {"", "particle", "tumbling", "vibratory"} & set(names)
 
 
-@pytest.mark.parametrize("name", ["piston", "particle-damper", "tumbling-mill", "vibratory-mill"])
+@pytest.mark.parametrize(
+    "name", ["piston", "particle-damper", "tumbling-mill", "vibratory-mill", "planetary-mill"]
+)
 def test_a_machine_part_by_part_of_the_package_has_walls_that_hold_its_charge(name):
     case = load_case(name)
     assert isinstance(case, Machine) and case.charge.parts
