@@ -170,7 +170,7 @@ WRONG = (
 """Files that no command can use, but those of `RIGHT`."""
 RIGHT = {
     "measured.h5": ("show", "verify", "plot", "compare"),
-    "pendulum.h5": ("show", "verify", "resume"),
+    "pendulum.h5": ("show", "verify", "resume", "picture", "movie", "view", "export"),
     "fit.toml": ("fit",),
 }
 """Commands that can do something with such a file."""

@@ -19,7 +19,7 @@ from nutamill.analysis.spectra import spectrum
 from nutamill.base.errors import CaseError, DamagedError, ResultError, StepError
 from nutamill.case import load_case
 from nutamill.charge.assembly import charge
-from nutamill.charge.filling import fill
+from nutamill.charge.filling import relax
 from nutamill.charge.filling.fill_walls import _scattered
 from nutamill.charge.laws.oscillator import damping_ratio_from_restitution
 from nutamill.charge.walls.mesh import closed_mesh
@@ -70,10 +70,11 @@ def test_a_call_that_cannot_be_done_is_refused(act, error, text):
 
 
 def test_a_packing_that_is_not_reached_is_given_up(monkeypatch):
-    monkeypatch.setattr(fill, "SWEEPS", 3)
+    monkeypatch.setattr(relax, "SWEEPS", 3)
+    monkeypatch.setattr(relax, "INERTIAL_SWEEPS", 3)
     x = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     with pytest.raises(CaseError, match="no random packing after 6 sweeps"):
-        fill.relaxed(x, np.full(2, 0.1), lambda x, sweep: 1.0, crowded=False)
+        relax.relaxed(x, np.full(2, 0.1), lambda x, sweep: 1.0, crowded=False)
 
 
 @pytest.fixture(scope="module")

@@ -74,8 +74,9 @@ def path(tmp_path):
 
 
 def interrupt(progress):
-    """Ask the run to stop at its first report."""
-    signal.raise_signal(signal.SIGINT)
+    """Ask the run to stop at the first report of its march."""
+    if progress.phase != "settle":
+        signal.raise_signal(signal.SIGINT)
 
 
 def stopped(case, path):
@@ -336,8 +337,13 @@ def test_too_little_room_is_reported_before_the_charge_settles(path, monkeypatch
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_each_signal_to_end_stops_a_run_and_saves_it(name, case, path):
     number = getattr(signal, name, None) or pytest.skip("the system has no such signal")
+
+    def end(progress):
+        if progress.phase != "settle":
+            signal.raise_signal(number)
+
     with pytest.raises(Interrupted):
-        nm.run(case, path, progress=lambda progress: signal.raise_signal(number))
+        nm.run(case, path, progress=end)
     with open_result(path) as result:
         assert result.state == "interrupted"
         assert result.checkpoint().time == result.reached > 0
