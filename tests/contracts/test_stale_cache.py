@@ -210,7 +210,7 @@ def test_every_struct_that_a_kernel_is_given_counts(counted):
         [Body("shaft", 1.0, [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]], (0.0, 0.0, 0.0))], [], []
     )
     sensors = sensor_table(mechanism, mstate, [])
-    starts = RowTable(row_groups(mechanism, sensors, True)).starts
+    starts = RowTable(row_groups(mechanism, sensors, ["hub"])).starts
     state = CoupledState(mstate, cstate, charge_statistics(survey, cstate), coupling_state(1))
     waiting = [
         CoupledModel(mechanism, sensors, charge, survey, plan(), starts),
