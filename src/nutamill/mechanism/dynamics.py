@@ -146,7 +146,8 @@ def store_solution(mechanism, state, scratch):
     """
     copy_numbers(scratch.multiplier, state.multiplier)
     copy_numbers(scratch.power, state.power)
-    copy_numbers(scratch.force, state.force)
+    if mechanism.forces.shape[0] > 0:
+        copy_numbers(scratch.force, state.force)
     copy_numbers(state.wrench, state.previous_wrench)
     gather_twists(state, scratch.twist)
     store_drives(
@@ -292,7 +293,8 @@ def finish(mechanism, state, scratch, dt):
         dt,
         state.motor_integral,
     )
-    advance_stops(mechanism.stops, state.position, state.quaternion, scratch.twist, state.impact_speed)
+    if mechanism.stops.shape[0] > 0:
+        advance_stops(mechanism.stops, state.position, state.quaternion, scratch.twist, state.impact_speed)
     store_solution(mechanism, state, scratch)
     return check_finite(state.velocity, state.acceleration)
 
@@ -327,7 +329,8 @@ def add_works(mechanism, state, scratch, dt):
         b = torques[i].body
         for k in range(3):
             state.torque_work[i] += 0.5 * dt * torques[i].moment[k] * (before[b, 3 + k] + after[b, 3 + k])
-    add_force_works(mechanism.forces, state.force, scratch.force, before, after, dt, state.force_work)
+    if mechanism.forces.shape[0] > 0:
+        add_force_works(mechanism.forces, state.force, scratch.force, before, after, dt, state.force_work)
 
 
 @kernel

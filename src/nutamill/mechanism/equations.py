@@ -79,10 +79,11 @@ def update_kinematics(mechanism, state, scratch):
         mechanism.rows, state.position, scratch.rotation, scratch.drive_motion,
         scratch.row_vectors, scratch.gap, scratch.gap_rate, scratch.jacobian,
     )  # fmt: skip
-    place_gears(
-        mechanism.gears, mechanism.gear_sides, mechanism.rows.shape[0], state.quaternion,
-        state.gear_angle, scratch.gap, scratch.gap_rate, scratch.jacobian,
-    )  # fmt: skip
+    if mechanism.gears.shape[0] > 0:
+        place_gears(
+            mechanism.gears, mechanism.gear_sides, mechanism.rows.shape[0], state.quaternion,
+            state.gear_angle, scratch.gap, scratch.gap_rate, scratch.jacobian,
+        )  # fmt: skip
 
 
 @kernel
@@ -96,13 +97,14 @@ def factor_constraints(mechanism, scratch):
         scratch.inverse_mass_jacobian,
     )
     n_rows = mechanism.rows.shape[0]
-    divide_rows_by_mass(
-        mechanism.gears,
-        mechanism.bodies,
-        scratch.inverse_inertia,
-        scratch.jacobian[n_rows:],
-        scratch.inverse_mass_jacobian[n_rows:],
-    )
+    if mechanism.gears.shape[0] > 0:
+        divide_rows_by_mass(
+            mechanism.gears,
+            mechanism.bodies,
+            scratch.inverse_inertia,
+            scratch.jacobian[n_rows:],
+            scratch.inverse_mass_jacobian[n_rows:],
+        )
     form_schur(
         mechanism.pairs,
         mechanism.gear_pairs,
@@ -135,13 +137,15 @@ def apply_loads(mechanism, state, scratch):
         load,
         scratch.motor_torque,
     )
-    apply_forces(
-        mechanism.forces, mechanism.force_knots, state.quaternion, state.time[0], load, scratch.force
-    )
-    first = mechanism.bushings.shape[0] + mechanism.springs.shape[0] + mechanism.joints.shape[0]
-    apply_stops(
-        mechanism.stops, state.position, state.quaternion, twist, state.impact_speed, first, load, power
-    )
+    if mechanism.forces.shape[0] > 0:
+        apply_forces(
+            mechanism.forces, mechanism.force_knots, state.quaternion, state.time[0], load, scratch.force
+        )
+    if mechanism.stops.shape[0] > 0:
+        first = mechanism.bushings.shape[0] + mechanism.springs.shape[0] + mechanism.joints.shape[0]
+        apply_stops(
+            mechanism.stops, state.position, state.quaternion, twist, state.impact_speed, first, load, power
+        )
 
 
 @kernel
@@ -179,7 +183,8 @@ def solve_reactions(mechanism, state, scratch):
         scratch.load, state.friction_moment, scratch.power,
     )  # fmt: skip
     bias_rows(mechanism.rows, scratch.row_vectors, scratch.twist, scratch.drive_motion, scratch.bias)
-    bias_gears(mechanism.gears, mechanism.gear_sides, state.quaternion, scratch.twist, scratch.bias)
+    if mechanism.gears.shape[0] > 0:
+        bias_gears(mechanism.gears, mechanism.gear_sides, state.quaternion, scratch.twist, scratch.bias)
     factor_constraints(mechanism, scratch)
     acceleration, reaction = state.acceleration, scratch.multiplier
     accelerate(
