@@ -51,7 +51,7 @@ def carrier_warnings(carrier: PushedCarrier, window: float, iterated: bool = Fal
 
     `iterated` windows are repeated with the push that they produced.
     """
-    found = []
+    warnings = []
     if carrier.mass < LIGHT * carrier.particle:
         share = math.sqrt(1.0 + carrier.particle / carrier.mass) - 1.0
         what = (
@@ -59,10 +59,12 @@ def carrier_warnings(carrier: PushedCarrier, window: float, iterated: bool = Fal
             f"{LIGHT:g}: contact laws take a wall as immovable, and the damping ratio there is "
             f"{100.0 * share:.2g} % higher than given"
         )
-        found.append(Fault(carrier.name, what, "Expect a lower restitution there, or make the body heavier"))
+        warnings.append(
+            Fault(carrier.name, what, "Expect a lower restitution there, or make the body heavier")
+        )
     if carrier.frequency * window > LONG_WINDOW and not iterated:
-        found.append(_too_long(carrier, window, LONG_WINDOW, "its contacts gain energy", ITERATED))
-    return found
+        warnings.append(_too_long(carrier, window, LONG_WINDOW, "its contacts gain energy", ITERATED))
+    return warnings
 
 
 def carrier_faults(carrier: PushedCarrier, window: float, iterated: bool = False) -> list[Fault]:

@@ -39,7 +39,6 @@ from nutamill.case.mill_quantities import (
     NUTATION_POINT,
     PIN_JOINT,
     SHAFT_BEARING,
-    TURNING,
     YOKE_PIVOT,
     mill_quantities,
     mill_series,
@@ -47,6 +46,7 @@ from nutamill.case.mill_quantities import (
 from nutamill.case.rigid_parts import RigidPart, chamber_shell, compose, remove, rotated, whole_chamber
 from nutamill.case.run import MachineRun, WatchEntry
 from nutamill.case.walls import RegionEntry, WallEntry
+from nutamill.result.fields import TURNING
 
 if TYPE_CHECKING:
     from nutamill.case.mill import Case

@@ -7,6 +7,7 @@ redundancy) is checked by `nutamill.mechanism.assembly.assemble` before a step i
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from nutamill.base.file_kind import MECHANISM
 from nutamill.base.library import similar
 from nutamill.case.charge_checks import Finding, charge_findings
 from nutamill.case.load_checks import TURNING, load_findings
@@ -18,22 +19,8 @@ if TYPE_CHECKING:
 
 GROUND = "ground"
 """Name of the body that never moves, as the engine knows it."""
-LISTS = (
-    "bodies",
-    "joints",
-    "bushings",
-    "springs",
-    "torques",
-    "forces",
-    "stops",
-    "gears",
-    "drives",
-    "linear_drives",
-    "unbalance_motors",
-    "sensors",
-    "walls",
-    "regions",
-)
+LISTS = (*MECHANISM, "sensors", "walls", "regions", "quantities")
+"""Lists of a machine whose entries have names, each name once."""
 WITHOUT_AXIS = ("fixed", "spherical")
 TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_", "force_", "stop_", "gear_", "linear_")
 """Beginnings of series that a sensor's name may not have."""
@@ -42,15 +29,15 @@ TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_", "force_", "stop_"
 def findings(case: "Machine") -> list[Finding]:
     """Everything that contradicts."""
     checks = (_names, _references, _bodies, _joints, _bushings, _springs, _drives, _sensors, _walls)
-    found = [finding for check in checks for finding in check(case)]
-    found += load_findings(case)
-    found += record_findings(case, series_count(case))
+    contradictions = [finding for check in checks for finding in check(case)]
+    contradictions += load_findings(case)
+    contradictions += record_findings(case, series_count(case))
     if case.charge.parts or case.charge.kind is None:
-        found += [*_carriers(case), *charge_findings(case)]
+        contradictions += [*_carriers(case), *charge_findings(case)]
     elif case.run.dt != "auto":
         what = "is the substep of a charge, and this machine has none"
-        found.append((("run", "dt"), what, "The step of a machine without a charge is run.step"))
-    return found
+        contradictions.append((("run", "dt"), what, "The step of a machine without a charge is run.step"))
+    return contradictions
 
 
 def series_count(case: "Machine") -> int:

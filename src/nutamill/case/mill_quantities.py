@@ -9,9 +9,9 @@ a ramp.
 
 from typing import TYPE_CHECKING
 
-from nutamill.case.drawing import CHAMBER, DRIVESHAFT, FRAME
+from nutamill.case.drawing import CHAMBER
 from nutamill.case.machine import QuantityEntry
-from nutamill.result.fields import expand
+from nutamill.result.fields import JOINTS, expand
 
 if TYPE_CHECKING:
     from nutamill.case.mill import Case
@@ -21,20 +21,8 @@ LOAD_CELL, PIN_JOINT = "crank_pin_load_cell", "pin_joint"
 CHAMBER_PIVOT, YOKE_PIVOT = "chamber_pivot", "yoke_pivot"
 COUPLING, DRIVE, NUTATION_POINT = "shaft_coupling", "motor", "nutation_point"
 
-JOINTS = (
-    FRAME_FIX,
-    SHAFT_BEARING,
-    DRIVESHAFT_BEARING,
-    LOAD_CELL,
-    PIN_JOINT,
-    CHAMBER_PIVOT,
-    YOKE_PIVOT,
-)
-"""Joints of a mill; the frame is fixed on rigid mounts only."""
 RUBBING = (DRIVESHAFT_BEARING, PIN_JOINT, CHAMBER_PIVOT, YOKE_PIVOT)
 """Joints of which the ledger has a loss."""
-TURNING = (FRAME, DRIVESHAFT, CHAMBER)
-"""Bodies whose attitude is recorded."""
 OF_THE_CHARGE = (
     "charge_",
     "coordination_number",
