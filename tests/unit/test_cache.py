@@ -4,13 +4,17 @@ be there.
 
 import os
 import pathlib
+import pickle
+import shutil
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 
+import nutamill
 from nutamill.base import cache_folder, kernel
+from nutamill.base.compiled_files import CompiledFiles
 from nutamill.case import load_case
 from nutamill.simulation import warm_up
 from nutamill.simulation.progress_report import COMPILING
@@ -76,26 +80,64 @@ def doubled(tmp_path):
 def test_a_kernel_without_a_cache_runs_and_leaves_nothing_behind(doubled, tmp_path):
     assert doubled(tmp_path / "double.py" / "cache") == "42 0 True\n"
     assert not list((tmp_path / "temporary").iterdir())
-    assert not list(tmp_path.glob("__pycache__/*.nb?"))
+    assert not list(tmp_path.glob("__pycache__/*.compiled"))
 
 
 @pytest.mark.skipif(not kernel.JIT, reason="nothing is compiled")
 def test_a_damaged_file_of_the_cache_is_compiled_anew(doubled, tmp_path):
     assert doubled(tmp_path / "cache") == "42 0 True\n"
     assert doubled(tmp_path / "cache") == "42 1 True\n"
-    for kept in (tmp_path / "cache").rglob("*.nb?"):
+    for kept in (tmp_path / "cache").rglob("*.compiled"):
         kept.write_bytes(kept.read_bytes()[:100])
     assert doubled(tmp_path / "cache") == "42 0 True\n"
     assert doubled(tmp_path / "cache") == "42 1 True\n"
 
 
-def test_the_mark_of_compiled_kernels_is_of_one_installation(monkeypatch):
+def test_the_mark_of_compiled_kernels_is_of_their_names_and_source(monkeypatch):
     here = kernel.compiled_mark("linear")
     assert here == kernel.compiled_mark("linear") != kernel.compiled_mark("hertz")
-    monkeypatch.setattr(
-        kernel, "__file__", str(pathlib.Path(kernel.__file__).parents[1] / "elsewhere" / "kernel.py")
-    )
+    monkeypatch.setattr(kernel, "kernel_digest", lambda: "another source")
     assert kernel.compiled_mark("linear") != here
+
+
+ONE_KERNEL = """
+from nutamill.base.frames import dot3
+dot3((1.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+print(sum(dot3.stats.cache_hits.values()))
+"""
+
+
+def test_two_versions_stored_at_once_are_not_taken_for_each_other(tmp_path):
+    one, other = (CompiledFiles(tmp_path, "module.function") for _ in range(2))
+    one.save(("float64",), pickle.dumps("of floats"))
+    other.save(("int64",), pickle.dumps("of integers"))
+    assert one.load(("int64",)) == "of integers" and other.load(("float64",)) == "of floats"
+
+
+def test_a_file_under_the_name_of_another_key_is_not_used(tmp_path):
+    files = CompiledFiles(tmp_path, "module.function")
+    files.save(("float64",), pickle.dumps("of floats"))
+    files._file(("float64",)).rename(files._file(("int64",)))
+    assert files.load(("int64",)) is None
+
+
+@pytest.mark.skipif(not kernel.JIT, reason="nothing is compiled")
+def test_a_second_installation_uses_what_the_first_has_compiled(tmp_path):
+    hits = []
+    for installation in ("first", "second"):
+        package = tmp_path / installation / "nutamill"
+        shutil.copytree(
+            pathlib.Path(nutamill.__file__).parent, package, ignore=shutil.ignore_patterns("data")
+        )
+        surroundings = os.environ | {
+            cache_folder.VARIABLE: str(tmp_path / "cache"),
+            "PYTHONPATH": str(package.parent),
+        }
+        printed = subprocess.run(
+            [sys.executable, "-c", ONE_KERNEL], env=surroundings, capture_output=True, text=True, check=True
+        ).stdout
+        hits.append(int(printed))
+    assert hits == [0, 1]
 
 
 @pytest.fixture

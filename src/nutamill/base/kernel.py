@@ -2,9 +2,10 @@
 
 Every compiled function of the package is decorated with `kernel`.  The decorator
 
-* keeps the compiled code in the user's cache folder and makes `kernel_digest` part of the cache key.  Numba's
-  own key looks at the file of the function alone: after a change of a law in one file, a loop in another file
-  would go on running the old physics from the cache (`tests/contracts/test_stale_cache.py`);
+* stores the compiled code in the user's cache folder (`nutamill.base.compiled_files`) and makes
+  `kernel_digest` part of the cache key.  Numba's own key looks at the file of the function alone: after a
+  change of a law in one file, a loop in another file would go on running the old physics from the cache
+  (`tests/contracts/test_stale_cache.py`), and a second installation would compile everything anew;
 * makes the machine code of each kernel complete in itself.  Numba leaves copies of all that a kernel calls
   beside it under public names, and the copy that was loaded first is the one that all kernels run: fast-math
   copies differ in their last bits, so that results would depend on what else a process has compiled or loaded
@@ -14,8 +15,8 @@ Every compiled function of the package is decorated with `kernel`.  The decorato
   atomic operation that two threads fight over;
 * obeys ``NUMBA_DISABLE_JIT=1`` (plain Python, for debugging) and ``NUMBA_BOUNDSCHECK=1``.
 
-Checked with Numba 0.61 to 0.68: private to Numba are `_index_key` and `_impl_class` of its `FunctionCache`,
-`_locator_classes` of `CompileResultCacheImpl`, and `_finalize_final_module` of `JITCodeLibrary`.
+Checked with Numba 0.61 to 0.68: private to Numba are `_index_key`, `_impl` and `_cache_path` of its
+`FunctionCache`, and `_finalize_final_module` of `JITCodeLibrary`.
 """
 
 import contextlib
@@ -32,10 +33,12 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import cpu_target
+from numba.core.serialize import dumps
 from numba.extending import overload
 
 from nutamill.base.cache_folder import cache_folder
-from nutamill.base.source_code import code_digest, compiled_definitions, reached
+from nutamill.base.compiled_files import CompiledFiles
+from nutamill.base.source_code import PACKAGE, code_digest, compiled_definitions, reached
 
 JIT = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # Numba sets it while it is imported
 """False under ``NUMBA_DISABLE_JIT=1``: kernels are plain Python, one thread only, small cases only."""
@@ -59,12 +62,10 @@ def compiled_mark(*names: str) -> pathlib.Path:
     """Return the file that stands for compiled kernels in the cache, of these names: there once they have
     been compiled.
 
-    Compiled code belongs to a place of the package, a version of Python and Numba, a processor and
-    `kernel_digest`.
+    Compiled code belongs to a version of Python and Numba, a processor and `kernel_digest`.
     """
     processor = cpu_target.target_context.codegen().magic_tuple()
     made_for = (
-        str(pathlib.Path(__file__).parent),
         sys.version,
         numba.__version__,
         processor,
@@ -75,36 +76,53 @@ def compiled_mark(*names: str) -> pathlib.Path:
     )
 
 
-class _CacheFiles(CompileResultCacheImpl):
-    """Where Numba keeps compiled code: in our folder, and never beside the source."""
+class _CompiledForm(CompileResultCacheImpl):
+    """How Numba turns a compiled function into something to store, and back; not where it stores it."""
 
-    _locator_classes = tuple(  # type: ignore[assignment]  # a list in Numba, which only loops over it
-        kind for kind in CompileResultCacheImpl._locator_classes if "UserProvided" in kind.__name__
-    )
+    def __init__(self):
+        pass
 
 
 class _KernelCache(FunctionCache):
-    """Numba's disk cache with the digest of the kernels in its key.
+    """The compiled code of one kernel in `CompiledFiles`. What cannot be loaded or stored is compiled."""
 
-    A kernel that cannot be loaded or stored is compiled.
-    """
-
-    _impl_class = _CacheFiles
+    def __init__(self, function):
+        self._py_func = function
+        self._impl = _CompiledForm()
+        self._cache_path = str(cache_folder())
+        self._cache_file = CompiledFiles(  # type: ignore[assignment]  # it has the methods of Numba's class
+            cache_folder(), f"{function.__module__}.{function.__qualname__}"
+        )
+        self._source = _source_outside(function)
+        self.enable()
 
     def _index_key(self, sig, codegen):
-        return (*super()._index_key(sig, codegen), kernel_digest())
+        versions = (sys.version, numba.__version__, kernel_digest())
+        return (*super()._index_key(sig, codegen), self._source, versions)
 
     def load_overload(self, sig, target_context):
+        target_context.refresh()
         try:
-            return super().load_overload(sig, target_context)
-        except Exception:  # a damaged file fails in any way
-            with contextlib.suppress(OSError):
-                self.flush()
+            stored = self._cache_file.load(self._index_key(sig, target_context.codegen()))
+            return self._impl.rebuild(target_context, stored) if stored is not None else None
+        except Exception:  # what another version has stored fails in any way
             return None
 
     def save_overload(self, sig, data):
-        with contextlib.suppress(OSError):
-            super().save_overload(sig, data)
+        if self._impl.check_cachable(data):
+            with contextlib.suppress(OSError):
+                self._cache_file.save(self._index_key(sig, data.codegen), dumps(self._impl.reduce(data)))
+
+
+def _source_outside(function):
+    """Return the state of a kernel's file outside this package, which `kernel_digest` does not know, else
+    None.
+    """
+    file = pathlib.Path(inspect.getfile(function))
+    if file.resolve().is_relative_to(PACKAGE.resolve()) or not file.is_file():
+        return None
+    state = file.stat()
+    return str(file), state.st_mtime_ns, state.st_size
 
 
 class _CompleteLibrary(JITCodeLibrary):
@@ -137,9 +155,6 @@ class _KernelCompiler(Compiler):
         return super().define_pipelines()
 
 
-numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]  # as `DISABLE_JIT`
-
-
 def kernel(function=None, *, fast=False, inline="never"):
     """Compile `function`: ``@kernel`` for exact arithmetic, ``@kernel(fast=True)`` for batched contact
     loops.
@@ -157,8 +172,7 @@ def kernel(function=None, *, fast=False, inline="never"):
     }
     compiled = numba.njit(**options)(function)
     if JIT:
-        with contextlib.suppress(RuntimeError):  # no folder can be written: it is compiled in each process
-            compiled._cache = _KernelCache(function)
+        compiled._cache = _KernelCache(function)
     return compiled
 
 

@@ -18,7 +18,7 @@ PACKAGE = Path(__file__).parents[1]
 COMPILING = {"nutamill.base.kernel": {"kernel", "by_type", "like"}}
 """What compiles a function, by the module that has it; so does all that is imported from Numba."""
 
-APART = ("nutamill.base.source_code", "nutamill.base.cache_folder")
+APART = ("nutamill.base.source_code", "nutamill.base.cache_folder", "nutamill.base.compiled_files")
 """Modules that kernels reach and that decide no number: where compiled code is stored, and when it is made
 anew.
 """
