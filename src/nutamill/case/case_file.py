@@ -72,8 +72,9 @@ class CaseFile(Table):
         return hashlib.sha256(content.encode()).hexdigest()
 
     def _plain(self, **how: Any) -> dict[str, Any]:
-        """Return the values of the case; a title that names what was changed gives way to the one that it was
-        derived from.
+        """Return the values of the case.
+
+        A title derived from what was changed gives way to the title it came from.
         """
         content = self.model_dump(by_alias=True, exclude_none=True, **how)
         if "changed_from" in content:
@@ -81,7 +82,7 @@ class CaseFile(Table):
         return content
 
     def with_(self, key: str | Mapping[str, Any] | None = None, value: Any = None, /, **changes: Any) -> Self:
-        """The case with other values: ``case.with_("drive.speed", "500 rpm")`` or
+        """Return the case with other values: ``case.with_("drive.speed", "500 rpm")`` or
         ``case.with_(drive__speed=52.36)``.
 
         Parameters
@@ -112,12 +113,13 @@ class CaseFile(Table):
         return titled(case, origin._replace(changed={**origin.changed, **typed}))
 
     def to_toml(self) -> str:
-        """The complete case file, every default written out; `Case.from_toml` reads back an equal case."""
+        """Return the complete case file with every default. `Case.from_toml` reads back an equal case."""
         return written(self)
 
     @classmethod
     def from_toml(cls, text: str, name: str = "case") -> Self:
-        """The case that complete TOML text describes, as `to_toml` writes it and a result file keeps it.
+        """Return the case that complete TOML text describes, as `to_toml` writes it and a result file stores
+        it.
 
         Raises
         ------
@@ -155,7 +157,7 @@ def titled(case: Case, origin: Origin) -> Case:
 
 
 def _rounded(value: Any) -> Any:
-    """Floats to 12 digits, so that a value given in another unit has the same digest."""
+    """Return the floats rounded to 12 digits, so that a value given in another unit has the same digest."""
     if isinstance(value, float):
         return f"{value:.12g}"
     if isinstance(value, dict):

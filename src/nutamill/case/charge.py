@@ -73,7 +73,7 @@ class Distribution(Table):
         return self
 
     def sizes(self) -> SizeLaw:
-        """The law, ready to give sizes."""
+        """Return the law as a distribution of sizes."""
         if self.law == "normal":
             return normal_sizes(self.mean, self.deviation, self.smallest, self.largest, self.by)
         return rosin_rammler_sizes(self.size, self.exponent, self.smallest, self.largest)
@@ -99,7 +99,7 @@ class Shapes(Table):
 
 
 def _shapes(given: Any) -> Any:
-    """A list of clumps alone stands for shapes without a source."""
+    """Return the table of shapes. A list of clumps alone stands for shapes without a source."""
     return {"clumps": given} if isinstance(given, (list, tuple)) else given
 
 
@@ -143,7 +143,7 @@ class Portion(Table):
     """
 
     def size_law(self) -> SizeClasses | SizeLaw:
-        """The sizes, ready to give those of a number or of a volume of particles."""
+        """Return the distribution from which the sizes of a number or a volume of particles are drawn."""
         return (
             self.distribution.sizes()
             if self.distribution
@@ -159,7 +159,10 @@ class Portion(Table):
         return min(diameters), max(diameters)
 
     def solid_volume(self, density: float, free_volume: float) -> float:
-        """Volume of solid [m^3] that is asked for; of a `count`, that of so many particles of mean volume."""
+        """Return the volume of solid that the case asks for [m^3].
+
+        A `count` asks for that many particles of mean volume.
+        """
         if self.mass is not None:
             return self.mass / density
         if self.fill is not None:
@@ -186,7 +189,7 @@ class ChargeRecipe(Portion):
 
     @property
     def parts(self) -> "tuple[ChargePart | ChargeRecipe, ...]":
-        """The parts; none for an empty chamber."""
+        """Return the parts of the charge. An empty chamber has none."""
         return self.part or (() if self.kind in ("none", None) else (self,))
 
     @property
@@ -219,7 +222,7 @@ def portion_faults(part: Portion) -> list[tuple[str, str, str]]:
 
 
 def stand_ins(charge: ChargeRecipe) -> list[Fault]:
-    """Shapes that are assumed and not measured."""
+    """Return the shapes that are assumed and not measured."""
     key = "charge.part[{}].shapes" if charge.part else "charge.shapes"
     assumed = [
         (number, part.shapes)

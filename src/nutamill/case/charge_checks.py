@@ -54,7 +54,10 @@ def charge_findings(case: "AnyCase") -> list[Finding]:
 
 
 def idle_numbers(case: "AnyCase") -> list[Fault]:
-    """Numbers of pairs in contact that the chosen laws do not read: who writes one expects it to be used."""
+    """Return the numbers of touching pairs that the chosen laws do not read.
+
+    A number in a file is meant to be used.
+    """
     contact, findings = case.contact, []
     idle = [(number, law) for number, (law, reader) in OPTIONAL.items() if getattr(contact, law) != reader]
     for name in filter(None, (_pair_name(case, *pair) for pair in _contacts(case))):
@@ -70,14 +73,14 @@ def idle_numbers(case: "AnyCase") -> list[Fault]:
 
 
 def _portions(case: "AnyCase") -> list[tuple[tuple[str | int, ...], Portion]]:
-    """Parts of the charge, each with the key of its table."""
+    """Return the parts of the charge, each with the key of its table."""
     if case.charge.part:
         return [(("charge", "part", number), part) for number, part in enumerate(case.charge.part)]
     return [(("charge",), part) for part in case.charge.parts]
 
 
 def _needed_materials(case: "AnyCase") -> dict[tuple[str | int, ...], str | None]:
-    """Materials the run needs, by the key that names them."""
+    """Return the materials the run needs, by the key that names them."""
     portions = _portions(case)
     return (
         {(*key, "material"): part.material for key, part in portions} | case.wall_materials
@@ -101,7 +104,7 @@ def _materials(case: "AnyCase") -> list[Finding]:
 
 
 def _laws(case: "AnyCase") -> list[Finding]:
-    """Laws that do not go together."""
+    """Return faults of contact laws that do not go together."""
     contact, findings = case.contact, []
     for number, (key, choice) in GIVEN_BY.items():
         if getattr(contact, key) == choice and number not in READS["normal"][contact.normal]:
@@ -160,14 +163,16 @@ def _pairs(case: "AnyCase") -> list[Finding]:
 
 
 def _pair_name(case: "AnyCase", first: str, second: str) -> str | None:
-    """Name of the pair of two materials as the file has it, in either order; None if it has none."""
+    """Return the name of a pair of materials as the file has it, in either order, or None without such a
+    pair.
+    """
     return next(
         (name for name in (f"{first}-{second}", f"{second}-{first}") if name in case.contact.pairs), None
     )
 
 
 def _contacts(case: "AnyCase") -> list[tuple[str, str]]:
-    """Pairs of known materials that may touch, the charge's first, each pair once."""
+    """Return the pairs of known materials that may touch, each once, those of the charge first."""
     known, pairs = case.materials, []
     for first, second, _ in case.touching:
         listed = (first, second) in pairs or (second, first) in pairs
@@ -223,8 +228,9 @@ def _charge(case: "AnyCase") -> list[Finding]:
 
 
 def _amounts(case: "AnyCase", name: str) -> list[Finding]:
-    """More particles than can be meant, or more charge than a vessel holds when poured; what meshes leave is
-    not known here.
+    """Return faults of too many particles, or of more charge than a vessel holds when poured.
+
+    The room that meshes leave is not known here.
     """
     vessel, findings, loose = case.vessels[name], [], 0.0
     portions = [(key, part) for key, part in _portions(case) if (part.region or name) == name]

@@ -25,7 +25,7 @@ Finding = tuple[tuple[str | int, ...], str, str]
 
 
 def shape_finding(content: dict[str, Any]) -> Finding | None:
-    """Return the first table or list that is nested too deeply or holds too much; None if there is none."""
+    """Return the first table or list that is nested too deeply or holds too much, or None without one."""
     waiting: list[tuple[tuple[str | int, ...], Any]] = [((), content)]
     while waiting:
         key, value = waiting.pop()

@@ -24,12 +24,14 @@ class SweptAxis(NamedTuple):
 
 
 def values_by_key(case: CaseFile) -> dict[str, Any]:
-    """Return every value of a case by its dotted key, SI; entries of lists of tables by name or number."""
+    """Return every value of a case by its dotted key, SI. Entries of lists of tables by name or number."""
     return dict(leaves(case.model_dump(by_alias=True, exclude_none=True, exclude=case.files)))
 
 
 def swept_axis(cases: Sequence[CaseFile]) -> SweptAxis | None:
-    """Return the number in which all cases differ, if they differ in that number only; else None.
+    """Return the number in which all cases differ, if they differ in that number only.
+
+    Else None.
 
     What steady means do not depend on, as the seed or the length of a run, does not count.
     """

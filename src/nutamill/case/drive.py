@@ -30,7 +30,7 @@ from nutamill.base.units import Kind
 
 
 def _as_table(given: Any) -> Any:
-    """Points alone stand for a profile without a source."""
+    """Return the table of a profile. Points alone stand for a profile without a source."""
     return {"points": given} if isinstance(given, (list, tuple)) else given
 
 
@@ -96,7 +96,9 @@ class DriveProgramme(Table):
         return self
 
     def breakpoints(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times [s] and speeds [rad/s] between which the speed is linear; constant after the last.
+        """Return times [s] and speeds [rad/s] between which the speed is linear.
+
+        The last speed holds from then on.
 
         A profile that exceeds `speed` stays at `speed` meanwhile; the times at which it crosses the cap are
         inserted.
@@ -122,7 +124,7 @@ class DriveProgramme(Table):
 
 
 def profile_fault(times: list[float]) -> tuple[int, str] | None:
-    """Index and wording of the first time that breaks the order, or None."""
+    """Return index and message of the first time that is out of order, or None."""
     if len(times) < 2:
         return 0, f"needs at least two points, got {len(times)}"
     if times[0] != 0.0:
@@ -134,7 +136,9 @@ def profile_fault(times: list[float]) -> tuple[int, str] | None:
 
 
 def existing_file(name: str, where: str, folders: Iterable[Path]) -> Path:
-    """Full path of a file that a case names; a relative name is looked for in each of the folders.
+    """Return the full path of a file that a case names.
+
+    A relative name is looked up in each of the folders.
 
     Raises
     ------
@@ -159,7 +163,7 @@ def existing_file(name: str, where: str, folders: Iterable[Path]) -> Path:
 
 
 def read_profile(name: str, where: str, folders: Iterable[Path]) -> dict[str, Any]:
-    """The table of a `Profile` from a CSV file, looked for in each of the folders.
+    """Read the table of a `Profile` from a CSV file, which is looked up in each of the folders.
 
     Parameters
     ----------
@@ -207,7 +211,7 @@ def read_profile(name: str, where: str, folders: Iterable[Path]) -> dict[str, An
 
 
 def _columns(name: str, first: tuple[int, list[str]]) -> list[tuple[str, str, Kind]]:
-    """Header, unit and kind of the two columns."""
+    """Return header, unit and kind of the two columns."""
     number, row = first
     kinds = (Kind.TIME, Kind.SPEED)
     headers = [cell.strip() for cell in row]
@@ -225,7 +229,7 @@ def _columns(name: str, first: tuple[int, list[str]]) -> list[tuple[str, str, Ki
 
 
 def _cells(where: str, row: list[str], columns: list[tuple[str, str, Kind]]) -> list[float | Fault]:
-    """SI values of one row, or what is wrong with each cell."""
+    """Return the SI values of one row, or a fault for each bad cell."""
     if len(row) > 2:
         return [
             Fault(

@@ -208,7 +208,7 @@ def _bodies(case: "Case") -> tuple[BodyEntry, ...]:
 
 
 def _joints(case: "Case") -> tuple[JointEntry, ...]:
-    """Return the joints; the numbers in the comments are the rows of MCA 2026, Table 4."""
+    """Return the joints. The numbers in the comments are the rows of MCA 2026, Table 4."""
     mechanism = case.mechanism
     crank_pin = (mechanism.crank_radius, 0.0, -mechanism.nutation_point_to_crank)
     nutation_point = (0.0, 0.0, 0.0)

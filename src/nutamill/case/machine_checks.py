@@ -27,7 +27,7 @@ TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_", "force_", "stop_"
 
 
 def findings(case: "Machine") -> list[Finding]:
-    """Everything that contradicts."""
+    """Return every contradiction in the machine."""
     checks = (_names, _references, _bodies, _joints, _bushings, _springs, _drives, _sensors, _walls)
     contradictions = [finding for check in checks for finding in check(case)]
     contradictions += load_findings(case)
@@ -63,7 +63,7 @@ def _names(case: "Machine") -> Iterator[Finding]:
 
 
 def _references(case: "Machine") -> Iterator[Finding]:
-    """Bodies and joints that are named and must be there."""
+    """Return faults of names of bodies and joints that do not exist."""
     rotors = [motor.name for motor in case.unbalance_motors]
     bodies = [GROUND, *(body.name for body in case.bodies), *rotors]
     joints = [*(joint.name for joint in case.joints), *rotors]
@@ -111,7 +111,7 @@ def _references(case: "Machine") -> Iterator[Finding]:
 
 
 def _walls(case: "Machine") -> Iterator[Finding]:
-    """Walls and regions without what their shape needs, or on bodies that are not there."""
+    """Return faults of walls and regions whose shape lacks a key or whose body does not exist."""
     bodies, meshes = (
         [GROUND, *(body.name for body in case.bodies)],
         [wall.name for wall in case.walls if wall.shape == "mesh" and wall.charge_side == "inside"],
@@ -147,7 +147,7 @@ def _walls(case: "Machine") -> Iterator[Finding]:
 
 
 def _carriers(case: "Machine") -> Iterator[Finding]:
-    """A charge without walls or without a region."""
+    """Return the fault of a charge without walls or without a region."""
     if not case.walls:
         yield ("walls",), "is missing: nothing holds the charge", "Add [[walls]], each with the body it is on"
     if not case.regions:

@@ -98,7 +98,7 @@ class ContactLaws(Table):
     """Numbers of each pair of materials, by ``first-second``."""
 
     def pair(self, first: str, second: str) -> ContactPair:
-        """Numbers of the pair of two materials, in either order.
+        """Return the contact numbers of two materials, in either order.
 
         Raises
         ------

@@ -135,7 +135,7 @@ class Case(CaseFile):
 
 
 def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case | Machine:
-    """The case of a file or of a published mill: a `Case`, or a `Machine` where the file lists bodies.
+    """Load the case of a file or of a published mill: a `Case`, or a `Machine` where the file lists bodies.
 
     Parameters
     ----------
@@ -155,9 +155,7 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
 
 
 def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case:
-    """`load_case` for what only a mill can do; raises CaseError for a file that describes a mechanism part by
-    part.
-    """
+    """Load a case as `load_case` does and raise CaseError for a mechanism described part by part."""
     case = load_case(name_or_path, overrides)
     if isinstance(case, Machine):
         raise CaseError(
@@ -172,7 +170,7 @@ def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
 
 
 def case_of_text(text: str, name: str = "case") -> Case | Machine:
-    """The case that a result file keeps as TOML text, of either kind.
+    """Return the case, a mill or a machine, that a result file stores as TOML text.
 
     Raises
     ------
@@ -191,7 +189,7 @@ def case_of_text(text: str, name: str = "case") -> Case | Machine:
 
 
 def _kind_of(layers: list[Layer]) -> type[CaseFile]:
-    """What a file describes: parts one by one, or a mill."""
+    """Return the class that a file describes: a machine given part by part, or a mill."""
     return (
         Machine
         if any(isinstance(layer.content.get(key), list) for layer in layers for key in MECHANISM)

@@ -27,13 +27,13 @@ ANGLE_STOP = math.radians(1.0)
 
 
 def faults(case: "Case") -> list[Finding]:
-    """Everything that contradicts."""
+    """Return every contradiction in the mill."""
     own = [finding for check in (_geometry, _ribs, _inertia) for finding in check(case)]
     return [*own, *charge_findings(case), *_record(case)]
 
 
 def warnings(case: "Case") -> list[Fault]:
-    """Everything that is possible but odd."""
+    """Return everything that is possible but odd."""
     findings = [*_rounded_angle(case), *stand_ins(case.charge)]
     if case.run.end < case.drive.ramp_end:
         what = f"the run ends at {case.run.end:g} s, before the speed is reached at {case.drive.ramp_end:g} s"
@@ -42,8 +42,9 @@ def warnings(case: "Case") -> list[Fault]:
 
 
 def _rounded_angle(case: "Case") -> list[Fault]:
-    """Warn of a nutation angle that is not the crank's, rounded to the digits that were written: 6 deg agrees
-    with 6.082 deg.
+    """Return a warning of a nutation angle that differs from the crank's by more than its rounding.
+
+    6 deg agrees with 6.082 deg.
     """
     written = f"{math.degrees(case.chamber.nutation_angle):.12g}"
     used = math.degrees(case.mechanism.nutation_angle)
@@ -59,7 +60,8 @@ def _rounded_angle(case: "Case") -> list[Fault]:
 
 
 def frame_mass(case: "Case") -> float:
-    """Mass of the frame [kg]: the machine on its mounts less chamber, carriage, driveshaft and bearing cross.
+    """Return the mass of the frame [kg]: the machine on its mounts less chamber, carriage, driveshaft and
+    bearing cross.
 
     The intermediate shaft hangs on the ground and is not part of the total.
     """
@@ -68,7 +70,7 @@ def frame_mass(case: "Case") -> float:
 
 
 def _record(case: "Case") -> list[Finding]:
-    """Records that hold nothing, or more than can be meant."""
+    """Return faults of records that hold nothing, or more than can be meant."""
     mounts = case.mounts.count if case.mechanism.mounting == "flexible" else 0
     return record_findings(case, len(expand(mounts, list(case.sensors))))
 
@@ -135,8 +137,9 @@ def _ribs(case: "Case") -> list[Finding]:
 
 
 def _inertia(case: "Case") -> list[Finding]:
-    """Moments of inertia that no body can have: the largest principal one is at most the sum of the other
-    two.
+    """Return faults of moments of inertia that no body can have.
+
+    The largest principal one is at most the sum of the other two.
     """
     findings: list[Finding] = []
     chamber = case.chamber

@@ -74,7 +74,7 @@ def mill_series(case: "Case") -> tuple[str, ...]:
 
 
 def mounts_of(case: "Case") -> list[str]:
-    """Return the names of the mounts; none on rigid mounts."""
+    """Return the names of the mounts. Rigid mounts have none."""
     rigid = case.mechanism.mounting == "rigid"
     return [] if rigid else [f"mount_{number}" for number in range(1, case.mounts.count + 1)]
 

@@ -82,5 +82,5 @@ def whole_chamber(chamber: Chamber) -> RigidPart:
 
 
 def rotated(part: RigidPart, rotation: np.ndarray) -> RigidPart:
-    """Return the part in other axes; `rotation` (3, 3) is from the part's axes to the new ones."""
+    """Return the part in other axes. `rotation` (3, 3) is from the part's axes to the new ones."""
     return RigidPart(part.mass, rotation @ part.mass_centre, rotation @ part.inertia @ rotation.T)

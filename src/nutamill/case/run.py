@@ -72,7 +72,7 @@ class RunPlan(Table):
     @model_validator(mode="before")
     @classmethod
     def _bounded(cls, given: Any) -> Any:
-        """A run that ends when steady has a longest time and a precision, whether given or not."""
+        """Give a run that ends when steady its default longest time and precision."""
         return (
             STEADY_DEFAULTS | given if isinstance(given, dict) and given.get("until") == "steady" else given
         )

@@ -44,7 +44,7 @@ KEYS = (
 
 
 def starter(base: str, file: Path) -> str:
-    """TOML text of a new case `file` upon a `base`, a library name or another file.
+    """Return the TOML text of a new case `file` on a `base`, which is a library name or another file.
 
     Raises
     ------

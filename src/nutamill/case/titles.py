@@ -33,8 +33,9 @@ class Origin(NamedTuple):
     """Keys that were changed since, in their order, with the values as they were written."""
 
     def title_with(self, values: Mapping[str, Any]) -> str:
-        """Return the title of a case with these `values`; what is not there under the key that was written is
-        shown as it was written.
+        """Return the title of a case with these `values`.
+
+        A value whose key the case lacks is shown as it was written.
         """
         shown = []
         for key, written in self.changed.items():
@@ -66,8 +67,9 @@ def origin_of(layers: list[Layer]) -> Origin | None:
 
 
 def leaves(content: Any, changed: Any = None, above: str = "") -> list[tuple[str, Any]]:
-    """Return dotted key and value of all that stands in a table and its inner tables; an entry of a list of
-    tables by its name, or by its number where it has none.
+    """Return dotted key and value of every entry of a table and its inner tables.
+
+    An entry of a list of tables is addressed by its name, or by its number where it has none.
 
     Parameters
     ----------

@@ -25,8 +25,9 @@ class TouchingPair(NamedTuple):
 
 
 def touching_pairs(case: "AnyCase") -> tuple[TouchingPair, ...]:
-    """Return the pairs of the charge's own materials, then each of these with every wall; none for an empty
-    chamber.
+    """Return the pairs of the charge's own materials, then each of these with every wall.
+
+    An empty chamber has none.
     """
     own, walls = case.charge.materials, dict.fromkeys(case.wall_materials.values())
     between = [TouchingPair(a, b, False) for number, a in enumerate(own) for b in own[number:]]

@@ -124,21 +124,26 @@ class RegionEntry(Table):
 
     @property
     def volume(self) -> float | None:
-        """Free volume [m^3], as given, or that of the shape; None for the inside of a mesh."""
+        """Return the free volume [m^3], as given, or that of the shape.
+
+        None stands for the inside of a mesh.
+        """
         if self.free_volume is not None:
             return self.free_volume
         return self.shape_volume
 
     @property
     def shape_volume(self) -> float | None:
-        """Volume of the shape [m^3]; None for the inside of a mesh, or where keys are missing."""
+        """Return the volume of the shape [m^3], or None for the inside of a mesh or with keys missing."""
         if self.shape == "cylinder" and self.radius and self.height:
             return math.pi * self.radius**2 * self.height
         return math.prod(self.size) if self.shape == "box" and self.size else None
 
     @property
     def width(self) -> float | None:
-        """Smallest width of the shape [m]; None for the inside of a mesh, or where keys are missing."""
+        """Return the smallest width of the shape [m], or None for the inside of a mesh or where keys are
+        missing.
+        """
         if self.shape == "cylinder" and self.radius and self.height:
             return min(2.0 * self.radius, self.height)
         return min(self.size) if self.shape == "box" and self.size else None

@@ -69,8 +69,8 @@ class Balancing(NamedTuple):
 
 
 def permissible_unbalance(grade: float, speed: float, mass: float) -> float:
-    """Permissible residual unbalance [kg m] of a rotor of `mass` [kg] at `speed` [rad/s] for a `grade`
-    [mm/s]: ``G m / speed``.
+    """Compute the permissible residual unbalance [kg m] of a rotor of `mass` [kg] at `speed` [rad/s] for a
+    `grade` [mm/s]: ``G m / speed``.
 
     Source: ISO 21940-11:2016, equation for ``U_per`` from the balance quality grade.
     """
@@ -121,7 +121,7 @@ def balance_mill(
 
 
 def weighted(case: Case, weights: Sequence[Weight]) -> Case:
-    """The case with these balance masses in place of its own, two at most."""
+    """Return the case with these balance masses, two at most, in place of its own."""
     none = Weight(0.0, case.balance.radius, case.balance.depth, np.pi)
     first, second = [*weights, none, none][:2]
     changes = {f"balance__{name}": value for name, value in first._asdict().items()}
@@ -129,8 +129,8 @@ def weighted(case: Case, weights: Sequence[Weight]) -> Case:
 
 
 def readings(case: Case, speed: float, charge: bool) -> np.ndarray:
-    """Complex amplitudes once per turn of what balancing is to make small: travel of the mounts [m], or force
-    of each corner [N].
+    """Return the complex amplitudes once per period that balancing makes small: travel of the mounts [m], or
+    force of each corner [N].
     """
     series = steady_series(case, speed, charge)
     if case.mechanism.mounting == "flexible":
@@ -146,7 +146,9 @@ def readings(case: Case, speed: float, charge: bool) -> np.ndarray:
 
 
 def balance_lines(balancing: Balancing, case: Case, grade: float = GRADE) -> list[str]:
-    """Weights, vibration and residual unbalance as a table, and the keys that put the weights into a case."""
+    """Format weights, vibration and residual unbalance as a table, and the keys that put the weights into a
+    case.
+    """
     unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
     what = "travel of the mounts" if unit == "mm" else "force of each corner on the floor"
     rows = [

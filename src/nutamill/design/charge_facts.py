@@ -136,7 +136,7 @@ class ChargeFacts:
 
 
 def charge_facts(machine: Machine) -> ChargeFacts | None:
-    """Return what the charge of a machine comes to; None without one.
+    """Compute number, mass, filling and contact numbers of the charge of a machine, or None without a charge.
 
     Raises
     ------

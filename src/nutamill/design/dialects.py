@@ -128,7 +128,7 @@ def touches(machine: Machine) -> dict[str, Contact]:
 
 
 def dialect_lines(machine: Machine) -> list[str]:
-    """Return the contact laws of a case in the terms of all programs, as text; SI units."""
+    """Format the contact laws of a case in the terms of all programs, SI units."""
     lines = []
     for name, contact in touches(machine).items():
         laws, sizes = " x ".join(law_names(contact.law)), dict.fromkeys(contact.touch.diameters)

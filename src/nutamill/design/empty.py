@@ -30,7 +30,8 @@ def with_charge_mass(case: Case) -> Case:
 
 
 def empty_series(case: Case, charge: bool = False) -> dict[str, np.ndarray]:
-    """Series of the mill from rest to the end of the case, (n,) each by name, its charge left out.
+    """Simulate the mill without its charge from rest to the end of the case and return its series, (n,) each,
+    by name.
 
     Parameters
     ----------
@@ -51,8 +52,8 @@ def empty_series(case: Case, charge: bool = False) -> dict[str, np.ndarray]:
 
 
 def steady_series(case: Case, speed: float, charge: bool = False) -> dict[str, np.ndarray]:
-    """The last whole turns, about `TAKEN` seconds, of the empty mill at a steady `speed` [rad/s], series by
-    name.
+    """Simulate the empty mill at a steady `speed` [rad/s] and return the series of the last whole periods,
+    about `TAKEN` seconds.
     """
     settled = case.with_(
         drive__speed=speed,
@@ -67,7 +68,8 @@ def steady_series(case: Case, speed: float, charge: bool = False) -> dict[str, n
 
 
 def once_per_turn(angle: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Complex amplitudes c of signals (n, m) over whole turns of `angle` (n,): ``Re(c exp(i angle))``.
+    """Compute complex amplitudes c of signals (n, m) over whole periods of `angle` (n,): ``Re(c exp(i
+    angle))``.
 
     By least squares with the mean and the second order, so that the ends of the turns need not be samples.
     """

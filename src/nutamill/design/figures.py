@@ -24,8 +24,8 @@ LINES = {1.0: "-", 2.0: (0, (5, 2))}
 
 
 def draw_modes(lines: list[Stick], vibrations: MachineModes) -> Figure:
-    """Shapes of the modes: the machine at rest in grey, displaced in blue, paths of its corners in orange;
-    seen from above and aside.
+    """Draw the shapes of the modes, seen from above and from the side: the machine at rest in grey, displaced
+    in blue, paths of its corners in orange.
 
     Parameters
     ----------
@@ -64,8 +64,8 @@ def draw_modes(lines: list[Stick], vibrations: MachineModes) -> Figure:
 
 
 def draw_campbell(diagram: Campbell) -> Figure:
-    """Campbell diagram: natural frequencies over driveshaft speed, lines of one and two excitations per turn,
-    speeds to avoid.
+    """Draw the Campbell diagram: natural frequencies over driveshaft speed, lines of one and two excitations
+    per period, speeds to avoid.
     """
     speeds = rpm(diagram.speeds)
     highest = 1.08 * max(
@@ -109,7 +109,9 @@ def draw_campbell(diagram: Campbell) -> Figure:
 
 
 def draw_run_up(runs: list[RunUp], name: str) -> Figure:
-    """Amplitude of each order over speed, one line for each ramp, and the phase lag of the first order."""
+    """Draw the amplitude of each order over speed, one line for each ramp, and the phase lag of the first
+    order.
+    """
     unit = unit_of(name)
     orders = runs[0].orders.orders
     with matplotlib.rc_context(fname=STYLE):
@@ -136,7 +138,7 @@ def draw_run_up(runs: list[RunUp], name: str) -> Figure:
 
 
 def draw_isolation(answer: Isolation) -> Figure:
-    """Force on the floor over the shaking force, over speed, beside that of one mass on a spring."""
+    """Draw the force on the floor over the shaking force, over speed, beside that of one mass on a spring."""
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
@@ -160,7 +162,7 @@ def draw_isolation(answer: Isolation) -> Figure:
 
 
 def draw_balancing(balancing: Balancing, case: Case) -> Figure:
-    """Vibration before and after, and the driveshaft seen from above with the pin and the weights."""
+    """Draw vibration before and after, and the driveshaft seen from above with pin and weights."""
     unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.0), layout="constrained")
@@ -194,8 +196,8 @@ def draw_balancing(balancing: Balancing, case: Case) -> Figure:
 
 
 def _looking(azimuth: float, height: float) -> np.ndarray:
-    """Matrix (3, 2) that projects world places on the plane of the picture, for a view from `azimuth` [rad],
-    `height` [rad] above.
+    """Compute the matrix (3, 2) that projects world points on the plane of the picture, for a view from
+    `azimuth` [rad], `height` [rad] above.
     """
     right = [-math.sin(azimuth), math.cos(azimuth), 0.0]
     up = [-math.sin(height) * math.cos(azimuth), -math.sin(height) * math.sin(azimuth), math.cos(height)]

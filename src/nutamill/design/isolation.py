@@ -37,8 +37,8 @@ class Isolation(NamedTuple):
 
 
 def transmissibility(ratio: np.ndarray, damping_ratio: float) -> np.ndarray:
-    """Force transmitted by one mass on spring and damper over the exciting force [1], at `ratio` of
-    frequencies [1].
+    """Compute the force transmitted by one mass on spring and damper over the exciting force [1], at `ratio`
+    of frequencies [1].
 
     Source: Inman, Engineering Vibration, 4th ed., 2014, section 2.4.
     """
@@ -47,8 +47,8 @@ def transmissibility(ratio: np.ndarray, damping_ratio: float) -> np.ndarray:
 
 
 def isolation(case: Case, charge: bool = False) -> Isolation:
-    """Force on the floor of the empty mill on a slow run-up, beside the shaking force of the same mill bolted
-    down.
+    """Compute the force on the floor of the empty mill on a slow run-up, and the shaking force of the same
+    mill bolted down.
 
     Parameters
     ----------
@@ -79,8 +79,8 @@ def isolation(case: Case, charge: bool = False) -> Isolation:
 
 
 def shaking_unbalance(case: Case, speed: float, charge: bool = False) -> complex:
-    """Unbalance of the whole mill [kg m]: force on the floor once per turn, bolted down, over speed squared;
-    towards the pin is real.
+    """Compute the unbalance of the whole mill [kg m]: force on the floor once per period, bolted down, over
+    speed squared. Its direction towards the pin is real.
 
     ``F_x = Re(U speed^2 exp(i angle))`` for a mass on the side of the crank pin.
     """
@@ -90,7 +90,7 @@ def shaking_unbalance(case: Case, speed: float, charge: bool = False) -> complex
 
 
 def isolation_lines(answer: Isolation, count: int = 8) -> list[str]:
-    """Transmissibility at some speeds as a table."""
+    """Format the transmissibility at some speeds as a table."""
     rows = ["force on the floor once per turn, over the shaking force of the mill bolted down"]
     rows.append(f"{'rpm':>8} {'floor (N)':>10} {'shaking (N)':>12} {'passed on':>10} {'one mass':>9}")
     for speed in np.linspace(answer.speed[0], answer.speed[-1], count + 1)[1:]:

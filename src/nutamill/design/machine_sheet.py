@@ -62,7 +62,7 @@ class MachineSheet:
     """Warnings of light carriers and of a long window."""
 
     def lines(self) -> list[str]:
-        """The sheet as text."""
+        """Format the sheet as text."""
         case = self.case
         masses = ", ".join(f"{name} {mass:.4g}" for name, mass in self.masses.items())
         centre = ", ".join(f"{in_unit(value, 'mm'):.4g}" for value in self.mass_centre)
@@ -103,7 +103,7 @@ class MachineSheet:
         return lines
 
     def _forecast(self) -> Forecast:
-        """What the run will take."""
+        """Return the forecast of wall time and file size."""
         run = self.case.run
         seconds = run.end / self.clock.window * (2.0 + ROW_MICROSECONDS * self.rows) * 1e-6
         spheres = self.charge.pebbles if self.charge is not None else 0
@@ -120,8 +120,9 @@ class MachineSheet:
 
 
 def machine_sheet(case: Machine) -> MachineSheet:
-    """Return what is known about a mechanism without running it; compiles the mechanism's kernels the
-    first time.
+    """Return what is known about a mechanism without running it.
+
+    The first call compiles the mechanism's kernels.
 
     Raises
     ------
@@ -165,7 +166,7 @@ def machine_sheet(case: Machine) -> MachineSheet:
 
 
 def _modes(mechanism, state, scratch) -> tuple[list[tuple[float, float]], str]:
-    """Modes about rest, or why there are none."""
+    """Return the modes about rest, or the reason why there are none."""
     try:
         static_equilibrium(mechanism, state, scratch)
         vibrations = modes(mechanism, state, scratch)

@@ -54,8 +54,8 @@ class MachineModes(NamedTuple):
     """Names of the bodies."""
 
     def label(self, k: int) -> str:
-        """What mode `k` is like: of a mill the motion of the frame or the torsion of the drive train; else
-        which body moves most.
+        """Describe mode `k`: of a mill by the motion of the frame or the torsion of the drive train, else by
+        the body that moves most.
         """
         if not {FRAME, SHAFT} <= set(self.bodies):
             return self._motions(k)[0][1]
@@ -82,12 +82,12 @@ class MachineModes(NamedTuple):
         return motion.split()[0] + whirl
 
     def movers(self, k: int) -> str:
-        """Which bodies move in mode `k`, by their share of the kinetic energy."""
+        """Describe which bodies move in mode `k`, by their share of the kinetic energy."""
         return ", ".join(f"{motion} {100 * part:.0f} %" for part, motion in self._motions(k) if part >= SMALL)
 
     def _motions(self, k: int) -> list[tuple[float, str]]:
-        """Share of each body's translation and rotation in the kinetic energy of mode `k` [1], and its name,
-        largest first.
+        """Return the share of each body's translation and rotation in the kinetic energy of mode `k` [1], and
+        its name, largest first.
         """
         motions = [
             (float(self.share[b, way, k]), f"{name.replace('_', ' ')} {'turns' if way else 'moves'}")
@@ -128,7 +128,7 @@ class Campbell(NamedTuple):
 
 
 def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> MachineModes:
-    """Modes of a mill with its drive held at rest, or about running at a steady speed.
+    """Compute the modes of a mill with its drive held at rest, or about running at a steady speed.
 
     At speed the coefficients of the motion are averaged over `ANGLES` crank angles, with the frame at its
     place of rest (`nutamill.mechanism.running_modes`).  Joint friction is left out.
@@ -165,7 +165,7 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
 
 
 def machine_rest_modes(case: Machine) -> MachineModes:
-    """Modes of a mechanism about its rest, drives held.
+    """Compute the modes of a mechanism about its rest, drives held.
 
     Raises
     ------
@@ -184,8 +184,8 @@ def machine_rest_modes(case: Machine) -> MachineModes:
 
 
 def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: bool = False) -> Campbell:
-    """Natural frequencies of a mill from rest to a speed, and the speeds at which it is excited once or twice
-    per turn.
+    """Compute the natural frequencies of a mill from rest to a speed, and the speeds at which it is excited
+    once or twice per period.
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def _frictionless(case: Case) -> Case:
 
 
 def _free(case: Case, names: tuple[str, ...]) -> np.ndarray:
-    """Free coordinates: six of a frame on mounts, and the turn of the intermediate shaft."""
+    """Return the free coordinates: six of a frame on mounts, and the rotation of the intermediate shaft."""
     frame = (
         6 * names.index(FRAME) + np.arange(6) if case.mechanism.mounting == "flexible" else np.array([], int)
     )
@@ -233,7 +233,7 @@ def _free(case: Case, names: tuple[str, ...]) -> np.ndarray:
 
 
 def _named(vibrations: Modes, mass: np.ndarray, names: tuple[str, ...], speed: float) -> MachineModes:
-    """Oscillations among the modes, with each body's share of the kinetic energy."""
+    """Return the oscillations among the modes, with each body's share of the kinetic energy."""
     chosen = np.flatnonzero(vibrations.damping_ratio < 1.0)
     if np.any(vibrations.frequency < 1e-3):
         raise CaseError(
@@ -257,7 +257,8 @@ def _named(vibrations: Modes, mass: np.ndarray, names: tuple[str, ...], speed: f
 
 
 def _likeness(before: MachineModes, after: MachineModes) -> np.ndarray:
-    """Modal assurance criterion of two sets of shapes, less the relative distance of the frequencies, (n, n).
+    """Compute the modal assurance criterion of two sets of shapes, less the relative distance of the
+    frequencies, (n, n).
 
     Source: Allemang, Sound and Vibration 37(8), 14-21, 2003.
     """
@@ -267,7 +268,7 @@ def _likeness(before: MachineModes, after: MachineModes) -> np.ndarray:
 
 
 def _crossings(speeds: np.ndarray, frequency: np.ndarray, damping: np.ndarray, labels: tuple[str, ...]):
-    """Where order times speed equals a natural frequency; linear between speeds."""
+    """Yield the speeds where order times speed equals a natural frequency, linear between speeds."""
     for order in ORDERS:
         for k, label in enumerate(labels):
             over = frequency[:, k] - order * speeds / (2.0 * np.pi)
@@ -281,7 +282,7 @@ def _crossings(speeds: np.ndarray, frequency: np.ndarray, damping: np.ndarray, l
 
 
 def modes_lines(vibrations: MachineModes) -> list[str]:
-    """The modes as a table."""
+    """Format the modes as a table."""
     state = "at rest" if vibrations.speed == 0.0 else f"at {rpm(vibrations.speed):.4g} rpm"
     rows = [f"modes {state}", f"{'Hz':>8}  {'damping':>8}  motion"]
     for k, (frequency, ratio) in enumerate(zip(vibrations.frequency, vibrations.damping_ratio, strict=True)):
@@ -294,7 +295,7 @@ def modes_lines(vibrations: MachineModes) -> list[str]:
 
 
 def avoid_lines(diagram: Campbell) -> list[str]:
-    """The speeds to avoid as a table."""
+    """Format the speeds to avoid as a table."""
     rows = [
         f"speeds to avoid up to {rpm(diagram.speeds[-1]):.4g} rpm",
         f"{'rpm':>8}  order  {'Hz':>8}  {'damping':>8}  motion",

@@ -81,7 +81,7 @@ class Preflight:
     """What is possible but odd about the case, and what is too much for this machine."""
 
     def lines(self) -> list[str]:
-        """The sheet as text."""
+        """Format the sheet as text."""
         case, count = self.case, len(self.warnings)
         state = f"{count} warning{'s' * (count != 1)}" if count else "no warnings"
         shown = [f"{case.title or case.name}: ok, {state}"]
@@ -158,8 +158,9 @@ class Preflight:
 
 
 def preflight(case: Case) -> Preflight:
-    """Return what is known about a case without running it; compiles the mechanism's kernels the first
-    time.
+    """Return what is known about a case without running it.
+
+    The first call compiles the mechanism's kernels.
 
     Raises
     ------
@@ -225,16 +226,18 @@ def _forecast(case: Case, clock: Clock, charge: ChargeFacts | None) -> Forecast:
 
 
 def wall_time(case: Case) -> float:
-    """Expected wall time of a run [s], settling and compilation left out; of `preflight` this alone, which
-    takes no assembling.
+    """Estimate the wall time of a run [s] without settling and compilation.
+
+    It needs no assembling, unlike the rest of `preflight`.
     """
     pebbles = sum(particles.pebbles for particles in charge_parts(case.machine))
     return _wall_time(case, run_clock(case.machine), pebbles)
 
 
 def oscillations(case: Case) -> list[tuple[float, float]]:
-    """Frequencies [Hz] and damping ratios [1] of the modes that swing, about rest, slowest first; none on
-    rigid mounts.
+    """Return frequencies [Hz] and damping ratios [1] of the oscillating modes about rest, slowest first.
+
+    Rigid mounts have none.
     """
     if case.mechanism.mounting == "rigid":
         return []
@@ -249,8 +252,8 @@ def oscillations(case: Case) -> list[tuple[float, float]]:
 
 
 def _crossings(case: Case) -> list[Crossing]:
-    """Modes between rest and full speed, with the charge as a rigid mass at the chamber's base if it has one,
-    and when they are passed.
+    """Return the modes between rest and full speed, with the charge as a rigid mass at the chamber's base if
+    it has one, and when the drive passes them.
     """
     loaded = with_charge_mass(case) if case.chamber.bars else case
     times, speeds = case.drive.breakpoints()

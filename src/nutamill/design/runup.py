@@ -33,7 +33,7 @@ def run_up(
     orders: Sequence[float] = (1.0, 2.0),
     charge: bool = False,
 ) -> list[RunUp]:
-    """Orders of a reading of the empty mill on its way to full speed, one run for each ramp.
+    """Compute the orders of a series of the empty mill on its way to full speed, one run for each ramp.
 
     Parameters
     ----------
@@ -85,12 +85,12 @@ def run_up(
 
 
 def default_sensor(case: Case) -> str:
-    """The x acceleration of the case's first sensor; the crank-pin force of a mill without."""
+    """Return the x acceleration of the first sensor, or the crank-pin force of a mill without sensors."""
     return f"{next(iter(case.sensors))}_acceleration_x" if case.sensors else "crank_pin_force_resultant"
 
 
 def run_up_lines(runs: list[RunUp], name: str) -> list[str]:
-    """Peaks of the orders for each ramp as a table."""
+    """Format the peaks of the orders for each ramp as a table."""
     unit = series_field(name).unit
     rows = [
         f"{series_field(name).label} ({unit}) on the way to full speed",

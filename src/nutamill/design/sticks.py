@@ -23,21 +23,23 @@ class Stick(NamedTuple):
     """Mass centre of the body at rest [m], (3,), world axes."""
 
     def moved(self, displacement: np.ndarray) -> np.ndarray:
-        """Complex or real displacement (n, 3) [m] of the corners when the body moves by `displacement` (6,)
-        [m, rad].
+        """Return the complex or real displacement (n, 3) [m] of the corners when the body moves by
+        `displacement` (6,) [m, rad].
         """
         return displacement[:3] + np.cross(displacement[3:], self.points - self.centre)
 
 
 def sticks(case: Case | Machine) -> list[Stick]:
-    """Lines of a mill as assembled at crank angle 0, or of a mechanism at its rest: from each mass centre to
-    what it is held by.
+    """Return the lines of a mill as assembled at crank angle 0, or of a mechanism at its rest: from each mass
+    centre to the parts that hold the body.
     """
     return _mechanism_sticks(case) if isinstance(case, Machine) else _mill_sticks(case)
 
 
 def _mechanism_sticks(case: Machine) -> list[Stick]:
-    """From the mass centre of each body to its joints, bushings and springs, with the drives held."""
+    """Return the lines from the mass centre of each body to its joints, bushings and springs, with the drives
+    held.
+    """
     parts = mechanism_parts(case)
     mechanism, state, scratch = assemble_machine(case)
     before = Rotation.from_quat(state.quaternion[:, [1, 2, 3, 0]])
@@ -64,7 +66,7 @@ def _mechanism_sticks(case: Machine) -> list[Stick]:
 
 
 def _mill_sticks(case: Case) -> list[Stick]:
-    """Lines of frame, driveshaft with crank, and chamber."""
+    """Return the lines of frame, driveshaft with crank, and chamber."""
     centre = {body.name: np.array(body.position) for body in case.machine.bodies}
     depth, coupling = case.mounts.depth, case.shaft_coupling.depth
     pin = np.array([case.mechanism.crank_radius, 0.0, -case.mechanism.nutation_point_to_crank])

@@ -56,7 +56,9 @@ def assemble(
     gears: Sequence[Gear] = (),
     stops: Sequence[Stop] = (),
 ) -> tuple[Mechanism, MechanismState, MechanismScratch]:
-    """Check a mechanism and turn it into arrays; parts are numbered in the order given.
+    """Check a mechanism and turn it into arrays.
+
+    Parts are numbered in the order given.
 
     Parameters
     ----------
@@ -180,7 +182,7 @@ def spring_record(placement, spring) -> tuple:
 
 
 def drive_tables(placement, joints, drives, n_rows) -> tuple[np.recarray, np.recarray]:
-    """Return the drives and the knots of all drives; the last rows belong to the drives without a motor."""
+    """Return the drives and the knots of all drives. The last rows belong to the drives without a motor."""
     by_name = {joint.name: joint for joint in joints}
     table, knots = [], []
     row = n_rows - sum(drive.motor is None for drive in drives)
@@ -222,7 +224,7 @@ def drive_tables(placement, joints, drives, n_rows) -> tuple[np.recarray, np.rec
 
 
 def force_tables(placement, forces) -> tuple[np.recarray, np.recarray]:
-    """Return the given forces and the knots of all of them; a constant force has one knot."""
+    """Return the given forces and the knots of all of them. A constant force has one knot."""
     table, knots = [], []
     for force in forces:
         first = len(knots)

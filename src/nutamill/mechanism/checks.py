@@ -128,7 +128,7 @@ def type_faults(groups):
 
 def number_faults(kind, parts):
     """Yield a fault for every number, vector or matrix of the parts that is not finite or of another shape
-    (`SHAPES`); an optional one may be None.
+    (`SHAPES`). An optional one may be None.
     """
     for part in parts:
         for owner in (part, getattr(part, "friction", None), getattr(part, "motor", None)):
@@ -141,7 +141,10 @@ def number_faults(kind, parts):
 
 
 def not_numbers(value, shape, infinite=False) -> str:
-    """Return what is wrong with numbers of a shape, () for a single one; empty if nothing is."""
+    """Describe what is wrong with numbers of a shape, () for a single one.
+
+    The text is empty if nothing is.
+    """
     expected = f"not {' x '.join(map(str, shape))} finite numbers" if shape else "not a finite number"
     try:
         numbers = np.asarray(value, float)

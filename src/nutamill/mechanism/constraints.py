@@ -61,8 +61,9 @@ def dependencies(mechanism, state, scratch) -> tuple[np.ndarray, list[int]]:
 
 
 def check_constraints(mechanism, state, scratch, labels, redundant) -> list[Fault]:
-    """Return the faults of constraints that depend on each other; mark the reactions in `mechanism` that are
-    not unique.
+    """Return the faults of constraints that depend on each other.
+
+    Mark the reactions in `mechanism` that are not unique.
     """
     if not labels:
         return []

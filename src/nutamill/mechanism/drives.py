@@ -69,7 +69,7 @@ def driven_rate(drive, position, quaternion, twist):
 
 @kernel
 def driven_acceleration(drive, position, quaternion, twist, acceleration):
-    """Return the time derivative of `driven_rate` [rad/s^2 or m/s^2]; `acceleration` (n_bodies + 1, 6).
+    """Return the time derivative of `driven_rate` [rad/s^2 or m/s^2] for `acceleration` (n_bodies + 1, 6).
 
     Of a point that slides: its acceleration less that of the point of a below it and the Coriolis term.
     """
@@ -111,8 +111,9 @@ def driven_angle(drive, quaternion, near):
 
 @kernel
 def motor_limit(drive, t, speed):
-    """Return the largest torque [N m] of a motor at time `t` [s] and `speed` [rad/s]; zero while its power is
-    cut.
+    """Return the largest torque [N m] of a motor at time `t` [s] and `speed` [rad/s].
+
+    It is zero while the power is cut.
     """
     if drive.cut <= t < drive.restored:
         return 0.0
@@ -152,7 +153,7 @@ def next_integral(drive, t, target, speed, integral, dt):
 @kernel
 def apply_motors(drives, position, quaternion, twist, t, target, integral, load_out, torque_out):
     """Add every motor's torque or force to `load_out` (n_bodies + 1, 6) and write it into `torque_out`
-    (n_drives,) [N m or N]; zero for prescribed motions.
+    (n_drives,) [N m or N]. Prescribed motions have zero.
 
     `target` (n_drives, 3) is the output of `evaluate_drives`.
     """
@@ -181,7 +182,7 @@ def apply_motors(drives, position, quaternion, twist, t, target, integral, load_
 
 @kernel
 def advance_motors(drives, position, quaternion, twist, t, target, dt, integral_out):
-    """Advance the integral parts (n_drives,) [N m] of all motors over the step of `dt` [s] that ends at time
+    """Update the integral parts (n_drives,) [N m] of all motors over the step of `dt` [s] that ends at time
     `t` with `twist`.
     """
     for d in range(drives.shape[0]):

@@ -245,8 +245,8 @@ def drift(mechanism, state, scratch, dt):
 
 @kernel
 def finish(mechanism, state, scratch, dt):
-    """Make the second half of a step: loads with `state.wrench`, reactions, kick, projection, ledgers; time
-    advances by `dt` [s].
+    """Make the second half of a step of `dt` [s]: loads with `state.wrench`, reactions, kick, projection,
+    ledgers, time.
 
     `state.wrench` (n_bodies + 1, 6) is the mean over the step: the bodies receive exactly ``wrench dt``.
 
@@ -354,14 +354,14 @@ def check_finite(velocity, acceleration):
 
 @kernel
 def step(mechanism, state, scratch, dt):
-    """Make one step of `dt` [s] under a constant `state.wrench`; return OK or NOT_FINITE."""
+    """Make one step of `dt` [s] under a constant `state.wrench` and return OK or NOT_FINITE."""
     drift(mechanism, state, scratch, dt)
     return finish(mechanism, state, scratch, dt)
 
 
 @kernel
 def march(mechanism, state, scratch, dt, n_steps):
-    """Make `n_steps` steps of `dt` [s] under a constant `state.wrench`; return OK, or NOT_FINITE from the
+    """Make `n_steps` steps of `dt` [s] under a constant `state.wrench` and return OK, or NOT_FINITE from the
     step that failed.
     """
     for _ in range(n_steps):

@@ -44,8 +44,9 @@ def bushing_energy(mechanism, state, bushing):
 
 @kernel
 def energies(mechanism, state, scratch, out):
-    """Write kinetic, potential and elastic energy [J] (bushings, springs, stops) into `out` (3,);
-    `scratch.twist` is overwritten.
+    """Write kinetic, potential and elastic energy [J] (bushings, springs, stops) into `out` (3,).
+
+    The call overwrites `scratch.twist`.
     """
     out[0], out[1], out[2] = kinetic_energy(mechanism, state), potential_energy(mechanism, state), 0.0
     for i in range(mechanism.bushings.shape[0]):

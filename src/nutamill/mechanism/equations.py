@@ -150,8 +150,9 @@ def apply_loads(mechanism, state, scratch):
 
 @kernel
 def row_residuals(rows, gears, jacobian, motion, target, out):
-    """Write ``target - J motion`` row by row into `out` (n_rows,); `motion` (n_bodies + 1, 6) are twists or
-    accelerations.
+    """Write ``target - J motion`` row by row into `out` (n_rows,).
+
+    `motion` (n_bodies + 1, 6) holds twists or accelerations.
     """
     for i in range(rows.shape[0]):
         out[i] = target[i] - row_rate(jacobian[i], motion[rows[i].body_a], motion[rows[i].body_b])
@@ -162,7 +163,7 @@ def row_residuals(rows, gears, jacobian, motion, target, out):
 
 @kernel
 def zero_ground(per_body_out):
-    """Zero the ground's row of a per-body array (n_bodies + 1, 6)."""
+    """Set the ground's row of a per-body array (n_bodies + 1, 6) to zero."""
     for k in range(6):
         per_body_out[per_body_out.shape[0] - 1, k] = 0.0
 

@@ -21,8 +21,10 @@ def given_force(force, knots, t):
 
 @kernel
 def apply_forces(forces, knots, quaternion, t, load_out, wrench_out):
-    """Add every given force at time `t` [s] to `load_out` (n_bodies + 1, 6); write its force [N] and moment
-    about the body's mass centre [N m] into `wrench_out` (n_forces, 6), world axes.
+    """Add every given force at time `t` [s] to `load_out` (n_bodies + 1, 6).
+
+    Write its force [N] and moment about the body's mass centre [N m] into `wrench_out` (n_forces, 6), world
+    axes.
     """
     for i in range(forces.shape[0]):
         body, point, wrench = forces[i].body, forces[i].point, wrench_out[i]

@@ -158,8 +158,9 @@ def bushing_wrench_of(bushing, position, quaternion, twist):
 
 @kernel
 def apply_bushings(bushings, position, quaternion, twist, load_out, power_out):
-    """Add every bushing's wrench to `load_out` (n_bodies + 1, 6); write the power it dissipates [W] into the
-    first numbers of `power_out`.
+    """Add every bushing's wrench to `load_out` (n_bodies + 1, 6).
+
+    Write the power it dissipates [W] into the first numbers of `power_out`.
     """
     for i in range(bushings.shape[0]):
         bushing = bushings[i]
@@ -192,8 +193,9 @@ def spring_pull(spring, position, quaternion, twist):
 
 @kernel
 def apply_springs(springs, position, quaternion, twist, offset, load_out, power_out):
-    """Add every spring's force to `load_out` (n_bodies + 1, 6); write the power its damper dissipates [W]
-    into `power_out` from `offset` on.
+    """Add every spring's force to `load_out` (n_bodies + 1, 6).
+
+    Write the power its damper dissipates [W] into `power_out` from `offset` on.
     """
     for i in range(springs.shape[0]):
         spring = springs[i]
@@ -252,8 +254,10 @@ def joint_force(joint, multiplier):
 
 @kernel
 def apply_joint_friction(joints, multiplier, quaternion, twist, offset, load_out, moment_out, power_out):
-    """Add every joint's friction moment to `load_out`; write the moment on b into `moment_out` (n_joints, 3)
-    [N m] and the power it dissipates [W] into `power_out` from `offset` on.
+    """Add every joint's friction moment to `load_out`.
+
+    Write the moment on b into `moment_out` (n_joints, 3) [N m] and the power it dissipates [W] into
+    `power_out` from `offset` on.
 
     In joints that turn about an axis it acts about the axis, in others against the whole relative angular
     velocity.  The load-dependent part takes the joint's reaction of the last solve (`multiplier`).

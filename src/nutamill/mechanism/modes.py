@@ -164,8 +164,9 @@ def modes(
 
 
 def modes_of(stiffness: np.ndarray, damping: np.ndarray, directions: np.ndarray) -> Modes:
-    """Return the modes of ``q'' + damping q' + stiffness q = 0``, matrices (m, m) per unit mass; bodies move
-    by ``directions q``, (6 n_bodies, m).
+    """Return the modes of ``q'' + damping q' + stiffness q = 0``, matrices (m, m) per unit mass.
+
+    Bodies move by ``directions q``, (6 n_bodies, m).
     """
     m = len(stiffness)
     values, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-stiffness, -damping]]))
@@ -179,7 +180,8 @@ def modes_of(stiffness: np.ndarray, damping: np.ndarray, directions: np.ndarray)
 
 
 def loose_motions(mechanism: Mechanism, state: MechanismState, scratch: MechanismScratch) -> list[str]:
-    """Name the motions that constraints allow and no stiffness restores, each by the body that moves most.
+    """Return the names of the motions that constraints allow and no stiffness restores, each by the body that
+    moves most.
 
     At the present pose, drives locked; undamped motions slower than `SLOWEST` count.
     """

@@ -62,7 +62,7 @@ def bushing_wrench(mechanism, state, scratch, bushing, out):
 @kernel
 def bushing_travel(mechanism, state, bushing, out):
     """Write displacement [m] and rotation vector [rad] of b relative to a at bushing number `bushing` into
-    `out` (6,), axes of the bushing; zero at assembly.
+    `out` (6,), axes of the bushing. Both are zero as assembled.
     """
     d0, d1, d2, t0, t1, t2 = bushing_travel_of(mechanism.bushings[bushing], state.position, state.quaternion)
     put(0, d0, d1, d2, out)
@@ -71,8 +71,9 @@ def bushing_travel(mechanism, state, bushing, out):
 
 @kernel
 def spring_length_pull(mechanism, state, scratch, spring):
-    """Return length [m] and tension [N] of spring number `spring`, as a pair; `scratch.twist` is
-    overwritten.
+    """Return length [m] and tension [N] of spring number `spring`, as a pair.
+
+    The call overwrites `scratch.twist`.
     """
     gather_twists(state, scratch.twist)
     length, pull, _power, _n0, _n1, _n2 = spring_pull(
@@ -92,7 +93,7 @@ def drive_torque(mechanism, state, drive):
 @kernel
 def stop_force_gap(mechanism, state, scratch, stop):
     """Return the force [N] with which stop number `stop` pushes its bodies apart, and its gap [m], negative
-    where they overlap, as a pair; `scratch.twist` is overwritten.
+    where they overlap, as a pair. The call overwrites `scratch.twist`.
     """
     gather_twists(state, scratch.twist)
     record = mechanism.stops[stop]

@@ -83,7 +83,7 @@ class Placement:
 
     def inertia_about(self, body: str, point, axis) -> float:
         """Return the moment of inertia [kg m^2] of a body about a world axis through a world point as
-        assembled; without an axis, the mean over all directions.  That of the ground is infinite.
+        assembled. Without an axis it is the mean over all directions. That of the ground is infinite.
         """
         if body == GROUND:
             return np.inf
@@ -204,8 +204,9 @@ def constraint_tables(placement: Placement, joints, drives, gears=()):
 
 
 def joint_record(placement, joint, on_b, first_row, end_row) -> tuple:
-    """Return the record of a joint in body axes; the rank check decides later whether its reaction is
-    unique.
+    """Return the record of a joint in body axes.
+
+    The rank check decides later whether its reaction is unique.
     """
     rows, law = JOINTS[joint.kind], joint.friction
     return (
@@ -233,7 +234,7 @@ def braked_inertia(placement, joint, about_axis) -> float:
 
 
 def sharing_pairs(rows, ground) -> list[tuple]:
-    """Return the pairs of rows that share a moving body; `ground` does not move."""
+    """Return the pairs of rows that share a moving body. `ground` does not move."""
     return [
         (i, j, p, q)
         for i, row in enumerate(rows)
@@ -245,8 +246,9 @@ def sharing_pairs(rows, ground) -> list[tuple]:
 
 
 def gear_tables(placement: Placement, joints, gears, rows):
-    """Return the tables of gears, of their sides and of the pairs of their second Jacobians; `rows` is the
-    table of rows.
+    """Return the tables of gears, of their sides and of the pairs of their second Jacobians.
+
+    `rows` is the table of rows.
     """
     by_name = {joint.name: joint for joint in joints}
     own = iter(np.flatnonzero(rows.kind == GEAR_ROW))

@@ -70,7 +70,7 @@ def running_modes(
 
 
 def advance(mechanism, state, scratch, free, dependent, rate, time, step=0.05) -> None:
-    """Advance the reference motion to `time` [s], in rotations of at most `step` [rad] after which gaps are
+    """Move the reference motion to `time` [s], in rotations of at most `step` [rad] after which gaps are
     closed.
     """
     while True:

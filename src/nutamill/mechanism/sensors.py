@@ -123,8 +123,9 @@ def names_of(mechanism: Mechanism) -> dict[str, list[str]]:
 
 
 def sensor_table(mechanism: Mechanism, state: MechanismState, sensors: list[Sensor]) -> SensorTable:
-    """Turn sensors into a table for `read_sensors`; `state` is the state as assembled, which the points refer
-    to.
+    """Turn sensors into a table for `read_sensors`.
+
+    `state` is the state as assembled, to which the points refer.
 
     Raises
     ------
@@ -241,7 +242,7 @@ def read_sensors(mechanism, state, scratch, table, row_out):
 @kernel
 def march_recording(mechanism, state, scratch, table, dt, every, rows_out):
     """March and record time [s] and sensors into `rows_out` (n_rows, 1 + n_columns), `every` steps of `dt`
-    [s] apart; the first row is the present state.
+    [s] apart. The first row is the present state.
 
     Returns
     -------

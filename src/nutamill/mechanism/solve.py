@@ -70,7 +70,7 @@ def form_schur(pairs, gear_pairs, J, W, S_out):
 
 @kernel
 def factor(S_out, L_out, U_out, inverse_pivot_out):
-    """Factor the lower triangle of `S_out` as L D L^T, row by row: L, its transpose U, and 1/D, which is 0
+    """Compute L D L^T of the lower triangle of `S_out`, row by row: L, its transpose U, and 1/D, which is 0
     for a dependent row.
 
     `S_out` (n_rows, n_rows) is destroyed.
@@ -96,8 +96,9 @@ def factor(S_out, L_out, U_out, inverse_pivot_out):
 
 @kernel
 def solve_factored(L, U, inverse_pivot, x_out):
-    """Replace the right-hand side `x_out` (n_rows,) by the solution of ``S x = rhs``; dependent rows get
-    zero.
+    """Replace the right-hand side `x_out` (n_rows,) by the solution of ``S x = rhs``.
+
+    Dependent rows get zero.
     """
     n = x_out.shape[0]
     for k in range(n):

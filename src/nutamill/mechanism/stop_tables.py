@@ -41,7 +41,7 @@ def damping_number(restitution: float) -> float:
 
 
 def stop_table(placement: Placement, stops: list[Stop]) -> np.recarray:
-    """Return the records of stops in body axes; `set_frequencies` sets their frequencies."""
+    """Return the records of stops in body axes. `set_frequencies` sets their frequencies."""
     return records(STOP, [stop_record(placement, stop) for stop in stops])
 
 
@@ -63,7 +63,7 @@ def stop_record(placement: Placement, stop: Stop) -> tuple:
 
 
 def set_frequencies(mechanism, state, scratch) -> None:
-    """Set the frequency ``sqrt(k / m)`` [rad/s] of every stop; m is the mass that the bodies, held by joints
+    """Set the frequency ``sqrt(k / m)`` [rad/s] of every stop. m is the mass that the bodies, held by joints
     and prescribed drives, put behind it as assembled.
     """
     if not len(mechanism.stops):

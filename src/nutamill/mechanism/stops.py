@@ -42,8 +42,9 @@ def stop_contact(stop, position, quaternion, twist):
 
 @kernel
 def stop_force(stop, gap, closing, impact_speed):
-    """Return the force [N] of a `STOP` record that pushes its bodies apart; `impact_speed` is the largest
-    closing speed of the contact so far [m/s].
+    """Return the force [N] of a `STOP` record that pushes its bodies apart.
+
+    `impact_speed` is the largest closing speed of the contact so far [m/s].
     """
     if gap >= 0.0:
         return 0.0
@@ -54,8 +55,9 @@ def stop_force(stop, gap, closing, impact_speed):
 
 @kernel
 def apply_stops(stops, position, quaternion, twist, impact_speed, offset, load_out, power_out):
-    """Add the force of every stop to `load_out` (n_bodies + 1, 6); write the power it dissipates [W] into
-    `power_out` from `offset` on.
+    """Add the force of every stop to `load_out` (n_bodies + 1, 6).
+
+    Write the power it dissipates [W] into `power_out` from `offset` on.
 
     `impact_speed` (n_stops,) is as in `stop_force`.
     """
@@ -86,8 +88,9 @@ def apply_stops(stops, position, quaternion, twist, impact_speed, offset, load_o
 
 @kernel
 def advance_stops(stops, position, quaternion, twist, impact_speed_out):
-    """Update the largest closing speed of every contact (n_stops,) [m/s] after a step; that of an open stop
-    is the present one, at which it may close in the next step.
+    """Update the largest closing speed of every contact (n_stops,) [m/s] after a step.
+
+    That of an open stop is the present one, at which it may close in the next step.
     """
     for i in range(stops.shape[0]):
         gap, closing, _n0, _n1, _n2, _x0, _x1, _x2 = stop_contact(stops[i], position, quaternion, twist)

@@ -124,7 +124,7 @@ class System:
         return float(self.state.time[0])
 
     def step(self, dt: float) -> None:
-        """Make one step of `dt` [s]; raise as `march`."""
+        """Make one step of `dt` [s]. Raises as `march` does."""
         self.march(dt, dt)
 
     def march(self, duration: float, dt: float) -> None:
@@ -165,7 +165,9 @@ class System:
         static_equilibrium(self.mechanism, self.state, self.scratch, hold_drives=hold_drives)
 
     def modes(self, loose: str = "refuse") -> Modes:
-        """Compute the small vibrations about the present pose, drives locked; call `rest` first.
+        """Compute the small vibrations about the present pose, drives locked.
+
+        Call `rest` first.
 
         Parameters
         ----------
@@ -179,7 +181,7 @@ class System:
 
     def apply(self, body: str, force: Sequence[float], moment: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
         """Apply a force [N] at the mass centre of a body and a moment [N m], world axes, to every step from
-        now on; they take the place of those applied before.
+        now on. They take the place of those applied before.
         """
         faults = [
             Fault(name, f"it is {wrong}", "Give a vector in world axes")
@@ -216,7 +218,7 @@ class System:
         return self._wrench("joint", joint, self.mechanism.joints, joint_reaction, ())
 
     def load(self, bushing: str) -> Wrench:
-        """Return the wrench that a bushing exerts on its body b about its point on b; force and moment are in
+        """Return the wrench that a bushing exerts on its body b about its point on b, force and moment in
         bushing axes.
         """
         return self._wrench("bushing", bushing, self.mechanism.bushings, bushing_wrench, (self.scratch,))
@@ -231,7 +233,7 @@ class System:
         self, body: str, point: Sequence[float], direction: Sequence[float] | None = None
     ) -> float:
         """Return the mass [kg] with which a body answers a push at a world point [m] (3,), through its joints
-        and prescribed rotations; infinite where they hold the point.
+        and prescribed rotations. It is infinite where they hold the point.
 
         Parameters
         ----------

@@ -26,7 +26,9 @@ _NAME = re.compile(r"(?![0-9]+$)[A-Za-z0-9_-]+")
 
 
 def typed_key(dotted: str) -> tuple[str, ...]:
-    """Return the parts of a key as a user types it; ``walls[0].unit`` has those of ``walls.0.unit``.
+    """Return the parts of a key as a user types it.
+
+    ``walls[0].unit`` has those of ``walls.0.unit``.
 
     Raises
     ------
@@ -56,7 +58,7 @@ def entries_of(value: Any) -> Iterator[tuple[str | int, dict[str, Any]]]:
 
 
 def entry_number(tables: Sequence[Mapping[str, Any]], part: str | int) -> int | None:
-    """Return the number of the entry that a name or a number addresses; None if there is none."""
+    """Return the number of the entry that a name or a number addresses, or None if there is none."""
     if isinstance(part, int) or _NUMBER.fullmatch(part):
         return int(part) if int(part) < len(tables) else None
     return next((number for number, table in enumerate(tables) if table.get("name") == part), None)
@@ -140,5 +142,5 @@ def placed(places: Mapping[Key, str], key: Key, content: Any = None) -> str:
 
 
 def nearest(places: Mapping[Key, str], key: Key) -> str:
-    """Return the place of a key or of its nearest known parent; empty without any."""
+    """Return the place of a key or of its nearest known parent, or empty without any."""
     return next((places[key[:n]] for n in range(len(key), -1, -1) if key[:n] in places), "")

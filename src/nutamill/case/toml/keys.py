@@ -18,7 +18,9 @@ KINDS = (Case, Machine)
 
 
 def quantity_at(key: str) -> Quantity | None:
-    """Kind of quantity that a dotted key takes; None for counts, ratios, texts and keys that are none."""
+    """Return the kind of quantity that a dotted key takes, or None for counts, ratios, texts and unknown
+    keys.
+    """
     try:
         *table, last = typed_key(key)
     except ValueError:
@@ -29,7 +31,7 @@ def quantity_at(key: str) -> Quantity | None:
 
 
 def _quantity(marks: typing.Iterable[Any]) -> Quantity | None:
-    """The mark of a quantity among metadata, or within an optional type."""
+    """Return the mark of a quantity among metadata, or within an optional type."""
     for mark in marks:
         if isinstance(mark, Quantity):
             return mark
@@ -39,14 +41,14 @@ def _quantity(marks: typing.Iterable[Any]) -> Quantity | None:
 
 
 def unit_at(key: str) -> str:
-    """SI unit of what a dotted key takes; ``1`` for a plain number."""
+    """Return the SI unit of the value of a dotted key, ``1`` for a plain number."""
     quantity = quantity_at(key)
     return next(iter(units.UNITS[quantity.kind])) if quantity else "1"
 
 
 def si_at(key: str, given: Any, where: str) -> float:
-    """SI value of what was given for a dotted key: text with a unit, or a plain number where the key takes
-    one.
+    """Return the SI value of what was given for a dotted key: text with a unit, or a plain number where the
+    key takes one.
 
     Raises
     ------
@@ -61,7 +63,7 @@ def si_at(key: str, given: Any, where: str) -> float:
 
 
 def si_of(given: Any, kind: units.Kind, where: str) -> float:
-    """SI value of text with a unit; CaseError if it is none."""
+    """Return the SI value of text with a unit. Raises CaseError for other text."""
     if not isinstance(given, str):
         raise CaseError(
             Fault(where, f"needs a unit, got {spelled(given)}", f'Write e.g. "{units.example(kind)}"')
@@ -73,7 +75,7 @@ def si_of(given: Any, kind: units.Kind, where: str) -> float:
 
 
 def held(case: CaseFile, key: str) -> Any:
-    """What a case holds at a dotted key, in SI; None where there is nothing."""
+    """Return the SI value of a case at a dotted key, or None where there is nothing."""
     value: Any = case.model_dump(by_alias=True)
     for part in numbered(value, typed_key(key)):
         try:

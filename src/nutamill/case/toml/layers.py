@@ -41,7 +41,7 @@ class Layer(NamedTuple):
 
     @classmethod
     def of_text(cls, text: str, shown: str, folder: Path | None = None) -> "Layer":
-        """The layer of TOML text; `shown` is what messages call it."""
+        """Return the layer of TOML text. Messages call it `shown`."""
         content = parsed(text, shown)
         refuse_shape(content, {(): shown})
         lines = {key: f"{shown}:{line}" for key, line in key_lines(text).items()} if content else {}
@@ -49,7 +49,7 @@ class Layer(NamedTuple):
 
 
 def read_layer(name: str | Path) -> Layer:
-    """The one layer of a file, whatever it describes.
+    """Read the one layer of a file of any kind.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def read_layer(name: str | Path) -> Layer:
 
 
 def read_layers(name: str | Path, _above: tuple[Path, ...] = ()) -> list[Layer]:
-    """Layers of a case file or library name, the base first.
+    """Read the layers of a case file or library name, the base first.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def read_layers(name: str | Path, _above: tuple[Path, ...] = ()) -> list[Layer]:
 
 
 def override_layer(overrides: list[str]) -> tuple[Layer, list[Fault]]:
-    """The layer of ``key=value`` texts, and those that are none.
+    """Return the layer of ``key=value`` texts, and the texts that have another form.
 
     A value that is no TOML is taken as text, so that quotes may be left out.
     """
@@ -123,7 +123,9 @@ def override_layer(overrides: list[str]) -> tuple[Layer, list[Fault]]:
 
 
 def python_layer(changes: dict[str, Any]) -> Layer:
-    """The layer of Python changes ``{"drive.speed": 73.3}``; their place is the key alone.
+    """Return the layer of Python changes ``{"drive.speed": 73.3}``.
+
+    Messages show the key alone as their place.
 
     Raises
     ------
@@ -142,7 +144,7 @@ def python_layer(changes: dict[str, Any]) -> Layer:
 
 
 def _find(name: str | Path) -> tuple[Path, str]:
-    """File of a library name or path, and what to call it."""
+    """Return the file of a library name or path, and its name in messages."""
     if isinstance(name, str) and (path := library_file(name)):
         return path, path.name
     path = Path(name)
@@ -165,7 +167,7 @@ def _find(name: str | Path) -> tuple[Path, str]:
 
 
 def text_of(path: Path, shown: str) -> str:
-    """Return the text of a file; CaseError, under the name `shown`, if it cannot be read."""
+    """Return the text of a file. Raises CaseError, under the name `shown`, if the file cannot be read."""
     try:
         return read_text(path, MOST_CASE_TEXT)
     except UnicodeDecodeError as error:
@@ -177,7 +179,7 @@ def text_of(path: Path, shown: str) -> str:
 
 
 def parsed(text: str, shown: str) -> dict[str, Any]:
-    """Tables of TOML text; a fault of syntax names line, column and, where it can, the cure."""
+    """Parse TOML text into tables. A fault of syntax names line, column and, where it can, the cure."""
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -233,7 +235,10 @@ def _value(text: str) -> Any:
 
 
 def _put(content: Any, path: Key, value: Any, source: str) -> None:
-    """Set one key; a scalar in the way of a table gives way, a list of tables is entered."""
+    """Set one key.
+
+    A table takes the place of a scalar in its way, and an entry of a list of tables is changed in place.
+    """
     for depth, part in enumerate(path):
         if is_tables(content):
             number = entry_number(content, part)
@@ -251,7 +256,7 @@ def _put(content: Any, path: Key, value: Any, source: str) -> None:
 
 
 def copied(value: Any) -> Any:
-    """Return a copy of nested tables and lists of tables; other values are shared."""
+    """Return a copy of nested tables and lists of tables. Other values are shared."""
     if isinstance(value, dict):
         return {key: copied(inner) for key, inner in value.items()}
     return [copied(inner) for inner in value] if is_tables(value) else value

@@ -11,7 +11,9 @@ _TOKEN = re.compile(r'"""|\'\'\'|"(?:[^"\\]|\\.)*+"|\'[^\']*+\'|[\[\]{}#]')
 
 
 def key_lines(text: str) -> dict[tuple[str | int, ...], int]:
-    """Return the line (from 1) of every table header and key; keys of inline tables have their parent's line.
+    """Return the line (from 1) of every table header and key.
+
+    Keys of inline tables have their parent's line.
 
     Tables of a list, ``[[charge.part]]``, are counted from 0: the key of the first is
     ``("charge", "part", 0)``.
@@ -44,7 +46,9 @@ def key_lines(text: str) -> dict[tuple[str | int, ...], int]:
 
 
 def key_parts(dotted: str) -> tuple[str, ...]:
-    """Parts of a dotted key, quotes obeyed.
+    """Split a dotted key into its parts.
+
+    A dot in quotes splits nothing.
 
     Raises
     ------
@@ -61,7 +65,7 @@ def key_parts(dotted: str) -> tuple[str, ...]:
 
 
 def _scan(line: str, open_brackets: int, open_quote: str) -> tuple[int, str]:
-    """Brackets and long strings still open at the end of the line."""
+    """Return the brackets and long strings still open at the end of the line."""
     at = 0
     while at < len(line):
         if open_quote:

@@ -41,8 +41,8 @@ def merge(layers: list[Layer]) -> tuple[dict[str, Any], dict[Key, str], list[Fau
 
 
 def _overlay(below: dict[str, Any], above: dict[str, Any], at: Key) -> Iterator[Finding]:
-    """Lay the tables of one layer over those at the key `at`, in place; yield what changes an entry that is
-    not there.
+    """Merge the tables of one layer into those at the key `at`, in place, and yield changes of entries that
+    do not exist.
     """
     for group in EXCLUSIVE_KEYS:
         if any(key in above for key in group):

@@ -27,7 +27,7 @@ def checked(
     faults: Sequence[Fault] = (),
     from_file: bool = True,
 ) -> Read:
-    """The table of this kind that `content` describes.
+    """Return the table of this kind that `content` describes.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def checked(
 def worded(
     error: ValidationError, top: type[Table], content: dict[str, Any], places: dict[Key, str]
 ) -> list[Fault]:
-    """All faults of a validation, in the order of the file's tables."""
+    """Return all faults of a validation, in the order of the file's tables."""
     faults = []
     details = error.errors(include_url=False)
     absent = [
@@ -104,7 +104,7 @@ def _may_lack_base(top: type[Table], places: dict[Key, str], key: Key) -> bool:
 
 
 def fields_at(top: type[Table], key: Key) -> dict[str, Any]:
-    """Fields, by their name in the file, of the table at a key; empty where no table is."""
+    """Return the fields of the table at a key by their name in the file, or none where no table is."""
     return _fields(_type_at(top, key))
 
 
@@ -131,13 +131,13 @@ def _type_at(top: type[Table], key: Key) -> Any:
 
 
 def _is_list_of_tables(kind: Any) -> bool:
-    """Return whether a type is that of any number of tables; their addresses are names or numbers."""
+    """Return whether a type is a list of any number of tables, whose addresses are names or numbers."""
     inner = typing.get_args(kind)
     return typing.get_origin(kind) is tuple and inner[1:] == (...,) and bool(_fields(_bare(inner[0])))
 
 
 def _bare(kind: Any) -> Any:
-    """A type without its Annotated and its None."""
+    """Return a type without its Annotated and its None."""
     while True:
         if typing.get_origin(kind) is typing.Annotated:
             kind = typing.get_args(kind)[0]
@@ -148,13 +148,15 @@ def _bare(kind: Any) -> Any:
 
 
 def _holds_keys(field: Any) -> bool:
-    """Whether a field is a table."""
+    """Return whether a field is a table."""
     kind = _bare(field.annotation)
     return bool(_fields(kind)) or typing.get_origin(kind) is dict
 
 
 def _in_file(key: Key, top: type[Table]) -> Key:
-    """A key without the validator's own parts (it names dict keys twice where the key itself is wrong)."""
+    """Return a key without the validator's own parts, which names dict keys twice where the key itself is
+    wrong.
+    """
     return tuple(part for part in key if part != "[key]")
 
 

@@ -6,8 +6,10 @@ from nutamill.case.mill import Case
 
 
 def case_schema() -> dict[str, Any]:
-    """The schema of a file that may have a base: every key is known, none is required, and single entries of
-    a list of tables may be changed by name or number.
+    """Return the schema of a file that may have a base.
+
+    Every key is known, none is required, and single entries of a list of tables may be changed by name or
+    number.
 
     Defaults of quantities are left out, for in the file they carry a unit.
     """

@@ -10,13 +10,13 @@ BARE = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789
 
 
 def written(model: BaseModel) -> str:
-    """TOML text of a model; keys without a value are left out."""
+    """Return the TOML text of a model. Keys without a value are left out."""
     content = model.model_dump(mode="json", by_alias=True, exclude_none=True)
     return "\n".join(_table(model, content, ())).strip() + "\n"
 
 
 def _table(model: Any, content: dict[str, Any], path: tuple[str | int, ...]) -> list[str]:
-    """Lines of one table: its plain keys, then its inner tables."""
+    """Return the lines of one table: its plain keys, then its inner tables."""
     notes = _notes(model)
     plain = {
         _key(key): _value(value)
@@ -50,7 +50,7 @@ def _is_tables(value: Any) -> bool:
 
 
 def _value(value: Any) -> str:
-    """A value as TOML writes it; a list of lists of lists has a line for each of them."""
+    """Format a value as TOML. A list of lists of lists has a line for each of them."""
     if not _is_lists(value) or not all(_is_lists(inner) for inner in value):
         return toml_value(value)
     return "\n".join(["[", *(f"  {toml_value(inner)}," for inner in value), "]"])
@@ -65,7 +65,9 @@ def _is_lists(value: Any) -> bool:
 
 
 def _notes(model: Any) -> dict[str, str]:
-    """Meaning of each key, on one line; without the SI unit, for the value beside it shows its own."""
+    """Return the meaning of each key on one line, without the SI unit, because the value beside it shows its
+    own.
+    """
     if not isinstance(model, BaseModel):
         return {}
     fields = type(model).model_fields.items()
@@ -81,7 +83,7 @@ def _key(name: str) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """A value as TOML writes it on one line."""
+    """Format a value as TOML on one line."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):

@@ -41,7 +41,7 @@ LONGEST = 1.0
 
 
 def bed_key(machine: Machine) -> str:
-    """Identity of the settled bed of a case: SHA-256 of all that decides it."""
+    """Compute the identity of the settled bed of a case: SHA-256 of all that decides it."""
     walls = [wall.model_dump(exclude={"file"}) for wall in machine.walls]
     content = {
         "walls": walls,
@@ -61,23 +61,25 @@ def bed_key(machine: Machine) -> str:
 
 @functools.cache
 def _settling_code() -> str:
-    """Digest of the code that fills and settles: the kernels and the plain functions about them."""
+    """Compute the digest of the code that fills and settles: kernels and the plain functions about them."""
     return code_digest(reached([definition_of(_settle)]))
 
 
 def bed_file(machine: Machine) -> Path:
-    """Where the bed of a case is kept, in the user's cache folder."""
+    """Return the file of a case's bed in the user's cache folder."""
     return beds_folder() / f"{bed_key(machine)[:32]}.bed"
 
 
 def bed_is_kept(machine: Machine) -> bool:
-    """Whether there is nothing left to settle: the bed is in the cache and whole, or the chamber is empty."""
+    """Return whether there is nothing left to settle: the bed is in the cache and whole, or the chamber is
+    empty.
+    """
     return not machine.charge.parts or _kept_bed(machine) is not None
 
 
 def settled_bed(machine: Machine, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
-    """Places of the particles [m] (n, 3) at rest in the tilted chamber at crank angle 0, in chamber axes from
-    the nutation point.
+    """Return the positions of the particles [m] (n, 3) at rest in the tilted chamber at crank angle 0, in
+    chamber axes from the nutation point.
 
     With clumps, places and attitudes (n, 7).
 
@@ -103,8 +105,9 @@ def settled_bed(machine: Machine, progress: Callable[[float], None] | None = Non
 
 
 def settle_apart(machine: Machine) -> subprocess.Popen:
-    """Start a process that settles the bed of a case into the cache; a fault shows when `settled_bed` is
-    asked again.
+    """Start a process that settles the bed of a case into the cache.
+
+    A fault shows at the next call of `settled_bed`.
     """
     task = "from nutamill.simulation.setup.bed import settle_for_parent; settle_for_parent()"
     return start_child(task, machine.with_("run.threads", 1).to_toml())
@@ -133,8 +136,9 @@ def _settle(machine: Machine, progress: Callable[[float], None] | None) -> np.nd
 
 
 def joined_fills(machine: Machine) -> Particles:
-    """Return all particles at random positions in their regions, world axes as assembled; those of one region
-    are placed together.
+    """Return all particles at random positions in their regions, world axes as assembled.
+
+    Those of one region are placed together.
     """
     parts, regions = charge_parts(machine), [region_of(machine, part) for part in machine.charge.parts]
     placed: list[Particles | None] = [None] * len(parts)
@@ -156,15 +160,16 @@ def joined_fills(machine: Machine) -> Particles:
 
 
 def _attitudes(particles: Particles) -> np.ndarray:
-    """Return the attitudes of particles (n, 4); those of spheres are of no meaning."""
+    """Return the attitudes of particles (n, 4). Those of spheres have no meaning."""
     if particles.attitude is not None:
         return particles.attitude
     return np.tile([1.0, 0.0, 0.0, 0.0], (particles.number, 1))
 
 
 def _keep(file: Path, bed: np.ndarray) -> None:
-    """Put the bed in the cache behind its own digest, whole or not at all; a cache that cannot be written is
-    no fault.
+    """Store the bed in the cache behind its own digest, whole or not at all.
+
+    A cache that cannot be written is no fault.
     """
     buffer = io.BytesIO()
     np.save(buffer, bed, allow_pickle=False)
@@ -185,7 +190,7 @@ def _keep(file: Path, bed: np.ndarray) -> None:
 
 
 def _kept_bed(machine: Machine) -> np.ndarray | None:
-    """The bed of a case from the cache; None if there is none, or if its file is damaged."""
+    """Read the bed of a case from the cache, or return None if there is none or its file is damaged."""
     try:
         digest, content = (whole := bed_file(machine).read_bytes())[:32], whole[32:]
         if hashlib.sha256(content).digest() != digest:

@@ -180,8 +180,8 @@ def placed_particles(machine: Machine, bed: np.ndarray, poses: np.ndarray) -> Pa
 def bed_in_carriers(
     machine: Machine, positions: np.ndarray, attitudes: np.ndarray | None, poses: np.ndarray
 ) -> np.ndarray:
-    """Return a bed, as `machine_charge` takes it, of particles at positions [m] (n, 3) and with attitudes
-    (n, 4), world; the inverse of `placed_particles`.
+    """Return a bed, as `machine_charge` takes it, of particles at positions [m] (n, 3) and with attitudes (n,
+    4), world. It is the inverse of `placed_particles`.
     """
     bed = np.empty((len(positions), 3 if attitudes is None else 7))
     for carrier, members in region_bodies(machine):

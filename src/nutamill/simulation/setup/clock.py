@@ -59,7 +59,7 @@ class Clock(NamedTuple):
 
     @property
     def substep(self) -> float:
-        """Charge substep [s]; the window without charge."""
+        """Return the charge substep [s]. Without a charge it is the window."""
         return self.window / max(self.substeps, 1)
 
 
@@ -99,8 +99,9 @@ def contact_speed(machine: Machine) -> float:
 
 
 def run_clock(machine: Machine) -> Clock:
-    """Return substep, window and row of a run; a row is one period of the series rate and a whole number of
-    windows.
+    """Return substep, window and row of a run.
+
+    A row is one period of the series rate and a whole number of windows.
 
     Raises
     ------

@@ -25,7 +25,7 @@ def region_faults(machine: Machine) -> list[Fault]:
 
 
 def _fault(machine: Machine, region: RegionEntry) -> Fault | None:
-    """Return what is wrong with the position of a region among the walls; None if nothing is."""
+    """Return what is wrong with the position of a region among the walls, or None if nothing is."""
     points, surfaces = region_points(machine, region, RAYS), world_surfaces(machine)
     for surface in surfaces:
         if surface.kind in ENDLESS and not in_room([surface], points).any():
@@ -39,7 +39,7 @@ def _fault(machine: Machine, region: RegionEntry) -> Fault | None:
 
 
 def _have_floor(surfaces: Sequence[Surface], points: np.ndarray, down: np.ndarray) -> bool:
-    """Return whether a wall is below any of the points [m] (n, 3), world; `down` has the length 1."""
+    """Return whether a wall is below any of the points [m] (n, 3), world. `down` has the length 1."""
     return any(
         crosses(surface, (points - np.asarray(surface.origin)) @ axes, down @ axes).any()
         for surface in sorted(surfaces, key=lambda one: one.kind == SurfaceKind.MESH_PATCH)
@@ -103,7 +103,7 @@ def _meets_rod(start: np.ndarray, way: np.ndarray, radius: float, half: float) -
 
 
 def _roots(a: float, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Return both roots (2, n) of a t^2 + 2 b t + c = 0; NaN where there is none."""
+    """Return both roots (2, n) of a t^2 + 2 b t + c = 0, or NaN where there is none."""
     with np.errstate(invalid="ignore", divide="ignore"):
         if abs(a) < 1e-12:
             return np.stack([-0.5 * c / b, np.full(len(c), np.nan)])

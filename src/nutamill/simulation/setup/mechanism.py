@@ -97,7 +97,7 @@ def assemble_machine(
     machine: Machine, drives: Sequence[Drive] | None = None
 ) -> tuple[Mechanism, MechanismState, MechanismScratch]:
     """Assemble the mechanism of a machine, with other `drives` if given: constants, state as assembled, work
-    space; raise CaseError with every fault.
+    space. Raises CaseError with every fault.
     """
     parts = mechanism_parts(machine)
     if drives is not None:

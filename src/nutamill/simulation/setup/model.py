@@ -165,14 +165,14 @@ def plan_scheme(machine: Machine) -> Scheme:
 
 
 def reference_drive(machine: Machine) -> int:
-    """Return the index of the drive with which fields and neighbour lists rotate; -1 where there is none."""
+    """Return the index of the drive with which fields and neighbour lists rotate, or -1 without one."""
     return (
         -1 if machine.fields.drive is None else [d.name for d in machine.drives].index(machine.fields.drive)
     )
 
 
 def reference_axis(machine: Machine) -> tuple[np.ndarray, np.ndarray]:
-    """Return point [m] and direction of the axis of that drive as assembled, world; z where there is none."""
+    """Return point [m] and direction of that drive's axis as assembled, world, or z without a drive."""
     if machine.fields.drive is None:
         return np.zeros(3), np.array([0.0, 0.0, 1.0])
     drive = machine.drives[reference_drive(machine)]
@@ -196,7 +196,7 @@ def wrench_points(machine: Machine, carriers: list[Carrier]) -> np.ndarray:
 
 def bed_weight(machine: Machine, bed: np.ndarray | None, state: MechanismState) -> np.ndarray | None:
     """Return the weight of the beds as wrenches (n_bodies, 6) on the bodies that carry them, about their mass
-    centres as assembled: force [N], moment [N m], world axes; None without a charge.
+    centres as assembled: force [N], moment [N m], world axes, or None without a charge.
     """
     if bed is None:
         return None

@@ -37,7 +37,7 @@ def charge_particles(machine: Machine) -> Particles:
 
 
 def particle_count(machine: Machine) -> int:
-    """Return the number of particles; 0 without a charge [1]."""
+    """Return the number of particles, or 0 without a charge [1]."""
     return sum(part.number for part in charge_parts(machine))
 
 
@@ -49,7 +49,7 @@ def particle_masses(machine: Machine) -> np.ndarray:
 
 
 def charge_mass(machine: Machine) -> float:
-    """Return the mass of all particles; 0 without a charge [kg]."""
+    """Return the mass of all particles, or 0 without a charge [kg]."""
     return float(particle_masses(machine).sum()) if machine.charge.parts else 0.0
 
 
@@ -88,7 +88,7 @@ def quickest_pebble(machine: Machine, material: str) -> Pebble:
 
 
 def _of_part(machine: Machine, number: int, part: Portion) -> Particles:
-    """Return the particles of one part; the seed decides which shape goes with which size."""
+    """Return the particles of one part. The seed decides which shape goes with which size."""
     law, material = part.size_law(), machine.charge.materials.index(part.material)
     if part.count is not None:
         diameters = law.of_number(part.count)

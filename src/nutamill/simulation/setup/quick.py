@@ -46,7 +46,7 @@ def quick(case: Case) -> Case:
 
 
 def softens(case: Case) -> bool:
-    """Return whether the demonstration of a case has softer springs; Hertz contacts have none."""
+    """Return whether the demonstration of a case has softer springs. Hertz contacts have none."""
     return bool(case.charge.parts) and case.contact.stiffness == "young" and case.contact.normal != "hertz"
 
 
@@ -62,7 +62,7 @@ def simplified(case: Case) -> str:
 
 
 def banner(case: Case) -> str:
-    """What is printed before a demonstration."""
+    """Return the text printed before a demonstration."""
     return (
         f"demonstration: {simplified(case)}. It shows the program, not the mill. Run without --quick for "
         "numbers"

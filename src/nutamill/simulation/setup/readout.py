@@ -76,8 +76,9 @@ class Readout:
             raise CaseError(*(faults or [Fault("run.series", 'the first must be "time"')]))
 
     def _fields(self) -> list[Field]:
-        """Return what each series is; a quantity that has no name of its own in the tables is described by
-        what it is taken of.
+        """Return the field of each series.
+
+        A quantity that the tables do not name is described by what it is taken of.
         """
         entries = {entry.name: entry for entry in self._machine.quantities}
         fields: dict[str, Field] = {}
@@ -155,7 +156,7 @@ class Readout:
         }
 
     def _charge_ledger(self, at, at_first, stored: dict, lost: dict) -> dict[str, np.ndarray]:
-        """Add the entries of the charge to `stored` and `lost`; return those that are neither."""
+        """Add the entries of the charge to `stored` and `lost`, and return those that are neither."""
         stored["kinetic_energy_charge"] = at("charge_energy", "kinetic_translational") + at(
             "charge_energy", "kinetic_rotational"
         )

@@ -69,7 +69,10 @@ def region_middle(machine: Machine, region: RegionEntry) -> np.ndarray:
 
 
 def region_surfaces(region: RegionEntry) -> list[Surface]:
-    """Return the bounds of a region as surfaces, world axes; none for the inside of a mesh, a wall itself."""
+    """Return the bounds of a region as surfaces, world axes.
+
+    The inside of a mesh, a wall itself, has none.
+    """
     axes, point = region_axes(region), np.array(region.point)
     if region.shape == "mesh":
         return []
@@ -87,7 +90,7 @@ def region_surfaces(region: RegionEntry) -> list[Surface]:
 
 
 def walls_within(machine: Machine, region: RegionEntry) -> list[Surface]:
-    """Return the walls that reach into a region, world axes as assembled; its own mesh is one of them."""
+    """Return the walls that reach into a region, world axes as assembled, with its own mesh."""
     corners, own = region_corners(machine, region), region_axes(region)
     within = []
     for surface in world_surfaces(machine):

@@ -104,7 +104,7 @@ def box_faults(machine: Machine) -> list[Fault]:
 
 def _sweep(machine, one, two, poses) -> tuple[DriveEntry, float] | None:
     """Return the drive between the bodies of two boxes that turns them into each other, and its angle [rad]
-    then; None if there is none.
+    then, or None if there is none.
     """
     for drive in machine.drives:
         joint = next(joint for joint in machine.joints if joint.name == drive.joint)
@@ -132,7 +132,7 @@ def boxes_met(
     machine: Machine, position: np.ndarray, quaternion: np.ndarray, time: float
 ) -> StepError | None:
     """Return the fault of a run whose bodies, at mass centres [m] (n, 3) with attitudes (n, 4), have boxes
-    that reach into each other at `time` [s]; None if there is none.
+    that reach into each other at `time` [s], or None if there is none.
     """
     pairs = box_pairs(machine)
     if not pairs:

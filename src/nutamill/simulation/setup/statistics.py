@@ -73,8 +73,9 @@ def field_grid(machine: Machine) -> Grid:
 
 
 def _cut(machine: Machine, surface: Surface, corners: np.ndarray) -> tuple[int, int, int, float, float]:
-    """Return the patches of a surface given in world axes, in the form of `patch_table`; `corners` [m] (n, 3)
-    are those of the regions.
+    """Return the patches of a surface given in world axes, in the form of `patch_table`.
+
+    `corners` [m] (n, 3) are those of the regions.
     """
     across, around, up = field_grid(machine).cells
     kind, size = surface.kind, surface.size
@@ -268,7 +269,7 @@ def recorded_sums(
     machine: Machine, plan: StatisticsPlan, per_cut: float, sums: dict[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
     """Return sums in small units (`nutamill.charge.measures.statistics.gathered`) as recorded quantities in
-    SI, named as in `nutamill.result.fields.STATISTICS`; `per_cut` [1/J] are the small units of the cutting
+    SI, named as in `nutamill.result.fields.STATISTICS`. `per_cut` [1/J] are the small units of the cutting
     energy.
     """
     interval = 1.0 / machine.run.series_rate

@@ -18,7 +18,7 @@ def team_size(machine: Machine) -> int:
 
 
 def usable_cores() -> int:
-    """Return the physical cores that this process may use; hardware threads of one core count once."""
+    """Return the physical cores that this process may use. Hardware threads of one core count once."""
     allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1)
     siblings = set()
     for cpu in allowed:

@@ -8,7 +8,7 @@ from nutamill.simulation.setup.solid_boxes import box_faults
 
 def refuse_walls(machine: Machine) -> None:
     """Raise CaseError for walls that reach or turn into each other, and for regions outside of the walls or
-    without a floor; a machine without a charge has nothing to refuse.
+    without a floor. A machine without a charge has nothing to refuse.
     """
     if machine.charge.parts and (faults := [*box_faults(machine), *region_faults(machine)]):
         raise CaseError(*faults)

@@ -76,7 +76,7 @@ def seen_from(surface: Surface, carrier: Carrier) -> Surface:
 
 @functools.lru_cache(maxsize=8)
 def world_surfaces(machine: Machine) -> tuple[Surface, ...]:
-    """Return the walls as surfaces in world axes as assembled; raises as `wall_surfaces`."""
+    """Return the walls as surfaces in world axes as assembled. Raises as `wall_surfaces` does."""
     names, materials = [carrier.name for carrier in carriers_of(machine)], material_order(machine)
     return tuple(
         surface
@@ -186,7 +186,10 @@ def _span(low: float, high: float) -> str:
 
 @functools.lru_cache(maxsize=16)
 def region_corners(machine: Machine, region: RegionEntry) -> np.ndarray:
-    """Return the corners of a region [m] (n, 3), world as assembled; of a cylinder, points on its rims."""
+    """Return the corners of a region [m] (n, 3), world as assembled.
+
+    Those of a cylinder are points on its rims.
+    """
     corners = shape_corners(region)
     if corners is not None:
         return corners
@@ -212,7 +215,7 @@ def placed_walls(machine: Machine) -> dict[str, WallMesh]:
 
 
 def _radii(machine: Machine) -> tuple[float, float]:
-    """Return the radius [m] of the smallest and of the largest particle of the charge; 0 without one."""
+    """Return the radius [m] of the smallest and of the largest particle of the charge, or 0 without one."""
     sizes = [diameter for part in machine.charge.parts for diameter in part.size_range] or [0.0]
     return min(sizes) / 2, max(sizes) / 2
 
@@ -225,8 +228,9 @@ def _metres(unit: str) -> float:
 def _read(
     file: str, sha256: str, metres: float, keep: Literal["inside", "outside"], particle_radius: float
 ) -> Mesh:
-    """Read the mesh of a file in metres, cut for particles up to a radius; cached, because several rooms use
-    it.
+    """Read the mesh of a file in metres, cut for particles up to a radius.
+
+    Several rooms use it, so the result is cached.
     """
     path = Path(file)
     if path.suffix.lower() not in FORMATS:
