@@ -141,3 +141,11 @@ def test_a_value_without_end_cannot_be_written():
 )
 def test_a_quantity_is_shown_rounded_in_its_unit(value, unit, form, text):
     assert units.shown(value, unit, form) == text
+
+
+@pytest.mark.parametrize("unit", [unit for table in units.UNITS.values() for unit in table])
+def test_a_number_of_a_unit_is_the_si_value_that_its_text_has(unit):
+    kind = next(kind for kind, table in units.UNITS.items() if unit in table)
+    value = units.si_value(2.5, unit)
+    assert value == pytest.approx(units.parse(f"2.5 {unit}", kind), rel=1e-15)
+    assert units.in_unit(value, unit) == pytest.approx(2.5, rel=1e-15)

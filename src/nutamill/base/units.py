@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, TypeVar
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["UNITS", "Kind", "UnitError", "example", "format", "in_unit", "parse", "rpm", "shown"]
+__all__ = ["UNITS", "Kind", "UnitError", "example", "format", "in_unit", "parse", "rpm", "shown", "si_value"]
 
 Number = TypeVar("Number", float, "np.ndarray")
 """A number, or an array of numbers."""
@@ -220,6 +220,11 @@ def example(kind: Kind | str) -> str:
 def in_unit(value: Number, unit: str) -> Number:
     """Return an SI value, or an array of them, as a number of `unit`: for tables and figures."""
     return value / UNITS[_KIND_OF[unit]][unit]
+
+
+def si_value(number: Number, unit: str) -> Number:
+    """Return the SI value of a number of `unit`, or of an array of them."""
+    return number * UNITS[_KIND_OF[unit]][unit]
 
 
 def shown(value: float, unit: str, form: str = ".4g") -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from nutamill.base import units
 from nutamill.base.errors import Fault
 from nutamill.base.library import similar
-from nutamill.base.units import Kind
+from nutamill.base.units import Kind, in_unit, shown, si_value
 from nutamill.case.charge import AMOUNT_KEYS, SIZE_KEYS, Portion, portion_faults
 from nutamill.case.contact_laws import GIVEN_BY, INSTEAD, OPTIONAL, OTHERWISE, READS
 
@@ -247,15 +247,16 @@ def _amounts(case: "AnyCase", name: str) -> list[Finding]:
     free = vessel.volume
     if findings or not portions or free is None or vessel.meshed or loose <= free * (1.0 + 1e-9):
         return findings
-    holds = f"L loose, the {vessel.label} holds {1e3 * free:.3g} L"
+    needed = shown(loose, "L", ".3g")
+    holds = f"loose, the {vessel.label} holds {shown(free, 'L', '.3g')}"
     if case.charge.part:
-        return [(("charge", "part"), f"the parts need {1e3 * loose:.3g} {holds}", "Take less of one")]
+        return [(("charge", "part"), f"the parts need {needed} {holds}", "Take less of one")]
     if amount == "mass":
-        most = math.floor(free * density * part.packing * 1000.0) / 1000.0
-        what = f"{part.mass:g} kg needs {1e3 * loose:.3g} {holds}"
+        most = si_value(math.floor(in_unit(free * density * part.packing, "g")), "g")
+        what = f"{part.mass:g} kg needs {needed} {holds}"
         return [((*key, amount), what, f"Largest mass that settles: {most:.4g} kg")]
     most = math.floor(part.count * free / loose)
-    what = f"{part.count} particles need {1e3 * loose:.3g} {holds}"
+    what = f"{part.count} particles need {needed} {holds}"
     return [((*key, amount), what, f"Largest number that settles: {most}")]
 
 

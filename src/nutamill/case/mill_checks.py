@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from nutamill.base import units
 from nutamill.base.errors import Fault
-from nutamill.base.units import Kind
+from nutamill.base.units import Kind, in_unit, shown
 from nutamill.case.charge import stand_ins
 from nutamill.case.charge_checks import Finding, charge_findings, idle_numbers
 from nutamill.case.record_checks import record_findings
@@ -46,8 +46,8 @@ def _rounded_angle(case: "Case") -> list[Fault]:
 
     6 deg agrees with 6.082 deg.
     """
-    written = f"{math.degrees(case.chamber.nutation_angle):.12g}"
-    used = math.degrees(case.mechanism.nutation_angle)
+    written = f"{in_unit(case.chamber.nutation_angle, 'deg'):.12g}"
+    used = in_unit(case.mechanism.nutation_angle, "deg")
     decimals = len(written.partition(".")[2])
     if float(written) == round(used, decimals):
         return []
@@ -85,12 +85,12 @@ def _geometry(case: "Case") -> list[Finding]:
             f"{_mm(mechanism.nutation_point_to_crank)}"
         )
         what = (
-            f"{lengths} give {math.degrees(ruling):.2f} deg, but nutation_angle is "
-            f"{math.degrees(chamber.nutation_angle):.4g} deg"
+            f"{lengths} give {shown(ruling, 'deg', '.2f')}, but nutation_angle is "
+            f"{shown(chamber.nutation_angle, 'deg')}"
         )
         hint = (
             "One of the three is wrong; with these lengths write nutation_angle = "
-            f'"{math.degrees(ruling):.3f} deg"'
+            f'"{shown(ruling, "deg", ".3f")}"'
         )
         findings.append((("chamber", "nutation_angle"), what, hint))
     if chamber.height >= chamber.floor_depth:

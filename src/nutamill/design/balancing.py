@@ -65,7 +65,7 @@ class Balancing(NamedTuple):
     @property
     def grade(self) -> float:
         """Quality grade that the residual unbalance comes to, ``|U| speed / m`` [mm/s], ISO 21940-11."""
-        return 1e3 * abs(self.residual) * self.speed / self.turning_mass
+        return units.in_unit(abs(self.residual) * self.speed / self.turning_mass, "mm/s")
 
 
 def permissible_unbalance(grade: float, speed: float, mass: float) -> float:
@@ -74,7 +74,7 @@ def permissible_unbalance(grade: float, speed: float, mass: float) -> float:
 
     Source: ISO 21940-11:2016, equation for ``U_per`` from the balance quality grade.
     """
-    return 1e-3 * grade * mass / speed
+    return units.si_value(grade, "mm/s") * mass / speed
 
 
 def balance_mill(

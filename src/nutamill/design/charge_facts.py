@@ -130,8 +130,8 @@ class ChargeFacts:
         volume, height = self.volumes[region]
         at = f" at solids fraction {packing:.3g}" if packing else ""
         return (
-            f"fill {100 * filling:.1f} % loose{at} ({1e3 * filling * volume:.2f} L, "
-            f"{1e3 * filling * height:.0f} mm of {1e3 * height:.0f} mm)"
+            f"fill {100 * filling:.1f} % loose{at} ({units.shown(filling * volume, 'L', '.2f')}, "
+            f"{units.shown(filling * height, 'mm', '.0f')} of {units.shown(height, 'mm', '.0f')})"
         )
 
 
@@ -186,7 +186,8 @@ def _refuse_full(machine: Machine, name: str) -> None:
         part = machine.charge.parts[number]
         needed += part.solid_volume(machine.materials[part.material].density, room) / part.packing
     if needed > room * (1.0 + 1e-9):
-        what = f"does not fit as a loose bed, got {1e3 * needed:.4g} L where {1e3 * room:.4g} L are free"
+        volumes = f"{units.shown(needed, 'L')} where {units.shown(room, 'L')} are free"
+        what = f"does not fit as a loose bed, got {volumes}"
         raise CaseError(Fault("charge", what, "Take less charge or a larger chamber"))
     radii = np.concatenate([parts[number].bounding_radius for number in members])
     if faults := fill_faults(radii, charge_room(machine, region)):

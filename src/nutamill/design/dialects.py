@@ -10,6 +10,7 @@ note stands behind a ``#``.  What a law is called in each program stands in the 
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from nutamill.base.units import in_unit
 from nutamill.case import Machine
 from nutamill.charge.laws.composition import ContactLaw, law_files, law_names
 from nutamill.charge.laws.terms import PROGRAMS, Terms, Touch
@@ -132,9 +133,8 @@ def dialect_lines(machine: Machine) -> list[str]:
     lines = []
     for name, contact in touches(machine).items():
         laws, sizes = " x ".join(law_names(contact.law)), dict.fromkeys(contact.touch.diameters)
-        lines.append(
-            f"{name}: {laws}; spheres of {' and '.join(f'{1e3 * size:.4g}' for size in sizes)} mm; SI units"
-        )
+        spheres = " and ".join(f"{in_unit(size, 'mm'):.4g}" for size in sizes)
+        lines.append(f"{name}: {laws}; spheres of {spheres} mm; SI units")
         for program, written in DIALECTS.items():
             lines += [f"  {program if k == 0 else '':9} {text}" for k, text in enumerate(written(contact))]
     return lines

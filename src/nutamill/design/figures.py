@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
-from nutamill.base.units import rpm
+from nutamill.base.units import in_unit, rpm, shown, si_value
 from nutamill.case import Case
 from nutamill.design.balancing import Balancing
 from nutamill.design.isolation import Isolation
@@ -34,7 +34,7 @@ def draw_modes(lines: list[Stick], vibrations: MachineModes) -> Figure:
     count = len(vibrations.frequency)
     columns = min(count, 4)
     rows = math.ceil(count / columns)
-    look = _looking(math.radians(-62.0), math.radians(18.0))
+    look = _looking(si_value(-62.0, "deg"), si_value(18.0, "deg"))
     largest = LARGEST * float(np.ptp(np.concatenate([line.points for line in lines]), axis=0).max())
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(7.0, 2.6 * rows), layout="constrained")
@@ -67,16 +67,16 @@ def draw_campbell(diagram: Campbell) -> Figure:
     """Draw the Campbell diagram: natural frequencies over driveshaft speed, lines of one and two excitations
     per period, speeds to avoid.
     """
-    speeds = rpm(diagram.speeds)
+    speeds, turns = rpm(diagram.speeds), in_unit(diagram.speeds, "rev/s")
     highest = 1.08 * max(
-        diagram.frequency[diagram.frequency < 2.2 * diagram.speeds[-1] / (2 * np.pi)].max(initial=1.0),
-        speeds[-1] / 60.0,
+        diagram.frequency[diagram.frequency < 2.2 * turns[-1]].max(initial=1.0),
+        turns[-1],
     )
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
         axes = figure.subplots()
-        shown = [k for k in range(len(diagram.labels)) if diagram.frequency[:, k].min() < highest]
-        for n, k in enumerate(shown):
+        lowest = [k for k in range(len(diagram.labels)) if diagram.frequency[:, k].min() < highest]
+        for n, k in enumerate(lowest):
             axes.plot(
                 speeds,
                 diagram.frequency[:, k],
@@ -88,7 +88,7 @@ def draw_campbell(diagram: Campbell) -> Figure:
         for order in ORDERS:
             axes.plot(
                 speeds,
-                order * speeds / 60.0,
+                order * turns,
                 color="black",
                 linewidth=0.8,
                 linestyle=LINES[order],
@@ -122,7 +122,7 @@ def draw_run_up(runs: list[RunUp], name: str) -> Figure:
             for k in range(len(orders)):
                 panels[k].plot(rpm(run.orders.speed), run.orders.amplitude[k], **style)
             visible = run.orders.amplitude[0] > 0.02 * run.orders.amplitude[0].max()
-            lag = np.degrees(np.unwrap(run.orders.lag[0][visible]))
+            lag = in_unit(np.unwrap(run.orders.lag[0][visible]), "deg")
             panels[-1].plot(rpm(run.orders.speed[visible]), lag - 360.0 * round(lag.mean() / 360.0), **style)
         for k, order in enumerate(orders):
             panels[k].set_title(f"({'abcdefg'[k]}) {series_field(name).label}, {order:g}x", loc="left")
@@ -163,13 +163,13 @@ def draw_isolation(answer: Isolation) -> Figure:
 
 def draw_balancing(balancing: Balancing, case: Case) -> Figure:
     """Draw vibration before and after, and the driveshaft seen from above with pin and weights."""
-    unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
+    unit = "mm" if case.mechanism.mounting == "flexible" else "N"
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.0), layout="constrained")
         bars, view = figure.subplots(1, 2)
         bars.bar(
             ["before", "after"],
-            [factor * balancing.before, factor * balancing.after],
+            [in_unit(balancing.before, unit), in_unit(balancing.after, unit)],
             color=[PALETTE[5], PALETTE[0]],
             width=0.6,
         )
@@ -177,14 +177,14 @@ def draw_balancing(balancing: Balancing, case: Case) -> Figure:
         bars.set_title("(a) once per turn", loc="left")
         bars.grid(axis="x", visible=False)
         view.plot([0.0], [0.0], "+", color="black", markersize=6)
-        view.plot(
-            [1e3 * case.mechanism.crank_radius], [0.0], "o", color="black", markersize=4, label="crank pin"
-        )
+        crank = in_unit(case.mechanism.crank_radius, "mm")
+        view.plot([crank], [0.0], "o", color="black", markersize=4, label="crank pin")
         for k, weight in enumerate(balancing.weights):
-            place = 1e3 * weight.radius * np.array([math.cos(weight.azimuth), math.sin(weight.azimuth)])
-            label = f"{weight.mass:.3g} kg at {1e3 * weight.depth:.0f} mm"
-            view.plot(*place[:, None], "s", color=PALETTE[k], markersize=8 - 4 * k, label=label)
-        most = 1.3e3 * max(case.mechanism.crank_radius, *(weight.radius for weight in balancing.weights))
+            direction = np.array([math.cos(weight.azimuth), math.sin(weight.azimuth)])
+            position = in_unit(weight.radius, "mm") * direction
+            label = f"{weight.mass:.3g} kg at {shown(weight.depth, 'mm', '.0f')}"
+            view.plot(*position[:, None], "s", color=PALETTE[k], markersize=8 - 4 * k, label=label)
+        most = 1.3 * max(crank, *(in_unit(weight.radius, "mm") for weight in balancing.weights))
         view.set_xlim(-most, most)
         view.set_ylim(-most, most)
         view.set_aspect("equal")

@@ -3,12 +3,13 @@
 from typing import NamedTuple
 
 from nutamill.base.errors import Fault
+from nutamill.base.units import shown, si_value
 
 RUN_MEMORY = 425e6
 """Largest memory of a run from its start to its pictures, without particles [bytes]: peak of a process of its
 own.
 """
-LONG = 24.0 * 3600.0
+LONG = si_value(24.0, "h")
 """Wall time from which a forecast is a warning [s]."""
 SHARE = 0.5
 """Share of the memory, and of the free disk, from which a forecast is a warning [1]."""
@@ -56,8 +57,8 @@ class Forecast(NamedTuple):
 def duration(seconds: float) -> str:
     """Return a wall time with the unit that suits it."""
     if seconds < 5400.0:
-        return f"{seconds:.0f} s" if seconds < 90.0 else f"{seconds / 60.0:.0f} min"
-    return f"{seconds / 3600.0:.1f} h" if seconds < 2.0 * LONG else f"{seconds / LONG:.0f} days"
+        return f"{seconds:.0f} s" if seconds < 90.0 else shown(seconds, "min", ".0f")
+    return shown(seconds, "h", ".1f") if seconds < 2.0 * LONG else f"{seconds / LONG:.0f} days"
 
 
 def _size(size: float) -> str:

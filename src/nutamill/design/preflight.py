@@ -116,7 +116,7 @@ class Preflight:
         masses = ", ".join(f"{name.replace('_', ' ')} {mass:.2f}" for name, mass in self.parts.items())
         return [
             f"machine   {len(self.parts)} bodies, {mounting}, {total:.2f} kg in all;"
-            f" loop closes within {max(1e6 * self.assembly_gap, 0.001):.3f} um; nutation "
+            f" loop closes within {units.shown(max(self.assembly_gap, 1e-9), 'um', '.3f')}; nutation "
             f"{units.shown(self.nutation_angle, 'deg', '.2f')}",
             f"          masses in kg: {masses}",
         ]
@@ -128,7 +128,7 @@ class Preflight:
                 f"{'mesh' if not shown else '':10}{mesh.name}: {mesh.triangles} triangles, "
                 f"{mesh.patches} smooth patches"
             )
-            text += f", {1e3 * mesh.volume:.4g} L"
+            text += f", {units.shown(mesh.volume, 'L')}"
             if self.off_drawing is not None and not shown:
                 more = 100 * (mesh.volume / chamber_volume(self.case) - 1)
                 text += (

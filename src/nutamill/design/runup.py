@@ -6,7 +6,7 @@ from typing import NamedTuple
 from nutamill.analysis.orders import Orders, Waterfall, peaks, spectra, track
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
-from nutamill.base.units import Kind, rpm
+from nutamill.base.units import Kind, in_unit, rpm
 from nutamill.case import Case
 from nutamill.design.empty import empty_series
 from nutamill.result.fields import series_field
@@ -98,9 +98,8 @@ def run_up_lines(runs: list[RunUp], name: str) -> list[str]:
     ]
     for run in runs:
         for peak in peaks(run.orders):
-            at = rpm(peak.speed)
             rows.append(
-                f"{rpm(run.ramp):6.4g} rpm/s {peak.order:5.3g}x {peak.amplitude:10.4g} {at:8.1f} "
-                f"{peak.order * at / 60.0:7.3f}"
+                f"{rpm(run.ramp):6.4g} rpm/s {peak.order:5.3g}x {peak.amplitude:10.4g} "
+                f"{rpm(peak.speed):8.1f} {peak.order * in_unit(peak.speed, 'rev/s'):7.3f}"
             )
     return rows

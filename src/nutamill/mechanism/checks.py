@@ -5,6 +5,7 @@ from itertools import chain
 import numpy as np
 
 from nutamill.base.errors import Fault
+from nutamill.base.units import shown
 from nutamill.mechanism.model import NAME_WIDTH
 from nutamill.mechanism.parts import (
     GROUND,
@@ -230,8 +231,8 @@ def joint_faults(joints):
                 continue
             cosine = unit(joint.axis) @ unit(joint.second_axis)
             if abs(cosine) > 1e-9:
-                angle = np.degrees(np.arccos(cosine))
-                yield Fault(where, f"the two axes are not square to each other, got {angle:.6g} deg")
+                angle = shown(np.arccos(cosine), "deg", ".6g")
+                yield Fault(where, f"the two axes are not square to each other, got {angle}")
         if joint.friction is not None:
             law = joint.friction
             if not rows.rubs:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from nutamill.base.errors import Fault
+from nutamill.base.units import shown
 from nutamill.mechanism.drives import evaluate_drives
 from nutamill.mechanism.equations import update_kinematics
 from nutamill.mechanism.solve import DEPENDENT
@@ -124,7 +125,7 @@ def contradictions(mechanism, state, scratch, labels, dependent) -> list[Fault]:
     faults = []
     for n, i in enumerate(dependent):
         gap = scratch.gap[i] - combination[n] @ scratch.gap[independent]
-        size = f"{gap * 1e3:.4g} mm" if labels[i].unit == "m" else f"{gap:.4g} rad"
+        size = shown(gap, "mm") if labels[i].unit == "m" else shown(gap, "rad")
         if abs(gap) > 1e-5:
             faults.append(
                 contradiction_fault(labels, independent, combination[n], i, f"they differ by {size}")

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.errors import Fault
+from nutamill.base.units import in_unit, shown
 from nutamill.mechanism.model import AXIS, GEAR, GEAR_PAIR, GEAR_ROW, JOINT, PAIR, POINT, ROW, SIDE
 from nutamill.mechanism.parts import GROUND, JOINTS, Joint
 
@@ -118,9 +119,9 @@ def unit(vector) -> np.ndarray:
     return vector / np.linalg.norm(vector)
 
 
-def text(vector, scale=1.0, digits=4) -> str:
+def text(vector, digits=4) -> str:
     """Format a vector for messages."""
-    return "(" + ", ".join(f"{scale * x:.{digits}g}" for x in vector + 0.0) + ")"
+    return "(" + ", ".join(f"{x:.{digits}g}" for x in vector + 0.0) + ")"
 
 
 def records(dtype, rows) -> np.recarray:
@@ -140,12 +141,13 @@ def constraint_tables(placement: Placement, joints, drives, gears=()):
         points, axes = joint_rows(joint)
         gap = sum(((np.subtract(on_b, joint.point) @ e) * e for e in points), zero)
         if np.linalg.norm(gap) > LARGEST_GAP:
+            met = text(in_unit(np.asarray(on_b) - gap, "mm"), 7)
             faults.append(
                 Fault(
                     f"joint {joint.name!r}",
                     f"the points on {joint.body_a!r} and {joint.body_b!r} are not the same, got a gap of "
-                    f"{np.linalg.norm(gap) * 1e3:.4g} mm, largest {LARGEST_GAP * 1e3:g} mm",
-                    f"Put the point on {joint.body_b!r} at {text(np.asarray(on_b) - gap, 1e3, 7)} mm",
+                    f"{shown(np.linalg.norm(gap), 'mm')}, largest {shown(LARGEST_GAP, 'mm', 'g')}",
+                    f"Put the point on {joint.body_b!r} at {met} mm",
                 )
             )
         for e in points:

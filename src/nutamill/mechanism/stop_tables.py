@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from nutamill.base.errors import Fault
+from nutamill.base.units import shown
 from nutamill.mechanism.effective_mass import IMMOVABLE, free_motion
 from nutamill.mechanism.equations import update_kinematics
 from nutamill.mechanism.model import STOP
@@ -105,8 +106,8 @@ def step_faults(mechanism, where: str, dt: float) -> list[Fault]:
     return [
         Fault(
             where,
-            f"too long for the contact of stop {str(name)!r}, got {1e6 * dt:.4g} us",
-            f"Take at most {1e6 * longest_step(stop):.3g} us, or a softer stop",
+            f"too long for the contact of stop {str(name)!r}, got {shown(dt, 'us')}",
+            f"Take at most {shown(longest_step(stop), 'us', '.3g')}, or a softer stop",
         )
         for name, stop in zip(names, mechanism.stops, strict=True)
         if dt > longest_step(stop) * (1.0 + 1e-9)

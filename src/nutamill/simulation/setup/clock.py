@@ -8,6 +8,7 @@ import numpy as np
 
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
+from nutamill.base.units import shown
 from nutamill.case.machine import Machine
 from nutamill.case.placement import axes_along
 from nutamill.case.touching import TouchingPair
@@ -152,14 +153,14 @@ def _refuse_soft_springs(machine: Machine) -> None:
         if softening >= spring:
             most = law.cohesive_pressure * spring / softening
             what = (
-                f"cohesion takes {softening / 1e3:.3g} kN/m from a spring of {spring / 1e3:.3g} kN/m: "
-                "particles would collapse"
+                f"cohesion takes {shown(softening, 'kN/m', '.3g')} from a spring of "
+                f"{shown(spring, 'kN/m', '.3g')}: particles would collapse"
             )
             faults.append(
                 Fault(
                     f"contact.pairs {first}-{second}",
                     what,
-                    f"Give a cohesive_pressure well below {most / 1e6:.3g} MPa",
+                    f"Give a cohesive_pressure well below {shown(most, 'MPa', '.3g')}",
                 )
             )
     if faults:
@@ -177,12 +178,12 @@ def _too_long(machine: Machine, shortest: ContactFacts, substep: float) -> Fault
             f"overlap {100 * shortest.overlap * ratio:.2g} % of the diameter at "
             f"{contact_speed(machine):.2g} m/s"
         )
-        softer = f"{shortest.stiffness / ratio**2 / 1e3:.3g} kN/m would do ({overlap})"
+        softer = f"{shown(shortest.stiffness / ratio**2, 'kN/m', '.3g')} would do ({overlap})"
     return Fault(
-        f"run.dt = {substep * 1e6:.3g} us",
-        f"a {shortest.pair} contact lasts {shortest.resolve * 1e6:.3g} us, "
+        f"run.dt = {shown(substep, 'us', '.3g')}",
+        f"a {shortest.pair} contact lasts {shown(shortest.resolve, 'us', '.3g')}, "
         f"{shortest.resolve / substep:.2g} substeps;"
         f" it needs {FEWEST_SUBSTEPS}, better {SUBSTEPS_PER_CONTACT} "
-        f"({shortest.resolve / SUBSTEPS_PER_CONTACT * 1e6:.2g} us)",
+        f"({shown(shortest.resolve / SUBSTEPS_PER_CONTACT, 'us', '.2g')})",
         f'Use dt = "auto", or soften: {softer}',
     )

@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault, missing_extra
-from nutamill.base.units import UNITS, Kind
+from nutamill.base.units import in_unit, shown, si_value
 from nutamill.case.machine import Machine
 from nutamill.case.placement import axes_along, shape_corners
 from nutamill.case.walls import RegionEntry, WallEntry
@@ -181,7 +181,7 @@ def _box(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _span(low: float, high: float) -> str:
-    return f"{1e3 * low:.4g} to {1e3 * high:.4g} mm"
+    return f"{in_unit(low, 'mm'):.4g} to {shown(high, 'mm')}"
 
 
 @functools.lru_cache(maxsize=16)
@@ -221,7 +221,7 @@ def _radii(machine: Machine) -> tuple[float, float]:
 
 
 def _metres(unit: str) -> float:
-    return UNITS[Kind.LENGTH][unit]
+    return si_value(1.0, unit)
 
 
 @functools.lru_cache(maxsize=32)
