@@ -279,3 +279,30 @@ def test_the_result_file_of_a_case_is_named_by_its_content(mill):
     assert mill.file_in("there") == Path("there") / f"numill-{mill.digest[:12]}.h5"
     assert mill.file_in().parent == Path("results")
     assert changed.file_in() != mill.file_in() and changed.file_in().name.startswith("numill-")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "text"),
+    [
+        ("drive.speed", 500, "drive.speed: a plain number is SI, and 500 rad/s is 4775 rpm. "),
+        ("chamber.inner_diameter", 140.0, "a plain number is SI, and 140 m is 1.4e+05 mm. "),
+        ("materials.steel.density", 7.85, 'Write "7.85 g/cm^3" if that is meant, or "7.85 kg/m^3"'),
+    ],
+)
+def test_a_plain_number_that_no_machine_has_in_si_is_warned_of(key, value, text):
+    from nutamill.case.doubts import doubt
+
+    assert text in str(doubt(key, value))
+    assert doubt(key, f"{value} m") is None
+
+
+def test_a_changed_case_warns_where_it_was_changed(mill):
+    with pytest.warns(UserWarning, match="500 rad/s is 4775 rpm") as caught:
+        assert mill.with_("drive.speed", 500).drive.speed == 500.0
+    assert caught[0].filename == __file__
+
+
+def test_a_changed_case_is_silent_about_plain_numbers_that_a_machine_may_have(mill, recwarn):
+    mill.with_({"drive.speed": 52.36, "chamber.inner_diameter": 0.14, "drive.ramp": 7.3})
+    mill.with_("drive.speed", "500 rad/s")
+    assert not recwarn.list

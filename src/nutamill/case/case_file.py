@@ -90,7 +90,8 @@ class CaseFile(Table):
         key, value : dotted key, as after ``--set``, and its new value; or new values by dotted key
         changes : more of them, with ``__`` in place of the dot
         Values are SI floats or text with a unit.  An entry of a list of tables is addressed by its name,
-        ``"bodies.box.mass"``, or by its number from 0, ``"charge.part.1.mass"``.
+        ``"bodies.box.mass"``, or by its number from 0, ``"charge.part.1.mass"``.  A float that no machine has
+        in SI, as 500 rad/s for a speed, gives a warning.
 
         Raises
         ------
@@ -105,6 +106,9 @@ class CaseFile(Table):
         changes = python_layer(given)
         typed = dict(leaves(changes.content, plain))
         case = validated(type(self), [Layer(plain, {}, Path.cwd()), changes], self.name, [], from_file=False)
+        from nutamill.case.doubts import warn_of_doubts  # reads the keys of the kinds of case that begin here
+
+        warn_of_doubts(given, stacklevel=2)
         if "title" in given:
             return case
         origin = self._origin or Origin(
