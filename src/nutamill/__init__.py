@@ -21,9 +21,10 @@ _FACE = {
     "charge.face": "Charge linear_pair",
     "charge.particles.particles": "spheres",
     "charge.walls.surface": "plane",
-    "simulation.march": "run resume",
+    "notebook.runs": "run resume",
     "result": "open_result verify",
     "analysis.windows": "steady_mean",
+    "analysis.steady_table": "steady",
     "analysis.power": "power_split",
     "analysis.load_paths": "load_paths loads_lines hodograph",
     "analysis.rods": "yoke_rods rods_lines",
@@ -33,10 +34,12 @@ _FACE = {
     "analysis.fatigue": "section_life sections_lines",
     "analysis.orders": "peaks",
     "analysis.mount_test": "mount_properties",
+    "view.figures.shown": "plot",
     "view.figures.named": "write_figures",
     "view.figures.motion": "draw_histories",
     "view.figures.reading": "draw_loads draw_floor draw_lives",
     "view.webview": "write_view",
+    "view.inline": "view",
     "design.preflight": "check",
     "design.modes": "machine_modes modes_lines campbell avoid_lines",
     "design.sticks": "sticks",
@@ -51,7 +54,7 @@ _FACE = {
 """Module of the package: the public names that it holds."""
 
 _HOME = {name: f"nutamill.{module}" for module, names in _FACE.items() for name in names.split()}
-_NAME_THERE = {"check": "preflight"}
+_NAME_THERE = {"check": "preflight", "view": "inline_view"}
 
 __all__ = ["__version__", *_HOME]
 

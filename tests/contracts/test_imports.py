@@ -14,7 +14,8 @@ import nutamill
 PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 LEFT_TO_RIGHT = (
-    "base | result mechanism charge | case | simulation analysis | view | design | studies | cli | __main__"
+    "base | result mechanism charge | case | simulation analysis | view | design | studies | notebook cli "
+    "| __main__"
 )
 """Rooms between bars do not know each other."""
 
@@ -29,11 +30,18 @@ HOMES = {
     "numba": {"base/kernel.py", "charge/kernels/simd.py", "charge/kernels/team.py"},
     "llvmlite": {"base/kernel.py", "charge/kernels/simd.py", "charge/kernels/team.py"},
     "h5py": {"result", "view/vtkhdf.py"},
-    "matplotlib": {"view", "design/figures.py", "studies/figures.py", "studies/papers/figures.py"},
+    "matplotlib": {
+        "view",
+        "notebook/html.py",
+        "design/figures.py",
+        "studies/figures.py",
+        "studies/papers/figures.py",
+    },
     "tomllib": {"base/file_kind.py", "case", "studies", "analysis"},
     "pydantic": {"base/schema.py", "case", "studies", "analysis"},
     "pydantic_core": {"base/schema.py"},
     "typer": {"cli"},
+    "IPython": {"notebook/live.py"},
     "rich": {"cli", "studies"},
     "distributed": {"studies"},
     "trimesh": {"simulation/setup/walls.py"},

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 
 from nutamill.analysis.power import LEDGER_LIMIT, power_split
 from nutamill.analysis.source import case_of
+from nutamill.analysis.values import Reading
 from nutamill.analysis.windows import SteadyPart, steady_mean, steady_part, steady_window
 from nutamill.base.errors import ResultError
 from nutamill.base.steady import FEWEST_TURNS, Estimate
 from nutamill.result import Result
-from nutamill.result.fields import series_field
 
 CERTAIN = 1e-4
 """Share of a mean below which its half width is not shown [1]."""
@@ -71,7 +71,9 @@ def steady_line(part: SteadyPart) -> str:
         name: part.means[name].drift / part.means[name].mean / part.means[name].turns
         for name in part.drifting
     }
-    drifts = ", ".join(f"{series_field(name).label} {100.0 * share:+.2g} %" for name, share in shares.items())
+    drifts = ", ".join(
+        f"{Reading(name).field.label} {100.0 * share:+.2g} %" for name, share in shares.items()
+    )
     return f"not steady after {turns} turns at this speed; drift per turn: {drifts}"
 
 

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Self, TypeVar
 from pydantic import PrivateAttr
 
 from nutamill.base.errors import Fault
+from nutamill.base.notebook_hook import notebook_html
 from nutamill.base.schema import Frequency, Table, Time
 from nutamill.case.titles import Origin, leaves
 from nutamill.case.toml.layers import Layer, python_layer
@@ -48,6 +49,9 @@ class CaseFile(Table):
 
     _name: str = PrivateAttr("case")
     _origin: Origin | None = PrivateAttr(None)
+
+    def _repr_html_(self) -> str:
+        return notebook_html("cases.case_html", self)
 
     @property
     def name(self) -> str:

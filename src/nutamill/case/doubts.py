@@ -17,7 +17,7 @@ USUAL: dict[Kind, tuple[str, str, str]] = {
     Kind.DENSITY: ("50 kg/m^3", "50000 kg/m^3", "g/cm^3"),
     Kind.PRESSURE: ("1 kPa", "10000 GPa", "GPa"),
 }
-"""Smallest and largest size of a plain number that raises no doubt, and the unit that a user may have meant."""
+"""Smallest and largest size of a plain number without doubt, and the unit that a user may have meant."""
 
 
 def doubt(key: str, value: Any) -> Fault | None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.base.host import free_disk, total_memory
+from nutamill.base.notebook_hook import notebook_html
 from nutamill.base.units import in_unit, shown
 from nutamill.case import Machine
 from nutamill.case.machine_checks import series_count
@@ -60,6 +61,9 @@ class MachineSheet:
     """Facts of its charge; None without one."""
     light: list[Fault]
     """Warnings of light carriers and of a long window."""
+
+    def _repr_html_(self) -> str:
+        return notebook_html("cases.sheet_html", self)
 
     def lines(self) -> list[str]:
         """Format the sheet as text."""

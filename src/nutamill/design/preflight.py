@@ -7,6 +7,7 @@ import numpy as np
 from nutamill.base import units
 from nutamill.base.errors import Fault
 from nutamill.base.host import free_disk, total_memory
+from nutamill.base.notebook_hook import notebook_html
 from nutamill.base.units import rpm
 from nutamill.case import Case
 from nutamill.case.charge import SIZE_KEYS
@@ -79,6 +80,9 @@ class Preflight:
     """What the run will take."""
     warnings: list[Fault]
     """What is possible but odd about the case, and what is too much for this machine."""
+
+    def _repr_html_(self) -> str:
+        return notebook_html("cases.sheet_html", self)
 
     def lines(self) -> list[str]:
         """Format the sheet as text."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, ResultError
 from nutamill.base.files import exists
+from nutamill.base.notebook_hook import notebook_html
 from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import newest_whole
 from nutamill.result.fields import statistics_field
@@ -54,6 +55,9 @@ class Result:
     Everything read is compared with its checksum; every property raises DamagedError where what it reads is
     damaged.
     """
+
+    def _repr_html_(self) -> str:
+        return notebook_html("results.result_html", self)
 
     def __init__(self, archive: Archive):
         self.path = archive.path

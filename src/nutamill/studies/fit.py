@@ -11,6 +11,7 @@ import numpy as np
 from nutamill.analysis.values import Reading, reading_of
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault, StepError
+from nutamill.base.notebook_hook import notebook_html
 from nutamill.base.schema import spelled
 from nutamill.case import Case, Machine, load_case
 from nutamill.case.toml.keys import held, si_at, si_of, unit_at
@@ -57,6 +58,9 @@ class Fit(NamedTuple):
     """What was to be met."""
     best: Fitted
     """Values, uncertainties, residuals."""
+
+    def _repr_html_(self) -> str:
+        return notebook_html("campaigns.fit_html", self)
 
     def lines(self) -> list[str]:
         """Format the fit as text: values, correlation, residuals."""

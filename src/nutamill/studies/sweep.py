@@ -13,6 +13,7 @@ from nutamill.analysis.values import DEFAULT, Reading, read
 from nutamill.base.atomic_file import make_folder
 from nutamill.base.errors import CaseError, Fault, MillError
 from nutamill.base.kernel import kernel_digest
+from nutamill.base.notebook_hook import notebook_html
 from nutamill.case import Case, Machine
 from nutamill.result import is_finished, open_result, state_of
 from nutamill.simulation.setup.bed import bed_is_kept, bed_key
@@ -48,6 +49,9 @@ class Campaign(NamedTuple):
     """What became of each run."""
     folder: Path
     """Where the result files and ``table.csv`` are."""
+
+    def _repr_html_(self) -> str:
+        return notebook_html("campaigns.campaign_html", self)
 
 
 def sweep(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from nutamill.base.atomic_file import io_errors, write_whole
 from nutamill.base.durations import duration
 from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
+from nutamill.base.notebook_hook import notebook_html
 from nutamill.design.preflight import preflight, wall_time
 from nutamill.result import MISSING, is_finished, open_result
 from nutamill.studies.axes import Member
@@ -53,6 +54,9 @@ class Comparison:
     """Runs that could not go on, with the reason."""
     undrawn: list[str]
     """Figures that lack results, with the reason."""
+
+    def _repr_html_(self) -> str:
+        return notebook_html("campaigns.comparison_html", self)
 
 
 def validate(

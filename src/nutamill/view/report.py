@@ -7,7 +7,6 @@ The page is `data/pages/report.html`; here it is filled.  It holds everything it
 """
 
 import base64
-import io
 import math
 from collections.abc import Sequence
 from importlib import resources
@@ -19,8 +18,8 @@ from matplotlib.figure import Figure
 from nutamill import __version__
 from nutamill.analysis.power import power_split
 from nutamill.analysis.source import case_of
-from nutamill.analysis.summary import steady_line, too_few_turns, warning_lines
-from nutamill.analysis.windows import steady_mean, steady_part, turns_at_speed
+from nutamill.analysis.steady_table import label_of, mean_text, steady
+from nutamill.analysis.summary import warning_lines
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.files import is_folder
@@ -28,14 +27,12 @@ from nutamill.base.steady import Estimate
 from nutamill.base.units import rpm
 from nutamill.case.differences import swept_axis
 from nutamill.result import Result, open_result
-from nutamill.result.fields import series_field
 from nutamill.view.figures.motion import draw_steady_values
 from nutamill.view.figures.named import FIGURES, caption_of, figure_of
+from nutamill.view.figures.saving import png_of
 from nutamill.view.report_folder import CampaignFolder, read_campaign
 from nutamill.view.webview import view_page
 
-READINGS = ("crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power", "charge_phase_lag")
-"""Series in the table of steady means, where a result holds them."""
 FRAMES = 60
 """Moments of each run shown in motion: about a megabyte each for pellets."""
 CITATION = (
@@ -165,7 +162,7 @@ def _filled(**fields: object) -> str:
     text = (resources.files("nutamill") / "data" / "pages" / "report.html").read_text(encoding="utf-8")
     template = Environment(autoescape=True, trim_blocks=True).from_string(text)
     return template.render(
-        mean_text=_mean_text, version=__version__, citation=CITATION, sources=SOURCES, **fields
+        mean_text=mean_text, version=__version__, citation=CITATION, sources=SOURCES, **fields
     )
 
 
@@ -194,12 +191,15 @@ def _run_page(result: Result) -> RunPage:
     last = (
         rpm(float(result.series["driveshaft_speed"].values[-1])) if result.series.sizes["time"] else math.nan
     )
+    table = steady(result)
     return RunPage(
         result.path.stem,
         case.title,
         result.state,
         f"{last:.4g}",
-        *_means(result),
+        table.verdict,
+        table.heading,
+        {label_of(reading): mean for reading, mean in table.means.items()},
         _ledger(result),
         figures,
         warning_lines(result),
@@ -207,38 +207,6 @@ def _run_page(result: Result) -> RunPage:
         [(key, str(value)) for key, value in result.provenance.items()],
         result.case_text,
     )
-
-
-def _means(result: Result) -> tuple[str, str, dict[str, Estimate]]:
-    """Return whether a run is steady, what its means are, and the means of `READINGS` by their label."""
-    names = [name for name in READINGS if name in result.series]
-    turns = len(turns_at_speed(result)[1]) - 1
-    if turns < 1:
-        return "no whole turn at constant speed: no means", "", {}
-    try:
-        part = steady_part(result, names)
-    except ResultError:
-        means = {_label(name): steady_mean(result, name) for name in names}
-        return too_few_turns(turns), f"plain mean of {turns} turns, without an interval", means
-    heading = "mean and 95 % interval, not steady" if part.drifting else "steady mean and 95 % interval"
-    return steady_line(part), heading, {_label(name): mean for name, mean in part.means.items()}
-
-
-def _label(name: str) -> str:
-    """Return the label and unit of a series."""
-    field = series_field(name)
-    return f"{field.label} ({field.unit})"
-
-
-def _mean_text(estimate: Estimate) -> str:
-    """Format a mean with its interval, where it has one."""
-    width = estimate.half_width
-    return f"{estimate.mean:.4g}" + (f" ± {_short(width)}" if math.isfinite(width) else "")
-
-
-def _short(width: float) -> str:
-    """Format the half width of an interval to two digits, never as a power of ten."""
-    return f"{width:.0f}" if width >= 10.0 else f"{width:.2g}"
 
 
 def _ledger(result: Result) -> list[Sink]:
@@ -260,9 +228,7 @@ def _ledger(result: Result) -> list[Sink]:
 
 def _image(figure: Figure) -> str:
     """Return a figure as an address that holds the picture itself."""
-    held = io.BytesIO()
-    figure.savefig(held, format="png", dpi=200)
-    return _address(held.getvalue())
+    return _address(png_of(figure, 200.0))
 
 
 def _address(picture: bytes) -> str:

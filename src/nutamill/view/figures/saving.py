@@ -24,3 +24,10 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     content = io.BytesIO()
     figure.savefig(content, format=path.suffix[1:].lower())
     return write_whole(path, content.getvalue())
+
+
+def png_of(figure: Figure, resolution: float) -> bytes:
+    """Return a figure as the content of a PNG file, with so many dots per inch."""
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=resolution)
+    return content.getvalue()
