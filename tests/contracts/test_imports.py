@@ -47,6 +47,7 @@ HOMES = {
     "trimesh": {"simulation/setup/walls.py"},
     "rainflow": {"analysis/fatigue.py"},
     "pyvista": {"view/scene.py"},
+    "pyarrow": {"view/series_table.py"},
     "imageio_ffmpeg": {"view/scene.py"},
 }
 """Outside libraries that belong in some rooms or files only."""

@@ -122,10 +122,10 @@ INPUTS = {
     "mounts": ("{}",),
     "life": ("{}", "ratings.toml"),
     "plot": ("{}", "run"),
-    "picture": ("{}", "a.png"),
-    "movie": ("{}", "a.mp4"),
+    "picture": ("{}",),
+    "movie": ("{}",),
     "view": ("{}",),
-    "export": ("{}", "--vtkhdf", "a.vtkhdf"),
+    "export": ("vtkhdf", "{}"),
     "report": ("{}",),
     "import": ("{}", "--map", "map.toml"),
     "compare": ("film.h5", "{}"),
@@ -138,7 +138,7 @@ OUTPUTS = {
     "sweep": ("numill", *EMPTY, "-s", "run.seed=1..2", "--to", "{}"),
     "fit": ("fit.toml", "--to", "{}"),
     "mount-test": ("test.csv", "--to", "{}.png"),
-    "validate": ("paper.toml", "--stored", "--results", "{}"),
+    "validate": ("paper.toml", "--stored", "--to", "{}"),
     "modes": ("numill-2025", "--to", "{}.png"),
     "campbell": ("numill", "--to", "{}.png"),
     "isolation": ("numill", "--to", "{}.png"),
@@ -148,13 +148,13 @@ OUTPUTS = {
     "mounts": ("empty.h5", "--to", "{}.png"),
     "life": ("empty.h5", "ratings.toml", "--to", "{}.png"),
     "plot": ("empty.h5", "history:driveshaft_torque", "--to", "{}"),
-    "picture": ("film.h5", "{}.png"),
-    "movie": ("film.h5", "{}.mp4"),
-    "view": ("film.h5", "--html", "{}.html"),
-    "export": ("film.h5", "--vtkhdf", "{}.vtkhdf"),
+    "picture": ("film.h5", "-o", "{}.png"),
+    "movie": ("film.h5", "-o", "{}.mp4"),
+    "view": ("film.h5", "-o", "{}.html"),
+    "export": ("csv", "empty.h5", "-o", "{}.csv"),
     "report": ("empty.h5", "--to", "{}.html"),
     "import": ("test.csv", "--map", "map.toml", "--to", "{}.h5"),
-    "compare": ("empty.h5", "measured.h5", "--picture", "{}.png"),
+    "compare": ("empty.h5", "measured.h5", "--to", "{}.png"),
 }
 """A call of each command that writes a file, with its place left open."""
 WRONG = (
@@ -224,5 +224,6 @@ def test_a_file_to_be_written_with_the_suffix_of_nothing_is_bad_input(invoke, fo
 
 
 def test_a_folder_in_the_place_of_a_picture_is_named(invoke):
-    for words in (("picture", "film.h5", "a_folder.png"), ("mounts", "empty.h5", "--to", "a_folder.png")):
-        assert refused(invoke(*words), ExitCode.NOT_WRITTEN).startswith("a_folder.png: cannot be written")
+    for command, file in (("picture", "film.h5"), ("mounts", "empty.h5")):
+        said = invoke(command, file, "--to", "a_folder.png")
+        assert refused(said, ExitCode.NOT_WRITTEN).startswith("a_folder.png: cannot be written")

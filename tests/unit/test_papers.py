@@ -438,7 +438,7 @@ def test_stored_results_are_evaluated_without_a_run(marched, tmp_path):
 
 def test_the_command_prints_the_table_and_says_what_makes_a_missing_row(tmp_path):
     said = CliRunner().invoke(
-        app, ["validate", "saimm2025", "--stored", "--only", "motor-limit-560", "--results", str(tmp_path)]
+        app, ["validate", "saimm2025", "--stored", "--only", "motor-limit-560", "--to", str(tmp_path)]
     )
     assert said.exit_code == 0
     assert (

@@ -45,7 +45,7 @@ def doubt(key: str, value: Any) -> Fault | None:
 
 
 def warn_of_doubts(changes: Mapping[str, Any], stacklevel: int) -> None:
-    """Warn of every doubtful plain number among changes by dotted key.
+    """Report, as a Python warning, every doubtful plain number among changes by dotted key.
 
     Parameters
     ----------

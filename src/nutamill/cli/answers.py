@@ -9,6 +9,7 @@ import typer
 from nutamill.base.errors import CaseError, Fault
 from nutamill.cli.common import (
     CaseName,
+    Last,
     Overrides,
     ResultFile,
     app,
@@ -16,19 +17,17 @@ from nutamill.cli.common import (
     load_mill,
     quantity,
     reports_errors,
+    to,
 )
 
 if TYPE_CHECKING:
     from nutamill.case import Case, Machine
 
-Picture = Annotated[
-    Path | None, typer.Option("--to", help="The picture; else beside the result, or in results/.")
-]
+Picture = Annotated[Path | None, to("The picture; else beside the result, or in results/.")]
 ChargeMass = Annotated[
     bool, typer.Option("--charge", help="With the mass of the charge fixed to the chamber's base.")
 ]
 RESULTS = Path("results")
-Last = Annotated[str, typer.Option(help="Length of the steady window.")]
 
 
 def _place(picture: Path | None, stem: str, folder: Path = RESULTS) -> Path:
@@ -69,7 +68,7 @@ def _picture_name(
 def modes(
     case: CaseName,
     overrides: Overrides = None,
-    speed: Annotated[str, typer.Option(help='Driveshaft speed, e.g. "700 rpm".')] = "0 rpm",
+    speed: Annotated[str, typer.Option(metavar="SPEED", help='Driveshaft speed, e.g. "700 rpm".')] = "0 rpm",
     charge: ChargeMass = False,
     to: Picture = None,
 ) -> None:
@@ -116,10 +115,12 @@ def runup(
     case: CaseName,
     overrides: Overrides = None,
     ramp: Annotated[
-        list[str] | None, typer.Option(help='Rates of the ramp, e.g. --ramp "35 rpm/s" --ramp "140 rpm/s".')
+        list[str] | None,
+        typer.Option(metavar="RAMP", help='Rates of the ramp, e.g. --ramp "35 rpm/s" --ramp "140 rpm/s".'),
     ] = None,
     sensor: Annotated[
-        str | None, typer.Option(help="A recorded series; the case's first accelerometer if left out.")
+        str | None,
+        typer.Option(metavar="SERIES", help="A recorded series; the case's first accelerometer if left out."),
     ] = None,
     charge: ChargeMass = False,
     to: Picture = None,
@@ -164,9 +165,14 @@ def balance(
         list[str] | None,
         typer.Option(metavar='"RADIUS, DEPTH"', help='A plane, e.g. "80 mm, 420 mm"; one or two.'),
     ] = None,
-    speed: Annotated[str | None, typer.Option(help="Driveshaft speed; the case's if left out.")] = None,
+    speed: Annotated[
+        str | None, typer.Option(metavar="SPEED", help="Driveshaft speed; the case's if left out.")
+    ] = None,
     grade: Annotated[
-        float, typer.Option(min=0.1, help="Balance quality grade G to compare with, ISO 21940-11 (mm/s).")
+        float,
+        typer.Option(
+            min=0.1, metavar="G", help="Balance quality grade G to compare with, ISO 21940-11 (mm/s)."
+        ),
     ] = 16.0,
     charge: ChargeMass = False,
     to: Picture = None,
@@ -201,7 +207,7 @@ def balance(
 def orders(
     file: ResultFile,
     sensor: Annotated[
-        str, typer.Option(help="A recorded series; `nutamill info fields` lists them.")
+        str, typer.Option(metavar="SERIES", help="A recorded series; `nutamill info fields` lists them.")
     ] = "crank_pin_force_resultant",
     to: Picture = None,
 ) -> None:
@@ -222,7 +228,9 @@ def orders(
 @reports_errors
 def loads(
     file: ResultFile,
-    axes: Annotated[str, typer.Option(help='"ground", "frame", "crank" or "chamber".')] = "frame",
+    axes: Annotated[
+        str, typer.Option(metavar="AXES", help='"ground", "frame", "crank" or "chamber".')
+    ] = "frame",
     last: Last = "3 s",
     to: Picture = None,
 ) -> None:
@@ -253,8 +261,12 @@ def mounts(
             help='The chamber\'s widest edge, for its clearance: --ring "90 mm" "480 mm".',
         ),
     ] = None,
-    opening: Annotated[str, typer.Option(help="Radius of the opening around it.")] = "100 mm",
-    fixed_to: Annotated[str, typer.Option(help='Where the opening is: "frame" or "ground".')] = "frame",
+    opening: Annotated[
+        str, typer.Option(metavar="LENGTH", help="Radius of the opening around it.")
+    ] = "100 mm",
+    fixed_to: Annotated[
+        str, typer.Option(metavar="BODY", help='Where the opening is: "frame" or "ground".')
+    ] = "frame",
     to: Picture = None,
 ) -> None:
     """Print travel and force of the mounts, the force on the floor, and the clearance of the chamber."""
@@ -284,7 +296,9 @@ def life(
     ],
     bearing: Annotated[
         list[str] | None,
-        typer.Option(help="Joints whose bearings are asked for; all that are rated if left out."),
+        typer.Option(
+            metavar="JOINT", help="Joints whose bearings are asked for; all that are rated if left out."
+        ),
     ] = None,
     last: Last = "3 s",
     to: Picture = None,

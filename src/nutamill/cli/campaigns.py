@@ -6,30 +6,32 @@ from typing import Annotated
 import typer
 
 from nutamill.base.errors import ExitCode
-from nutamill.cli.common import Quick, app, reports_errors
+from nutamill.cli import completion
+from nutamill.cli.common import Cluster, Jobs, Quick, app, reports_errors, to
 
 
 @app.command()
 @reports_errors
 def sweep(
-    case: Annotated[str, typer.Argument(metavar="CASE|SWEEP.toml", help="A case, or a sweep file.")],
+    case: Annotated[
+        str,
+        typer.Argument(
+            metavar="CASE|SWEEP.toml", help="A case, or a sweep file.", autocompletion=completion.cases
+        ),
+    ],
     changes: Annotated[
         list[str] | None,
         typer.Option(
             "--set",
             "-s",
             metavar="KEY=VALUES",
+            autocompletion=completion.keys,
             help='Swept, or one value: -s drive.speed="100..700 rpm step 60 rpm" -s chamber.ribs=0,12.',
         ),
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")
-    ] = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json)."),
-    ] = None,
-    to: Annotated[Path | None, typer.Option(help="Folder for results and table; else sweeps/<case>.")] = None,
+    jobs: Jobs = None,
+    cluster: Cluster = None,
+    to: Annotated[Path | None, to("Folder for results and table; else sweeps/<case>.", "FOLDER")] = None,
     quick: Quick = False,
 ) -> None:
     """Run a case with all combinations of some values. The same call again does what is left."""
@@ -45,14 +47,9 @@ def fit(
     file: Annotated[
         Path, typer.Argument(metavar="FIT.toml", help="The fit file: case, free keys, measured values.")
     ],
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")
-    ] = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json)."),
-    ] = None,
-    to: Annotated[Path | None, typer.Option(help="Folder for results; else fits/<file>.")] = None,
+    jobs: Jobs = None,
+    cluster: Cluster = None,
+    to: Annotated[Path | None, to("Folder for results; else fits/<file>.", "FOLDER")] = None,
 ) -> None:
     """Identify keys of a case from measured values, with their uncertainty and correlation."""
     from nutamill.studies.command import run_fit
@@ -67,10 +64,10 @@ def mount_test(
         Path,
         typer.Argument(
             metavar="TEST.csv",
-            help=r"Columns time \[s], displacement \[mm], force \[N], in any order and units.",
+            help="Columns time [s], displacement [mm], force [N], in any order and units.",
         ),
     ],
-    to: Annotated[Path | None, typer.Option(help="Picture; else beside the file.")] = None,
+    to: Annotated[Path | None, to("The picture; else beside the file.")] = None,
 ) -> None:
     """Print stiffness and damping of a mount from a force-displacement test at one frequency."""
     from nutamill.analysis.mount_test import mount_properties, read_mount_test
@@ -94,16 +91,11 @@ def validate(
         list[str] | None,
         typer.Option("--only", metavar="NAME", help="A row, a configuration or a run; repeatable."),
     ] = None,
-    results: Annotated[
-        Path | None, typer.Option(help="Folder of the results; else results/validation/<paper>.")
+    to: Annotated[
+        Path | None, to("Folder of the results; else results/validation/<paper>.", "FOLDER")
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", min=1, help="Runs at once; else the physical cores.")
-    ] = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(help="Run on a Dask cluster: local, a scheduler's address, or its file (.json)."),
-    ] = None,
+    jobs: Jobs = None,
+    cluster: Cluster = None,
     stored: Annotated[bool, typer.Option("--stored", help="Start no run: evaluate what is there.")] = False,
     short: Annotated[
         Path | None,
@@ -120,7 +112,7 @@ def validate(
     from nutamill.studies.workers import cluster_client
 
     client = None if cluster is None or stored else cluster_client(cluster, jobs)
-    done = room.validate(paper, quick, only or [], results, not stored, jobs, client, typer.echo)
+    done = room.validate(paper, quick, only or [], to, not stored, jobs, client, typer.echo)
     print_table(done.findings, done.paper)
     for line in (*done.failures, *done.undrawn):
         typer.echo(line, err=True)

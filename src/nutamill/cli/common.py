@@ -9,23 +9,61 @@ import typer
 
 from nutamill import __version__
 from nutamill.base.errors import CaseError, ExitCode, Fault, MillError, printable
+from nutamill.cli import completion
+from nutamill.cli.help import App, PlainGroup
 
 if TYPE_CHECKING:
     from nutamill.case import Case, Machine
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app = App(
+    cls=PlainGroup,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 CaseName = Annotated[
-    str, typer.Argument(metavar="CASE", help="A case file, or a machine of the package such as numill.")
+    str,
+    typer.Argument(
+        metavar="CASE",
+        help="A case file, or a machine of the package such as numill.",
+        autocompletion=completion.cases,
+    ),
 ]
 Overrides = Annotated[
     list[str] | None,
-    typer.Option("--set", "-s", metavar="KEY=VALUE", help='Change one key: -s drive.speed="500 rpm".'),
+    typer.Option(
+        "--set",
+        "-s",
+        metavar="KEY=VALUE",
+        help='Change one key: -s drive.speed="500 rpm".',
+        autocompletion=completion.keys,
+    ),
 ]
-ResultFile = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="A result file.")]
+ResultFile = Annotated[
+    Path,
+    typer.Argument(metavar="RESULT.h5", help="A result file.", autocompletion=completion.results),
+]
+Last = Annotated[str, typer.Option(metavar="TIME", help="Length of the steady window.")]
+Jobs = Annotated[
+    int | None,
+    typer.Option("--jobs", "-j", min=1, metavar="N", help="Runs at once; else the physical cores."),
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS", help="Run on a Dask cluster: local, a scheduler's address, or its file (.json)."
+    ),
+]
 Quick = Annotated[
     bool,
     typer.Option("--quick", help="Demonstration: rigid mounts, short ramp, a few turns, softer contacts."),
 ]
+
+
+def to(what: str, metavar: str = "FILE") -> Any:
+    """Return the one option that says where output goes."""
+    return typer.Option("--to", "-o", metavar=metavar, help=what)
 
 
 def reports_errors(command: Callable[..., None]) -> Callable[..., None]:

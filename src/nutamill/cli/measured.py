@@ -7,15 +7,17 @@ import typer
 
 from nutamill.base.atomic_file import RESULTS, refuse_suffix
 from nutamill.base.errors import CaseError, Fault
-from nutamill.cli.common import ResultFile, app, quantity, reports_errors
+from nutamill.cli.common import Last, ResultFile, app, quantity, reports_errors, to
 
 
 @app.command("import")
 @reports_errors
 def import_measured(
-    file: Annotated[Path, typer.Argument(help="A test file: CSV, TDMS, MAT or UFF.")],
-    mapping: Annotated[Path, typer.Option("--map", help="What its columns are: a mapping file.")],
-    to: Annotated[Path | None, typer.Option(help="The file to write; else beside the test file.")] = None,
+    file: Annotated[Path, typer.Argument(metavar="TEST", help="A test file: CSV, TDMS, MAT or UFF.")],
+    mapping: Annotated[
+        Path, typer.Option("--map", metavar="MAPPING.toml", help="What its columns are: a mapping file.")
+    ],
+    to: Annotated[Path | None, to("The file to write; else beside the test file.")] = None,
 ) -> None:
     """Read measured data, so that plot and compare can use them."""
     from nutamill.analysis.measured_import import import_test
@@ -32,11 +34,12 @@ def compare(
     measured: Annotated[
         Path, typer.Argument(metavar="MEASURED.h5", help="What `nutamill import` has written.")
     ],
-    last: Annotated[str, typer.Option(help="Length of the window at the end.")] = "3 s",
+    last: Last = "3 s",
     cut: Annotated[
-        str | None, typer.Option("--filter", help='Low-pass filter for both, e.g. "200 Hz".')
+        str | None,
+        typer.Option("--filter", metavar="FREQUENCY", help='Low-pass filter for both, e.g. "200 Hz".'),
     ] = None,
-    picture: Annotated[Path | None, typer.Option(help="The overlay; else beside the run.")] = None,
+    to: Annotated[Path | None, to("The overlay; else beside the run.")] = None,
 ) -> None:
     """Lay measured data over a run: steady values with errors, and a figure."""
     from nutamill.analysis.measured_comparison import compare, comparison_lines
@@ -57,5 +60,5 @@ def compare(
         rows = compare(result, test, window, edge)
         typer.echo("\n".join(comparison_lines(rows)))
         figure = draw_comparison(result, test, [row.name for row in rows], window, edge)
-        drawn = save_figure(figure, picture or run.with_name(f"{run.stem}-{measured.stem}.png"))
+        drawn = save_figure(figure, to or run.with_name(f"{run.stem}-{measured.stem}.png"))
     typer.echo(drawn)

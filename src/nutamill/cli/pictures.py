@@ -1,21 +1,41 @@
 """Commands that show a result: figures, scenes, films, pages, files for other programs."""
 
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
 from nutamill.base.atomic_file import megabytes
+from nutamill.base.errors import CaseError, Fault
 from nutamill.base.files import is_folder
-from nutamill.cli.common import ResultFile, app, reports_errors
+from nutamill.cli import completion
+from nutamill.cli.common import ResultFile, app, reports_errors, to
 
 if TYPE_CHECKING:
     from nutamill.view.cameras import View
     from nutamill.view.scene import Colour
 
-Camera = Annotated[str, typer.Option(help="front, inside (riding on the chamber) or axis (down the shaft).")]
+
+class Form(StrEnum):
+    """Formats in which a result can be written for other programs."""
+
+    VTKHDF = "vtkhdf"
+    CSV = "csv"
+    PARQUET = "parquet"
+
+
+Camera = Annotated[
+    str, typer.Option(metavar="NAME", help="front, inside (riding on the chamber) or axis (down the shaft).")
+]
 ColourBy = Annotated[
-    str, typer.Option("--colour", help="What colours the charge: speed, height, force or material.")
+    str,
+    typer.Option(
+        "--colour",
+        "--color",
+        metavar="NAME",
+        help="What colours the charge: speed, height, force or material.",
+    ),
 ]
 
 
@@ -26,10 +46,13 @@ def plot(
     what: Annotated[
         list[str],
         typer.Argument(
-            help="run, power, impacts, wall, flow, orbit; history:SERIES,..., spectrum:SERIES, orders:SERIES."
+            metavar="FIGURE...",
+            help="run, power, impacts, wall, flow, orbit, history:SERIES,..., spectrum:SERIES, "
+            "orders:SERIES.",
+            autocompletion=completion.figures,
         ),
     ],
-    to: Annotated[Path | None, typer.Option(help="Folder of the pictures; else that of the result.")] = None,
+    to: Annotated[Path | None, to("Folder of the pictures; else that of the result.", "FOLDER")] = None,
 ) -> None:
     """Draw figures of a result."""
     from nutamill.result import open_result
@@ -43,7 +66,7 @@ def plot(
 @reports_errors
 def picture(
     file: ResultFile,
-    png: Annotated[Path, typer.Argument(help="The picture.")],
+    to: Annotated[Path | None, to("The picture (PNG); else beside the result.")] = None,
     camera: Camera = "front",
     colour: ColourBy = "speed",
 ) -> None:
@@ -52,17 +75,20 @@ def picture(
     from nutamill.view.scene import draw_scene
 
     with open_result(file) as result:
-        typer.echo(draw_scene(result, png, cast("View", camera), cast("Colour", colour)))
+        picture = to or file.with_name(f"{file.stem}-{camera}.png")
+        typer.echo(draw_scene(result, picture, cast("View", camera), cast("Colour", colour)))
 
 
 @app.command()
 @reports_errors
 def movie(
     file: ResultFile,
-    mp4: Annotated[Path, typer.Argument(help="The film.")],
+    to: Annotated[Path | None, to("The film (MP4); else beside the result.")] = None,
     camera: Camera = "front",
     colour: ColourBy = "speed",
-    slow: Annotated[float, typer.Option(min=1.0, help="How many times slower than real.")] = 40.0,
+    slow: Annotated[
+        float, typer.Option(min=1.0, metavar="N", help="How many times slower than real.")
+    ] = 40.0,
 ) -> None:
     """Film all snapshots in three dimensions. Needs the extra "view"."""
     from nutamill.result import open_result
@@ -70,7 +96,8 @@ def movie(
 
     with open_result(file) as result:
         view, coloured_by = cast("View", camera), cast("Colour", colour)
-        film = film_scene(result, mp4, view, coloured_by, slow, log=lambda text: typer.echo(text, err=True))
+        path = to or file.with_name(f"{file.stem}-{camera}.mp4")
+        film = film_scene(result, path, view, coloured_by, slow, log=lambda text: typer.echo(text, err=True))
         typer.echo(film)
 
 
@@ -78,8 +105,8 @@ def movie(
 @reports_errors
 def view(
     file: ResultFile,
-    html: Annotated[Path | None, typer.Option(help="The page to write; else beside the result.")] = None,
-    frames: Annotated[int, typer.Option(min=1, help="Most moments to show.")] = 200,
+    to: Annotated[Path | None, to("The page to write; else beside the result.")] = None,
+    frames: Annotated[int, typer.Option(min=1, metavar="N", help="Most moments to show.")] = 200,
 ) -> None:
     """Write one HTML file in which the mill turns and the charge moves. It opens in any browser, without a
     network.
@@ -88,22 +115,45 @@ def view(
     from nutamill.view.webview import write_view
 
     with open_result(file) as result:
-        page = write_view(result, html or file.with_suffix(".html"), frames)
+        page = write_view(result, to or file.with_suffix(".html"), frames)
     typer.echo(f"{page}   {megabytes(page.stat().st_size)}, open it in a browser")
 
 
 @app.command()
 @reports_errors
 def export(
+    form: Annotated[
+        Form,
+        typer.Argument(
+            metavar="FORMAT",
+            help="vtkhdf: charge and machine over time, for ParaView. csv, parquet: all series.",
+        ),
+    ],
     file: ResultFile,
-    vtkhdf: Annotated[Path, typer.Option(help="File for ParaView: charge and machine over time.")],
+    to: Annotated[Path | None, to("The file; else beside the result.")] = None,
+    series: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SERIES", help="A series to write, repeatable; all if left out. Not for vtkhdf."
+        ),
+    ] = None,
 ) -> None:
-    """Write the snapshots of a result for another program."""
+    """Write a result for another program: ParaView, a spreadsheet, pandas."""
     from nutamill.result import open_result
+    from nutamill.view.series_table import write_csv, write_parquet
     from nutamill.view.vtkhdf import write_vtkhdf
 
+    if form is Form.VTKHDF and series:
+        what = "has no use for vtkhdf, which holds snapshots"
+        raise CaseError(Fault("--series", what, "Leave it out, or export csv or parquet"))
+    path = to or file.with_suffix(f".{form}")
     with open_result(file) as result:
-        typer.echo(write_vtkhdf(result, vtkhdf))
+        if form is Form.VTKHDF:
+            written = write_vtkhdf(result, path)
+        else:
+            write = write_csv if form is Form.CSV else write_parquet
+            written = write(result, path, series or ())
+    typer.echo(f"{written}   {megabytes(written.stat().st_size)}")
 
 
 @app.command()
@@ -115,9 +165,7 @@ def report(
             metavar="RESULT.h5 ...|FOLDER", help="Results, or the folder of a sweep or of a comparison."
         ),
     ],
-    to: Annotated[
-        Path | None, typer.Option(help="The page; else beside the first result, or in the folder.")
-    ] = None,
+    to: Annotated[Path | None, to("The page; else beside the first result, or in the folder.")] = None,
 ) -> None:
     """Write one HTML page: case, steady values, power, figures, the moving charge and provenance, or the
     tables of a campaign.

@@ -9,7 +9,9 @@ import typer
 
 from nutamill.base.atomic_file import RESULTS, refuse_suffix
 from nutamill.base.errors import CaseError, ExitCode, Fault, Interrupted, NotSteadyError, printable
-from nutamill.cli.common import CaseName, Overrides, Quick, app, load, reports_errors
+from nutamill.cli import completion
+from nutamill.cli.common import CaseName, Overrides, Quick, app, load, reports_errors, to
+from nutamill.cli.help import App
 from nutamill.simulation.signals import stop_at_once
 
 if TYPE_CHECKING:
@@ -17,18 +19,20 @@ if TYPE_CHECKING:
     from nutamill.cli.screen import Screen
     from nutamill.result import Result
 
-info_app = typer.Typer(no_args_is_help=True, help="List what the package contains.")
+info_app = App(no_args_is_help=True, rich_markup_mode=None, help="List what the package contains.")
 app.add_typer(info_app, name="info")
 MEASURED = "measured"
 """State of a file that holds a test, as `nutamill.analysis.measured_import` writes it."""
-Threads = Annotated[int | None, typer.Option(min=1, help="Threads of the charge.")]
+Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="Threads of the charge.")]
 
 
 @app.command()
 @reports_errors
 def new(
-    file: Annotated[Path, typer.Argument(help="The file to write.")],
-    base: Annotated[str, typer.Option("--from", help="A published mill or another case file.")] = "numill",
+    file: Annotated[Path, typer.Argument(metavar="FILE.toml", help="The file to write.")],
+    base: Annotated[
+        str, typer.Option("--from", metavar="BASE", help="A published mill or another case file.")
+    ] = "numill",
 ) -> None:
     """Write a short case file to change: a base and the keys people change."""
     from nutamill.case.starter import write_starter
@@ -67,7 +71,7 @@ def check(
 def run(
     case: CaseName,
     overrides: Overrides = None,
-    to: Annotated[Path | None, typer.Option(help="Result file; else results/<case>-<hash>.h5.")] = None,
+    to: Annotated[Path | None, to("Result file; else results/<case>-<digest>.h5.")] = None,
     quick: Quick = False,
     threads: Threads = None,
     again: Annotated[
@@ -116,10 +120,17 @@ def _run(loaded: "Case | Machine", to: Path | None, quick: bool, threads: int | 
 def resume(
     file: Annotated[
         Path,
-        typer.Argument(metavar="RESULT.h5", help="The result of a run that was interrupted or is to go on."),
+        typer.Argument(
+            metavar="RESULT.h5",
+            help="The result of a run that was interrupted or is to go on.",
+            autocompletion=completion.results,
+        ),
     ],
     until: Annotated[
-        str | None, typer.Option(help='New end, e.g. "20 s"; with run.until = "steady" the new longest time.')
+        str | None,
+        typer.Option(
+            metavar="TIME", help='New end, e.g. "20 s"; with run.until = "steady" the new longest time.'
+        ),
     ] = None,
 ) -> None:
     """Continue a run from its last checkpoint."""
@@ -136,7 +147,14 @@ def resume(
 @app.command()
 @reports_errors
 def show(
-    case: Annotated[str, typer.Argument(metavar="CASE|RESULT.h5", help="A case or a result.")],
+    case: Annotated[
+        str,
+        typer.Argument(
+            metavar="CASE|RESULT.h5",
+            help="A case or a result.",
+            autocompletion=completion.cases_and_results,
+        ),
+    ],
     overrides: Overrides = None,
     expanded: Annotated[
         bool,

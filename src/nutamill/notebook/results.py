@@ -11,7 +11,7 @@ from nutamill.view.figures.run import draw_run
 
 COMPLETE = "complete"
 """State of a run that has reached its end."""
-FACTS = ("version", "seed", "threads", "processor", "wall_time")
+FACTS = ("package_version", "seed", "threads", "processor", "wall_time")
 """Provenance that a summary shows."""
 
 
