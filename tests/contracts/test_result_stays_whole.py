@@ -28,7 +28,7 @@ k = 0
 while True:
     rows = np.arange(k, k + 700.0)
     recorder.append(np.stack([rows, 3.0 * rows], axis=1))
-    recorder.checkpoint(float(k), {"charge": {"x": np.full(300_000, float(k))}})
+    recorder.checkpoint(float(k), {"charge": {"x": np.full(100_000, float(k))}})
     recorder.commit(force=True)
     k += 700
 """

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from nutamill.base.errors import CaseError, ResultError, StepError
+from nutamill.base.errors import CaseError, StepError
 from nutamill.case import load_case
 from nutamill.case.toml.layers import Layer
 from nutamill.case.toml.locate import key_parts
@@ -24,7 +24,6 @@ from nutamill.mechanism.running_modes import solve
 from nutamill.mechanism.sensors import Sensor, SensorKind, sensor_table
 from nutamill.mechanism.system import System
 from nutamill.mechanism.unbalance import UnbalanceMotor
-from nutamill.simulation.checkpoint import restore
 from nutamill.simulation.coupling_model import Outcome
 from nutamill.simulation.entry import failure
 from nutamill.simulation.setup import model as model_room
@@ -272,14 +271,6 @@ def test_passes_that_do_not_converge_are_named_with_their_time():
         "t = 0.25 s: the passes over a window did not converge. Shorten the window (run.window), or use "
         'run.coupling = "staggered".'
     )
-
-
-def test_a_checkpoint_with_smaller_lists_than_this_version_makes_is_refused():
-    pairs = SimpleNamespace(partners=np.zeros((8, 4)))
-    state = SimpleNamespace(charge=SimpleNamespace(pairs=pairs))
-    groups = {"charge": {"pairs_partners": np.zeros((8, 2))}}
-    with pytest.raises(ResultError, match="checkpoint: its neighbour lists have a size that this version"):
-        restore(SimpleNamespace(charge=True), state, None, groups)
 
 
 # files ------------------------------------------------------------------------------------------------------

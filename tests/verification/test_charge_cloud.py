@@ -7,7 +7,7 @@ import pytest
 from charge_bench import FLOOR, Bench, law, sphere_mass
 
 from nutamill.base.errors import StepError
-from nutamill.charge.kernels.copying import checkpoint_arrays, copied, copy_state
+from nutamill.charge.kernels.copying import copied, copy_state, state_arrays
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import Clock, Ledger, Status
 from nutamill.charge.walls.surface import Surface, SurfaceKind
@@ -115,16 +115,16 @@ def test_window_repeated_many_times_by_a_team_always_gives_the_bits_of_one_threa
     # state, 25 times
     bench = cloud(400, surfaces=BOX, gravity=(0, 0, -9.81), precision="single").step(100)
     start, rebuilds = copied(bench.state), bench.state.clock[Clock.REBUILDS]
-    start = checkpoint_arrays(start)
+    start = state_arrays(start)
 
     def again(n_threads):
-        for name, array in checkpoint_arrays(bench.state).items():
+        for name, array in state_arrays(bench.state).items():
             np.copyto(array, start[name])
         bench.threads = n_threads
         bench.step(60)
         return {
             name: array.tobytes()
-            for name, array in checkpoint_arrays(bench.state).items()
+            for name, array in state_arrays(bench.state).items()
             if name not in ("saved_memory", "saved_partners")
         }
 

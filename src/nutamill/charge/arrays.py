@@ -63,6 +63,7 @@ def empty_state(model, poses, clumps, longest, real, point, per_particle, saved)
             counts=np.zeros(m, np.int32),
         ),
         wall_memory=wall_memory,
+        listed_x=_aligned((3, m), float),
         listed_at=_aligned((3, m), float),
         list_angle=np.zeros(1),
         last_dt=np.zeros(1),

@@ -217,8 +217,12 @@ class ChargeState(NamedTuple):
     """As `PairLists.memory`, of slot i and surface s in row i S + s, real (M S + 1, 8); the last row is
     spare.
     """
+    listed_x: np.ndarray
+    """Positions when the lists were made [m] (3, M), world: `make_lists` makes the same lists from them
+    again.
+    """
     listed_at: np.ndarray
-    """Positions when the list was made [m] (3, M), from the reference point, world axes."""
+    """The same positions [m] (3, M), from the reference point, world axes."""
     list_angle: np.ndarray
     """Angle of the reference when the list was made [rad] (1,)."""
     last_dt: np.ndarray

@@ -30,12 +30,18 @@ def velocities(model: ChargeModel, state: ChargeState) -> np.ndarray:
 def spins(model: ChargeModel, state: ChargeState) -> np.ndarray:
     """Return the spins [rad/s] (n, 3) by particle id, world axes."""
     if len(state.clumps):
-        momentum, inertia = (
-            _clumps_by_id(state, column, 3) for column in (ClumpColumn.MOMENTUM, ClumpColumn.INERTIA)
-        )
-        rotation = rotation_matrices(_clumps_by_id(state, ClumpColumn.AT_VELOCITY, 4))
-        return np.einsum("nij,nj->ni", rotation, np.einsum("nji,nj->ni", rotation, momentum) / inertia)
+        out = np.empty((len(state.clumps), 3))
+        out[state.clumps[:, ClumpColumn.ID].astype(int)] = clump_spins(state.clumps)
+        return out
     return _by_id(state, state.w[:, : model.n_particles])
+
+
+def clump_spins(clumps: np.ndarray) -> np.ndarray:
+    """Return the spins [rad/s] (n, 3) of rows of clumps, world axes, at the time of their velocities."""
+    columns = ClumpColumn.MOMENTUM, ClumpColumn.INERTIA, ClumpColumn.AT_VELOCITY
+    momentum, inertia, attitude = (clumps[:, c : c + w] for c, w in zip(columns, (3, 3, 4), strict=True))
+    rotation = rotation_matrices(attitude)
+    return np.einsum("nij,nj->ni", rotation, np.einsum("nji,nj->ni", rotation, momentum) / inertia)
 
 
 def attitudes(model: ChargeModel, state: ChargeState) -> np.ndarray | None:

@@ -1,5 +1,6 @@
 """Write arrays and checkpoints into the open copy of a result file."""
 
+import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from string import ascii_lowercase
@@ -14,6 +15,11 @@ from nutamill.result.layout import Checkpoint
 from nutamill.result.opening import refuse_outside_storage
 
 CHECKPOINTS = ("a", "b")
+SMALLEST_PACKED = 4096
+"""Size from which an array of a checkpoint is packed [bytes]."""
+SMALLEST_ROOM = 256
+"""Least room behind a packed block of a checkpoint [bytes]."""
+QUICKLY: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 PACKED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
 
@@ -55,7 +61,7 @@ def write_checkpoint(
 ) -> str:
     """Write a checkpoint over the older of the two in `whole`, the slots in use, and return its path.
 
-    Arrays of unchanged size keep their place, so that the file does not grow.  A slot that is there and not
+    Arrays keep their place, so that the file does not grow (`write_over`).  A slot that is there and not
     in use is damaged.
     """
     if len(whole) < len(CHECKPOINTS):
@@ -66,19 +72,56 @@ def write_checkpoint(
         del slot[name]
     for name, arrays in checkpoint.groups.items():
         target = slot.require_group(name)
-        for key in list(target):
-            array = arrays.get(key)
-            if array is None or target[key].shape != array.shape or target[key].dtype != array.dtype:
-                del target[key]
+        for key in set(target) - set(arrays):
+            del target[key]
         for key, array in arrays.items():
-            if key in target:
-                target[key][...] = array
-            else:
-                target[key] = array
+            write_over(target, key, np.asarray(array))
     for key in list(slot.attrs):
         del slot.attrs[key]
     slot.attrs.update({**checkpoint.attributes, "time": checkpoint.time, **before})
     return slot.name.strip("/")
+
+
+def write_over(group: h5py.Group, key: str, array: np.ndarray) -> None:
+    """Write an array over the one of this name, packed if it is large, in the same place where it fits.
+
+    HDF5 gives a packed block a new place when its size changes, and the old place is lost.  A block is
+    therefore written with some room behind it, which the unpacking passes over: little room where only the
+    numbers change, half as much again where the length of the array does.
+    """
+    old = group.get(key)
+    same = old is not None and old.shape[1:] == array.shape[1:] and old.dtype == array.dtype
+    if same and old.chunks is not None and 0 < len(array) <= old.chunks[0] and old.id.get_num_chunks():
+        block, room = packed(array, old.chunks), old.id.get_chunk_info(0).size
+        if len(block) <= room:
+            old.resize(len(array), axis=0)
+            old.id.write_direct_chunk((0,) * array.ndim, block.ljust(room, b"\0"))
+            return
+    if same and old.chunks is None and old.shape == array.shape and array.nbytes < SMALLEST_PACKED:
+        old[...] = array
+        return
+    varies = old is not None and old.shape != array.shape
+    if old is not None:
+        del group[key]
+    if array.nbytes < SMALLEST_PACKED:
+        group[key] = array
+        return
+    shape = (len(array) + varies * len(array) // 2, *array.shape[1:])
+    block = packed(array, shape)
+    room = len(block) + len(block) // (2 if varies else 32) + SMALLEST_ROOM
+    most = (None, *array.shape[1:])
+    new = group.create_dataset(key, array.shape, array.dtype, maxshape=most, chunks=shape, **QUICKLY)
+    new.id.write_direct_chunk((0,) * array.ndim, block.ljust(room, b"\0"))
+
+
+def packed(array: np.ndarray, shape: tuple[int, ...]) -> bytes:
+    """Return an array, with zeros up to `shape` along its first axis, as HDF5 packs a block of it: bytes
+    shuffled by significance, then deflated.
+    """
+    whole = np.zeros(shape, array.dtype)
+    whole[: len(array)] = array
+    by_byte = np.frombuffer(whole.tobytes(), np.uint8).reshape(-1, array.dtype.itemsize).T
+    return zlib.compress(by_byte.tobytes(), QUICKLY["compression_opts"])
 
 
 def edited(edit: Callable[[h5py.File], None]) -> Callable[[Path], None]:

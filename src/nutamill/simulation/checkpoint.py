@@ -1,17 +1,17 @@
 """Checkpoints: everything a run needs to continue bit for bit, and a backup of the state in memory."""
 
+import dataclasses
+
 import numpy as np
 
-from nutamill.base.errors import ResultError
 from nutamill.case.machine import Machine
-from nutamill.charge.kernels.clumps import POSE, ClumpColumn
-from nutamill.charge.kernels.copying import copied
-from nutamill.charge.measures.statistics import gathered, put_back
-from nutamill.simulation.entry import grown
+from nutamill.charge.kernels.copying import copied, state_arrays
+from nutamill.charge.measures.statistics import gathered
+from nutamill.charge.measures.statistics import put_back as put_back_sums
+from nutamill.charge.saved_state import put_back, saved_arrays, saved_poses
 from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.charge import bed_in_carriers
 from nutamill.simulation.setup.model import Model, Scratch, State
-from nutamill.simulation.setup.particles import particle_count
 
 LARGEST_BACKUP = 2**28
 """Largest state of which a run makes a copy at every entry of the march [bytes]; a larger one falls back on
@@ -19,9 +19,20 @@ its newest checkpoint.
 """
 
 
-def checkpoint_groups(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
-    """Return the arrays of a checkpoint by group and name."""
-    return state.arrays() | statistics_group(model, state)
+def checkpoint_groups(
+    model: Model, state: State, sums: dict[str, dict[str, np.ndarray]] | None = None
+) -> dict[str, dict[str, np.ndarray]]:
+    """Return the arrays of a checkpoint by group and name. `sums` is the group of the statistics, the present
+    one if None.
+    """
+    groups = {
+        "mechanism": state.mechanism._asdict(),
+        "coupling": state.coupling._asdict(),
+        "record": {"first_row": state.first_row},
+    }
+    if model.charge is not None and state.charge is not None:
+        groups["charge"] = saved_arrays(model.charge, state.charge)
+    return groups | (statistics_group(model, state) if sums is None else sums)
 
 
 def statistics_group(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
@@ -32,27 +43,21 @@ def statistics_group(model: Model, state: State) -> dict[str, dict[str, np.ndarr
 
 
 def restore(model: Model, state: State, scratch: Scratch, groups: dict[str, dict[str, np.ndarray]]) -> Model:
-    """Put the arrays of a checkpoint into `state`, in place, and return the model, its lists as large as they
-    were.
-
-    Raises
-    ------
-    ResultError : neighbour lists of a size that this version does not make
+    """Put the arrays of a checkpoint into a state that has just been built, in place, make its neighbour
+    lists anew, and return the model.
     """
-    if state.charge is not None:
-        while state.charge.pairs.partners.shape != groups["charge"]["pairs_partners"].shape:
-            if state.charge.pairs.partners.size > groups["charge"]["pairs_partners"].size:
-                raise ResultError(
-                    "checkpoint: its neighbour lists have a size that this version does not make. "
-                    "Run the case again."
-                )
-            model = grown(model, state, scratch)
-    for part, arrays in state.arrays().items():
-        for name, array in arrays.items():
+    for part, struct in (("mechanism", state.mechanism), ("coupling", state.coupling)):
+        for name, array in struct._asdict().items():
             array[...] = groups[part][name]
-    if state.charge is not None and state.statistics is not None:
-        put_back(state.statistics, state.charge.impacts, groups["statistics"])
-    return model
+    state.first_row[...] = groups["record"]["first_row"]
+    if model.charge is None or state.charge is None or scratch.charge is None:
+        return model
+    charge, state.charge, scratch.charge = put_back(
+        model.charge, state.charge, scratch.charge, groups["charge"], state.coupling.reference
+    )
+    if state.statistics is not None:
+        put_back_sums(state.statistics, state.charge.impacts, groups["statistics"])
+    return dataclasses.replace(model, charge=charge)
 
 
 def backup(state: State, former: State | None) -> State | None:
@@ -61,11 +66,10 @@ def backup(state: State, former: State | None) -> State | None:
 
     The statistics are not copied: `statistics_group` saves their sums.
     """
-    arrays = [array for group in state.arrays().values() for array in group.values()]
+    arrays = _all_arrays(state)
     if sum(array.nbytes for array in arrays) > LARGEST_BACKUP:
         return None
-    groups = {} if former is None else former.arrays()
-    targets = [array for group in groups.values() for array in group.values()]
+    targets = [] if former is None else _all_arrays(former)
     if [array.shape for array in targets] != [array.shape for array in arrays]:
         charge = None if state.charge is None else copied(state.charge)
         return State(
@@ -80,6 +84,12 @@ def backup(state: State, former: State | None) -> State | None:
     return former
 
 
+def _all_arrays(state: State) -> list[np.ndarray]:
+    """Return all arrays of a state but the statistics."""
+    charge = {} if state.charge is None else state_arrays(state.charge)
+    return [*state.mechanism, *charge.values(), *state.coupling, state.first_row]
+
+
 def bed_from_checkpoint(machine: Machine, groups: dict[str, dict[str, np.ndarray]]) -> np.ndarray | None:
     """Return the bed of a checkpoint's particles, as `nutamill.simulation.setup.model.build` takes it, or
     None without a charge.
@@ -88,14 +98,8 @@ def bed_from_checkpoint(machine: Machine, groups: dict[str, dict[str, np.ndarray
     """
     if "charge" not in groups:
         return None
-    x, ids, clumps = (groups["charge"][name] for name in ("x", "ids", "clumps"))
-    n = particle_count(machine)
-    if len(clumps):
-        poses = np.empty((n, 7))
-        poses[clumps[:, ClumpColumn.ID].astype(int)] = clumps[:, POSE]
-    else:
-        poses = np.empty((n, 3))
-        poses[ids[:n]] = x[:, :n].T
+    poses = saved_poses(groups["charge"])
     bodies = [carrier.body for carrier in carriers_of(machine)]
     of_carriers = np.column_stack([groups["mechanism"][name][bodies] for name in ("position", "quaternion")])
-    return bed_in_carriers(machine, poses[:, :3], poses[:, 3:] if len(clumps) else None, of_carriers)
+    attitudes = poses[:, 3:] if poses.shape[1] > 3 else None
+    return bed_in_carriers(machine, poses[:, :3], attitudes, of_carriers)

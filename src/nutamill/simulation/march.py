@@ -433,7 +433,7 @@ def record_state_before(
     if row not in plan.snapshots:
         recorder.snapshot(time, snapshot(model, before))
     if row % plan.rows_per_checkpoint:
-        recorder.checkpoint(time, before.arrays() | sums)
+        recorder.checkpoint(time, checkpoint_groups(model, before, sums))
     return StepError(
         f"{fault} The last snapshot and checkpoint of the file are the state before it, at t = {time:.6g} s."
     )

@@ -1,4 +1,4 @@
-"""Copies of a charge's state, for restoring and repeating a window, and for checkpoints."""
+"""Copies of a charge's state, for restoring and repeating a window."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ def copied(part: Any) -> Any:
     return part._make(copied(field) if isinstance(field, tuple) else np.copy(field) for field in part)
 
 
-def checkpoint_arrays(state: ChargeState) -> dict[str, np.ndarray]:
+def state_arrays(state: ChargeState) -> dict[str, np.ndarray]:
     """Return all arrays of a state by name, those of a struct within it as ``saved_memory``.
 
     Impacts are left out: they are booked by thread, and `nutamill.charge.measures.statistics.gathered` sums
@@ -60,6 +60,7 @@ def copy_state(source: ChargeState, target_out: ChargeState):
             for e in range(8):
                 target_out.pairs.memory[lst, c, k, e] = source.pairs.memory[lst, c, k, e]
     copy_numbers(source.wall_memory, target_out.wall_memory)
+    copy_numbers(source.listed_x, target_out.listed_x)
     copy_numbers(source.listed_at, target_out.listed_at)
     if source.clock[SAVED] == 1:
         copy_numbers(source.saved.memory, target_out.saved.memory)

@@ -250,14 +250,14 @@ def fill_cells(model, state, scratch):
     """Sort the slots into cells at least as large as the longest candidate distance."""
     n = model.n_particles
     longest = 2.0 * model.largest_radius + model.skin
-    find_bounds(state.x, n, GRID_MARGIN * model.largest_radius, scratch.lists.grid)
+    find_bounds(state.listed_x, n, GRID_MARGIN * model.largest_radius, scratch.lists.grid)
     total = fit_grid(longest, scratch.lists.counts.shape[0] - 2, scratch.lists.grid, scratch.lists.cells)
     h = 1.0 / scratch.lists.grid[3]
     n0, n1 = scratch.lists.cells[0], scratch.lists.cells[1]
     for i in range(n):
-        a = int((state.x[0, i] - scratch.lists.grid[0]) * h)
-        b = int((state.x[1, i] - scratch.lists.grid[1]) * h)
-        c = int((state.x[2, i] - scratch.lists.grid[2]) * h)
+        a = int((state.listed_x[0, i] - scratch.lists.grid[0]) * h)
+        b = int((state.listed_x[1, i] - scratch.lists.grid[1]) * h)
+        c = int((state.listed_x[2, i] - scratch.lists.grid[2]) * h)
         scratch.lists.cell[i] = (c * n1 + b) * n0 + a
     count_sort(scratch.lists.cell, n, total, scratch.lists.counts, scratch.lists.order)
 
@@ -337,9 +337,9 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
     for i in range(lo, hi):
         start = k
         cell = scratch.lists.cell[i]
-        x = like(state.x[0, i] - scratch.lists.grid[0], real)
-        y = like(state.x[1, i] - scratch.lists.grid[1], real)
-        z = like(state.x[2, i] - scratch.lists.grid[2], real)
+        x = like(state.listed_x[0, i] - scratch.lists.grid[0], real)
+        y = like(state.listed_x[1, i] - scratch.lists.grid[1], real)
+        z = like(state.listed_x[2, i] - scratch.lists.grid[2], real)
         reach = like(state.mass_props[0, i] + model.skin, real) * slack
         k = candidates_of(
             scratch, i, lo, x, y, z, reach, cell % n0, cell // n0 % n1, cell // (n0 * n1), k, room, partners
@@ -366,6 +366,43 @@ def list_chunk(model, state, scratch, lst, c, lo, hi):
     if 4 * k > 3 * room:
         state.clock[CROWDED] = 1
     return 1
+
+
+@kernel
+def make_lists(
+    model: ChargeModel, state: ChargeState, scratch: ChargeScratch, reference, lst, tid, n_threads
+):
+    """Make the neighbour list `lst` of the positions ``state.listed_x``, with the contact memory of
+    ``state.saved``. Called by all threads of the team.
+
+    The march and a resumed run both call it, so that a checkpoint need not hold the list.  The alarm of a
+    chunk is 1 where the list is too small.
+
+    Parameters
+    ----------
+    reference : point [m] (3) and axis [1] (3) of the frame the displacement is measured in
+    """
+    n = model.n_particles
+    if tid == 0:
+        for i in range(n):
+            scratch.lists.slot_of[state.ids[i]] = i
+        fill_cells(model, state, scratch)
+    barrier(scratch.barrier, n_threads)
+    lo, hi = thread_share(n, tid, n_threads)
+    real = state.published_rows[0, 0, 0]
+    for d in range(lo, hi):
+        i = scratch.lists.order[d]
+        for k in range(3):
+            scratch.lists.sorted[k, d] = like(state.listed_x[k, i] - scratch.lists.grid[k], real)
+            state.listed_at[k, i] = state.listed_x[k, i] - reference[k]
+        scratch.lists.sorted[3, d] = like(state.mass_props[0, i], real)
+    barrier(scratch.barrier, n_threads)
+    first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
+    for c in range(first, end):
+        lo, hi = slots_of_chunk(state, c)
+        if list_chunk(model, state, scratch, lst, c, lo, hi) == 0:
+            scratch.alarms[c] = 1
+    barrier(scratch.barrier, n_threads)
 
 
 @kernel
@@ -414,29 +451,17 @@ def rebuild(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, refe
         return
     if sort:
         sort_slots(model, state, scratch, tid, n_threads)
+    lo, hi = thread_share(n, tid, n_threads)
+    for i in range(lo, hi):
+        for k in range(3):
+            state.listed_x[k, i] = state.x[k, i]
     if tid == 0:
         clock[SAVED] = 1
         if sort:
             clock[SINCE_SORT] = 0
-        for i in range(n):
-            scratch.lists.slot_of[state.ids[i]] = i
-        fill_cells(model, state, scratch)
-    barrier(scratch.barrier, n_threads)
-    lo, hi = thread_share(n, tid, n_threads)
-    real = state.published_rows[0, 0, 0]
-    for d in range(lo, hi):
-        i = scratch.lists.order[d]
-        for k in range(3):
-            scratch.lists.sorted[k, d] = like(state.x[k, i] - scratch.lists.grid[k], real)
-            state.listed_at[k, i] = state.x[k, i] - reference[k]
-        scratch.lists.sorted[3, d] = like(state.mass_props[0, i], real)
-    barrier(scratch.barrier, n_threads)
     lst = 1 - clock[LIST]
-    for c in range(first, end):
-        lo, hi = slots_of_chunk(state, c)
-        if list_chunk(model, state, scratch, lst, c, lo, hi) == 0:
-            scratch.alarms[c] = 1
     barrier(scratch.barrier, n_threads)
+    make_lists(model, state, scratch, reference, lst, tid, n_threads)
     if tid == 0:
         collect(state, scratch)
         if state.status[0] != LISTS_FULL:

@@ -6,7 +6,6 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, StepError
 from nutamill.case.machine import Machine
-from nutamill.charge.kernels.copying import checkpoint_arrays
 from nutamill.charge.measures.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.mechanism.dynamics import OK, start
@@ -79,16 +78,6 @@ class State:
     def coupled(self) -> CoupledState:
         """Return the arrays that the coupled march takes."""
         return CoupledState(self.mechanism, self.charge, self.statistics, self.coupling)
-
-    def arrays(self) -> dict[str, dict[str, np.ndarray]]:
-        """Return all arrays by part and name, except the statistics, which a checkpoint has as sums over
-        threads.
-        """
-        groups = {"mechanism": self.mechanism._asdict()}
-        if self.charge is not None:
-            groups["charge"] = checkpoint_arrays(self.charge)
-        groups["coupling"] = self.coupling._asdict()
-        return groups | {"record": {"first_row": self.first_row}}
 
 
 @dataclass(slots=True)
