@@ -107,9 +107,9 @@ class CaseFile(Table):
         elif key is not None:
             given[key] = value
         plain = self._plain()
-        changes = python_layer(given)
-        typed = dict(leaves(changes.content, plain))
-        case = validated(type(self), [Layer(plain, {}, Path.cwd()), changes], self.name, [], from_file=False)
+        layer = python_layer(given)
+        typed = dict(leaves(layer.content, plain))
+        case = validated(type(self), [Layer(plain, {}, Path.cwd()), layer], self.name, [], from_file=False)
         from nutamill.case.doubts import warn_of_doubts  # reads the keys of the kinds of case that begin here
 
         warn_of_doubts(given, stacklevel=2)

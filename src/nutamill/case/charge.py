@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from nutamill.base.errors import Fault
+from nutamill.base.required import required
 from nutamill.base.schema import AddedMass, Count, Length, Number, Positive, Share, Table, refusal
 from nutamill.charge.particles.particles import LOOSE_PACKING
 from nutamill.charge.particles.shapes import shape_faults
@@ -75,8 +76,10 @@ class Distribution(Table):
     def sizes(self) -> SizeLaw:
         """Return the law as a distribution of sizes."""
         if self.law == "normal":
-            return normal_sizes(self.mean, self.deviation, self.smallest, self.largest, self.by)
-        return rosin_rammler_sizes(self.size, self.exponent, self.smallest, self.largest)
+            return normal_sizes(
+                required(self.mean), required(self.deviation), self.smallest, self.largest, required(self.by)
+            )
+        return rosin_rammler_sizes(required(self.size), required(self.exponent), self.smallest, self.largest)
 
 
 class Shapes(Table):
@@ -144,18 +147,19 @@ class Portion(Table):
 
     def size_law(self) -> SizeClasses | SizeLaw:
         """Return the distribution from which the sizes of a number or a volume of particles are drawn."""
-        return (
-            self.distribution.sizes()
-            if self.distribution
-            else SizeClasses(self.sizes or ((self.diameter, 1.0),))
-        )
+        return self.distribution.sizes() if self.distribution else SizeClasses(self._classes)
+
+    @property
+    def _classes(self) -> tuple[tuple[float, float], ...]:
+        """Diameters [m] and their shares."""
+        return self.sizes or ((required(self.diameter), 1.0),)
 
     @property
     def size_range(self) -> tuple[float, float]:
         """Smallest and largest diameter that may occur [m]."""
         if self.distribution:
             return self.distribution.smallest, self.distribution.largest
-        diameters = [diameter for diameter, _ in self.sizes or ((self.diameter, 1.0),)]
+        diameters = [diameter for diameter, _ in self._classes]
         return min(diameters), max(diameters)
 
     def solid_volume(self, density: float, free_volume: float) -> float:
@@ -167,7 +171,7 @@ class Portion(Table):
             return self.mass / density
         if self.fill is not None:
             return self.fill * self.packing * free_volume
-        return self.count * self.size_law().mean_volume
+        return required(self.count) * self.size_law().mean_volume
 
 
 class ChargePart(Portion):
@@ -195,7 +199,7 @@ class ChargeRecipe(Portion):
     @property
     def materials(self) -> tuple[str, ...]:
         """Names of the materials of the charge, each once."""
-        return tuple(dict.fromkeys(part.material for part in self.parts))
+        return tuple(dict.fromkeys(required(part.material) for part in self.parts))
 
 
 def portion_faults(part: Portion) -> list[tuple[str, str, str]]:

@@ -4,11 +4,12 @@ A finding is (key, what, hint); the key is a tuple of its parts, which gives its
 """
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from nutamill.base import units
 from nutamill.base.errors import Fault
 from nutamill.base.library import similar
+from nutamill.base.required import required
 from nutamill.base.units import Kind, in_unit, shown, si_value
 from nutamill.case.charge import AMOUNT_KEYS, SIZE_KEYS, Portion, portion_faults
 from nutamill.case.contact_laws import GIVEN_BY, INSTEAD, OPTIONAL, OTHERWISE, READS
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from nutamill.case.machine import Machine
     from nutamill.case.mill import Case
 
-    AnyCase = Case | Machine
+    AnyCase: TypeAlias = Case | Machine
 
 Finding = tuple[tuple[str | int, ...], str, str]
 
@@ -81,12 +82,12 @@ def _portions(case: "AnyCase") -> list[tuple[tuple[str | int, ...], Portion]]:
 
 def _needed_materials(case: "AnyCase") -> dict[tuple[str | int, ...], str | None]:
     """Return the materials the run needs, by the key that names them."""
-    portions = _portions(case)
-    return (
-        {(*key, "material"): part.material for key, part in portions} | case.wall_materials
-        if portions
-        else {}
-    )
+    if not (portions := _portions(case)):
+        return {}
+    needed: dict[tuple[str | int, ...], str | None] = {}
+    needed.update({(*key, "material"): part.material for key, part in portions})
+    needed.update(case.wall_materials)
+    return needed
 
 
 def _materials(case: "AnyCase") -> list[Finding]:
@@ -105,7 +106,8 @@ def _materials(case: "AnyCase") -> list[Finding]:
 
 def _laws(case: "AnyCase") -> list[Finding]:
     """Return faults of contact laws that do not go together."""
-    contact, findings = case.contact, []
+    contact = case.contact
+    findings: list[Finding] = []
     for number, (key, choice) in GIVEN_BY.items():
         if getattr(contact, key) == choice and number not in READS["normal"][contact.normal]:
             what = f'must be "{OTHERWISE[choice]}" with normal = "{contact.normal}", got "{choice}"'
@@ -114,8 +116,8 @@ def _laws(case: "AnyCase") -> list[Finding]:
         for name, pair in contact.pairs.items():
             if pair.cohesive_pressure:
                 what = 'has no effect with contact.cohesion = "none"'
-                key = ("contact", "pairs", name, "cohesive_pressure")
-                findings.append((key, what, 'Write cohesion = "area" in [contact], or leave it out'))
+                place = ("contact", "pairs", name, "cohesive_pressure")
+                findings.append((place, what, 'Write cohesion = "area" in [contact], or leave it out'))
     return findings
 
 
@@ -144,8 +146,8 @@ def _pairs(case: "AnyCase") -> list[Finding]:
         (number, law) for number, (law, reader) in OPTIONAL.items() if getattr(case.contact, law) == reader
     ]
     for charge, other in _contacts(case):
-        name = _pair_name(case, charge, other)
-        if name is None:
+        written = _pair_name(case, charge, other)
+        if written is None:
             what = f"is missing: the charge is {charge} and touches {other}"
             findings.append(
                 (
@@ -156,9 +158,9 @@ def _pairs(case: "AnyCase") -> list[Finding]:
             )
             continue
         for number, law in needs:
-            if getattr(pairs[name], number) is None:
+            if getattr(pairs[written], number) is None:
                 what = f'is missing, with contact.{law} = "{getattr(case.contact, law)}"'
-                findings.append((("contact", "pairs", name, number), what, f"Add {number} to the pair"))
+                findings.append((("contact", "pairs", written, number), what, f"Add {number} to the pair"))
     return findings
 
 
@@ -236,7 +238,7 @@ def _amounts(case: "AnyCase", name: str) -> list[Finding]:
     portions = [(key, part) for key, part in _portions(case) if (part.region or name) == name]
     for key, part in portions:
         amount = next(kind for kind in AMOUNT_KEYS if getattr(part, kind) is not None)
-        density = case.materials[part.material].density
+        density = case.materials[required(part.material)].density
         if amount == "fill" and vessel.volume is None:
             continue
         solid = part.solid_volume(density, vessel.volume or 0.0)
@@ -255,7 +257,7 @@ def _amounts(case: "AnyCase", name: str) -> list[Finding]:
         most = si_value(math.floor(in_unit(free * density * part.packing, "g")), "g")
         what = f"{part.mass:g} kg needs {needed} {holds}"
         return [((*key, amount), what, f"Largest mass that settles: {most:.4g} kg")]
-    most = math.floor(part.count * free / loose)
+    most = math.floor(required(part.count) * free / loose)
     what = f"{part.count} particles need {needed} {holds}"
     return [((*key, amount), what, f"Largest number that settles: {most}")]
 

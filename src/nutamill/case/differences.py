@@ -43,10 +43,9 @@ def swept_axis(cases: Sequence[CaseFile]) -> SweptAxis | None:
     if len(differing) != 1:
         return None
     key = differing[0]
-    numbers = [values.get(key) for values in all_values]
-    if not all(isinstance(number, (int, float)) and not isinstance(number, bool) for number in numbers):
-        return None
-    if len(set(numbers)) < len(numbers):
+    values_of_key = [values.get(key) for values in all_values]
+    numbers = [n for n in values_of_key if isinstance(n, (int, float)) and not isinstance(n, bool)]
+    if len(numbers) < len(all_values) or len(set(numbers)) < len(numbers):
         return None
     if (quantity := quantity_at(key)) is None:
         return SweptAxis(key, [float(number) for number in numbers])

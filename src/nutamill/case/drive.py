@@ -14,6 +14,7 @@ from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.files import MOST_CASE_TEXT, is_file, is_folder, read_text
 from nutamill.base.library import LONGEST_WORD
+from nutamill.base.required import required
 from nutamill.base.schema import (
     MotorTorque,
     Power,
@@ -104,7 +105,7 @@ class DriveProgramme(Table):
         inserted.
         """
         if self.profile is None:
-            return np.array([0.0, self.speed / self.ramp]), np.array([0.0, self.speed])
+            return np.array([0.0, self.speed / required(self.ramp)]), np.array([0.0, self.speed])
         times, speeds = [], []
         for (t0, w0), (t1, w1) in itertools.pairwise(self.profile.points):
             times.append(t0)
@@ -186,11 +187,12 @@ def read_profile(name: str, where: str, folders: Iterable[Path]) -> dict[str, An
         if any(cell.strip() for cell in row)
     ]
     columns = _columns(name, lines[0] if lines else (1, []))
-    points, faults = [], []
+    points: list[tuple[int, list[float]]] = []
+    faults: list[Fault] = []
     for number, row in lines[1:]:
         cells = _cells(f"{name}:{number}", row, columns)
         faults += [cell for cell in cells if isinstance(cell, Fault)]
-        points.append((number, cells))
+        points.append((number, [cell for cell in cells if not isinstance(cell, Fault)]))
     if not faults and (wrong := profile_fault([cells[0] for _, cells in points])):
         faults.append(
             Fault(

@@ -3,11 +3,14 @@
 """
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
+from nutamill.base.required import required
 from nutamill.case.connections import BushingRates
 from nutamill.case.drawing import (
     CARRIAGE,
@@ -17,6 +20,7 @@ from nutamill.case.drawing import (
     FRAME,
     GROUND,
     SHAFT,
+    MeshFile,
 )
 from nutamill.case.machine import (
     BodyEntry,
@@ -25,6 +29,7 @@ from nutamill.case.machine import (
     FieldAxes,
     FrictionEntry,
     JointEntry,
+    JointName,
     Machine,
     SensorEntry,
     Turn,
@@ -50,6 +55,8 @@ from nutamill.result.fields import TURNING
 
 if TYPE_CHECKING:
     from nutamill.case.mill import Case
+
+Triple = tuple[float, float, float]
 
 Y_AXIS, Z_AXIS = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -200,11 +207,17 @@ def _bodies(case: "Case") -> tuple[BodyEntry, ...]:
                 name=name,
                 mass=part.mass,
                 inertia=tuple(map(float, six)),
-                position=tuple(map(float, part.mass_centre)),
+                position=_triple(part.mass_centre),
                 turn=tilt if name in TILTED else None,
             )
         )
     return tuple(bodies)
+
+
+def _triple(vector: Iterable[float]) -> Triple:
+    """Return the three components of a vector as plain numbers."""
+    x, y, z = map(float, vector)
+    return x, y, z
 
 
 def _joints(case: "Case") -> tuple[JointEntry, ...]:
@@ -214,14 +227,14 @@ def _joints(case: "Case") -> tuple[JointEntry, ...]:
     nutation_point = (0.0, 0.0, 0.0)
     bearing = (0.0, 0.0, float(moving_parts(case)[DRIVESHAFT].mass_centre[2]))
     coupling = (0.0, 0.0, -case.shaft_coupling.depth)
-    chamber_x = tuple(map(float, chamber_rotation(case)[:, 0]))
+    chamber_x = _triple(chamber_rotation(case)[:, 0])
     friction = FrictionEntry(
         coefficient=mechanism.joint_friction,
         radius=mechanism.joint_friction_radius,
         constant=mechanism.joint_friction_constant,
         viscous=mechanism.joint_friction_viscous,
     )
-    rows = [
+    rows: list[tuple[str, JointName, tuple[str, str], Triple, Triple | None, FrictionEntry | None]] = [
         (SHAFT_BEARING, "revolute", (GROUND, SHAFT), coupling, Z_AXIS, None),  # 2
         (DRIVESHAFT_BEARING, "revolute", (FRAME, DRIVESHAFT), bearing, Z_AXIS, friction),  # 4
         (LOAD_CELL, "fixed", (DRIVESHAFT, CARRIAGE), crank_pin, None, None),  # 5
@@ -231,14 +244,18 @@ def _joints(case: "Case") -> tuple[JointEntry, ...]:
     ]
     if mechanism.mounting == "rigid":
         rows.insert(0, (FRAME_FIX, "fixed", (GROUND, FRAME), (0.0, 0.0, -case.mounts.depth), None, None))
-    keys = ("name", "kind", "between", "point", "axis", "friction")
-    return tuple(JointEntry(**dict(zip(keys, row, strict=True))) for row in rows)
+    return tuple(
+        JointEntry(name=name, kind=kind, between=between, point=point, axis=axis, friction=law)
+        for name, kind, between, point, axis, law in rows
+    )
 
 
 def _bushings(case: "Case") -> tuple[BushingEntry, ...]:
     """Return the shaft coupling (3) and, with flexible mounts, the mounts (1)."""
     point = (0.0, 0.0, -case.shaft_coupling.depth)
-    rows = [(COUPLING, (SHAFT, DRIVESHAFT), point, case.shaft_coupling)]
+    rows: list[tuple[str, tuple[str, str], Triple, BushingRates]] = [
+        (COUPLING, (SHAFT, DRIVESHAFT), point, case.shaft_coupling)
+    ]
     if case.mechanism.mounting == "flexible":
         rows += [
             (f"mount_{number}", (GROUND, FRAME), (x, y, -case.mounts.depth), case.mounts)
@@ -274,7 +291,7 @@ def _sensors(case: "Case") -> tuple[SensorEntry, ...]:
                 name=name,
                 kind="acceleration",
                 of=sensor.body,
-                at=tuple(map(float, point)),
+                at=_triple(point),
                 axes=sensor.body,
             )
         )
@@ -284,31 +301,27 @@ def _sensors(case: "Case") -> tuple[SensorEntry, ...]:
 def _walls(case: "Case") -> tuple[WallEntry, ...]:
     """Return bore, floor and ceiling, or the chamber's mesh, then ribs and meshed walls."""
     chamber, rotation = case.chamber, chamber_rotation(case)
-    axis, across = tuple(map(float, rotation[:, 2])), tuple(map(float, rotation[:, 0]))
+    axis, across = _triple(rotation[:, 2]), _triple(rotation[:, 0])
 
-    def placed(x, y, z):
-        return tuple(map(float, rotation @ np.array([x, y, z])))
+    def placed(x: float, y: float, z: float) -> Triple:
+        return _triple(rotation @ np.array([x, y, z]))
 
     floor, ceiling = placed(0.0, 0.0, -chamber.floor_depth), placed(0.0, 0.0, -chamber.ceiling_depth)
-    own = {"body": CHAMBER, "material": chamber.material}
+    drawn = partial(WallEntry, body=CHAMBER, material=chamber.material)
     walls = []
     if chamber.mesh is None:
         radius = chamber.inner_diameter / 2
         walls += [
-            WallEntry(
-                name="bore",
-                shape="cylinder",
-                point=floor,
-                axis=axis,
-                radius=radius,
-                height=chamber.height,
-                **own,
+            drawn(
+                name="bore", shape="cylinder", point=floor, axis=axis, radius=radius, height=chamber.height
             ),
-            WallEntry(name="floor", shape="plane", point=floor, axis=axis, **own),
-            WallEntry(name="ceiling", shape="plane", point=ceiling, axis=tuple(-z for z in axis), **own),
+            drawn(name="floor", shape="plane", point=floor, axis=axis),
+            drawn(name="ceiling", shape="plane", point=ceiling, axis=_triple(-rotation[:, 2])),
         ]
     walls += [_rib(case, number, placed, axis) for number in range(chamber.ribs)]
-    meshes = [("chamber_mesh", chamber.mesh, chamber.material, "inside")] if chamber.mesh is not None else []
+    meshes: list[tuple[str, MeshFile, str, Literal["inside", "outside"]]] = []
+    if chamber.mesh is not None:
+        meshes.append(("chamber_mesh", chamber.mesh, chamber.material, "inside"))
     meshes += [(f"wall_{n}", wall, wall.material, "outside") for n, wall in enumerate(case.walls, start=1)]
     for name, mesh, material, side in meshes:
         walls.append(
@@ -330,11 +343,13 @@ def _walls(case: "Case") -> tuple[WallEntry, ...]:
     return tuple(walls)
 
 
-def _rib(case: "Case", number: int, placed, axis) -> WallEntry:
+def _rib(
+    case: "Case", number: int, placed: Callable[[float, float, float], Triple], axis: Triple
+) -> WallEntry:
     """Return rib `number` as a box, which reaches as far into wall and floor as into the charge, so that
     there is no gap.
     """
-    chamber, rib = case.chamber, case.chamber.rib
+    chamber, rib = case.chamber, required(case.chamber.rib)
     angle = 2 * math.pi * number / chamber.ribs
     c, s = math.cos(angle), math.sin(angle)
     height, radius = min(rib.length, chamber.height), chamber.inner_diameter / 2
@@ -354,14 +369,14 @@ def _rib(case: "Case", number: int, placed, axis) -> WallEntry:
 def _region(case: "Case") -> RegionEntry:
     """Return the inside of the chamber."""
     chamber, rotation = case.chamber, chamber_rotation(case)
-    axis = tuple(map(float, rotation[:, 2]))
+    axis = _triple(rotation[:, 2])
     if chamber.mesh is not None:
         return RegionEntry(name=CHAMBER, body=CHAMBER, shape="mesh", wall="chamber_mesh", axis=axis)
     return RegionEntry(
         name=CHAMBER,
         body=CHAMBER,
         shape="cylinder",
-        point=tuple(map(float, rotation @ np.array([0.0, 0.0, -chamber.floor_depth]))),
+        point=_triple(rotation @ np.array([0.0, 0.0, -chamber.floor_depth])),
         axis=axis,
         radius=chamber.inner_diameter / 2,
         height=chamber.height,

@@ -78,12 +78,17 @@ class BodyEntry(Table):
     """Angular velocity, world axes [rad/s]."""
 
 
+JointName = Literal[
+    "fixed", "revolute", "spherical", "universal", "cylindrical", "prismatic", "point_on_line"
+]
+
+
 class JointEntry(Table):
     """A kinematic constraint."""
 
     name: Name
     """Unique name."""
-    kind: Literal["fixed", "revolute", "spherical", "universal", "cylindrical", "prismatic", "point_on_line"]
+    kind: JointName
     """What it leaves free."""
     between: Between
     """Bodies a and b; the axis is fixed in a, the reaction is that on b."""
@@ -327,5 +332,5 @@ class Machine(CaseFile):
     @property
     def drive(self) -> Extent:
         """When the last drive has come to its last speed."""
-        drives = (*self.drives, *self.linear_drives, *self.unbalance_motors)
-        return Extent(max((drive.ramp_end for drive in drives), default=0.0))
+        ends = [drive.ramp_end for drive in (*self.drives, *self.unbalance_motors)]
+        return Extent(max([*ends, *(drive.ramp_end for drive in self.linear_drives)], default=0.0))

@@ -211,7 +211,7 @@ def _springs(case: "Machine") -> Iterator[Finding]:
             )
         elif spring.preload is not None and not spring.stiffness > 0.0:
             yield ("springs", number, "preload"), "needs a stiffness, got 0 N/m", "Use [[forces]]"
-        elif spring.preload is None and spring.free_length < 0.0:
+        elif spring.free_length is not None and spring.free_length < 0.0:
             yield (
                 ("springs", number, "free_length"),
                 f"must be zero or more, got {spring.free_length:g} m",

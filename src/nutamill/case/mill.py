@@ -37,11 +37,14 @@ from nutamill.case.titles import origin_of
 from nutamill.case.toml.layers import Layer, override_layer, read_layers
 from nutamill.case.touching import Key, TouchingPair, touching_pairs
 
+SensorBody = Literal["frame", "chamber", "carriage", "driveshaft", "bearing_cross", "intermediate_shaft"]
+"""Parts a sensor can sit on."""
+
 
 class Sensor(Table):
     """An accelerometer."""
 
-    body: Literal[mill_checks.SENSOR_BODIES]
+    body: SensorBody
     """The part it sits on."""
     at: tuple[Coordinate, Coordinate, Coordinate]
     """Its place in the axes of that part, from the nutation point as assembled [m]."""

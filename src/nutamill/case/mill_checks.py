@@ -17,9 +17,6 @@ from nutamill.result.fields import expand
 if TYPE_CHECKING:
     from nutamill.case.mill import Case
 
-SENSOR_BODIES = ("frame", "chamber", "carriage", "driveshaft", "bearing_cross", "intermediate_shaft")
-"""Parts a sensor can sit on."""
-
 ANGLE_STOP = math.radians(1.0)
 """Difference between the printed nutation angle and that of the crank's lengths at which a case is refused
 [rad].

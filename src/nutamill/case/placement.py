@@ -12,7 +12,9 @@ RIM_POINTS = 96
 """Points on each rim of a cylindrical region [1]."""
 
 
-def axes_along(axis: Sequence[float], across: Sequence[float] | None = None) -> np.ndarray:
+def axes_along(
+    axis: Sequence[float] | np.ndarray, across: Sequence[float] | np.ndarray | None = None
+) -> np.ndarray:
     """Return right-handed axes as columns (3, 3): z along `axis`, x as near as can be to `across`, or to the
     world's x axis, or where that is parallel to z, to its y axis.
     """

@@ -25,7 +25,8 @@ def record_findings(case: "AnyCase", series: int) -> list[Finding]:
     series.
     """
     run = case.run
-    rows, findings = run.end * run.series_rate, []
+    rows = run.end * run.series_rate
+    findings: list[Finding] = []
     if rows < 1.0:
         what = f"must give at least one row in {run.end:g} s, got {rows:.2g}"
         findings.append((("run", "series_rate"), what, f'Write e.g. "{units.example(Kind.FREQUENCY)}"'))

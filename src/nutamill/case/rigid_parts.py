@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.required import required
 from nutamill.case.drawing import Bars, Chamber
 
 
@@ -28,9 +29,9 @@ def parallel_axis(mass: float, offset: np.ndarray) -> np.ndarray:
 def compose(*parts: RigidPart) -> RigidPart:
     """Return one rigid part composed of several, all in the same axes and from the same origin."""
     mass = sum(part.mass for part in parts)
-    mass_centre = sum(part.mass * part.mass_centre for part in parts) / mass
-    inertia = sum(part.inertia + parallel_axis(part.mass, part.mass_centre - mass_centre) for part in parts)
-    return RigidPart(mass, mass_centre, inertia)
+    mass_centre = sum((part.mass * part.mass_centre for part in parts), np.zeros(3)) / mass
+    about_centre = (part.inertia + parallel_axis(part.mass, part.mass_centre - mass_centre) for part in parts)
+    return RigidPart(mass, mass_centre, sum(about_centre, np.zeros((3, 3))))
 
 
 def remove(whole: RigidPart, *parts: RigidPart) -> RigidPart:
@@ -61,7 +62,7 @@ def rib_ring(chamber: Chamber) -> RigidPart:
     For three ribs or more the sum over equal angles makes the transverse inertias equal.  For one or two ribs
     their mean is used.
     """
-    rib = chamber.rib
+    rib = required(chamber.rib)
     mass = chamber.ribs_mass
     radius = chamber.inner_diameter / 2 - rib.depth / 2
     section = (rib.width**2 + rib.depth**2) / 12
@@ -77,7 +78,7 @@ def whole_chamber(chamber: Chamber) -> RigidPart:
     if chamber.ribs:
         parts.append(rib_ring(chamber))
     if chamber.bars_mass > 0:
-        parts.append(bar_ring(chamber.bars))
+        parts.append(bar_ring(required(chamber.bars)))
     return compose(*parts)
 
 

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from nutamill.base.required import required
 from nutamill.base.schema import (
     AutoTime,
     Count,
@@ -80,7 +81,7 @@ class RunPlan(Table):
     @property
     def end(self) -> float:
         """Simulated time at the end at the latest [s]."""
-        return self.max if self.until == "steady" else self.until
+        return required(self.max) if isinstance(self.until, str) else self.until
 
 
 class WatchEntry(Table):

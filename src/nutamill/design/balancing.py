@@ -116,8 +116,8 @@ def balance_mill(
         balanced = weighted(case, weights)
         end = readings(balanced, at, charge)
     mass = sum(body.mass for body in balanced.machine.bodies if body.name not in (FRAME, SHAFT))
-    sizes = [float(np.sqrt((np.abs(part) ** 2).mean())) for part in (start, end)]
-    return Balancing(at, weights, *sizes, unbalance, shaking_unbalance(balanced, at, charge), mass)
+    before, after = (float(np.sqrt((np.abs(part) ** 2).mean())) for part in (start, end))
+    return Balancing(at, weights, before, after, unbalance, shaking_unbalance(balanced, at, charge), mass)
 
 
 def weighted(case: Case, weights: Sequence[Weight]) -> Case:

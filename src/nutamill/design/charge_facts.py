@@ -6,6 +6,7 @@ import numpy as np
 
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
+from nutamill.base.required import required
 from nutamill.case.charge import Portion
 from nutamill.case.machine import Machine
 from nutamill.case.placement import region_axes
@@ -144,17 +145,18 @@ def charge_facts(machine: Machine) -> ChargeFacts | None:
     """
     if not machine.charge.parts:
         return None
-    volumes, parts = {}, []
+    volumes: dict[str, tuple[float, float]] = {}
+    parts: list[PartFacts] = []
     for name in dict.fromkeys(region_of(machine, part).name for part in machine.charge.parts):
         region = next(one for one in machine.regions if one.name == name)
         seen = region_corners(machine, region) @ region_axes(region)[:, 2]
-        height = region.height if region.shape == "cylinder" else float(np.ptp(seen))
+        height = required(region.height) if region.shape == "cylinder" else float(np.ptp(seen))
         volumes[name] = (free_volume(machine, region), height)
         _refuse_full(machine, name)
     for part, particles in zip(machine.charge.parts, charge_parts(machine), strict=True):
-        region = region_of(machine, part).name
-        density = machine.materials[part.material].density
-        parts.append(_facts(part, particles, density, region, volumes[region][0]))
+        name = region_of(machine, part).name
+        density = machine.materials[required(part.material)].density
+        parts.append(_facts(part, particles, density, name, volumes[name][0]))
     return ChargeFacts(parts, contact_facts(machine), volumes)
 
 
@@ -162,12 +164,13 @@ def _facts(part: Portion, particles: Particles, density: float, region: str, roo
     """Return what a part of the charge comes to in a free volume of `room` [m^3]."""
     volume = particles.volume
     solid = float(volume.sum())
+    ten, half, ninety = mass_percentiles(particles.diameter, volume)
     return PartFacts(
         name=f"{part.kind} of {part.material}",
         particles=particles.number,
         pebbles=particles.pebbles,
         mass=solid * density,
-        sizes=tuple(mass_percentiles(particles.diameter, volume)),
+        sizes=(ten, half, ninety),
         packing=part.packing,
         filling=solid / part.packing / room,
         region=region,
@@ -184,7 +187,7 @@ def _refuse_full(machine: Machine, name: str) -> None:
     needed = 0.0
     for number in members:
         part = machine.charge.parts[number]
-        needed += part.solid_volume(machine.materials[part.material].density, room) / part.packing
+        needed += part.solid_volume(machine.materials[required(part.material)].density, room) / part.packing
     if needed > room * (1.0 + 1e-9):
         volumes = f"{units.shown(needed, 'L')} where {units.shown(room, 'L')} are free"
         what = f"does not fit as a loose bed, got {volumes}"

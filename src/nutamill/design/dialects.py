@@ -109,7 +109,7 @@ def touches(machine: Machine) -> dict[str, Contact]:
     normal, contacts = law_files(law)[0], {}
     for touching in machine.touching:
         first, second, wall = touching
-        both = machine.materials[first], machine.materials[second]
+        one, other = machine.materials[first], machine.materials[second]
         pair, met = pair_law(machine, first, second), quickest_meeting(machine, first, second, wall)
         contacts[touching.name] = Contact(
             law,
@@ -118,8 +118,8 @@ def touches(machine: Machine) -> dict[str, Contact]:
                 wall=wall,
                 mass=met.mass,
                 diameters=(met.diameter, met.other_diameter),
-                young=tuple(contact.softening * solid.young_modulus for solid in both),
-                poisson=tuple(solid.poisson_ratio for solid in both),
+                young=(contact.softening * one.young_modulus, contact.softening * other.young_modulus),
+                poisson=(one.poisson_ratio, other.poisson_ratio),
                 softening=0.0 if contact.stiffness == "direct" else contact.softening,
                 stiffens=normal.STIFFENS,
                 restitution=normal.restitution(pair),

@@ -44,7 +44,7 @@ def empty_series(case: Case, charge: bool = False) -> dict[str, np.ndarray]:
     loaded = (with_charge_mass(case) if charge else case).with_("charge.kind", "none")
     model, state, scratch = build(loaded.machine, None)
     record_first_row(model, state, scratch)
-    _, rows, fault = enter(model, state, scratch, round(loaded.run.until * loaded.run.series_rate))
+    _, rows, fault = enter(model, state, scratch, round(loaded.run.end * loaded.run.series_rate))
     if fault is not None:
         raise fault
     rows = np.vstack([state.first_row, rows])

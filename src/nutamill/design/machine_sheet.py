@@ -153,7 +153,7 @@ def machine_sheet(case: Machine) -> MachineSheet:
         mass_centre=centre,
         rows=len(mechanism.rows),
         driven=len(mechanism.drives),
-        freedoms=6 * len(parts.bodies) - rank + int((mechanism.drives.row >= 0).sum()),
+        freedoms=6 * len(parts.bodies) - rank + int((mechanism.drives["row"] >= 0).sum()),
         redundant=redundant,
         not_unique=[
             joint.name

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from nutamill.base.required import required
 from nutamill.case import Case
 from nutamill.simulation.setup.walls import wall_mesh
 
@@ -21,7 +22,7 @@ def distance_from_drawing(case: Case) -> float:
     """
     chamber = case.chamber
     wall = next(wall for wall in case.machine.walls if wall.name == "chamber_mesh")
-    corners = wall_mesh(case.machine, wall).corners + chamber.mesh.at
+    corners = wall_mesh(case.machine, wall).corners + required(chamber.mesh).at
     sides = 0.5 * (corners + np.roll(corners, 1, axis=1))
     points = np.concatenate([corners, sides, corners.mean(axis=1, keepdims=True)], axis=1)
     x, y, z = points.reshape(-1, 3).T

@@ -210,7 +210,14 @@ def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: b
                 )
             )
         order = linear_sum_assignment(-_likeness(before, vibrations))[1]
-        before = MachineModes(speed, *(part[..., order] for part in vibrations[1:5]), vibrations.bodies)
+        before = MachineModes(
+            speed,
+            vibrations.frequency[order],
+            vibrations.damping_ratio[order],
+            vibrations.shape[..., order],
+            vibrations.share[..., order],
+            vibrations.bodies,
+        )
         frequency[k], damping[k] = before.frequency, before.damping_ratio
     # at rest forward and backward whirls are the same shape: the labels are those of the last speed
     labels = tuple(before.label(k) for k in range(n))

@@ -126,7 +126,7 @@ class Preflight:
         ]
 
     def _mesh_lines(self) -> list[str]:
-        shown = []
+        shown: list[str] = []
         for mesh in self.meshes:
             text = (
                 f"{'mesh' if not shown else '':10}{mesh.name}: {mesh.triangles} triangles, "
@@ -202,7 +202,7 @@ def preflight(case: Case) -> Preflight:
 def _idle_threads(case: Case) -> list[Fault]:
     """Return a warning where a case asks for more threads than there are cores."""
     cores = usable_cores()
-    if case.run.threads == "auto" or case.run.threads <= cores:
+    if isinstance(case.run.threads, str) or case.run.threads <= cores:
         return []
     what = f"asks for {case.run.threads} threads on a machine with {cores} core{'s' * (cores > 1)}"
     return [Fault("run.threads", what, 'More threads than cores slow a run down: write threads = "auto"')]

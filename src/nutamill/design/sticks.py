@@ -9,6 +9,7 @@ from nutamill.case import Case, Machine
 from nutamill.case.drawing import CHAMBER, DRIVESHAFT, FRAME, SHAFT
 from nutamill.case.expansion import chamber_rotation
 from nutamill.mechanism.modes import static_equilibrium
+from nutamill.mechanism.parts import Vector
 from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts
 
 
@@ -45,9 +46,11 @@ def _mechanism_sticks(case: Machine) -> list[Stick]:
     before = Rotation.from_quat(state.quaternion[:, [1, 2, 3, 0]])
     static_equilibrium(mechanism, state, scratch)
     turn = (Rotation.from_quat(state.quaternion[:, [1, 2, 3, 0]]) * before.inv()).as_matrix()
-    held = [
-        (side, part.point) for part in (*parts.joints, *parts.bushings) for side in (part.body_a, part.body_b)
-    ]
+    held: list[tuple[str, Vector]] = []
+    for joint in parts.joints:
+        held += [(joint.body_a, joint.point), (joint.body_b, joint.point)]
+    for bushing in parts.bushings:
+        held += [(bushing.body_a, bushing.point), (bushing.body_b, bushing.point)]
     for spring in parts.springs:
         held += [(spring.body_a, spring.point_a), (spring.body_b, spring.point_b)]
     lines = []

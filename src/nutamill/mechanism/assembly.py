@@ -184,7 +184,8 @@ def spring_record(placement, spring) -> tuple:
 def drive_tables(placement, joints, drives, n_rows) -> tuple[np.recarray, np.recarray]:
     """Return the drives and the knots of all drives. The last rows belong to the drives without a motor."""
     by_name = {joint.name: joint for joint in joints}
-    table, knots = [], []
+    table: list[tuple] = []
+    knots: list[tuple] = []
     row = n_rows - sum(drive.motor is None for drive in drives)
     for drive in drives:
         t, w = np.asarray(drive.times, float), np.asarray(drive.speeds, float)
@@ -225,7 +226,8 @@ def drive_tables(placement, joints, drives, n_rows) -> tuple[np.recarray, np.rec
 
 def force_tables(placement, forces) -> tuple[np.recarray, np.recarray]:
     """Return the given forces and the knots of all of them. A constant force has one knot."""
-    table, knots = [], []
+    table: list[tuple] = []
+    knots: list[tuple] = []
     for force in forces:
         first = len(knots)
         if force.times is None:

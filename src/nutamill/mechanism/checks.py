@@ -1,6 +1,8 @@
 """What the parts of a mechanism must satisfy one by one, before they are assembled."""
 
+from collections.abc import Iterator, Sequence
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +29,7 @@ from nutamill.mechanism.rows import unit
 from nutamill.mechanism.stop_tables import LEAST_RESTITUTION
 
 VECTOR = (3,)
-SHAPES = {
+SHAPES: dict[type, dict[str, tuple[int, ...]]] = {
     Body: {
         "mass": (),
         "inertia": (3, 3),
@@ -59,7 +61,7 @@ OPTIONAL = {
 """Fields of each part that may be None."""
 
 
-KINDS = {
+KINDS: dict[str, type[Any]] = {
     "body": Body,
     "joint": Joint,
     "bushing": Bushing,
@@ -107,7 +109,7 @@ def option_faults(gravity, redundant):
         yield Fault("gravity", f"it is {wrong}", "Give an acceleration in world axes [m/s^2]")
 
 
-def type_faults(groups):
+def type_faults(groups: dict[str, Sequence[Any]]) -> Iterator[Fault]:
     """Yield parts of another kind than their list, names that are no text, and unknown kinds of joints."""
     for kind, parts in groups.items():
         expected = KINDS[kind]
@@ -127,7 +129,7 @@ def type_faults(groups):
                 )
 
 
-def number_faults(kind, parts):
+def number_faults(kind: str, parts: Sequence[Any]) -> Iterator[Fault]:
     """Yield a fault for every number, vector or matrix of the parts that is not finite or of another shape
     (`SHAPES`). An optional one may be None.
     """

@@ -133,7 +133,10 @@ def constraint_tables(placement: Placement, joints, drives, gears=()):
     """Return the tables of joints, of rows (joints, gears, drives) and of pairs of rows, a label per row, and
     the gaps that are too large as faults.
     """
-    rows, labels, faults, table = [], [], [], []
+    rows: list[tuple] = []
+    labels: list[RowLabel] = []
+    faults: list[Fault] = []
+    table: list[tuple] = []
     zero = np.zeros(3)
     for joint in joints:
         a, b, first = placement.index[joint.body_a], placement.index[joint.body_b], len(rows)
@@ -146,7 +149,7 @@ def constraint_tables(placement: Placement, joints, drives, gears=()):
                 Fault(
                     f"joint {joint.name!r}",
                     f"the points on {joint.body_a!r} and {joint.body_b!r} are not the same, got a gap of "
-                    f"{shown(np.linalg.norm(gap), 'mm')}, largest {shown(LARGEST_GAP, 'mm', 'g')}",
+                    f"{shown(float(np.linalg.norm(gap)), 'mm')}, largest {shown(LARGEST_GAP, 'mm', 'g')}",
                     f"Put the point on {joint.body_b!r} at {met} mm",
                 )
             )
@@ -192,13 +195,13 @@ def constraint_tables(placement: Placement, joints, drives, gears=()):
             labels.append(RowLabel(f"drive {drive.name!r}", f"the position along {text(z)}", "m"))
             continue
         # y rotated by the drive's angle stays square to b's x; a rotation by 90 deg brings y to -x
-        axes = (
+        square = (
             placement.local_axis(joint.body_a, y),
             placement.local_axis(joint.body_b, x),
             placement.local_axis(joint.body_a, -x),
         )
         rows.append(
-            (AXIS, placement.index[joint.body_a], placement.index[joint.body_b], d, zero, zero, *axes)
+            (AXIS, placement.index[joint.body_a], placement.index[joint.body_b], d, zero, zero, *square)
         )
         labels.append(RowLabel(f"drive {drive.name!r}", f"the rotation about {text(z)}", "rad"))
     pairs = sharing_pairs(rows, len(placement.position) - 1)

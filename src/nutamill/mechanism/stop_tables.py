@@ -3,10 +3,12 @@ for.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from nutamill.base.errors import Fault
+from nutamill.base.required import required
 from nutamill.base.units import shown
 from nutamill.mechanism.effective_mass import IMMOVABLE, free_motion
 from nutamill.mechanism.equations import update_kinematics
@@ -41,7 +43,7 @@ def damping_number(restitution: float) -> float:
     return 0.5 * (low + high)
 
 
-def stop_table(placement: Placement, stops: list[Stop]) -> np.recarray:
+def stop_table(placement: Placement, stops: Sequence[Stop]) -> np.recarray:
     """Return the records of stops in body axes. `set_frequencies` sets their frequencies."""
     return records(STOP, [stop_record(placement, stop) for stop in stops])
 
@@ -56,7 +58,7 @@ def stop_record(placement: Placement, stop: Stop) -> tuple:
         placement.local_point(b, stop.point_b),
         int(plane),
         placement.local_axis(a, unit(stop.normal)) if plane else np.zeros(3),
-        stop.radius_b + (0.0 if plane else stop.radius_a),
+        stop.radius_b + (0.0 if plane else required(stop.radius_a)),
         stop.stiffness,
         damping_number(stop.restitution),
         0.0,

@@ -106,11 +106,18 @@ class System:
             raise CaseError(
                 Fault("loads", f"not a load, got {what}", "Give Bushing, Spring, Torque, Force or Stop")
             )
-        bushings, springs, torques, forces, stops = (
-            [load for load in loads if isinstance(load, kind)] for kind in kinds
-        )
         self.mechanism, self.state, self.scratch = assemble(
-            bodies, joints, bushings, springs, torques, drives, gravity, redundant, forces, gears, stops
+            bodies,
+            joints,
+            [load for load in loads if isinstance(load, Bushing)],
+            [load for load in loads if isinstance(load, Spring)],
+            [load for load in loads if isinstance(load, Torque)],
+            drives,
+            gravity,
+            redundant,
+            [load for load in loads if isinstance(load, Force)],
+            gears,
+            [load for load in loads if isinstance(load, Stop)],
         )
         self._names = names_of(self.mechanism)
         if start(self.mechanism, self.state, self.scratch) != OK:

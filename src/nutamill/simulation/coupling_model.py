@@ -141,7 +141,11 @@ class CoupledScratch(NamedTuple):
 
 
 def coupling_state(
-    n_carriers: int, axis: tuple[Sequence[float], Sequence[float]] = ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    n_carriers: int,
+    axis: tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray] = (
+        (0.0, 0.0, 0.0),
+        (0.0, 0.0, 1.0),
+    ),
 ) -> CouplingState:
     """Return the state before the first window, for `n_carriers` bodies with surfaces. `axis` is point [m]
     and direction of the axis about which the neighbour list rotates, world.

@@ -1,6 +1,6 @@
 """From layers to one nested dict: a later layer wins, key by key, and each key has the place it came from."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from nutamill.base.errors import CaseError, Fault
@@ -63,7 +63,7 @@ def _overlay(below: dict[str, Any], above: dict[str, Any], at: Key) -> Iterator[
             and "clumps" not in value
         ):
             yield from _overlay(under, value, (*at, key))
-        elif isinstance(value, dict) and is_tables(under):
+        elif isinstance(value, dict) and isinstance(under, list) and is_tables(under):
             yield from _overlay_entries(under, value, (*at, key))
         else:
             below[key] = copied(value)
@@ -111,7 +111,7 @@ def _places_over(below: dict[Key, str], layer: Layer, content: dict[str, Any]) -
     return places
 
 
-def _keys(content: dict[str, Any], above: Key = ()) -> Iterator[tuple[Key, Any]]:
+def _keys(content: Mapping[Any, Any], above: Key = ()) -> Iterator[tuple[Key, Any]]:
     """Yield every key of a nested dict with its value."""
     for key, value in content.items():
         yield (*above, key), value

@@ -123,7 +123,7 @@ def _type_at(top: type[Table], key: Key) -> Any:
         if typing.get_origin(table) is tuple and (isinstance(part, int) or _is_list_of_tables(table)):
             kind = typing.get_args(table)[0]
             continue
-        field = _fields(table).get(part)
+        field = _fields(table).get(str(part))
         if field is None:
             return None
         kind = field.annotation

@@ -115,8 +115,8 @@ def _expand_shapes(layer: Layer, key: Key, portion: dict[str, Any]) -> None:
 def _expand_profile(layer: Layer) -> None:
     """Read the files that ``drive.profile`` and the profiles of drives and unbalance motors name."""
     tables: list[tuple[Key, Any]] = [(("drive",), layer.content.get("drive"))]
-    for name in ("drives", "unbalance_motors"):
-        tables += [((name, part), drive) for part, drive in entries_of(layer.content.get(name))]
+    for table in ("drives", "unbalance_motors"):
+        tables += [((table, part), drive) for part, drive in entries_of(layer.content.get(table))]
     for key, drive in tables:
         if isinstance(drive, dict) and isinstance(name := drive.get("profile"), str):
             del drive["profile"]  # should the file be wrong, the rest of the case can still be checked

@@ -25,7 +25,7 @@ def _table(model: Any, content: dict[str, Any], path: tuple[str | int, ...]) -> 
     }
     lines = []
     if path and isinstance(path[-1], int):
-        lines += ["", f"[[{'.'.join(_key(part) for part in path[:-1])}]]"]
+        lines += ["", f"[[{'.'.join(_key(str(part)) for part in path[:-1])}]]"]
     elif path and (plain or not content):
         lines += ["", f"[{'.'.join(_key(part) for part in path if isinstance(part, str))}]"]
     width = max(map(len, plain), default=0)
@@ -34,7 +34,7 @@ def _table(model: Any, content: dict[str, Any], path: tuple[str | int, ...]) -> 
         pair = f"{key:{width}} = {text}"
         lines.append(f"{pair:<{width + 26}}  # {note}" if note else pair)
     for key, value in content.items():
-        inner = model[key] if isinstance(model, dict) else getattr(model, key, None)
+        inner: Any = model[key] if isinstance(model, dict) else getattr(model, key, None)
         if isinstance(value, dict):
             lines += _table(inner, value, (*path, key))
         elif _is_tables(value):

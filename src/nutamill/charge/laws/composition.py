@@ -107,15 +107,17 @@ def contact_law(
 
 def law_names(law: ContactLaw) -> tuple[str, str, str, str]:
     """Return the four names of a law, the inverse of `contact_law`."""
-    return tuple(
+    normal, tangential, rolling, cohesion = (
         next(name for name, file in family.items() if type(file.LAW) is type(tag))
         for family, tag in zip(FAMILIES, law, strict=True)
     )
+    return normal, tangential, rolling, cohesion
 
 
 def law_files(law: ContactLaw) -> tuple[ModuleType, ModuleType, ModuleType, ModuleType]:
     """Return the four files of a law, in the order of `ContactLaw`."""
-    return tuple(family[name] for family, name in zip(FAMILIES, law_names(law), strict=True))
+    normal, tangential, rolling, cohesion = law_names(law)
+    return NORMAL[normal], TANGENTIAL[tangential], ROLLING[rolling], COHESION[cohesion]
 
 
 def law_numbers(law: ContactLaw, pair: PairLaw) -> list[float]:

@@ -93,15 +93,15 @@ def _integrated(law, pair, m_eff, r_eff, diameters, v) -> Impact:
     def apart(t, y, memory):
         return y[0]
 
-    rest.direction, apart.direction = -1.0, -1.0
+    rest.direction = apart.direction = -1.0  # type: ignore[attr-defined]  # as SciPy asks
     loading = march((0.0, 1.0), 0.0, rest)
     deep, loaded = float(loading.y[0, -1]), float(loading.t[-1])
     overlap = deep * v * per
     push, tangent, memory = push_of(overlap, 0.0, 0.0)
     resolve = law_files(law)[0].resolve_time(pair, tangent, m_eff, loaded * per)
     sticks = push <= pull_of(overlap)
-    rest.direction = 1.0
+    rest.direction = 1.0  # type: ignore[attr-defined]
     parting = None if sticks else march((deep, -1e-12), memory, apart, rest)
-    if sticks or not parting.t_events[0].size:
+    if parting is None or not parting.t_events[0].size:
         return Impact(tangent, math.inf, overlap, 0.0, resolve)
     return Impact(tangent, (loaded + float(parting.t[-1])) * per, overlap, -float(parting.y[1, -1]), resolve)

@@ -199,7 +199,7 @@ def _edge_faults(name, vertices, faces) -> list[Fault]:
                 f"{_listed(triangles)}"
             )
             faults.append(Fault(where, what, hint))
-    turned = [] if faults else _turned(faces, of_side, upward, len(edges))
+    turned = np.zeros(0, int) if faults else _turned(faces, of_side, upward, len(edges))
     if len(turned):
         what = (
             "all triangles must turn the same way, these are inverted against their neighbours: "

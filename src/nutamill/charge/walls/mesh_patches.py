@@ -27,7 +27,7 @@ def mesh_surfaces(
     body: int,
     material: int,
     origin: Sequence[float] = (0.0, 0.0, 0.0),
-    rotation: object = ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    rotation: Sequence[Sequence[float]] | np.ndarray = ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
 ) -> list[Surface]:
     """Return the patches of a mesh as surfaces of a body, in the order of their numbers.
 
@@ -61,7 +61,7 @@ def mesh_walls(surfaces: Sequence[Surface], largest_radius: float) -> MeshWalls:
     surfaces : all surfaces of the charge
     largest_radius : of its particles [m]
     """
-    meshes = list({id(s.mesh): s.mesh for s in surfaces if s.kind == SurfaceKind.MESH_PATCH}.values())
+    meshes = list({id(s.mesh): s.mesh for s in surfaces if s.mesh is not None}.values())
     first_patch = np.cumsum([0, *(mesh.n_patches for mesh in meshes)])
     number = {id(mesh): int(first_patch[k]) for k, mesh in enumerate(meshes)}
     patch_of = [number[id(s.mesh)] + s.patch if s.kind == SurfaceKind.MESH_PATCH else -1 for s in surfaces]
@@ -77,7 +77,8 @@ def mesh_walls(surfaces: Sequence[Surface], largest_radius: float) -> MeshWalls:
 
 
 EMPTY = MeshShape(
-    *(np.zeros((0, 3)) for _ in range(2)),
+    np.zeros((0, 3)),
+    np.zeros((0, 3)),
     np.zeros(0, np.int32),
     np.zeros(0),
     np.zeros(1, np.int32),
@@ -237,13 +238,13 @@ def _patch_grid(corners: np.ndarray, reach: float) -> tuple:
     cells = np.ceil((high - low) / size).astype(int)
     half = 0.5 * np.sqrt(3.0) * size * (1.0 + 1e-9)
     core = np.zeros(int(cells.prod()), bool)
-    cell_of, triangle_of = [], []
+    cells_of, triangles_of = [], []
     for t, triangle in enumerate(corners):
         near, away = cells_near(triangle, low, size, cells, reach + half)
         core[near[away <= half]] = True
-        cell_of.append(near)
-        triangle_of.append(np.full(len(near), t))
-    cell_of, triangle_of = np.concatenate(cell_of), np.concatenate(triangle_of)
+        cells_of.append(near)
+        triangles_of.append(np.full(len(near), t))
+    cell_of, triangle_of = np.concatenate(cells_of), np.concatenate(triangles_of)
     order = np.argsort(cell_of, kind="stable")
     begin = np.searchsorted(cell_of[order], np.arange(len(core) + 1))
     # each triangle is in core cells; two points of two cells are nearer than their middles by a diagonal at

@@ -62,9 +62,9 @@ class Surface:
     kind: SurfaceKind
     body: int
     material: int
-    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    rotation: object = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    size: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    origin: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0)
+    rotation: Sequence[Sequence[float]] | np.ndarray = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    size: Sequence[float] = (0.0, 0.0, 0.0)
     mesh: Mesh | None = None
     patch: int = 0
 

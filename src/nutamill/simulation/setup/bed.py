@@ -20,6 +20,7 @@ from nutamill import __version__
 from nutamill.base.cache_folder import beds_folder
 from nutamill.base.child import start_child, task_of_parent
 from nutamill.base.frames import MOTION_SIZE
+from nutamill.base.required import required
 from nutamill.base.source_code import code_digest, definition_of, reached
 from nutamill.case.machine import Machine
 from nutamill.charge.face import Charge
@@ -125,7 +126,7 @@ def _settle(machine: Machine, progress: Callable[[float], None] | None) -> np.nd
     poses = np.array([carrier.pose for carrier in carriers_of(machine)])
     placed = joined_fills(machine)
     substep = run_clock(machine).substep
-    bed = bed_in_carriers(machine, placed.centre, placed.attitude, poses)
+    bed = bed_in_carriers(machine, required(placed.centre), placed.attitude, poses)
     built = machine_charge(machine, bed, poses, substep)
     at_rest = np.zeros((len(poses), MOTION_SIZE))
     at_rest[:, :7] = poses
@@ -141,7 +142,7 @@ def joined_fills(machine: Machine) -> Particles:
     Those of one region are placed together.
     """
     parts, regions = charge_parts(machine), [region_of(machine, part) for part in machine.charge.parts]
-    placed: list[Particles | None] = [None] * len(parts)
+    placed: dict[int, Particles] = {}
     for region in dict.fromkeys(regions):
         members = [number for number, one in enumerate(regions) if one == region]
         together = filled(machine, region, joined([parts[number] for number in members]), machine.run.seed)
@@ -149,13 +150,13 @@ def joined_fills(machine: Machine) -> Particles:
         for number in members:
             own = slice(first, first + parts[number].number)
             attitudes = None if together.attitude is None else together.attitude[own]
-            placed[number] = parts[number].placed(together.centre[own], attitudes)
+            placed[number] = parts[number].placed(required(together.centre)[own], attitudes)
             first = own.stop
     return charge_particles(machine).placed(
-        np.concatenate([one.centre for one in placed]),
+        np.concatenate([required(placed[number].centre) for number in range(len(parts))]),
         None
         if charge_particles(machine).spheres_only
-        else np.concatenate([_attitudes(one) for one in placed]),
+        else np.concatenate([_attitudes(placed[number]) for number in range(len(parts))]),
     )
 
 

@@ -40,7 +40,8 @@ def carriers_of(machine: Machine) -> list[Carrier]:
     ground last.
     """
     used = {wall.body for wall in machine.walls} | {region.body for region in machine.regions}
-    used |= {machine.fields.body} - {None}
+    if machine.fields.body is not None:
+        used.add(machine.fields.body)
     carriers = [
         Carrier(body.name, number, np.array(body.position, float), quaternion_of(body.turn))
         for number, body in enumerate(machine.bodies)

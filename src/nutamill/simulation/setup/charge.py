@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.frames import quaternion_product, rotation_matrix
+from nutamill.base.required import required
 from nutamill.case.machine import Machine
 from nutamill.case.materials import ContactPair
 from nutamill.charge.assembly import charge_of
@@ -50,7 +51,7 @@ def pair_law(machine: Machine, first: str, second: str) -> PairLaw:
         softened, [machine.materials[name].poisson_ratio for name in (first, second)]
     )
     return PairLaw(
-        stiffness_direct=pair.normal_stiffness if direct else 0.0,
+        stiffness_direct=required(pair.normal_stiffness) if direct else 0.0,
         stiffness_per_diameter_a=0.0 if direct else softened[0],
         stiffness_per_diameter_b=0.0 if direct else softened[1],
         tangential_ratio=pair.tangential_ratio,
@@ -61,7 +62,7 @@ def pair_law(machine: Machine, first: str, second: str) -> PairLaw:
         rolling_friction=pair.rolling_friction,
         overlap_warn=pair.overlap_warn,
         overlap_stop=pair.overlap_stop,
-        unloading_ratio=pair.restitution**-2 if hysteretic else 1.0,
+        unloading_ratio=required(pair.restitution) ** -2 if hysteretic else 1.0,
         contact_modulus=modulus,
         contact_shear_modulus=shear,
         cohesive_pressure=pair.cohesive_pressure or 0.0,
@@ -117,8 +118,8 @@ def impact_of(machine: Machine, first: str, second: str, wall: bool, v: float) -
 def damping_ratio(machine: Machine, pair: ContactPair) -> float:
     """Return the damping ratio of a pair: as given, or from its restitution and the rule on tension."""
     if machine.contact.damping == "ratio":
-        return pair.damping_ratio
-    return damping_ratio_from_restitution(pair.restitution, machine.contact.tension == "cut")
+        return required(pair.damping_ratio)
+    return damping_ratio_from_restitution(required(pair.restitution), machine.contact.tension == "cut")
 
 
 def machine_charge(

@@ -8,6 +8,7 @@ import numpy as np
 
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
+from nutamill.base.required import required
 from nutamill.base.units import shown
 from nutamill.case.machine import Machine
 from nutamill.case.placement import axes_along
@@ -87,7 +88,7 @@ def contact_speed(machine: Machine) -> float:
     speeds = []
     for drive in machine.drives:
         joint = next(joint for joint in machine.joints if joint.name == drive.joint)
-        axis = axes_along(joint.axis)
+        axis = axes_along(required(joint.axis))
         held = [other.point for other in machine.joints if joint.between[1] in other.between]
         points = np.array(held) @ axis - np.array(joint.point) @ axis
         speeds.append(abs(drive.speed) * float(np.hypot(points[:, 0], points[:, 1]).max()))
@@ -117,7 +118,7 @@ def run_clock(machine: Machine) -> Clock:
         return Clock(0, row / windows, windows, f"mechanism alone, at most {units.shown(step, 'us', 'g')}")
     _refuse_soft_springs(machine)
     shortest = min(contact_facts(machine), key=lambda facts: facts.resolve)
-    if machine.run.dt == "auto":
+    if isinstance(machine.run.dt, str):  # "auto"
         longest = shortest.resolve / SUBSTEPS_PER_CONTACT
         ruled_by = f"{shortest.pair}, {SUBSTEPS_PER_CONTACT} substeps per contact"
     else:

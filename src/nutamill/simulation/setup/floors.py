@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nutamill.base.errors import Fault
+from nutamill.base.required import required
 from nutamill.case.machine import Machine
 from nutamill.case.walls import RegionEntry
 from nutamill.charge.filling.fill_walls import in_room
@@ -53,7 +54,7 @@ def crosses(surface: Surface, start: np.ndarray, way: np.ndarray) -> np.ndarray:
     """
     kind, size = surface.kind, surface.size
     if kind == SurfaceKind.PLANE:
-        return (start[:, 2] > 0.0) & (way[2] < 0.0)
+        return np.asarray((start[:, 2] > 0.0) & (way[2] < 0.0))
     if kind == SurfaceKind.CYLINDER:
         return (np.hypot(start[:, 0], start[:, 1]) < size[0]) & bool(np.hypot(*way[:2]) > 1e-9)
     if kind == SurfaceKind.BOX:
@@ -74,7 +75,8 @@ def crosses(surface: Surface, start: np.ndarray, way: np.ndarray) -> np.ndarray:
         heights = start[:, 2] + roots * way[2]
         return ((roots > 0.0) & (heights >= 0.0) & (heights <= height)).any(axis=0)
     if kind == SurfaceKind.BALL:
-        return (_roots(1.0, start @ way, (start**2).sum(axis=1) - size[0] ** 2) > 0.0).any(axis=0)
+        roots = _roots(1.0, start @ way, (start**2).sum(axis=1) - size[0] ** 2)
+        return np.asarray((roots > 0.0).any(axis=0))
     if kind == SurfaceKind.ROD:
         return _meets_rod(start, way, size[0], size[1])
     if kind == SurfaceKind.SPHERE_CAP:
@@ -127,7 +129,8 @@ def _meets_mesh(surface: Surface, start: np.ndarray, way: np.ndarray) -> np.ndar
     Source: T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", J. Graphics Tools
     2, 21-28 (1997).
     """
-    corners = surface.mesh.vertices[surface.mesh.faces]
+    mesh = required(surface.mesh)
+    corners = mesh.vertices[mesh.faces]
     one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     facing = np.cross(one, two) @ way < 0.0
     corners, one, two = corners[facing, 0], one[facing], two[facing]

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.required import required
 from nutamill.case.drive import DriveProgramme
 from nutamill.case.loads import ForceEntry, LinearDriveEntry, StopEntry, UnbalanceMotorEntry
 from nutamill.case.machine import BodyEntry, BushingEntry, JointEntry, Machine
@@ -109,25 +110,26 @@ def machine_sensors(machine: Machine) -> list[tuple[Sensor, list[str]]]:
     """Return the sensors of every run of a machine, each with the names of its series: all joints, all
     bushings, all drives, then the sensors of the file.
     """
-    sensors = []
+    sensors: list[tuple[Sensor, list[str]]] = []
 
-    def add(sensor, prefix, parts=None):
+    def add(sensor: Sensor, prefix: str, parts: Sequence[str] | None = None) -> None:
         sensors.append((sensor, [f"{prefix}_{part}" for part in parts or COLUMNS[sensor.kind]]))
 
-    for joint in (*machine.joints, *machine.unbalance_motors):
-        name = f"joint_{joint.name}"
-        add(Sensor(name, SensorKind.JOINT_REACTION, joint.name), name)
+    motors = [motor.name for motor in machine.unbalance_motors]
+    for joint in [*(entry.name for entry in machine.joints), *motors]:
+        name = f"joint_{joint}"
+        add(Sensor(name, SensorKind.JOINT_REACTION, joint), name)
     for bushing in machine.bushings:
         name = f"bushing_{bushing.name}"
         travel = (*(f"travel_{axis}" for axis in "xyz"), *(f"turn_{axis}" for axis in "xyz"))
         add(Sensor(name, SensorKind.BUSHING_WRENCH, bushing.name), name)
         add(Sensor(f"{name}_travel", SensorKind.BUSHING_TRAVEL, bushing.name), name, travel)
-    for drive in (*machine.drives, *machine.unbalance_motors):
-        name = f"drive_{drive.name}"
-        add(Sensor(name, SensorKind.DRIVE, drive.name), name)
-    for drive in machine.linear_drives:
-        name = f"linear_drive_{drive.name}"
-        add(Sensor(name, SensorKind.LINEAR_DRIVE, drive.name), name)
+    for drive in [*(entry.name for entry in machine.drives), *motors]:
+        name = f"drive_{drive}"
+        add(Sensor(name, SensorKind.DRIVE, drive), name)
+    for slide in machine.linear_drives:
+        name = f"linear_drive_{slide.name}"
+        add(Sensor(name, SensorKind.LINEAR_DRIVE, slide.name), name)
     for gear in machine.gears:
         add(Sensor(f"gear_{gear.name}", SensorKind.GEAR, gear.name), f"gear_{gear.name}")
     for stop in machine.stops:
@@ -184,7 +186,7 @@ def _bushing(entry: BushingEntry) -> Bushing:
 
 def _force(entry: ForceEntry) -> Force:
     if entry.table is None:
-        return Force(entry.name, entry.body, entry.force, point=entry.at)
+        return Force(entry.name, entry.body, required(entry.force), point=entry.at)
     times, forces = zip(*entry.table, strict=True)
     return Force(entry.name, entry.body, forces, times, entry.at)
 
@@ -204,13 +206,13 @@ def _stop(entry: StopEntry) -> Stop:
 
 
 def _linear_drive(entry: LinearDriveEntry) -> Drive:
-    motor = entry.motor
-    if motor is not None:
+    motor, given = None, entry.motor
+    if given is not None:
         limits = (
             math.inf if value is None else value
-            for value in (motor.force, motor.power, motor.cut, motor.restored)
+            for value in (given.force, given.power, given.cut, given.restored)
         )
-        motor = Motor(motor.gain, motor.gain / motor.integral_time, *limits)
+        motor = Motor(given.gain, given.gain / given.integral_time, *limits)
     times, speeds = zip(*entry.speeds, strict=True)
     return Drive(entry.name, entry.joint, times, speeds, motor)
 

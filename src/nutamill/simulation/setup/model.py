@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nutamill.base.errors import CaseError, StepError
+from nutamill.base.required import required
 from nutamill.case.machine import Machine
 from nutamill.charge.measures.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
@@ -57,7 +58,14 @@ class Model:
     def coupled(self) -> CoupledModel:
         """Return the arrays that the coupled march takes."""
         row = self.readout.table.starts
-        return CoupledModel(self.mechanism, self.sensors, self.charge, self.survey, self.plan, row)
+        return CoupledModel(
+            self.mechanism,
+            self.sensors,
+            self.charge,  # type: ignore[arg-type]  # None compiles a march without a charge
+            self.survey,  # type: ignore[arg-type]
+            self.plan,
+            row,
+        )
 
 
 @dataclass(slots=True)
@@ -77,7 +85,12 @@ class State:
 
     def coupled(self) -> CoupledState:
         """Return the arrays that the coupled march takes."""
-        return CoupledState(self.mechanism, self.charge, self.statistics, self.coupling)
+        return CoupledState(
+            self.mechanism,
+            self.charge,  # type: ignore[arg-type]  # None compiles a march without a charge
+            self.statistics,  # type: ignore[arg-type]
+            self.coupling,
+        )
 
 
 @dataclass(slots=True)
@@ -91,7 +104,12 @@ class Scratch:
 
     def coupled(self, model: Model, state: State) -> CoupledScratch:
         """Return the arrays that the coupled march of `state` takes."""
-        return coupled_scratch(state.coupled(), self.mechanism, self.charge, model.plan.scheme)
+        return coupled_scratch(
+            state.coupled(),
+            self.mechanism,
+            self.charge,  # type: ignore[arg-type]  # None compiles a march without a charge
+            model.plan.scheme,
+        )
 
 
 def build(machine: Machine, bed: np.ndarray | None) -> tuple[Model, State, Scratch]:
@@ -166,7 +184,8 @@ def reference_axis(machine: Machine) -> tuple[np.ndarray, np.ndarray]:
         return np.zeros(3), np.array([0.0, 0.0, 1.0])
     drive = machine.drives[reference_drive(machine)]
     joint = next(joint for joint in machine.joints if joint.name == drive.joint)
-    return np.array(joint.point, float), np.asarray(joint.axis, float) / np.linalg.norm(joint.axis)
+    axis = required(joint.axis)
+    return np.array(joint.point, float), np.asarray(axis, float) / np.linalg.norm(axis)
 
 
 def wrench_points(machine: Machine, carriers: list[Carrier]) -> np.ndarray:

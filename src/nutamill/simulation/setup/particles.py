@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.required import required
 from nutamill.case.charge import Portion
 from nutamill.case.machine import Machine
 from nutamill.charge.particles.particles import Particles, clumps, joined, spheres
@@ -94,13 +95,13 @@ def _of_part(machine: Machine, number: int, part: Portion) -> Particles:
         diameters = law.of_number(part.count)
     else:
         density, free = (
-            machine.materials[part.material].density,
+            machine.materials[required(part.material)].density,
             free_volume(machine, region_of(machine, part)),
         )
         diameters = law.of_volume(part.solid_volume(density, free))
     if part.kind == "spheres":
         return spheres(diameters, material)
-    return clumps(_shapes(part.shapes.clumps), diameters, material, machine.run.seed + number)
+    return clumps(_shapes(required(part.shapes).clumps), diameters, material, machine.run.seed + number)
 
 
 @functools.lru_cache(maxsize=16)

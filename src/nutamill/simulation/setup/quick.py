@@ -35,7 +35,7 @@ def quick(case: Case) -> Case:
     }
     if softens(case):
         changes["contact.stiffness"] = "direct"
-        for first, second in itertools.product(case.charge.materials, material_order(case)):
+        for first, second in itertools.product(case.charge.materials, material_order(case.machine)):
             wall = second not in case.charge.materials
             softer, met = 1.0 if wall else SOFTER, quickest_meeting(case.machine, first, second, wall)
             stiffness = spring_stiffness(

@@ -216,7 +216,7 @@ def taken(
         angle, x, y, x0, y0 = terms
         lag = angle - np.arctan2(y - y0, x - x0)
         return np.pi - np.mod(np.pi - lag, 2 * np.pi)  # into (-pi, pi]
-    return terms[0] if len(terms) == 1 else sum(terms)
+    return terms[0] if len(terms) == 1 else sum(terms[1:], 0.0 + terms[0])
 
 
 def quantity_field(entry: QuantityEntry, field_of) -> Field:

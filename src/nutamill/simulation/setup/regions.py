@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.required import required
 from nutamill.case.charge import Portion
 from nutamill.case.machine import Machine
 from nutamill.case.placement import axes_along, region_axes
@@ -77,11 +78,11 @@ def region_surfaces(region: RegionEntry) -> list[Surface]:
     if region.shape == "mesh":
         return []
     if region.shape == "cylinder":
-        size = (region.radius, 0.0, 0.0)
+        size = (required(region.radius), 0.0, 0.0)
         sides = [Surface("region", SurfaceKind.CYLINDER, 0, 0, point, axes, size)]
-        ends = [(2, -1.0, point), (2, 1.0, point + region.height * axes[:, 2])]
+        ends = [(2, -1.0, point), (2, 1.0, point + required(region.height) * axes[:, 2])]
     else:
-        half, sides = 0.5 * np.array(region.size), []
+        half, sides = 0.5 * np.array(required(region.size)), []
         ends = [(k, sign, point + sign * half[k] * axes[:, k]) for k in range(3) for sign in (-1.0, 1.0)]
     return sides + [
         Surface("region", SurfaceKind.PLANE, 0, 0, at, axes_along(-sign * axes[:, k], axes[:, (k + 1) % 3]))
@@ -103,7 +104,11 @@ def walls_within(machine: Machine, region: RegionEntry) -> list[Surface]:
             along = own.T @ np.asarray(surface.rotation)[:, 2]
             offset = (np.array(region.point) - surface.origin) @ np.asarray(surface.rotation)
             coaxial = region.shape == "cylinder" and math.hypot(*along[:2]) < NEAR
-            reach = math.hypot(*offset[:2]) + region.radius if coaxial else np.hypot(*local[:, :2].T).max()
+            reach = (
+                math.hypot(*offset[:2]) + required(region.radius)
+                if coaxial
+                else np.hypot(*local[:, :2].T).max()
+            )
             free = reach <= surface.size[0] + NEAR
         elif surface.kind == SurfaceKind.TUBE:
             free = float(np.hypot(*local[:, :2].T).max()) <= surface.size[0] + NEAR
@@ -111,7 +116,7 @@ def walls_within(machine: Machine, region: RegionEntry) -> list[Surface]:
             size = np.asarray(surface.size)
             free = bool((local.max(axis=0) < -size).any() or (local.min(axis=0) > size).any())
         elif surface.kind == SurfaceKind.MESH_PATCH:
-            vertices = surface.mesh.vertices
+            vertices = required(surface.mesh).vertices
             away = (local.max(axis=0) < vertices.min(axis=0)) | (local.min(axis=0) > vertices.max(axis=0))
             free = bool(away.any())
         else:
@@ -148,13 +153,14 @@ def free_volume(machine: Machine, region: RegionEntry) -> float:
     if region.free_volume is not None:
         return region.free_volume
     inside = walls_within(machine, region)
-    solids = [s for s in inside if s.kind == SurfaceKind.MESH_PATCH and s.mesh.keep == "outside"]
-    whole = region.shape_volume
+    solids = [mesh for s in inside if s.patch == 0 and (mesh := s.mesh) and mesh.keep == "outside"]
     if region.shape == "mesh":
         wall = next(wall for wall in machine.walls if wall.name == region.wall)
         whole = wall_mesh(machine, wall).volume
+    else:
+        whole = required(region.shape_volume)
     others = [s for s in inside if s.kind != SurfaceKind.MESH_PATCH]
-    meshes = sum(surface.mesh.volume for surface in solids if surface.patch == 0)
+    meshes = sum(mesh.volume for mesh in solids)
     return (whole - meshes) * (_share_free(machine, region, others) if others else 1.0)
 
 
@@ -173,9 +179,7 @@ def region_points(machine: Machine, region: RegionEntry, number: int) -> np.ndar
     spread = np.mod(0.5 + np.outer(np.arange(1, number + 1), root ** -np.arange(1.0, 4.0)), 1.0)
     low, high = seen.min(axis=0), seen.max(axis=0)
     points = (low + spread * (high - low)) @ axes.T
-    mesh = [
-        s for s in world_surfaces(machine) if s.kind == SurfaceKind.MESH_PATCH and s.mesh.keep == "inside"
-    ]
+    mesh = [s for s in world_surfaces(machine) if s.mesh is not None and s.mesh.keep == "inside"]
     return points[in_room(region_surfaces(region) or mesh, points)]
 
 
@@ -189,9 +193,9 @@ def charge_room(machine: Machine, region: RegionEntry) -> Room:
         if wall.charge_side == "outside" or wall.name == region.wall:
             area += float(normals_and_areas(wall_mesh(machine, wall).corners)[1].sum())
     if region.shape == "cylinder":
-        area += cylinder_room(region.radius, 0.0, region.height).area
+        area += cylinder_room(required(region.radius), 0.0, required(region.height)).area
     elif region.shape == "box":
-        x, y, z = region.size
+        x, y, z = required(region.size)
         area += 2.0 * (x * y + y * z + z * x)
     return Room(free_volume(machine, region), area)
 
@@ -225,7 +229,7 @@ def filled(machine: Machine, region: RegionEntry, particles: Particles, seed: in
     upright = np.allclose(frame.rotation, region_axes(region), rtol=0.0, atol=1e-12)
     if region.shape == "cylinder" and upright and all(s.kind == SurfaceKind.BOX for s in within):
         boxes = [(seen.origin, seen.rotation, seen.size) for seen in map(frame.seen, within)]
-        placed = fill_cylinder(particles, region.radius, 0.0, region.height, boxes, seed)
+        placed = fill_cylinder(particles, required(region.radius), 0.0, required(region.height), boxes, seed)
         return placed.placed(placed.centre @ frame.rotation.T + frame.origin, placed.attitude)
     surfaces = [frame.seen(surface) for surface in (*region_surfaces(region), *within)]
     corners = (region_corners(machine, region) - frame.origin) @ frame.rotation

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.required import required
 from nutamill.case.machine import Machine
 from nutamill.charge.kernels.impacts import FINE, bin_edges
 from nutamill.charge.measures.statistics import (
@@ -99,7 +100,7 @@ def _cut(machine: Machine, surface: Surface, corners: np.ndarray) -> tuple[int, 
         return ANGLE_HEIGHT, around, up, 0.0, size[2]
     if kind == SurfaceKind.SPHERE_CAP:
         return ANGLE_HEIGHT, around, up, -size[0], -size[0] * math.cos(size[1])
-    if surface.mesh.keep == "outside":
+    if required(surface.mesh).keep == "outside":
         return ANGLE_HEIGHT, 1, 1, 0.0, 1.0
     points, _, upright = _mesh_points(surface)
     if abs(upright) > 0.7:  # rather a floor than a wall
@@ -111,19 +112,16 @@ def _mesh_points(surface: Surface) -> tuple[np.ndarray, np.ndarray, float]:
     """Return points spread evenly over each triangle of a mesh's patch [m] (n, 3), the area of each [m^2]
     (n,), surface axes, and the mean z component of the normal [1].
     """
-    mesh = surface.mesh
+    mesh = required(surface.mesh)
     corners = mesh.vertices[mesh.faces[mesh.patch == surface.patch]]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normals = 0.5 * np.cross(a, b)
     areas = np.linalg.norm(normals, axis=1)
     k = int(np.clip(math.sqrt(MESH_POINTS / len(areas)), 3, 60))
     # middles of the k^2 equal parts of a triangle
-    u, v = (part.ravel() for part in np.meshgrid(np.arange(k), np.arange(k), indexing="ij"))
-    up, down = u + v < k, u + v < k - 1
-    u, v = (
-        np.concatenate([u[up] + 1 / 3, u[down] + 2 / 3]) / k,
-        np.concatenate([v[up] + 1 / 3, v[down] + 2 / 3]) / k,
-    )
+    row, column = (part.ravel() for part in np.meshgrid(np.arange(k), np.arange(k), indexing="ij"))
+    up, down = row + column < k, row + column < k - 1
+    u, v = (np.concatenate([part[up] + 1 / 3, part[down] + 2 / 3]) / k for part in (row, column))
     points = corners[:, :1] + u[:, None] * a[:, None, :] + v[:, None] * b[:, None, :]
     return points.reshape(-1, 3), np.repeat(areas / (k * k), k * k), float(normals[:, 2].sum() / areas.sum())
 
@@ -194,7 +192,8 @@ def patch_axes(machine: Machine) -> dict[str, np.ndarray]:
     for s, surface in enumerate(seen_from(one, carrier) for one in world_surfaces(machine)):
         rows = int(table.rows[s])
         count = int(table.first[s + 1] - table.first[s]) // rows
-        edges = np.linspace(*table.range[s], rows + 1)
+        low, high = table.range[s]
+        edges = np.linspace(low, high, rows + 1)
         azimuth = np.full(count, math.nan)
         if table.kind[s] != FACE_HEIGHT:
             angle = (np.arange(count) + 0.5) * math.tau / count
@@ -277,7 +276,7 @@ def recorded_sums(
     walls = sums["walls"] * (interval / plan.per_wall)
     fields = (sums["fields"] * (interval / plan.per_field)).reshape(*plan.cells, len(FIELD_SUMS))
     return {
-        "sampled_time": np.float64(interval * sums["samples"][0]),
+        "sampled_time": interval * sums["samples"][0],
         "impact_number": book[..., 0].astype(float),
         "impact_energy": book[..., 1] * (bin_edges()[:-1] / FINE),
         **{f"wall_{name}": walls[:, k] for k, name in enumerate(WALL_SUMS)},

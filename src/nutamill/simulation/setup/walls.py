@@ -13,6 +13,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault, missing_extra
+from nutamill.base.required import required
 from nutamill.base.units import in_unit, shown, si_value
 from nutamill.case.machine import Machine
 from nutamill.case.placement import axes_along, shape_corners
@@ -89,7 +90,7 @@ def _surfaces_of(machine: Machine, wall: WallEntry, body: int, material: int) ->
     """Return the surfaces of one wall, world axes as assembled."""
     point, axes = np.array(wall.point, float), axes_along(wall.axis, wall.across)
     if wall.shape == "mesh":
-        pieces = mesh_surfaces(wall_mesh(machine, wall), body, material, point)
+        pieces = mesh_surfaces(wall_mesh(machine, wall), body, material, list(point))
         return [dataclasses.replace(piece, rotation=axes) for piece in pieces]
     if wall.shape == "box" and wall.charge_side == "inside":
         half = 0.5 * np.array(wall.size)
@@ -105,19 +106,27 @@ def _surfaces_of(machine: Machine, wall: WallEntry, body: int, material: int) ->
             for face, (k, sign) in FACES.items()
         ]
     if wall.shape == "rod":
-        point = point + 0.5 * wall.height * axes[:, 2]
-    kind, size = {
-        "plane": lambda: (SurfaceKind.PLANE, (0.0, 0.0, 0.0)),
-        "disc": lambda: (SurfaceKind.DISC, (wall.radius, 0.0, 0.0)),
-        "cylinder": lambda: (SurfaceKind.CYLINDER, (wall.radius, 0.0, 0.0)),
-        "tube": lambda: (SurfaceKind.TUBE, (wall.radius, wall.height, 0.0)),
-        "rod": lambda: (SurfaceKind.ROD, (wall.radius, 0.5 * wall.height, 0.0)),
-        "ball": lambda: (SurfaceKind.BALL, (wall.radius, 0.0, 0.0)),
-        "cone": lambda: (SurfaceKind.CONE, (wall.radius, wall.end_radius, wall.height)),
-        "cap": lambda: (SurfaceKind.SPHERE_CAP, (wall.radius, wall.angle, 0.0)),
-        "box": lambda: (SurfaceKind.BOX, tuple(0.5 * length for length in wall.size)),
-    }[wall.shape]()
-    return [Surface(wall.name.replace("_", " "), kind, body, material, point, axes, size)]
+        point = point + 0.5 * required(wall.height) * axes[:, 2]
+    kind = SurfaceKind[wall.shape.upper()] if wall.shape != "cap" else SurfaceKind.SPHERE_CAP
+    return [Surface(wall.name.replace("_", " "), kind, body, material, point, axes, _size(wall))]
+
+
+def _size(wall: WallEntry) -> tuple[float, ...]:
+    """Return the `Surface.size` of a wall."""
+    if wall.shape == "plane":
+        return 0.0, 0.0, 0.0
+    if wall.shape == "box":
+        return tuple(0.5 * length for length in required(wall.size))
+    radius = required(wall.radius)
+    if wall.shape == "tube":
+        return radius, required(wall.height), 0.0
+    if wall.shape == "rod":
+        return radius, 0.5 * required(wall.height), 0.0
+    if wall.shape == "cone":
+        return radius, required(wall.end_radius), required(wall.height)
+    if wall.shape == "cap":
+        return radius, required(wall.angle), 0.0
+    return radius, 0.0, 0.0
 
 
 def meshed_walls(machine: Machine) -> list[WallEntry]:
@@ -134,7 +143,8 @@ def wall_mesh(machine: Machine, wall: WallEntry) -> Mesh:
         another size than is expected of it
     """
     smallest, largest = _radii(machine)
-    mesh = _read(wall.file, wall.sha256, _metres(wall.unit), wall.charge_side, largest)
+    file, unit = required(wall.file), required(wall.unit)
+    mesh = _read(file, wall.sha256, _metres(unit), wall.charge_side, largest)
     if wall.extent is None:
         return mesh
     low = wall.extent / FAR_OFF if wall.charge_side == "inside" else smallest
@@ -144,11 +154,11 @@ def wall_mesh(machine: Machine, wall: WallEntry) -> Mesh:
             _refuse_elsewhere(machine, wall, mesh)
         return mesh
     fitting = [
-        unit
-        for unit in ("mm", "m", "cm", "in", "um")
-        if low <= size / _metres(wall.unit) * _metres(unit) <= 3.0 * wall.extent
+        other
+        for other in ("mm", "m", "cm", "in", "um")
+        if low <= size / _metres(unit) * _metres(other) <= 3.0 * wall.extent
     ]
-    what = f"{Path(wall.file).name} in {wall.unit} is {size:.3g} m large, the chamber is {wall.extent:.3g} m"
+    what = f"{Path(file).name} in {unit} is {size:.3g} m large, the chamber is {wall.extent:.3g} m"
     hint = f'In {fitting[0]}? Write unit = "{fitting[0]}"' if fitting else "Check the file"
     raise CaseError(Fault(f"{machine.key_of_wall(wall.name)}.unit", what, hint))
 
@@ -289,4 +299,6 @@ def mesh_facts(machine: Machine) -> list[MeshFacts]:
 
 def digests(machine: Machine) -> dict[str, str]:
     """Return the SHA-256 of each mesh file of a machine by its key, for the provenance of a result."""
-    return {f"{machine.key_of_wall(wall.name)}.sha256": wall.sha256 for wall in meshed_walls(machine)}
+    return {
+        f"{machine.key_of_wall(wall.name)}.sha256": required(wall.sha256) for wall in meshed_walls(machine)
+    }
