@@ -135,8 +135,10 @@ class Quantity(NamedTuple):
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
         example = [units.example(self.kind)] + ([self.word] if self.word else [])
+        word = f"|{self.word}" if self.word else ""
         return {
             "type": "string",
+            "pattern": rf"^\s*([+-]?[0-9.]+([eE][+-]?[0-9]+)?\s*[^0-9\s.+eE-].*{word})$",
             "examples": example,
             "description": f"{self.kind} with its unit, e.g. {example[0]}",
         }

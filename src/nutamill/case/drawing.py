@@ -127,7 +127,7 @@ class Chamber(Table):
     floor_depth: Length
     """Floor below the nutation point along the chamber axis [m]."""
     nutation_angle: Angle
-    """Half-angle of the cone as printed [rad]; the lengths of the crank rule."""
+    """Half-angle of the cone as printed [rad]. The lengths of the crank are used; this is a check."""
     mass: Mass
     """Without ribs and bars [kg]."""
     mass_centre_depth: Length

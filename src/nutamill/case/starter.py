@@ -3,8 +3,6 @@
 import os
 from pathlib import Path
 
-from nutamill.base.atomic_file import refuse_suffix
-from nutamill.base.errors import CaseError, Fault, OutputError
 from nutamill.base.library import library_file
 from nutamill.case.mill import load_mill
 from nutamill.case.toml.write import toml_value
@@ -70,24 +68,3 @@ def starter(base: str, file: Path) -> str:
             table = home
         lines.append(f"{f'{key:10} = {toml_value(content[home][key])}':40}  # {note}")
     return "\n".join(lines) + "\n"
-
-
-def write_starter(base: str, file: Path) -> None:
-    """Write `starter` to a file that must not be there yet.
-
-    Raises
-    ------
-    CaseError : the file exists, or the base is wrong
-    OutputError : the file cannot be written
-    """
-    refuse_suffix(file, (".toml",))
-    text = starter(base, file)
-    try:
-        with file.open("x", encoding="utf-8") as stream:
-            stream.write(text)
-    except FileExistsError:
-        raise CaseError(Fault(str(file), "exists already", "Choose another name")) from None
-    except OSError as error:
-        raise OutputError(
-            f'{file}: cannot be written, the system reports "{error.strerror}". Choose another place.'
-        ) from None

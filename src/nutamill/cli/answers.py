@@ -19,6 +19,7 @@ from nutamill.cli.common import (
     reports_errors,
     to,
 )
+from nutamill.cli.paragraphs import echo_lines
 
 if TYPE_CHECKING:
     from nutamill.case import Case, Machine
@@ -46,7 +47,7 @@ def _print_answer(lines: list[str], figure: Any, picture: Path) -> None:
     """Print a table, save its figure and say where."""
     from nutamill.view.figures.saving import save_figure
 
-    typer.echo("\n".join(lines))
+    echo_lines(lines)
     typer.echo(f"picture {save_figure(figure, picture)}")
 
 

@@ -11,6 +11,7 @@ from nutamill import __version__
 from nutamill.base.errors import CaseError, ExitCode, Fault, MillError, printable
 from nutamill.cli import completion
 from nutamill.cli.help import App, PlainGroup
+from nutamill.cli.paragraphs import echo_lines
 
 if TYPE_CHECKING:
     from nutamill.case import Case, Machine
@@ -74,7 +75,7 @@ def reports_errors(command: Callable[..., None]) -> Callable[..., None]:
         try:
             command(*args, **kwargs)
         except MillError as error:
-            typer.echo("\n".join(map(printable, str(error).split("\n"))), err=True)
+            echo_lines(map(printable, str(error).split("\n")), err=True)
             raise typer.Exit(error.exit_code) from None
         except KeyboardInterrupt:
             typer.echo("interrupted", err=True)

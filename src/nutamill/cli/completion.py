@@ -48,6 +48,14 @@ def files(incomplete: str, suffix: str) -> list[str]:
     return [name for name in names if name.startswith(incomplete)]
 
 
+def names(incomplete: str) -> list[tuple[str, str]]:
+    """Return the keys of the first mill of the package that begin as typed, and its tables."""
+    known = case_keys("numill")
+    tables = dict.fromkeys(key.rpartition(".")[0] for key, _ in known if "." in key)
+    offered = [*known, *((table, "a table") for table in tables)]
+    return [(key, value) for key, value in offered if key.startswith(incomplete)]
+
+
 def keys(incomplete: str) -> list[tuple[str, str]]:
     """Return the keys of the case that is typed, each with its present value as help."""
     if "=" in incomplete:

@@ -12,6 +12,7 @@ from nutamill.base.errors import CaseError, ExitCode, Fault, Interrupted, NotSte
 from nutamill.cli import completion
 from nutamill.cli.common import CaseName, Overrides, Quick, app, load, reports_errors, to
 from nutamill.cli.help import App
+from nutamill.cli.paragraphs import echo_lines
 from nutamill.simulation.signals import stop_at_once
 
 if TYPE_CHECKING:
@@ -31,14 +32,24 @@ Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="Threads o
 def new(
     file: Annotated[Path, typer.Argument(metavar="FILE.toml", help="The file to write.")],
     base: Annotated[
-        str, typer.Option("--from", metavar="BASE", help="A published mill or another case file.")
-    ] = "numill",
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="CASE",
+            help="The case that it begins with; else numill.",
+            autocompletion=completion.cases,
+        ),
+    ] = None,
+    kind: Annotated[
+        str,
+        typer.Option(metavar="KIND", help="mill, mechanism, sweep, fit, ratings or mapping."),
+    ] = "mill",
 ) -> None:
-    """Write a short case file to change: a base and the keys people change."""
-    from nutamill.case.starter import write_starter
+    """Write a first file to change, and beside it the schema by which an editor completes and checks it."""
+    from nutamill.studies.new_file import NEXT, write_new
 
-    write_starter(base, file)
-    typer.echo(f"{file} written. Next: nutamill check {file}")
+    schema = write_new(kind, file, base)
+    typer.echo(f"{file} written, with {schema.name} for editors. Next: {NEXT[kind].format(file)}")
 
 
 @app.command()
@@ -63,7 +74,7 @@ def check(
     if loaded.charge.parts:
         warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded.machine))
     sheet = machine_sheet(loaded) if isinstance(loaded, Machine) else preflight(loaded)
-    typer.echo("\n".join(sheet.lines() + (dialect_lines(loaded.machine) if dialects else [])))
+    echo_lines(sheet.lines() + (dialect_lines(loaded.machine) if dialects else []))
 
 
 @app.command()
@@ -103,7 +114,7 @@ def _run(loaded: "Case | Machine", to: Path | None, quick: bool, threads: int | 
     if threads is not None:
         loaded = loaded.with_("run.threads", threads)
     for warning in loaded.warnings:
-        typer.echo(f"warning: {warning}", err=True)
+        echo_lines([f"warning: {warning}"], err=True)
     path = to or loaded.file_in()
     refuse_suffix(path, RESULTS)
     from nutamill.simulation import march
@@ -169,7 +180,7 @@ def show(
 
         with open_result(case) as result:
             summary, warnings = _summary(result)
-            typer.echo("\n".join([*summary, *warnings, *_facts(result)]))
+            echo_lines([*summary, *warnings, *_facts(result)])
     else:
         loaded = load(case, overrides)
         typer.echo((loaded.machine if expanded else loaded).to_toml(), nl=False)
@@ -189,7 +200,7 @@ def fields() -> None:
     ):
         typer.echo(heading)
         for field in known:
-            typer.echo(f"  {field.name:{width}}  {field.unit:8}  {field.meaning}")
+            echo_lines([f"  {field.name:{width}}  {field.unit:8}  {field.meaning}"])
 
 
 @info_app.command()
@@ -208,11 +219,15 @@ def mills() -> None:
 
 @app.command()
 @reports_errors
-def schema() -> None:
-    """Print the JSON schema of case files, for completion in editors."""
-    from nutamill.case.toml.schema import case_schema
+def schema(
+    kind: Annotated[
+        str, typer.Argument(metavar="KIND", help="mill, mechanism, sweep, fit, ratings or mapping.")
+    ] = "mill",
+) -> None:
+    """Print the JSON schema of a kind of file, for completion in editors."""
+    from nutamill.studies.new_file import schema_of
 
-    typer.echo(json.dumps(case_schema(), indent=2))
+    typer.echo(json.dumps(schema_of(kind), indent=2))
 
 
 @app.command()
@@ -244,9 +259,8 @@ def _run_on_screen(title: str, path: Path, march: Callable[["Screen"], "Result"]
         raise typer.Exit(ExitCode.INTERRUPTED) from None
     with result:
         summary, warnings = _summary(result)
-        typer.echo("\n".join(summary))
-        for warning in warnings:
-            typer.echo(warning, err=True)
+        echo_lines(summary)
+        echo_lines(warnings, err=True)
         pictures = _draw(result, path)
     typer.echo(f"{path}   picture{'s' * (len(pictures) > 1)} {', '.join(map(str, pictures))}")
     if not_steady is not None:

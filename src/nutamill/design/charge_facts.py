@@ -102,17 +102,16 @@ class ChargeFacts:
             shown.append(together + (f", {self._fill_text(self.filling, region)}" if one else ""))
         speed = contact_speed(machine)
         shown += [
-            f"contacts  {'pair':22} {'k normal':>10} {'duration':>9} "
-            f"{f'overlap at {speed:.1f} m/s':>20} {'restitution':>11}"
-            f" {'damping':>8} {'friction':>8}",
+            f"contacts  at {speed:.1f} m/s; k stiffness, e restitution, d damping ratio, f friction",
+            f"          {'pair':20} {'k':>10} {'duration':>9} {'overlap':>9} {'e':>5} {'d':>6} {'f':>5}",
         ]
         for facts in self.contacts:
             soft = "  soft" if facts.overlap > facts.law.overlap_warn else ""
             shown.append(
-                f"          {facts.pair:22} {units.shown(facts.stiffness, 'kN/m', '5.4g')} "
-                f"{units.shown(facts.time, 'us', '6.0f')} {100 * facts.overlap:16.1f} % d"
-                f" {facts.restitution:11.3f} {facts.law.damping_ratio:8.4f} "
-                f"{facts.law.static_friction:8.3g}{soft}"
+                f"          {facts.pair:20} {units.shown(facts.stiffness, 'kN/m', '5.4g'):>10} "
+                f"{units.shown(facts.time, 'us', '.0f'):>9} {f'{100 * facts.overlap:.1f} % d':>9} "
+                f"{facts.restitution:5.2f} {facts.law.damping_ratio:6.3f} "
+                f"{facts.law.static_friction:5.3g}{soft}"
             )
         return shown
 

@@ -21,6 +21,7 @@ from nutamill.analysis.source import case_of
 from nutamill.analysis.steady_table import label_of, mean_text, steady
 from nutamill.analysis.summary import warning_lines
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
+from nutamill.base.citation import PAPERS, SOFTWARE
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.files import is_folder
 from nutamill.base.steady import Estimate
@@ -35,18 +36,6 @@ from nutamill.view.webview import view_page
 
 FRAMES = 60
 """Moments of each run shown in motion: about a megabyte each for pellets."""
-CITATION = (
-    f"nutamill {__version__}: coupled multibody and particle dynamics of nutating mills. Open-source "
-    "software, MIT licence."
-)
-SOURCES = (
-    "H. C. Janse van Vuuren, J. R. Bredell, C. J. Coetzee, Coupled multi-body and particle dynamics "
-    "simulation of a nutating mill,"
-    " Math. Comput. Appl. 31(5), 171, 2026.",
-    "J. J. van Tonder, J. R. Bredell, C. Coetzee, J. Branehog, Simulation of kinetic joint forces in "
-    "a nutating grinding mill,"
-    " J. S. Afr. Inst. Min. Metall. 125, 99-106, 2025.",
-)
 
 
 class Sink(NamedTuple):
@@ -162,7 +151,11 @@ def _filled(**fields: object) -> str:
     text = (resources.files("nutamill") / "data" / "pages" / "report.html").read_text(encoding="utf-8")
     template = Environment(autoescape=True, trim_blocks=True).from_string(text)
     return template.render(
-        mean_text=mean_text, version=__version__, citation=CITATION, sources=SOURCES, **fields
+        mean_text=mean_text,
+        version=__version__,
+        citation=SOFTWARE,
+        sources=[paper.text for paper in PAPERS],
+        **fields,
     )
 
 

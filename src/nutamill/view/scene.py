@@ -122,12 +122,8 @@ def film_scene(
     nearest = np.abs(np.linspace(times[0], times[-1], pictures)[:, None] - times).argmin(axis=1)
 
     def open_film(plotter: "pyvista.Plotter") -> Callable:
-        try:
-            import imageio_ffmpeg
-
-            imageio_ffmpeg.get_ffmpeg_exe()
-        except (ImportError, RuntimeError) as fault:
-            raise missing_extra(f"{path}: a film", "ffmpeg", "view") from fault
+        if ffmpeg_trouble():
+            raise missing_extra(f"{path}: a film", "ffmpeg", "view")
         plotter.open_movie(str(path), framerate=FILM_RATE, quality=7, output_params=FRAGMENTS)
         return functools.partial(_filmed, plotter)
 
@@ -302,6 +298,30 @@ def _look(part: Part) -> dict:
         "split_sharp_edges": True,
         "render": False,
     }
+
+
+def opengl_trouble() -> str:
+    """Return why no picture can be drawn in three dimensions, or "" if one can."""
+    try:
+        with _plotter() as plotter:
+            import pyvista
+
+            plotter.add_mesh(pyvista.Sphere())
+            plotter.screenshot(None, return_img=True)
+    except NotInstalledError as error:
+        return str(error)
+    return ""
+
+
+def ffmpeg_trouble() -> str:
+    """Return why no film can be written, or "" if one can."""
+    try:
+        import imageio_ffmpeg
+
+        imageio_ffmpeg.get_ffmpeg_exe()
+    except (ImportError, RuntimeError):
+        return str(missing_extra("a film", "ffmpeg", "view"))
+    return ""
 
 
 @contextmanager

@@ -1,24 +1,31 @@
-"""The JSON schema of case files, for completion and checking in editors."""
+"""The JSON schema of files that a user writes, for completion and checking in editors."""
 
 from typing import Any
 
+from pydantic import BaseModel
+
+from nutamill.case.case_file import CaseFile
 from nutamill.case.mill import Case
 
 
 def case_schema() -> dict[str, Any]:
-    """Return the schema of a file that may have a base.
+    """Return the schema of a case of a mill."""
+    return file_schema(Case)
 
-    Every key is known, none is required, and single entries of a list of tables may be changed by name or
-    number.
 
-    Defaults of quantities are left out, for in the file they carry a unit.
+def file_schema(kind: type[BaseModel]) -> dict[str, Any]:
+    """Return the schema of a kind of file. That of a case allows for a base.
+
+    In a case every key is known, none is required, and single entries of a list of tables may be changed by
+    name or number.  Defaults of quantities are left out, for in the file they carry a unit.
     """
-    schema = Case.model_json_schema(by_alias=True)
-    schema["properties"]["base"] = {
-        "type": "string",
-        "description": "A published mill or another file, whose keys these override.",
-    }
-    _loosen(schema)
+    schema = kind.model_json_schema(by_alias=True)
+    if issubclass(kind, CaseFile):
+        schema["properties"]["base"] = {
+            "type": "string",
+            "description": "A published mill or another file, whose keys these override.",
+        }
+        _loosen(schema)
     return schema
 
 

@@ -1,0 +1,117 @@
+"""What one key of a case means: quantity, choices, present value, and the note on it in the machine file."""
+
+import difflib
+import re
+import typing
+from pathlib import Path
+from typing import Any
+
+from nutamill.base import units
+from nutamill.base.errors import CaseError, Fault
+from nutamill.base.library import LONGEST_WORD
+from nutamill.base.schema import spelled
+from nutamill.case import load_case
+from nutamill.case.machine import Machine
+from nutamill.case.mill import Case
+from nutamill.case.titles import leaves
+from nutamill.case.toml.addresses import Key, numbered, typed_key
+from nutamill.case.toml.keys import quantity_at
+from nutamill.case.toml.layers import read_layers
+from nutamill.case.toml.messages import fields_at
+
+MARKS = {"P": "published", "F": "fitted to a published number", "A": "assumed"}
+"""What the letter before a note of a machine file says of the number."""
+NOTE = re.compile(r"[^#]*#\s*(?:([PFA])\b(?: \+ [PFA]\b)?[ ;,]*)?(.*)")
+"""A line with a note, and its mark."""
+LISTED = 40
+"""Keys of a table that are listed before the rest is counted [1]."""
+
+
+def explained(key: str, name: str = "numill") -> list[str]:
+    """Return what a key takes, what it means, and what it holds in a case.
+
+    Parameters
+    ----------
+    key : dotted key, as ``chamber.ribs``; of a table, as ``chamber``, its keys are listed
+    name : a case file, or a machine of the package
+
+    Raises
+    ------
+    CaseError : no such key, or a case with faults
+    """
+    case = load_case(name)
+    content = case.model_dump(mode="json", by_alias=True, exclude_none=True)
+    try:
+        path = typed_key(key)
+    except ValueError:
+        path = ()
+    top = Machine if isinstance(case, Machine) else Case
+    field = fields_at(top, path[:-1]).get(path[-1]) if path else None
+    if field is None:
+        raise _unknown(key, content, top)
+    inner = fields_at(top, path)
+    lines = [f"{key}: {_text(field.description) or 'a table'}"]
+    if inner:
+        return lines + [f"  {key}.{part:20} {_text(one.description)}" for part, one in inner.items()][:LISTED]
+    lines.append(f"  takes   {_takes(key, field)}")
+    value = dict(leaves(content)).get(key)
+    if value is not None:
+        lines.append(f"  value   {value if isinstance(value, str) else spelled(value)} in {name}")
+    mark, note = _note(name, numbered(content, path))
+    if mark:
+        lines.append(f"  source  {mark}")
+    if note:
+        lines.append(f"  note    {note}")
+    return lines
+
+
+def _takes(key: str, field: Any) -> str:
+    """Return what kind of value a key takes, with an example."""
+    quantity = quantity_at(key)
+    if quantity is not None:
+        word = f' or "{quantity.word}"' if quantity.word else ""
+        names = ", ".join(units.UNITS[quantity.kind])
+        return f'{quantity.kind}, e.g. "{units.example(quantity.kind)}"{word}; units: {names}'
+    choices = _choices(field.annotation)
+    if choices:
+        return ", ".join(f'"{choice}"' if isinstance(choice, str) else str(choice) for choice in choices)
+    text = str(field.annotation)
+    return "a whole number" if "int" in text else "a plain number" if "float" in text else "text or a table"
+
+
+def _choices(kind: Any) -> tuple[Any, ...]:
+    """Return the words that a key may hold, also within an optional type."""
+    if typing.get_origin(kind) is typing.Literal:
+        return typing.get_args(kind)
+    return next((found for part in typing.get_args(kind) if (found := _choices(part))), ())
+
+
+def _note(name: str, key: Key) -> tuple[str, str]:
+    """Return mark and note of a key, from the last file of a case that sets it, empty without one."""
+    for layer in reversed(read_layers(name)):
+        if (place := layer.places.get(key)) is None:
+            continue
+        file, _, line = place.rpartition(":")
+        try:
+            text = (layer.folder / Path(file).name).read_text(encoding="utf-8").splitlines()[int(line) - 1]
+        except (OSError, ValueError, IndexError):
+            return "", ""
+        match = NOTE.match(text)
+        return (MARKS.get(match[1] or "", ""), match[2].strip()) if match else ("", "")
+    return "", ""
+
+
+def _unknown(key: str, content: dict[str, Any], top: type) -> CaseError:
+    """Return the error of a key that is none, with the keys that were probably meant."""
+    known = sorted({*(name for name, _ in leaves(content)), *fields_at(top, ())})
+    lasts = [name.rpartition(".")[2] for name in known]
+    near = difflib.get_close_matches(key.rpartition(".")[2][:LONGEST_WORD], lasts, n=1, cutoff=0.6)
+    meant = [name for name, last in zip(known, lasts, strict=True) if last in near][:LISTED]
+    tables = ", ".join(fields_at(top, ()))
+    hint = f"Did you mean {', '.join(meant)}?" if meant else f"Tables: {tables}"
+    return CaseError(Fault(spelled(key), "is no key of this case", hint))
+
+
+def _text(description: str | None) -> str:
+    """Return a description as one line without the marks of code."""
+    return " ".join((description or "").replace("``", "").split())
