@@ -67,7 +67,7 @@ def test_answer_prints_its_table_and_saves_a_picture(invoke, folder, words, said
     [
         (
             ("loads", "empty.h5", "--axes", "moon"),
-            "axes moon: must be axes of the mill, Known are ground, frame, crank, chamber",
+            "axes moon: must be those of a body whose attitude is recorded. Known are ground, frame, crank",
         ),
         (
             ("life", "empty.h5", "ratings.toml", "--bearing", "yoke_pivot"),
@@ -109,7 +109,7 @@ def test_mechanism_of_listed_parts_is_no_mill(invoke, folder):
         told.exit_code == 2 and "describes a mechanism part by part ([[bodies]]), not a mill" in told.stderr
     )
     march.run(load_case(crank, ["run.until=5 ms"]), folder / "crank.h5").close()
-    told = invoke("loads", "crank.h5")
+    told = invoke("mounts", "crank.h5")
     assert told.exit_code == 2 and "crank.h5: the run of a machine given part by part" in told.stderr
 
 

@@ -71,13 +71,6 @@ def engine(monkeypatch):
             summary_lines=lambda result: ["crank-pin force 981 N"], warning_lines=lambda result: []
         ),
     )
-    # what a run of a mechanism prints and draws is not asked for here
-    names = ("mechanism_summary_lines", "mechanism_warning_lines", "draw_reactions")
-    mechanism = types.SimpleNamespace(**dict.fromkeys(names))
-    source = types.SimpleNamespace(drawing_of=lambda result: result)
-    monkeypatch.setitem(sys.modules, "nutamill.analysis.source", source)
-    monkeypatch.setitem(sys.modules, "nutamill.analysis.mechanism", mechanism)
-    monkeypatch.setitem(sys.modules, "nutamill.view.figures.mechanism", mechanism)
     return asked
 
 

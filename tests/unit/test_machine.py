@@ -285,8 +285,10 @@ def test_a_campaign_of_a_machine_reads_its_quantities_or_the_forces_of_its_charg
     ]
     file.write_text(PISTON.replace("[materials.steel]", QUANTITIES))
     assert [reading.name for reading in default_readings(load_case(file))] == ["push", "side", "lift"]
-    asked = reading_of("rms push", quantities=["push"])
-    assert (asked.name, asked.field.unit) == ("push_rms", "SI")
+    machine = load_case(file)
+    # its force is in newtons, a position in metres, as what they are taken of
+    units = {name: reading_of(f"rms {name}", machine=machine).field.unit for name in ("push", "side", "lift")}
+    assert units == {"push": "N", "side": "N", "lift": "m"}
 
 
 # ---- light carriers

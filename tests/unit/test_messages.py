@@ -96,7 +96,7 @@ def run(film, tmp_path_factory):
         (
             lambda result: sensor_orders(result, "mount_1_travel_x"),
             CaseError,
-            "must be recorded, .* has no .*lists all names",
+            "must be recorded, this run did not",
         ),
         (
             lambda result: draw_histories(result, ["mount_1_travel_x"]),

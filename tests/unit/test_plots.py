@@ -64,7 +64,7 @@ def test_orders_are_drawn_over_time_where_the_speed_stays_and_over_speed_where_i
     recorder.close()
     with open_result(tmp_path / "a.h5") as run_up:
         axes = figure_of(run_up, "orders:driveshaft_torque").axes[0]
-    assert axes.get_xlabel() == "driveshaft speed (rpm)"
+    assert axes.get_xlabel() == "speed (rpm)"
     assert axes.get_xlim()[1] == pytest.approx(
         20.0 * 4.0 * 30.0 / math.pi, rel=0.2
     )  # the last window ends at 80 rad/s

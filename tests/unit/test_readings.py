@@ -82,7 +82,7 @@ def test_peak_of_an_order_is_found_at_its_speed():
 
 def test_too_few_turns_for_an_order_are_refused():
     time = np.arange(0.0, 1.0, 1e-3)
-    with pytest.raises(ResultError, match="must have 4 turns of the driveshaft, got 2"):
+    with pytest.raises(ResultError, match="must have 4 turns of the drive, got 2"):
         track(time, 4 * np.pi * time, time)
 
 

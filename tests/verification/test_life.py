@@ -118,12 +118,12 @@ def test_bearing_without_a_rating_is_refused(result, ratings):
         (
             "[bearings.pin_joint]",
             "[bearings.crankpin]",
-            "bearings.crankpin: no such joint of the mill. Known are",
+            "bearings.crankpin: no such joint of the machine, got .crankpin.. Known are",
         ),
         (
             "[bearings.pin_joint]",
             "[bearings.crank_pin]",
-            "no such joint of the mill. The joint crank_pin is now called pin_joint",
+            "no such joint of the machine, got .crank_pin.. The joint crank_pin is now called pin_joint",
         ),
         (
             'joint = "pin_joint"',

@@ -3,28 +3,28 @@ catalogue.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from nutamill.analysis.load_paths import hodograph
+from nutamill.analysis.load_paths import CALLED, axes_of, hodograph
 from nutamill.analysis.ratings import Bearing, Ratings
+from nutamill.analysis.source import any_case_of
 from nutamill.analysis.summary import hours_text
-from nutamill.analysis.windows import PAPER_WINDOW
-from nutamill.base.errors import CaseError, Fault
+from nutamill.analysis.windows import PAPER_WINDOW, steady_window, turn_series
+from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.case.machine import JointEntry, Machine, angle_series
 from nutamill.result import Result
 
 EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}
 """Exponent of the load in the life, ISO 281:2007."""
 
-AXIS = {
-    "intermediate_shaft_bearing": ("ground", 2),
-    "driveshaft_bearing": ("frame", 2),
-    "pin_joint": ("crank", 2),
-    "chamber_pivot": ("chamber", 0),
-    "yoke_pivot": ("frame", 1),
-}
-"""Axes and axis of each joint that a bearing can be."""
+PARALLEL = 1e-9
+"""How far the cosine of the angle between parallel axes may be from 1, from numbers that were typed [1]."""
+TURN = ("revolute", "cylindrical", "point_on_line")
+"""Kinds of joints that a bearing can be."""
 
 
 class BearingLife(NamedTuple):
@@ -82,31 +82,32 @@ def bearing_life(
 ) -> BearingLife:
     """Compute the L10 life of the bearing at a joint under the loads of the steady window.
 
-    The load repeats with the turn, so that its mean is taken over the turn and the speed is that of the
-    driveshaft.
+    The mean of the load is taken over the whole turns of the steady window, or over its time where the case
+    names no drive for its period.  The bearing turns as `turns_per_second` says.
 
     Raises
     ------
-    CaseError : a joint that is no bearing, or has no rating
-    ResultError : the run has not made one turn at its last speed
+    CaseError : a joint that is no bearing, or has no rating; axes in which its axis stays are not recorded
+    ResultError : the run has not made one turn at its last speed; nothing turns
     """
-    if joint not in AXIS:
-        raise CaseError(
-            Fault(f"bearing {joint}", "must be a joint that turns", f"Known are {', '.join(AXIS)}")
-        )
+    joints = turning_joints(any_case_of(result).machine)
+    if joint not in joints:
+        hint = f"Known are {', '.join(joints)}" if joints else "This machine has none"
+        raise CaseError(Fault(f"bearing {joint}", "must be a joint that turns", hint))
     if joint not in ratings.bearings:
         hint = f'Add [bearings.{joint}] with kind and dynamic_rating = "30 kN" from its catalogue'
         raise CaseError(Fault(f"bearing {joint}", "must have a rating, the file has none", hint))
-    bearing, (axes, axis) = ratings.bearings[joint], AXIS[joint]
+    bearing, (axes, axis) = ratings.bearings[joint], resting_axis(result, joints[joint])
+    rate = turns_per_second(result, joint, bearing, last)
     force = hodograph(result, joint, axes, last).reaction[:, :3]
-    axial = np.abs(force[:, axis])
-    radial = np.linalg.norm(np.delete(force, axis, axis=1), axis=1)
+    along = force @ axis
+    axial = np.abs(along)
+    radial = np.linalg.norm(force - along[:, None] * axis, axis=1)
     load = equivalent_load(radial, axial, bearing)
     equivalent = cycle_mean(load, bearing.kind)
     turns = bearing.life_factor * basic_life(bearing.dynamic_rating, equivalent, bearing.kind)
     if bearing.swing is not None:
         turns /= swing_share(bearing.swing)
-    speed = float(result.series["driveshaft_speed"].values[-1])
     safety = bearing.static_rating / load.max() if bearing.static_rating else math.nan
     return BearingLife(
         joint,
@@ -114,9 +115,106 @@ def bearing_life(
         float(axial.mean()),
         equivalent,
         turns,
-        turns * 2.0 * math.pi / speed,
+        turns / rate,
         safety,
     )
+
+
+def turning_joints(machine: Machine) -> dict[str, JointEntry]:
+    """Return the joints that a bearing can be, by name: those that turn, and those of unbalance motors."""
+    joints = {joint.name: joint for joint in machine.joints if joint.kind in TURN}
+    for motor in machine.unbalance_motors:
+        between = (motor.body, motor.name)
+        joints[motor.name] = JointEntry(
+            name=motor.name, kind="revolute", between=between, point=motor.point, axis=motor.axis
+        )
+    return joints
+
+
+def resting_axis(result: Result, joint: JointEntry) -> tuple[str, np.ndarray]:
+    """Return axes in which the axis of a joint stays where it is, and its direction in them (3,).
+
+    The axis is fixed in body a, of a joint that turns in body b as well; and in every body that is joined to
+    such a body without turning, or turns about this very direction.  The first one with a recorded attitude
+    counts, or the ground.
+
+    Raises CaseError where none of them has one.
+    """
+    machine, recorded = any_case_of(result).machine, axes_of(result)
+    world = _unit(joint.axis or (0.0, 0.0, 1.0))  # joints that turn have an axis
+    ways = [tuple(entry.between) for entry in machine.joints if _keeps(entry, world)]
+    waiting = list(joint.between[:1] if joint.kind == "point_on_line" else joint.between)
+    seen: list[str] = []
+    while waiting:
+        body = waiting.pop(0)
+        if (axes := CALLED.get(body, body)) in recorded:
+            entry = next((entry for entry in machine.bodies if entry.name == body), None)
+            if entry is None or entry.turn is None:
+                return axes, world
+            turn = Rotation.from_rotvec(entry.turn.angle * _unit(entry.turn.axis))
+            return axes, turn.inv().apply(world)
+        seen.append(body)
+        waiting += [other for way in ways if body in way for other in way if other not in (*seen, *waiting)]
+    hint = 'Add [[sensors]] with kind = "attitude" of one of them, and run the case again'
+    what = f"its axis turns with {' and '.join(seen)}, whose attitudes are not recorded"
+    raise CaseError(Fault(f"bearing {joint.name}", what, hint))
+
+
+def _keeps(joint: JointEntry, direction: np.ndarray) -> bool:
+    """Return whether both bodies of a joint keep a direction (3,) that one of them keeps."""
+    if joint.kind in ("fixed", "prismatic"):
+        return True
+    parallel = joint.axis is not None and abs(float(_unit(joint.axis) @ direction)) > 1.0 - PARALLEL
+    return joint.kind in ("revolute", "cylindrical") and parallel
+
+
+def _unit(vector: Sequence[float]) -> np.ndarray:
+    """Return a vector of length 1 (3,)."""
+    return np.asarray(vector, float) / np.linalg.norm(vector)
+
+
+def turns_per_second(result: Result, joint: str, bearing: Bearing, last: float | str = PAPER_WINDOW) -> float:
+    """Return how often a bearing turns, or swings to and fro, per second of the steady window [Hz].
+
+    A drive of its joint turns it, or gears between it and a joint with a drive.  Any other bearing turns, and
+    every bearing with a ``swing`` swings, once per turn of the drive over whose turns means are taken.
+
+    Raises
+    ------
+    ResultError : the run has not made one turn at its last speed; no drive turns the bearing
+    """
+    window = steady_window(result, last)
+    machine = any_case_of(result).machine
+    if bearing.swing is None:
+        for name, ratio in _geared(machine, joint).items():
+            driven = [drive.name for drive in machine.drives if drive.joint == name]
+            driven += [motor.name for motor in machine.unbalance_motors if motor.name == name]
+            for angle in (angle_series(machine, drive) for drive in driven):
+                if angle in result.series:
+                    ends = np.interp(window.turns[[0, -1]], result.series["time"], result.series[angle])
+                    turned = abs(ratio) * float(np.ptp(ends)) / (2.0 * math.pi)
+                    if turned > 0.0:
+                        return turned / float(window.turns[-1] - window.turns[0])
+    if turn_series(result) is None:
+        raise ResultError(
+            f"{result.path}: bearing {joint}: a life counts turns, and no drive turns this joint. Give the "
+            "case a drive, and name it as run.period."
+        )
+    return window.turn_rate
+
+
+def _geared(machine: Machine, joint: str) -> dict[str, float]:
+    """Return the joints that a joint is geared to, itself among them: by name how often it turns in a turn of
+    that one [1].
+    """
+    turns = {joint: 1.0}
+    for _ in machine.gears:
+        for gear in machine.gears:
+            if gear.output in turns:
+                turns.setdefault(gear.input, turns[gear.output] * gear.ratio)
+            if gear.input in turns:
+                turns.setdefault(gear.output, turns[gear.input] / gear.ratio)
+    return turns
 
 
 def bearings_lines(lives: list[BearingLife]) -> list[str]:

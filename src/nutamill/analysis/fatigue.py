@@ -10,7 +10,7 @@ import numpy as np
 from nutamill.analysis.load_paths import hodograph
 from nutamill.analysis.ratings import Ratings, Section
 from nutamill.analysis.summary import hours_text
-from nutamill.analysis.windows import PAPER_WINDOW
+from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import CaseError, Fault, missing_extra
 from nutamill.base.units import in_unit
 from nutamill.result import Result
@@ -33,7 +33,9 @@ class SectionLife(NamedTuple):
     mean: float
     """Mean stress of that cycle [Pa]."""
     damage: float
-    """Miner's sum per turn of the driveshaft [1]; infinite where the ultimate strength is reached."""
+    """Miner's sum per turn of the drive [1], or per length of time that stands for one where nothing turns;
+    infinite where the ultimate strength is reached.
+    """
     time: float
     """Time until Miner's sum is one at the speed of the run [s]."""
 
@@ -132,10 +134,9 @@ def section_life(
     damage, peak, largest = max(lives, key=lambda life: (life[0], life[1]))
     if section.stress_concentration * peak >= section.ultimate_strength:
         damage = math.inf
-    count = len(turns.angle) * (turns.angle[1] - turns.angle[0]) / (2.0 * math.pi)
-    per_turn = damage / count
-    speed = float(result.series["driveshaft_speed"].values[-1])
-    lasts = 2.0 * math.pi / speed / per_turn if per_turn > 0.0 else math.inf
+    window = steady_window(result, last)
+    per_turn = damage / (len(window.turns) - 1)
+    lasts = 1.0 / (window.turn_rate * per_turn) if per_turn > 0.0 else math.inf
     return SectionLife(
         name, peak, section.stress_concentration * float(largest[0]) / 2.0, float(largest[1]), per_turn, lasts
     )

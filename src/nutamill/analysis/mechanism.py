@@ -1,5 +1,6 @@
 """What a run of a mechanism came to: loads of its joints and drives, and whether its energy ledger closes."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -34,8 +35,11 @@ def part_loads(result: Result) -> list[PartLoad]:
         for name in result.series.data_vars
         if str(name).endswith("_force_x")
     ]
+    wrench = [f"{part}_{axis}" for part in ("force", "moment") for axis in "xyz"]
     loads = []
     for name in names:
+        if any(f"{name}_{part}" not in result.series for part in wrench):
+            continue  # the case records a part of it only
         force, moment = magnitude(result, f"{name}_force"), magnitude(result, f"{name}_moment")
         loads.append(
             PartLoad(name, float(force.mean()), float(force.max()), float(moment.mean()), float(moment.max()))
@@ -45,13 +49,15 @@ def part_loads(result: Result) -> list[PartLoad]:
 
 def ledger_share(result: Result) -> float:
     """Return the largest residual of the energy ledger as a share of the energy that moved [1]: the largest
-    swing of a stored energy or of a work.
+    swing of a stored energy or of a work. NaN where the run records no ledger.
     """
     series = result.series
     moved = ("kinetic_energy_mechanism", "potential_energy", "elastic_energy")
     names = [
         name for name in map(str, series.data_vars) if name in moved or name.endswith(("_work", "_loss"))
     ]
+    if not names or "ledger_residual" not in series:
+        return math.nan
     swing = max(float(series[name].max() - series[name].min()) for name in names)
     return float(abs(series["ledger_residual"]).max()) / swing if swing else 0.0
 
@@ -81,12 +87,12 @@ def mechanism_summary_lines(result: Result) -> list[str]:
     for name in map(str, series.data_vars):
         if name.startswith("drive_") and name.endswith("_torque"):
             torque, drive = series[name].values, name.removesuffix("_torque")
-            work = float(series[f"{drive}_work"].values[-1])
-            lines.append(
-                f"{drive}: torque mean {torque.mean():.4g} N m, peak {np.abs(torque).max():.4g} N m; "
-                f"work {work:.4g} J"
-            )
-    lines.append(f"energy ledger closes to {100.0 * ledger_share(result):.2g} % of the energy that moved")
+            line = f"{drive}: torque mean {torque.mean():.4g} N m, peak {np.abs(torque).max():.4g} N m"
+            if f"{drive}_work" in series:
+                line += f"; work {float(series[f'{drive}_work'].values[-1]):.4g} J"
+            lines.append(line)
+    if not math.isnan(share := ledger_share(result)):
+        lines.append(f"energy ledger closes to {100.0 * share:.2g} % of the energy that moved")
     return lines
 
 
@@ -99,6 +105,7 @@ def mechanism_warning_lines(result: Result) -> list[str]:
     lines = []
     if len(result.series["time"]) and (share := ledger_share(result)) > LEDGER_LIMIT:
         lines.append(
-            f"warning: the ledger leaves {100 * share:.2f} % of the energy that moved open. Shorten run.dt"
+            f"warning: the ledger leaves {100 * share:.2f} % of the energy that moved open. "
+            "Halve run.step, or run.window where there is a charge"
         )
     return lines

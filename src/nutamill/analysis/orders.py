@@ -9,10 +9,14 @@ import numpy as np
 from scipy.signal import ShortTimeFFT, oaconvolve
 from scipy.signal.windows import hann
 
+from nutamill.analysis.source import any_case_of
+from nutamill.analysis.windows import turn_series
 from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.library import similar
 from nutamill.base.units import in_unit, rpm
+from nutamill.case.machine import angle_series
 from nutamill.result import Result
-from nutamill.result.fields import series_field
+from nutamill.result.fields import Field
 
 PER_TURN = 128
 """Samples per turn after resampling over the crank angle [1]: orders up to 16 with 8 samples each."""
@@ -97,7 +101,7 @@ def track(
     even = np.arange(np.ceil(angle[0] / step), np.floor(angle[-1] / step) + 1.0) * step
     if len(even) <= length:
         made = (angle[-1] - angle[0]) / (2.0 * np.pi)
-        raise ResultError(f"orders: must have {turns} turns of the driveshaft, got {made:.3g}. Run longer")
+        raise ResultError(f"orders: must have {turns} turns of the drive, got {made:.3g}. Run longer")
     at, signal = np.interp(even, angle, time), np.interp(even, angle, value)
     window = hann(length, sym=False)
     window /= window.sum()
@@ -110,30 +114,75 @@ def track(
 
 
 def sensor_orders(
-    result: Result, name: str, orders: Sequence[float] = (1.0, 2.0), turns: int = TURNS
+    result: Result,
+    name: str,
+    orders: Sequence[float] = (1.0, 2.0),
+    turns: int = TURNS,
+    drive: str | None = None,
 ) -> Orders:
-    """Return the track orders of a recorded series, as `track`.
+    """Return the track orders of a recorded series over the turns of a drive, as `track`.
+
+    Parameters
+    ----------
+    drive : name of the drive; that of the period of the case, or its only drive, if None
 
     Raises
     ------
-    CaseError : no such series
-    ResultError : fewer turns than the window has
+    CaseError : no such series or drive
+    ResultError : nothing that turns, or fewer turns than the window has
     """
-    value, series = recorded(result, name), result.series
-    return track(series["time"].values, series["crank_angle"].values, value, orders, turns)
+    value, angle = recorded(result, name), result.series[drive_angle(result, drive)].values
+    return track(result.series["time"].values, angle, value, orders, turns)
+
+
+def drive_angle(result: Result, drive: str | None = None) -> str:
+    """Return the series with the angle of a drive; of that of the period of the case, or its only drive, if
+    None.
+
+    Raises
+    ------
+    CaseError : no such drive
+    ResultError : no drive whose angle is recorded, or several
+    """
+    if drive is None and (turning := turn_series(result)) is not None:
+        return turning
+    machine = any_case_of(result).machine if result.case_text else None
+    names: list[str] = []
+    if machine is not None:
+        names = [entry.name for entry in machine.drives]
+        names += [entry.name for entry in machine.unbalance_motors]
+    angles = {name: angle_series(machine, name) for name in names if machine is not None}
+    angles = {name: angle for name, angle in angles.items() if angle in result.series}
+    if drive is not None:
+        if drive not in angles:
+            raise CaseError(Fault("--drive", f'no drive is called "{drive}"', similar(drive, list(angles))))
+        return angles[drive]
+    if not angles:
+        raise ResultError(
+            f"{result.path}: orders are repetitions per turn, and no drive of this machine turns. "
+            "`nutamill plot` draws the spectrum of a series."
+        )
+    if len(angles) > 1:
+        raise ResultError(
+            f"{result.path}: several drives turn: {', '.join(angles)}. Choose one with --drive NAME."
+        )
+    return next(iter(angles.values()))
+
+
+def default_series(result: Result, drive: str | None = None) -> str:
+    """Return the series whose orders are asked for most: the crank-pin force, else the torque of the drive.
+    Raises as `drive_angle`.
+    """
+    if "crank_pin_force_resultant" in result.series:
+        return "crank_pin_force_resultant"
+    torque = drive_angle(result, drive).removesuffix("_angle") + "_torque"
+    torques = [name for name in map(str, result.series.data_vars) if name.endswith("_torque")]
+    return torque if torque in torques or not torques else torques[0]
 
 
 def recorded(result: Result, name: str) -> np.ndarray:
-    """Return the samples of a series (n,). Raises CaseError if the result has none of this name."""
-    field = series_field(name)
-    if name != "time" and name not in result.series:
-        raise CaseError(
-            Fault(
-                name,
-                f"must be recorded, {result.path} has no {field.label}",
-                "nutamill info fields lists all names",
-            )
-        )
+    """Return the samples of a series (n,). Raises CaseError where the result has none of this name."""
+    result.field(name)
     return result.series[name].values
 
 
@@ -152,14 +201,13 @@ def peaks(history: Orders) -> list[Peak]:
     ]
 
 
-def waterfall(result: Result, name: str, window: float = 1.0) -> Waterfall:
+def waterfall(result: Result, name: str, window: float = 1.0, drive: str | None = None) -> Waterfall:
     """Compute amplitude spectra of a recorded series over time.  The Hann window is `window` seconds long, a
-    third of a short record, and moves by a quarter of it.
+    third of a short record, and moves by a quarter of it.  `drive` is as for `sensor_orders`.
     """
     window = min(window, result.reached / 3.0)
-    return spectra(
-        result.series["time"].values, result.series["crank_angle"].values, recorded(result, name), window
-    )
+    angle = result.series[drive_angle(result, drive)].values
+    return spectra(result.series["time"].values, angle, recorded(result, name), window)
 
 
 def spectra(time: np.ndarray, angle: np.ndarray, value: np.ndarray, window: float = 1.0) -> Waterfall:
@@ -176,11 +224,10 @@ def spectra(time: np.ndarray, angle: np.ndarray, value: np.ndarray, window: floa
     return Waterfall(at, speed, transform.f, amplitude)
 
 
-def orders_lines(history: Orders, name: str) -> list[str]:
-    """Format the peaks of the orders, and the orders at the end, as a table."""
-    unit = series_field(name).unit
+def orders_lines(history: Orders, field: Field) -> list[str]:
+    """Format the peaks of the orders of a series, and the orders at the end, as a table."""
     rows = [
-        f"{series_field(name).label} ({unit})",
+        f"{field.label} ({field.unit})",
         f"{'order':>5} {'peak':>10} {'at rpm':>8} {'t (s)':>7} {'lag':>8} {'at the end':>11} {'lag':>8}",
     ]
     for n, peak in enumerate(peaks(history)):

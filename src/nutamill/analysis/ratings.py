@@ -5,8 +5,9 @@ case is.
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
+from nutamill.analysis.load_paths import CALLED, axes_of, joints_of
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.file_kind import FileKind, refuse_other_kind
 from nutamill.base.schema import (
@@ -23,11 +24,15 @@ from nutamill.base.schema import (
     refusal,
 )
 from nutamill.base.units import Kind, shown
+from nutamill.case.toml.addresses import Key, placed
 from nutamill.case.toml.layers import read_layers
 from nutamill.case.toml.merge import merge
 from nutamill.case.toml.messages import checked
-from nutamill.result.fields import JOINTS, known_joints
+from nutamill.result import Result
+from nutamill.result.fields import JOINTS, TURNING, known_joints
 
+TURNING_AXES = tuple(CALLED.get(body, body) for body in TURNING)
+"""Axes of a mill that turn, by name."""
 Bore = Annotated[float, Quantity(Kind.LENGTH, "zero or more")]
 
 
@@ -47,26 +52,22 @@ class Bearing(Table):
     axial_limit: Coefficient = 0.0
     """Ratio e of axial to radial load above which it counts."""
     swing: Angle | None = None
-    """Half of the angle it swings through, once to and fro per turn of the driveshaft [rad]; a bearing that
+    """Half of the angle it swings through, once to and fro per turn of the drive [rad]; a bearing that
     turns if left out.
     """
     life_factor: Positive = 1.0
     """Factor on the basic life for reliability, lubricant and dirt, a1 times aISO [1]."""
 
 
-def _joint(name: str) -> str:
-    if name not in JOINTS:
-        raise refusal(f"no such joint of the mill, got {name!r}", known_joints(name))
-    return name
-
-
 class Section(Table):
     """A round section of a shaft or pin, and the strength of its material."""
 
-    joint: Annotated[str, AfterValidator(_joint)]
+    joint: str
     """The joint whose reaction it carries."""
-    axes: Literal["ground", "frame", "crank", "chamber"] = "crank"
-    """Axes that are fixed to it."""
+    axes: str = "crank"
+    """Axes that are fixed to it: "ground", or a body whose attitude is recorded; of a mill "frame", "crank"
+    or "chamber".
+    """
     axis: Literal["x", "y", "z"] = "z"
     """Its axis in those."""
     arm: tuple[Coordinate, Coordinate, Coordinate]
@@ -99,7 +100,7 @@ class Section(Table):
 
 
 class Ratings(Table):
-    """Bearings and sections of a mill."""
+    """Bearings and sections of a machine."""
 
     schema_version: Annotated[Literal[1], Field(alias="schema")] = 1
     """Version of the form of this file."""
@@ -109,25 +110,32 @@ class Ratings(Table):
     """Sections by any name."""
 
 
-def load_ratings(path: str | Path) -> Ratings:
+def load_ratings(path: str | Path, result: Result | None = None) -> Ratings:
     """Read the ratings of a TOML file.
+
+    Parameters
+    ----------
+    result : the run whose joints and axes they name; a mill if not given
 
     Raises
     ------
     CaseError : all faults at once, each with its file, line and key
     """
+    joints = list(JOINTS) if result is None else joints_of(result)
+    axes = ["ground", *TURNING_AXES] if result is None else list(axes_of(result))
     refuse_other_kind(path, FileKind.RATINGS)
     content, positions, faults = merge(read_layers(path))
     ratings = checked(Ratings, content, positions, faults)
-    for joint in ratings.bearings:
-        if joint not in JOINTS:
-            faults.append(
-                Fault(
-                    f"{path}: bearings.{joint}",
-                    "no such joint of the mill",
-                    known_joints(joint),
-                )
-            )
+    named: list[tuple[Key, str]] = [(("bearings", joint), joint) for joint in ratings.bearings]
+    named += [(("sections", name, "joint"), section.joint) for name, section in ratings.sections.items()]
+    for key, joint in named:
+        if joint not in joints:
+            what = f"no such joint of the machine, got {joint!r}"
+            faults.append(Fault(placed(positions, key, content), what, known_joints(joint, joints)))
+    for name, section in ratings.sections.items():
+        if section.axes not in axes:
+            what, where = f"no such axes of the machine, got {section.axes!r}", ("sections", name, "axes")
+            faults.append(Fault(placed(positions, where, content), what, f"Known are {', '.join(axes)}"))
     if not ratings.bearings and not ratings.sections:
         faults.append(Fault(str(path), "must have a bearing or a section", "Write e.g. [bearings.pin_joint]"))
     if faults:

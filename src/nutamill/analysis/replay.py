@@ -111,6 +111,7 @@ def replay(result: Result, numbers: list[int]) -> Iterator[Frame]:
         places = np.asarray(snapshot["body_positions"], float)
         if isinstance(case, Machine):
             names, home = [body.name for body in case.bodies], GROUND
+            names += [motor.name for motor in case.unbalance_motors]
             origins = list(places)
         else:
             names, home = list(BODIES), CHAMBER

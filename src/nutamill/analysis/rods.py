@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.analysis.load_paths import hodograph, statistics
-from nutamill.analysis.source import case_of
+from nutamill.analysis.source import drawing_of
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base.errors import CaseError, Fault
+from nutamill.case.drawing import Rod
 from nutamill.result import Result
 
 ALONG = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -64,6 +65,12 @@ def rod_tensions(
     return np.linalg.solve(matrix, -np.hstack([force, moment]).T).T
 
 
+def drawn_rods(result: Result) -> dict[str, Rod]:
+    """Return the rods that hold the yoke, by name; none where the case draws none."""
+    drawing = drawing_of(result)
+    return {} if drawing is None else drawing.rods
+
+
 def yoke_rods(result: Result, last: float | str = PAPER_WINDOW) -> RodForces:
     """Compute the tensions of the rods under the load the yoke pivot puts on the frame, over the whole turns
     of steady running.
@@ -76,7 +83,7 @@ def yoke_rods(result: Result, last: float | str = PAPER_WINDOW) -> RodForces:
     ------
     CaseError : the case does not have six rods, or they leave the yoke free
     """
-    rods = case_of(result).rods
+    rods = drawn_rods(result)
     if len(rods) != 6:
         raise CaseError(
             Fault(

@@ -3,12 +3,11 @@
 from typing import NamedTuple
 
 from nutamill.analysis.source import any_case_of
-from nutamill.analysis.summary import CERTAIN, steady_line, too_few_turns
+from nutamill.analysis.summary import CERTAIN, has_crank, steady_line, too_few_turns
 from nutamill.analysis.values import Reading, default_readings, reading_of
 from nutamill.analysis.windows import SteadyPart, steady_mean, turns_at_speed
 from nutamill.base.notebook_hook import notebook_html
 from nutamill.base.steady import FEWEST_TURNS, Estimate
-from nutamill.case import Machine
 from nutamill.result import Result
 
 OF_A_MILL = (
@@ -63,11 +62,11 @@ def steady(result: Result, *readings: str) -> SteadyTable:
     ResultError : a series that this result does not hold
     """
     case = any_case_of(result) if result.case_text else None
-    quantities = [entry.name for entry in case.quantities] if isinstance(case, Machine) else []
     if readings:
-        chosen = [reading_of(text, "steady", quantities) for text in readings]
+        machine = None if case is None else case.machine
+        chosen = [reading_of(text, "steady", machine) for text in readings]
     else:
-        known = default_readings(case) if isinstance(case, Machine) else OF_A_MILL
+        known = OF_A_MILL if case is None or has_crank(result) else default_readings(case)
         chosen = [reading for reading in known if reading.series in result.series]
     times = turns_at_speed(result)[1]
     turns = max(0, len(times) - 1)
@@ -79,7 +78,7 @@ def steady(result: Result, *readings: str) -> SteadyTable:
         return SteadyTable(result.path.stem, too_few_turns(turns), False, heading, means)
     part = SteadyPart(times, {reading.name: mean for reading, mean in means.items()})
     heading = "mean and 95 % interval, not steady" if part.drifting else "steady mean and 95 % interval"
-    return SteadyTable(result.path.stem, steady_line(part), not part.drifting, heading, means)
+    return SteadyTable(result.path.stem, steady_line(result, part), not part.drifting, heading, means)
 
 
 def label_of(reading: Reading) -> str:

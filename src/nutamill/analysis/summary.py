@@ -3,9 +3,9 @@
 import math
 from collections.abc import Mapping
 
+from nutamill.analysis.mechanism import mechanism_summary_lines, mechanism_warning_lines
 from nutamill.analysis.power import LEDGER_LIMIT, power_split
-from nutamill.analysis.source import case_of
-from nutamill.analysis.values import Reading
+from nutamill.analysis.source import any_case_of
 from nutamill.analysis.windows import SteadyPart, steady_mean, steady_part, steady_window
 from nutamill.base.errors import ResultError
 from nutamill.base.steady import FEWEST_TURNS, Estimate
@@ -17,9 +17,25 @@ LONGEST = 1e7
 """Life [h] beyond which only a limit is printed: more than a thousand years."""
 
 
+CRANK = ("crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power")
+"""Series of a crank that drives a vessel."""
+
+
+def has_crank(result: Result) -> bool:
+    """Return whether a result holds the force and the torque of a crank."""
+    return all(name in result.series for name in CRANK[:2])
+
+
 def summary_lines(result: Result) -> list[str]:
-    """Return the lines at the end of a run: steadiness, steady force, torque and power, power split."""
-    names = ["crank_pin_force_resultant", "driveshaft_torque", "driveshaft_power"]
+    """Return the lines at the end of a run: of a crank steadiness, steady force, torque and power, and the
+    power split; of any other machine the loads of its parts.
+    """
+    return _crank_lines(result) if has_crank(result) else mechanism_summary_lines(result)
+
+
+def _crank_lines(result: Result) -> list[str]:
+    """Return the lines at the end of the run of a crank."""
+    names = list(CRANK)
     try:
         window = steady_window(result)
         power = power_split(result)
@@ -39,7 +55,7 @@ def summary_lines(result: Result) -> list[str]:
     else:
         count = len(window.turns) - 1
         lines = [
-            steady_line(part),
+            steady_line(result, part),
             f"crank-pin force {with_interval(force)} N   shaft torque {with_interval(torque)} N m   "
             f"power {drawn.mean:.0f} W",
             f"last {window.end - window.start:.3g} s ({count} whole turn{'s' if count > 1 else ''}), plain "
@@ -58,7 +74,7 @@ def too_few_turns(count: int) -> str:
     return f"too few turns at the last speed for a test of steadiness: {count}, needs {FEWEST_TURNS}"
 
 
-def steady_line(part: SteadyPart) -> str:
+def steady_line(result: Result, part: SteadyPart) -> str:
     """Return whether a run is steady and since when, or what drifts by how much."""
     turns = len(part.turns) - 1
     if not part.drifting:
@@ -71,15 +87,17 @@ def steady_line(part: SteadyPart) -> str:
         name: part.means[name].drift / part.means[name].mean / part.means[name].turns
         for name in part.drifting
     }
-    drifts = ", ".join(
-        f"{Reading(name).field.label} {100.0 * share:+.2g} %" for name, share in shares.items()
-    )
+    labels = {
+        name: result.field(name).label if name in result.series else name.replace("_", " ")
+        for name in part.drifting
+    }
+    drifts = ", ".join(f"{labels[name]} {100.0 * share:+.2g} %" for name, share in shares.items())
     return f"not steady after {turns} turns at this speed; drift per turn: {drifts}"
 
 
 def warning_lines(result: Result) -> list[str]:
     """Return warnings on a run: overlaps beyond the case's `overlap_warn`, a ledger that does not close."""
-    case, series = case_of(result), result.series
+    case, series = any_case_of(result), result.series
     lines = []
     if "largest_pair_overlap" in series and series.sizes["time"]:
         for kind, wall in (("pair", False), ("wall", True)):
@@ -92,6 +110,8 @@ def warning_lines(result: Result) -> list[str]:
                     f"overlap_warn = {100 * limit:.0f} %."
                     " Stiffer contacts would be nearer to the solids"
                 )
+    if not has_crank(result):
+        return lines + mechanism_warning_lines(result)
     try:
         power = power_split(result)
     except ResultError:

@@ -1,13 +1,14 @@
 """What a campaign reads from its results: steady means, root mean squares or swings of series."""
 
 import contextlib
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple, cast, get_args
 
 from nutamill.analysis.windows import How, steady_mean
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.steady import NO_ESTIMATE, Estimate
 from nutamill.case import Case, Machine
+from nutamill.case.series_fields import machine_field
 from nutamill.result import Result
 from nutamill.result.fields import Field, series_field
 
@@ -19,6 +20,8 @@ class Reading(NamedTuple):
     """Name of the series."""
     by: How = "mean"
     """Number taken of each turn."""
+    quantity: Field | None = None
+    """What the series is, where the file of the machine names it."""
 
     @property
     def name(self) -> str:
@@ -27,12 +30,8 @@ class Reading(NamedTuple):
 
     @property
     def field(self) -> Field:
-        """The series, as declared, or a quantity of its machine by its name."""
-        try:
-            return series_field(self.series)
-        except CaseError:
-            label = self.series.replace("_", " ")
-            return Field(self.series, label, "SI", label, "a quantity that the file of the machine names")
+        """What the series is."""
+        return self.quantity or series_field(self.series)
 
 
 DEFAULT = (
@@ -46,27 +45,29 @@ DEFAULT = (
 
 
 def default_readings(case: Case | Machine) -> tuple[Reading, ...]:
-    """Return the readings of a campaign that names none: those of a mill, of another machine the quantities
-    that its file names, else the torques of its drives, the forces of its charge, or the reactions of its
-    joints.
+    """Return the readings of a campaign that names none: those of a crank and its mounts where the machine
+    has the series of a crank pin, else the quantities that its file names, else the torques of its drives,
+    the forces of its charge, or the reactions of its joints.
     """
-    if isinstance(case, Case):
+    machine = case.machine
+    named = [entry.name for entry in machine.quantities]
+    if DEFAULT[0].series in named:
         return DEFAULT
-    named = [entry.name for entry in case.quantities]
-    named = named or [f"drive_{drive.name}_torque" for drive in case.drives]
-    if not named and case.charge.parts:
-        carriers = dict.fromkeys(wall.body for wall in case.walls)
+    named = named or [f"drive_{drive.name}_torque" for drive in machine.drives]
+    if not named and machine.charge.parts:
+        carriers = dict.fromkeys(wall.body for wall in machine.walls)
         named = [f"{carrier}_charge_force_{axis}" for carrier in carriers for axis in "zxy"]
-    named = named or [f"joint_{joint.name}_force_{axis}" for joint in case.joints for axis in "xyz"]
-    return tuple(Reading(name, "mean" if case.quantities else "rms") for name in named[: len(DEFAULT)])
+    named = named or [f"joint_{joint.name}_force_{axis}" for joint in machine.joints for axis in "xyz"]
+    by: How = "mean" if machine.quantities else "rms"
+    return tuple(_reading(machine, name, by) for name in named[: len(DEFAULT)])
 
 
-def reading_of(text: str, where: str = "reading", quantities: Collection[str] = ()) -> Reading:
+def reading_of(text: str, where: str = "reading", machine: Machine | None = None) -> Reading:
     """Return the reading that a text names: a series, or ``rms`` or ``swing`` and a series.
 
     Parameters
     ----------
-    quantities : names of series that the file of a machine gives its own
+    machine : the machine whose file may name quantities of its own
 
     Raises
     ------
@@ -82,13 +83,19 @@ def reading_of(text: str, where: str = "reading", quantities: Collection[str] = 
             )
         )
     try:
-        if series not in quantities:
-            series_field(series)
+        return _reading(machine, series, *(cast(How, way) for way in ways))
     except CaseError as error:
         raise CaseError(
             *(Fault(where, f"{fault.where}: {fault.what}", fault.hint) for fault in error.faults)
         ) from None
-    return Reading(series, *(cast(How, way) for way in ways))
+
+
+def _reading(machine: Machine | None, series: str, by: How = "mean") -> Reading:
+    """Return the reading of a series. Raises CaseError where there is none of this name."""
+    if machine is not None and any(entry.name == series for entry in machine.quantities):
+        return Reading(series, by, machine_field(machine, series))
+    series_field(series)
+    return Reading(series, by)
 
 
 def read(result: Result, readings: Sequence[Reading]) -> dict[Reading, Estimate]:

@@ -17,7 +17,7 @@ from nutamill.base.steady import (
     whole_turns,
 )
 from nutamill.base.units import Kind, parse
-from nutamill.case import Case, Machine
+from nutamill.case.machine import DriveEntry
 from nutamill.result import Result
 
 PAPER_WINDOW = 3.0
@@ -81,10 +81,11 @@ def ramp_end(result: Result, scatter: float = STEADY_SPEED) -> float:
         is the median of the last fifth of the record
     """
     case = any_case_of(result) if result.case_text else None
-    if isinstance(case, Case) and case.drive.motor is not None:
-        return max(case.drive.ramp_end, case.drive.motor.restored or case.drive.motor.cut or 0.0)
+    driven = case.machine if case is not None else None
+    if driven is not None and (ends := [_supplied(drive) for drive in driven.drives if drive.motor]):
+        return max(driven.drive.ramp_end, *ends)
     if "driveshaft_speed" not in result.series:
-        return 0.0 if case is None else case.drive.ramp_end
+        return 0.0 if driven is None else driven.drive.ramp_end
     time, speed = (result.series[name].values for name in ("time", "driveshaft_speed"))
     if not len(time):
         return math.nan
@@ -95,6 +96,11 @@ def ramp_end(result: Result, scatter: float = STEADY_SPEED) -> float:
     if not len(changing) or changing[-1] + 1 == len(time):  # the last sample differs in measured data only
         return float(time[0])
     return float(time[changing[-1] + 1])
+
+
+def _supplied(drive: DriveEntry) -> float:
+    """Return the time from which the supply of a motor is back, or is cut for good [s]."""
+    return drive.motor.restored or drive.motor.cut or 0.0 if drive.motor else 0.0
 
 
 def turns_at_speed(
@@ -121,10 +127,7 @@ def turns_at_speed(
 
 def turn_series(result: Result) -> str | None:
     """Return the series with the angle over whose turns means are taken, or None where nothing turns."""
-    if "crank_angle" in result.series:
-        return "crank_angle"
-    case = any_case_of(result) if result.case_text else None
-    name = case.turn_series if isinstance(case, Machine) else None
+    name = any_case_of(result).machine.turn_series if result.case_text else "crank_angle"
     return name if name in result.series else None
 
 
@@ -215,6 +218,11 @@ def _no_turn(result: Result) -> ResultError:
     """Return the error of a run without a whole turn at its last speed."""
     time = result.series["time"].values
     reached = f"the run ends at t = {time[-1]:g} s" if len(time) else "the run is empty"
+    if turn_series(result) is None:
+        return ResultError(
+            f"{result.path}: fewer than {BLOCKS + 1} samples at constant speed, {reached}. "
+            "Continue it with `nutamill resume`, or take a longer window."
+        )
     return ResultError(
         f"{result.path}: fewer than one whole turn at constant speed, {reached}. Continue it with "
         "`nutamill resume`."

@@ -324,13 +324,16 @@ class Machine(CaseFile):
     @property
     def turn_series(self) -> str | None:
         """Series with the angle of that drive, or None where there is none."""
-        if self.period is None:
-            return None
-        angle = f"drive_{self.period}_angle"
-        return next((entry.name for entry in self.quantities if entry.of == (angle,)), angle)
+        return None if self.period is None else angle_series(self, self.period)
 
     @property
     def drive(self) -> Extent:
         """When the last drive has come to its last speed."""
         ends = [drive.ramp_end for drive in (*self.drives, *self.unbalance_motors)]
         return Extent(max([*ends, *(drive.ramp_end for drive in self.linear_drives)], default=0.0))
+
+
+def angle_series(machine: Machine, drive: str) -> str:
+    """Return the series with the angle of a drive: a quantity that is that angle, or its own."""
+    angle = f"drive_{drive}_angle"
+    return next((entry.name for entry in machine.quantities if entry.of == (angle,)), angle)

@@ -22,6 +22,8 @@ GROUND = "ground"
 LISTS = (*MECHANISM, "sensors", "walls", "regions", "quantities")
 """Lists of a machine whose entries have names, each name once."""
 WITHOUT_AXIS = ("fixed", "spherical")
+TERMS = {"sum": (1, 1000), "resultant": (2, 1000), "product": (1, 1000), "lag": (5, 5)}
+"""Fewest and most series that a quantity is taken of [1]."""
 TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_", "force_", "stop_", "gear_", "linear_")
 """Beginnings of series that a sensor's name may not have."""
 
@@ -29,6 +31,7 @@ TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_", "force_", "stop_"
 def findings(case: "Machine") -> list[Finding]:
     """Return every contradiction in the machine."""
     checks = (_names, _references, _bodies, _joints, _bushings, _springs, _drives, _sensors, _walls)
+    checks += (_quantities,)
     contradictions = [finding for check in checks for finding in check(case)]
     contradictions += load_findings(case)
     contradictions += record_findings(case, series_count(case))
@@ -229,6 +232,20 @@ def _drives(case: "Machine") -> Iterator[Finding]:
                 f'must be a revolute or cylindrical joint, got "{drive.joint}", a {kind} joint',
                 "",
             )
+
+
+def _quantities(case: "Machine") -> Iterator[Finding]:
+    """Quantities of too few or too many series, and those taken of quantities that come after them."""
+    names = [entry.name for entry in case.quantities]
+    for number, entry in enumerate(case.quantities):
+        key = ("quantities", number, "of")
+        fewest, most = TERMS[entry.take]
+        if not fewest <= len(entry.of) <= most:
+            wanted = f"{fewest}" if fewest == most else f"at least {fewest}"
+            yield key, f'must be {wanted} series with take = "{entry.take}", got {len(entry.of)}', ""
+        for source in entry.of:
+            if (name := source.removeprefix("-")) in names[number:]:
+                yield key, f'must be recorded or stand above it, got "{name}"', "Change the order"
 
 
 def _sensors(case: "Machine") -> Iterator[Finding]:

@@ -1,10 +1,12 @@
 """The short case file a new case begins with: a base, and the keys people change."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from nutamill.base.library import library_file
-from nutamill.case.mill import load_mill
+from nutamill.case.mill import load_case
 from nutamill.case.toml.write import toml_value
 
 KEYS = (
@@ -39,6 +41,16 @@ KEYS = (
     ("run", "snapshots", "the charge as it lies, for pictures"),
 )
 """Table, key and note of each line."""
+LISTED = (
+    ("bodies", "mass", "of the body"),
+    ("springs", "stiffness", "of the spring"),
+    ("drives", "speed", "steady speed"),
+    ("drives", "ramp", "or instead: profile"),
+    ("linear_drives", "speed", "steady speed"),
+    ("unbalance_motors", "speed", "steady speed"),
+    ("unbalance_motors", "ramp", "or instead: profile"),
+)
+"""List of parts with names, key and note of each line."""
 
 
 def starter(base: str, file: Path) -> str:
@@ -48,7 +60,7 @@ def starter(base: str, file: Path) -> str:
     ------
     CaseError : the base is none, or has faults
     """
-    case = load_mill(base)
+    case = load_case(base)
     named = base if library_file(base) else os.path.relpath(base, file.parent)
     content = case.model_dump(mode="json", by_alias=True, exclude_none=True)
     lines = [
@@ -60,11 +72,26 @@ def starter(base: str, file: Path) -> str:
         f"base   = {toml_value(named)}",
     ]
     table = ""
-    for home, key, note in KEYS:
-        if key not in content[home]:
-            continue
+    for home, key, value, note in _entries(content):
         if home != table:
             lines += ["", f"[{home}]"]
             table = home
-        lines.append(f"{f'{key:10} = {toml_value(content[home][key])}':40}  # {note}")
+        lines.append(f"{f'{key:10} = {toml_value(value)}':40}  # {note}")
     return "\n".join(lines) + "\n"
+
+
+def _entries(content: dict[str, Any]) -> Iterator[tuple[str, str, Any, str]]:
+    """Yield table, key, value and note of each line, of the keys that the content has."""
+    for home in dict.fromkeys(home for home, _, _ in LISTED):
+        for part in content.get(home, []):
+            named = [(key, note) for list_of, key, note in LISTED if list_of == home]
+            yield from (
+                (f"{home}.{part['name']}", key, part[key], note) for key, note in named if key in part
+            )
+    for home in dict.fromkeys(home for home, _, _ in KEYS):
+        keys = [(key, note) for table, key, note in KEYS if table == home]
+        yield from (
+            (home, key, content[home][key], note) for key, note in keys if key in content.get(home, {})
+        )
+        for number, part in enumerate(content[home].get("part", []) if home in content else []):
+            yield from ((f"{home}.part.{number}", key, part[key], note) for key, note in keys if key in part)

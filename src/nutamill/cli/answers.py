@@ -208,21 +208,32 @@ def balance(
 def orders(
     file: ResultFile,
     sensor: Annotated[
-        str, typer.Option(metavar="SERIES", help="A recorded series; `nutamill info fields` lists them.")
-    ] = "crank_pin_force_resultant",
+        str | None,
+        typer.Option(
+            metavar="SERIES",
+            help="A recorded series; the crank-pin force, or the torque of the drive, if left out.",
+        ),
+    ] = None,
+    drive: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DRIVE",
+            help="Drive whose turns count; that of the period, or the only one, if left out.",
+        ),
+    ] = None,
     to: Picture = None,
 ) -> None:
     """Print amplitude and phase of a series once and twice per turn over a run, and draw its waterfall."""
-    from nutamill.analysis.orders import orders_lines, sensor_orders, waterfall
-    from nutamill.analysis.source import open_mill_result
+    from nutamill.analysis.orders import default_series, orders_lines, sensor_orders, waterfall
+    from nutamill.result import open_result
     from nutamill.view.figures.reading import draw_orders
 
-    with open_mill_result(file) as result:
-        picture = _place(to, _picture_name(file, "orders", sensor), file.parent)
-        answer = sensor_orders(result, sensor)
-        _print_answer(
-            orders_lines(answer, sensor), draw_orders(answer, waterfall(result, sensor), sensor), picture
-        )
+    with open_result(file) as result:
+        name = sensor or default_series(result, drive)
+        picture = _place(to, _picture_name(file, "orders", name, drive), file.parent)
+        answer, field = sensor_orders(result, name, drive=drive), result.field(name)
+        falls = waterfall(result, name, drive=drive)
+        _print_answer(orders_lines(answer, field), draw_orders(answer, falls, field), picture)
 
 
 @app.command()
@@ -230,24 +241,30 @@ def orders(
 def loads(
     file: ResultFile,
     axes: Annotated[
-        str, typer.Option(metavar="AXES", help='"ground", "frame", "crank" or "chamber".')
-    ] = "frame",
+        str | None,
+        typer.Option(
+            metavar="AXES",
+            help='"ground", or a body whose attitude is recorded: of a mill "frame", "crank", "chamber".',
+        ),
+    ] = None,
     last: Last = "3 s",
     to: Picture = None,
 ) -> None:
     """Print the reaction of every joint (mean, r.m.s., peak, orders) and the forces in the rods of a yoke,
     and draw polar plots.
     """
-    from nutamill.analysis.load_paths import load_paths, loads_lines
-    from nutamill.analysis.rods import rods_lines, yoke_rods
-    from nutamill.analysis.source import case_of, open_mill_result
+    from nutamill.analysis.load_paths import default_axes, load_paths, loads_lines
+    from nutamill.analysis.rods import drawn_rods, rods_lines, yoke_rods
+    from nutamill.result import open_result
     from nutamill.view.figures.reading import draw_loads
 
-    with open_mill_result(file) as result:
-        figure = draw_loads(result, axes, last)
-        picture = _place(to, _picture_name(file, "loads", axes, last), file.parent)
-        rods = rods_lines(yoke_rods(result, last)) if case_of(result).rods else []
-        _print_answer(loads_lines(load_paths(result, last), axes) + rods, figure, picture)
+    with open_result(file) as result:
+        chosen = axes or default_axes(result)
+        table = load_paths(result, last)
+        figure = draw_loads(result, chosen, last)
+        picture = _place(to, _picture_name(file, "loads", chosen, last), file.parent)
+        rods = rods_lines(yoke_rods(result, last)) if drawn_rods(result) else []
+        _print_answer(loads_lines(table, chosen) + rods, figure, picture)
 
 
 @app.command()
@@ -308,11 +325,11 @@ def life(
     from nutamill.analysis.bearings import bearing_life, bearings_lines
     from nutamill.analysis.fatigue import section_life, sections_lines
     from nutamill.analysis.ratings import load_ratings
-    from nutamill.analysis.source import open_mill_result
+    from nutamill.result import open_result
     from nutamill.view.figures.reading import draw_lives
 
-    rated = load_ratings(ratings)
-    with open_mill_result(file) as result:
+    with open_result(file) as result:
+        rated = load_ratings(ratings, result)
         picture = _place(to, _picture_name(file, "life", ratings.stem, *(bearing or ()), last), file.parent)
         bearings = [bearing_life(result, joint, rated, last) for joint in bearing or rated.bearings]
         sections = [] if bearing else [section_life(result, name, rated, last) for name in rated.sections]

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from nutamill.base.atomic_file import RESULTS, refuse_suffix
-from nutamill.base.errors import CaseError, ExitCode, Fault, Interrupted, NotSteadyError, printable
+from nutamill.base.errors import (
+    CaseError,
+    ExitCode,
+    Fault,
+    Interrupted,
+    NotSteadyError,
+    ResultError,
+    printable,
+)
 from nutamill.cli import completion
 from nutamill.cli.common import CaseName, Overrides, Quick, app, load, reports_errors, to
 from nutamill.cli.help import App
@@ -273,12 +281,8 @@ def _summary(result: "Result") -> tuple[list[str], list[str]]:
         from nutamill.analysis.measured_import import measured_lines
 
         return measured_lines(result), []
-    from nutamill.analysis.mechanism import mechanism_summary_lines, mechanism_warning_lines
-    from nutamill.analysis.source import drawing_of
     from nutamill.analysis.summary import summary_lines, warning_lines
 
-    if drawing_of(result) is None:
-        return mechanism_summary_lines(result), mechanism_warning_lines(result)
     return summary_lines(result), warning_lines(result)
 
 
@@ -300,13 +304,12 @@ def _facts(result: "Result") -> list[str]:
 
 def _draw(result: "Result", path: Path) -> list[Path]:
     """Draw the pictures of a run beside its result, and return their files."""
-    from nutamill.analysis.source import drawing_of
     from nutamill.view.figures.run import draw_ledger, draw_run
     from nutamill.view.figures.saving import save_figure
 
     picture, ledger = path.with_suffix(".png"), path.with_name(f"{path.stem}-power.png")
-    if drawing_of(result) is None:
-        from nutamill.view.figures.mechanism import draw_reactions
-
-        return [save_figure(draw_reactions(result), picture)]
-    return [save_figure(draw_run(result), picture), save_figure(draw_ledger(result), ledger)]
+    pictures = [save_figure(draw_run(result), picture)]
+    try:
+        return [*pictures, save_figure(draw_ledger(result), ledger)]
+    except ResultError:  # nothing is lost in this machine, or nothing has happened yet
+        return pictures

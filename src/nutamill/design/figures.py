@@ -112,7 +112,7 @@ def draw_run_up(runs: list[RunUp], name: str) -> Figure:
     """Draw the amplitude of each order over speed, one line for each ramp, and the phase lag of the first
     order.
     """
-    unit = unit_of(name)
+    unit = unit_of(series_field(name))
     orders = runs[0].orders.orders
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 1.5 * (len(orders) + 1)), layout="constrained")

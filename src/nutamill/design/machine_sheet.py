@@ -16,9 +16,11 @@ from nutamill.mechanism.constraints import redundancies
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.mechanism.rows import Placement, constraint_tables
+from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.clock import Clock, run_clock
 from nutamill.simulation.setup.light_carriers import light_carrier_warnings
 from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts
+from nutamill.simulation.setup.model import machine_readout
 from nutamill.simulation.setup.wall_checks import refuse_walls
 
 ROW_MICROSECONDS = 0.5
@@ -140,6 +142,9 @@ def machine_sheet(case: Machine) -> MachineSheet:
     redundant = redundancies(mechanism, state, scratch, labels)
     masses = np.array([body.mass for body in parts.bodies])
     centre = masses @ np.array([body.position for body in parts.bodies]) / masses.sum()
+    machine_readout(
+        case, mechanism, state, [part.name for part in carriers_of(case)] if case.charge.parts else []
+    )
     if start(mechanism, state, scratch) != OK:
         raise StepError(
             f"{case.name}: the accelerations at the start are not finite. Check the masses and inertias."

@@ -1,5 +1,6 @@
 """`Result` reads a result file, without an engine."""
 
+import difflib
 import math
 from collections.abc import Sequence
 from functools import cached_property
@@ -9,12 +10,12 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from nutamill.base.errors import CaseError, ResultError
+from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.files import exists
 from nutamill.base.notebook_hook import notebook_html
 from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import newest_whole
-from nutamill.result.fields import statistics_field
+from nutamill.result.fields import Field, statistics_field
 from nutamill.result.layout import STATES, STATES_WITH_REASON, Checkpoint, WallMesh
 
 if TYPE_CHECKING:
@@ -157,6 +158,22 @@ class Result:
                 read, attrs={"source": self.path.name, "state": self.state, "rate": self.rate}
             ).set_coords("time")
         return self._series
+
+    def field(self, name: str) -> Field:
+        """Return what a series of this file is, as the file stores it beside the numbers.
+
+        Raises
+        ------
+        CaseError : the file holds no series of this name; the nearest is proposed
+        """
+        if name not in self.series:
+            near = difflib.get_close_matches(name, list(map(str, self.series.variables)), 1)
+            hint = f'Did you mean "{near[0]}"?' if near else "`nutamill info fields` lists all series"
+            raise CaseError(Fault(f"{self.path}: {name}", "must be recorded, this run did not", hint))
+        stored = self.series[name].attrs
+        keys = {"symbol": "symbol", "unit": "units", "label": "long_name", "meaning": "meaning"}
+        known = {key: str(stored.get(attribute, "")) for key, attribute in keys.items()}
+        return Field(name, **known, frame=str(stored.get("frame", "")), point=str(stored.get("point", "")))
 
     @property
     def statistics(self) -> "xarray.Dataset":

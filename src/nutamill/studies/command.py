@@ -90,8 +90,7 @@ def run_sweep(
 
     planned = members(axes, made)
     first = planned[0].case
-    quantities = [entry.name for entry in first.machine.quantities]
-    readings = tuple(reading_of(text, "readings", quantities) for text in named) or default_readings(first)
+    readings = tuple(reading_of(text, "readings", first.machine) for text in named) or default_readings(first)
     folder = to or Path("sweeps") / stem
     for notice in notices:
         log(notice)

@@ -188,12 +188,14 @@ def _target(given: Measured, case: Case | Machine, where: str) -> Target:
             )
         what, unit, named = int(number), "Hz", f"natural frequency {number}"
     else:
-        what = reading = reading_of(
-            given.quantity, f"{where}.quantity", [entry.name for entry in case.machine.quantities]
-        )
+        what = reading = reading_of(given.quantity, f"{where}.quantity", case.machine)
         by = "" if reading.by == "mean" else f" ({reading.by})"
         unit, named = reading.field.unit, f"{reading.field.label}{by}"
-    kind = next(kind for kind, table in units.UNITS.items() if unit in table)
+    kind = next((kind for kind, table in units.UNITS.items() if unit in table), None)
+    if kind is None:
+        raise CaseError(
+            Fault(f"{where}.quantity", f"has a unit that no key has, {unit}", "Take one of its factors")
+        )
     value, sigma = (si_of(getattr(given, name), kind, f"{where}.{name}") for name in ("value", "uncertainty"))
     under = ", ".join(f"{key} = {changes}" for key, changes in given.set.items())
     return Target(what, case, value, sigma, f"{named}{f', {under}' if under else ''}", unit)

@@ -52,13 +52,13 @@ def machine_solids(
         axes = axes_along(wall.axis, wall.across)
         world = np.array(wall.point) + solid.vertices @ axes.T
         parts.append(Part(wall.name, wall.body, (world - origin) @ rotation, solid.triangles, *look))
+    names = {"charge", *(wall.name for wall in machine.walls)}
     for body in machine.bodies:
         if rods := _rods(machine, body.name, 0.5 * THICKNESS * size):
             origin, rotation = poses[body.name]
             solid = joined(*rods)
-            parts.append(
-                Part(body.name, body.name, (solid.vertices - origin) @ rotation, solid.triangles, DARK)
-            )
+            name = f"{body.name}_body" if body.name in names else body.name
+            parts.append(Part(name, body.name, (solid.vertices - origin) @ rotation, solid.triangles, DARK))
     return tuple(parts)
 
 

@@ -7,19 +7,20 @@ The page is `data/pages/report.html`; here it is filled.  It holds everything it
 """
 
 import base64
-import math
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from nutamill import __version__
 from nutamill.analysis.power import power_split
-from nutamill.analysis.source import case_of
+from nutamill.analysis.source import any_case_of
 from nutamill.analysis.steady_table import label_of, mean_text, steady
 from nutamill.analysis.summary import warning_lines
+from nutamill.analysis.windows import turn_series
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
 from nutamill.base.citation import PAPERS, SOFTWARE
 from nutamill.base.errors import CaseError, Fault, ResultError
@@ -68,7 +69,7 @@ class RunPage(NamedTuple):
     state: str
     """State of the run."""
     speed: str
-    """Last speed [rpm]."""
+    """Last speed [rpm]; empty where nothing turns."""
     verdict: str
     """Whether the run is steady, or why there is no test of that."""
     heading: str
@@ -125,10 +126,11 @@ def report_page(paths: Sequence[str | Path]) -> str:
     for path in paths:
         with open_result(path) as result:
             runs.append(_run_page(result))
-            cases.append(case_of(result))
+            cases.append(any_case_of(result))
     known = [run for run in runs if run.steady]
+    alike = len({tuple(run.steady) for run in known}) == 1 and all(run.speed for run in known)
     overview, axis = "", None
-    if len(known) > 1:
+    if len(known) > 1 and alike:
         axis = swept_axis([case for case, run in zip(cases, runs, strict=True) if run.steady])
         positions = axis.values if axis else [float(run.speed) for run in known]
         label = axis.label if axis else "speed (rpm)"
@@ -169,27 +171,24 @@ def _run_page(result: Result) -> RunPage:
     if not result.case_text:
         what = "holds measured data, not the result of a run"
         raise CaseError(Fault(str(result.path), what, "Lay it over a run with nutamill compare"))
-    case = case_of(result)
+    case = any_case_of(result)
     figures = []
     for name in FIGURES:
         try:
             figure = figure_of(result, name)
             figures.append(Drawn(caption_of(name, figure), _image(figure)))
         except ResultError:
-            continue  # no statistics, no charge, or no steady window: the page shows what there is
+            continue  # no statistics, no charge, no crank, or no steady window: the page shows what there is
     try:
         view = view_page(result, FRAMES)
     except ResultError:
         view = ""
-    last = (
-        rpm(float(result.series["driveshaft_speed"].values[-1])) if result.series.sizes["time"] else math.nan
-    )
     table = steady(result)
     return RunPage(
         result.path.stem,
         case.title,
         result.state,
-        f"{last:.4g}",
+        _last_speed(result),
         table.verdict,
         table.heading,
         {label_of(reading): mean for reading, mean in table.means.items()},
@@ -202,6 +201,17 @@ def _run_page(result: Result) -> RunPage:
     )
 
 
+def _last_speed(result: Result) -> str:
+    """Return the last speed of the drive of the period [rpm], empty where nothing turns."""
+    turning = turn_series(result)
+    if turning is None or len(result.series[turning]) < 2:
+        return ""
+    angle, time = result.series[turning].values[-2:], result.series["time"].values[-2:]
+    if "driveshaft_speed" in result.series:
+        return f"{rpm(float(result.series['driveshaft_speed'].values[-1])):.4g}"
+    return f"{rpm(float(np.diff(angle)[0] / np.diff(time)[0])):.4g}"
+
+
 def _ledger(result: Result) -> list[Sink]:
     """Return where the power goes, largest first, and what is not accounted for."""
     try:
@@ -211,7 +221,7 @@ def _ledger(result: Result) -> list[Sink]:
     rows = [
         *sorted(split.sinks.items(), key=lambda sink: -abs(sink[1])),
         ("not accounted for", split.residual),
-        ("motor", split.motor),
+        ("put in" if "motor_work" not in result.series else "motor", split.motor),
     ]
     return [
         Sink(name, f"{power:.4g}", f"{100.0 * power / split.motor:.2f}" if split.motor else "-")

@@ -20,7 +20,6 @@ from nutamill.analysis.replay import Frame, chosen_snapshots, replay
 from nutamill.analysis.source import any_case_of
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
 from nutamill.result import Result
-from nutamill.result.fields import series_field
 from nutamill.view.cameras import Camera
 from nutamill.view.drawing import Part
 from nutamill.view.drawn import drawn
@@ -180,7 +179,7 @@ def _traces(result: Result, first: float, last: float) -> dict:
     inside = inside[:: max(1, len(inside) // MOST_SAMPLES)]
     traces = []
     for name, colour in zip(_traced(result), COLOURS, strict=False):
-        field = series_field(name)
+        field = result.field(name)
         values = [float(f"{value:.5g}") for value in series[name].values[inside]]
         traces.append({"label": f"{field.label} ({field.unit})", "colour": colour, "values": values})
     return {"traceTimes": np.round(time[inside], 6).tolist(), "traces": traces}

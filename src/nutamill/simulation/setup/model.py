@@ -158,12 +158,27 @@ def build(machine: Machine, bed: np.ndarray | None) -> tuple[Model, State, Scrat
         charge, cstate, cscratch = machine_charge(machine, bed, poses, clock.substep, wall_patches(machine))
         survey = charge_survey(machine, charge, cstate, clock.substep)
         sums = charge_statistics(survey, cstate)
-    groups = row_groups(mechanism, sensors, [carrier.name for carrier in carriers])
-    readout = Readout(machine, RowTable(groups), [name for _, names in named for name in names])
+    readout = machine_readout(machine, mechanism, mstate, [carrier.name for carrier in carriers])
     model = Model(machine, clock, mechanism, sensors, charge, survey, plan, readout)
     coupling = coupling_state(len(carriers), reference_axis(machine))
     state = State(mstate, cstate, sums, coupling, np.zeros(readout.n_columns))
     return model, state, Scratch(mscratch, cscratch)
+
+
+def machine_readout(
+    machine: Machine, mechanism: Mechanism, state: MechanismState, carriers: list[str]
+) -> Readout:
+    """Return the names and fields of the series of a machine, from its parts, its sensors and the bodies that
+    carry walls of a charge.
+
+    Raises
+    ------
+    CaseError : a recorded series, or one that a quantity is taken of, that the machine does not have
+    """
+    named = machine_sensors(machine)
+    sensors = sensor_table(mechanism, state, [sensor for sensor, _ in named])
+    groups = row_groups(mechanism, sensors, carriers)
+    return Readout(machine, RowTable(groups), [name for _, names in named for name in names])
 
 
 def plan_scheme(machine: Machine) -> Scheme:

@@ -4,7 +4,6 @@ Signs are those of docs/conventions.md.  Reactions act on the second body of a j
 body.
 """
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.library import similar
 from nutamill.case.machine import Machine, QuantityEntry
-from nutamill.result.fields import Field, series_field
+from nutamill.case.series_fields import machine_field
 from nutamill.simulation.row import CONTACT_TERMS, WRENCH, RowTable
 from nutamill.simulation.setup.particles import charge_mass
 
@@ -51,11 +50,11 @@ class Readout:
         }
         self._sliding = {drive.name for drive in machine.linear_drives}
         self.table, self.n_columns = table, table.starts.columns
-        values = self._all(np.zeros((1, self.n_columns)), np.zeros(self.n_columns))
+        values = self._all_at_zero()
         known = [name for name in values if name not in self._frictionless]
         self.names = known if machine.run.series is None else list(machine.run.series)
         self._refuse_unknown(known)
-        self.fields = self._fields()
+        self.fields = [machine_field(machine, name) for name in self.names]
 
     def series(self, rows: np.ndarray, first: np.ndarray) -> np.ndarray:
         """Return the values (n, n_names) of the series, SI, in the order of `names`.
@@ -68,29 +67,29 @@ class Readout:
         values = self._all(rows, first)
         return np.column_stack([values[name] for name in self.names])
 
+    def _all_at_zero(self) -> dict[str, np.ndarray]:
+        """Return every series of a row of zeros. Raises CaseError where a quantity is taken of a series that
+        the machine does not have.
+        """
+        row = np.zeros((1, self.n_columns))
+        held = self._plain(row, row[0]) | self._ledger(row, row[0])
+        held |= {entry.name: np.zeros(1) for entry in self._machine.quantities}
+        faults = [
+            Fault(f"quantities.{entry.name}.of", f'no series is called "{name}"', similar(name, list(held)))
+            for entry in self._machine.quantities
+            for name in (source.removeprefix("-") for source in entry.of)
+            if name not in held
+        ]
+        if faults:
+            raise CaseError(*faults)
+        return self._all(row, row[0])
+
     def _refuse_unknown(self, known: list[str]) -> None:
         """Raise CaseError with every recorded name that is no series of the machine."""
         unknown = [name for name in self.names if name not in known]
         if unknown or self.names[:1] != ["time"]:
             faults = [Fault("run.series", f'no series is called "{n}"', similar(n, known)) for n in unknown]
             raise CaseError(*(faults or [Fault("run.series", 'the first must be "time"')]))
-
-    def _fields(self) -> list[Field]:
-        """Return the field of each series.
-
-        A quantity that the tables do not name is described by what it is taken of.
-        """
-        entries = {entry.name: entry for entry in self._machine.quantities}
-        fields: dict[str, Field] = {}
-
-        def field_of(name: str) -> Field:
-            if name not in fields:
-                fields[name] = (
-                    quantity_field(entries[name], field_of) if name in entries else series_field(name)
-                )
-            return fields[name]
-
-        return [field_of(name) for name in self.names]
 
     def _all(self, rows: np.ndarray, first: np.ndarray) -> dict[str, np.ndarray]:
         """Return every series by name, the quantities among them."""
@@ -217,17 +216,3 @@ def taken(
         lag = angle - np.arctan2(y - y0, x - x0)
         return np.pi - np.mod(np.pi - lag, 2 * np.pi)  # into (-pi, pi]
     return terms[0] if len(terms) == 1 else sum(terms[1:], 0.0 + terms[0])
-
-
-def quantity_field(entry: QuantityEntry, field_of) -> Field:
-    """Return what a quantity is: as the tables of fields say, else by what it is taken of."""
-    try:
-        return series_field(entry.name)
-    except CaseError:
-        source = field_of(entry.of[0].removeprefix("-"))
-    unit = {"product": "*".join(field_of(n.removeprefix("-")).unit for n in entry.of), "lag": "rad"}
-    label = entry.name.replace("_", " ")
-    meaning = f"{entry.take} of {', '.join(entry.of)}" + (", zeroed at the start" if entry.zeroed else "")
-    return replace(
-        source, name=entry.name, label=label, meaning=meaning, unit=unit.get(entry.take, source.unit)
-    )

@@ -73,6 +73,7 @@ def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     table = table.isel(patch=np.flatnonzero(number == largest))
     columns = int(table["patch_column"].max()) + 1
     azimuth, along = (table[name].values.reshape(columns, -1) for name in ("patch_azimuth", "patch_along"))
+    order = np.argsort(azimuth[:, 0])  # a wall may begin anywhere
     panels = (
         ("pressure", "pressure (Pa)"),
         ("shear_intensity", "shear work (W/m$^2$)"),
@@ -83,10 +84,9 @@ def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         for k, (axes, (name, label)) in enumerate(
             zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True)
         ):
-            values = table[name].values.reshape(columns, -1)
-            drawn = axes.pcolormesh(
-                in_unit(azimuth[:, 0], "deg"), along[0], values.T, cmap="viridis", vmin=0.0, rasterized=True
-            )
+            values = table[name].values.reshape(columns, -1)[order]
+            across = in_unit(azimuth[order, 0], "deg")
+            drawn = axes.pcolormesh(across, along[0], values.T, cmap="viridis", vmin=0.0, rasterized=True)
             axes.grid(False)
             axes.set_ylabel("height (m)")
             axes.set_title(f"({'abc'[k]}) {label.split(' (')[0]}", loc="left")

@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 from nutamill.analysis.flow import mass_centre_orbit, refuse_empty
 from nutamill.analysis.spectra import spectrum
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
-from nutamill.base.errors import CaseError, Fault
+from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.steady import Estimate
 from nutamill.base.units import in_unit, shown
 from nutamill.result import Result
-from nutamill.result.fields import series_field
+from nutamill.result.fields import Field
 from nutamill.view.figures.style import MARK, MEAN, RMS, STYLE, WIDTH, label_of
 
 HIGHEST = 500.0
@@ -35,7 +35,7 @@ def draw_histories(result: Result, names: Sequence[str]) -> Figure:
         figure = Figure(figsize=(WIDTH, 0.5 + 1.2 * len(names)), layout="constrained")
         for axes, name in zip(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)), names, strict=True):
             axes.plot(time, result.series[name].values, linewidth=0.6)
-            axes.set_ylabel(label_of(name).replace(" (", "\n("))
+            axes.set_ylabel(label_of(result.field(name)).replace(" (", "\n("))
         axes.set_xlabel("time (s)")
         axes.set_xlim(time[0], time[-1])
         figure.align_ylabels()
@@ -70,8 +70,8 @@ def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPE
                     linestyle=":",
                     label="speed, twice the speed" if order == 1 else None,
                 )
-            axes.set_ylabel(density_unit(name))
-            axes.set_title(series_field(name).label, loc="left")
+            axes.set_ylabel(density_unit(result.field(name)))
+            axes.set_title(result.field(name).label, loc="left")
         axes.set_xlabel("frequency (Hz)")
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center")
         figure.align_ylabels()
@@ -82,9 +82,14 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     """Draw the path of the charge's mass centre in the steady window, seen from above, in axes that turn with
     the crank, with its mean and phase lag.
 
-    Raises ResultError for an empty chamber, and as `steady_window`.
+    Raises ResultError for an empty chamber, a machine without a crank, and as `steady_window`.
     """
     refuse_empty(result)
+    if "crank_angle" not in result.series:
+        raise ResultError(
+            f"{result.path}: has no crank, with which the axes of this figure turn. Draw "
+            "history:charge_mass_centre_x,charge_mass_centre_y instead."
+        )
     orbit = mass_centre_orbit(result, last)
     start = steady_window(result, last).turns[0]
     inside = result.series["time"].values >= start
@@ -160,18 +165,9 @@ def held_series(result: Result, names: Sequence[str]) -> None:
     faults: list[Fault] = []
     for name in names:
         try:
-            series_field(name)
+            result.field(name)
         except CaseError as error:
             faults += error.faults
-            continue
-        if name not in result.series:
-            faults.append(
-                Fault(
-                    f"{result.path}: {name}",
-                    "must be recorded, this run did not",
-                    "`nutamill info fields` lists all series",
-                )
-            )
     if not names:
         faults.append(
             Fault("series", "at least one must be named, got none", "`nutamill info fields` lists all series")
@@ -180,7 +176,7 @@ def held_series(result: Result, names: Sequence[str]) -> None:
         raise CaseError(*faults)
 
 
-def density_unit(name: str) -> str:
+def density_unit(field: Field) -> str:
     """Return the unit of the power spectral density of a series: ``(N m)²/Hz``."""
-    unit = series_field(name).unit
+    unit = field.unit
     return f"({unit.replace('^2', '²')})²/Hz" if len(unit) > 1 else f"{unit}²/Hz"

@@ -6,8 +6,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from nutamill.analysis.orders import sensor_orders, waterfall
-from nutamill.analysis.source import drawing_of
-from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.errors import CaseError, Fault
 from nutamill.result import Result
 from nutamill.view.figures.charge import draw_flow, draw_spectra, draw_wall
 from nutamill.view.figures.motion import draw_histories, draw_orbit, draw_spectrum
@@ -17,7 +16,7 @@ from nutamill.view.figures.saving import save_figure
 
 FIGURES: dict[str, tuple[Callable[[Result], Figure], str]] = {
     "run": (draw_run, "{panels} over the run"),
-    "power": (draw_ledger, "where the motor's power goes, turn by turn"),
+    "power": (draw_ledger, "where the power goes, turn by turn"),
     "impacts": (draw_spectra, "how many impacts with how much energy"),
     "wall": (draw_wall, "pressure, shear work and cutting energy on the unrolled bore"),
     "flow": (draw_flow, "solids fraction and velocity of the charge in axes that turn with the crank"),
@@ -31,7 +30,7 @@ SERIES_FIGURES: dict[str, tuple[Callable[[Result, list[str]], Figure], str]] = {
     "spectrum": (draw_spectrum, "power spectral density of series in the steady window"),
     "orders": (
         lambda result, names: draw_orders(
-            sensor_orders(result, names[0]), waterfall(result, names[0]), names[0]
+            sensor_orders(result, names[0]), waterfall(result, names[0]), result.field(names[0])
         ),
         "amplitude of a series once and twice per turn, and over time and frequency",
     ),
@@ -50,12 +49,6 @@ def figure_of(result: Result, what: str) -> Figure:
     """
     kind, _, names = what.partition(":")
     if not names and kind in FIGURES:
-        if result.case_text and drawing_of(result) is None:
-            drawn = f"nutamill plot {result.path} history:SERIES"
-            raise ResultError(
-                f"{result.path}: is no run of a mill, which this figure needs, but that of a "
-                f"mechanism. Use {drawn}."
-            )
         return FIGURES[kind][0](result)
     if names and kind in SERIES_FIGURES:
         return SERIES_FIGURES[kind][0](result, names.split(","))

@@ -17,7 +17,7 @@ from nutamill.analysis.summary import LONGEST, hours_text
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base.units import in_unit, rpm
 from nutamill.result import Result
-from nutamill.result.fields import series_field
+from nutamill.result.fields import Field
 from nutamill.view.figures.style import PALETTE, STYLE, WIDTH, unit_of
 
 NO_FORCE = 1e-9
@@ -32,14 +32,14 @@ YEAR = 8760.0
 """Hours in a year, for a mark of lives [h]."""
 
 
-def draw_orders(history: Orders, falls: Waterfall, name: str) -> Figure:
+def draw_orders(history: Orders, falls: Waterfall, field: Field) -> Figure:
     """Draw amplitude and phase lag of the orders of a series, and its spectra below (logarithmic grey).
 
     The first two are drawn over speed; over time where the speed hardly changes.
     """
     sweeps = np.ptp(history.speed) > SWEEP * history.speed.max()
     across = rpm(history.speed) if sweeps else history.time
-    unit = unit_of(name)
+    unit = unit_of(field)
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
         size, lag, fall = figure.subplots(3, 1, height_ratios=[1.2, 0.8, 1.4])
@@ -52,16 +52,16 @@ def draw_orders(history: Orders, falls: Waterfall, name: str) -> Figure:
             lag.plot(across[drawn], degrees, ".", markersize=1.5, color=PALETTE[k % 7])
         size.set_ylim(bottom=0.0)
         size.set_ylabel(f"amplitude ({unit})")
-        size.set_title(f"(a) {series_field(name).label}", loc="left")
+        size.set_title(f"(a) {field.label}", loc="left")
         lag.set_ylim(-180, 180)
         lag.set_yticks([-180, -90, 0, 90, 180])
         lag.set_ylabel("lag (°)")
-        lag.set_title("(b) phase lag behind the crank", loc="left")
+        lag.set_title("(b) phase lag behind the drive", loc="left")
         _draw_waterfall(figure, fall, falls, unit)
         fall.set_title("(c) spectra", loc="left")
         for axes in (size, lag):
             axes.set_xlim(0.0 if sweeps else across[0], across.max())
-            axes.set_xlabel("driveshaft speed (rpm)" if sweeps else "time (s)")
+            axes.set_xlabel("speed (rpm)" if sweeps else "time (s)")
         figure.legend(*size.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         figure.align_ylabels()
     return figure

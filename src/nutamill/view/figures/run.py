@@ -9,9 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from nutamill.analysis.power import ledger_groups
-from nutamill.analysis.windows import ramp_end
+from nutamill.analysis.power import ledger_groups, supply_series
+from nutamill.analysis.summary import has_crank
+from nutamill.analysis.windows import BLOCKS, ramp_end, turn_series
+from nutamill.base.errors import ResultError
 from nutamill.result import Result
+from nutamill.result.fields import Field
+from nutamill.view.figures.mechanism import draw_reactions
 from nutamill.view.figures.style import BINS, ENVELOPE, MARK, MEAN, RMS, STYLE, WIDTH, unit_of
 
 STILL = 1e-6
@@ -26,11 +30,16 @@ def draw_run(result: Result) -> Figure:
     with the mean over a turn (for accelerations: the root mean square over a turn) as a line.  A frame that
     stands still has no acceleration panels.
 
+    A machine without a crank has the largest forces of its joints and bushings and the torques of its drives
+    instead.
+
     Source
     ------
     Janse van Vuuren, Bredell and Coetzee, Math. Comput. Appl. 31(5), 171, 2026, figure 11 (form of the
     picture)
     """
+    if not has_crank(result):
+        return draw_reactions(result)
     sensor = next(
         (
             name.removesuffix("_x")
@@ -49,7 +58,7 @@ def draw_run(result: Result) -> Figure:
         ):
             _draw_series(axes, result, name, root_mean_square="acceleration" in name)
             axes.set_title(f"({'abcd'[k]}) {quantity}", loc="left")
-            axes.set_ylabel(_axis_label(name))
+            axes.set_ylabel(_axis_label(result.field(name)))
             axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         axes.set_xlabel("time (s)")
         _mark_ramp(figure.axes, result)
@@ -59,10 +68,15 @@ def draw_run(result: Result) -> Figure:
 
 
 def draw_ledger(result: Result) -> Figure:
-    """Draw where the motor's power goes, turn by turn: losses stacked, the motor's power as a line over them.
+    """Draw where the power of motors, drives and given loads goes, turn by turn: losses stacked, what is put
+    in as a line over them.
 
     The gap between the stack and the line goes into kinetic, potential and elastic energy, or comes out of
     them.
+
+    Raises
+    ------
+    ResultError : no sample, or no losses
     """
     time = result.series["time"].values
     edges = _turns(result)
@@ -73,11 +87,16 @@ def draw_ledger(result: Result) -> Figure:
         return np.diff(np.interp(edges, time, energy)) / np.diff(edges)
 
     losses = {group: power(names) for group, names in ledger_groups(result).items() if group != "stored"}
+    supplied = supply_series(result)
+    if not losses:
+        raise ResultError(f"{result.path}: holds no losses, in a machine without friction and dampers.")
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
         axes.stackplot(middle, list(losses.values()), labels=list(losses), linewidth=0)
-        axes.plot(middle, power(["motor_work"]), color="black", label="motor")
+        if supplied:
+            label = "motor" if supplied == ["motor_work"] else "put in"
+            axes.plot(middle, power(supplied), color="black", label=label)
         axes.set_xlabel("time (s)")
         axes.set_ylabel("power (W)")
         axes.set_xlim(time[0], time[-1])
@@ -87,11 +106,10 @@ def draw_ledger(result: Result) -> Figure:
     return figure
 
 
-def _axis_label(name: str) -> str:
+def _axis_label(field: Field) -> str:
     """Return what a series measures and its unit: ``force (N)``."""
-    unit = unit_of(name)
-    word = next(word for word in ("acceleration", "force", "torque") if word in name)
-    return f"{word} ({unit})"
+    word = next(word for word in ("acceleration", "force", "torque") if word in field.name)
+    return f"{word} ({unit_of(field)})"
 
 
 def _draw_series(axes: Axes, result: Result, name: str, root_mean_square: bool) -> None:
@@ -132,9 +150,16 @@ def _mean_over_turn(result: Result, value: np.ndarray) -> tuple[np.ndarray, np.n
 
 def _turns(result: Result) -> np.ndarray:
     """Return the times [s] between which the ledger is averaged: whole turns, several together in a long run,
-    (n + 1,).
+    or `BLOCKS` equal lengths of time where nothing turns, (n + 1,).
+
+    Raises ResultError for a run with fewer than two samples.
     """
-    time, angle = result.series["time"].values, result.series["crank_angle"].values
+    time, turning = result.series["time"].values, turn_series(result)
+    if len(time) < 2:
+        raise ResultError(f"{result.path}: holds fewer than two samples. Run longer.")
+    if turning is None:
+        return np.linspace(time[0], time[-1], min(BLOCKS, len(time) - 1) + 1)
+    angle = result.series[turning].values
     count = max(1, math.floor((angle[-1] - angle[0]) / math.tau))
     each = math.ceil(count / BINS)
     ends = angle[-1] - math.tau * each * np.arange(count // each, -1, -1)

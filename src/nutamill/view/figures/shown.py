@@ -4,9 +4,7 @@ import functools
 
 from matplotlib.figure import Figure
 
-from nutamill.analysis.source import drawing_of
 from nutamill.result import Result
-from nutamill.view.figures.mechanism import draw_reactions
 from nutamill.view.figures.named import figure_of
 from nutamill.view.figures.saving import png_of
 
@@ -28,8 +26,7 @@ def plot(result: Result, what: str = "run") -> Figure:
     CaseError : no figure or series of this name
     ResultError : the result does not hold what the figure needs
     """
-    machine = what == "run" and bool(result.case_text) and drawing_of(result) is None
-    figure = draw_reactions(result) if machine else figure_of(result, what)
+    figure = figure_of(result, what)
     # a notebook asks for this name; without it a figure that pyplot did not make is shown as text
     setattr(figure, "_repr_png_", functools.partial(png_of, figure, SCREEN))  # noqa: B010
     return figure

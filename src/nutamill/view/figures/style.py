@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from nutamill.result.fields import series_field
+from nutamill.result.fields import Field
 
 STYLE = Path(__file__).with_name("nutamill.mplstyle")
 BINS = 500
@@ -17,11 +17,11 @@ Source: Okabe and Ito, Color Universal Design, 2008.
 ENVELOPE, MEAN, RMS, MARK = "#A6CEE8", "#0072B2", "#D55E00", "#444444"
 
 
-def unit_of(name: str) -> str:
+def unit_of(field: Field) -> str:
     """Return the unit of a series as figures write it: ``m/s$^2$``."""
-    return series_field(name).unit.replace("^2", "$^2$")
+    return field.unit.replace("^2", "$^2$")
 
 
-def label_of(name: str) -> str:
+def label_of(field: Field) -> str:
     """Return label and unit of a series, for an axis: ``crank-pin force (N)``."""
-    return f"{series_field(name).label} ({unit_of(name)})"
+    return f"{field.label} ({unit_of(field)})"

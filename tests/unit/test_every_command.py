@@ -1,0 +1,167 @@
+"""Every command on every machine of the package that is given part by part: it works, or says in one line
+why it cannot.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from nutamill import cli
+from nutamill.analysis.bearings import bearing_life, resting_axis, turns_per_second
+from nutamill.analysis.load_paths import load_paths
+from nutamill.analysis.ratings import Bearing, load_ratings
+from nutamill.base.errors import CaseError
+from nutamill.case import load_case
+from nutamill.case.machine import Machine
+from nutamill.result import open_result
+from nutamill.simulation import march
+
+FEW = {
+    "piston": ["charge.count=4"],
+    "particle-damper": ["charge.count=4"],
+    "tumbling-mill": ["charge.fill=0.002", "drives.motor.ramp=90000 rpm/s"],
+    "vibratory-mill": ["charge.fill=0.002", "unbalance_motors.motor.ramp=9e5 rpm/s"],
+    "planetary-mill": ["charge.part.0.count=2", "charge.part.1.count=2", "drives.motor.ramp=90000 rpm/s"],
+}
+"""The machines, and what leaves few balls in them."""
+DRIVEN = ("tumbling-mill", "vibratory-mill", "planetary-mill")
+"""Those that a drive turns."""
+TINY = ["run.until=40 ms", 'run.snapshots={ rate = "100 Hz", last = "40 ms" }', "run.threads=1"]
+RATED = {"tumbling-mill": "bearings", "vibratory-mill": "motor", "planetary-mill": "jar_1_bearing"}
+"""Machines with a bearing."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A run of 40 ms of each machine, and ratings."""
+    place = tmp_path_factory.mktemp("machines")
+    for name, few in FEW.items():
+        march.run(load_case(name, [*few, *TINY]), place / f"{name}.h5").close()
+        rated = RATED.get(name, "guide")
+        text = f'schema = 1\n[bearings.{rated}]\nkind = "ball"\ndynamic_rating = "10 kN"\n'
+        (place / f"{name}-ratings.toml").write_text(text)
+    return place
+
+
+@pytest.fixture
+def invoke(folder, monkeypatch):
+    """Run a command in the folder with the results."""
+    monkeypatch.chdir(folder)
+    return lambda *words: CliRunner().invoke(cli.app, words)
+
+
+WORKS = [
+    ("show", "{name}"),
+    ("show", "{name}.h5"),
+    ("verify", "{name}.h5"),
+    ("new", "{name}-new.toml", "--from", "{name}"),
+    ("plot", "{name}.h5", "run", "power"),
+    ("view", "{name}.h5"),
+    ("export", "{name}.h5", "--vtkhdf", "{name}.vtkhdf"),
+    ("loads", "{name}.h5"),
+]
+"""Commands that answer on every machine."""
+
+
+@pytest.mark.parametrize("name", FEW)
+@pytest.mark.parametrize("words", WORKS, ids=lambda words: words[0])
+def test_a_command_that_asks_for_no_mill_answers_on_every_machine(invoke, name, words):
+    answer = invoke(*(word.format(name=name) for word in words))
+    assert answer.exit_code == 0, answer.output
+    assert answer.stdout.strip()
+
+
+@pytest.mark.parametrize("name", ["piston", "planetary-mill"])
+def test_a_report_of_a_machine_has_its_figures_and_its_view(invoke, folder, name):
+    answer = invoke("report", f"{name}.h5", "--to", f"{name}.html")
+    assert answer.exit_code == 0, answer.output
+    page = (folder / f"{name}.html").read_text(encoding="utf-8")
+    assert page.count("<figure>") >= 3 and "<iframe" in page
+
+
+REFUSED = [
+    (("campbell", "{name}"), "describes a mechanism part by part"),
+    (("runup", "{name}"), "describes a mechanism part by part"),
+    (("isolation", "{name}"), "describes a mechanism part by part"),
+    (("balance", "{name}"), "describes a mechanism part by part"),
+    (("run", "{name}", "--quick"), "--quick: has no use for a machine given part by part"),
+    (("modes", "{name}", "--speed", "100 rpm"), "--speed: has no use for a mechanism"),
+    (("mounts", "{name}.h5"), "this answer is about the joints and mounts of a mill as drawn"),
+    (("plot", "{name}.h5", "orbit"), "has no crank"),
+    (
+        ("loads", "{name}.h5", "--axes", "moon"),
+        "axes moon: must be those of a body whose attitude is recorded",
+    ),
+]
+"""Commands about what only a mill has, and what they answer."""
+
+
+@pytest.mark.parametrize("name", FEW)
+@pytest.mark.parametrize(("words", "reason"), REFUSED, ids=lambda value: value[0] if len(value) < 5 else "")
+def test_a_command_that_needs_a_mill_says_so_in_one_line(invoke, name, words, reason):
+    answer = invoke(*(word.format(name=name) for word in words))
+    assert answer.exit_code != 0 and not isinstance(answer.exception, (KeyError, ValueError, TypeError))
+    assert answer.stderr.count("\n") == 1 and reason in answer.stderr
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_orders_and_lives_need_a_drive(invoke, name):
+    orders = invoke("orders", f"{name}.h5")
+    life = invoke("life", f"{name}.h5", f"{name}-ratings.toml")
+    if name in DRIVEN:
+        # 40 ms hold less than the four turns that an order is taken of
+        assert "must have 4 turns of the drive" in orders.stderr
+        if name == "vibratory-mill":  # its motor sways with the tube
+            assert "its axis turns with tube and motor, whose attitudes are not recorded" in life.stderr
+        else:
+            assert life.exit_code == 0 and "L10 (h)" in life.stdout
+    else:
+        assert "no drive of this machine turns" in orders.stderr
+        assert life.exit_code == 2 and life.stderr.count("\n") == 1
+
+
+def test_the_load_of_a_joint_without_a_drive_has_no_orders(folder):
+    with open_result(folder / "piston.h5") as result:
+        guide = load_paths(result).sel(joint="guide", axes="ground", part="force")
+    assert np.isfinite(guide.sel(statistic=["mean", "rms", "peak"])).all()
+    assert np.isnan(guide.sel(statistic="1x"))
+
+
+def test_the_bearing_of_a_jar_turns_by_the_ratio_of_its_belt(folder):
+    # -2 : 1 from the sun, whose bearing has the drive: twice as often, and its axis stays upright
+    bearing = Bearing(kind="ball", dynamic_rating=1e4)
+    with open_result(folder / "planetary-mill.h5") as result:
+        machine = load_case("planetary-mill")
+        sun, jar = (turns_per_second(result, f"{name}_bearing", bearing) for name in ("sun", "jar_1"))
+        axes, axis = resting_axis(result, machine.joints[1])
+    assert jar == pytest.approx(2.0 * sun) and sun > 0.0
+    assert axes == "ground" and axis == pytest.approx([0.0, 0.0, 1.0])
+
+
+def test_life_of_a_bearing_is_that_of_the_mean_of_the_load_to_the_third(folder):
+    with open_result(folder / "tumbling-mill.h5") as result:
+        life = bearing_life(result, "bearings", load_ratings(folder / "tumbling-mill-ratings.toml", result))
+        force = np.column_stack([result.series[f"joint_bearings_force_{axis}"] for axis in "xyz"])
+    # without axial factor the load is the radial one; at rest already the weight of the drum, steady to 1 %
+    axial = np.asarray(load_case("tumbling-mill").joints[0].axis)
+    radial = np.linalg.norm(force - (force @ axial)[:, None] * axial / (axial @ axial), axis=1)
+    assert life.turns == pytest.approx(1e6 * (1e4 / np.mean(radial)) ** 3, rel=0.03)
+    assert math.isfinite(life.time)
+
+
+def test_a_bearing_whose_axis_nothing_recorded_keeps_is_refused_with_the_sensor_to_add(folder):
+    machine = load_case("planetary-mill")
+    tilted = machine.joints[1].model_copy(update={"axis": (1.0, 0.0, 0.0)})
+    message = r"its axis turns with sun and jar_1.*Add \[\[sensors\]\]"
+    with open_result(folder / "planetary-mill.h5") as result, pytest.raises(CaseError, match=message):
+        resting_axis(result, tilted)
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_a_file_begun_from_a_machine_is_that_machine(invoke, folder, name):
+    assert invoke("new", f"again-{name}.toml", "--from", name).exit_code == 0
+    begun, base = (load_case(one).with_("title", "") for one in (folder / f"again-{name}.toml", name))
+    assert isinstance(begun, Machine)
+    assert begun.with_("title", "").to_toml() == base.with_("title", "").to_toml()
