@@ -3,6 +3,7 @@ why it cannot.
 """
 
 import math
+import types
 
 import numpy as np
 import pytest
@@ -11,12 +12,15 @@ from typer.testing import CliRunner
 from nutamill import cli
 from nutamill.analysis.bearings import bearing_life, resting_axis, turns_per_second
 from nutamill.analysis.load_paths import load_paths
+from nutamill.analysis.orders import drive_angle
 from nutamill.analysis.ratings import Bearing, load_ratings
-from nutamill.base.errors import CaseError
+from nutamill.base.errors import CaseError, ResultError
+from nutamill.base.library import library_file
 from nutamill.case import load_case
 from nutamill.case.machine import Machine
 from nutamill.result import open_result
 from nutamill.simulation import march
+from nutamill.studies.fit import read_fit
 
 FEW = {
     "piston": ["charge.count=4"],
@@ -89,7 +93,7 @@ REFUSED = [
     (("run", "{name}", "--quick"), "--quick: has no use for a machine given part by part"),
     (("modes", "{name}", "--speed", "100 rpm"), "--speed: has no use for a mechanism"),
     (("mounts", "{name}.h5"), "this answer is about the joints and mounts of a mill as drawn"),
-    (("plot", "{name}.h5", "orbit"), "has no crank"),
+    (("plot", "{name}.h5", "orbit"), "has no crank, with which the axes of this figure turn"),
     (
         ("loads", "{name}.h5", "--axes", "moon"),
         "axes moon: must be those of a body whose attitude is recorded",
@@ -157,6 +161,33 @@ def test_a_bearing_whose_axis_nothing_recorded_keeps_is_refused_with_the_sensor_
     message = r"its axis turns with sun and jar_1.*Add \[\[sensors\]\]"
     with open_result(folder / "planetary-mill.h5") as result, pytest.raises(CaseError, match=message):
         resting_axis(result, tilted)
+
+
+def test_of_several_drives_one_must_be_chosen():
+    text = library_file("planetary-mill").read_text(encoding="utf-8")
+    second = '[[drives]]\nname = "second"\njoint = "jar_1_bearing"\nspeed = "1 rpm"\nramp = "1 rpm/s"\n'
+    series = {"drive_motor_angle": [], "drive_second_angle": []}
+    result = types.SimpleNamespace(path="a.h5", case_text=text + second, series=series)
+    with pytest.raises(
+        ResultError, match=r"several drives turn: motor, second. Choose one with --drive NAME"
+    ):
+        drive_angle(result)
+    assert drive_angle(result, "second") == "drive_second_angle"
+    with pytest.raises(CaseError, match=r'no drive is called "secnd". Did you mean "second"'):
+        drive_angle(result, "secnd")
+
+
+def test_a_quantity_whose_unit_no_key_has_is_no_target_of_a_fit(tmp_path):
+    (tmp_path / "a.toml").write_text(
+        'schema = 1\nbase = "piston"\n[[quantities]]\nname = "odd"\ntake = "product"\n'
+        'of = ["piston_position_z", "piston_position_z"]\n'
+    )
+    (tmp_path / "fit.toml").write_text(
+        'case = "a.toml"\n[free."bodies.piston.mass"]\nstart = "0.2 kg"\nlow = "0.1 kg"\n'
+        'high = "1 kg"\n[[target]]\nquantity = "odd"\nvalue = "1 mm"\nuncertainty = "1 mm"\n'
+    )
+    with pytest.raises(CaseError, match=r"has a unit that no key has, m\*m. Take one of its factors"):
+        read_fit(tmp_path / "fit.toml")
 
 
 @pytest.mark.parametrize("name", FEW)

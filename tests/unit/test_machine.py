@@ -2,16 +2,18 @@
 
 import os
 import signal
+import time
 
 import numpy as np
 import pytest
 
 import nutamill as nm
 from nutamill.analysis.values import default_readings, reading_of
-from nutamill.base.errors import CaseError
+from nutamill.base.errors import CaseError, StepError
 from nutamill.case import Machine, load_case
 from nutamill.case.charge_checks import Vessel
 from nutamill.design.machine_sheet import machine_sheet
+from nutamill.design.modes import machine_rest_modes
 from nutamill.simulation import march
 from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.particles import particle_count
@@ -336,3 +338,40 @@ def test_the_substep_of_a_machine_without_a_charge_is_refused_with_the_key_of_it
 
 def test_a_vessel_says_whose_it_is():
     assert Vessel("ribbed chamber", 1.0, 1.0).owner == "chamber's"
+
+
+# ---- messages
+
+
+def test_a_body_that_nothing_holds_is_named_at_once(file):
+    text = PISTON.partition("[[joints]]")[0] + PISTON[PISTON.index("[[walls]]") :]
+    file.write_text(text)
+    begun = time.perf_counter()
+    sheet = "\n".join(machine_sheet(load_case(file)).lines())
+    assert "modes     none: nothing holds piston" in sheet
+    assert time.perf_counter() - begun < 10.0  # the search for an equilibrium took a minute
+    with pytest.raises(
+        StepError, match=r"static equilibrium: nothing holds piston. Connect it to the ground"
+    ):
+        machine_rest_modes(load_case(file))
+
+
+def test_a_wall_is_called_by_its_name_in_messages(file):
+    assert load_case(file).key_of_wall("liner") == "walls.liner"
+    assert load_case("numill", ["chamber.ribs=0"]).machine.key_of_wall("bore") == "walls.bore"
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ('of = ["piston_charge_farce_z"]', r"quantities.odd.of: no series is called .*Did you mean"),
+        ('of = ["odd"]', r'quantities.odd.of: must be recorded or stand above it, got "odd"'),
+        ('of = ["time"]\ntake = "lag"', r'must be 5 series with take = "lag", got 1'),
+    ],
+)
+def test_a_quantity_of_a_series_that_is_not_there_is_refused_before_a_run(file, entry, message):
+    file.write_text(
+        PISTON.replace("[materials.steel]", f'[[quantities]]\nname = "odd"\n{entry}\n[materials.steel]')
+    )
+    with pytest.raises(CaseError, match=message):
+        machine_sheet(load_case(file))

@@ -57,8 +57,8 @@ def _reactions(result: Result) -> dict[str, str]:
 
 
 def axes_of(result: Result) -> dict[str, str]:
-    """Return the axes in which reactions can be written: "ground", and every body whose attitude is recorded;
-    for each what the series of the attitude begin with, none for the ground.
+    """Return the axes in which reactions can be written: "ground", and every body whose attitude is recorded.
+    For each it is what the series of the attitude begin with, nothing for the ground.
     """
     axes = {GROUND: ""}
     if not result.case_text:
@@ -149,7 +149,7 @@ def load_paths(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Data
 
 def hodograph(result: Result, joint: str, axes: str = "frame", last: float | str = PAPER_WINDOW) -> Hodograph:
     """Return the reaction of a joint over the whole turns of the steady window, evenly spaced over the angle
-    of the drive; evenly spaced over time where nothing turns.
+    of the drive, or over time where nothing turns.
     """
     steady = steady_window(result, last)
     reaction = joint_reaction(result, joint, axes)
@@ -185,8 +185,8 @@ def order_amplitudes(angle: np.ndarray, values: np.ndarray, orders: Sequence[int
 
 
 def loads_lines(table: "xarray.DataArray", axes: str = "frame") -> list[str]:
-    """Format the forces and moments of all joints in one set of axes as a table; "-" stands for the orders
-    where nothing turns.
+    """Format the forces and moments of all joints in one set of axes as a table, with "-" for the
+    orders where nothing turns.
     """
     rows = [f"joint reactions on the second body, {axes} axes (N, N m)"]
     rows.append(f"{'joint':27} {'part':9} " + " ".join(f"{name:>9}" for name in STATISTICS))

@@ -136,8 +136,7 @@ def sensor_orders(
 
 
 def drive_angle(result: Result, drive: str | None = None) -> str:
-    """Return the series with the angle of a drive; of that of the period of the case, or its only drive, if
-    None.
+    """Return the series with the angle of a drive. None is that of the period of the case, or its only one.
 
     Raises
     ------

@@ -66,7 +66,7 @@ def rod_tensions(
 
 
 def drawn_rods(result: Result) -> dict[str, Rod]:
-    """Return the rods that hold the yoke, by name; none where the case draws none."""
+    """Return the rods that hold the yoke, by name, none where the case draws none."""
     drawing = drawing_of(result)
     return {} if drawing is None else drawing.rods
 

@@ -27,8 +27,8 @@ def has_crank(result: Result) -> bool:
 
 
 def summary_lines(result: Result) -> list[str]:
-    """Return the lines at the end of a run: of a crank steadiness, steady force, torque and power, and the
-    power split; of any other machine the loads of its parts.
+    """Return the lines at the end of a run. Of a crank they are steadiness, steady force, torque and power,
+    and the power split, of any other machine the loads of its parts.
     """
     return _crank_lines(result) if has_crank(result) else mechanism_summary_lines(result)
 

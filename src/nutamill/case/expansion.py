@@ -113,7 +113,7 @@ def frame_part(case: "Case") -> RigidPart:
 
     Raises
     ------
-    CaseError : no mass or no possible inertia left for the frame
+    CaseError : no possible inertia left for the frame; `nutamill.case.mill_checks` refuses one without mass
     """
     parts = {
         **moving_parts(case),
@@ -125,10 +125,6 @@ def frame_part(case: "Case") -> RigidPart:
     mass_centre = np.array([0.0, 0.0, -case.mounts.depth + frame.mass_centre_height])
     inertia = mass * np.diag([frame.gyration_rocking**2] * 2 + [frame.gyration_yaw**2])
     whole = RigidPart(mass, mass_centre, inertia)
-    rest = mass - sum(part.mass for part in parts.values())
-    if rest <= 0:
-        what = f"leaves no mass for the frame, got {rest:.3g} kg"
-        raise CaseError(Fault("mechanism.total_mass", what, "Give the mass of the whole machine"))
     about_axis = remove(whole, *(_averaged_over_a_revolution(part) for part in parts.values()))
     lowest = np.linalg.eigvalsh(about_axis.inertia)
     if lowest[0] <= 0 or lowest[2] > lowest[0] + lowest[1]:

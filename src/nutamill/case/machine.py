@@ -277,7 +277,11 @@ class Machine(CaseFile):
     _written: dict[str, str] = PrivateAttr(default_factory=dict)
 
     def key_of_wall(self, name: str) -> str:
-        """Return the key of the table that a wall was written as, in the file of the case."""
+        """Return the key of the table that a wall was written as in the file of the case, for messages."""
+        return self._written.get(name, f"walls.{name}")
+
+    def stored_wall(self, name: str) -> str:
+        """Return the name under which a result holds the mesh of a wall."""
         numbers = {wall.name: f"walls[{number}]" for number, wall in enumerate(self.walls)}
         return self._written.get(name, numbers[name])
 

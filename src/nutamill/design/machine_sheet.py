@@ -19,7 +19,7 @@ from nutamill.mechanism.rows import Placement, constraint_tables
 from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.clock import Clock, run_clock
 from nutamill.simulation.setup.light_carriers import light_carrier_warnings
-from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts
+from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts, refuse_unsupported
 from nutamill.simulation.setup.model import machine_readout
 from nutamill.simulation.setup.wall_checks import refuse_walls
 
@@ -150,7 +150,7 @@ def machine_sheet(case: Machine) -> MachineSheet:
             f"{case.name}: the accelerations at the start are not finite. Check the masses and inertias."
         )
     gap = float(np.abs(scratch.gap).max(initial=0.0))
-    vibrations, missing = _modes(mechanism, state, scratch)
+    vibrations, missing = _modes(case, mechanism, state, scratch)
     rank = len(mechanism.rows) - len(redundant)
     return MachineSheet(
         case=case,
@@ -174,8 +174,12 @@ def machine_sheet(case: Machine) -> MachineSheet:
     )
 
 
-def _modes(mechanism, state, scratch) -> tuple[list[tuple[float, float]], str]:
-    """Return the modes about rest, or the reason why there are none."""
+def _modes(case: Machine, mechanism, state, scratch) -> tuple[list[tuple[float, float]], str]:
+    """Return the modes about rest, or why there are none."""
+    try:
+        refuse_unsupported(case)
+    except StepError as error:
+        return [], str(error).removeprefix("static equilibrium: ").partition(". ")[0]
     try:
         static_equilibrium(mechanism, state, scratch)
         vibrations = modes(mechanism, state, scratch)

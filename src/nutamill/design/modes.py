@@ -18,7 +18,7 @@ from nutamill.design.machine_sheet import UNSTABLE
 from nutamill.mechanism.modes import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running_modes import running_modes
-from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts
+from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts, refuse_unsupported
 
 ANGLES = 6
 """Crank angles over which the coefficients of the turning mill are averaged [1]: exact up to the fifth
@@ -172,6 +172,7 @@ def machine_rest_modes(case: Machine) -> MachineModes:
     CaseError : faults of the mechanism; a motion that nothing brings back, or that is unstable
     StepError : there is no equilibrium near the assembled pose
     """
+    refuse_unsupported(case)
     mechanism, state, scratch = assemble_machine(case)
     static_equilibrium(mechanism, state, scratch)
     vibrations = modes(mechanism, state, scratch)

@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.errors import StepError
 from nutamill.base.required import required
 from nutamill.case.drive import DriveProgramme
 from nutamill.case.loads import ForceEntry, LinearDriveEntry, StopEntry, UnbalanceMotorEntry
 from nutamill.case.machine import BodyEntry, BushingEntry, JointEntry, Machine
+from nutamill.case.machine_checks import GROUND
 from nutamill.case.placement import quaternion_of
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
@@ -104,6 +106,24 @@ def assemble_machine(
     if drives is not None:
         parts = parts._replace(drives=list(drives))
     return assemble(**parts._asdict(), gravity=machine.gravity, redundant=machine.redundant)
+
+
+def refuse_unsupported(machine: Machine) -> None:
+    """Raise StepError for bodies that no joint, bushing, spring or stop connects to the ground, directly or
+    through others, where gravity or a load moves them: there is no equilibrium to look for.
+    """
+    if not any(machine.gravity) and not machine.forces and not machine.torques:
+        return
+    pairs = [part.between for part in (*machine.joints, *machine.bushings, *machine.springs, *machine.stops)]
+    held, before = {GROUND}, 0
+    while len(held) > before:
+        before = len(held)
+        held.update(body for pair in pairs if held.intersection(pair) for body in pair)
+    if loose := [body.name for body in machine.bodies if body.name not in held]:
+        raise StepError(
+            f"static equilibrium: nothing holds {', '.join(loose)}. Connect it to the ground by a joint, a "
+            "bushing, a spring or a stop."
+        )
 
 
 def machine_sensors(machine: Machine) -> list[tuple[Sensor, list[str]]]:

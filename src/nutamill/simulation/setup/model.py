@@ -28,7 +28,7 @@ from nutamill.simulation.row import RowTable, row_groups
 from nutamill.simulation.setup.carriers import Carrier, carriers_of
 from nutamill.simulation.setup.charge import machine_charge
 from nutamill.simulation.setup.clock import Clock, run_clock
-from nutamill.simulation.setup.mechanism import assemble_machine, machine_sensors
+from nutamill.simulation.setup.mechanism import assemble_machine, machine_sensors, refuse_unsupported
 from nutamill.simulation.setup.particles import particle_masses, region_bodies
 from nutamill.simulation.setup.readout import Readout
 from nutamill.simulation.setup.statistics import charge_survey, wall_patches
@@ -135,6 +135,7 @@ def build(machine: Machine, bed: np.ndarray | None) -> tuple[Model, State, Scrat
     if faults := step_faults(mechanism, "run.step" if bed is None else "run.window", clock.window):
         raise CaseError(*faults)
     if machine.run.start == "rest":
+        refuse_unsupported(machine)
         weight = None if scheme == Scheme.PRESCRIBED else bed_weight(machine, bed, mstate)
         static_equilibrium(mechanism, mstate, mscratch, wrench=weight)
     elif start(mechanism, mstate, mscratch) != OK:

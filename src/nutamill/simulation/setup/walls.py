@@ -164,25 +164,26 @@ def wall_mesh(machine: Machine, wall: WallEntry) -> Mesh:
 
 
 def _refuse_elsewhere(machine: Machine, wall: WallEntry, mesh: Mesh) -> None:
-    """Raise CaseError for a solid that reaches into no region of the charge, in the axes of its region's
+    """Raise CaseError for a solid that reaches into no region of the charge on its body, in the axes of that
     body.
     """
     carrier = next(one for one in carriers_of(machine) if one.name == wall.body)
     solid = np.array(wall.point) + mesh.vertices @ axes_along(wall.axis, wall.across).T
-    (region,) = (one for one in machine.regions if one.body == wall.body)
-    room = region_corners(machine, region)
-    low, high, lowest, highest = (
-        part for corners in (solid, room) for part in _box(corners @ carrier.rotation)
-    )
-    if (low <= highest).all() and (high >= lowest).all():
+    low, high = _box(solid @ carrier.rotation)
+    for region in (one for one in machine.regions if one.body == wall.body):
+        lowest, highest = _box(region_corners(machine, region) @ carrier.rotation)
+        if (low <= highest).all() and (high >= lowest).all():
+            return
+    if all(one.body != wall.body for one in machine.regions):
         return
     axis = int(np.argmax(np.maximum(low - highest, lowest - high)))
     what = (
         f"{mesh.name} spans {'xyz'[axis]} = {_span(low[axis], high[axis])}, the {region.name} "
         f"{_span(lowest[axis], highest[axis])}"
     )
-    hint = "Move it into the chamber: look at its position and its unit"
-    raise CaseError(Fault(f"{machine.key_of_wall(wall.name)}.at", what, hint))
+    hint = f"Move it into the {region.name}: look at its position and its unit"
+    key = machine.key_of_wall(wall.name)
+    raise CaseError(Fault(f"{key}.point" if key == f"walls.{wall.name}" else f"{key}.at", what, hint))
 
 
 def _box(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -220,7 +221,7 @@ def placed_walls(machine: Machine) -> dict[str, WallMesh]:
         corners = (placed_corners(machine, wall) - carrier.position) @ carrier.rotation
         # the triangles of a mesh around the charge look inwards
         faces = np.array(mesh.faces[:, :: -1 if mesh.keep == "inside" else 1], np.int32)
-        placed[machine.key_of_wall(wall.name)] = WallMesh(corners, faces, wall.body)
+        placed[machine.stored_wall(wall.name)] = WallMesh(corners, faces, wall.body)
     return placed
 
 
@@ -300,5 +301,5 @@ def mesh_facts(machine: Machine) -> list[MeshFacts]:
 def digests(machine: Machine) -> dict[str, str]:
     """Return the SHA-256 of each mesh file of a machine by its key, for the provenance of a result."""
     return {
-        f"{machine.key_of_wall(wall.name)}.sha256": required(wall.sha256) for wall in meshed_walls(machine)
+        f"{machine.stored_wall(wall.name)}.sha256": required(wall.sha256) for wall in meshed_walls(machine)
     }

@@ -79,6 +79,10 @@ def draw_ledger(result: Result) -> Figure:
     ResultError : no sample, or no losses
     """
     time = result.series["time"].values
+    if len(time) < 2 or not set(ledger_groups(result)) - {"stored"}:
+        raise ResultError(
+            f"{result.path}: holds no losses: nothing rubs in this machine, or the run is empty."
+        )
     edges = _turns(result)
     middle = 0.5 * (edges[1:] + edges[:-1])
 
@@ -88,8 +92,6 @@ def draw_ledger(result: Result) -> Figure:
 
     losses = {group: power(names) for group, names in ledger_groups(result).items() if group != "stored"}
     supplied = supply_series(result)
-    if not losses:
-        raise ResultError(f"{result.path}: holds no losses, in a machine without friction and dampers.")
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
         axes = figure.subplots()
@@ -151,12 +153,8 @@ def _mean_over_turn(result: Result, value: np.ndarray) -> tuple[np.ndarray, np.n
 def _turns(result: Result) -> np.ndarray:
     """Return the times [s] between which the ledger is averaged: whole turns, several together in a long run,
     or `BLOCKS` equal lengths of time where nothing turns, (n + 1,).
-
-    Raises ResultError for a run with fewer than two samples.
     """
     time, turning = result.series["time"].values, turn_series(result)
-    if len(time) < 2:
-        raise ResultError(f"{result.path}: holds fewer than two samples. Run longer.")
     if turning is None:
         return np.linspace(time[0], time[-1], min(BLOCKS, len(time) - 1) + 1)
     angle = result.series[turning].values
