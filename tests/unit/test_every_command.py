@@ -63,7 +63,7 @@ WORKS = [
     ("new", "{name}-new.toml", "--from", "{name}"),
     ("plot", "{name}.h5", "run", "power"),
     ("view", "{name}.h5"),
-    ("export", "{name}.h5", "--vtkhdf", "{name}.vtkhdf"),
+    ("export", "vtkhdf", "{name}.h5"),
     ("loads", "{name}.h5"),
 ]
 """Commands that answer on every machine."""

@@ -92,9 +92,12 @@ def reading_of(text: str, where: str = "reading", machine: Machine | None = None
 
 def _reading(machine: Machine | None, series: str, by: How = "mean") -> Reading:
     """Return the reading of a series. Raises CaseError where there is none of this name."""
-    if machine is not None and any(entry.name == series for entry in machine.quantities):
+    try:
+        series_field(series)
+    except CaseError:
+        if machine is None:
+            raise
         return Reading(series, by, machine_field(machine, series))
-    series_field(series)
     return Reading(series, by)
 
 

@@ -30,8 +30,18 @@ TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_", "force_", "stop_"
 
 def findings(case: "Machine") -> list[Finding]:
     """Return every contradiction in the machine."""
-    checks = (_names, _references, _bodies, _joints, _bushings, _springs, _drives, _sensors, _walls)
-    checks += (_quantities,)
+    checks = (
+        _names,
+        _references,
+        _bodies,
+        _joints,
+        _bushings,
+        _springs,
+        _drives,
+        _sensors,
+        _walls,
+        _quantities,
+    )
     contradictions = [finding for check in checks for finding in check(case)]
     contradictions += load_findings(case)
     contradictions += record_findings(case, series_count(case))
@@ -235,7 +245,7 @@ def _drives(case: "Machine") -> Iterator[Finding]:
 
 
 def _quantities(case: "Machine") -> Iterator[Finding]:
-    """Quantities of too few or too many series, and those taken of quantities that come after them."""
+    """Yield quantities of too few or too many series, and those taken of quantities that come after them."""
     names = [entry.name for entry in case.quantities]
     for number, entry in enumerate(case.quantities):
         key = ("quantities", number, "of")

@@ -114,7 +114,10 @@ def refuse_unsupported(machine: Machine) -> None:
     """
     if not any(machine.gravity) and not machine.forces and not machine.torques:
         return
-    pairs = [part.between for part in (*machine.joints, *machine.bushings, *machine.springs, *machine.stops)]
+    pairs = [joint.between for joint in machine.joints]
+    pairs += [bushing.between for bushing in machine.bushings]
+    pairs += [spring.between for spring in machine.springs]
+    pairs += [stop.between for stop in machine.stops]
     held, before = {GROUND}, 0
     while len(held) > before:
         before = len(held)
