@@ -1,11 +1,19 @@
 """What a run takes is said beforehand, and warned of where it is too much."""
 
+import itertools
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
 from nutamill.base.host import free_disk, total_memory
 from nutamill.case import load_case
+from nutamill.charge.filling.fill import time_of_rest
+from nutamill.cli.screen import line
 from nutamill.design.forecast import Forecast
+from nutamill.design.machine_sheet import machine_sheet
 from nutamill.design.preflight import preflight
+from nutamill.simulation import progress, trial
 from nutamill.simulation.setup.threads import usable_cores
 
 RIGID = "mechanism.mounting=rigid"
@@ -77,3 +85,98 @@ def test_the_machine_has_memory_and_room(tmp_path):
     assert total_memory() is None or total_memory() > 1e8
     # a folder that is still to be made is on the disk of the one it will be made in
     assert free_disk(tmp_path / "not" / "there" / "yet.h5") == pytest.approx(free_disk(tmp_path), rel=0.1)
+
+
+# trials -----------------------------------------------------------------------------------------------------
+
+EMPTY = load_case("numill", [RIGID, "charge.kind=none", "run.until=10 s"])
+
+
+@pytest.fixture
+def slow_rows(monkeypatch):
+    """A clock that only the march of rows moves, 2 ms for each: a function that returns the time [s]."""
+    now, enter = [0.0], trial.enter
+
+    def slow(model, state, scratch, count):
+        now[0] += 2e-3 * count
+        return enter(model, state, scratch, count)
+
+    monkeypatch.setattr(trial, "enter", slow)
+    monkeypatch.setattr(trial, "TRIAL_TIME", 2.0)
+    monkeypatch.setattr(trial, "is_compiled", lambda law: True)
+    return lambda: now[0]
+
+
+def test_a_trial_returns_the_time_of_a_simulated_second_and_stops_after_two_seconds(slow_rows):
+    assert trial.trial_rate(EMPTY.machine, slow_rows) == pytest.approx(2e-3 * EMPTY.run.series_rate)
+    assert trial.TRIAL_TIME < slow_rows() < 1.5 * trial.TRIAL_TIME
+
+
+def test_a_trial_marches_at_the_largest_speed_of_the_drives(slow_rows):
+    machine = trial.at_speed(EMPTY.with_("drive.speed", "500 rpm").machine)
+    times, speeds = machine.drives[0].breakpoints()
+    assert times[-1] == trial.JUMP
+    assert speeds[-1] == pytest.approx(500 * 2 * np.pi / 60)
+
+
+def test_nothing_is_tried_where_nothing_is_compiled(monkeypatch):
+    monkeypatch.setattr(trial, "TRIAL_TIME", 2.0)
+    monkeypatch.setattr(trial, "is_compiled", lambda law: False)
+    monkeypatch.setattr(trial, "build", None)  # not reached
+    assert trial.trial_rate(EMPTY.machine) is None
+
+
+@pytest.mark.parametrize("sheet", [preflight, machine_sheet])
+def test_a_sheet_forecasts_by_its_trial(sheet):
+    case = EMPTY if sheet is preflight else EMPTY.machine
+    assert "(by a table)" in sheet(case).lines()[-1]
+    asked = []
+    timed = sheet(case, lambda machine: asked.append(machine) or 7.0)
+    assert asked == [EMPTY.machine]
+    assert "about 70 s (by a trial)" in timed.lines()[-1]
+
+
+# while a run goes on ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def watched(monkeypatch):
+    """A watch of a run of 10 s, the list of its reports, and its wall clock in a list."""
+    now, reports = [0.0], []
+    monkeypatch.setattr(progress.wall, "monotonic", lambda: now[0])
+    return progress.Watch(EMPTY, reports.append), reports, now
+
+
+def test_time_left_follows_the_pace_of_the_last_ten_seconds(watched):
+    watch, reports, now = watched
+    model = SimpleNamespace(clock=SimpleNamespace(substep=1e-3), charge=None)
+    # 100 seconds at 0.02 s per second, then 20 seconds at half that pace
+    paces = itertools.chain([0.02] * 100, [0.01] * 20)
+    for simulated in np.cumsum(list(paces)):
+        now[0] += 1.0
+        watch.marched(model, ("time",), np.array([[simulated]]), 10.0, SimpleNamespace(size=0))
+    assert reports[-1].rate == pytest.approx(0.01)
+    assert reports[-1].time_left == pytest.approx((10.0 - 2.2) / 0.01)
+    assert reports[90].time_left == pytest.approx((10.0 - reports[90].time) / 0.02)
+
+
+def test_settling_reports_its_share_and_the_time_left(watched):
+    watch, reports, now = watched
+    watch.settling(0.0)
+    now[0] = 30.0  # the particles are placed
+    for share in (0.1, 0.2, 0.4):
+        now[0] += 100.0 * (share - (reports[-1].fraction if reports else 0.0))
+        watch.settling(share)
+    assert reports[-1].time_left == pytest.approx(60.0)
+    assert line(reports[-1]) == "settle  40 %  the charge comes to rest  left 0:01:00"
+
+
+def test_a_bed_whose_energy_falls_exponentially_is_at_rest_when_foreseen():
+    times = 0.002 * np.arange(1, 200)
+    energies = np.where(times < 0.05, times, 0.05 * np.exp((0.05 - times) / 0.03))
+    rest = 0.05 + 0.03 * np.log(0.05 / 1e-6)
+    for count in (40, 100, 180):
+        assert time_of_rest(times[:count], energies[:count], 1e-6, 1.0) == pytest.approx(rest)
+    # a charge that still falls down, and one that never comes to rest
+    assert time_of_rest(times[:20], energies[:20], 1e-6, 1.0) == 1.0
+    assert time_of_rest(times, np.full(199, 0.01), 1e-6, 1.0) == 1.0

@@ -89,9 +89,7 @@ def test_cite_names_the_package_and_both_papers():
     assert CliRunner().invoke(cli.app, ["cite"]).stdout.strip() == text
 
 
-LINE = (
-    "machine   6 bodies, 4 mounts, 84.54 kg in all; loop closes within 0.001 um; nutation 6.08 deg"
-)
+LINE = "machine   6 bodies, 4 mounts, 84.54 kg in all; loop closes within 0.001 um; nutation 6.08 deg"
 
 
 def test_a_line_too_wide_for_the_terminal_is_broken_between_words_under_its_text():

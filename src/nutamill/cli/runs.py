@@ -70,18 +70,24 @@ def check(
         typer.Option("--dialects", help="Also the contacts as Rocky, PFC, LAMMPS and LIGGGHTS take them."),
     ] = False,
 ) -> None:
-    """Check a case and print what is known before a run."""
+    """Check a case and print what is known before a run.
+
+    Where kernels are compiled, the case is marched for two seconds to forecast the time of the run.
+    """
     loaded = load(case, overrides)
     from nutamill.case import Machine
     from nutamill.design.dialects import dialect_lines
     from nutamill.design.machine_sheet import machine_sheet
     from nutamill.design.preflight import preflight
     from nutamill.simulation.setup.charge import contact_law_of
+    from nutamill.simulation.trial import trial_rate
     from nutamill.simulation.warm_up import warm_up
 
     if loaded.charge.parts:
         warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded.machine))
-    sheet = machine_sheet(loaded) if isinstance(loaded, Machine) else preflight(loaded)
+    sheet = (
+        machine_sheet(loaded, trial_rate) if isinstance(loaded, Machine) else preflight(loaded, trial_rate)
+    )
     echo_lines(sheet.lines() + (dialect_lines(loaded.machine) if dialects else []))
 
 

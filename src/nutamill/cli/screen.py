@@ -135,7 +135,8 @@ def offers(progress: Progress) -> dict[str, str]:
 def line(progress: Progress) -> str:
     """Format `progress` as one line for a log."""
     if progress.phase == PHASES[0]:
-        return f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  the charge comes to rest"
+        share = f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  the charge comes to rest"
+        return f"{share}  left {duration(progress.time_left)}"
     if not _of_mill(progress):
         left = duration(progress.time_left)
         return (

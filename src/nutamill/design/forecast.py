@@ -30,11 +30,15 @@ class Forecast(NamedTuple):
     """Key that brings the memory down."""
     file_key: str
     """Key that brings the size of the file down."""
+    by_trial: bool = False
+    """Whether the wall time is that of a trial of the case, and not of a table for machines like this one."""
 
     @property
     def text(self) -> str:
-        """``2 min, 441 MB memory, 65 MB file``."""
-        return f"{duration(self.wall_time)}, {_size(self.memory)} memory, {_size(self.file_size)} file"
+        """``2 min (by a trial), 441 MB memory, 65 MB file``."""
+        source = "trial" if self.by_trial else "table"
+        sizes = f"{_size(self.memory)} memory, {_size(self.file_size)} file"
+        return f"{duration(self.wall_time)} (by a {source}), {sizes}"
 
     def warnings(self, memory: float | None, disk: float | None) -> list[Fault]:
         """Return what is too much for a machine with this total memory and this free disk [bytes], if they

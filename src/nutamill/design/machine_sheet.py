@@ -1,5 +1,6 @@
 """What can be known about a machine, given part by part, before one step is run."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,6 +64,8 @@ class MachineSheet:
     """Facts of its charge; None without one."""
     light: list[Fault]
     """Warnings of light carriers and of a long window."""
+    rate: float | None
+    """Wall time of a simulated second, by a trial [1]; None without one."""
 
     def _repr_html_(self) -> str:
         return notebook_html("cases.sheet_html", self)
@@ -116,19 +119,25 @@ class MachineSheet:
         seconds += charge_seconds(self.case, self.clock, spheres)
         snapshots = min(run.snapshots.last, run.end) * run.snapshots.rate * spheres * 36
         return Forecast(
-            wall_time=max(seconds, 1.0),
+            wall_time=max(seconds, 1.0) if self.rate is None else self.rate * run.end,
             memory=RUN_MEMORY + SPHERE_MEMORY * spheres,
             file_size=8 * series_count(self.case) * run.end * run.series_rate + snapshots + 1e6,
             time_key="An earlier run.until or a longer run.step",
             memory_key="Nothing",
             file_key="A lower run.series_rate",
+            by_trial=self.rate is not None,
         )
 
 
-def machine_sheet(case: Machine) -> MachineSheet:
+def machine_sheet(case: Machine, trial: Callable[[Machine], float | None] | None = None) -> MachineSheet:
     """Return what is known about a mechanism without running it.
 
     The first call compiles the mechanism's kernels.
+
+    Parameters
+    ----------
+    case : the machine
+    trial : as for `nutamill.design.preflight.preflight`
 
     Raises
     ------
@@ -171,6 +180,7 @@ def machine_sheet(case: Machine) -> MachineSheet:
         clock=run_clock(case),
         charge=charge_facts(case),
         light=light_carrier_warnings(case),
+        rate=None if trial is None else trial(case),
     )
 
 

@@ -1,5 +1,6 @@
 """The pre-flight sheet: what can be known about a case before one step is run."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from nutamill.base.errors import Fault
 from nutamill.base.host import free_disk, total_memory
 from nutamill.base.notebook_hook import notebook_html
 from nutamill.base.units import rpm
-from nutamill.case import Case
+from nutamill.case import Case, Machine
 from nutamill.case.charge import SIZE_KEYS
 from nutamill.design.charge_facts import SPHERE_MEMORY, ChargeFacts, charge_facts, charge_seconds
 from nutamill.design.empty import with_charge_mass
@@ -17,6 +18,7 @@ from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.design.mesh_drawing import chamber_volume, distance_from_drawing
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.result.fields import expand
+from nutamill.simulation.record import CHECKPOINT_SIZE
 from nutamill.simulation.setup.clock import Clock, run_clock
 from nutamill.simulation.setup.light_carriers import light_carrier_warnings
 from nutamill.simulation.setup.mechanism import assemble_machine
@@ -161,10 +163,16 @@ class Preflight:
         return shown
 
 
-def preflight(case: Case) -> Preflight:
+def preflight(case: Case, trial: Callable[[Machine], float | None] | None = None) -> Preflight:
     """Return what is known about a case without running it.
 
     The first call compiles the mechanism's kernels.
+
+    Parameters
+    ----------
+    case : the case
+    trial : measures the wall time that a simulated second takes [1], as
+        `nutamill.simulation.trial.trial_rate` does; a table gives it if None
 
     Raises
     ------
@@ -177,7 +185,7 @@ def preflight(case: Case) -> Preflight:
     mechanism, state, scratch = assemble_machine(machine)
     static_equilibrium(mechanism, state, scratch)
     charge = charge_facts(machine)
-    forecast = _forecast(case, clock, charge)
+    forecast = _forecast(case, clock, charge, None if trial is None else trial(machine))
     return Preflight(
         case=case,
         parts={body.name: body.mass for body in machine.bodies},
@@ -208,7 +216,7 @@ def _idle_threads(case: Case) -> list[Fault]:
     return [Fault("run.threads", what, 'More threads than cores slow a run down: write threads = "auto"')]
 
 
-def _forecast(case: Case, clock: Clock, charge: ChargeFacts | None) -> Forecast:
+def _forecast(case: Case, clock: Clock, charge: ChargeFacts | None, rate: float | None) -> Forecast:
     """Return what a run with such a charge takes, and which keys bring it down."""
     pebbles, particles = (charge.pebbles, charge.particles) if charge is not None else (0, 0)
     part = next(iter(case.charge.parts), None)
@@ -218,14 +226,15 @@ def _forecast(case: Case, clock: Clock, charge: ChargeFacts | None) -> Forecast:
         else next((f"charge.{key}" for key in SIZE_KEYS if part and getattr(part, key)), "")
     )
     sooner = "an earlier run.max" if case.run.until == "steady" else "an earlier run.until"
-    parts = _file_parts(case, particles, size)
+    parts = _file_parts(case, particles, pebbles, size)
     return Forecast(
-        wall_time=_wall_time(case, clock, pebbles),
+        wall_time=_wall_time(case, clock, pebbles) if rate is None else rate * case.run.end,
         memory=RUN_MEMORY + SPHERE_MEMORY * pebbles,
         file_size=sum(parts.values()),
         time_key=f"Coarser particles ({size}), softer contacts or {sooner}" if size else sooner.capitalize(),
         memory_key=FEWER.format(size) if size else "Nothing",
         file_key=max(parts, key=lambda key: parts[key]),
+        by_trial=rate is not None,
     )
 
 
@@ -279,7 +288,7 @@ def _wall_time(case: Case, clock: Clock, pebbles: int) -> float:
     return charge + case.run.end / clock.window * MECHANISM_MICROSECONDS * 1e-6
 
 
-def _file_parts(case: Case, particles: int, size: str) -> dict[str, float]:
+def _file_parts(case: Case, particles: int, pebbles: int, size: str) -> dict[str, float]:
     """Return the parts of the size of a result file [bytes], by what brings each down."""
     names = len(expand(case.mounts.count if case.mechanism.mounting == "flexible" else 0, list(case.sensors)))
     series = case.run.end * case.run.series_rate * names * 8 * PACKED
@@ -289,7 +298,7 @@ def _file_parts(case: Case, particles: int, size: str) -> dict[str, float]:
         "A lower run.series_rate": series + 2e6,
         "A lower run.snapshots.rate": snapshots,
         "A longer run.checkpoint": times * STATISTICS_SIZE,
-        FEWER.format(size): 2 * 1.5e3 * particles,
+        FEWER.format(size): 2 * CHECKPOINT_SIZE * pebbles,
     }
 
 

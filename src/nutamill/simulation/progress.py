@@ -2,6 +2,7 @@
 
 import math
 import time as wall
+from collections import deque
 from collections.abc import Callable
 
 import numpy as np
@@ -15,6 +16,10 @@ from nutamill.simulation.setup.model import Model
 
 PAUSE = 0.5
 """Wall time between two reports [s]."""
+LATELY = 10.0
+"""Wall time over which the present speed of a run is taken [s]: a charge in motion costs more than one at
+rest, so that the mean since the start would be behind.
+"""
 READINGS = ("crank_pin_force_resultant", "driveshaft_torque")
 """Series whose mean at constant speed is shown while a run goes on."""
 UNKNOWN = (math.nan,) * 12
@@ -34,13 +39,29 @@ class Watch:
         self._progress = progress
         self._log = log
         self._next = 0.0
-        self._begun: tuple[float, float] | None = None
+        self._lately: deque[tuple[float, float]] = deque()
+        """Wall time and simulated time [s] of the last `LATELY` seconds."""
+        self._settling_since: tuple[float, float] | None = None
         self._means = RunningMean(len(READINGS))
 
     def settling(self, fraction: float) -> None:
         """Report that this share of the settling is done [1]."""
         if self._progress is not None and (self._due() or fraction >= 1.0):
-            self._progress(Progress("settle", 0.0, self._case.run.end, fraction, *UNKNOWN, 0, math.nan, 0))
+            left = self._settling_left(fraction)
+            readings = (*UNKNOWN[:2], left, *UNKNOWN[3:])
+            self._progress(Progress("settle", 0.0, self._case.run.end, fraction, *readings, 0, math.nan, 0))
+
+    def _settling_left(self, fraction: float) -> float:
+        """Return the wall time [s] that settling still takes. Placing the particles comes before its first
+        share.
+        """
+        now = wall.monotonic()
+        if self._settling_since is None:
+            if fraction > 0.0:
+                self._settling_since = (now, fraction)
+            return math.nan
+        begun, first = self._settling_since
+        return (now - begun) * (1.0 - fraction) / (fraction - first) if fraction > first else math.nan
 
     def marched(
         self, model: Model, names: tuple[str, ...], series: np.ndarray, until: float, recorder: Recorder
@@ -56,13 +77,16 @@ class Watch:
                 steady[:, names.index("crank_angle")],
                 steady[:, [names.index(name) for name in READINGS]],
             )
-        if self._begun is None:
-            self._begun = (wall.monotonic(), series[0, 0])
+        now = wall.monotonic()
+        self._lately.append((now, time))
+        while len(self._lately) > 2 and now - self._lately[1][0] > LATELY:
+            self._lately.popleft()
+        if len(self._lately) == 1:
             return
         if self._progress is None or not (self._due() or time >= until * (1 - 1e-12)):
             return
         at = dict(zip(names, series[-1], strict=True))
-        spent, marched = wall.monotonic() - self._begun[0], time - self._begun[1]
+        spent, marched = now - self._lately[0][0], time - self._lately[0][1]
         ramp = self._case.drive.ramp_end
         phase, first, last = ("ramp", 0.0, min(ramp, until)) if time < ramp else ("steady", ramp, until)
         steps = marched / model.clock.substep * (model.charge.n_particles if model.charge is not None else 1)

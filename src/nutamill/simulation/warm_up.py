@@ -80,6 +80,15 @@ def warm_up(
     _set(compiled_mark(*names))
 
 
+def is_compiled(law: ContactLaw | None) -> bool:
+    """Return whether the kernels of runs with a contact law, or without a charge if None, are compiled."""
+    if not JIT:
+        return False
+    standard = law_names(STANDARD_LAW)
+    marks = [law_names(law)] if law is not None else [("mechanism",), standard]
+    return any(compiled_mark(*names).is_file() for names in marks)
+
+
 def warm_up_mechanism(log: Callable[[str], None] | None = None) -> None:
     """Compile the kernels of a run without charge, if this version has not been compiled here before. `log`
     is that of `warm_up`.

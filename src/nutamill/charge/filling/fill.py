@@ -19,6 +19,9 @@ from nutamill.charge.particles.particles import LOOSE_PACKING, Particles
 COLUMN_PACKING = 0.40
 """Share that the column of a fresh fill has, where the chamber is high enough [1]."""
 
+FEWEST_ENERGIES = 4
+"""Fewest energies from which it is foreseen when a charge is at rest [1]."""
+
 SUBSTEPS = 500
 """Substeps of settling after which the charge is observed [1]."""
 
@@ -159,7 +162,7 @@ def settle(
     ----------
     longest : give up after this time [s]
     still : kinetic energy per mass [J/kg] that counts as rest; 1e-9 is a mean speed of 0.04 mm/s
-    progress : called with the share of `longest` that has passed [1]
+    progress : called with the share of the settling that is done [1], by `time_of_rest`
 
     Returns
     -------
@@ -171,16 +174,44 @@ def settle(
     """
     mass = float(charge.state.mass_props[1, : charge.model.n_particles].sum())
     begin = int(charge.state.clock[Clock.STEP])
-    elapsed = 0.0
+    elapsed, share = 0.0, 0.0
+    times: list[float] = []
+    energies_per_mass: list[float] = []
     while elapsed < longest:
         try:
             charge.step(SUBSTEPS)
         except StepError as stop:
             raise StepError(f"settling: {stop}") from stop
         elapsed = (int(charge.state.clock[Clock.STEP]) - begin) * charge.dt
-        if progress is not None:
-            progress(elapsed / longest)
         energies = charge.energies
-        if elapsed > 0.02 and energies["translation"] + energies["rotation"] < still * mass:
+        times.append(elapsed)
+        energies_per_mass.append((energies["translation"] + energies["rotation"]) / mass)
+        if progress is not None:
+            share = max(share, elapsed / time_of_rest(times, energies_per_mass, still, longest))
+            progress(min(share, 1.0))
+        if elapsed > 0.02 and energies_per_mass[-1] < still:
             break
     return elapsed
+
+
+def time_of_rest(times: Sequence[float], energies: Sequence[float], still: float, longest: float) -> float:
+    """Return when a settling charge is expected to be at rest [s], at most `longest`.
+
+    Its kinetic energy falls about exponentially once it has fallen down: a line through the logarithm of
+    the later half of what came after the peak is drawn on to `still`.
+
+    Parameters
+    ----------
+    times, energies : times so far [s] and kinetic energies per mass [J/kg]
+    still : energy per mass that counts as rest [J/kg]
+    longest : when settling is given up [s]
+    """
+    peak = int(np.argmax(energies))
+    first = (peak + len(times)) // 2
+    if len(times) - first < FEWEST_ENERGIES:
+        return longest
+    heights = np.log(np.maximum(energies[first:], 1e-300))
+    slope, _ = np.polyfit(times[first:], heights, 1)
+    if slope >= 0.0:
+        return longest
+    return float(np.clip(times[-1] + (math.log(still) - heights[-1]) / slope, times[-1], longest))

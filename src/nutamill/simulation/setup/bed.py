@@ -75,7 +75,7 @@ def bed_is_kept(machine: Machine) -> bool:
     """Return whether there is nothing left to settle: the bed is in the cache and whole, or the chamber is
     empty.
     """
-    return not machine.charge.parts or _kept_bed(machine) is not None
+    return not machine.charge.parts or kept_bed(machine) is not None
 
 
 def settled_bed(machine: Machine, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
@@ -98,7 +98,7 @@ def settled_bed(machine: Machine, progress: Callable[[float], None] | None = Non
     """
     if not machine.charge.parts:
         return None
-    bed = _kept_bed(machine)
+    bed = kept_bed(machine)
     if bed is None:
         bed = _settle(machine, progress)
         _keep(bed_file(machine), bed)
@@ -124,9 +124,7 @@ def _settle(machine: Machine, progress: Callable[[float], None] | None) -> np.nd
     assembled.
     """
     poses = np.array([carrier.pose for carrier in carriers_of(machine)])
-    placed = joined_fills(machine)
-    substep = run_clock(machine).substep
-    bed = bed_in_carriers(machine, required(placed.centre), placed.attitude, poses)
+    substep, bed = run_clock(machine).substep, loose_bed(machine)
     built = machine_charge(machine, bed, poses, substep)
     at_rest = np.zeros((len(poses), MOTION_SIZE))
     at_rest[:, :7] = poses
@@ -134,6 +132,13 @@ def _settle(machine: Machine, progress: Callable[[float], None] | None) -> np.nd
     charge = Charge.from_parts(*built, substep, at_rest, team_size(machine), names)
     settle(charge, LONGEST, STILL, progress)
     return bed_in_carriers(machine, charge.positions, charge.attitudes, poses)
+
+
+def loose_bed(machine: Machine) -> np.ndarray:
+    """Return the particles of a machine where they are placed before they settle, as `settled_bed`."""
+    poses = np.array([carrier.pose for carrier in carriers_of(machine)])
+    placed = joined_fills(machine)
+    return bed_in_carriers(machine, required(placed.centre), placed.attitude, poses)
 
 
 def joined_fills(machine: Machine) -> Particles:
@@ -190,7 +195,7 @@ def _keep(file: Path, bed: np.ndarray) -> None:
         pass
 
 
-def _kept_bed(machine: Machine) -> np.ndarray | None:
+def kept_bed(machine: Machine) -> np.ndarray | None:
     """Read the bed of a case from the cache, or return None if there is none or its file is damaged."""
     try:
         digest, content = (whole := bed_file(machine).read_bytes())[:32], whole[32:]
