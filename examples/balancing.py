@@ -14,8 +14,12 @@ one, two, loaded = (
     nm.balance_mill(case, TWO),
     nm.balance_mill(case, TWO, charge=True),
 )
-for title, found in (("one plane", one), ("two planes", two), ("two planes, with the charge's mass", loaded)):
-    print("\n".join([title, *nm.balance_lines(found, case)]))
+for title, balancing in (
+    ("one plane", one),
+    ("two planes", two),
+    ("two planes, with the charge's mass", loaded),
+):
+    print("\n".join([title, *nm.balance_lines(balancing, case)]))
 nm.draw_balancing(two, case).savefig("balancing.png")
 
 assert two.after < 0.2 * one.after < 0.2 * one.before

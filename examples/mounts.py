@@ -19,8 +19,8 @@ with tempfile.TemporaryDirectory() as folder, nm.run(case, to=Path(folder) / "em
         )
     floor = nm.floor_force(result)
     nm.draw_floor(result).savefig("mounts.png")
-found = nm.isolation(case)
-print("\n".join(nm.isolation_lines(found)))
-nm.draw_isolation(found).savefig("isolation.png")
+isolation = nm.isolation(case)
+print("\n".join(nm.isolation_lines(isolation)))
+nm.draw_isolation(isolation).savefig("isolation.png")
 
-assert abs(floor.once[0] - found.transmitted[-1]) < 0.05 * floor.once[0]
+assert abs(floor.once[0] - isolation.transmitted[-1]) < 0.05 * floor.once[0]

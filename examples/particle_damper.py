@@ -17,14 +17,14 @@ MASS, STIFFNESS, DAMPING, BENT = 0.5, 1600.0, 0.2828, 0.004
 ENERGY = 0.5 * STIFFNESS * BENT**2
 
 case = nm.load_case("particle-damper")
-kept, lost = {}, {}
+left, lost = {}, {}
 figure, axes = plt.subplots()
 for name, one in (("empty", case.with_("charge.kind", "none")), ("with balls", case)):
     with tempfile.TemporaryDirectory() as folder, nm.run(one, to=Path(folder) / "damper.h5") as result:
         series = result.series
         time, place = series["time"].values, series["box_position_x"].values
         swing = [np.abs(place[(time >= t) & (time < t + 0.06)]).max() for t in (0.0, 0.9)]
-        kept[name], lost[name] = swing[1] / swing[0], float(series["spring_leaf_loss"].values[-1])
+        left[name], lost[name] = swing[1] / swing[0], float(series["spring_leaf_loss"].values[-1])
         axes.plot(time, 1e3 * place, label=name)
         assert abs(series["ledger_residual"].values).max() < 1e-3 * ENERGY
         if name == "empty":
@@ -35,10 +35,10 @@ for name, one in (("empty", case.with_("charge.kind", "none")), ("with balls", c
             late = (speed * 50e-6) ** 2 * speed * time[-1]
             assert np.abs(place - BENT * np.exp(-rate * time) * swung).max() < late * BENT
 
-for name in kept:
-    print(f"{name}: {100 * kept[name]:.1f} % of the swing after 0.9 s, {1e3 * lost[name]:.2f} mJ in the leaf")
+for name in left:
+    print(f"{name}: {100 * left[name]:.1f} % of the swing after 0.9 s, {1e3 * lost[name]:.2f} mJ in the leaf")
 print(f"of {1e3 * ENERGY:.2f} mJ")
-assert kept["with balls"] < 0.5 * kept["empty"]
+assert left["with balls"] < 0.5 * left["empty"]
 axes.set(xlabel="time (s)", ylabel="box (mm)", ylim=(-4.5, 5.5))
 axes.legend(loc="upper right", ncols=2)
 figure.savefig("particle_damper.png")

@@ -68,10 +68,10 @@ def test_a_module_beside_the_cases_is_not_run_in_a_child(tmp_path, monkeypatch):
         "import numpy; from nutamill.base.child import task_of_parent; open(task_of_parent(), "
         "'w').write(numpy.__version__)"
     )
-    child = start_child(program, "told")
+    child = start_child(program, "written")
     with child.stdin:
         assert child.wait(PATIENCE) == 0
-    assert (tmp_path / "told").exists()
+    assert (tmp_path / "written").exists()
     assert not (tmp_path / "taken").exists()
 
 

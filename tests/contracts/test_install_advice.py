@@ -45,8 +45,8 @@ def test_every_extra_that_is_advised_exists():
     advised = {
         extra.strip()
         for path in TEXTS
-        for found in ASKED.findall(path.read_text(encoding="utf-8"))
-        for extra in found.split(",")
+        for extras in ASKED.findall(path.read_text(encoding="utf-8"))
+        for extra in extras.split(",")
     }
     assert {"view", "mesh", "life", "daq", "cluster", "dev"} <= advised <= set(EXTRAS)
 

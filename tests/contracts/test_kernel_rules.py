@@ -189,7 +189,7 @@ def test_a_kernel_writes_only_its_outputs(all_kernels):
     """
     by_file, known = all_kernels
     faults = {path: faults_of(inside, known) for path, inside in by_file.items()}
-    assert not {path: found for path, found in faults.items() if found and path not in NOT_YET}
+    assert not {path: wrong for path, wrong in faults.items() if wrong and path not in NOT_YET}
     assert not [path for path in NOT_YET if not faults[path]], "take these off the list NOT_YET"
 
 
@@ -208,9 +208,9 @@ def clean(a, b):
     b = a[0]
     return b
 """
-    found = ast.parse(source).body
+    body = ast.parse(source).body
     known = {"fill": (["value", "row_out"], {"row_out"})}
-    assert {function.name: written(function, known) for function in found} == {
+    assert {function.name: written(function, known) for function in body} == {
         "fill": {"row_out"},
         "direct": {"a"},
         "part": {"a"},

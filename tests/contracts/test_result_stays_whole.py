@@ -43,8 +43,8 @@ signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 recorder = Recorder.create(sys.argv[1], "schema = 1", {}, ["time", "crank_angle"], 1000.0)
 recorder.append(np.ones((10, 2)))
 recorder.commit(force=True)
-kept = resource.getrlimit(resource.RLIMIT_FSIZE)
-resource.setrlimit(resource.RLIMIT_FSIZE, (recorder.size + 1000, kept[1]))
+limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+resource.setrlimit(resource.RLIMIT_FSIZE, (recorder.size + 1000, limit[1]))
 recorder.append(np.random.default_rng(1).standard_normal((200_000, 2)))
 try:
     recorder.commit(force=True)
@@ -52,7 +52,7 @@ except ResultError as error:
     print(error)
 with open_result(sys.argv[1]) as result:
     print(len(result.series["time"]))
-resource.setrlimit(resource.RLIMIT_FSIZE, kept)
+resource.setrlimit(resource.RLIMIT_FSIZE, limit)
 recorder.commit(force=True)
 with open_result(sys.argv[1]) as result:
     print(len(result.series["time"]))
@@ -76,9 +76,9 @@ def test_killed_writer_leaves_a_readable_file(tmp_path):
             assert np.array_equal(rows, np.arange(len(rows)))
             assert np.array_equal(result.series["crank_angle"], 3.0 * rows)
             if len(rows):
-                kept = result.checkpoint()
-                assert kept.time == len(rows) - 700
-                assert np.all(kept.groups["charge"]["x"] == kept.time)
+                checkpoint = result.checkpoint()
+                assert checkpoint.time == len(rows) - 700
+                assert np.all(checkpoint.groups["charge"]["x"] == checkpoint.time)
         commits.append(len(rows) // 700)
     assert max(commits) > 1  # the kills have met writers at work
     Recorder.create(path, "", {}, ["time"], 1.0, overwrite=True)

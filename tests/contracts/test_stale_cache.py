@@ -172,7 +172,7 @@ def counted():
 
 def test_every_function_under_a_compiling_decorator_counts(counted):
     names, _ = counted
-    found = 0
+    count = 0
     for source in PACKAGE.rglob("*.py"):
         for node in ast.parse(source.read_bytes()).body:
             words = {
@@ -182,9 +182,9 @@ def test_every_function_under_a_compiling_decorator_counts(counted):
                 if isinstance(word, ast.Name)
             }
             if words & {"kernel", "overload", "intrinsic"}:
-                found += 1
+                count += 1
                 assert (source.relative_to(PACKAGE).as_posix(), node.name) in names
-    assert found > 200
+    assert count > 200
 
 
 def test_every_struct_that_a_kernel_is_given_counts(counted):
@@ -217,14 +217,14 @@ def test_every_struct_that_a_kernel_is_given_counts(counted):
         state,
         coupled_scratch(state, mscratch, cscratch, Scheme.STAGGERED),
     ]
-    found = set()
+    structs = set()
     while waiting:
         item = waiting.pop()
         if hasattr(item, "_fields"):
-            found.add(type(item))
+            structs.add(type(item))
             waiting += item
-    assert len(found) > 15
-    for struct in found:
+    assert len(structs) > 15
+    for struct in structs:
         assert (
             struct.__module__.removeprefix("nutamill.").replace(".", "/") + ".py",
             struct.__name__,

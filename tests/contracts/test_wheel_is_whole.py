@@ -22,9 +22,9 @@ def test_wheel_holds_every_file_of_the_package(tmp_path):
     (wheel,) = tmp_path.glob("*.whl")
     packed = {name for name in zipfile.ZipFile(wheel).namelist() if name.startswith("nutamill/")}
     source = ROOT / "src"
-    kept = {
+    files = {
         p.relative_to(source).as_posix()
         for p in (source / "nutamill").rglob("*")
         if p.is_file() and "__pycache__" not in p.parts
     }
-    assert packed == kept
+    assert packed == files

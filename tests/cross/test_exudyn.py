@@ -65,18 +65,18 @@ def our_mill(mounting, profile):
     rows = np.zeros((ROWS + 1, 1 + len(names)))
     march_recording(mechanism, state, scratch, table, STEP, round(END / ROWS / STEP), rows)
     read = dict(zip(names, rows[:, 1:].T, strict=True))
-    found = {
+    series = {
         joint.name: np.column_stack([read[f"{joint.name}_force_{axis}"] for axis in "xyz"])
         for joint in mill.joints
     }
-    found |= {
+    series |= {
         f"body {name}": np.column_stack([read[f"body {name}_{axis}"] for axis in "xyz"]) for name in bodies
     }
     return (
         mill,
         first,
         (lambda t: drive_motion(mechanism.drives[0], mechanism.knots, t)),
-        found | {"torque": read["motor_torque"]},
+        series | {"torque": read["motor_torque"]},
     )
 
 

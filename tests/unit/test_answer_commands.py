@@ -40,7 +40,7 @@ def invoke(folder, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "expected"),
     [
         (("orders", "empty.h5"), "crank-pin force (N)"),
         (("loads", "empty.h5", "--axes", "crank"), "joint reactions on the second body, crank axes (N, N m)"),
@@ -54,16 +54,16 @@ def invoke(folder, monkeypatch):
     ],
     ids=lambda value: value[0] if isinstance(value, tuple) else "",
 )
-def test_answer_prints_its_table_and_saves_a_picture(invoke, folder, words, said):
-    told = invoke(*words, "--to", "picture.png")
-    assert told.exit_code == 0, told.output
-    assert said in told.stdout and "picture picture.png" in told.stdout
+def test_answer_prints_its_table_and_saves_a_picture(invoke, folder, words, expected):
+    reply = invoke(*words, "--to", "picture.png")
+    assert reply.exit_code == 0, reply.output
+    assert expected in reply.stdout and "picture picture.png" in reply.stdout
     assert (folder / "picture.png").stat().st_size > 10_000
     (folder / "picture.png").unlink()
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "expected"),
     [
         (
             ("loads", "empty.h5", "--axes", "moon"),
@@ -83,34 +83,34 @@ def test_answer_prints_its_table_and_saves_a_picture(invoke, folder, words, said
     ],
     ids=lambda value: value[0] if isinstance(value, tuple) else "",
 )
-def test_question_without_an_answer_is_refused(invoke, words, said):
-    told = invoke(*words)
-    assert told.exit_code == 2 and said.replace(", Known", ". Known") in told.stderr.replace(
+def test_question_without_an_answer_is_refused(invoke, words, expected):
+    reply = invoke(*words)
+    assert reply.exit_code == 2 and expected.replace(", Known", ". Known") in reply.stderr.replace(
         ", Known", ". Known"
     )
 
 
 def test_modes_of_a_mechanism_of_listed_parts(invoke, folder):
     pendulum = str(MECHANISMS / "pendulum.toml")
-    told = invoke("modes", pendulum, "--to", "modes.png")
+    reply = invoke("modes", pendulum, "--to", "modes.png")
     # an arm of 1 m under 9.81 m/s^2 swings at 0.4985 Hz
-    assert told.exit_code == 0 and "0.498" in told.stdout and "bob moves" in told.stdout
+    assert reply.exit_code == 0 and "0.498" in reply.stdout and "bob moves" in reply.stdout
     assert (folder / "modes.png").stat().st_size > 10_000
     for question in (("--charge",), ("--speed", "700 rpm")):
-        told = invoke("modes", pendulum, *question)
-        assert told.exit_code == 2
-        assert told.stderr == f"{question[0]}: has no use for a mechanism. Leave it out\n"
+        reply = invoke("modes", pendulum, *question)
+        assert reply.exit_code == 2
+        assert reply.stderr == f"{question[0]}: has no use for a mechanism. Leave it out\n"
 
 
 def test_mechanism_of_listed_parts_is_no_mill(invoke, folder):
     crank = MECHANISMS / "slider-crank.toml"
-    told = invoke("balance", str(crank))
+    reply = invoke("balance", str(crank))
     assert (
-        told.exit_code == 2 and "describes a mechanism part by part ([[bodies]]), not a mill" in told.stderr
+        reply.exit_code == 2 and "describes a mechanism part by part ([[bodies]]), not a mill" in reply.stderr
     )
     march.run(load_case(crank, ["run.until=5 ms"]), folder / "crank.h5").close()
-    told = invoke("mounts", "crank.h5")
-    assert told.exit_code == 2 and "crank.h5: the run of a machine given part by part" in told.stderr
+    reply = invoke("mounts", "crank.h5")
+    assert reply.exit_code == 2 and "crank.h5: the run of a machine given part by part" in reply.stderr
 
 
 def test_picture_of_a_changed_case_or_of_another_option_leaves_the_earlier_one(invoke, folder):
@@ -120,8 +120,8 @@ def test_picture_of_a_changed_case_or_of_another_option_leaves_the_earlier_one(i
         ("modes", pendulum, "-s", changes[0]),
         *(("orders", "empty.h5", "--sensor", s) for s in SENSORS),
     ):
-        told = invoke(*words)
-        assert told.exit_code == 0, told.output
+        reply = invoke(*words)
+        assert reply.exit_code == 0, reply.output
     cases = load_case(pendulum), load_case(pendulum, changes)
     assert {file.name for file in (folder / "results").iterdir()} == {
         f"{case.file_in().stem}-modes.png" for case in cases

@@ -60,9 +60,9 @@ def test_bed_that_reaches_through_the_chamber_is_refused_by_surface_and_pellet()
     bed[6] = (0.0, 0.071, -0.30 + 0.240)
     with pytest.raises(CaseError) as refused:
         build(case.machine, bed)
-    said = {fault.where: fault.what for fault in refused.value.faults}
-    assert set(said) == {'surface "floor"', 'surface "bore"'}
-    assert said['surface "floor"'].endswith("behind it: 5") and said['surface "bore"'].endswith(
+    wrong = {fault.where: fault.what for fault in refused.value.faults}
+    assert set(wrong) == {'surface "floor"', 'surface "bore"'}
+    assert wrong['surface "floor"'].endswith("behind it: 5") and wrong['surface "bore"'].endswith(
         "behind it: 6"
     )
 
@@ -76,13 +76,13 @@ def test_substep_too_long_for_the_contacts_is_refused_with_what_would_do():
     contact = math.pi * math.sqrt(mass / 2 / 5e5) / math.sqrt(1 - zeta**2)
     with pytest.raises(CaseError) as refused:
         run_clock(mill(SMALL, "run.dt=10 us").machine)
-    said = str(refused.value)
-    assert said.startswith("run.dt = 10 us: a steel-steel contact lasts")
+    message = str(refused.value)
+    assert message.startswith("run.dt = 10 us: a steel-steel contact lasts")
     assert (
         f"lasts {contact * 1e6:.3g} us, {contact / 10e-6:.2g} substeps; it needs 10, better 20 "
-        f"({contact / 20 * 1e6:.2g} us)" in said
+        f"({contact / 20 * 1e6:.2g} us)" in message
     )
-    assert 'Use dt = "auto"' in said
+    assert 'Use dt = "auto"' in message
     run_clock(mill(SMALL, f"run.dt={contact / 10.01 * 1e6} us").machine)
 
 
@@ -245,7 +245,7 @@ def test_chamber_is_assembled_with_its_foot_towards_the_crank():
 
 
 def test_a_sensor_on_the_chamber_sits_where_the_chamber_axes_say():
-    # 350 mm down the chamber's axis lies the middle of the floor: R_WC (0, 0, -0.350), the axis tilted by
+    # the middle of the floor is 350 mm down the chamber's axis: R_WC (0, 0, -0.350), the axis tilted by
     # atan(39/366) towards +x
     case = mill("sensors={ floor = { body = 'chamber', at = ['0 mm', '0 mm', '-350 mm'] } }")
     tilt = math.atan2(0.039, 0.366)

@@ -32,21 +32,21 @@ def wanted(tmp_path, monkeypatch):
     cache_folder._chosen.cache_clear()
 
 
-def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one_and_said_in_one_sentence(
+def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one_with_one_sentence(
     wanted, tmp_path, monkeypatch
 ):
     folder = cache_folder.cache_folder()
     assert folder != wanted
     assert folder.is_dir() and os.access(folder, os.W_OK)
     assert os.environ[cache_folder.VARIABLE] == str(folder)  # of the processes that this one starts
-    said = []
+    messages = []
     monkeypatch.setattr(warm_up, "compiled_mark", lambda *names: tmp_path / "mark")
     monkeypatch.setattr(warm_up, "JIT", True)
     monkeypatch.setattr(warm_up, "march_turntable", lambda: None)
-    warm_up.warm_up_mechanism(said.append)
-    warm_up.warm_up_mechanism(said.append)
-    assert said == [cache_folder.cache_trouble(), COMPILING]
-    assert str(wanted) in said[0] and "\n" not in said[0]
+    warm_up.warm_up_mechanism(messages.append)
+    warm_up.warm_up_mechanism(messages.append)
+    assert messages == [cache_folder.cache_trouble(), COMPILING]
+    assert str(wanted) in messages[0] and "\n" not in messages[0]
 
 
 DOUBLE = """
@@ -87,8 +87,8 @@ def test_a_kernel_without_a_cache_runs_and_leaves_nothing_behind(doubled, tmp_pa
 def test_a_damaged_file_of_the_cache_is_compiled_anew(doubled, tmp_path):
     assert doubled(tmp_path / "cache") == "42 0 True\n"
     assert doubled(tmp_path / "cache") == "42 1 True\n"
-    for kept in (tmp_path / "cache").rglob("*.compiled"):
-        kept.write_bytes(kept.read_bytes()[:100])
+    for file in (tmp_path / "cache").rglob("*.compiled"):
+        file.write_bytes(file.read_bytes()[:100])
     assert doubled(tmp_path / "cache") == "42 0 True\n"
     assert doubled(tmp_path / "cache") == "42 1 True\n"
 
@@ -162,9 +162,9 @@ def settled(case, tmp_path, monkeypatch):
 
 
 def test_a_bed_is_settled_once(case, settled):
-    assert not beds.bed_is_kept(case)
+    assert not beds.bed_is_cached(case)
     first = beds.settled_bed(case)
-    assert beds.bed_is_kept(case)
+    assert beds.bed_is_cached(case)
     assert beds.settled_bed(case).tobytes() == first.tobytes()
     assert len(settled) == 1
 
@@ -180,7 +180,7 @@ def test_a_damaged_bed_is_settled_anew(case, settled, damage):
     beds.settled_bed(case)
     file = beds.bed_file(case)
     file.write_bytes(damage(file.read_bytes()))
-    assert not beds.bed_is_kept(case)
+    assert not beds.bed_is_cached(case)
     assert beds.settled_bed(case).tobytes() == settled[1].tobytes()
     assert beds.settled_bed(case).tobytes() == settled[1].tobytes()
     assert len(settled) == 2
@@ -194,11 +194,11 @@ def test_a_bed_that_is_none_is_not_used(case, settled, bed):
         bed = np.full((particle_count(case.machine), 3), np.nan)
     beds._keep(beds.bed_file(case), bed)
     assert beds.bed_file(case).exists()
-    assert not beds.bed_is_kept(case)
+    assert not beds.bed_is_cached(case)
 
 
 @pytest.mark.parametrize("call", ["replace", "fsync"])
-def test_a_bed_that_cannot_be_kept_leaves_nothing_behind(case, settled, tmp_path, monkeypatch, call):
+def test_a_bed_that_cannot_be_stored_leaves_nothing_behind(case, settled, tmp_path, monkeypatch, call):
     def refuse(*_):
         raise OSError(28, "No space left on device")
 

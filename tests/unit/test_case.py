@@ -192,11 +192,11 @@ def test_a_named_set_of_mounts_gives_its_values_unless_a_key_beside_it_does(name
 def test_the_2025_mill_takes_its_contacts_from_its_own_paper():
     case = load_case("numill-2025")
     # SAIMM 2025 Table 3: 499 and 333 kN/m, critical damping ratios 0.22 and 0.28
-    found = {
+    values = {
         name: (pair.normal_stiffness, pair.damping_ratio, pair.restitution)
         for name, pair in case.contact.pairs.items()
     }
-    assert found == {
+    assert values == {
         "steel-steel": (499e3, 0.22, None),
         "steel-acrylic": (499e3, 0.28, None),
         "sand-sand": (500e3, 0.212, None),
@@ -225,12 +225,12 @@ def test_a_profile_stays_at_the_cap_while_it_exceeds_it(mill):
 
 
 def test_a_run_that_ends_before_its_speed_is_reached_is_warned_of(mill):
-    (warning,) = [str(found) for found in mill.with_(run__until=2.0).warnings if found.where == "run.until"]
+    (warning,) = [str(one) for one in mill.with_(run__until=2.0).warnings if one.where == "run.until"]
     assert (
         warning
         == "run.until: the run ends at 2 s, before the speed is reached at 10 s. There will be no steady mean"
     )
-    assert not [found for found in mill.warnings if found.where == "run.until"]
+    assert not [one for one in mill.warnings if one.where == "run.until"]
 
 
 @pytest.mark.parametrize(
@@ -241,7 +241,7 @@ def test_a_nutation_angle_is_warned_of_unless_it_is_the_rounded_angle_of_the_cra
     # atan(39/366) = 6.0823 deg, which the papers print as 6 deg
     warnings = mill.with_(chamber__nutation_angle=written).warnings
     assert (
-        [str(found) for found in warnings] == []
+        [str(one) for one in warnings] == []
         if agrees
         else [
             f"chamber.nutation_angle: {written} is not used: crank_radius and "
@@ -252,12 +252,12 @@ def test_a_nutation_angle_is_warned_of_unless_it_is_the_rounded_angle_of_the_cra
 
 
 def test_no_machine_of_the_package_warns_of_itself():
-    assert [str(found) for name in library_names() for found in load_case(name).warnings] == []
+    assert [str(one) for name in library_names() for one in load_case(name).warnings] == []
 
 
 def test_number_of_a_pair_that_the_chosen_law_does_not_read_is_warned_of(mill):
     stiff = mill.with_("contact.pairs.steel-acrylic.normal_stiffness", "500 kN/m")
-    (warning,) = [str(found) for found in stiff.warnings if found.where.startswith("contact")]
+    (warning,) = [str(one) for one in stiff.warnings if one.where.startswith("contact")]
     assert (
         warning
         == 'contact.pairs.steel-acrylic.normal_stiffness: is not used with contact.stiffness = "young"'
@@ -265,7 +265,7 @@ def test_number_of_a_pair_that_the_chosen_law_does_not_read_is_warned_of(mill):
     both = stiff.with_("contact.pairs.steel-steel.normal_stiffness", "500 kN/m").with_(
         "contact.stiffness", "direct"
     )
-    assert not [found for found in both.warnings if found.where.startswith("contact")]
+    assert not [one for one in both.warnings if one.where.startswith("contact")]
 
 
 def test_the_starter_file_is_the_case_it_starts_from(mill, tmp_path):

@@ -272,7 +272,7 @@ CONTRADICTIONS = {
 def test_keys_that_contradict_each_other_are_named_with_the_cure(name):
     text, message = CONTRADICTIONS[name]
     line = refused(BASE + text)
-    if message.startswith("numill-2026.toml: "):  # found in the base; its line numbers are not the point here
+    if message.startswith("numill-2026.toml: "):  # of the base, whose line numbers may change
         line = [":".join([line[0].split(":", 2)[0], line[0].split(":", 2)[2]]), *line[1:]]
     assert line == [message]
 
@@ -336,7 +336,7 @@ def test_all_faults_are_reported_at_once():
     ]
 
 
-def test_the_line_is_found_behind_lists_and_texts_of_many_lines():
+def test_a_fault_behind_lists_and_texts_of_many_lines_names_its_line():
     text = 'title = """\n[drive]\nspeed = 1\n"""\n[charge]\nsizes = [\n  ["3 mm", 1.0],  # [\n]\nmass = 3'
     assert refused(BASE + text) == [
         r"mill.toml:2: title: must be one line of at most 1000 characters without control characters, "
@@ -349,7 +349,7 @@ def test_the_line_is_found_behind_lists_and_texts_of_many_lines():
     ]
 
 
-def test_an_empty_file_is_told_to_take_a_base():
+def test_the_message_of_an_empty_file_names_a_base():
     (line,) = refused("")
     assert line.startswith("mill.toml: lacks the tables [mechanism], [chamber]")
     assert line.endswith('Begin the file with base = "numill" and write what differs')

@@ -150,12 +150,12 @@ def test_crest_and_phase_lag_of_a_tilted_surface(result):
     # evenly, which puts the height too high by at most max f (1 - f) of it, 2.5 mm; the amplitude is 28.5 mm.
     heights = surface_heights(window(result, 2.0))
     assert heights == pytest.approx(0.95 * TILT, abs=2.5e-3)
-    found = crest(0.95 * TILT, AZIMUTH)
-    assert found.height == pytest.approx(0.95 * TILT.max())
-    assert found.azimuth == AZIMUTH[np.argmax(TILT)]
-    assert found.mean_height == pytest.approx(0.95 * 0.08)
-    assert found.amplitude == pytest.approx(0.95 * 0.03)
-    assert found.phase_lag == pytest.approx(-2.0)  # ahead of the crank
+    wave = crest(0.95 * TILT, AZIMUTH)
+    assert wave.height == pytest.approx(0.95 * TILT.max())
+    assert wave.azimuth == AZIMUTH[np.argmax(TILT)]
+    assert wave.mean_height == pytest.approx(0.95 * 0.08)
+    assert wave.amplitude == pytest.approx(0.95 * 0.03)
+    assert wave.phase_lag == pytest.approx(-2.0)  # ahead of the crank
     assert crest(heights, AZIMUTH).phase_lag == pytest.approx(-2.0, abs=2.5e-3 / 0.0285)
 
 
@@ -190,12 +190,12 @@ def tilted_plane(crank_angle):
 
 
 @pytest.mark.parametrize("crank_angle", [0.0, 4.0])
-def test_crest_of_a_tilted_plane_of_particles_is_found_in_chamber_axes(crank_angle):
+def test_crest_of_a_tilted_plane_of_particles_is_in_chamber_axes(crank_angle):
     # A sector's 95 % height follows from the volume of a wedge under the plane, integrated here on a fine
     # grid of radii. A layer
     # of balls is 2 mm high, its edge is ragged by as much: heights to 2 mm, the phase of their harmonic,
     # 0.015 m, to 2/15/sqrt(36)
-    found = snapshot_heights(tilted_plane(crank_angle), crank_angle)
+    heights = snapshot_heights(tilted_plane(crank_angle), crank_angle)
     r = (np.arange(300) + 0.5) / 300 * 0.045
     z = np.linspace(0.0, 0.08, 2001)
     expected = []
@@ -203,18 +203,18 @@ def test_crest_of_a_tilted_plane_of_particles_is_found_in_chamber_axes(crank_ang
         top = 0.05 + 0.5 * r * math.cos(azimuth - 2.0)
         below = (r[:, None] * np.minimum(z, top[:, None])).sum(axis=0)
         expected.append(np.interp(0.95 * below[-1], below, z))
-    assert found == pytest.approx(expected, abs=2e-3)
-    assert crest(found, AZIMUTH).phase_lag == pytest.approx(-2.0, abs=0.022)
-    assert crest(found, AZIMUTH).height == pytest.approx(max(expected), abs=2e-3)
+    assert heights == pytest.approx(expected, abs=2e-3)
+    assert crest(heights, AZIMUTH).phase_lag == pytest.approx(-2.0, abs=0.022)
+    assert crest(heights, AZIMUTH).height == pytest.approx(max(expected), abs=2e-3)
 
 
 def test_a_few_flying_particles_make_no_surface():
     low = tilted_plane(0.0)
     ahead = np.arctan2(*(low["positions"] - low["chamber_floor"])[:, 1::-1].T)
-    kept = np.abs(ahead) < 1.0
-    kept[np.flatnonzero(~kept)[::200]] = True
+    chosen = np.abs(ahead) < 1.0
+    chosen[np.flatnonzero(~chosen)[::200]] = True
     heights = snapshot_heights(
-        {name: array[kept] if len(array) == len(kept) else array for name, array in low.items()}, 0.0
+        {name: array[chosen] if len(array) == len(chosen) else array for name, array in low.items()}, 0.0
     )
     assert not heights[np.cos(AZIMUTH) < 0.3].any()
     assert heights[np.cos(AZIMUTH) > 0.7].all()

@@ -84,8 +84,8 @@ def test_each_shape_of_the_sand_is_as_frequent_and_as_large_as_another(sand):
 
 
 def test_the_sand_is_flagged_as_a_stand_in(sand):
-    (found,) = [str(warning) for warning in sand.warnings if warning.where == "charge.shapes"]
-    assert found.startswith(
+    (message,) = [str(warning) for warning in sand.warnings if warning.where == "charge.shapes"]
+    assert message.startswith(
         'charge.shapes: "coarse-sand" is a stand-in: the scanned grains of SAIMM 2025 are not public'
     )
 
@@ -178,7 +178,7 @@ def test_every_pair_of_materials_has_its_law_and_its_facts(tmp_path):
     case = case_of(tmp_path, MIX)
     # numbers: steel 0, sand 1, acrylic 2
     assert set(pair_laws(case)) == {(0, 0), (0, 1), (0, 2), (1, 1), (1, 2)}
-    facts = {found.pair: found for found in contact_facts(case.machine)}
+    facts = {one.pair: one for one in contact_facts(case.machine)}
     assert list(facts) == [
         "steel-steel",
         "steel-sand",
@@ -191,7 +191,7 @@ def test_every_pair_of_materials_has_its_law_and_its_facts(tmp_path):
     assert facts["steel-acrylic wall"].time == pytest.approx(
         math.pi * math.sqrt(steel / 499e3) / math.sqrt(1 - 0.28**2), rel=1e-12
     )
-    # a ball and a clump: reduced mass of each one's own, found again from the facts of the like pairs
+    # a ball and a clump: reduced mass of each one's own, computed from the facts of the like pairs
     clump = 2 * 500e3 * (facts["sand-sand"].time / math.pi) ** 2 * (1 - 0.212**2)
     reduced = steel * clump / (steel + clump)
     assert facts["steel-sand"].time == pytest.approx(
@@ -334,12 +334,12 @@ FAULTS = {
 def test_a_charge_that_contradicts_itself_is_refused_with_the_cure(name, tmp_path):
     text, message = FAULTS[name]
     line = refused(tmp_path, PELLETS + text)
-    if message.startswith("numill-2026.toml: "):  # found in the base; its line numbers are not the point here
+    if message.startswith("numill-2026.toml: "):  # of the base, whose line numbers may change
         line = [":".join([line[0].split(":", 2)[0], line[0].split(":", 2)[2]]), *line[1:]]
     assert line == [message]
 
 
-def test_faults_of_parts_are_found_in_their_lines(tmp_path):
+def test_faults_of_parts_name_their_lines(tmp_path):
     text = MIX.replace("count = 500\n", "").replace("count = 2000\n[contact", 'material = "snad"\n[contact')
     assert refused(tmp_path, text) == [
         'mill.toml:8: charge.part[1].material: no material is called "snad". Did you mean "sand"?',
@@ -371,7 +371,7 @@ def test_clumps_and_spheres_join_into_one_charge():
     assert both.bounding_radius[2] == pytest.approx(DUMBBELL.scaled(3e-3).bounding_radius, rel=1e-12)
 
 
-def test_the_seed_tells_which_shape_goes_with_which_size():
+def test_the_seed_decides_which_shape_goes_with_which_size():
     sizes = np.linspace(1e-3, 2e-3, 50)
     pair = [DUMBBELL, clump_shape([[0, 0, 0], [1.2, 0, 0]], [0.8, 0.7])]
     one, same, other = (clumps(pair, sizes, seed=seed).shape_of for seed in (3, 3, 4))
@@ -415,12 +415,12 @@ def test_near_pairs_of_any_sizes_miss_no_overlap():
     rng = np.random.default_rng(8)
     r, x = 1e-3 * rng.lognormal(0.0, 1.0, 400), 0.03 * rng.random((400, 3))
     i, j = near_pairs(x, size_octaves(r))
-    found = {frozenset(pair) for pair in zip(i.tolist(), j.tolist(), strict=True)}
-    assert len(found) == len(i) and (i != j).all()
+    pairs = {frozenset(pair) for pair in zip(i.tolist(), j.tolist(), strict=True)}
+    assert len(pairs) == len(i) and (i != j).all()
     a, b = np.triu_indices(400, 1)
     touching = np.linalg.norm(x[a] - x[b], axis=1) < r[a] + r[b]
     assert touching.any()
-    assert {frozenset(pair) for pair in zip(a[touching].tolist(), b[touching].tolist(), strict=True)} <= found
+    assert {frozenset(pair) for pair in zip(a[touching].tolist(), b[touching].tolist(), strict=True)} <= pairs
 
 
 def test_a_fill_of_many_sizes_is_free_of_overlaps():
@@ -459,7 +459,7 @@ SPOILED = {
 
 @pytest.mark.parametrize("name", SPOILED)
 def test_particles_that_cannot_be_are_refused_by_id(name):
-    field, value, said = SPOILED[name]
+    field, value, message = SPOILED[name]
     good = clumps([DUMBBELL], np.full(3, 1e-3)).placed(
         np.zeros((3, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
     )
@@ -471,7 +471,7 @@ def test_particles_that_cannot_be_are_refused_by_id(name):
     fields[field] = None if value is None else np.array(value)
     with pytest.raises(CaseError) as error:
         check_particles(type(good)(**fields), [2500.0])
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 def test_particles_without_mass_are_refused_by_id():
@@ -510,7 +510,7 @@ def test_spheres_of_two_materials_and_many_sizes_are_built_with_their_own_masses
     assert masses == pytest.approx(particle_masses(case.machine), rel=1e-12)
 
 
-def test_the_sheet_tells_number_mass_sizes_and_fill_of_each_part(tmp_path):
+def test_the_sheet_has_number_mass_sizes_and_fill_of_each_part(tmp_path):
     sheet = preflight(case_of(tmp_path, TWO_SIZES))
     steel, sand = sheet.charge.parts
     assert (steel.name, sand.name) == ("spheres of steel", "spheres of sand")

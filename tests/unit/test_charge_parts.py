@@ -70,7 +70,7 @@ def test_friction_never_exceeds_its_limit_and_goes_over_to_the_dynamic_coefficie
     assert (holds[0], slides[0]) == (pytest.approx(-1.0), pytest.approx(-0.8))
 
 
-def test_friction_spring_lies_in_the_tangent_plane():
+def test_friction_spring_is_in_the_tangent_plane():
     pull, spring, _ = displacement.force(
         displacement.LAW,
         (1.0, 1.0, 0.0),

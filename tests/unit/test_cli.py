@@ -87,15 +87,15 @@ def test_help_is_answered_without_any_heavy_import():
         "llvmlite",
     ]
     program = f"import sys, nutamill, nutamill.cli; print([name for name in {heavy} if name in sys.modules])"
-    said = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert said.stdout.strip() == "[]"
+    reply = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert reply.stdout.strip() == "[]"
 
 
 def test_the_package_itself_is_the_command():
-    said = subprocess.run(
+    reply = subprocess.run(
         [sys.executable, "-m", "nutamill", "--version"], capture_output=True, text=True, check=True
     )
-    assert said.stdout.startswith("nutamill ")
+    assert reply.stdout.startswith("nutamill ")
 
 
 def test_new_writes_a_file_that_loads_and_never_over_another(invoke, tmp_path):
@@ -113,9 +113,9 @@ def test_new_writes_a_file_that_loads_and_never_over_another(invoke, tmp_path):
 def test_show_prints_a_case_that_is_the_case(invoke):
     from nutamill.case import Case
 
-    said = invoke("show", "numill", "-s", "drive.speed=500 rpm")
-    assert said.exit_code == 0
-    assert Case.from_toml(said.stdout) == load_case("numill").with_(drive__speed="500 rpm")
+    reply = invoke("show", "numill", "-s", "drive.speed=500 rpm")
+    assert reply.exit_code == 0
+    assert Case.from_toml(reply.stdout) == load_case("numill").with_(drive__speed="500 rpm")
 
 
 def test_check_says_the_contacts_in_other_programs_when_asked(invoke, monkeypatch):
@@ -123,62 +123,62 @@ def test_check_says_the_contacts_in_other_programs_when_asked(invoke, monkeypatc
     monkeypatch.setattr("nutamill.simulation.warm_up.warm_up", lambda log, law: None)
     monkeypatch.setattr("nutamill.design.preflight.preflight", lambda case: sheet)
     assert invoke("check", "numill").stdout == "the sheet\n"
-    said = invoke("check", "numill", "--dialects").stdout
-    assert said.startswith("the sheet\nsteel-steel: linear x displacement x type_c x none")
-    assert "pair_coeff i j hooke 500000 0.5" in said
+    reply = invoke("check", "numill", "--dialects").stdout
+    assert reply.startswith("the sheet\nsteel-steel: linear x displacement x type_c x none")
+    assert "pair_coeff i j hooke 500000 0.5" in reply
 
 
 @pytest.mark.parametrize(
     ("command", "held"), [("mount-test", ("time [s]", "displacement [mm]")), ("mounts", ("RADIUS DEPTH",))]
 )
 def test_help_swallows_no_brackets(invoke, command, held):
-    said = " ".join(invoke(command, "--help").stdout.replace("│", " ").split())
-    assert all(text in said for text in held)
+    reply = " ".join(invoke(command, "--help").stdout.replace("│", " ").split())
+    assert all(text in reply for text in held)
 
 
-def test_bad_input_is_told_on_stderr_line_by_line_and_exits_with_2(invoke):
-    said = invoke("show", "numill", "--set", "drive.sped=3", "--set", "charge.mass=20 kg")
-    assert (said.exit_code, said.stdout) == (2, "")
-    assert said.stderr == '--set drive.sped: unknown key. Did you mean "speed"?\n'
+def test_bad_input_prints_a_line_for_each_fault_on_stderr_and_exits_with_2(invoke):
+    reply = invoke("show", "numill", "--set", "drive.sped=3", "--set", "charge.mass=20 kg")
+    assert (reply.exit_code, reply.stdout) == (2, "")
+    assert reply.stderr == '--set drive.sped: unknown key. Did you mean "speed"?\n'
 
 
 def test_a_run_goes_to_a_file_named_by_the_case_and_its_digest(invoke, engine):
-    said = invoke("run", "numill", "-s", "chamber.ribs=12", "--threads", "2")
-    assert said.exit_code == 0, said.output
+    reply = invoke("run", "numill", "-s", "chamber.ribs=12", "--threads", "2")
+    assert reply.exit_code == 0, reply.output
     case = load_case("numill", ["chamber.ribs=12", "run.threads=2"])
     assert engine["case"] == case
     assert str(engine["to"]) == f"results/numill-{case.digest[:12]}.h5"
     assert engine["picture"] == engine["to"].with_suffix(".png")
-    assert "crank-pin force 981 N" in said.stdout
+    assert "crank-pin force 981 N" in reply.stdout
 
 
 def test_a_quick_run_is_rigid_and_says_that_it_is_a_demonstration(invoke, engine):
-    said = invoke("run", "numill", "--quick", "--to", "a.h5")
+    reply = invoke("run", "numill", "--quick", "--to", "a.h5")
     assert engine["case"].mechanism.mounting == "rigid"
     assert str(engine["to"]) == "a.h5"
-    assert said.stdout.startswith("demonstration: rigid mounts")
+    assert reply.stdout.startswith("demonstration: rigid mounts")
 
 
 def test_a_run_that_fails_exits_with_1(invoke, engine):
     engine["fault"] = StepError("t=0.4 s: particle 812 overlaps. Take a smaller step.")
-    said = invoke("run", "numill")
-    assert (said.exit_code, said.stderr.splitlines()[-1]) == (
+    reply = invoke("run", "numill")
+    assert (reply.exit_code, reply.stderr.splitlines()[-1]) == (
         1,
         "t=0.4 s: particle 812 overlaps. Take a smaller step.",
     )
 
 
 @pytest.mark.parametrize(
-    ("fault", "told"),
+    ("fault", "message"),
     [
         (Interrupted(Path("a.again.h5")), "interrupted, saved. Go on with: nutamill resume a.again.h5"),
         (KeyboardInterrupt(), "interrupted before the first step, there was nothing to save"),
     ],
 )
-def test_an_interrupted_run_says_how_to_go_on_and_exits_with_130(invoke, engine, fault, told):
+def test_an_interrupted_run_says_how_to_go_on_and_exits_with_130(invoke, engine, fault, message):
     engine["fault"] = fault
-    said = invoke("run", "numill", "--to", "a.h5", "--again")
-    assert (said.exit_code, said.stderr.splitlines()[-1], engine["again"]) == (130, told, True)
+    reply = invoke("run", "numill", "--to", "a.h5", "--again")
+    assert (reply.exit_code, reply.stderr.splitlines()[-1], engine["again"]) == (130, message, True)
 
 
 def test_resume_takes_a_new_end_with_its_unit(invoke, engine):
@@ -214,8 +214,8 @@ def test_show_of_a_result_says_its_means_its_state_and_where_it_comes_from(invok
 
 
 def test_info_fields_names_each_recorded_quantity_with_its_unit(invoke):
-    said = invoke("info", "fields")
-    assert any(line.split()[:3] == ["driveshaft_torque", "N", "m"] for line in said.stdout.splitlines())
+    reply = invoke("info", "fields")
+    assert any(line.split()[:3] == ["driveshaft_torque", "N", "m"] for line in reply.stdout.splitlines())
 
 
 def test_the_schema_knows_every_key_of_a_published_mill(invoke):

@@ -177,15 +177,15 @@ RIGHT = {
 WITHOUT_FILES = {"schema", "bench", "info"}
 
 
-def refused(told, code):
+def refused(reply, code):
     """Whether a command ended with this code and with a few plain lines, none of them of a traceback or of
     another program.
     """
-    assert told.exception is None or isinstance(told.exception, SystemExit), repr(told.exception)
-    assert told.exit_code == code, told.output
-    lines = told.stderr.strip().splitlines()
-    assert 1 <= len(lines) <= 10, told.stderr
-    assert not any(word in told.stderr for word in ("Traceback", "Errno", "<HDF5", "FFMPEG", "object at 0x"))
+    assert reply.exception is None or isinstance(reply.exception, SystemExit), repr(reply.exception)
+    assert reply.exit_code == code, reply.output
+    lines = reply.stderr.strip().splitlines()
+    assert 1 <= len(lines) <= 10, reply.stderr
+    assert not any(word in reply.stderr for word in ("Traceback", "Errno", "<HDF5", "FFMPEG", "object at 0x"))
     return lines[-1]
 
 
@@ -204,26 +204,26 @@ def commands(calls):
 def test_a_missing_or_wrong_file_is_bad_input(invoke, command, wrong):
     if command in RIGHT.get(wrong, ()):
         return
-    said = refused(invoke(command, *(word.format(wrong) for word in INPUTS[command])), ExitCode.BAD_INPUT)
-    assert Path(wrong).stem in said
+    message = refused(invoke(command, *(word.format(wrong) for word in INPUTS[command])), ExitCode.BAD_INPUT)
+    assert Path(wrong).stem in message
 
 
 @pytest.mark.parametrize("command", OUTPUTS)
 def test_a_place_that_cannot_be_written_is_named(invoke, command):
-    told = invoke(command, *(word.format("words.txt/x") for word in OUTPUTS[command]))
-    assert "words.txt/x" in refused(told, ExitCode.NOT_WRITTEN)
+    reply = invoke(command, *(word.format("words.txt/x") for word in OUTPUTS[command]))
+    assert "words.txt/x" in refused(reply, ExitCode.NOT_WRITTEN)
 
 
 @pytest.mark.parametrize(
     "command", [name for name, words in OUTPUTS.items() if any("{}." in word for word in words)]
 )
 def test_a_file_to_be_written_with_the_suffix_of_nothing_is_bad_input(invoke, folder, command):
-    told = invoke(command, *("a.xyz" if "{}." in word else word for word in OUTPUTS[command]))
-    assert refused(told, ExitCode.BAD_INPUT).startswith("a.xyz: must end with ")
+    reply = invoke(command, *("a.xyz" if "{}." in word else word for word in OUTPUTS[command]))
+    assert refused(reply, ExitCode.BAD_INPUT).startswith("a.xyz: must end with ")
     assert not (folder / "a.xyz").exists()
 
 
 def test_a_folder_in_the_place_of_a_picture_is_named(invoke):
     for command, file in (("picture", "film.h5"), ("mounts", "empty.h5")):
-        said = invoke(command, file, "--to", "a_folder.png")
-        assert refused(said, ExitCode.NOT_WRITTEN).startswith("a_folder.png: cannot be written")
+        reply = invoke(command, file, "--to", "a_folder.png")
+        assert refused(reply, ExitCode.NOT_WRITTEN).startswith("a_folder.png: cannot be written")

@@ -44,10 +44,10 @@ def test_every_command_that_writes_a_file_takes_its_place_by_one_option():
 
 @pytest.mark.parametrize("words", [(), *((name,) for name in COMMANDS)], ids=lambda words: " ".join(words))
 def test_help_fits_80_columns_and_names_no_type_of_python(invoke, words):
-    said = invoke(*words, "-h")
-    assert said.exit_code == 0
-    assert max(map(len, said.stdout.splitlines())) <= 80
-    assert not re.search(r"<(bool|str|path|int|float|list)", said.stdout)
+    reply = invoke(*words, "-h")
+    assert reply.exit_code == 0
+    assert max(map(len, reply.stdout.splitlines())) <= 80
+    assert not re.search(r"<(bool|str|path|int|float|list)", reply.stdout)
 
 
 def test_help_lists_every_command_under_a_heading_with_a_whole_sentence(invoke):
@@ -83,10 +83,10 @@ def test_results_are_completed_also_those_of_the_folder_of_results(tmp_path, mon
 def complete(monkeypatch, *words):
     """What the shell gets for these words, the last of them unfinished."""
     line = {"COMP_WORDS": " ".join(["nutamill", *words]), "COMP_CWORD": str(len(words))}
-    said = CliRunner().invoke(
+    reply = CliRunner().invoke(
         cli.app, [], env={"_NUTAMILL_COMPLETE": "complete_bash", **line}, prog_name="nutamill"
     )
-    return said.stdout.split()
+    return reply.stdout.split()
 
 
 def test_the_shell_completes_commands_keys_and_figures(monkeypatch):

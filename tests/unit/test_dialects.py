@@ -68,9 +68,9 @@ def test_liggghts_wall_takes_twice_the_cohesion():
     # its wall has the area 2 pi d R, a pair of spheres 2 pi d (2 R*)
     given = [f"contact.pairs.{name}.cohesive_pressure=0.1 MPa" for name in ("steel-steel", "steel-acrylic")]
     for name, wanted in (("steel-steel", 1e5), ("steel-acrylic wall", 2e5)):
-        said = liggghts(touch(name, "contact.cohesion=area", *given))
-        assert "cohesion sjkr2 rolling_friction epsd2" in said[0]
-        assert number(said[-1], "cohesionEnergyDensity") == wanted
+        lines = liggghts(touch(name, "contact.cohesion=area", *given))
+        assert "cohesion sjkr2 rolling_friction epsd2" in lines[0]
+        assert number(lines[-1], "cohesionEnergyDensity") == wanted
 
 
 def test_tangential_dashpot_and_rolling_stiffness_reach_the_programs_that_have_them():
@@ -96,19 +96,19 @@ def test_tangential_dashpot_and_rolling_stiffness_reach_the_programs_that_have_t
 
 
 def test_rocky_takes_the_solid_and_the_softening_apart():
-    said = "\n".join(rocky(touch()))
-    assert "bulk Young's modulus 2e+11 and 2e+11 Pa, numerical softening factor 0.001" in said
-    assert "restitution 0.5," in said
+    text = "\n".join(rocky(touch()))
+    assert "bulk Young's modulus 2e+11 and 2e+11 Pa, numerical softening factor 0.001" in text
+    assert "restitution 0.5," in text
     assert "restitution 0.5," in "\n".join(rocky(touch("steel-steel", "contact.normal=hysteretic")))
 
 
 @pytest.mark.parametrize("program", [pfc, lammps, liggghts])
-def test_a_law_that_a_program_lacks_is_said_to_be_missing(program):
-    said = program(touch("steel-steel", "contact.normal=hysteretic"))
-    assert said[0].startswith("missing: hysteretic linear spring")
+def test_a_law_that_a_program_lacks_is_marked_as_missing(program):
+    lines = program(touch("steel-steel", "contact.normal=hysteretic"))
+    assert lines[0].startswith("missing: hysteretic linear spring")
 
 
-def test_every_pair_is_said_in_every_program_and_an_empty_mill_in_none():
+def test_every_pair_is_in_the_terms_of_every_program_and_an_empty_mill_in_none():
     lines = dialect_lines(load_case("numill").machine)
     assert [line.split(":")[0] for line in lines if not line.startswith(" ")] == [
         "steel-steel",

@@ -64,6 +64,6 @@ def test_site_builds_without_a_warning(tmp_path):
         str(ROOT / "docs"),
         str(tmp_path / "site"),
     ]
-    told = subprocess.run(build, capture_output=True, text=True, timeout=300)
-    assert told.returncode == 0, told.stderr
+    outcome = subprocess.run(build, capture_output=True, text=True, timeout=300)
+    assert outcome.returncode == 0, outcome.stderr
     assert (tmp_path / "site/generated/gallery.html").stat().st_size > 5000

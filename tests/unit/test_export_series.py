@@ -52,8 +52,8 @@ def test_a_series_that_the_result_lacks_is_refused(filmed, tmp_path):
 
 
 def test_the_command_writes_beside_the_result_and_refuses_series_for_paraview(filmed):
-    said = CliRunner().invoke(cli.app, ["export", "csv", str(filmed.path), "--series", "driveshaft_torque"])
-    assert said.exit_code == 0 and filmed.path.with_suffix(".csv").is_file()
-    said = CliRunner().invoke(cli.app, ["export", "vtkhdf", str(filmed.path), "--series", "time"])
-    assert said.exit_code == 2
-    assert "--series: has no use for vtkhdf, which holds snapshots" in said.stderr
+    reply = CliRunner().invoke(cli.app, ["export", "csv", str(filmed.path), "--series", "driveshaft_torque"])
+    assert reply.exit_code == 0 and filmed.path.with_suffix(".csv").is_file()
+    reply = CliRunner().invoke(cli.app, ["export", "vtkhdf", str(filmed.path), "--series", "time"])
+    assert reply.exit_code == 2
+    assert "--series: has no use for vtkhdf, which holds snapshots" in reply.stderr

@@ -86,9 +86,9 @@ def test_a_reader_refuses_every_other_kind_by_name_and_says_which_command_takes_
     path = write(tmp_path, kind)
     with pytest.raises((CaseError, ResultError)) as raised:
         reader(path)
-    said = str(raised.value)
-    assert f"must be {READERS[reader][0].label}, got {kind.label}" in said
-    assert (f"It is for: {kind.command.format(path)}" in said) == bool(kind.command)
+    message = str(raised.value)
+    assert f"must be {READERS[reader][0].label}, got {kind.label}" in message
+    assert (f"It is for: {kind.command.format(path)}" in message) == bool(kind.command)
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_a_reader_refuses_every_other_kind_by_name_and_says_which_command_takes_
         ("x = " + "9" * 5000, None),
     ],
 )
-def test_what_nothing_tells_is_left_to_the_reader_and_a_mill_stays_a_mill(tmp_path, text, kind):
+def test_a_file_of_no_known_kind_is_left_to_the_reader_and_a_mill_stays_a_mill(tmp_path, text, kind):
     path = tmp_path / "a.toml"
     path.write_bytes(text.encode("latin-1"))
     assert file_kind(path) is kind

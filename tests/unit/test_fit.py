@@ -25,28 +25,30 @@ def linear(points):
 
 def test_linear_model_gives_the_weighted_least_squares_answer():
     measured = MATRIX @ TRUTH + np.array([0.05, -0.1, 0.02, 0.1])
-    found = fitted(FREE, measured, SIGMA, linear)
+    solution = fitted(FREE, measured, SIGMA, linear)
     weighted = MATRIX / SIGMA[:, None]
     covariance = np.linalg.inv(weighted.T @ weighted)
     expected = covariance @ weighted.T @ (measured / SIGMA)
     # the search ends when a step is below 1e-3 of its size, and on a linear problem each step is the whole
     # way
-    assert found.values == pytest.approx(expected, abs=1e-3)
-    assert found.uncertainty == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-6)
-    assert found.correlation[0, 1] == pytest.approx(
+    assert solution.values == pytest.approx(expected, abs=1e-3)
+    assert solution.uncertainty == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-6)
+    assert solution.correlation[0, 1] == pytest.approx(
         covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1]), rel=1e-6
     )
-    assert (found.freedom, found.converged) == (2, True)
-    assert found.chi_squared == pytest.approx(np.sum(((MATRIX @ expected - measured) / SIGMA) ** 2), rel=1e-3)
+    assert (solution.freedom, solution.converged) == (2, True)
+    assert solution.chi_squared == pytest.approx(
+        np.sum(((MATRIX @ expected - measured) / SIGMA) ** 2), rel=1e-3
+    )
 
 
 def test_residuals_beyond_the_stated_uncertainties_widen_those_of_the_values():
     measured = MATRIX @ TRUTH + np.array([1.0, -1.0, 1.0, -1.0])
-    found = fitted(FREE, measured, SIGMA, linear)
+    solution = fitted(FREE, measured, SIGMA, linear)
     weighted = MATRIX / SIGMA[:, None]
     plain = np.sqrt(np.diag(np.linalg.inv(weighted.T @ weighted)))
-    assert found.uncertainty == pytest.approx(plain * np.sqrt(found.chi_squared / 2), rel=1e-6)
-    assert found.chi_squared > 2
+    assert solution.uncertainty == pytest.approx(plain * np.sqrt(solution.chi_squared / 2), rel=1e-6)
+    assert solution.chi_squared > 2
 
 
 def test_point_and_its_differences_are_computed_in_one_call():
@@ -56,9 +58,9 @@ def test_point_and_its_differences_are_computed_in_one_call():
         calls.append(len(points))
         return linear(points)
 
-    found = fitted(FREE, MATRIX @ TRUTH, SIGMA, count)
+    solution = fitted(FREE, MATRIX @ TRUTH, SIGMA, count)
     assert set(calls) == {3}
-    assert len(calls) == found.evaluations
+    assert len(calls) == solution.evaluations
 
 
 def test_no_point_beyond_the_bounds_is_ever_computed():
@@ -75,9 +77,9 @@ def test_no_point_beyond_the_bounds_is_ever_computed():
 
 
 def test_value_on_its_bound_is_marked():
-    found = fitted([FREE[0], Free("b", 0.1, -1.0, 3.0)], MATRIX @ TRUTH, SIGMA, linear)
-    assert found.values[1] == pytest.approx(-1.0, abs=1e-3)
-    assert not found.at_bound[0]
+    solution = fitted([FREE[0], Free("b", 0.1, -1.0, 3.0)], MATRIX @ TRUTH, SIGMA, linear)
+    assert solution.values[1] == pytest.approx(-1.0, abs=1e-3)
+    assert not solution.at_bound[0]
 
 
 def test_keys_that_no_target_depends_on_or_that_act_alike_are_named():
@@ -134,7 +136,7 @@ def bench(tmp_path, monkeypatch):
     """
     (tmp_path / "fit.toml").write_text(FILE)
 
-    def run_all(found, folder, workers, readings, report, log):
+    def run_all(runs, folder, workers, readings, report, log):
         def torque(case):
             return (
                 case.mechanism.joint_friction_constant
@@ -148,7 +150,7 @@ def bench(tmp_path, monkeypatch):
                 "complete",
                 {Reading("driveshaft_torque"): Estimate(torque(one.case), 0.0, 0.0, 9, True)},
             )
-            for one in found
+            for one in runs
         ]
 
     monkeypatch.setattr(fitting, "run_all", run_all)
@@ -163,17 +165,17 @@ def test_fit_file_finds_two_keys_from_runs_and_a_mode(bench, tmp_path):
     # weight
     friction = (0.67 - 0.35) / (10.0 * (speed[1] ** 2 - speed[0] ** 2))
     assert result.best.values == pytest.approx([friction, 0.35 - 10.0 * friction * speed[0] ** 2], rel=0.02)
-    said = "\n".join(result.lines())
-    assert "mechanism.joint_friction_constant" in said and " N m" in said
-    assert "driveshaft torque, drive.speed = 400 rpm" in said and "natural frequency 1" in said
-    assert "correlation" in said
+    text = "\n".join(result.lines())
+    assert "mechanism.joint_friction_constant" in text and " N m" in text
+    assert "driveshaft torque, drive.speed = 400 rpm" in text and "natural frequency 1" in text
+    assert "correlation" in text
 
 
 def test_run_that_does_not_end_stops_the_fit_and_is_named(bench, tmp_path, monkeypatch):
     monkeypatch.setattr(
         fitting,
         "run_all",
-        lambda found, *_: [Outcome(one, tmp_path, "its process was killed (SIGKILL)", {}) for one in found],
+        lambda runs, *_: [Outcome(one, tmp_path, "its process was killed (SIGKILL)", {}) for one in runs],
     )
     with pytest.raises(
         StepError,
@@ -183,7 +185,7 @@ def test_run_that_does_not_end_stops_the_fit_and_is_named(bench, tmp_path, monke
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("joint_friction_constant", "joint_frction_constant", "unknown key"),
         ('"0.1 N m", low', "0.1, low", 'needs a unit, got 0.1. Write e.g. "5 N m"'),
@@ -198,11 +200,11 @@ def test_run_that_does_not_end_stops_the_fit_and_is_named(bench, tmp_path, monke
         ('set = { "drive.speed"', 'set = { "drive.sped"', 'Did you mean "speed"?'),
     ],
 )
-def test_wrong_fit_file_is_refused_before_anything_runs(bench, tmp_path, old, new, said):
+def test_wrong_fit_file_is_refused_before_anything_runs(bench, tmp_path, old, new, message):
     bench.write_text(FILE.replace(old, new, 1))
     with pytest.raises(CaseError) as raised:
         fitting.fit(bench, tmp_path)
-    assert said in str(raised.value)
+    assert message in str(raised.value)
 
 
 @pytest.mark.parametrize("name", ["joint-friction", "friction-law"])

@@ -1,4 +1,4 @@
-"""What a run takes is said beforehand, and warned of where it is too much."""
+"""Forecasts of time, memory and disk, and warnings where they are too large."""
 
 import itertools
 from types import SimpleNamespace

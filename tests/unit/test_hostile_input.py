@@ -155,9 +155,9 @@ DEEP = 600
     ],
 )
 def test_an_endless_file_is_refused_in_two_seconds(text, message):
-    found, spent = refused(BASE + text)
-    assert message in found
-    assert len(found) < 10_000
+    error, spent = refused(BASE + text)
+    assert message in error
+    assert len(error) < 10_000
     assert spent < 2.0
 
 
@@ -165,14 +165,14 @@ def test_an_endless_file_is_refused_in_two_seconds(text, message):
     "change", [f"{'.'.join('a' * DEEP)}=1", f"run.seed={'[' * DEEP}{']' * DEEP}", f"run.seed={'9' * 5000}"]
 )
 def test_an_endless_change_on_the_command_line_is_refused(change):
-    found, spent = refusal(load_case, "numill", [change])
-    assert found.startswith("--set")
+    error, spent = refusal(load_case, "numill", [change])
+    assert error.startswith("--set")
     assert spent < 2.0
 
 
 def test_faults_beyond_the_first_fifty_are_counted():
-    found, _ = refused(BASE + "".join(f"[t{n}]\nx = 1\n" for n in range(900)))
-    assert found.splitlines()[-1] == "mill.toml: 850 more faults"
+    error, _ = refused(BASE + "".join(f"[t{n}]\nx = 1\n" for n in range(900)))
+    assert error.splitlines()[-1] == "mill.toml: 850 more faults"
 
 
 LONG = "n" * 300
@@ -184,12 +184,12 @@ LONG = "n" * 300
      f'{BASE}[chamber.mesh]\nfile = "{LONG}.stl"\nunit = "mm"', f'{BASE}[drive]\nprofile = "{LONG}.csv"'],
 )  # fmt: skip
 def test_a_name_that_no_file_can_have_names_no_file(text):
-    found, _ = refused(text)
-    assert LONG in found
+    error, _ = refused(text)
+    assert LONG in error
 
 
 @pytest.mark.parametrize("name", [LONG, f"{LONG}.toml", f"{LONG}/{LONG}.toml", "a\0b.toml"])
-def test_a_case_of_a_name_that_no_file_can_have_is_not_found(name):
+def test_a_case_of_a_name_that_no_file_can_have_is_refused(name):
     assert refusal(load_case, name)[0].startswith(printable(name))
 
 
@@ -209,8 +209,8 @@ def test_a_chain_of_bases_is_refused():
 
 
 def test_a_device_that_never_ends_is_no_test_of_a_mount():
-    found, _ = refusal(read_mount_test, "/dev/zero")
-    assert found == "/dev/zero: cannot be read as a CSV file (it is longer than 200 MB)"
+    error, _ = refusal(read_mount_test, "/dev/zero")
+    assert error == "/dev/zero: cannot be read as a CSV file (it is longer than 200 MB)"
     assert "it is longer than 5 MB" in refusal(load_mapping, "/dev/zero")[0]
 
 
@@ -223,9 +223,9 @@ def test_a_device_that_never_ends_is_no_test_of_a_mount():
      '[charge]\nmaterial = "\\u202eleets"', '"\\u009b31m" = 1'],
 )  # fmt: skip
 def test_text_that_a_terminal_would_obey_is_refused_and_shown_escaped(text):
-    found, _ = refused(BASE + text)
-    assert "without control characters" in found or "a key must be one line" in found
-    assert found == printable(found)
+    error, _ = refused(BASE + text)
+    assert "without control characters" in error or "a key must be one line" in error
+    assert error == printable(error)
 
 
 def test_a_fault_is_one_printable_line():

@@ -58,13 +58,13 @@ class Terminal:
     def wait_for(self, pattern):
         """Read the screen until `pattern` is on it; what was read before and with it is dropped."""
         end = time.monotonic() + LONGEST
-        while not (found := re.search(pattern, self.text, re.DOTALL)):
+        while not (match := re.search(pattern, self.text, re.DOTALL)):
             assert time.monotonic() < end, f"no {pattern!r} in {self.text[-2000:]}"
             if select.select([self._master], [], [], 0.1)[0]:
                 self.text += re.sub(
                     r"\x1b\[[0-9;?]*[a-zA-Z]", "", os.read(self._master, 65536).decode(errors="replace")
                 )
-        before, self.text = self.text[: found.end()], self.text[found.end() :]
+        before, self.text = self.text[: match.end()], self.text[match.end() :]
         return before
 
     def press(self, key):

@@ -96,8 +96,8 @@ def test_the_sheet_says_why_there_are_no_modes_and_which_reactions_are_not_uniqu
 
 
 def test_modes_about_an_unstable_equilibrium_are_refused(invoke):
-    said = invoke("modes", ARM + HINGE)
-    assert "modes: the equilibrium is unstable. Assemble the mechanism near a stable one" in said
+    message = invoke("modes", ARM + HINGE)
+    assert "modes: the equilibrium is unstable. Assemble the mechanism near a stable one" in message
 
 
 def test_a_frame_that_no_body_can_be_is_refused():

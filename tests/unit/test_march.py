@@ -115,10 +115,10 @@ def numbers(result):
     """All series of a result, (n_names, n_rows), and its last checkpoint as bytes."""
     with result:
         series = result.series
-        kept = result.checkpoint()
+        checkpoint = result.checkpoint()
         bits = {
             f"{part}/{name}": array.tobytes()
-            for part, arrays in kept.groups.items()
+            for part, arrays in checkpoint.groups.items()
             for name, array in arrays.items()
         }
         return np.vstack([series["time"], *(series[name] for name in series)]), bits, result.state
@@ -218,26 +218,31 @@ def test_run_whose_callback_raises_keeps_what_it_has_recorded(case, tmp_path):
 
     with pytest.raises(ValueError, match="the screen is gone"):
         march.run(case, tmp_path / "a.h5", while_marching(trip))
-    with march.open_result(tmp_path / "a.h5") as kept:
-        assert kept.state == "failed: the screen is gone"
-        assert kept.series.sizes["time"] > 1
+    with march.open_result(tmp_path / "a.h5") as partial:
+        assert partial.state == "failed: the screen is gone"
+        assert partial.series.sizes["time"] > 1
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="needs a system with SIGUSR1")
 def test_signal_keeps_a_checkpoint_at_once_and_the_run_goes_on(case, tmp_path):
-    seldom, path, asked, kept = case.with_(run__checkpoint=1.0, run__until=0.03), tmp_path / "a.h5", [], []
+    seldom, path, asked, times = (
+        case.with_(run__checkpoint=1.0, run__until=0.03),
+        tmp_path / "a.h5",
+        [],
+        [],
+    )
 
     def ask(progress):
-        if asked and not kept:
+        if asked and not times:
             with march.open_result(path) as so_far:
-                kept.append(so_far.checkpoint().time)
+                times.append(so_far.checkpoint().time)
         elif not asked:
             asked.append(progress.time)
             signal.raise_signal(signal.SIGUSR1)
 
     whole = numbers(march.run(seldom, tmp_path / "whole.h5"))
     assert same(numbers(march.run(seldom, path, while_marching(ask))), whole)
-    assert kept == [pytest.approx(asked[0], abs=1e-9)]
+    assert times == [pytest.approx(asked[0], abs=1e-9)]
 
 
 def test_an_end_before_the_checkpoint_is_refused_and_the_file_stays(whole, whole_file, tmp_path):
@@ -336,14 +341,14 @@ def test_state_before_a_failure_is_in_the_file_and_runs_into_the_same_failure_ag
     message, series = failed(case, path, shoot)
     bad = float(re.search(r"t = (\S+) s", message)[1])
     with march.open_result(path) as result:
-        kept = result.checkpoint()
-        at = kept.time
+        checkpoint = result.checkpoint()
+        at = checkpoint.time
         snapshot = result.snapshots[-1]
         assert result.snapshots.time[-1] == at
     # an entry is 48 rows: the state is sound, at most 10 ms old, and the pellet is where it was before it hit
     assert bad - march.ROWS_PER_ENTRY / case.run.series_rate < at < bad
     assert all(
-        np.isfinite(array).all() for array in kept.groups["charge"].values() if array.dtype.kind == "f"
+        np.isfinite(array).all() for array in checkpoint.groups["charge"].values() if array.dtype.kind == "f"
     )
     assert snapshot["velocities"][55, 2] == pytest.approx(-25.0, abs=1e-5)
     with pytest.raises(StepError) as again:

@@ -84,9 +84,9 @@ def write_uff(folder):
             "abscissa_inc": 1 / RATE,
         }
         empty = pyuff.prepare_58(id1=name, return_full_dict=True)
-        found = {key: "NONE" if key[:2] == "id" or key[-3:] in ("lab", "ame") else 0 for key in empty}
-        found |= given | {"type": 58, "binary": 0, "data": values, "x": TIME}
-        pyuff.UFF(str(path)).write_sets(found, "add")
+        fields = {key: "NONE" if key[:2] == "id" or key[-3:] in ("lab", "ame") else 0 for key in empty}
+        fields |= given | {"type": 58, "binary": 0, "data": values, "x": TIME}
+        pyuff.UFF(str(path)).write_sets(fields, "add")
     return path, UNCLOCKED
 
 
@@ -137,9 +137,10 @@ def test_show_of_a_test_gives_the_means_of_its_channels_and_report_says_what_it_
     path, text = write_csv(tmp_path)
     import_test(path, mapping(tmp_path, text), tmp_path / "m.h5")
     monkeypatch.chdir(tmp_path)
-    said = CliRunner().invoke(cli.app, ["show", "m.h5"]).stdout
+    shown = CliRunner().invoke(cli.app, ["show", "m.h5"]).stdout
     assert (
-        f"driveshaft_torque          mean {TORQUE.mean():.4g}, r.m.s. about it {TORQUE.std():.4g} N m" in said
+        f"driveshaft_torque          mean {TORQUE.mean():.4g}, r.m.s. about it {TORQUE.std():.4g} N m"
+        in shown
     )
     refused = CliRunner().invoke(cli.app, ["report", "m.h5"])
     assert (refused.exit_code, refused.stderr.split(". ")[0]) == (
@@ -152,8 +153,8 @@ def test_filter_keeps_what_is_slow_in_its_place_and_takes_what_is_fast():
     """Butterworth of fourth order, forth and back: 1/(1 + (f/f_c)^8); at a fifth and at five times the
     cut-off 2.6e-6 is lost and left."""
     slow, fast = np.sin(math.tau * 10.0 * TIME), np.sin(math.tau * 250.0 * TIME)
-    kept = low_pass(slow + fast, RATE, 50.0)[400:-400]
-    assert np.abs(kept - slow[400:-400]).max() < 1e-4  # and what the bilinear transform bends
+    passed = low_pass(slow + fast, RATE, 50.0)[400:-400]
+    assert np.abs(passed - slow[400:-400]).max() < 1e-4  # and what the bilinear transform bends
     with pytest.raises(CaseError, match="half the rate"):
         low_pass(slow, RATE, 1000.0)
 

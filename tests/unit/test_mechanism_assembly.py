@@ -41,7 +41,7 @@ def refusal(*parts, **options) -> str:
 
 
 def test_all_faults_are_reported_at_once():
-    said = refusal(
+    message = refusal(
         [
             box("a", mass=-1.0),
             box("a"),
@@ -72,15 +72,15 @@ def test_all_faults_are_reported_at_once():
         "drive 'motor': times do not begin at 0 and increase, got (0.0, 0.0)",
         "drive 'other': unknown joint, got 'nothing'. Known joints are hinge, weld",
     ):
-        assert words in said
+        assert words in message
 
 
 def test_gap_in_a_joint_is_refused_with_its_size_and_the_point_that_closes_it():
-    said = refusal(
+    message = refusal(
         [box("a")],
         [Joint("pin", JointKind.SPHERICAL, GROUND, "a", (0.1, 0.0, 0.0), point_b=(0.1, 0.0, 0.002))],
     )
-    assert "joint 'pin'" in said and "gap of 2 mm" in said and "(100, 0, 0) mm" in said
+    assert "joint 'pin'" in message and "gap of 2 mm" in message and "(100, 0, 0) mm" in message
 
 
 def test_gap_along_the_axis_a_joint_slides_on_is_no_gap():
@@ -93,9 +93,11 @@ def test_redundant_constraints_are_refused_by_name():
         Joint("left", JointKind.REVOLUTE, GROUND, "a", O, Z),
         Joint("right", JointKind.REVOLUTE, GROUND, "a", (0.0, 0.0, 1.0), Z),
     ]
-    said = refusal([box("a")], joints)
+    message = refusal([box("a")], joints)
     assert (
-        "joint 'right'" in said and "already locked by joint 'left'" in said and 'redundant = "allow"' in said
+        "joint 'right'" in message
+        and "already locked by joint 'left'" in message
+        and 'redundant = "allow"' in message
     )
 
 
@@ -118,13 +120,13 @@ def test_contradicting_drives_are_refused_even_where_redundancy_is_allowed():
     joints = [Joint("hinge", JointKind.REVOLUTE, GROUND, "a", O, Z)]
     drives = [Drive("one", "hinge", (0.0,), (1.0,)), Drive("two", "hinge", (0.0,), (3.0,))]
     for redundant in ("refuse", "allow"):
-        said = refusal([box("a")], joints, drives=drives, redundant=redundant)
-        assert "drive 'two'" in said and "drive 'one'" in said and "differ by 2 rad/s" in said
+        message = refusal([box("a")], joints, drives=drives, redundant=redundant)
+        assert "drive 'two'" in message and "drive 'one'" in message and "differ by 2 rad/s" in message
 
 
 def test_axes_of_a_universal_joint_must_be_square():
-    said = refusal([box("a")], [Joint("hooke", JointKind.UNIVERSAL, GROUND, "a", O, Z, (0.0, 1.0, 1.0))])
-    assert "joint 'hooke': the two axes are not square" in said and "45 deg" in said
+    message = refusal([box("a")], [Joint("hooke", JointKind.UNIVERSAL, GROUND, "a", O, Z, (0.0, 1.0, 1.0))])
+    assert "joint 'hooke': the two axes are not square" in message and "45 deg" in message
 
 
 @pytest.mark.parametrize(

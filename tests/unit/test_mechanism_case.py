@@ -1,5 +1,5 @@
-"""Any mechanism as data: what a file says is what is built, what is wrong is told with its line, a run goes
-on bit for bit.
+"""Any mechanism as data: the parts of a file are those of the model, a fault has its line, and a resumed run
+has the same bits.
 """
 
 import math
@@ -158,10 +158,10 @@ def test_a_resumed_mechanism_is_the_one_that_never_stopped(file, tmp_path):
         assert np.array_equal(result.series["joint_pin_force_x"].values, expected)
 
 
-def test_check_tells_masses_freedom_and_modes(file):
+def test_check_prints_masses_freedom_and_modes(file):
     sheet = machine_sheet(load_case(file).with_("run.start", "rest"))
-    said = "\n".join(sheet.lines())
-    assert "arm 2" in said
+    text = "\n".join(sheet.lines())
+    assert "arm 2" in text
     assert sheet.freedoms == 1 and sheet.driven == 0
     # about rest near straight down: (m g l + k l^2 to first order) / (I + m l^2), the spring pulling along
     # its own axis
@@ -195,8 +195,8 @@ def test_a_body_that_nothing_holds_is_named_by_the_search_for_modes(file):
     assert machine_sheet(load_case(file)).modes
 
 
-def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
-    said = refusal(
+def test_all_faults_of_a_file_are_reported_at_once_with_their_lines(tmp_path):
+    message = refusal(
         tmp_path,
         HEAD
         + ARM.replace('mass     = "2 kg"', 'mass     = "0 kg"')
@@ -215,7 +215,7 @@ def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
         'drives.motor.joint: no joint is called "pim". Did you mean "pin"?',
         "springs.coil.point_b: is the same point as point_a",
     ):
-        assert words in said, words
+        assert words in message, words
 
 
 @pytest.mark.parametrize(
@@ -238,11 +238,13 @@ def test_parts_that_contradict_each_other_are_refused(tmp_path, text, message):
     assert message in refusal(tmp_path, HEAD + ARM + PIN + text + REST)
 
 
-def test_units_and_unknown_keys_of_a_part_are_told_with_their_lines(tmp_path):
-    said = refusal(tmp_path, HEAD + ARM.replace('"2 kg"', "2").replace("position", "positoin") + PIN + REST)
-    assert 'bad.toml:6: bodies.arm.mass: needs a unit: write "2 kg"' in said
-    assert 'bodies.arm.positoin: unknown key. Did you mean "position"?' in said
-    assert "bodies.arm.position: is missing" in said and "numill" not in said
+def test_faults_of_units_and_unknown_keys_of_a_part_name_their_lines(tmp_path):
+    message = refusal(
+        tmp_path, HEAD + ARM.replace('"2 kg"', "2").replace("position", "positoin") + PIN + REST
+    )
+    assert 'bad.toml:6: bodies.arm.mass: needs a unit: write "2 kg"' in message
+    assert 'bodies.arm.positoin: unknown key. Did you mean "position"?' in message
+    assert "bodies.arm.position: is missing" in message and "numill" not in message
 
 
 def test_a_loop_that_does_not_close_is_refused_before_a_step(file):

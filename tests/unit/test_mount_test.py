@@ -27,49 +27,49 @@ def moved_mount(rate=1000.0, seconds=2.0, noise=0.0, cubic=0.0, preload=150.0):
 
 
 def test_spring_and_dashpot_come_back_exactly():
-    found = mount_properties(moved_mount())
+    properties = mount_properties(moved_mount())
     loss = 2.0 * math.pi * FREQUENCY * DAMPING
-    # least squares without noise: the frequency is found to about the solver's 1e-8
-    assert found.frequency == pytest.approx(FREQUENCY, rel=1e-7)
-    assert found.storage == pytest.approx(STIFFNESS, rel=1e-6)
-    assert found.loss == pytest.approx(
+    # least squares without noise: the frequency is exact to about the solver's 1e-8
+    assert properties.frequency == pytest.approx(FREQUENCY, rel=1e-7)
+    assert properties.storage == pytest.approx(STIFFNESS, rel=1e-6)
+    assert properties.loss == pytest.approx(
         loss, rel=1e-4
     )  # a phase error of 1e-8 x 100 rad falls on it with K'/K'' = 43
-    assert found.damping == pytest.approx(DAMPING, rel=1e-4)
-    assert found.loss_factor == pytest.approx(loss / STIFFNESS, rel=1e-4)
-    assert found.dynamic == pytest.approx(math.hypot(STIFFNESS, loss), rel=1e-6)
-    assert found.cycles == 15
+    assert properties.damping == pytest.approx(DAMPING, rel=1e-4)
+    assert properties.loss_factor == pytest.approx(loss / STIFFNESS, rel=1e-4)
+    assert properties.dynamic == pytest.approx(math.hypot(STIFFNESS, loss), rel=1e-6)
+    assert properties.cycles == 15
 
 
 def test_area_of_the_loop_gives_the_same_loss():
-    found = mount_properties(moved_mount(rate=5000.0))
+    properties = mount_properties(moved_mount(rate=5000.0))
     # trapezoids of an ellipse: (phase step)^2/6 = (0.01)^2/6; the loop is open by one sample of 9500, and by
     # K' over it: 43 x 1e-3
-    assert found.loop_loss == pytest.approx(found.loss, rel=0.05)
+    assert properties.loop_loss == pytest.approx(properties.loss, rel=0.05)
 
 
 def test_noise_of_the_force_averages_out_and_shows_in_the_scatter():
-    found = mount_properties(moved_mount(noise=5.0))
+    properties = mount_properties(moved_mount(noise=5.0))
     # 5 N over 2000 samples: amplitude known to 5 sqrt(2/2000) = 0.16 N of 144 N; times 3
-    assert found.storage == pytest.approx(STIFFNESS, rel=3 * 0.16 / 144)
+    assert properties.storage == pytest.approx(STIFFNESS, rel=3 * 0.16 / 144)
     # a cycle has 127 samples: 5 sqrt(2/127) = 0.63 N over 2 mm = 314 N/m; a deviation from 15 cycles is known
     # to 20 %, times 2.5
-    assert found.storage_scatter == pytest.approx(314.0, rel=0.5)
+    assert properties.storage_scatter == pytest.approx(314.0, rel=0.5)
 
 
 def test_stiffening_mount_shows_its_distortion_and_the_stiffness_of_the_first_harmonic():
     cubic = 1e10
-    found = mount_properties(moved_mount(cubic=cubic))
+    properties = mount_properties(moved_mount(cubic=cubic))
     # x^3 of a sine: 3/4 of it at the first harmonic, 1/4 at the third; about a mean displacement the spring
     # does not know
-    assert found.storage == pytest.approx(STIFFNESS + 0.75 * cubic * AMPLITUDE**2, rel=1e-3)
-    assert found.distortion == pytest.approx(
-        0.25 * cubic * AMPLITUDE**3 / (found.dynamic * AMPLITUDE), rel=0.02
+    assert properties.storage == pytest.approx(STIFFNESS + 0.75 * cubic * AMPLITUDE**2, rel=1e-3)
+    assert properties.distortion == pytest.approx(
+        0.25 * cubic * AMPLITUDE**3 / (properties.dynamic * AMPLITUDE), rel=0.02
     )
 
 
 @pytest.mark.parametrize(
-    ("spoiled", "said"),
+    ("spoiled", "message"),
     [
         (
             lambda t: t._replace(force=-t.force),
@@ -93,10 +93,10 @@ def test_stiffening_mount_shows_its_distortion_and_the_stiffness_of_the_first_ha
     ],
     ids=["sign", "short", "coarse", "backwards", "still", "two frequencies", "nan"],
 )
-def test_record_that_is_no_such_test_is_refused(spoiled, said):
+def test_record_that_is_no_such_test_is_refused(spoiled, message):
     with pytest.raises(CaseError) as raised:
         mount_properties(spoiled(moved_mount()))
-    assert said in str(raised.value)
+    assert message in str(raised.value)
 
 
 def write(path, test, head="time [ms],force [kN],displacement [mm]"):
@@ -125,8 +125,8 @@ def test_file_with_other_columns_or_cells_is_refused_with_its_line(tmp_path):
 def test_command_prints_the_properties_and_draws_the_loop(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write(tmp_path / "a.csv", moved_mount())
-    said = CliRunner().invoke(cli.app, ["mount-test", "a.csv"])
-    assert said.exit_code == 0, said.output
-    assert "storage stiffness  K'  72.2 N/mm" in said.output
-    assert "= 34 N s/m" in said.output
+    reply = CliRunner().invoke(cli.app, ["mount-test", "a.csv"])
+    assert reply.exit_code == 0, reply.output
+    assert "storage stiffness  K'  72.2 N/mm" in reply.output
+    assert "= 34 N s/m" in reply.output
     assert (tmp_path / "a.png").stat().st_size > 5000

@@ -114,27 +114,27 @@ def test_wrong_numbers_of_a_paper_are_refused_all_at_once_with_their_lines():
         .replace("experiment = 0.3", 'experiment = "30 %"')
         .replace('title = "bars"', 'titel = "bars"')
     )
-    said = faults(text)
-    assert len(said) == 4
+    messages = faults(text)
+    assert len(messages) == 4
     assert (
-        said[0]
+        messages[0]
         == "paper.toml:11: configurations.bars.title: is missing. Add e.g. title under [configurations.bars]"
     )
-    assert any(line.startswith("paper.toml:12: configurations.bars.titel: unknown key") for line in said)
-    assert any(line.startswith("paper.toml:15: rows[0]: experiment: ") and "rpm" in line for line in said)
+    assert any(line.startswith("paper.toml:12: configurations.bars.titel: unknown key") for line in messages)
+    assert any(line.startswith("paper.toml:15: rows[0]: experiment: ") and "rpm" in line for line in messages)
     assert any(
-        'must be a plain number, got "30 %"' in line and ": rows[1]: experiment" in line for line in said
+        'must be a plain number, got "30 %"' in line and ": rows[1]: experiment" in line for line in messages
     )
 
 
 def test_rows_that_name_what_is_not_there_are_refused():
-    said = faults(
+    messages = faults(
         PAPER.replace('configuration = "bars"', 'configuration = "bar"').replace(
             'id = "more"', 'id = "force"'
         )
     )
-    assert any('no configuration is called "bar"' in line for line in said)
-    assert any('rows[1].id: is the id of two rows, got "force"' in line for line in said)
+    assert any('no configuration is called "bar"' in line for line in messages)
+    assert any('rows[1].id: is the id of two rows, got "force"' in line for line in messages)
     assert (
         "must be a speed of bars, got 650 rpm"
         in faults(PAPER.replace('bars"\nspeed = "700', 'bars"\nspeed = "650'))[0]
@@ -215,7 +215,7 @@ def test_change_between_two_runs_carries_both_uncertainties(paper):
     assert change.half_width == pytest.approx(1.28 * math.hypot(6.0 / 600.0, 3.0 / 768.0))
 
 
-def test_seeds_are_averaged_and_their_scatter_is_told_apart_from_the_interval():
+def test_seeds_are_averaged_and_their_scatter_is_apart_from_the_interval():
     together = _together(
         [Estimate(9.0, 0.3, 9.5, 20, True), Estimate(11.0, 0.4, 11.5, 20, False), "not run. Do: it"]
     )
@@ -261,7 +261,7 @@ def write_result(path, case, force=620.0, moment=(0.0, 0.0, 0.0), state="complet
     """A synthetic result of a case: one second at its speed; `moment` is the charge's in axes that turn with
     the crank.
 
-    Before the last sample the speed is said to be `slower` [rad/s]: a ramp.
+    Before the last sample the speed is `slower` [rad/s]: a ramp.
     """
     time = np.arange(round(RATE) + 1) / RATE
     angle = case.drive.speed * time
@@ -303,7 +303,7 @@ def test_pin_force_of_the_charge_balances_its_moment_about_the_nutation_point(ru
     radial, tangential, _ = np.linalg.solve(balance, -moment)
     with write_result(run.path, run.case, moment=moment) as result:
         force = charge_at_pin(result)
-        # the horizontal pin force lies within 6 deg of the plane across the axis; along e_t both are the same
+        # the horizontal pin force is within 6 deg of the plane across the axis; along e_t both are the same
         # to round-off
         assert np.allclose(force.radial, radial, rtol=1e-9)
         assert np.allclose(force.tangential, tangential, rtol=1e-9)
@@ -311,7 +311,7 @@ def test_pin_force_of_the_charge_balances_its_moment_about_the_nutation_point(ru
         assert lag == pytest.approx(math.atan2(tangential, radial))
 
 
-def test_largest_sway_on_the_ramp_is_found_with_its_turn(run):
+def test_largest_sway_on_the_ramp_has_its_turn(run):
     with write_result(run.path, run.case, slower=1.0) as result:
         time, travel = (
             QUANTITIES[name].measure(result, 1.0) for name in ("resonance_time", "resonance_travel")
@@ -416,7 +416,7 @@ def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_no
         room.write_short(readme, done, "paper")
 
 
-def test_what_the_complete_runs_took_is_said(paper, tmp_path, monkeypatch):
+def test_the_log_has_the_time_of_the_complete_runs(paper, tmp_path, monkeypatch):
     monkeypatch.setattr(room, "read_paper", lambda name: paper)
     for run, seconds in zip(planned_runs(paper, tmp_path), (100.0, 3600.0), strict=False):
         write_result(run.path, run.case).close()
@@ -425,9 +425,9 @@ def test_what_the_complete_runs_took_is_said(paper, tmp_path, monkeypatch):
             checksums = Checksums.read(file)
             checksums.take_one(file, "provenance")
             checksums.write(file)
-    said = []
-    room.validate("paper", folder=tmp_path, start=False, log=said.append)
-    assert "2 of 3 runs are complete; they took 1:01:40 in all, one after the other" in said
+    messages = []
+    room.validate("paper", folder=tmp_path, start=False, log=messages.append)
+    assert "2 of 3 runs are complete; they took 1:01:40 in all, one after the other" in messages
 
 
 def test_stored_results_are_evaluated_without_a_run(marched, tmp_path):
@@ -437,13 +437,13 @@ def test_stored_results_are_evaluated_without_a_run(marched, tmp_path):
 
 
 def test_the_command_prints_the_table_and_says_what_makes_a_missing_row(tmp_path):
-    said = CliRunner().invoke(
+    reply = CliRunner().invoke(
         app, ["validate", "saimm2025", "--stored", "--only", "motor-limit-560", "--to", str(tmp_path)]
     )
-    assert said.exit_code == 0
+    assert reply.exit_code == 0
     assert (
-        "6.45 N m" in said.output
-        and "not run. Do: nutamill validate saimm2025 --only pellets-560rpm" in said.output
+        "6.45 N m" in reply.output
+        and "not run. Do: nutamill validate saimm2025 --only pellets-560rpm" in reply.output
     )
     assert (tmp_path / "comparison.md").read_text().count("\n") == 2 + len(read_paper("saimm2025").rows)
 

@@ -20,9 +20,9 @@ def test_area_under_a_spectrum_is_the_variance():
     within 4 sqrt(2/4000).
     """
     noise = 2.0 * np.random.default_rng(2).standard_normal(4000)
-    found = spectrum(7.0 + 3.0 * np.sin(math.tau * 50.0 * TIME) + noise, RATE)
-    assert trapezoid(found.density, found.frequency) == pytest.approx(8.5, abs=4 * 4 * math.sqrt(2 / 4000))
-    assert found.frequency[found.density.argmax()] == pytest.approx(50.0, abs=1.0)
+    power = spectrum(7.0 + 3.0 * np.sin(math.tau * 50.0 * TIME) + noise, RATE)
+    assert trapezoid(power.density, power.frequency) == pytest.approx(8.5, abs=4 * 4 * math.sqrt(2 / 4000))
+    assert power.frequency[power.density.argmax()] == pytest.approx(50.0, abs=1.0)
 
 
 def test_orbit_points_to_the_mean_of_the_mass_centre_behind_the_crank(filmed):

@@ -1,4 +1,4 @@
-"""Provenance tells what made the numbers, and is fit for the result file."""
+"""Provenance names what made the numbers, in a form that the result file holds."""
 
 import platform
 

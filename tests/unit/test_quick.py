@@ -38,6 +38,6 @@ def test_an_empty_mill_has_a_demonstration_too(mill):
 
 
 def test_the_title_of_a_demonstration_says_what_is_simplified(mill):
-    said = "demonstration of numill: rigid mounts, 0.2 s ramp, 3 turns at speed"
-    assert quick(mill).title == f"{said}, contacts between particles 9 times softer"
-    assert quick(mill.with_("charge.kind", "none")).title == said
+    title = "demonstration of numill: rigid mounts, 0.2 s ramp, 3 turns at speed"
+    assert quick(mill).title == f"{title}, contacts between particles 9 times softer"
+    assert quick(mill.with_("charge.kind", "none")).title == title

@@ -61,15 +61,17 @@ def test_orders_of_a_run_up_are_those_of_the_signal():
     time = np.arange(0.0, 8.0, 1 / 4800)
     angle = 2 * np.pi * (2.0 * time + 9.0 / 8.0 * time**2)
     value = 3.0 * np.cos(angle - 0.7) + 2.0 * np.cos(2 * angle + 1.0) + 5.0
-    found = track(time, angle, value)
-    assert found.amplitude[0] == pytest.approx(3.0, abs=1e-3) and found.lag[0] == pytest.approx(0.7, abs=1e-3)
-    assert found.amplitude[1] == pytest.approx(2.0, abs=2e-3) and found.lag[1] == pytest.approx(
+    orders = track(time, angle, value)
+    assert orders.amplitude[0] == pytest.approx(3.0, abs=1e-3) and orders.lag[0] == pytest.approx(
+        0.7, abs=1e-3
+    )
+    assert orders.amplitude[1] == pytest.approx(2.0, abs=2e-3) and orders.lag[1] == pytest.approx(
         -1.0, abs=2e-3
     )
-    assert found.speed == pytest.approx(2 * np.pi * (2.0 + 2.25 * found.time), rel=1e-3)
+    assert orders.speed == pytest.approx(2 * np.pi * (2.0 + 2.25 * orders.time), rel=1e-3)
 
 
-def test_peak_of_an_order_is_found_at_its_speed():
+def test_peak_of_an_order_is_at_its_speed():
     # a bell over time: four turns at ten a second are 0.4 s, Hann-weighted 0.15 s wide, and flatten a bell of
     # 1 s by (0.07/1)^2 / 2
     time = np.arange(0.0, 10.0, 1 / 2000)
@@ -86,10 +88,10 @@ def test_too_few_turns_for_an_order_are_refused():
         track(time, 4 * np.pi * time, time)
 
 
-def test_spectra_tell_the_amplitude_of_a_sine():
+def test_spectra_have_the_amplitude_of_a_sine():
     time = np.arange(0.0, 4.0, 1 / 1000)
-    found = spectra(time, 60 * time, 2.5 * np.sin(2 * np.pi * 12.0 * time))
-    line = found.amplitude[np.argmin(np.abs(found.frequency - 12.0))]
+    lines = spectra(time, 60 * time, 2.5 * np.sin(2 * np.pi * 12.0 * time))
+    line = lines.amplitude[np.argmin(np.abs(lines.frequency - 12.0))]
     assert line == pytest.approx(2.5, rel=1e-6)  # a whole number of periods in each window
 
 
@@ -108,19 +110,19 @@ def test_reaction_that_turns_with_the_crank_stands_still_in_crank_axes(result):
 
 def test_statistics_of_a_turning_force(result):
     # interpolation between samples of a turn of 200: (pi / 200)^2 / 2 = 1.2e-4
-    found = load_paths(result)
-    x = found.sel(joint="crank_pin_load_cell", axes="ground", part="force_x")
+    paths = load_paths(result)
+    x = paths.sel(joint="crank_pin_load_cell", axes="ground", part="force_x")
     assert x.sel(statistic="mean") == pytest.approx(0.0, abs=0.02) and x.sel(statistic="1x") == pytest.approx(
         100.0, rel=2e-4
     )
     assert x.sel(statistic="rms") == pytest.approx(100 / np.sqrt(2), rel=2e-4) and x.sel(
         statistic="2x"
     ) == pytest.approx(0.0, abs=0.02)
-    crank = found.sel(joint="crank_pin_load_cell", axes="crank", part="force_x")
+    crank = paths.sel(joint="crank_pin_load_cell", axes="crank", part="force_x")
     assert crank.sel(statistic="mean") == pytest.approx(100.0, rel=2e-4) and crank.sel(
         statistic="1x"
     ) == pytest.approx(0.0, abs=0.02)
-    assert found.sel(
+    assert paths.sel(
         joint="crank_pin_load_cell", axes="frame", part="force", statistic="peak"
     ) == pytest.approx(np.hypot(100, 7), rel=2e-4)
 
@@ -135,13 +137,13 @@ def test_rods_share_a_load_as_the_laws_of_the_lever_say(result):
     # 100 N along x at the nutation point goes into the rod along x alone; 20 N m about z into the pair along
     # y, 0.3 m apart; a
     # pull of 7 N up is shared by the three upright rods, whose centre is the point
-    found = yoke_rods(result)
-    along_x = found.tension[:, found.names.index("along_x")]
-    frame_x = 100 * np.cos(found.angle - np.radians(30))
+    rods = yoke_rods(result)
+    along_x = rods.tension[:, rods.names.index("along_x")]
+    frame_x = 100 * np.cos(rods.angle - np.radians(30))
     assert along_x == pytest.approx(frame_x, abs=0.05)
-    upright = found.tension[:, :3]
+    upright = rods.tension[:, :3]
     assert upright == pytest.approx(np.full_like(upright, -7.0 / 3.0), abs=1e-6)
-    pair = found.tension[:, 3] - found.tension[:, 4]
+    pair = rods.tension[:, 3] - rods.tension[:, 4]
     assert pair == pytest.approx(np.full_like(pair, 2 * 20.0 / 0.3), rel=1e-6)
 
 
@@ -151,6 +153,6 @@ def test_rods_that_leave_the_yoke_free_are_refused():
         rod_tensions(points, along, np.zeros((1, 3)), np.zeros((1, 3)))
 
 
-def test_life_beyond_any_use_is_not_told_to_the_hour():
+def test_life_beyond_any_use_is_not_printed_to_the_hour():
     assert hours_text(250 * 3600.0).strip() == "250"
     assert hours_text(1e38).strip() == hours_text(math.inf).strip() == "> 1e+07"

@@ -14,7 +14,7 @@ CASE = 'title = "a mill with μ and °"\n'
 
 
 def samples(first: int, end: int) -> np.ndarray:
-    """Rows `first` to `end` of a record at 1000 Hz; each number tells where it belongs."""
+    """Rows `first` to `end` of a record at 1000 Hz; each number encodes its position."""
     k = np.arange(first, end)
     return np.stack([k / 1000.0, 10.0 * k, np.sin(k)], axis=1)
 
@@ -107,12 +107,12 @@ def test_checkpoint_restores_every_bit(tmp_path):
     recorder.checkpoint(0.1 + 0.2, groups, {"windows": 12})
     recorder.close()
     with open_result(tmp_path / "a.h5") as result:
-        kept = result.checkpoint()
-    assert kept.time == 0.1 + 0.2
-    assert kept.attributes == {"windows": 12}
+        checkpoint = result.checkpoint()
+    assert checkpoint.time == 0.1 + 0.2
+    assert checkpoint.attributes == {"windows": 12}
     for group, arrays in groups.items():
         for name, array in arrays.items():
-            read = kept.groups[group][name]
+            read = checkpoint.groups[group][name]
             assert read.dtype == array.dtype
             assert read.shape == array.shape
             assert read.tobytes() == array.tobytes()
@@ -126,9 +126,9 @@ def test_newest_checkpoint_is_read_and_the_file_does_not_grow_with_their_number(
         recorder.commit(force=True)
         sizes.append(recorder.size)
         with open_result(tmp_path / "a.h5") as result:
-            kept = result.checkpoint()
-        assert kept.time == k
-        assert np.all(kept.groups["charge"]["x"] == k)
+            checkpoint = result.checkpoint()
+        assert checkpoint.time == k
+        assert np.all(checkpoint.groups["charge"]["x"] == k)
     assert sizes[4] == sizes[1]
 
 
@@ -208,7 +208,7 @@ def test_row_of_the_wrong_width_is_refused(tmp_path):
         new(tmp_path / "a.h5").append(np.zeros((2, 4)))
 
 
-def test_existing_file_is_kept_unless_overwriting_is_asked_for(tmp_path):
+def test_an_existing_file_is_overwritten_only_on_request(tmp_path):
     new(tmp_path / "a.h5").close()
     with pytest.raises(ResultError, match="exists already"):
         new(tmp_path / "a.h5")
@@ -220,7 +220,7 @@ def test_missing_file_is_named(tmp_path):
         open_result(tmp_path / "b.h5")
 
 
-def test_truncated_file_is_told_from_a_foreign_one(tmp_path):
+def test_a_truncated_file_and_a_foreign_one_have_different_messages(tmp_path):
     recorder = new(tmp_path / "a.h5")
     recorder.append(samples(0, 3000))
     recorder.close()

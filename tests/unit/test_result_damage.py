@@ -46,16 +46,16 @@ def path(tmp_path):
 def content(path):
     """Everything that a reader of a result gets, as comparable values."""
     with open_result(path) as result:
-        series, statistics, kept = result.series, result.statistics, result.checkpoint()
+        series, statistics, checkpoint = result.series, result.statistics, result.checkpoint()
         return [
             (result.case_text, result.state, result.rate, result.summary, result.provenance),
             [(str(name), one.values.tobytes(), one.attrs) for name, one in series.variables.items()],
             [(str(name), one.values.tolist(), one.attrs) for name, one in statistics.variables.items()],
             [{name: array.tobytes() for name, array in snapshot.items()} for snapshot in result.snapshots],
             (
-                kept.time,
-                kept.attributes,
-                [array.tobytes() for group in kept.groups.values() for array in group.values()],
+                checkpoint.time,
+                checkpoint.attributes,
+                [array.tobytes() for group in checkpoint.groups.values() for array in group.values()],
             ),
         ]
 

@@ -13,8 +13,8 @@ outcomes, cases, meshes = (
 
 def bad_ones(named):
     """What went wrong, of inputs given as (name, act)."""
-    found = ((name, outcomes.outcome(act, longest=20.0)) for name, act in named)
-    return [f"{name}: {one.kind}: {one.detail}" for name, one in found if not one.good]
+    results = ((name, outcomes.outcome(act, longest=20.0)) for name, act in named)
+    return [f"{name}: {one.kind}: {one.detail}" for name, one in results if not one.good]
 
 
 @pytest.mark.parametrize("hostile", [cases.mutants, cases.sampled], ids=["damaged", "extreme"])
@@ -37,7 +37,7 @@ def test_hostile_meshes_are_used_or_refused_in_words(caplog):
     assert not caplog.records  # nor does the library that reads them log a traceback onto the screen
 
 
-def test_a_fault_in_the_bounds_would_be_found(monkeypatch):
+def test_a_fault_in_the_bounds_fails_the_check(monkeypatch):
     """Without bounds of magnitude some extremes end in a traceback or a warning: the sample is sharp enough
     to see it.
     """

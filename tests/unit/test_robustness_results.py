@@ -12,6 +12,6 @@ outcomes, results = (
 def test_damaged_results_are_refused_in_a_sentence_and_never_used_without_a_word():
     bad = []
     for _, name, read in results.attempts(300, seed=7, thorough=0.0):
-        found = outcomes.outcome(read, longest=60.0)
-        bad += [] if found.good else [f"{name}: {found.kind}: {found.detail}"]
+        outcome = outcomes.outcome(read, longest=60.0)
+        bad += [] if outcome.good else [f"{name}: {outcome.kind}: {outcome.detail}"]
     assert not bad

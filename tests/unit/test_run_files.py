@@ -115,8 +115,8 @@ def test_the_same_command_twice_shows_the_summary_twice_and_exits_with_0(case_fi
     monkeypatch.chdir(case_file.parent)
     first, second = (CliRunner().invoke(cli.app, ["run", case_file.name]) for _ in range(2))
     assert (first.exit_code, second.exit_code) == (0, 0), second.output
-    told, *summary = second.stdout.splitlines()[1:]
-    assert told.endswith(".h5 is complete already. Make it anew with --again.")
+    notice, *summary = second.stdout.splitlines()[1:]
+    assert notice.endswith(".h5 is complete already. Make it anew with --again.")
     assert summary == first.stdout.splitlines()[-len(summary) :]
     assert summary[0].startswith("t = ") or len(summary) > 2
 
@@ -124,10 +124,10 @@ def test_the_same_command_twice_shows_the_summary_twice_and_exits_with_0(case_fi
 def test_picture_that_cannot_be_written_is_reported_after_the_summary(case_file, monkeypatch):
     monkeypatch.chdir(case_file.parent)
     (case_file.parent / "a.png").mkdir()
-    told = CliRunner().invoke(cli.app, ["run", case_file.name, "--to", "a.h5"])
-    assert told.exit_code == 4, told.output
-    assert "energy ledger closes" in told.stdout
-    assert told.stderr.startswith("a.png: cannot be written, the system reports")
+    reply = CliRunner().invoke(cli.app, ["run", case_file.name, "--to", "a.h5"])
+    assert reply.exit_code == 4, reply.output
+    assert "energy ledger closes" in reply.stdout
+    assert reply.stderr.startswith("a.png: cannot be written, the system reports")
 
 
 def test_complete_result_of_other_kernels_is_returned_and_called_so(case, path, monkeypatch):
@@ -179,11 +179,11 @@ def test_incomplete_result_is_not_overwritten_and_the_message_says_how_to_go_on(
     stopped(case, path)
     with pytest.raises(ResultError) as raised:
         nm.run(case, path)
-    said = str(raised.value)
-    assert f"{path}: is incomplete, it ends at " in said
+    message = str(raised.value)
+    assert f"{path}: is incomplete, it ends at " in message
     assert (
         f" s of 2 s (interrupted). Continue it with: nutamill resume {path}. Or begin anew with --again."
-        in said
+        in message
     )
     nm.run(case, path, again=True).close()
     assert numbers(path)[0] == "complete"
@@ -301,10 +301,10 @@ def test_run_that_has_ended_is_resumed_to_its_result_and_to_a_later_end_given_as
 
 
 @pytest.mark.parametrize(
-    ("until", "said"), [("20", "needs a unit"), ("2 m", "s"), (float("nan"), "not a finite time, got nan")]
+    ("until", "message"), [("20", "needs a unit"), ("2 m", "s"), (float("nan"), "not a finite time, got nan")]
 )
-def test_end_that_is_no_time_is_refused(until, said, path):
-    with pytest.raises(CaseError, match=f"--until: .*{said}"):
+def test_end_that_is_no_time_is_refused(until, message, path):
+    with pytest.raises(CaseError, match=f"--until: .*{message}"):
         nm.resume(path, until=until)
 
 

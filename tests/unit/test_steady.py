@@ -38,8 +38,8 @@ def test_correlation_length_is_that_of_an_autoregressive_record(phi):
     # at phi = 0.8
     # (Sokal 1997, eq. 3.19 with a window of some tau), 2.2 % together, and the monotone sequence errs upwards
     # by a few per cent.
-    found = np.mean([correlation_length(y) for y in autoregressive(phi, 4000, 20)])
-    assert found == pytest.approx((1 + phi) / (1 - phi), rel=0.1)
+    length = np.mean([correlation_length(y) for y in autoregressive(phi, 4000, 20)])
+    assert length == pytest.approx((1 + phi) / (1 - phi), rel=0.1)
 
 
 @pytest.mark.parametrize(("phi", "turns"), [(0.0, 40), (0.5, 200)])
@@ -55,7 +55,9 @@ def test_interval_holds_the_true_mean_as_often_as_it_says():
     # 400 records: 95 % of them, within three standard deviations of a binomial law, 3 x 1.1 %, and 4 % for
     # the estimated correlation
     records = 7.0 + autoregressive(0.5, 200, 400)
-    held = np.mean([abs((found := estimate_of_turns(y)).mean - 7.0) < found.half_width for y in records])
+    held = np.mean(
+        [abs((estimate := estimate_of_turns(y)).mean - 7.0) < estimate.half_width for y in records]
+    )
     assert 0.95 - 0.033 - 0.04 < held <= 0.95 + 0.033
 
 
@@ -71,10 +73,10 @@ def test_correlated_turns_give_a_wider_interval_than_independent_ones():
 def test_transient_is_cut_off_and_the_rest_is_steady():
     # 5 exp(-k/5) is below the scatter of 0.3 after 14 turns; the scatter of a mean of some 80 turns is 0.033
     y = 10.0 + 5.0 * np.exp(-np.arange(100) / 5.0) + 0.3 * autoregressive(0.0, 100, 1, seed=4)[0]
-    found = estimate_of_turns(y)
-    assert 8 <= found.first <= 30
-    assert found.steady
-    assert abs(found.mean - 10.0) < 0.1
+    estimate = estimate_of_turns(y)
+    assert 8 <= estimate.first <= 30
+    assert estimate.steady
+    assert abs(estimate.mean - 10.0) < 0.1
     assert abs(y.mean() - 10.0) > 0.15  # what the transient does to the plain mean: 5 x 5/100
 
 
@@ -84,11 +86,11 @@ def test_rule_cuts_where_the_marginal_standard_error_is_least():
     assert truncation(y) == int(np.argmin(errors))
 
 
-def test_record_that_drifts_is_not_steady_and_its_drift_is_told():
+def test_record_that_drifts_is_not_steady_and_has_its_drift():
     y = 9.0 + 0.02 * np.arange(60) + 0.05 * autoregressive(0.0, 60, 1, seed=3)[0]
-    found = estimate_of_turns(y)
-    assert not found.steady
-    assert found.drift == pytest.approx(0.02 * (found.turns - 1), rel=0.1)
+    estimate = estimate_of_turns(y)
+    assert not estimate.steady
+    assert estimate.drift == pytest.approx(0.02 * (estimate.turns - 1), rel=0.1)
 
 
 def test_slope_of_a_line_without_scatter_is_exact():
@@ -105,8 +107,14 @@ def test_drift_too_small_to_matter_is_steady():
 
 
 def test_constant_record_is_steady_and_certain():
-    found = estimate_of_turns(np.full(20, 719.0))
-    assert (found.steady, found.first, found.turns, found.half_width, found.mean) == (True, 0, 20, 0.0, 719.0)
+    estimate = estimate_of_turns(np.full(20, 719.0))
+    assert (estimate.steady, estimate.first, estimate.turns, estimate.half_width, estimate.mean) == (
+        True,
+        0,
+        20,
+        0.0,
+        719.0,
+    )
 
 
 def test_few_turns_and_numbers_that_are_none_are_refused():

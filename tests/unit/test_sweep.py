@@ -62,7 +62,7 @@ def test_text_stands_for_its_values(text, values):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (
             "100..700 rpm",
@@ -75,14 +75,14 @@ def test_text_stands_for_its_values(text, values):
         ("0..1 step 1e-9", "makes more than 10000 values"),
     ],
 )
-def test_range_that_makes_no_sense_is_refused(text, said):
+def test_range_that_makes_no_sense_is_refused(text, message):
     with pytest.raises(CaseError) as raised:
         axis_values("key", text)
-    assert said in str(raised.value)
+    assert message in str(raised.value)
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("300..700", 'must have a unit, got "300..700". Write e.g. "300..700 rpm / 5"'),
         ("700..300 rpm / 3", 'must rise, got "700..300 rpm / 3". Write "300..700 rpm / 3"'),
@@ -93,11 +93,11 @@ def test_range_that_makes_no_sense_is_refused(text, said):
         ("300..300 rpm / 3", 'must rise, got "300..300 rpm / 3". Write "300 rpm"'),
     ],
 )
-def test_a_faulty_range_of_a_key_is_one_fault_with_a_cure_that_works(text, said):
+def test_a_faulty_range_of_a_key_is_one_fault_with_a_cure_that_works(text, message):
     with pytest.raises(CaseError) as raised:
         axis_values("drive.speed", text)
-    assert [str(fault) for fault in raised.value.faults] == [f"sweep drive.speed: {said}"]
-    cure = re.search(r'"([^"]*)"$', said)[1]
+    assert [str(fault) for fault in raised.value.faults] == [f"sweep drive.speed: {message}"]
+    cure = re.search(r'"([^"]*)"$', message)[1]
     assert all(value.endswith(" rpm") for value in axis_values("drive.speed", cure))
 
 
@@ -111,12 +111,12 @@ def made(axes, *more):
 
 
 def test_members_are_all_combinations_on_one_thread():
-    found = made({"drive.speed": ["300 rpm", "600 rpm"], "chamber.bars.mass": ["0 kg", "1 kg"]})
-    assert [one.label for one in found] == [
+    runs = made({"drive.speed": ["300 rpm", "600 rpm"], "chamber.bars.mass": ["0 kg", "1 kg"]})
+    assert [one.label for one in runs] == [
         f"drive.speed={speed} rpm chamber.bars.mass={mass} kg" for speed in (300, 600) for mass in (0, 1)
     ]
-    assert [one.case.chamber.bars_mass for one in found] == [0.0, 1.0, 0.0, 1.0]
-    assert {one.case.run.threads for one in found} == {1}
+    assert [one.case.chamber.bars_mass for one in runs] == [0.0, 1.0, 0.0, 1.0]
+    assert {one.case.run.threads for one in runs} == {1}
 
 
 def test_key_that_does_not_exist_is_refused_once_with_a_suggestion():
@@ -137,8 +137,8 @@ def test_many_faults_alike_are_counted_not_listed():
 
 def test_command_without_a_key_to_sweep_is_refused_before_any_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    said = CliRunner().invoke(cli.app, ["sweep", "numill", "-s", "chamber.ribs=0"])
-    assert (said.exit_code, said.stderr.split(". ")[0]) == (
+    reply = CliRunner().invoke(cli.app, ["sweep", "numill", "-s", "chamber.ribs=0"])
+    assert (reply.exit_code, reply.stderr.split(". ")[0]) == (
         2,
         "sweep: needs a key with several values, got none",
     )
@@ -151,9 +151,9 @@ def test_same_case_twice_is_refused():
 
 def test_substep_too_long_in_one_member_is_refused_before_any_run(tmp_path):
     case = load_case("numill", ["charge.mass=0.05 kg"])
-    found = members({"run.dt": ["3 us", "40 us"]}, lambda values: changed(case, values))
+    runs = members({"run.dt": ["3 us", "40 us"]}, lambda values: changed(case, values))
     with pytest.raises(CaseError, match=r"run\.dt=40 us: run\.dt = 40 us: a steel-steel contact lasts"):
-        sweep.run_all(found, tmp_path / "sweep", here := Here())
+        sweep.run_all(runs, tmp_path / "sweep", here := Here())
     assert not here.asked
 
 
@@ -217,8 +217,8 @@ def engine(monkeypatch):
 def test_table_holds_means_over_the_swept_keys_in_si(tmp_path, engine):
     case = load_case("numill", EMPTY)
     axes = {"drive.speed": ["300 rpm", "600 rpm"], "mounts.set": ["printed", "343"]}
-    found = members(axes, lambda values: changed(case, values))
-    table = sweep.dataset(sweep.run_all(found, tmp_path, Here(), (FORCE, TORQUE)), axes, (FORCE, TORQUE))
+    runs = members(axes, lambda values: changed(case, values))
+    table = sweep.dataset(sweep.run_all(runs, tmp_path, Here(), (FORCE, TORQUE)), axes, (FORCE, TORQUE))
     speed = np.array([10.0, 20.0]) * np.pi
     assert table["drive.speed"].values == pytest.approx(speed)
     assert table["drive.speed"].attrs["units"] == "rad/s"
@@ -232,29 +232,29 @@ def test_table_holds_means_over_the_swept_keys_in_si(tmp_path, engine):
 
 
 def test_same_call_again_runs_only_what_is_missing_and_resumes_what_was_begun(tmp_path, engine):
-    found = made({"drive.speed": ["300 rpm", "400 rpm", "500 rpm", "600 rpm"]})
-    engine(found[1].case, found[1].case.file_in(tmp_path), "interrupted", 1.0)
-    engine(found[2].case, found[2].case.file_in(tmp_path), "complete")
-    outcomes = sweep.run_all(found, tmp_path, first := Here(), (TORQUE,))
+    runs = made({"drive.speed": ["300 rpm", "400 rpm", "500 rpm", "600 rpm"]})
+    engine(runs[1].case, runs[1].case.file_in(tmp_path), "interrupted", 1.0)
+    engine(runs[2].case, runs[2].case.file_in(tmp_path), "complete")
+    outcomes = sweep.run_all(runs, tmp_path, first := Here(), (TORQUE,))
     assert [task.path.rsplit("/", 1)[1] for task in first.asked] == [outcomes[k].file.name for k in (0, 1, 3)]
     assert [outcome.state for outcome in outcomes] == ["complete"] * 4
     with open_result(outcomes[1].file) as result:
         assert result.reached == 2.0
     assert (
         not (again := Here()).asked
-        and sweep.run_all(found, tmp_path, again, (TORQUE,)) == outcomes
+        and sweep.run_all(runs, tmp_path, again, (TORQUE,)) == outcomes
         and not again.asked
     )
 
 
 def test_run_that_fails_is_named_and_the_rest_goes_on(tmp_path, engine):
-    found = made({"drive.speed": ["300 rpm", "400 rpm", "500 rpm"]})
+    runs = made({"drive.speed": ["300 rpm", "400 rpm", "500 rpm"]})
 
     def spoil(task):
-        if task.path == str(found[1].case.file_in(tmp_path)):
+        if task.path == str(runs[1].case.file_in(tmp_path)):
             raise StepError("t = 0.1 s: particle 17 left the chamber")
 
-    outcomes = sweep.run_all(found, tmp_path, Here(spoil), (TORQUE,))
+    outcomes = sweep.run_all(runs, tmp_path, Here(spoil), (TORQUE,))
     assert [outcome.state for outcome in outcomes] == [
         "complete",
         "t = 0.1 s: particle 17 left the chamber",
@@ -271,12 +271,12 @@ def test_bed_that_several_runs_share_is_settled_once_before_them_and_any_other_b
     tmp_path, engine, monkeypatch
 ):
     case = load_case("numill", ["charge.mass=0.05 kg"])
-    found = members(
+    runs = members(
         {"drive.speed": ["300 rpm", "600 rpm"], "run.seed": [1, 2]}, lambda values: changed(case, values)
     )
-    monkeypatch.setattr(sweep, "bed_is_kept", lambda case: False)
+    monkeypatch.setattr(sweep, "bed_is_cached", lambda case: False)
     monkeypatch.setattr(member, "settled_bed", lambda machine: None)
-    sweep.run_all(found, tmp_path, here := Here(), (TORQUE,))
+    sweep.run_all(runs, tmp_path, here := Here(), (TORQUE,))
     assert [task.work for task in here.asked] == ["settle"] * 2 + ["run"] * 4
     alone = members({"run.seed": [3, 4]}, lambda values: changed(case, values))
     sweep.run_all(alone, tmp_path / "alone", here := Here(), (TORQUE,))
@@ -284,13 +284,13 @@ def test_bed_that_several_runs_share_is_settled_once_before_them_and_any_other_b
 
 
 def test_interrupted_sweep_stops_its_workers_and_keeps_its_table(tmp_path, engine):
-    found = made({"drive.speed": ["300 rpm", "400 rpm"]})
+    runs = made({"drive.speed": ["300 rpm", "400 rpm"]})
 
     def stop(outcomes):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep.run_all(found, tmp_path, here := Here(), (TORQUE,), stop)
+        sweep.run_all(runs, tmp_path, here := Here(), (TORQUE,), stop)
     assert here.stopped
     assert "complete" in (tmp_path / "table.csv").read_text()
 
@@ -303,7 +303,7 @@ def test_file_killed_before_its_first_checkpoint_is_begun_anew(tmp_path, engine)
     assert state_of(tmp_path / "a.h5") == "complete"
 
 
-def test_a_sweep_in_two_processes_runs_no_module_that_lies_beside_its_cases(tmp_path, monkeypatch):
+def test_a_sweep_in_two_processes_runs_no_module_beside_its_cases(tmp_path, monkeypatch):
     (tmp_path / "numpy.py").write_text("open('taken', 'w')", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     # an empty mill compiles no charge
@@ -414,11 +414,11 @@ def test_command_runs_a_sweep_file_and_prints_its_table(tmp_path, engine, monkey
         '"rigid"\n"drive.ramp" = "10000 rpm/s"\n'
         '[sweep]\n"drive.speed" = "300..500 rpm step 100 rpm"\n"chamber.bars.mass" = ["0 kg", "1 kg"]\n'
     )
-    said = CliRunner().invoke(cli.app, ["sweep", "speeds.toml", "-s", "chamber.bars.mass=1 kg"])
-    assert said.exit_code == 0, said.output
-    assert "3 runs into sweeps/speeds" in said.output
-    assert "3 of 3  drive.speed=500 rpm" in said.output
-    assert "3 of 3 done   sweeps/speeds/table.csv   picture sweeps/speeds/table.png" in said.output
+    reply = CliRunner().invoke(cli.app, ["sweep", "speeds.toml", "-s", "chamber.bars.mass=1 kg"])
+    assert reply.exit_code == 0, reply.output
+    assert "3 runs into sweeps/speeds" in reply.output
+    assert "3 of 3  drive.speed=500 rpm" in reply.output
+    assert "3 of 3 done   sweeps/speeds/table.csv   picture sweeps/speeds/table.png" in reply.output
     assert (tmp_path / "sweeps/speeds/table.png").stat().st_size > 5000
 
 
@@ -427,22 +427,22 @@ def test_command_refuses_a_wrong_sweep_file_with_its_line(tmp_path, monkeypatch)
     (tmp_path / "speeds.toml").write_text(
         'case = "numill"\nsets = { a = 1 }\n[sweep]\n"drive.speed" = ["300 rpm"]\n'
     )
-    said = CliRunner().invoke(cli.app, ["sweep", "speeds.toml"])
-    assert (said.exit_code, said.stderr) == (2, 'speeds.toml:2: sets: unknown key. Did you mean "set"?\n')
+    reply = CliRunner().invoke(cli.app, ["sweep", "speeds.toml"])
+    assert (reply.exit_code, reply.stderr) == (2, 'speeds.toml:2: sets: unknown key. Did you mean "set"?\n')
 
 
 def outcomes_of(*states):
     """Outcomes of speeds 100, 200, ... in these states; a finished one has a torque of a hundredth of its
     speed in rpm.
     """
-    found = made({"drive.speed": [f"{100 * (k + 1)} rpm" for k in range(len(states))]})
+    runs = made({"drive.speed": [f"{100 * (k + 1)} rpm" for k in range(len(states))]})
     values = [
         {TORQUE: Estimate(k + 1.0, 0.021, k + 1.0, 9, True)} if state == "complete" else {}
         for k, state in enumerate(states)
     ]
     return [
         Outcome(one, Path(f"{k}.h5"), state, read)
-        for k, (one, state, read) in enumerate(zip(found, states, values, strict=True))
+        for k, (one, state, read) in enumerate(zip(runs, states, values, strict=True))
     ]
 
 
@@ -458,9 +458,9 @@ def test_live_table_shows_every_run_and_the_total():
             (TORQUE,),
         )
     )
-    said = console.export_text()
-    assert "1 of 4 done, 1 not finished" in said
-    assert next(line for line in said.splitlines() if "100 rpm" in line).split()[1:7] == [
+    screen = console.export_text()
+    assert "1 of 4 done, 1 not finished" in screen
+    assert next(line for line in screen.splitlines() if "100 rpm" in line).split()[1:7] == [
         "100",
         "rpm",
         "│",
@@ -468,7 +468,7 @@ def test_live_table_shows_every_run_and_the_total():
         "±",
         "0.021",
     ]
-    assert "running, t = 0.50 of 2 s" in said and "killed (SIGKILL)" in said
+    assert "running, t = 0.50 of 2 s" in screen and "killed (SIGKILL)" in screen
 
 
 def test_log_has_one_line_for_each_run_that_has_ended(capsys):
@@ -482,12 +482,12 @@ def test_log_has_one_line_for_each_run_that_has_ended(capsys):
     ]
 
 
-def test_results_of_other_kernels_are_told(tmp_path, engine):
-    found = made({"drive.speed": ["300 rpm"]})
-    sweep.run_all(found, tmp_path, Here(), (TORQUE,))
-    told = []
-    sweep.run_all(found, tmp_path, Here(), (TORQUE,), log=told.append)
-    assert len(told) == 1 and told[0].startswith(
+def test_results_of_other_kernels_are_reported(tmp_path, engine):
+    runs = made({"drive.speed": ["300 rpm"]})
+    sweep.run_all(runs, tmp_path, Here(), (TORQUE,))
+    messages = []
+    sweep.run_all(runs, tmp_path, Here(), (TORQUE,), log=messages.append)
+    assert len(messages) == 1 and messages[0].startswith(
         "made by the kernels of another version"
     )  # the record here names no kernels
 

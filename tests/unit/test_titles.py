@@ -85,6 +85,6 @@ def test_a_changed_mechanism_says_so_and_a_case_without_a_title_gets_none(tmp_pa
     text = 'TITLE[[bodies]]\nname = "ball"\nmass = "1 kg"\nposition = ["0 m", "0 m", "0 m"]\n'
     text += 'inertia = ["1 kg m^2", "1 kg m^2", "1 kg m^2"]\n'
     file = tmp_path / "ball.toml"
-    for title, found in (('title = "A ball"\n', "ball with bodies.ball.mass = 2 kg"), ("", "")):
+    for title, expected in (('title = "A ball"\n', "ball with bodies.ball.mass = 2 kg"), ("", "")):
         file.write_text(text.replace("TITLE", title) + '[run]\nuntil = "1 s"\n')
-        assert load_case(file, ["bodies.ball.mass=2 kg"]).title == found
+        assert load_case(file, ["bodies.ball.mass=2 kg"]).title == expected

@@ -61,7 +61,7 @@ def test_run_that_stops_and_goes_on_ends_where_the_run_that_never_stopped_does(c
         assert list(whole.snapshots.time) == list(parts.snapshots.time)
 
 
-def test_run_that_is_never_steady_says_so_is_kept_and_goes_on(case, tmp_path):
+def test_a_run_that_is_never_steady_ends_with_a_message_and_can_go_on(case, tmp_path):
     short = case.with_(run__max=0.3)
     with pytest.raises(
         NotSteadyError,
@@ -76,7 +76,7 @@ def test_run_that_is_never_steady_says_so_is_kept_and_goes_on(case, tmp_path):
         assert np.array_equal(result.series["driveshaft_torque"], whole.series["driveshaft_torque"])
 
 
-def test_run_found_steady_goes_on_to_a_time_that_is_asked_for(case, tmp_path):
+def test_a_steady_run_goes_on_to_a_later_end(case, tmp_path):
     march.run(case, tmp_path / "a.h5").close()
     with march.resume(tmp_path / "a.h5", until=0.7) as result:
         assert result.state == "complete"
@@ -95,7 +95,7 @@ def played(case, force, torque, end=2.0):
 
 
 def test_drifting_torque_keeps_a_run_from_ending_and_is_named(case):
-    # 10 N m + 5 N m/s: over the kept half of the record, about 1 s, it rises by 5 of some 17 N m
+    # 10 N m + 5 N m/s: over the half of the record that counts, about 1 s, it rises by 5 of some 17 N m
     ending = played(case, lambda t: np.full_like(t, 700.0), lambda t: 10.0 + 5.0 * t)
     assert not ending.steady
     # at the last look half of the record is cut off, and its mean is near 10 + 5 x 1.5 N m; a turn of 0.0857

@@ -76,7 +76,7 @@ def post(x: int, y: int) -> str:
 
 
 def refusal(text: str) -> str:
-    """What is said of a machine before a step is run."""
+    """Return the message that refuses a machine before a step is run."""
     with pytest.raises(CaseError) as caught:
         refuse_walls(case_of_text(text))
     return str(caught.value)
@@ -93,9 +93,9 @@ def test_boxes_of_two_bodies_that_overlap_at_the_start_are_refused():
 def test_a_box_that_a_drive_turns_into_another_is_refused_with_the_angle():
     # the corner (100, 5) mm of the paddle meets the side y = 90 mm of the post: 100 sin a + 5 cos a = 90
     angle = math.degrees(math.asin(90 / math.hypot(100, 5)) - math.atan2(5, 100))
-    said = refusal(REGION + FLOOR + PADDLE + post(40, 100) + DRIVE)
+    message = refusal(REGION + FLOOR + PADDLE + post(40, 100) + DRIVE)
     first = next(a for a in range(1, 360) if a > angle)
-    assert said == (
+    assert message == (
         f'walls.post: moves into wall "paddle" of rotor when drive "motor" has turned {first} deg.'
         " Move one of the two, or end the run earlier"
     )

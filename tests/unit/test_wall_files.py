@@ -1,4 +1,4 @@
-"""Walls from mesh files: found, read, refused with what to write instead, filled, run and resumed."""
+"""Walls from mesh files: read, refused with what to write instead, filled, run and resumed."""
 
 import math
 import os
@@ -127,7 +127,7 @@ def refusal(act, *arguments):
     return str(caught.value)
 
 
-def test_a_mesh_is_found_beside_the_case_and_known_by_its_content(folder):
+def test_a_mesh_beside_the_case_is_read_and_identified_by_its_content(folder):
     case = case_of(folder)
     assert case.chamber.mesh.file == str(folder / "tube.stl")
     again = Case.from_toml(case.to_toml())
@@ -178,14 +178,17 @@ def test_a_similar_file_is_suggested(folder):
 
 
 @pytest.mark.parametrize(
-    "unit, scale, said", [("m", 1.0, "tube.stl in m is 302 m"), ("mm", 1e-3, "tube.stl in mm is 0.000302 m")]
+    "unit, scale, message",
+    [("m", 1.0, "tube.stl in m is 302 m"), ("mm", 1e-3, "tube.stl in mm is 0.000302 m")],
 )
-def test_a_mesh_in_another_unit_is_refused_with_the_unit_to_write(folder, unit, scale, said):
+def test_a_mesh_in_another_unit_is_refused_with_the_unit_to_write(folder, unit, scale, message):
     stl(folder / "tube.stl", tube(scale=scale))
     case = case_of(folder, MESHED.replace('"mm"', f'"{unit}"'))
     meant = "mm" if unit == "m" else "m"
     # diagonal of 140 x 140 x 228 mm: 302 mm
-    expected = f'chamber.mesh.unit: {said} large, the chamber is 0.302 m. In {meant}? Write unit = "{meant}"'
+    expected = (
+        f'chamber.mesh.unit: {message} large, the chamber is 0.302 m. In {meant}? Write unit = "{meant}"'
+    )
     assert refusal(preflight, case) == expected
 
 
@@ -216,24 +219,24 @@ def test_a_lifter_outside_the_chamber_is_refused_with_where_it_is(folder):
     case = case_of(folder, MESHED + LIFTER.format(material="steel"))
     heights = np.ptp(lifter_mesh(case).vertices[:, 2])
     moved = case.with_("walls", [case.walls[0].model_copy(update={"at": (0.0, 0.0, -2.0)})])
-    said = refusal(preflight, moved)
-    assert said.startswith("walls[0].at: lifter.stl spans z = ")
+    message = refusal(preflight, moved)
+    assert message.startswith("walls[0].at: lifter.stl spans z = ")
     assert heights < 0.4  # so that 2 m below the nutation point no part of it is in the chamber
-    assert "the chamber -350 to -122 mm" in said
+    assert "the chamber -350 to -122 mm" in message
 
 
 def test_an_open_mesh_is_refused_with_its_file_and_triangle(folder):
     stl(folder / "tube.stl", tube()[1:])
-    assert "tube.stl: triangle " in (said := refusal(preflight, case_of(folder)))
-    assert "the mesh must be closed" in said
+    assert "tube.stl: triangle " in (message := refusal(preflight, case_of(folder)))
+    assert "the mesh must be closed" in message
 
 
 def test_files_that_are_no_meshes_are_refused(folder):
     (folder / "tube.stl").write_text("solid nothing\nfacet normal\n")
     assert refusal(preflight, case_of(folder)).startswith("tube.stl: ")
     (folder / "tube.step").write_text("ISO-10303-21;")
-    said = refusal(preflight, case_of(folder, MESHED.replace("tube.stl", "tube.step")))
-    assert said == "tube.step: must be a file of the kinds .stl and .obj, got .step"
+    message = refusal(preflight, case_of(folder, MESHED.replace("tube.stl", "tube.step")))
+    assert message == "tube.step: must be a file of the kinds .stl and .obj, got .step"
 
 
 def test_a_mesh_that_has_changed_or_gone_since_is_refused(folder):
@@ -243,9 +246,11 @@ def test_a_mesh_that_has_changed_or_gone_since_is_refused(folder):
         "tube.stl: has changed since the case was read. Restore the file"
     )
     (folder / "tube.stl").unlink()
-    said = refusal(preflight, Case.from_toml(case.to_toml()))
-    assert said.startswith("tube.stl: cannot be read: No such file or directory (")
-    assert said.endswith(f"A run needs the mesh its case was made with, SHA-256 {case.chamber.mesh.sha256}")
+    message = refusal(preflight, Case.from_toml(case.to_toml()))
+    assert message.startswith("tube.stl: cannot be read: No such file or directory (")
+    assert message.endswith(
+        f"A run needs the mesh its case was made with, SHA-256 {case.chamber.mesh.sha256}"
+    )
 
 
 def test_without_the_optional_package_the_refusal_says_how_to_get_it(folder, monkeypatch):
@@ -273,7 +278,7 @@ def test_an_obj_file_gives_the_same_mesh(folder):
     assert obj_mesh.corners == pytest.approx(stl_mesh.corners, abs=1e-7)
 
 
-def test_check_tells_triangles_patches_volume_and_how_far_the_mesh_is_from_the_drawing(folder):
+def test_check_prints_triangles_patches_volume_and_distance_of_the_mesh_from_the_drawing(folder):
     sheet = "\n".join(preflight(with_lifter(folder)).lines())
     # prism over circle: sin(2 pi/48)/(2 pi/48) = 0.99715; the middle of a facet is 70 (1 - cos(pi/48)) =
     # 0.150 mm inside the bore
@@ -372,12 +377,12 @@ def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_pat
         expected = {name: whole.series[name].values for name in whole.series}
     with pytest.raises(KeyboardInterrupt):
         march.run(case, tmp_path / "parts.h5", interrupt)
-    kept = (folder / "tube.stl").read_text()
+    content = (folder / "tube.stl").read_text()
     stl(folder / "tube.stl", tube(36))
     for cached in (walls._read, walls.world_surfaces, walls.region_corners):
         cached.cache_clear()  # as in another process
     assert "has changed" in refusal(march.resume, tmp_path / "parts.h5")
-    (folder / "tube.stl").write_text(kept)
+    (folder / "tube.stl").write_text(content)
     with march.resume(tmp_path / "parts.h5") as parts:
         assert parts.state == "complete"
         assert all(np.array_equal(parts.series[name].values, values) for name, values in expected.items())

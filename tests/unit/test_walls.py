@@ -220,13 +220,13 @@ def refusal(vertices, faces, keep="outside"):
 def test_open_mesh_names_the_triangles_at_the_hole():
     vertices, faces = octahedron()
     # triangle 3 is gone: its neighbours across its edges have none there
-    said = refusal(vertices, np.delete(faces, 2, axis=0))
-    assert said.startswith("rib.stl: triangle ")
+    message = refusal(vertices, np.delete(faces, 2, axis=0))
+    assert message.startswith("rib.stl: triangle ")
     assert (
         "the mesh must be closed: each edge must have two triangles, this one has no neighbour, from ("
-        in said
+        in message
     )
-    assert ") mm; triangles with such edges: 1, 3, 6. Close the holes" in said
+    assert ") mm; triangles with such edges: 1, 3, 6. Close the holes" in message
 
 
 def test_a_triangle_turned_over_is_named():
@@ -267,10 +267,10 @@ def test_an_edge_of_more_than_two_triangles_is_refused():
     # two octahedra that share an edge
     vertices, faces = octahedron()
     mirrored = np.array([0.02, 0.02, 0.0]) - vertices * (1, 1, 1)
-    said = refusal(np.concatenate([vertices, mirrored]), np.concatenate([faces, faces[:, ::-1] + 6]))
-    assert "the mesh must be simple: each edge must have two triangles, one has more, from (" in said
-    assert "Give touching solids as meshes of their own" in said
-    assert said.startswith("rib.stl: triangles ")
+    message = refusal(np.concatenate([vertices, mirrored]), np.concatenate([faces, faces[:, ::-1] + 6]))
+    assert "the mesh must be simple: each edge must have two triangles, one has more, from (" in message
+    assert "Give touching solids as meshes of their own" in message
+    assert message.startswith("rib.stl: triangles ")
 
 
 def test_a_cavity_is_no_inverted_shell_and_a_solid_in_a_solid_is_refused():
@@ -303,7 +303,7 @@ def test_corners_that_a_file_repeats_with_rounding_are_joined():
     assert mesh.volume == pytest.approx(4 / 3 * 0.02**3, rel=1e-6)
 
 
-def test_inside_and_outside_are_told_apart_at_any_distance():
+def test_inside_and_outside_differ_at_any_distance():
     points = np.random.default_rng(4).uniform(-0.03, 0.03, (3000, 3))
     points = np.concatenate([points, [[5.0, 0, 0]]])
     within = np.abs(points).sum(axis=1) < 0.02

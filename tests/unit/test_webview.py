@@ -136,13 +136,13 @@ def test_browser_shows_pellets_inside_the_chamber_and_complains_of_nothing(tmp_p
         f"--window-size={width},{height}",
         "--virtual-time-budget=3000",
     ]
-    told = subprocess.run(
+    printed = subprocess.run(
         [BROWSER, *flags, "--enable-logging=stderr", f"--screenshot={picture}", page.as_uri()],
         capture_output=True,
         text=True,
         timeout=120,
     ).stderr
-    assert "CONSOLE" not in told
+    assert "CONSOLE" not in printed
     seen = imread(picture)[..., :3]
     coloured = np.argwhere(np.ptp(seen, axis=-1) > 0.25)
     # a pinhole camera at the place the page gives: the chamber's corners in pixels, from the camera's axes

@@ -49,7 +49,7 @@ UP = (0.0, 0.0, 1.0)
 
 
 class Probe:
-    """One contact with a wall along z, moved by hand; forces act on the particle, whose wall lies in +z."""
+    """One contact with a wall on the side of +z, moved by hand; forces act on the particle."""
 
     def __init__(self, law, numbers, dt, m=M, r=R):
         self.law, self.numbers, self.dt, self.m, self.r = law, tuple(law_numbers(law, numbers)), dt, m, r

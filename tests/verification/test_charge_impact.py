@@ -49,7 +49,7 @@ def bounce(zeta, cut, m_eff, pair, dt, phase=0.3, precision="double", k_law=None
 @pytest.mark.parametrize("pair", [False, True])
 @pytest.mark.parametrize("wanted", [0.9, 0.5, 0.3])
 def test_ball_leaves_with_the_restitution_it_was_given(wanted, pair, cut):
-    # Tension kept: ln e = -pi zeta/sqrt(1 - zeta^2). Tension cut: Schwager and Poeschel 2007. The scheme is
+    # With tension: ln e = -pi zeta/sqrt(1 - zeta^2). Without: Schwager and Poeschel 2007. The scheme is
     # of second order in
     # a = w0 dt: each end of the contact is wrong by at most (a^2/8)(1 + 4 zeta) of the impulse, and the
     # oscillation by a^2/24 pi.

@@ -215,7 +215,7 @@ def test_belt_takes_a_ball_along_at_two_sevenths_of_its_speed():
 
 
 def test_impulse_on_a_body_is_the_momentum_a_ball_lost_about_the_moving_mass_centre():
-    # floor carried by a body whose mass centre lies at (0.1, 0, 0): impulse J, moment (r - c) x J at the
+    # floor carried by a body whose mass centre is at (0.1, 0, 0): impulse J, moment (r - c) x J at the
     # contact
     floor = Surface("floor", SurfaceKind.PLANE, 0, 0, origin=(-0.1, 0.0, 0.0))
     carrier = at_rest()

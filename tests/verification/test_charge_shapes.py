@@ -25,11 +25,11 @@ def revolved(pieces):
     x = Polynomial([0.0, 1.0])
 
     def total(of):
-        found = 0.0
+        integral = 0.0
         for a, b, y2 in pieces:
             antiderivative = of(y2).integ()
-            found += antiderivative(b) - antiderivative(a)
-        return math.pi * found
+            integral += antiderivative(b) - antiderivative(a)
+        return math.pi * integral
 
     return (
         total(lambda y2: y2),
@@ -145,7 +145,7 @@ def test_mass_properties_turn_and_move_with_the_spheres():
     assert there.inertia == pytest.approx(turn @ here.inertia @ turn.T, abs=CLOSE * np.trace(here.inertia))
 
 
-def test_a_shape_lies_in_its_principal_axes_about_its_mass_centre():
+def test_a_shape_is_in_its_principal_axes_about_its_mass_centre():
     rng = np.random.default_rng(6)
     centres = 0.5e-3 * rng.normal(size=(3, 3))
     shape = clump_shape(centres, [1.4e-3, 1.1e-3, 1.2e-3])
@@ -231,10 +231,10 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_spheres_that_are_no_rigid_particle_are_refused_by_number(name):
-    centres, radii, said = REFUSED[name]
+    centres, radii, message = REFUSED[name]
     with pytest.raises(CaseError) as error:
         clump_shape(centres, radii)
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 def test_spheres_that_touch_in_a_point_hang_together():

@@ -100,7 +100,7 @@ def test_the_mean_volume_of_a_law_is_its_third_moment():
     law = rosin_rammler_sizes(size, k, 1e-5 * MM, 8 * MM)
     # mass over number: 1 over the integral of the density of mass over the volume
     exact = math.pi / 6 * size**3 / gamma(1 - 3 / k)
-    # below the lower cut lies the share 4 (d/d')^(k - 3) / gamma(1/4) of the number: 1.1 x 5e-6
+    # below the lower cut is the share 4 (d/d')^(k - 3) / gamma(1/4) of the number: 1.1 x 5e-6
     assert law.mean_volume == pytest.approx(exact, rel=1e-5)
 
 

@@ -1,4 +1,4 @@
-"""What the charge is said to have done, against motions whose spectra, wall work and fields are known."""
+"""Statistics of the charge against motions whose spectra, wall work and fields are known."""
 
 import math
 
@@ -42,18 +42,18 @@ class Survey:
         return self
 
     @property
-    def kept(self):
+    def sums(self):
         return gathered(self.sums, self.bench.state.impacts)
 
     def wall(self, name):
         """Sum of one quantity over the samples, by patch, SI but for the interval."""
         k = WALL_SUMS.index(name)
-        return self.kept["walls"][:, k] / self.plan.per_wall[k]
+        return self.sums["walls"][:, k] / self.plan.per_wall[k]
 
     def field(self, name):
         """The same by cell, (radius, azimuth, height)."""
         k = FIELD_SUMS.index(name)
-        return (self.kept["fields"][:, k] / self.plan.per_field[k]).reshape(self.plan.cells)
+        return (self.sums["fields"][:, k] / self.plan.per_field[k]).reshape(self.plan.cells)
 
 
 def spectrum(bench, kind, part):
@@ -135,7 +135,7 @@ def test_an_impact_wears_the_patch_it_hits():
     )
     survey = Survey(bench)
     bench.step(20)
-    cut = survey.kept["cut"] / bench.model.per_cut
+    cut = survey.sums["cut"] / bench.model.per_cut
     assert np.flatnonzero(cut).tolist() == [10 * 10 + 1]
     # the wall curves by 1e-7/0.02 on the way: both parts are right to that, and to the small unit of 2^-30 of
     # the mass
@@ -160,7 +160,7 @@ def test_an_impact_on_a_rib_wears_its_face(place, face):
     )
     survey = Survey(bench)
     bench.step(10)
-    (patch,) = np.flatnonzero(survey.kept["cut"])
+    (patch,) = np.flatnonzero(survey.sums["cut"])
     assert patch // 4 == face
 
 
@@ -247,7 +247,7 @@ def test_work_over_all_patches_is_the_ledgers_within_the_error_of_sampling():
 
 
 def test_statistics_have_the_same_bits_on_one_and_two_threads():
-    kept = []
+    sums = []
     for threads in (1, 2):
         bench = tumbling(precision="single")
         survey = Survey(bench, cells=(3, 8, 5), extent=(0.02, 0.0, 0.1))
@@ -255,14 +255,14 @@ def test_statistics_have_the_same_bits_on_one_and_two_threads():
             bench.threads = threads
             bench.step(10)
             survey.take(0.1 * k, threads)
-        kept.append(survey.kept)
+        sums.append(survey.sums)
     assert (
-        kept[0]["spectra"].any()
-        and kept[0]["cut"].any()
-        and kept[0]["walls"].any()
-        and kept[0]["fields"].any()
+        sums[0]["spectra"].any()
+        and sums[0]["cut"].any()
+        and sums[0]["walls"].any()
+        and sums[0]["fields"].any()
     )
-    assert all(np.array_equal(kept[0][name], kept[1][name]) for name in kept[0])
+    assert all(np.array_equal(sums[0][name], sums[1][name]) for name in sums[0])
 
 
 def packed(spin=0.0, layers=6):
@@ -323,7 +323,7 @@ def test_neighbours_of_a_packing_are_those_of_its_lattice():
     bench = Bench(x * (1 - 1e-4), law(K), 1e-6)
     bench.step(1)  # lists are made in the first substep
     bench.state.v[...] = 0.0
-    counts = Survey(bench).take().kept["neighbours"]
+    counts = Survey(bench).take().sums["neighbours"]
     grid = np.stack(np.meshgrid(range(8), range(8), range(6), indexing="ij"), axis=-1).reshape(-1, 3)
     touching = 6 - (grid == 0).sum(axis=1) - (grid == [7, 7, 5]).sum(axis=1)
     assert counts[:7].tolist() == np.bincount(touching, minlength=7).tolist()

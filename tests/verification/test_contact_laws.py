@@ -77,7 +77,7 @@ def test_restitution_error_falls_with_the_square_of_the_substep(normal):
     assert 1.7 < math.log2(mean[0] / mean[1]) / 2 < 2.3
 
 
-def test_undamped_hertz_contact_lasts_as_long_as_hertz_said():
+def test_undamped_hertz_contact_lasts_as_long_as_the_closed_form():
     # 2 (15/16)^(2/5) int_0^1 dx/sqrt(1 - x^(5/2)) (m^2/(R E*^2 v))^(1/5) = 2.87 (...)^(1/5); K. L. Johnson,
     # Contact Mechanics, 11.4
     law, v = contact_law("hertz", rolling="none"), 2.0
@@ -124,7 +124,7 @@ def test_hysteretic_loop_encloses_the_work_that_is_lost():
     law = contact_law("hysteretic", rolling="none")
     up, down = np.linspace(0.0, deep, n + 1), np.linspace(deep, 0.0, n + 1)
     loop = drive(law, pair(unloading_ratio=r), np.concatenate([up, down[1:]]))[0]
-    # the deepest sample lies half a step before the turn; each corner errs by at most the slopes' difference
+    # the deepest sample is half a step before the turn; each corner errs by at most the slopes' difference
     # times a step squared
     seen = deep * (1 - 0.5 / n)
     assert loop == pytest.approx(

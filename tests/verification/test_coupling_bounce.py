@@ -62,7 +62,7 @@ def exact_motion(end):
 
 
 def bounce(window, end, scheme=Scheme.STAGGERED):
-    """The same case marched; dashpot 2 zeta sqrt(m k) of the sphere against a wall, tension kept as in the
+    """The same case marched; dashpot 2 zeta sqrt(m k) of the sphere against a wall, with tension as in the
     exact motion.
     """
     zeta = DASHPOT / (2.0 * math.sqrt(SPHERE * CONTACT))

@@ -87,7 +87,7 @@ def test_error_falls_with_the_square_of_the_window_while_contact_lasts(scheme):
 
 
 @SCHEMES
-def test_energy_of_box_and_held_ball_is_kept_to_second_order_in_the_window(scheme):
+def test_energy_of_box_and_held_ball_is_conserved_to_second_order_in_the_window(scheme):
     # no loss anywhere: box, spring, ball and contacts keep their energy; the ledger's residual is their
     # change
     worst, kinetic = [], 0.5 * BALL * KICK**2

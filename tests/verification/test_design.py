@@ -45,11 +45,13 @@ def test_shaking_unbalance_of_the_mill_is_the_sum_of_its_moments_of_mass(rigid):
 
 
 def test_two_planes_take_all_of_a_bolted_mills_shaking(rigid):
-    found = balance_mill(rigid, [(0.08, 0.42), (0.08, 0.6)], SPEED)
-    moments = sum(weight.mass * weight.radius * np.exp(1j * weight.azimuth) for weight in found.weights)
+    balancing = balance_mill(rigid, [(0.08, 0.42), (0.08, 0.6)], SPEED)
+    moments = sum(weight.mass * weight.radius * np.exp(1j * weight.azimuth) for weight in balancing.weights)
     # force and moment are two conditions for two planes: the weights' own unbalance is minus the mill's
-    assert moments == pytest.approx(-found.unbalance, rel=1e-3)
-    assert found.after < 2e-3 * found.before and abs(found.residual) < 2e-3 * abs(found.unbalance)
+    assert moments == pytest.approx(-balancing.unbalance, rel=1e-3)
+    assert balancing.after < 2e-3 * balancing.before and abs(balancing.residual) < 2e-3 * abs(
+        balancing.unbalance
+    )
 
 
 def test_balance_mass_changes_the_unbalance_by_its_moment(rigid):
@@ -66,15 +68,15 @@ def test_permissible_unbalance_is_that_of_the_standards_example():
 
 
 @pytest.mark.parametrize(
-    ("planes", "said"),
+    ("planes", "message"),
     [
         ([], "needs one or two planes, got 0"),
         ([(0.08, 0.4)] * 2, "the depths of two planes must differ, got 80 mm, 400 mm and 80 mm, 400 mm"),
         ([(0.0, 0.4)], "radius and depth must be positive, got 0 mm, 400 mm"),
     ],
 )
-def test_planes_that_make_no_sense_are_refused(rigid, planes, said):
-    with pytest.raises(CaseError, match=said):
+def test_planes_that_make_no_sense_are_refused(rigid, planes, message):
+    with pytest.raises(CaseError, match=message):
         balance_mill(rigid, planes)
 
 
@@ -118,9 +120,9 @@ def test_run_up_of_a_series_that_is_not_there_is_refused(rigid):
 def test_modes_of_a_mechanism_are_about_the_place_where_it_hangs_at_rest():
     # the example begins with its arm of 1 m held level, and hangs along -y
     case = load_case(MECHANISMS / "pendulum.toml")
-    found = machine_rest_modes(case)
-    assert found.frequency == pytest.approx([math.sqrt(9.81 / 1.0) / (2.0 * math.pi)], rel=1e-6)
-    assert found.label(0) == "bob moves"
+    vibrations = machine_rest_modes(case)
+    assert vibrations.frequency == pytest.approx([math.sqrt(9.81 / 1.0) / (2.0 * math.pi)], rel=1e-6)
+    assert vibrations.label(0) == "bob moves"
     hanging = next(stick for stick in sticks(case) if stick.body == "bob")
     assert hanging.points == pytest.approx(np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 0.0]]), abs=1e-9)
 
@@ -140,9 +142,9 @@ def test_pendulum_held_square_to_gravity_comes_to_rest_hanging(tmp_path, gravity
     )
     text = text.replace('["0 m/s^2", "-9.81 m/s^2", "0 m/s^2"]', str([f"{x!r} m/s^2" for x in gravity]))
     (tmp_path / "held.toml").write_text(text.replace("'", '"'))
-    found = machine_rest_modes(load_case(tmp_path / "held.toml"))
+    vibrations = machine_rest_modes(load_case(tmp_path / "held.toml"))
     # the axis along z takes its share of gravity
-    assert found.frequency == pytest.approx(
+    assert vibrations.frequency == pytest.approx(
         [math.sqrt(np.linalg.norm(pull[:2]) / length) / math.tau], rel=1e-6
     )
 
@@ -176,8 +178,8 @@ def on_springs(folder, stiffness):
 
 
 def test_mode_of_a_mass_on_springs_is_that_of_its_stiffness(tmp_path):
-    found = machine_rest_modes(on_springs(tmp_path, {"shear_stiffness": "3000 N/m"}))
-    assert found.frequency == pytest.approx([math.sqrt(3000.0 / 5.0) / (2.0 * math.pi)], rel=1e-6)
+    vibrations = machine_rest_modes(on_springs(tmp_path, {"shear_stiffness": "3000 N/m"}))
+    assert vibrations.frequency == pytest.approx([math.sqrt(3000.0 / 5.0) / (2.0 * math.pi)], rel=1e-6)
 
 
 def test_modes_of_a_mechanism_that_nothing_holds_are_refused(tmp_path):

@@ -21,8 +21,8 @@ PINNED = {
 def test_example_holds_what_it_checks_of_itself(path, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(path), run_name="__main__")
-    told = capsys.readouterr().out
-    assert all(text in told for text in PINNED.get(path.stem, ()))
+    printed = capsys.readouterr().out
+    assert all(text in printed for text in PINNED.get(path.stem, ()))
     assert path.stem in PINNED or "assert " in path.read_text(encoding="utf-8")
     drawn = [*tmp_path.rglob("*.png"), *tmp_path.rglob("*.html")]
     assert drawn and all(file.stat().st_size > 5000 for file in drawn)

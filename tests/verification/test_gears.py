@@ -134,11 +134,11 @@ def test_gears_that_join_nothing_are_refused_all_at_once():
             [hinge("pin", GROUND, "a", O), Joint("ball", JointKind.SPHERICAL, GROUND, "a", O)],
             gears=[Gear("g", "pin", "ball", 1.0), Gear("h", "pin", "pin", 0.0), Gear("i", "no", "pin", 1.0)],
         )
-    said = str(error.value)
+    message = str(error.value)
     for words in (
         "gear 'g': joint 'ball' does not turn about an axis, got a SPHERICAL joint",
         "gear 'h': input and output are one joint",
         "gear 'h': the ratio is zero",
         "gear 'i': unknown joint, got 'no'",
     ):
-        assert words in said
+        assert words in message

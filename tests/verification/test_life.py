@@ -81,22 +81,22 @@ def result(tmp_path):
 def test_life_of_a_bearing_under_a_steady_turning_load(result, ratings):
     # C / P = 28 and p = 3; a force of steady size has itself as equivalent load. Samples 200 to a turn lie on
     # chords: 1.2e-4
-    found = bearing_life(result, "pin_joint", ratings)
-    assert found.equivalent == pytest.approx(FORCE, rel=2e-4)
-    assert found.turns == pytest.approx(1e6 * 28.0**3, rel=6e-4)
-    assert found.time == pytest.approx(found.turns / 10.0)
-    assert found.static_safety == pytest.approx(12.0, rel=2e-4)
+    life = bearing_life(result, "pin_joint", ratings)
+    assert life.equivalent == pytest.approx(FORCE, rel=2e-4)
+    assert life.turns == pytest.approx(1e6 * 28.0**3, rel=6e-4)
+    assert life.time == pytest.approx(life.turns / 10.0)
+    assert life.static_safety == pytest.approx(12.0, rel=2e-4)
 
 
 def test_life_of_a_bearing_that_swings_is_counted_in_swings(result, ratings):
     # 9 deg either way is 36 deg of path, a tenth of a turn. At the yoke the axis is y: only x is radial,
     # |cos| to the 10/3 in the mean
-    found = bearing_life(result, "yoke_pivot", ratings)
+    life = bearing_life(result, "yoke_pivot", ratings)
     assert swing_share(math.radians(9.0)) == pytest.approx(0.1)
     even = np.linspace(0.0, 2.0 * np.pi, 100001)[:-1]
     equivalent = FORCE * np.mean(np.abs(np.cos(even)) ** (10 / 3)) ** 0.3
-    assert found.equivalent == pytest.approx(equivalent, rel=2e-4)
-    assert found.turns == pytest.approx(10.0 * basic_life(8000.0, equivalent, "roller"), rel=1e-3)
+    assert life.equivalent == pytest.approx(equivalent, rel=2e-4)
+    assert life.turns == pytest.approx(10.0 * basic_life(8000.0, equivalent, "roller"), rel=1e-3)
 
 
 def test_varying_load_counts_by_the_cube_of_its_size():
@@ -111,7 +111,7 @@ def test_bearing_without_a_rating_is_refused(result, ratings):
 
 
 @pytest.mark.parametrize(
-    ("was", "now", "said"),
+    ("was", "now", "message"),
     [
         ('dynamic_rating = "14 kN"\n', "", "dynamic_rating"),
         ('"14 kN"', '"14 kg"', "is a mass"),
@@ -133,17 +133,17 @@ def test_bearing_without_a_rating_is_refused(result, ratings):
         ('"20 mm"', '"20 mm"\nbore = "30 mm"', "bore must be less"),
     ],
 )
-def test_ratings_that_make_no_sense_are_refused(tmp_path, was, now, said):
+def test_ratings_that_make_no_sense_are_refused(tmp_path, was, now, message):
     (tmp_path / "bad.toml").write_text(RATINGS.replace(was, now, 1))
-    with pytest.raises(CaseError, match=said):
+    with pytest.raises(CaseError, match=message):
         load_ratings(tmp_path / "bad.toml")
 
 
 def test_rainflow_counts_the_example_of_the_standard():
     # ASTM E1049-85, figure 6: -2 1 -3 5 -1 3 -4 4 -2
     pytest.importorskip("rainflow")
-    found = cycles(np.array([-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0]))
-    counts = {size: found[found[:, 0] == size, 2].sum() for size in np.unique(found[:, 0])}
+    counted = cycles(np.array([-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0]))
+    counts = {size: counted[counted[:, 0] == size, 2].sum() for size in np.unique(counted[:, 0])}
     assert counts == {3.0: 0.5, 4.0: 1.5, 6.0: 0.5, 8.0: 1.0, 9.0: 0.5}
 
 
@@ -163,15 +163,15 @@ def test_miner_adds_cycles_by_the_power_of_their_stress(ratings):
 def test_section_around_which_a_force_runs_is_bent_once_a_turn(result, ratings):
     # 500 N at 0.1 m bend a rod of 20 mm by 32 F a / pi d^3 = 63.7 MPa, once to and fro per turn
     pytest.importorskip("rainflow")
-    found = section_life(result, "neck", ratings)
+    life = section_life(result, "neck", ratings)
     stress = 32 * FORCE * 0.1 / (math.pi * 0.02**3)
-    assert found.amplitude == pytest.approx(stress, rel=1e-3)
+    assert life.amplitude == pytest.approx(stress, rel=1e-3)
     # to the power of five, five times the error of the stress
-    assert found.damage == pytest.approx(1e-6 * (stress / 200e6) ** 5, rel=5e-3)
-    assert found.time == pytest.approx(0.1 / found.damage)
+    assert life.damage == pytest.approx(1e-6 * (stress / 200e6) ** 5, rel=5e-3)
+    assert life.time == pytest.approx(0.1 / life.damage)
 
 
-def test_mounts_tell_swing_mean_and_what_they_pass_on(result):
+def test_mounts_have_swing_mean_and_transmitted_force(result):
     mount = mount_readings(result)[0]
     assert mount.swing == pytest.approx([2e-3, 2e-3, 0.0], rel=1e-6, abs=1e-9)
     assert mount.mean_travel == pytest.approx([1e-3, 0.0, 0.0], abs=1e-8)

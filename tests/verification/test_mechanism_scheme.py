@@ -134,10 +134,10 @@ def test_energy_ledger_counts_a_wrench_that_jumps_at_every_step():
 def test_copied_state_repeats_the_same_bits_with_fresh_scratch():
     mechanism, state, scratch = small_mill()
     march(mechanism, state, scratch, 1e-4, 100)
-    kept = type(state)(*(array.copy() for array in state))
+    copied = type(state)(*(array.copy() for array in state))
     march(mechanism, state, scratch, 1e-4, 100)
-    march(mechanism, kept, new_scratch(mechanism), 1e-4, 100)
-    for name, one, other in zip(state._fields, state, kept, strict=True):
+    march(mechanism, copied, new_scratch(mechanism), 1e-4, 100)
+    for name, one, other in zip(state._fields, state, copied, strict=True):
         assert np.array_equal(one, other), name
 
 

@@ -67,14 +67,14 @@ def test_modes_are_those_of_one_rigid_body_on_its_mounts():
     # by 1e-3, which moves each by a quarter of it. Allowed: 5e-4, and ten times that of the (smaller)
     # damping.
     frequencies, damping = one_body_on_mounts()
-    found = mill_modes("mechanism.gravity=1e-9 m/s^2")
-    assert found.frequency == pytest.approx(frequencies, rel=5e-4)
-    assert found.damping_ratio == pytest.approx(damping, rel=5e-3)
+    vibrations = mill_modes("mechanism.gravity=1e-9 m/s^2")
+    assert vibrations.frequency == pytest.approx(frequencies, rel=5e-4)
+    assert vibrations.damping_ratio == pytest.approx(damping, rel=5e-3)
 
 
 def test_first_mode_is_near_the_measured_one():
     # MCA 2026 measured 7.88 Hz; the mount spacing was fitted to it with the charge on board, the empty mill
-    # lies a little higher
+    # is a little higher
     assert 7.9 < mill_modes().frequency[0] < 8.0
 
 

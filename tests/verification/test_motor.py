@@ -101,7 +101,7 @@ def test_energy_of_a_motor_is_what_the_shaft_gains_and_loses():
     assert energy[0] + built[1].loss[0] == pytest.approx(work, rel=1e-5)
 
 
-def test_pendulum_held_by_a_resting_motor_is_found_at_rest_and_shakes_on_its_seat():
+def test_pendulum_held_by_a_resting_motor_is_at_rest_and_shakes_on_its_seat():
     # the motor's joint is locked for statics and modes, as a prescribed one is held
     frame, arm = Body("frame", 2.0, 0.1 * np.eye(3), O), Body("arm", 1.0, 0.01 * np.eye(3), (0.3, 0.0, 0.0))
     joints = [
@@ -143,7 +143,7 @@ def test_mill_stops_speeding_up_where_its_friction_takes_the_power():
 
 
 @pytest.mark.parametrize(
-    ("keys", "said"),
+    ("keys", "message"),
     [
         (["drive.motor.restored=2 s"], "restored must come after cut"),
         (["drive.motor.cut=3 s", "drive.motor.restored=2 s"], "restored must come after cut"),
@@ -151,8 +151,8 @@ def test_mill_stops_speeding_up_where_its_friction_takes_the_power():
         (["drive.motor.power=5 N m"], "is a torque"),
     ],
 )
-def test_motor_that_makes_no_sense_is_refused(keys, said):
-    with pytest.raises(CaseError, match=said):
+def test_motor_that_makes_no_sense_is_refused(keys, message):
+    with pytest.raises(CaseError, match=message):
         mill(*keys)
 
 

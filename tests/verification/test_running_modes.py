@@ -28,20 +28,20 @@ def gyroscope(speed):
         [frame, disc], joints, [seat], drives=[Drive("motor", "shaft", (0.0, 1.0), (speed, speed))], gravity=O
     )
     static_equilibrium(*built)
-    found, _ = running_modes(*built, np.array([3, 4]), np.zeros(2), np.arange(6) / 6 * 2 * np.pi / speed)
-    return 2 * np.pi * found.frequency, k, axial, transverse
+    vibrations, _ = running_modes(*built, np.array([3, 4]), np.zeros(2), np.arange(6) / 6 * 2 * np.pi / speed)
+    return 2 * np.pi * vibrations.frequency, k, axial, transverse
 
 
 def test_whirls_of_a_gyroscope_are_split_by_its_speed():
     # It phi'' - i Ip speed phi' + k phi = 0 for phi = tilt x + i tilt y; with exp(i w t): It w^2 - Ip speed w
     # - k = 0
     speed = 150.0
-    found, k, axial, transverse = gyroscope(speed)
+    frequencies, k, axial, transverse = gyroscope(speed)
     half = axial * speed / (2 * transverse)
     root = np.sqrt(half**2 + k / transverse)
     # central differences of 1e-5: error of order (1e-5)^2, round-off 1e-16 / 1e-5 of accelerations of some
     # 1e4
-    assert found == pytest.approx([root - half, root + half], rel=1e-6)
+    assert frequencies == pytest.approx([root - half, root + half], rel=1e-6)
 
 
 def test_slowly_turning_mill_has_the_modes_of_the_mill_at_rest():
@@ -56,10 +56,10 @@ def test_slowly_turning_mill_has_the_modes_of_the_mill_at_rest():
 
 def test_torsion_of_the_drive_train_is_one_inertia_on_the_coupling():
     case = load_case("numill", ["charge.kind=none", "mechanism.mounting=rigid"])
-    found = machine_modes(case, 50.0)
-    assert found.label(0) == "torsion of the drive train"
-    assert 2 * np.pi * found.frequency[0] == pytest.approx(np.sqrt(287.0 / 0.002), rel=1e-5)
-    assert found.damping_ratio[0] == pytest.approx(0.05 / (2 * np.sqrt(287.0 * 0.002)), rel=1e-5)
+    vibrations = machine_modes(case, 50.0)
+    assert vibrations.label(0) == "torsion of the drive train"
+    assert 2 * np.pi * vibrations.frequency[0] == pytest.approx(np.sqrt(287.0 / 0.002), rel=1e-5)
+    assert vibrations.damping_ratio[0] == pytest.approx(0.05 / (2 * np.sqrt(287.0 * 0.002)), rel=1e-5)
 
 
 def test_charge_makes_the_swaying_slower_by_its_share_of_the_mass():
@@ -70,9 +70,9 @@ def test_charge_makes_the_swaying_slower_by_its_share_of_the_mass():
 
 
 def test_speeds_to_avoid_lie_where_the_order_meets_the_frequency():
-    found = campbell(load_case("numill", ["charge.kind=none"]), count=3)
-    assert {at.order for at in found.avoid} == {1.0, 2.0}
-    for at in found.avoid:
+    diagram = campbell(load_case("numill", ["charge.kind=none"]), count=3)
+    assert {at.order for at in diagram.avoid} == {1.0, 2.0}
+    for at in diagram.avoid:
         assert at.order * at.speed / (2 * np.pi) == pytest.approx(at.frequency, rel=1e-9)
 
 

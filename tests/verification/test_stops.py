@@ -97,7 +97,7 @@ def test_a_ball_comes_to_rest_on_its_static_overlap():
     assert ledger(system) == pytest.approx(begin, abs=STIFFNESS / MASS * 1e-4**2 * weight * 2e-3)
 
 
-def test_rest_lies_on_the_stops_and_stays_there():
+def test_a_body_rests_on_its_stops_and_stays_there():
     centre, feet = (0.0, 0.0, 0.5), [(x, y, RADIUS) for x in (-0.3, 0.3) for y in (-0.2, 0.2)]
     vessel = Body("ball", 40.0, 2.0 * np.eye(3), centre)
     stops = [floor(0.5, f"foot_{k}", at=foot) for k, foot in enumerate(feet)]

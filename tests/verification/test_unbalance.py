@@ -98,6 +98,6 @@ def test_a_weak_motor_stays_below_the_resonance_it_cannot_pass():
 def test_numbers_that_no_rotor_has_are_refused_all_at_once():
     with pytest.raises(CaseError) as error:
         UnbalanceMotor("a", "frame", O, Y, (1.0, 1.0, 0.0), 0.0, -1.0, (0.0,), (1.0,), inertia=0.0).parts()
-    said = str(error.value)
+    message = str(error.value)
     for words in ("mass is not positive", "eccentricity is not positive", "inertia is not", "not square"):
-        assert words in said
+        assert words in message

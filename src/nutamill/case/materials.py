@@ -104,7 +104,7 @@ class ContactLaws(Table):
         ------
         KeyError : the file has no such pair
         """
-        found = self.pairs.get(f"{first}-{second}") or self.pairs.get(f"{second}-{first}")
-        if found is None:
+        pair = self.pairs.get(f"{first}-{second}") or self.pairs.get(f"{second}-{first}")
+        if pair is None:
             raise KeyError(f"{first}-{second}")
-        return found
+        return pair

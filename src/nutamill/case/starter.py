@@ -38,7 +38,7 @@ KEYS = (
     ("run", "coupling", '"prescribed", "staggered" or "iterated"'),
     ("run", "threads", '"auto" or a number'),
     ("run", "seed", "of the placement of the charge"),
-    ("run", "snapshots", "the charge as it lies, for pictures"),
+    ("run", "snapshots", "the particles over time, for pictures"),
 )
 """Table, key and note of each line."""
 LISTED = (

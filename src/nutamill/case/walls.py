@@ -102,7 +102,7 @@ class RegionEntry(Table):
     name: Name
     """Unique name."""
     body: str = "ground"
-    """The body in whose axes the bed lies."""
+    """The body in whose axes the bed is at rest."""
     shape: Literal["cylinder", "box", "mesh"] = "cylinder"
     """Upright cylinder, box, or the inside of a meshed wall."""
     point: Point = (0.0, 0.0, 0.0)

@@ -59,7 +59,7 @@ class Recorder:
         self._summary: dict[str, Any] | None = None
         self._started = clock.monotonic() - wall_time
         self._next_commit = clock.monotonic() + FIRST_PAUSE
-        self._kept_at = clock.monotonic()
+        self._saved_at = clock.monotonic()
         self._size = 0
         self._last_commit: BinaryIO | None = None
         self._hold_commit()
@@ -251,12 +251,12 @@ class Recorder:
         }
         self._checkpoints.append((Checkpoint(float(time), copies, dict(attributes or {})), before))
         del self._checkpoints[: -len(CHECKPOINTS)]
-        self._kept_at = clock.monotonic()
+        self._saved_at = clock.monotonic()
 
     @property
     def unsaved(self) -> float:
         """Wall time since the newest checkpoint, or since the file was opened [s]."""
-        return clock.monotonic() - self._kept_at
+        return clock.monotonic() - self._saved_at
 
     def summary(self, values: Mapping[str, Any]) -> None:
         """Set the numbers, texts and (nested) tables of them that are stored under ``/summary``."""

@@ -42,7 +42,7 @@ from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.progress import Watch
 from nutamill.simulation.progress_report import Progress
 from nutamill.simulation.record import Ending, RecordPlan, room_at_start
-from nutamill.simulation.setup.bed import bed_is_kept, settle_apart, settled_bed
+from nutamill.simulation.setup.bed import bed_is_cached, settle_apart, settled_bed
 from nutamill.simulation.setup.charge import contact_law_of
 from nutamill.simulation.setup.clock import run_clock
 from nutamill.simulation.setup.light_carriers import refuse_light_carriers
@@ -191,8 +191,8 @@ def run_to(
     machine, watch = case.machine, Watch(case, progress, log)
     check_room(path, room_at_start(machine))
     if machine.charge.parts:
-        kept = bed_is_kept(machine)
-        warm_up(log, None if kept else lambda: settle_apart(machine), contact_law_of(machine))
+        cached = bed_is_cached(machine)
+        warm_up(log, None if cached else lambda: settle_apart(machine), contact_law_of(machine))
     else:
         warm_up_mechanism(log)
     watch.settling(0.0)

@@ -13,7 +13,7 @@ from nutamill.case.drive import DriveProgramme, Profile
 from nutamill.case.machine import Machine
 from nutamill.result import Recorder
 from nutamill.simulation.entry import enter, record_first_row
-from nutamill.simulation.setup.bed import kept_bed, loose_bed
+from nutamill.simulation.setup.bed import cached_bed, loose_bed
 from nutamill.simulation.setup.charge import contact_law_of
 from nutamill.simulation.setup.model import build
 from nutamill.simulation.setup.particles import charge_parts
@@ -72,7 +72,7 @@ def _bed(machine: Machine) -> np.ndarray | None:
     """Return the settled bed if it is there, else a loose one if it is quickly made."""
     if not machine.charge.parts:
         return None
-    bed = kept_bed(machine)
+    bed = cached_bed(machine)
     if bed is None and sum(particles.pebbles for particles in charge_parts(machine)) <= MOST_LOOSE:
         return loose_bed(machine)
     return bed

@@ -16,7 +16,7 @@ from nutamill.base.kernel import kernel_digest
 from nutamill.base.notebook_hook import notebook_html
 from nutamill.case import Case, Machine
 from nutamill.result import is_finished, open_result, state_of
-from nutamill.simulation.setup.bed import bed_is_kept, bed_key
+from nutamill.simulation.setup.bed import bed_is_cached, bed_key
 from nutamill.simulation.setup.charge import contact_law_of
 from nutamill.simulation.setup.clock import run_clock
 from nutamill.simulation.signals import requests
@@ -198,7 +198,7 @@ def _settle(
     """Settle each bed that several runs share and that is not in the cache yet. A fault shows again in the
     runs that need it.
     """
-    needed = [(bed_key(case.machine), case) for case in cases if not bed_is_kept(case.machine)]
+    needed = [(bed_key(case.machine), case) for case in cases if not bed_is_cached(case.machine)]
     runs = Counter(key for key, _ in needed)
     beds = {key: case for key, case in needed if runs[key] > 1}
     if beds and log is not None:

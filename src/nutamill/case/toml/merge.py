@@ -88,7 +88,7 @@ def _first_place(places: dict[Key, str], key: Key) -> str:
 
 
 def _places_over(below: dict[Key, str], layer: Layer, content: dict[str, Any]) -> dict[Key, str]:
-    """Return the place of each key after a layer has been laid over the others into `content`.
+    """Return the place of each key after a layer has been merged over the others into `content`.
 
     What changes an entry of a list stands at the number of that entry; a list that replaces another leaves
     none of the places within it.

@@ -146,4 +146,4 @@ def _pin_meshes(layer: Layer) -> None:
 
 
 EXPANSIONS = (_expand_mount_set, _expand_charge, _expand_profile, _pin_meshes)
-"""What is done with each layer before it is laid over the others."""
+"""What is done with each layer before it is merged over the others."""

@@ -1,4 +1,4 @@
-"""The settled bed: where the charge lies when the mill starts, filled and settled once and kept by content.
+"""The settled bed: the charge at rest when the mill starts, filled and settled once and cached by content.
 
 The bed depends on the chamber, the charge, the contact laws and the seed, and on the code that fills and
 settles, but not on speed or mounts, so that a sweep settles once.
@@ -71,11 +71,11 @@ def bed_file(machine: Machine) -> Path:
     return beds_folder() / f"{bed_key(machine)[:32]}.bed"
 
 
-def bed_is_kept(machine: Machine) -> bool:
+def bed_is_cached(machine: Machine) -> bool:
     """Return whether there is nothing left to settle: the bed is in the cache and whole, or the chamber is
     empty.
     """
-    return not machine.charge.parts or kept_bed(machine) is not None
+    return not machine.charge.parts or cached_bed(machine) is not None
 
 
 def settled_bed(machine: Machine, progress: Callable[[float], None] | None = None) -> np.ndarray | None:
@@ -98,7 +98,7 @@ def settled_bed(machine: Machine, progress: Callable[[float], None] | None = Non
     """
     if not machine.charge.parts:
         return None
-    bed = kept_bed(machine)
+    bed = cached_bed(machine)
     if bed is None:
         bed = _settle(machine, progress)
         _keep(bed_file(machine), bed)
@@ -195,7 +195,7 @@ def _keep(file: Path, bed: np.ndarray) -> None:
         pass
 
 
-def kept_bed(machine: Machine) -> np.ndarray | None:
+def cached_bed(machine: Machine) -> np.ndarray | None:
     """Read the bed of a case from the cache, or return None if there is none or its file is damaged."""
     try:
         digest, content = (whole := bed_file(machine).read_bytes())[:32], whole[32:]

@@ -55,7 +55,7 @@ def charge_mass(machine: Machine) -> float:
 
 
 def region_bodies(machine: Machine) -> list[tuple[int, slice]]:
-    """Return the carrier on whose body each part of the charge lies at the start, and the particles of the
+    """Return the carrier on whose body each part of the charge is at the start, and the particles of the
     part, part after part.
     """
     bodies, first = [], 0
