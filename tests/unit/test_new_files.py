@@ -37,7 +37,7 @@ def test_a_new_file_is_read_by_the_command_that_it_is_for(kind, tmp_path):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_new_file_names_the_schema_that_lies_beside_it(kind, tmp_path):
+def test_a_new_file_names_the_schema_beside_it(kind, tmp_path):
     schema = write_new(kind, tmp_path / "first.toml")
     first = (tmp_path / "first.toml").read_text(encoding="utf-8").splitlines()[0]
     assert first == f"#:schema ./{schema.name}"
@@ -73,13 +73,13 @@ def test_what_cannot_be_written_is_refused(tmp_path):
 
 def test_the_command_names_what_it_wrote_and_what_to_type_next(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    said = CliRunner().invoke(cli.app, ["new", "a.toml", "--kind", "ratings"])
+    reply = CliRunner().invoke(cli.app, ["new", "a.toml", "--kind", "ratings"])
     expected = (
         "a.toml written, with nutamill-ratings.schema.json for editors. Next: nutamill life RESULT.h5 a.toml"
     )
-    assert said.stdout.strip() == expected
-    said = CliRunner().invoke(cli.app, ["schema", "sweep"])
-    assert "readings" in json.loads(said.stdout)["properties"]
+    assert reply.stdout.strip() == expected
+    reply = CliRunner().invoke(cli.app, ["schema", "sweep"])
+    assert "readings" in json.loads(reply.stdout)["properties"]
 
 
 @pytest.mark.external
@@ -96,6 +96,6 @@ def test_an_editor_flags_a_wrong_key_and_a_missing_unit_at_their_place(tmp_path)
     number = next(k for k, line in enumerate(lines) if line.startswith("speed "))
     lines[number] = 'speed = "700"\nspeeed = "700 rpm"'
     file.write_text("\n".join(lines), encoding="utf-8")
-    said = lint("mill.toml")
-    assert said.returncode != 0
-    assert f"mill.toml:{number + 1}:9" in said.stderr and "'speeed' was unexpected" in said.stderr
+    reply = lint("mill.toml")
+    assert reply.returncode != 0
+    assert f"mill.toml:{number + 1}:9" in reply.stderr and "'speeed' was unexpected" in reply.stderr

@@ -161,7 +161,7 @@ def io_errors(path: Path, needed: int = 0) -> Iterator[None]:
         ) from error
 
 
-def megabytes(size: int) -> str:
+def megabytes(size: float) -> str:
     """Format a size in bytes as text in MB."""
     return f"{size / 1e6:.1f} MB"
 

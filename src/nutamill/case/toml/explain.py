@@ -83,7 +83,7 @@ def _choices(kind: Any) -> tuple[Any, ...]:
     """Return the words that a key may hold, also within an optional type."""
     if typing.get_origin(kind) is typing.Literal:
         return typing.get_args(kind)
-    return next((found for part in typing.get_args(kind) if (found := _choices(part))), ())
+    return next((choices for part in typing.get_args(kind) if (choices := _choices(part))), ())
 
 
 def _note(name: str, key: Key) -> tuple[str, str]:
