@@ -118,12 +118,12 @@ def test_boxes_that_meet_during_the_run_stop_it_and_are_named():
 
 
 def test_a_run_ends_when_a_free_paddle_meets_a_post(tmp_path, monkeypatch):
-    spinning = REGION.replace("[[joints]]", 'angular_velocity = ["0 rpm", "0 rpm", "500 rpm"]\n[[joints]]', 1)
+    spinning = REGION.replace("[[joints]]", 'angular_velocity = ["0 rpm", "0 rpm", "375 rpm"]\n[[joints]]', 1)
     case = case_of_text(spinning + FLOOR + PADDLE + post(0, 100)).with_("run.until", 0.05)
     monkeypatch.setattr(march, "settled_bed", lambda *_: np.array([[0.1, 0.1, 0.2]]))
-    # 500 rpm are 90 deg in 30 ms, where the paddle stands in the post; walls are looked at every 10 ms
+    # 375 rpm are 90 deg in 40 ms, where the paddle stands in the post; walls are looked at every 20 ms
     with pytest.raises(
-        StepError, match=r'wall "paddle" of rotor and wall "post" of ground reach .* t = 0.03 s'
+        StepError, match=r'wall "paddle" of rotor and wall "post" of ground reach .* t = 0.04 s'
     ):
         march.run(case.with_("run.threads", 1), tmp_path / "a.h5")
     with open_result(tmp_path / "a.h5") as result:

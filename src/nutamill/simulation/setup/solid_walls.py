@@ -252,7 +252,7 @@ def walls_met(
     machine: Machine, position: np.ndarray, quaternion: np.ndarray, time: float
 ) -> StepError | None:
     """Return the fault of a run whose bodies, at mass centres [m] (n, 3) with attitudes (n, 4), have solid
-    walls that reach into each other at `time` [s]; None if there is none.
+    walls that reach into each other at `time` [s], or None.
     """
     pairs = solid_pairs(machine)
     poses: Poses = {}
