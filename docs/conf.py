@@ -21,6 +21,9 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 html_theme = "pydata_sphinx_theme"
 html_title = "nutamill"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_theme_options = {"header_links_before_dropdown": 4, "show_nav_level": 1, "navigation_with_keys": False}
 exclude_patterns = ["build"]
 suppress_warnings = [
     "myst.xref_missing"

@@ -27,7 +27,9 @@ ASKED = re.compile(r"""(?:pip install [^\n]*?\.\[|missing_extra\([^\n]*, ")([a-z
 
 
 def blocks(text):
-    return re.findall(r"^```\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    """Return the blocks of a text that name no language: what is typed."""
+    fenced = re.findall(r"^```(\w*)\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    return [block for language, block in fenced if not language]
 
 
 def test_nobody_is_sent_to_an_index_that_does_not_have_the_package():

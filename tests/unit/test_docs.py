@@ -3,13 +3,18 @@
 import ast
 import importlib
 import importlib.util
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
+import nutamill as nm
 from nutamill.base.errors import ExitCode
+from nutamill.case import load_case
+from nutamill.design.dialects import dialect_lines
 from nutamill.result.fields import SERIES, SNAPSHOT
 
 ROOT = Path(__file__).parents[2]
@@ -32,7 +37,10 @@ def test_reference_names_every_recorded_quantity_and_every_key(pages):
         f"`{key}`" in pages["case"]
         for key in ("crank_radius", "tangential_ratio", "snapshots", "shear_stiffness")
     )
-    assert all(f"`nutamill {name}`" in pages["commands"] for name in ("run", "view", "import", "report"))
+    assert all(f"## nutamill {name}\n" in pages["commands"] for name in ("run", "view", "import", "report"))
+    assert "| `-o, --to FILE` | Result file; else" in pages["commands"]
+    assert all(f"## nm.{name}\n" in pages["api"] for name in nm.__all__ if name != "__version__")
+    assert "## `[chamber.rib]`" in pages["case"] and "DrawnMechanism" not in pages["case"]
     assert "## hertz" in pages["laws"]
     assert all(f"| {code.value} | {code.meaning} |" in pages["commands"] for code in ExitCode)
 
@@ -46,6 +54,45 @@ def test_example_is_short_says_what_it_does_and_imports_what_there_is(path):
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom):
             assert all(hasattr(importlib.import_module(node.module), alias.name) for alias in node.names)
+
+
+def test_the_gallery_begins_with_a_small_picture_of_each_example_that_has_one(pages):
+    top = pages["gallery"].split("\n## ")[0]
+    drawn = [path.stem for path in EXAMPLES if (ROOT / "docs/pictures" / f"{path.stem}.png").is_file()]
+    assert drawn and all(f"(../pictures/{name}.png)](#" in top for name in drawn)
+
+
+def test_the_readme_is_short_enough_to_be_read():
+    words = [
+        word for word in (ROOT / "README.md").read_text(encoding="utf-8").split() if re.search(r"\w", word)
+    ]
+    assert len(words) <= 900
+
+
+def test_every_page_and_picture_that_the_readme_names_is_there():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    named = re.findall(r"\]\(([^):#]+)\)|src=\"([^\"]+)\"", text)
+    assert [name for pair in named for name in pair if name and not (ROOT / name).exists()] == []
+
+
+def test_the_worked_translation_is_what_the_program_prints():
+    lines = "\n".join(dialect_lines(load_case("numill").machine))
+    page = (ROOT / "docs/guides/coming-from.md").read_text(encoding="utf-8")
+    printed = re.findall(r"^(?:pair_coeff|PFC|Rocky|LIGGGHTS| {10})(.+)$", page, re.MULTILINE)
+    assert len(printed) == 6 and all(text.strip() in lines for text in printed)
+
+
+def test_the_worked_case_file_has_the_contact_of_the_numill():
+    page = (ROOT / "docs/guides/coming-from.md").read_text(encoding="utf-8")
+    given = tomllib.loads(re.search(r"```toml\n(.*?)```", page, re.DOTALL)[1])["contact"]
+    pair = given.pop("pairs")["steel-steel"]
+    keys = {f"contact.{key}": value for key, value in given.items()}
+    wall = {"contact.pairs.steel-acrylic.normal_stiffness": "15748 N/m"}
+    keys |= {f"contact.pairs.steel-steel.{key}": value for key, value in pair.items()} | wall
+    changed = dialect_lines(load_case("numill").with_(keys).machine)
+    assert next(line for line in changed if "pair_coeff" in line) == next(
+        line for line in dialect_lines(load_case("numill").machine) if "pair_coeff" in line
+    )
 
 
 @pytest.mark.external

@@ -33,7 +33,7 @@ from nutamill.studies.papers.figures import draw_figure
 from nutamill.studies.papers.library import parse_paper, read_paper
 from nutamill.studies.papers.quantities import QUANTITIES
 from nutamill.studies.papers.runs import planned_runs
-from nutamill.studies.validate import write_short
+from nutamill.studies.validate import write_tables
 from nutamill.view.figures.motion import draw_histories
 
 DEEP = Surface("floor", SurfaceKind.PLANE, 0, 0, origin=(0.0, 0.0, 10.0))
@@ -357,7 +357,7 @@ def test_the_short_table_does_not_go_into_a_file_that_is_no_text(tmp_path):
     (tmp_path / "README.md").write_bytes(b"\xff\xfe\x00")
     done = SimpleNamespace(findings=[], paper=read_paper("mca2026"))
     with pytest.raises(CaseError, match="is not a text file"):
-        write_short(tmp_path / "README.md", done, "mca2026")
+        write_tables(tmp_path / "README.md", done, "mca2026")
 
 
 def test_a_fit_without_a_number_ends(tmp_path):

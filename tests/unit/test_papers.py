@@ -399,7 +399,7 @@ def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_no
     done = room.validate("paper", quick=True, folder=tmp_path, log=lambda line: None)
     readme = tmp_path / "README.md"
     readme.write_text("above\n<!-- validate paper -->\nold\n<!-- end paper -->\nbelow\n")
-    room.write_short(readme, done, "paper")
+    room.write_tables(readme, done, "paper")
     lines = readme.read_text().splitlines()
     assert (lines[0], lines[1], lines[-2], lines[-1]) == (
         "above",
@@ -409,11 +409,16 @@ def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_no
     )
     assert lines[4].startswith("| crank-pin force, empty, 700 rpm | 600 N |") and "old" not in lines
     nothing = done.__class__(done.paper, [f._replace(value=math.nan) for f in done.findings], [], [], [])
-    room.write_short(readme, nothing, "paper")
+    room.write_tables(readme, nothing, "paper")
     assert "1 more rows have no result yet; `nutamill validate paper` makes them." in readme.read_text()
+    marks = "<!-- validate paper all -->\n<!-- end paper all -->\n"
+    readme.write_text(f"<!-- validate paper -->\n<!-- end paper -->\n{marks}")
+    room.write_tables(readme, room.validate("paper", folder=tmp_path, start=False, log=str), "paper")
+    short, everything = readme.read_text().split("<!-- validate paper all -->")
+    assert "its error" in everything and "its error" not in short
     readme.write_text("<!-- validate paper -->\nno end")
     with pytest.raises(CaseError, match=r"has no line .* Add that line"):
-        room.write_short(readme, done, "paper")
+        room.write_tables(readme, done, "paper")
 
 
 def test_the_log_has_the_time_of_the_complete_runs(paper, tmp_path, monkeypatch):

@@ -40,7 +40,7 @@ def test_picture_from_each_camera_shows_the_coloured_charge(filmed, tmp_path, vi
     except MillError as error:
         pytest.skip(str(error))
     assert picture.shape == (960, 1280, 3)
-    coloured = np.ptp(picture[:800], axis=-1) > 0.35  # viridis; the machine is grey, the colour bar below
+    coloured = np.ptp(picture[:, 120:], axis=-1) > 0.35  # viridis; the machine is grey, the bar on the left
     # the nearest pellets are 300 circles of 2.5 mm seen from about 1.6 m at 30 deg, 960 pixels high: 4 pixels
     # across at least
     assert coloured.sum() > 300
@@ -90,3 +90,16 @@ def test_view_and_colour_of_no_such_name_are_refused_together(filmed, tmp_path):
 def test_snapshots_without_forces_cannot_be_coloured_by_them(filmed, tmp_path):
     with pytest.raises(ResultError, match="hold no contact_forces"):
         draw_scene(filmed, tmp_path / "a.png", colour="force")
+
+
+def test_the_size_of_a_picture_must_be_two_numbers(filmed):
+    from typer.testing import CliRunner
+
+    from nutamill import cli
+
+    said = CliRunner().invoke(cli.app, ["picture", str(filmed.path), "--size", "big"])
+    assert said.exit_code == 2
+    assert said.stderr == (
+        '--size: must be width and height in pixels, from 10 to 9999, got "big". '
+        "Write e.g. --size 1920x1080\n"
+    )

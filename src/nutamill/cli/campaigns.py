@@ -102,7 +102,7 @@ def validate(
         typer.Option(
             "--markdown",
             metavar="FILE",
-            help="Write the short table there, between its marks if it has them.",
+            help="Write headline rows, or all rows, between the marks of this file.",
         ),
     ] = None,
 ) -> None:
@@ -117,5 +117,5 @@ def validate(
     for line in (*done.failures, *done.undrawn):
         typer.echo(line, err=True)
     if short is not None:
-        room.write_short(short, done, paper)
+        room.write_tables(short, done, paper)
     typer.echo(f"{', '.join(str(file) for file in done.files)}")

@@ -1,5 +1,6 @@
 """Commands that show a result: figures, scenes, films, pages, files for other programs."""
 
+import re
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
@@ -9,8 +10,9 @@ import typer
 from nutamill.base.atomic_file import megabytes
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.files import is_folder
+from nutamill.base.schema import spelled
 from nutamill.cli import completion
-from nutamill.cli.common import ResultFile, app, reports_errors, to
+from nutamill.cli.common import ResultFile, app, quantity, reports_errors, to
 
 if TYPE_CHECKING:
     from nutamill.view.cameras import View
@@ -69,14 +71,32 @@ def picture(
     to: Annotated[Path | None, to("The picture (PNG); else beside the result.")] = None,
     camera: Camera = "front",
     colour: ColourBy = "speed",
+    time: Annotated[
+        str | None, typer.Option(metavar="TIME", help="The snapshot nearest to this time; else the last.")
+    ] = None,
+    size: Annotated[
+        str, typer.Option(metavar="WIDTHxHEIGHT", help="Size of the picture in pixels.")
+    ] = "1280x960",
 ) -> None:
-    """Draw the last snapshot in three dimensions. Needs the extra "view"."""
+    """Draw a snapshot in three dimensions. Needs the extra "view"."""
     from nutamill.result import open_result
     from nutamill.view.scene import draw_scene
 
+    at = None if time is None else quantity("--time", time, "time")
+    pixels = _pixels(size)
     with open_result(file) as result:
         picture = to or file.with_name(f"{file.stem}-{camera}.png")
-        typer.echo(draw_scene(result, picture, cast("View", camera), cast("Colour", colour)))
+        view, coloured_by = cast("View", camera), cast("Colour", colour)
+        typer.echo(draw_scene(result, picture, view, coloured_by, time=at, size=pixels))
+
+
+def _pixels(size: str) -> tuple[int, int]:
+    """Return width and height of a picture [px] from ``1280x960``."""
+    match = re.fullmatch(r"(\d{2,4})x(\d{2,4})", size)
+    if match is None:
+        what = f"must be width and height in pixels, from 10 to 9999, got {spelled(size)}"
+        raise CaseError(Fault("--size", what, "Write e.g. --size 1920x1080"))
+    return int(match[1]), int(match[2])
 
 
 @app.command()

@@ -28,7 +28,7 @@ from nutamill.studies.papers.runs import (
     wants_modes,
     write_modes,
 )
-from nutamill.studies.papers.table import csv_text, json_text, markdown
+from nutamill.studies.papers.table import HEADINGS, SHORT, csv_text, json_text, markdown
 from nutamill.studies.sweep import log_other_kernels, run_all
 from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.view.figures.saving import save_figure
@@ -204,12 +204,13 @@ def store(
     return files, undrawn
 
 
-def write_short(file: Path, done: Comparison, name: str) -> None:
-    """Write the short table, rows marked so in the paper's file, as Markdown. Rows without a result are
-    counted below it.
+def write_tables(file: Path, done: Comparison, name: str) -> None:
+    """Write the tables of a paper into a file of Markdown: headline rows, all rows, or both.
 
-    In a file that has the lines ``<!-- validate NAME -->`` and ``<!-- end NAME -->``, what stands between
-    them is replaced; any other file is replaced whole.
+    What stands between the lines ``<!-- validate NAME -->`` and ``<!-- end NAME -->`` is replaced by the
+    headline rows, marked so in the paper's file; between ``<!-- validate NAME all -->`` and
+    ``<!-- end NAME all -->`` by all rows.  A file without these lines is replaced whole by the headline rows.
+    Rows without a result are counted below the table.
 
     Parameters
     ----------
@@ -220,20 +221,30 @@ def write_short(file: Path, done: Comparison, name: str) -> None:
     CaseError : a first line without its last
     ResultError : the file cannot be written
     """
-    rows = [finding for finding in done.findings if finding.row.headline]
-    held = [finding for finding in rows if not math.isnan(finding.value)]
-    text = markdown(held, done.paper)
-    if lacking := len(rows) - len(held):
-        text += f"\n{lacking} more rows have no result yet; `nutamill validate {name}` makes them.\n"
-    begin, end = f"<!-- validate {name} -->\n", f"<!-- end {name} -->"
+    headline = _table([finding for finding in done.findings if finding.row.headline], done.paper, name, SHORT)
+    tables = {name: headline, f"{name} all": _table(done.findings, done.paper, name, HEADINGS)}
     with io_errors(file):
         try:
-            old = file.read_text(encoding="utf-8") if file.exists() else ""
+            text = file.read_text(encoding="utf-8") if file.exists() else ""
         except UnicodeDecodeError:
             raise CaseError(Fault(str(file), "is not a text file", "Choose another name")) from None
-    if begin in old:
-        before, _, rest = old.partition(begin)
+    marked = False
+    for mark, table in tables.items():
+        begin, end = f"<!-- validate {mark} -->\n", f"<!-- end {mark} -->"
+        if begin not in text:
+            continue
+        marked = True
+        before, _, rest = text.partition(begin)
         if end not in rest:
             raise CaseError(Fault(str(file), f'has no line "{end}" after "{begin.strip()}"', "Add that line"))
-        text = f"{before}{begin}{text}{end}{rest.partition(end)[2]}"
-    write_whole(file, text)
+        text = f"{before}{begin}{table}{end}{rest.partition(end)[2]}"
+    write_whole(file, text if marked else headline)
+
+
+def _table(findings: Sequence[Finding], paper: Paper, name: str, columns: Sequence[str]) -> str:
+    """Return the rows that have a result as Markdown, and how many have none."""
+    present = [finding for finding in findings if not math.isnan(finding.value)]
+    text = markdown(present, paper, columns)
+    if lacking := len(findings) - len(present):
+        text += f"\n{lacking} more rows have no result yet; `nutamill validate {name}` makes them.\n"
+    return text

@@ -17,8 +17,12 @@ View = Literal["front", "inside", "axis"]
 """From the front; riding on the chamber under its ceiling as in the NuMill papers; down the shaft."""
 VIEWS: tuple[View, ...] = get_args(View)
 """Names of the cameras."""
-IN_THE_WAY = ("frame", "yoke", "bearing cross", "ceiling")
-"""Parts between a camera above the machine and the charge."""
+IN_THE_WAY = ("frame", "yoke", "bearing cross", "ceiling", "mounts")
+"""Parts between a camera above the machine and the charge, and mounts that would float without the frame."""
+OUTSIDE = (*IN_THE_WAY, "driveshaft", "intermediate shaft", "shaft coupling", "carriage", "balance mass")
+"""Parts that nobody within the chamber sees."""
+SIDE = math.radians(-76.0)
+"""Azimuth of the camera in front of a mill [rad]: beside the yoke, which would hide the joint behind it."""
 
 
 class Camera(NamedTuple):
@@ -72,16 +76,18 @@ class Camera(NamedTuple):
 
 def camera_of(view: View, case: Case) -> Camera:
     """Return the camera of a view of a mill."""
-    chamber, depth = case.chamber, case.mounts.depth
+    chamber = case.chamber
     floor = np.array([0.0, 0.0, -chamber.floor_depth])
     across = np.array([0.0, 1.0, 0.0])
-    if view == "front":
-        target = np.array([0.0, 0.0, -0.52 * depth])
-        eye = target + (depth + chamber.inner_diameter) * np.array([0.0, -1.95, 0.4])
-        return Camera(eye, target, np.array([0.0, 0.0, 1.0]), math.radians(30.0), (), rides=False)
+    if view == "front":  # from the joint at the top to the crank below the chamber
+        lowest = case.mechanism.nutation_point_to_crank + 0.5 * chamber.inner_diameter
+        target = np.array([0.0, 0.0, -0.5 * lowest])
+        away = np.array([math.cos(SIDE), math.sin(SIDE), 0.3])
+        eye = target + 2.45 * lowest * away / np.linalg.norm(away)
+        return Camera(eye, target, np.array([0.0, 0.0, 1.0]), math.radians(28.0), (), rides=False)
     if view == "axis":
         eye = floor + np.array([0.0, 0.0, 4.5 * chamber.inner_diameter])
         return Camera(eye, floor, across, math.radians(30.0), IN_THE_WAY, rides=False)
     under_ceiling = -chamber.ceiling_depth - 0.02 * chamber.height
     eye = np.array([0.0, -0.2 * chamber.inner_diameter, under_ceiling])
-    return Camera(eye, floor, across, math.radians(75.0), ("ceiling", "frame", "yoke"), rides=True)
+    return Camera(eye, floor, across, math.radians(50.0), OUTSIDE, rides=True)

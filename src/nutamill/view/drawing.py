@@ -17,7 +17,9 @@ from nutamill.case.rigid_parts import whole_chamber
 from nutamill.result import WallMesh
 
 STEEL, DARK, RUBBER, GLASS, BRASS, RED = "#8f98a3", "#5b6570", "#2e2e2e", "#a8c8dc", "#c9a227", "#b5482a"
-FACETS = 48
+INSET = 0.998
+"""Radius of floor and ceiling within the wall, share of it [1]: two faces in one place would flicker."""
+FACETS = 96
 """Facets of a full circle."""
 
 
@@ -240,9 +242,10 @@ def _chamber_parts(case: Case, opening: float, opening_at: float, mesh: WallMesh
     chamber, depth = case.chamber, case.mechanism.nutation_point_to_crank
     bore, wall = 0.5 * chamber.inner_diameter, 0.035 * chamber.inner_diameter
     floor, ceiling = -chamber.floor_depth, -chamber.ceiling_depth
-    below = [ring(0.0, bore + wall, floor - wall, floor), ring(0.0, 0.2 * bore, -depth, floor - wall)]
+    lid = INSET * bore if mesh is None else bore + wall
+    below = [ring(0.0, lid, floor - wall, floor), ring(0.0, 0.2 * bore, -depth, floor - wall)]
     above = [
-        ring(0.0, bore + wall, ceiling, ceiling + wall),
+        ring(0.0, lid, ceiling, ceiling + wall),
         ring(0.0, 0.2 * bore, ceiling + wall, 0.0),
         ring(0.0, 0.16 * bore, -0.6 * bore, 0.6 * bore).lying("x"),
     ]
@@ -269,7 +272,7 @@ def _chamber_parts(case: Case, opening: float, opening_at: float, mesh: WallMesh
         )
         parts.append(Part("rigid bars", CHAMBER, *ring_of_bars, RED))
     shell = (
-        ring(bore, bore + wall, floor, ceiling, opening, opening_at)
+        ring(bore, bore + wall, floor - wall, ceiling + wall, opening, opening_at)
         if mesh is None
         else cut_open(mesh, opening, opening_at)
     )

@@ -29,6 +29,10 @@ if TYPE_CHECKING:
 
 SIZE = (1280, 960)
 """Pixels of a picture, across and down."""
+SURFACE = {"ambient": 0.25, "specular": 0.35, "specular_power": 20.0}
+"""Share of light that comes from everywhere, and the gloss, of all surfaces [1]."""
+NEAR = 0.04
+"""Distance within which surfaces shade each other, share of the size of the machine [1]."""
 OPENING = 0.9 * math.pi
 """Azimuth over which the chamber's wall is cut open [rad]."""
 FILM_RATE = 25
@@ -53,12 +57,12 @@ BARS = {
 MATERIALS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
 """Colours of the charge's materials, in their order."""
 BAR = {
-    "vertical": False,
-    "position_x": 0.03,
-    "position_y": 0.02,
-    "width": 0.22,
-    "height": 0.07,
-    "n_labels": 3,
+    "vertical": True,
+    "position_x": 0.04,
+    "position_y": 0.06,
+    "width": 0.05,
+    "height": 0.35,
+    "n_labels": 2,
     "fmt": "%.3g",
     "title_font_size": 22,
     "label_font_size": 20,
@@ -68,7 +72,13 @@ BAR = {
 
 
 def draw_scene(
-    result: Result, path: str | Path, view: View = "front", colour: Colour = "speed", number: int = -1
+    result: Result,
+    path: str | Path,
+    view: View = "front",
+    colour: Colour = "speed",
+    number: int = -1,
+    time: float | None = None,
+    size: tuple[int, int] = SIZE,
 ) -> Path:
     """Write a picture (PNG) of one snapshot, and return its path.
 
@@ -79,6 +89,8 @@ def draw_scene(
         ``axis``, down the shaft
     colour : quantity by which the particles are coloured
     number : which snapshot; -1 is the last
+    time : simulated time [s]; the snapshot nearest to it is drawn in place of `number`
+    size : width and height of the picture [px]
 
     Raises
     ------
@@ -87,9 +99,10 @@ def draw_scene(
     NotInstalledError : PyVista or OpenGL is missing
     """
     check_writable(Path(path), PICTURES)
-    return _rendered(
-        result, Path(path), view, colour, [range(len(chosen_snapshots(result)))[number]], _pictured
-    )
+    snapshots = chosen_snapshots(result)
+    if time is not None:
+        number = int(np.abs(result.snapshots.time[snapshots] - time).argmin())
+    return _rendered(result, Path(path), view, colour, [range(len(snapshots))[number]], _pictured, size=size)
 
 
 FRAGMENTS = ["-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-g", "50"]
@@ -155,6 +168,7 @@ def _rendered(
     numbers: list[int],
     open_writer: Callable,
     log: Callable[[str], None] | None = None,
+    size: tuple[int, int] = SIZE,
 ) -> Path:
     """Render each snapshot and pass it to the writer with its repeat count.
 
@@ -166,13 +180,17 @@ def _rendered(
     """
     _check(view, colour)
     case = any_case_of(result)
-    machine = drawn(case, OPENING, result.walls)
+    machine = drawn(case, OPENING if view == "front" else 0.0, result.walls)
     camera = camera_called(machine, view)
     limits = _limits(result, colour, numbers, case, machine.floor)
+    repeats = [(number, len(list(same))) for number, same in itertools.groupby(numbers)]
     with _plotter() as plotter:
+        plotter.window_size = list(size)
+        if len(repeats) == 1:  # a film would take several times as long
+            near = NEAR * machine.reach
+            plotter.enable_ssao(radius=near, bias=0.1 * near, kernel_size=64)
         write = open_writer(plotter)
         stage = Stage(plotter, case, machine.parts, colour, limits)
-        repeats = [(number, len(list(same))) for number, same in itertools.groupby(numbers)]
         for done, (number, times) in enumerate(repeats):
             if log is not None and done % LOGGED == 0:
                 log(f"{done} of {len(repeats)} moments drawn")
@@ -230,6 +248,7 @@ class Stage:
                 cmap=list(MATERIALS[: len(self._names)]) if self._names else "viridis",
                 clim=self._limits,
                 smooth_shading=True,
+                **SURFACE,
                 show_scalar_bar=not self._names,
                 scalar_bar_args=BAR,
                 render=False,
@@ -296,6 +315,7 @@ def _look(part: Part) -> dict:
         "opacity": part.opacity,
         "smooth_shading": True,
         "split_sharp_edges": True,
+        **SURFACE,
         "render": False,
     }
 

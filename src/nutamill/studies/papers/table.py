@@ -26,6 +26,8 @@ TINY = 1e-3
 
 HEADINGS = ("quantity", "experiment", "paper's simulation", "its error", "nutamill", "error", "target", "")
 """Columns of the printed and the Markdown table."""
+SHORT = ("quantity", "experiment", "paper's simulation", "nutamill", "error")
+"""Columns of the table of headline rows."""
 
 SHOWN = {Kind.ANGLE: "deg", Kind.LENGTH: "mm"}
 """Units of kinds that are not shown in their SI unit."""
@@ -152,10 +154,13 @@ def cells(finding: Finding, paper: Paper) -> list[str]:
     ]
 
 
-def markdown(findings: Iterable[Finding], paper: Paper) -> str:
-    """Format the table in Markdown."""
-    lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "---|" * len(HEADINGS)]
-    lines += ["| " + " | ".join(cells(finding, paper)) + " |" for finding in findings]
+def markdown(findings: Iterable[Finding], paper: Paper, columns: Sequence[str] = HEADINGS) -> str:
+    """Format the table in Markdown, with those of the columns of `HEADINGS` that are asked for."""
+    kept = [HEADINGS.index(column) for column in columns]
+    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+    for finding in findings:
+        row = cells(finding, paper)
+        lines.append("| " + " | ".join(row[number] for number in kept) + " |")
     return "\n".join(lines) + "\n"
 
 
