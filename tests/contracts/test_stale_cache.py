@@ -102,6 +102,7 @@ def digest(tmp_path, monkeypatch):
         (package / path).parent.mkdir(parents=True, exist_ok=True)
         (package / path).write_text(text, encoding="utf-8")
     monkeypatch.setattr(source_code, "PACKAGE", package)
+    monkeypatch.setattr(source_code, "cache_folder", lambda: tmp_path / "cache")
 
     def after(path, before, now):
         if before:
@@ -155,6 +156,18 @@ def test_what_a_kernel_is_made_of_counts(digest, path, before, now):
 )
 def test_what_no_kernel_is_made_of_does_not_count(digest, path, before, now):
     assert digest("errors.py", "pass", "pass") == digest(path, before, now)
+
+
+def test_a_digest_is_worked_out_once_for_each_state_of_the_package(digest, monkeypatch, tmp_path):
+    first = digest("numbers.py", "0.5", "0.25")
+    work_out = source_code._digest_of
+    monkeypatch.setattr(source_code, "_digest_of", None)
+    assert digest("errors.py", "pass", "pass") == first  # the same state: read from the cache
+    monkeypatch.setattr(source_code, "_digest_of", work_out)
+    assert digest("numbers.py", "0.25", "0.125") != first
+    for stored in (tmp_path / "cache").iterdir():
+        stored.write_bytes(stored.read_bytes().replace(first.encode(), b"0" * 64))
+    assert digest("numbers.py", "0.125", "0.25") == first  # damaged: worked out anew
 
 
 @pytest.fixture(scope="module")

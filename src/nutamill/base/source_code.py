@@ -7,11 +7,17 @@ number.
 """
 
 import ast
+import contextlib
 import functools
 import hashlib
+import pickle
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
+
+from nutamill.base.cache_folder import cache_folder
+from nutamill.base.compiled_files import CompiledFiles
 
 PACKAGE = Path(__file__).parents[1]
 
@@ -69,8 +75,28 @@ def source_file(path: str) -> SourceFile:
     return made
 
 
-def compiled_definitions() -> list[Definition]:
+class Definitions:
+    """Definitions that are looked for when they are asked for: a digest that is stored needs none of them.
+
+    Parameters
+    ----------
+    what : what they are; the same text stands for the same definitions of the same package
+    find : returns them
+    """
+
+    def __init__(self, what: str, find: Callable[[], Iterable[Definition]]):
+        self.what, self.find = what, find
+
+    def __iter__(self) -> Iterator[Definition]:
+        return iter(self.find())
+
+
+def compiled_definitions() -> Definitions:
     """Return all definitions of the package that have something compiled."""
+    return Definitions("compiled", _compiled_definitions)
+
+
+def _compiled_definitions() -> list[Definition]:
     sources = {source: source.read_bytes() for source in sorted(PACKAGE.rglob("*.py"))}
     compiled = [
         source for source, text in sources.items() if b"numba" in text or b"nutamill.base.kernel" in text
@@ -91,8 +117,13 @@ def definition_of(function: Callable) -> Definition:
     return path, source_file(path).named[function.__name__][-1]
 
 
-def reached(roots: Iterable[Definition]) -> set[Definition]:
+def reached(roots: Definitions | list[Definition]) -> Definitions:
     """Return `roots` and all definitions that they reach."""
+    what = roots.what if isinstance(roots, Definitions) else repr(sorted(roots))
+    return Definitions(f"reached {what}", lambda: _reached(roots))
+
+
+def _reached(roots: Iterable[Definition]) -> set[Definition]:
     definitions: set[Definition] = set()
     waiting = list(roots)
     while waiting:
@@ -103,8 +134,26 @@ def reached(roots: Iterable[Definition]) -> set[Definition]:
     return definitions
 
 
-def code_digest(definitions: Iterable[Definition]) -> str:
-    """Return the SHA-256 of definitions and of the paths of their files. Their order does not count."""
+def code_digest(definitions: Definitions) -> str:
+    """Return the SHA-256 of definitions and of the paths of their files. Their order does not count.
+
+    Reading the definitions takes half a second, so that the digest is stored beside the compiled kernels,
+    for this state of all files of the package.
+    """
+    state = hashlib.sha256(repr((definitions.what, sys.version)).encode())
+    for file in sorted(PACKAGE.rglob("*.py")):
+        state.update(repr((file.relative_to(PACKAGE).as_posix(), file.read_bytes())).encode())
+    store = CompiledFiles(cache_folder(), "digest")
+    stored = store.load(state.hexdigest())
+    if isinstance(stored, str):
+        return stored
+    digest = _digest_of(definitions)
+    with contextlib.suppress(OSError):
+        store.save(state.hexdigest(), pickle.dumps(digest))
+    return digest
+
+
+def _digest_of(definitions: Iterable[Definition]) -> str:
     digest = hashlib.sha256()
     for definition in sorted(definitions):
         digest.update(repr((definition[0], _read(definition)[0])).encode())
