@@ -3,6 +3,8 @@ waits for the trial of a case, unless it is about trials.
 """
 
 import math
+import pathlib
+import sys
 
 import numpy as np
 import pytest
@@ -12,6 +14,8 @@ from nutamill.case.drawing import BODIES
 from nutamill.result import Recorder, open_result
 from nutamill.result.fields import expand
 from nutamill.simulation import trial
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))  # the tests share the modules beside them
 
 TILT = math.atan2(0.039, 0.366)
 SPEED = 60.0

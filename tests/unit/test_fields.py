@@ -3,7 +3,10 @@
 import pytest
 
 from nutamill.base.errors import CaseError
+from nutamill.base.wrench import WRENCH
+from nutamill.mechanism import sensors
 from nutamill.result.fields import SERIES, SNAPSHOT, expand, series_field, snapshot_field
+from nutamill.simulation import row
 
 
 def test_every_name_of_a_mill_has_unit_symbol_and_meaning():
@@ -46,3 +49,7 @@ def test_every_component_names_its_axes():
     for field in SERIES + SNAPSHOT:
         if field.name.endswith(("_x", "_y", "_z", "_radial", "_tangential")):
             assert field.frame, field.name
+
+
+def test_sensors_and_rows_name_the_components_of_a_wrench_as_the_series_do():
+    assert sensors.FORCE_COLUMNS == row.WRENCH == WRENCH

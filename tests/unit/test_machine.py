@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import pytest
+from steel import STEEL
 
 import nutamill as nm
 from nutamill.analysis.values import default_readings, reading_of
@@ -19,7 +20,8 @@ from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.particles import particle_count
 from nutamill.simulation.setup.regions import free_volume, walls_within
 
-PISTON = """
+PISTON = (
+    """
 schema = 1
 title  = "piston"
 
@@ -68,24 +70,15 @@ kind     = "spheres"
 diameter = "6 mm"
 count    = 20
 material = "steel"
-
-[materials.steel]
-density       = "7800 kg/m^3"
-young_modulus = "210 GPa"
-poisson_ratio = 0.3
-
-[contact]
-softening = 1e-3
-
-[contact.pairs.steel-steel]
-sliding_friction = 0.3
-restitution      = 0.6
-
+"""
+    + STEEL
+    + """
 [run]
 until      = "30 ms"
 checkpoint = "10 ms"
 threads    = 1
 """
+)
 """A piston on a spring under twenty balls in a cylinder that stands on the ground."""
 
 SHELF = """[[walls]]

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from steel import STEEL
 
 from nutamill.base.errors import CaseError, StepError
 from nutamill.case import case_of_text, load_case
@@ -15,7 +16,8 @@ from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.solid_walls import box_overlap, solid_pairs, walls_met
 from nutamill.simulation.setup.wall_checks import refuse_walls
 
-HEAD = """
+HEAD = (
+    """
 schema = 1
 [[bodies]]
 name     = "rotor"
@@ -33,15 +35,9 @@ kind     = "spheres"
 diameter = "5 mm"
 count    = 1
 material = "steel"
-[materials.steel]
-density       = "7800 kg/m^3"
-young_modulus = "210 GPa"
-poisson_ratio = 0.3
-[contact]
-softening = 1e-3
-[contact.pairs.steel-steel]
-sliding_friction = 0.3
-restitution      = 0.6
+"""
+    + STEEL
+    + """
 [run]
 until = "1 s"
 [[regions]]
@@ -50,6 +46,7 @@ shape = "box"
 size  = ["300 mm", "300 mm", "100 mm"]
 point = ["0 mm", "0 mm", "POINT"]
 """
+)
 REGION = HEAD.replace("POINT", "200 mm")
 FLOOR = '[[walls]]\nname = "floor"\nshape = "plane"\nmaterial = "steel"\npoint = ["0 mm", "0 mm", "-50 mm"]\n'
 PADDLE = """

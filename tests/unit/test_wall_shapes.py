@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from steel import STEEL
 
 from nutamill.base.errors import CaseError
 from nutamill.case import case_of_text
@@ -14,7 +15,8 @@ from nutamill.simulation.setup.regions import walls_within
 from nutamill.simulation.setup.statistics import patch_axes
 from nutamill.simulation.setup.walls import world_surfaces
 
-HEAD = """
+HEAD = (
+    """
 schema = 1
 [[bodies]]
 name     = "jar"
@@ -26,15 +28,9 @@ kind     = "spheres"
 diameter = "5 mm"
 count    = 1
 material = "steel"
-[materials.steel]
-density       = "7800 kg/m^3"
-young_modulus = "210 GPa"
-poisson_ratio = 0.3
-[contact]
-softening = 1e-3
-[contact.pairs.steel-steel]
-sliding_friction = 0.3
-restitution      = 0.6
+"""
+    + STEEL
+    + """
 [run]
 until = "1 s"
 [[regions]]
@@ -43,6 +39,7 @@ radius = "30 mm"
 height = "50 mm"
 point  = ["100 mm", "0 mm", "0 mm"]
 """
+)
 SHAPES = {
     "disc": ('radius = "20 mm"', SurfaceKind.DISC, (0.02, 0.0, 0.0), math.pi * 0.02**2),
     "tube": (

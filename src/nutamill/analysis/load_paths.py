@@ -10,6 +10,7 @@ from nutamill.analysis.replay import rotation_of
 from nutamill.analysis.source import any_case_of
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window, turn_series
 from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.wrench import WRENCH
 from nutamill.result import Result
 from nutamill.result.fields import JOINTS, known_joints
 
@@ -17,8 +18,6 @@ GROUND = "ground"
 """Axes of the world."""
 CALLED = {"driveshaft": "crank"}
 """Bodies whose axes have a name of their own."""
-PARTS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
-"""Components of a reaction."""
 ORDERS = (1, 2, 3, 4)
 """Orders in the table: repetitions per turn [1]."""
 STATISTICS = ("mean", "rms", "peak", *(f"{order}x" for order in ORDERS))
@@ -94,7 +93,7 @@ def joint_reaction(result: Result, joint: str, axes: str = "ground") -> np.ndarr
     if axes not in (turning := axes_of(result)):
         hint = f'Known are {", ".join(turning)}. A sensor with kind = "attitude" records the axes of a body'
         raise CaseError(Fault(f"axes {axes}", "must be those of a body whose attitude is recorded", hint))
-    world = np.column_stack([result.series[f"{known[joint]}_{part}"].values for part in PARTS])
+    world = np.column_stack([result.series[f"{known[joint]}_{part}"].values for part in WRENCH])
     if axes == GROUND:
         return world
     rotation = attitude(result, turning[axes].removesuffix("_attitude"))
@@ -120,8 +119,8 @@ def load_paths(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Data
 
     Returns
     -------
-    over ``joint``, ``axes``, ``part`` (of `PARTS`, N and N m) and ``statistic`` (of `STATISTICS`); resultants
-    of force and moment are parts ``force`` and ``moment``
+    over ``joint``, ``axes``, ``part`` (of `WRENCH`, N and N m) and ``statistic`` (of `STATISTICS`);
+    resultants of force and moment are parts ``force`` and ``moment``
 
     Raises
     ------
@@ -132,7 +131,7 @@ def load_paths(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Data
         raise ResultError(
             f"{result.path}: holds no reaction of a joint. This machine has none, or none is recorded."
         )
-    values = np.empty((len(joints), len(known_axes), len(PARTS) + 2, len(STATISTICS)))
+    values = np.empty((len(joints), len(known_axes), len(WRENCH) + 2, len(STATISTICS)))
     for j, joint in enumerate(joints):
         for a, axes in enumerate(known_axes):
             turns = hodograph(result, joint, axes, last)
@@ -141,7 +140,7 @@ def load_paths(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Data
     coords = {
         "joint": joints,
         "axes": known_axes,
-        "part": [*PARTS, "force", "moment"],
+        "part": [*WRENCH, "force", "moment"],
         "statistic": list(STATISTICS),
     }
     return xarray.DataArray(values, coords, tuple(coords), name="reaction")

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.base.wrench import WRENCH
 from nutamill.result import Result
 
 
@@ -35,10 +36,9 @@ def part_loads(result: Result) -> list[PartLoad]:
         for name in result.series.data_vars
         if str(name).endswith("_force_x")
     ]
-    wrench = [f"{part}_{axis}" for part in ("force", "moment") for axis in "xyz"]
     loads = []
     for name in names:
-        if any(f"{name}_{part}" not in result.series for part in wrench):
+        if any(f"{name}_{part}" not in result.series for part in WRENCH):
             continue  # the case records a part of it only
         force, moment = magnitude(result, f"{name}_force"), magnitude(result, f"{name}_moment")
         loads.append(

@@ -9,6 +9,7 @@ a ramp.
 
 from typing import TYPE_CHECKING
 
+from nutamill.base.wrench import WRENCH
 from nutamill.case.drawing import CHAMBER
 from nutamill.case.machine import QuantityEntry
 from nutamill.result.fields import JOINTS, expand
@@ -34,7 +35,6 @@ OF_THE_CHARGE = (
     "interface_",
 )
 """Beginnings of the series that only a mill with a charge has."""
-WRENCH = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 
 
 def mill_quantities(case: "Case") -> tuple[QuantityEntry, ...]:

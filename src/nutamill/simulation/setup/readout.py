@@ -10,9 +10,10 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.library import similar
+from nutamill.base.wrench import WRENCH
 from nutamill.case.machine import Machine, QuantityEntry
 from nutamill.case.series_fields import machine_field
-from nutamill.simulation.row import CONTACT_TERMS, WRENCH, RowTable
+from nutamill.simulation.row import CONTACT_TERMS, RowTable
 from nutamill.simulation.setup.particles import charge_mass
 
 LOSSES = {"bushing_loss": "bushing", "spring_loss": "spring", "joint_loss": "joint", "stop_loss": "stop"}
