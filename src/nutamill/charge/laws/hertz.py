@@ -6,6 +6,7 @@ from typing import NamedTuple
 from scipy.integrate import quad
 
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.laws.leapfrog import leapfrog_shares
 from nutamill.charge.laws.oscillator import (
     Impact,
     floor_force,
@@ -52,7 +53,7 @@ def faults(pair: PairLaw) -> list[tuple[str, str]]:
 
 
 @kernel(inline="always")
-def dashpot_share(overlap, v_n, dt):
+def contact_share(overlap, v_n, dt):
     """Return the share [1] of the dashpot and the overlap to take [m]: as `linear.dashpot_speed`, for a
     dashpot that grows with the fourth root of the overlap.
 
@@ -71,8 +72,9 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     """Return the normal force of two elastic spheres, and of a dashpot with the same share of critical
     damping at any overlap.
 
-    ``F_n = max(4/3 E* sqrt(R*) d^(3/2) + 2 sqrt(5/6) beta sqrt(m* S) v_n share, floor)`` with the tangent
-    stiffness ``S = 2 E* sqrt(R* d)`` of overlap d
+    ``F_n = max(a 4/3 E* sqrt(R*) d^(3/2) + b 2 sqrt(5/6) beta sqrt(m* S) v_n share, floor)`` with the tangent
+    stiffness ``S = 2 E* sqrt(R* d)`` of overlap d and the shares a, b of `leapfrog_shares`, those of a linear
+    spring as stiff
 
     Parameters
     ----------
@@ -91,11 +93,13 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     """
     modulus, damping, floor, _, _ = p
     two = like(2.0, dt)
-    share, deep = dashpot_share(overlap, v_n, dt)
+    share, deep = contact_share(overlap, v_n, dt)
     depth = overlap if overlap > like(0.0, dt) else like(0.0, dt)
     stiffness = two * modulus * math.sqrt(r_eff * depth)
-    dashpot = damping * math.sqrt(m_eff * two * modulus * math.sqrt(r_eff * deep)) * share
-    push = like(2.0 / 3.0, dt) * stiffness * depth + dashpot * v_n
+    deep_stiffness = two * modulus * math.sqrt(r_eff * deep)
+    spring_share, dashpot_share = leapfrog_shares(deep_stiffness, m_eff, damping, dt)
+    dashpot = dashpot_share * damping * math.sqrt(m_eff * deep_stiffness) * share
+    push = like(2.0 / 3.0, dt) * spring_share * stiffness * depth + dashpot * v_n
     return push if push > floor else floor, stiffness, like(0.0, dt)
 
 

@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.laws.leapfrog import leapfrog_shares
 from nutamill.charge.laws.oscillator import (
     Impact,
     contact_time,
@@ -79,7 +80,8 @@ def dashpot_speed(overlap, v_n, dt):
 def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     """Return the normal force of a linear spring and dashpot.
 
-    ``F_n = max(k overlap + c v, floor)`` with ``c = 2 zeta sqrt(m_eff k)`` and v of `dashpot_speed`
+    ``F_n = max(a k overlap + b c v, floor)`` with ``c = 2 zeta sqrt(m_eff k)``, v of `dashpot_speed` and the
+    shares a, b of `leapfrog_shares`
 
     Parameters
     ----------
@@ -104,7 +106,9 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     """
     compliance, compliance_a, compliance_b, twice_zeta, floor = p
     k = pair_stiffness(compliance, compliance_a, compliance_b, diameters)
-    push = k * overlap + twice_zeta * math.sqrt(m_eff * k) * dashpot_speed(overlap, v_n, dt)
+    spring, dashpot = leapfrog_shares(k, m_eff, twice_zeta, dt)
+    damping = dashpot * twice_zeta * math.sqrt(m_eff * k)
+    push = spring * k * overlap + damping * dashpot_speed(overlap, v_n, dt)
     return push if push > floor else floor, k, like(0.0, dt)
 
 
