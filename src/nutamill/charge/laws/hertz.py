@@ -6,7 +6,7 @@ from typing import NamedTuple
 from scipy.integrate import quad
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.laws.leapfrog import leapfrog_shares
+from nutamill.charge.laws.leapfrog import dashpot_share
 from nutamill.charge.laws.oscillator import (
     Impact,
     floor_force,
@@ -72,9 +72,8 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     """Return the normal force of two elastic spheres, and of a dashpot with the same share of critical
     damping at any overlap.
 
-    ``F_n = max(a 4/3 E* sqrt(R*) d^(3/2) + b 2 sqrt(5/6) beta sqrt(m* S) v_n share, floor)`` with the tangent
-    stiffness ``S = 2 E* sqrt(R* d)`` of overlap d and the shares a, b of `leapfrog_shares`, those of a linear
-    spring as stiff
+    ``F_n = max(4/3 E* sqrt(R*) d^(3/2) + a 2 sqrt(5/6) beta sqrt(m* S) v_n share, floor)`` with the tangent
+    stiffness ``S = 2 E* sqrt(R* d)`` of overlap d and a of `dashpot_share`
 
     Parameters
     ----------
@@ -97,9 +96,9 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     depth = overlap if overlap > like(0.0, dt) else like(0.0, dt)
     stiffness = two * modulus * math.sqrt(r_eff * depth)
     deep_stiffness = two * modulus * math.sqrt(r_eff * deep)
-    spring_share, dashpot_share = leapfrog_shares(deep_stiffness, m_eff, damping, dt)
-    dashpot = dashpot_share * damping * math.sqrt(m_eff * deep_stiffness) * share
-    push = like(2.0 / 3.0, dt) * spring_share * stiffness * depth + dashpot * v_n
+    damping *= dashpot_share(deep_stiffness * dt * dt / m_eff)
+    dashpot = damping * math.sqrt(m_eff * deep_stiffness) * share
+    push = like(2.0 / 3.0, dt) * stiffness * depth + dashpot * v_n
     return push if push > floor else floor, stiffness, like(0.0, dt)
 
 

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.laws.leapfrog import leapfrog_shares
+from nutamill.charge.laws.leapfrog import dashpot_share
 from nutamill.charge.laws.oscillator import (
     Impact,
     contact_time,
@@ -80,8 +80,8 @@ def dashpot_speed(overlap, v_n, dt):
 def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     """Return the normal force of a linear spring and dashpot.
 
-    ``F_n = max(a k overlap + b c v, floor)`` with ``c = 2 zeta sqrt(m_eff k)``, v of `dashpot_speed` and the
-    shares a, b of `leapfrog_shares`
+    ``F_n = max(k overlap + a c v, floor)`` with ``c = 2 zeta sqrt(m_eff k)``, v of `dashpot_speed` and a of
+    `dashpot_share`
 
     Parameters
     ----------
@@ -106,9 +106,11 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     """
     compliance, compliance_a, compliance_b, twice_zeta, floor = p
     k = pair_stiffness(compliance, compliance_a, compliance_b, diameters)
-    spring, dashpot = leapfrog_shares(k, m_eff, twice_zeta, dt)
-    damping = dashpot * twice_zeta * math.sqrt(m_eff * k)
-    push = spring * k * overlap + damping * dashpot_speed(overlap, v_n, dt)
+    # w = k/sqrt(m k) and sqrt(m k) = m k/sqrt(m k): one inverse root, and no quotient
+    inverse = like(1.0, dt) / math.sqrt(m_eff * k)
+    turned = k * dt * inverse
+    damping = dashpot_share(turned * turned) * twice_zeta * m_eff * k * inverse
+    push = k * overlap + damping * dashpot_speed(overlap, v_n, dt)
     return push if push > floor else floor, k, like(0.0, dt)
 
 
