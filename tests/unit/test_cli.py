@@ -59,8 +59,9 @@ def engine(monkeypatch):
         sys.modules, "nutamill.simulation.march", types.SimpleNamespace(run=run, resume=resume)
     )
     monkeypatch.setattr("nutamill.simulation.march", sys.modules["nutamill.simulation.march"], raising=False)
-    drawn = types.SimpleNamespace(draw_run=lambda result: "picture", draw_ledger=lambda result: "power")
-    monkeypatch.setitem(sys.modules, "nutamill.view.figures.run", drawn)
+    figures = {"run": "picture", "power": "power"}
+    drawn = types.SimpleNamespace(figure_of=lambda result, what: figures[what])
+    monkeypatch.setitem(sys.modules, "nutamill.view.figures.named", drawn)
     monkeypatch.setitem(
         sys.modules, "nutamill.view.figures.saving", types.SimpleNamespace(save_figure=save_figure)
     )

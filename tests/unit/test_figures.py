@@ -80,3 +80,11 @@ def test_stack_of_losses_reaches_the_power_of_the_motor(result):
     assert top == pytest.approx(300.0, rel=1e-6)
     assert motor == pytest.approx(300.0, rel=1e-6)
     assert axes.get_ylabel() == "power (W)"
+
+
+def test_every_named_figure_names_its_run(filmed):
+    from nutamill.view.figures.named import figure_of
+
+    for what in ("run", "history:driveshaft_torque"):
+        title = figure_of(filmed, what).get_suptitle()
+        assert " ".join(title.split()) == "numill-2026 with mechanism.mounting = rigid"

@@ -492,3 +492,14 @@ def test_particles_are_seen_in_chamber_axes_and_coloured_by_world_height(run):
         balls.get_offsets(), [[30.0, 20.0], [0.0, 10.0]]
     )  # the nearer, at chamber y = -10 mm, is drawn last
     assert np.allclose(balls.get_array(), [-350.0, -340.0])
+
+
+def test_the_table_fits_a_narrow_terminal_row_by_row(paper):
+    from nutamill.studies.papers.compare import NOTHING, _finding
+    from nutamill.studies.papers.table import narrow_lines
+
+    findings = [_finding(row, [NOTHING] * len(row.needs)) for row in paper.rows]
+    lines = narrow_lines(findings, paper, 80)
+    assert max(map(len, lines)) <= 80
+    assert lines[1].startswith("crank-pin force, empty, 700 rpm")
+    assert lines[2].startswith("  experiment 600 N, ")

@@ -20,6 +20,7 @@ from nutamill.cli.common import (
     to,
 )
 from nutamill.cli.paragraphs import echo_lines
+from nutamill.cli.working import working
 
 if TYPE_CHECKING:
     from nutamill.case import Case, Machine
@@ -106,7 +107,8 @@ def campbell(
 
     loaded = load_mill(case, overrides)
     picture = _place(to, _picture_name(loaded, "campbell", charge=charge))
-    answer = diagram(loaded, charge=charge)
+    with working("modes over the speed"):
+        answer = diagram(loaded, charge=charge)
     _print_answer(avoid_lines(answer), draw_campbell(answer), picture)
 
 
@@ -137,7 +139,10 @@ def runup(
         for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")
     ]
     name = sensor or default_sensor(loaded)
-    runs = run_up(loaded, rates, name, charge=charge)
+    runs = []
+    for number, rate in enumerate(rates, start=1):
+        with working(f"run-up {number} of {len(rates)}"):
+            runs += run_up(loaded, [rate], name, charge=charge)
     _print_answer(run_up_lines(runs, name), draw_run_up(runs, name), picture)
 
 
@@ -153,7 +158,8 @@ def isolation(
 
     loaded = load_mill(case, overrides)
     picture = _place(to, _picture_name(loaded, "isolation", charge=charge))
-    answer = passed_on(loaded, charge)
+    with working("a slow run-up through all speeds"):
+        answer = passed_on(loaded, charge)
     _print_answer(isolation_lines(answer), draw_isolation(answer), picture)
 
 
@@ -197,9 +203,9 @@ def balance(
             )
         )
     planes = [(radius, depth) for radius, depth in given] or [(loaded.balance.radius, loaded.balance.depth)]
-    answer = balance_mill(
-        loaded, planes, None if speed is None else quantity("--speed", speed, "speed of rotation"), charge
-    )
+    turning = None if speed is None else quantity("--speed", speed, "speed of rotation")
+    with working("runs with trial masses"):
+        answer = balance_mill(loaded, planes, turning, charge)
     _print_answer(balance_lines(answer, loaded, grade), draw_balancing(answer, loaded), picture)
 
 

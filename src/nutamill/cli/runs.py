@@ -310,12 +310,12 @@ def _facts(result: "Result") -> list[str]:
 
 def _draw(result: "Result", path: Path) -> list[Path]:
     """Draw the pictures of a run beside its result, and return their files."""
-    from nutamill.view.figures.run import draw_ledger, draw_run
+    from nutamill.view.figures.named import figure_of
     from nutamill.view.figures.saving import save_figure
 
     picture, ledger = path.with_suffix(".png"), path.with_name(f"{path.stem}-power.png")
-    pictures = [save_figure(draw_run(result), picture)]
+    pictures = [save_figure(figure_of(result, "run"), picture)]
     try:
-        return [*pictures, save_figure(draw_ledger(result), ledger)]
+        return [*pictures, save_figure(figure_of(result, "power"), ledger)]
     except ResultError:  # nothing is lost in this machine, or nothing has happened yet
         return pictures

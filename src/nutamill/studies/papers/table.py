@@ -5,6 +5,7 @@ import io
 import json
 import math
 import sys
+import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,8 @@ HEADINGS = ("quantity", "experiment", "paper's simulation", "its error", "nutami
 """Columns of the printed and the Markdown table."""
 SHORT = ("quantity", "experiment", "paper's simulation", "nutamill", "error")
 """Columns of the table of headline rows."""
+NARROW = 120
+"""Columns of a terminal below which the table is printed row by row [1]."""
 
 SHOWN = {Kind.ANGLE: "deg", Kind.LENGTH: "mm"}
 """Units of kinds that are not shown in their SI unit."""
@@ -237,9 +240,31 @@ def print_table(findings: Sequence[Finding], paper: Paper) -> None:
     from rich.console import Console
 
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
-    console.print(rich_table(findings, paper))
+    if console.width < NARROW:
+        for line in narrow_lines(findings, paper, console.width):
+            console.print(line, highlight=False, markup=False)
+    else:
+        console.print(rich_table(findings, paper))
     for line in (*trouble_lines(findings), tally(findings, paper)):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+def narrow_lines(findings: Sequence[Finding], paper: Paper, width: int) -> list[str]:
+    """Return the table for a terminal too narrow for its columns [1]: what is compared, and below it the
+    numbers.
+    """
+    lines = [paper.short]
+    for finding in findings:
+        title, *texts = cells(finding, paper)
+        numbers = [
+            f"{heading} {text}" if heading else text
+            for heading, text in zip(HEADINGS[1:], texts, strict=True)
+            if text
+        ]
+        indent = {"initial_indent": "  ", "subsequent_indent": "  "}
+        lines += textwrap.wrap(title, width)
+        lines += textwrap.wrap(", ".join(numbers), width, **indent)
+    return lines
 
 
 def trouble_lines(findings: Iterable[Finding]) -> list[str]:

@@ -10,6 +10,7 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.result import Result
 from nutamill.view.figures.charge import draw_flow, draw_spectra, draw_wall
 from nutamill.view.figures.motion import draw_histories, draw_orbit, draw_spectrum
+from nutamill.view.figures.naming import named_after
 from nutamill.view.figures.reading import draw_orders
 from nutamill.view.figures.run import draw_ledger, draw_run
 from nutamill.view.figures.saving import save_figure
@@ -49,9 +50,9 @@ def figure_of(result: Result, what: str) -> Figure:
     """
     kind, _, names = what.partition(":")
     if not names and kind in FIGURES:
-        return FIGURES[kind][0](result)
+        return named_after(FIGURES[kind][0](result), result)
     if names and kind in SERIES_FIGURES:
-        return SERIES_FIGURES[kind][0](result, names.split(","))
+        return named_after(SERIES_FIGURES[kind][0](result, names.split(",")), result)
     known = ", ".join([*FIGURES, *(f"{name}:SERIES" for name in SERIES_FIGURES)])
     raise CaseError(
         Fault(f'figure "{what}"', f"must be one of {known}", "`nutamill info fields` lists the series")
