@@ -1,10 +1,12 @@
-"""Cost of the charge engine from a thousand to a million spheres, and of clumps, in the same packing:
+"""Cost of the charge engine from a thousand to a million spheres, of clumps, and of many sizes:
 ``python benchmarks/scaling.py``.
 
-Spheres lie on a cubic lattice, just overlapping (52 % solids), in a closed box, each moved a little and with
-a velocity of its own: the same contacts per sphere at every number.  Clumps of three spheres stand side by
-side on a lattice of their own.  Figures are medians of several pieces; memory is the peak of a process of its
-own.
+``spheres`` are on a cubic lattice, just overlapping (52 % solids), in a closed box, each moved a little and
+with a velocity of its own: the same contacts per sphere at every number.  ``clumps`` of three spheres stand
+side by side on a lattice of their own.  ``apart`` has twice the spacing, so that nothing touches.  ``1:1``
+and ``1:10`` are random packings (55 % solids), pressed together by 1 %, of one size and of sizes from 1 to
+10 mm by Rosin and Rammler.  Times are medians of several pieces: of the processor in user mode on one thread,
+of the clock on all cores.  Memory is the peak of a process of its own.
 """
 
 import resource
@@ -17,17 +19,21 @@ import numpy as np
 
 from nutamill.base.provenance import processor
 from nutamill.charge.face import Charge
+from nutamill.charge.filling.relax import MARGIN, relaxed
 from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.model import Clock
 from nutamill.charge.particles.particles import clumps, spheres
 from nutamill.charge.particles.shapes import clump_shape
+from nutamill.charge.particles.sizes import rosin_rammler_sizes
 from nutamill.charge.walls.surface import Surface, plane
 from nutamill.simulation.setup.threads import usable_cores
 
 DIAMETER, SUBSTEP = 1.95e-3, 2e-6
+SOLIDS, PRESSED = 0.55, 0.99
 LAW = PairLaw(5e4, 0.0, 0.0, 2 / 3, 0.212, False, 0.5, 0.5, 0.01, 0.05, 0.5)
 GRAIN = clump_shape([[0, 0, 0], [1.0, 0, 0], [0.4, 0.9, 0]], [1.0, 0.9, 0.8])
 PIECES, SUBSTEPS = 7, 50
+APART = {"spheres": (10, 22, 46), "clumps": (7, 15, 34)}
 
 
 def box(half: np.ndarray) -> list[Surface]:
@@ -43,56 +49,86 @@ def lattice(side: int, spacing: np.ndarray, rng: np.random.Generator) -> np.ndar
     return (places + rng.uniform(-0.002, 0.002, places.shape)) * spacing
 
 
-def packing(kind: str, side: int) -> Charge:
-    """A charge of `side`^3 particles."""
+def packing(kind: str, number: int) -> Charge:
+    """A charge of `number` particles, about."""
+    if ":" in kind:
+        return random_packing(kind, number)
     rng = np.random.default_rng(1)
+    side = round(np.cbrt(number))
     n = side**3
+    shape, _, apart = kind.partition(" ")
     particles = (
         spheres(np.full(n, DIAMETER))
-        if kind == "spheres"
+        if shape == "spheres"
         else clumps([GRAIN], np.full(n, GRAIN.equivalent_diameter * DIAMETER / 2))
     )
-    sizes = particles.shapes[0].extents * particles.scale[0]
-    attitudes = None if kind == "spheres" else np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
-    placed = particles.placed(lattice(side, 0.998 * sizes, rng), attitudes)
-    walls = box(0.5 * 0.998 * side * sizes)
+    sizes = particles.shapes[0].extents * particles.scale[0] * (2.0 if apart else 0.998)
+    attitudes = None if shape == "spheres" else np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
+    placed = particles.placed(lattice(side, sizes, rng), attitudes)
     velocities = rng.normal(size=(n, 3)) * 0.05
-    return Charge(placed, [2480.0], LAW, walls, dt=SUBSTEP, velocities=velocities)
+    return Charge(placed, [2480.0], LAW, box(0.5 * side * sizes), dt=SUBSTEP, velocities=velocities)
 
 
-def measure(kind: str, side: int) -> None:
+def random_packing(kind: str, number: int) -> Charge:
+    """A charge of `number` spheres of one size, or of sizes 1:10, in a cube."""
+    rng = np.random.default_rng(1)
+    law = rosin_rammler_sizes(5e-3, 2.0, 1e-3, 10e-3)
+    radii = 0.5 * (law.of_number(number) if kind == "1:10" else np.full(number, DIAMETER))
+    half = 0.5 * np.cbrt(4.0 / 3.0 * np.pi * (radii**3).sum() / SOLIDS)
+    room = (half - MARGIN * radii)[:, None]
+
+    def push(x, _):
+        deep = float((np.abs(x) - room).max())
+        np.clip(x, -room, room, out=x)
+        return deep
+
+    x = relaxed(rng.uniform(-1.0, 1.0, (number, 3)) * room, MARGIN * radii, push)
+    velocities = rng.normal(size=(number, 3)) * 0.05
+    placed = spheres(2.0 * radii).placed(PRESSED * x)
+    walls = box(np.full(3, PRESSED * half))
+    return Charge(placed, [2480.0], LAW, walls, dt=SUBSTEP / 2, velocities=velocities)
+
+
+def user_time() -> float:
+    """Time of the processor in user mode [s]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
+
+
+def measure(kind: str, number: int) -> None:
     """Print one line: cost on one thread and on all cores, contacts, rebuilds, memory."""
-    charge = packing(kind, side)
+    charge = packing(kind, number)
     count = charge.model.n_particles
     charge.step(SUBSTEPS)
-    line = f"{kind:8} {side**3:9d} {count:9d}"
-    for threads in sorted({1, usable_cores()}):
-        clock = charge.state.clock
-        begun, rebuilds, pieces = int(clock[Clock.STEP]), int(clock[Clock.REBUILDS]), []
-        charge.threads = threads
+    begun, rebuilds = int(charge.state.clock[Clock.STEP]), int(charge.state.clock[Clock.REBUILDS])
+    line = f"{kind:13} {number:9d} {count:9d}"
+    for threads, now in ((1, user_time), (usable_cores(), time.perf_counter)):
+        charge.threads, pieces = threads, []
         for _ in range(PIECES):
-            since = time.perf_counter()
+            since = now()
             charge.step(SUBSTEPS)
-            pieces.append(1e9 * (time.perf_counter() - since) / SUBSTEPS / count)
+            pieces.append(1e9 * (now() - since) / SUBSTEPS / count)
         line += f"  {statistics.median(pieces):7.1f}"
+    contacts = sum(charge.contacts) / count
     clock = charge.state.clock
     every = (int(clock[Clock.STEP]) - begun) / max(int(clock[Clock.REBUILDS]) - rebuilds, 1)
+    candidates = charge.state.pairs.counts[clock[Clock.LIST], :-1].sum() / count
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"{line}  {sum(charge.contacts) / count:6.2f}  {every:7.0f}  {peak:6.0f}", flush=True)
+    print(f"{line}  {contacts:8.2f}  {candidates:5.2f}  {every:6.0f}  {peak:4.0f}", flush=True)
 
 
 def main() -> None:
-    """All sizes, each in a process of its own."""
-    print(f"{processor()}, {usable_cores()} cores for this process, {time.strftime('%Y-%m-%d')}")
-    print("                              ns per sphere and substep      contacts  substeps     peak")
-    heads = "  ".join(f"{count:7}" for count in sorted({1, usable_cores()}))
-    print(
-        f"kind     particles   spheres  {heads}  per sphere  a list   MB     (columns of times: threads)",
-        flush=True,
-    )
-    sizes = [("spheres", side) for side in (10, 22, 46, 100)] + [("clumps", side) for side in (7, 15, 34)]
-    for kind, side in sizes:
-        subprocess.run([sys.executable, __file__, kind, str(side)], check=True)
+    """All kinds and numbers, each in a process of its own."""
+    cores = usable_cores()
+    print(f"$ python benchmarks/scaling.py      # {processor()}, {cores} cores, {time.strftime('%Y-%m-%d')}")
+    print(f"{'':33}ns per sphere and substep    per sphere    substeps  peak")
+    heads = f"{'one':>7}  {f'all {cores}':>7}"
+    print(f"kind          particles   spheres  {heads}  contacts  pairs  a list    MB", flush=True)
+    kinds = [("spheres", side**3) for side in (10, 22, 46, 67, 100)]
+    kinds += [("clumps", side**3) for side in (7, 15, 34)]
+    kinds += [(f"{shape} apart", side**3) for shape, sides in APART.items() for side in sides]
+    kinds += [(ratio, number) for number in (3000, 20_000) for ratio in ("1:1", "1:10")]
+    for kind, number in kinds:
+        subprocess.run([sys.executable, __file__, kind, str(number)], check=True)
 
 
 if __name__ == "__main__":

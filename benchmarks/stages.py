@@ -14,10 +14,11 @@ import numpy as np
 
 from nutamill.base.kernel import kernel, like
 from nutamill.base.provenance import processor
+from nutamill.charge.kernels.chunks import slots_of_chunk
 from nutamill.charge.kernels.columns import ROWS, pair_batch
 from nutamill.charge.kernels.dynamics import open_window
 from nutamill.charge.kernels.integration import integrate_spheres
-from nutamill.charge.kernels.neighbours import rebuild, rotation_about, slots_of_chunk
+from nutamill.charge.kernels.neighbours import rebuild, rotation_about
 from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
 from nutamill.charge.kernels.simd import WIDTH, negated_radii
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts

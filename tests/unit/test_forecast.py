@@ -10,6 +10,7 @@ from nutamill.base.host import free_disk, total_memory
 from nutamill.case import load_case
 from nutamill.charge.filling.fill import time_of_rest
 from nutamill.cli.screen import line
+from nutamill.design.charge_facts import charge_facts
 from nutamill.design.forecast import Forecast
 from nutamill.design.machine_sheet import machine_sheet
 from nutamill.design.preflight import preflight
@@ -49,6 +50,20 @@ def test_more_than_a_day_or_half_of_the_memory_or_disk_is_warned_of(wall_time, m
     ]
     # a system that does not say what it has
     assert all("more than a day" in str(warning) for warning in forecast.warnings(None, None))
+
+
+def test_the_sheet_warns_of_a_hundred_to_one_in_size_with_its_cost():
+    ore = {"kind": "spheres", "material": "steel"}
+    parts = [ore | {"diameter": "0.1 mm", "count": 5000}, ore | {"diameter": "10 mm", "count": 1}]
+    with_grains = load_case("numill", [RIGID]).with_("charge", {"part": parts})
+    (warning,) = charge_facts(with_grains.machine).warnings
+    # grains of diameter d on the sphere of their centres, (D + d)/2, a hexagon of area d^2 sqrt(3)/2 each
+    assert str(warning) == (
+        "charge: the largest sphere is 100 times as wide as the smallest, 0.1 mm, and may touch 3.7e+04 of "
+        "them at once. All 5001 spheres march with the substep of the smallest. A larger smallest size makes "
+        "the run shorter"
+    )
+    assert charge_facts(load_case("numill", [RIGID, "charge.count=50"]).machine).warnings == []
 
 
 def test_the_sheet_warns_of_a_run_of_months_and_of_threads_that_are_not_there():

@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from steel import STEEL
 
-from nutamill.base.errors import CaseError, StepError
+from nutamill.base.errors import CaseError
 from nutamill.case import case_of_text, load_case
-from nutamill.result import open_result
-from nutamill.simulation import march
 from nutamill.simulation.setup.carriers import carriers_of
-from nutamill.simulation.setup.solid_walls import box_overlap, solid_pairs, walls_met
+from nutamill.simulation.setup.solid_boxes import box_pairs, boxes_met, penetration
 from nutamill.simulation.setup.wall_checks import refuse_walls
 
 HEAD = (
@@ -105,26 +103,13 @@ def test_a_box_that_a_drive_turns_into_another_is_refused_with_the_angle():
 def test_boxes_that_meet_during_the_run_stop_it_and_are_named():
     case = case_of_text(REGION + FLOOR + PADDLE + post(0, 100))
     apart = np.zeros((2, 3)), np.array([[1.0, 0, 0, 0], [1.0, 0, 0, 0]])
-    assert walls_met(case, *apart, 0.5) is None
+    assert boxes_met(case, *apart, 0.5) is None
     quarter = math.sqrt(0.5)
     turned = apart[0], np.array([[quarter, 0, 0, quarter], [1.0, 0, 0, 0]])
-    assert str(walls_met(case, *turned, 0.5)) == (
+    assert str(boxes_met(case, *turned, 0.5)) == (
         'wall "paddle" of rotor and wall "post" of ground reach 10 mm into each other at t = 0.5 s. Walls do '
         "not stop each other: give the bodies a stop, or move the walls."
     )
-
-
-def test_a_run_ends_when_a_free_paddle_meets_a_post(tmp_path, monkeypatch):
-    spinning = REGION.replace("[[joints]]", 'angular_velocity = ["0 rpm", "0 rpm", "375 rpm"]\n[[joints]]', 1)
-    case = case_of_text(spinning + FLOOR + PADDLE + post(0, 100)).with_("run.until", 0.05)
-    monkeypatch.setattr(march, "settled_bed", lambda *_: np.array([[0.1, 0.1, 0.2]]))
-    # 375 rpm are 90 deg in 40 ms, where the paddle stands in the post; walls are looked at every 20 ms
-    with pytest.raises(
-        StepError, match=r'wall "paddle" of rotor and wall "post" of ground reach .* t = 0.04 s'
-    ):
-        march.run(case.with_("run.threads", 1), tmp_path / "a.h5")
-    with open_result(tmp_path / "a.h5") as result:
-        assert result.state.startswith("failed") and result.reached >= 0.02
 
 
 def test_depth_of_boxes_across_each_other_is_that_of_their_nearest_edges():
@@ -141,8 +126,8 @@ def test_depth_of_boxes_across_each_other_is_that_of_their_nearest_edges():
     )
     case = case_of_text(text)
     poses = {carrier.name: (carrier.position, carrier.rotation) for carrier in carriers_of(case)}
-    ((one, two),) = solid_pairs(case)
-    assert box_overlap(one, two, poses) == pytest.approx(0.02 * math.sqrt(2) - 0.027, abs=1e-12)
+    ((one, two),) = box_pairs(case)
+    assert penetration(one, two, poses) == pytest.approx(0.02 * math.sqrt(2) - 0.027, abs=1e-12)
 
 
 def test_bodies_that_a_fixed_joint_connects_may_overlap():
@@ -204,84 +189,3 @@ def test_an_upright_cylinder_is_no_floor(shape):
 
 def test_a_published_mill_passes():
     refuse_walls(load_case("numill").machine)
-
-
-# ---- walls of other shapes
-
-ENDS = {
-    "ball": 'shape = "ball"\nradius = "20 mm"\npoint = [X, Y, "0 mm"]',
-    "rod": 'shape = "rod"\nradius = "20 mm"\nheight = "40 mm"\npoint = [X, Y, "-20 mm"]',
-}
-"""Walls of 20 mm radius about a point."""
-
-
-def wall(shape: str, x: float, y: float) -> str:
-    """A wall on the ground at a point [mm]."""
-    keys = shape.replace("X", f'"{x} mm"').replace("Y", f'"{y} mm"')
-    return f'[[walls]]\nname = "post"\nmaterial = "steel"\n{keys}\n'
-
-
-@pytest.mark.parametrize("shape", ENDS.values(), ids=ENDS)
-def test_round_walls_that_reach_into_a_box_are_refused_and_may_touch_it(shape):
-    # the paddle ends at x = 100 mm, the round wall begins 20 mm before its axis
-    assert refusal(REGION + FLOOR + PADDLE + wall(shape, 115, 0)) == (
-        'walls.post: reaches 5 mm into wall "paddle" of rotor as assembled. Move one of the two'
-    )
-    refuse_walls(case_of_text(REGION + FLOOR + PADDLE + wall(shape, 120, 0)))
-
-
-@pytest.mark.parametrize("shape", ENDS.values(), ids=ENDS)
-def test_a_drive_that_turns_a_box_into_a_round_wall_is_refused_with_the_angle(shape):
-    # in the axes of the paddle the axis of the wall is at 110 mm (sin a, cos a): its corner (100, 5) mm is
-    # then 20 mm away; points of a surface are looked at every degree and every millimetre or so
-    turned = np.radians(np.arange(0.0, 90.0, 0.01))
-    gap = np.hypot(110 * np.sin(turned) - 100, 110 * np.cos(turned) - 5)
-    first = math.degrees(turned[np.argmax(gap < 20)])
-    said = refusal(REGION + FLOOR + PADDLE + wall(shape, 0, 110) + DRIVE)
-    assert said.startswith('walls.post: moves into wall "paddle" of rotor when drive "motor" has turned')
-    assert first <= float(said.partition("turned ")[2].partition(" deg")[0]) <= first + 2.0
-
-
-def test_a_shaft_may_be_built_through_a_disc_but_no_paddle_may_be_turned_through_one():
-    disc = 'shape = "disc"\nradius = "30 mm"\naxis = AXIS\npoint = [X, Y, "0 mm"]'
-    shaft = (
-        '[[walls]]\nname = "shaft"\nbody = "rotor"\nshape = "rod"\nradius = "10 mm"\nheight = "80 mm"\n'
-        'point = ["0 mm", "0 mm", "-40 mm"]\nmaterial = "steel"\n'
-    )
-    lid = wall(disc.replace("AXIS", "[0, 0, 1]"), 0, 0)
-    refuse_walls(case_of_text(REGION + FLOOR + shaft + lid + DRIVE))
-    upright = wall(disc.replace("AXIS", "[1, 0, 0]"), 0, 60)
-    said = refusal(REGION + FLOOR + PADDLE + upright + DRIVE)
-    assert said.startswith('walls.post: moves into wall "paddle" of rotor when drive "motor" has turned')
-    # without a drive nothing is turned
-    refuse_walls(case_of_text(REGION + FLOOR + PADDLE + upright))
-
-
-def test_a_drive_that_slides_a_box_into_a_ball_is_refused_with_the_travel():
-    text = (
-        (REGION + FLOOR + PADDLE)
-        .replace('"revolute"', '"prismatic"')
-        .replace("axis    = [0, 0, 1]", "axis    = [1, 0, 0]")
-    )
-    slide = '[[linear_drives]]\nname = "ram"\njoint = "shaft"\n'
-    slide += 'speeds = [["0 s", "60 mm/s"], ["1 s", "60 mm/s"]]\n'
-    # 60 mm in a second; the ball begins at 130 mm, 30 mm beyond the end of the paddle
-    said = refusal(text + wall(ENDS["ball"], 150, 0) + slide)
-    assert said.startswith('walls.post: moves into wall "paddle" of rotor when drive "ram" has moved')
-    assert 30.0 <= float(said.partition("moved ")[2].partition(" mm")[0]) <= 30.5
-    refuse_walls(case_of_text(text + wall(ENDS["ball"], 181, 0) + slide))
-
-
-def test_a_mesh_and_a_box_that_share_a_place_are_refused(tmp_path, monkeypatch):
-    trimesh = pytest.importorskip("trimesh")
-    trimesh.creation.box((40.0, 40.0, 40.0)).export(tmp_path / "cube.stl")
-    monkeypatch.chdir(tmp_path)
-    mesh = 'shape = "mesh"\nfile = "cube.stl"\nunit = "mm"\npoint = [X, Y, "0 mm"]'
-    for x, refused in ((115, True), (121, False)):
-        (tmp_path / "case.toml").write_text(REGION + FLOOR + PADDLE + wall(mesh, x, 0))
-        case = load_case(tmp_path / "case.toml")
-        if refused:
-            with pytest.raises(CaseError, match=r'walls.post: reaches .* mm into wall "paddle" of rotor'):
-                refuse_walls(case)
-        else:
-            refuse_walls(case)

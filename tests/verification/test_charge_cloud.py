@@ -102,7 +102,7 @@ def test_two_threads_give_the_bits_of_one(precision):
 def test_restored_window_repeats_the_same_bits():
     bench = cloud(surfaces=BOX, gravity=(0, 0, -9.81), precision="single").step(200)
     other = cloud(surfaces=BOX, gravity=(0, 0, -9.81), precision="single")
-    copy_state(bench.state, other.state)
+    copy_state(bench.state, other.state, 0, 1)
     bench.step(150)
     other.step(150)
     for name in ("x", "v", "w", "impulse", "ledger", "ids"):
@@ -125,7 +125,7 @@ def test_window_repeated_many_times_by_a_team_always_gives_the_bits_of_one_threa
         return {
             name: array.tobytes()
             for name, array in state_arrays(bench.state).items()
-            if name not in ("saved_memory", "saved_partners")
+            if name not in ("saved_memory", "saved_partners", "saved_starts")
         }
 
     one = again(1)

@@ -212,7 +212,7 @@ def test_clumps_have_the_same_bits_on_any_number_of_threads_and_after_a_copy():
     for name in ("x", "v", "published_rows", "clumps", "ledger", "ids"):
         assert np.array_equal(getattr(one.state, name), getattr(two.state, name)), name
     copy = cloud("single")
-    copy_state(one.state, copy.state)
+    copy_state(one.state, copy.state, 0, 1)
     one.step(150)
     copy.step(150)
     assert np.array_equal(one.state.clumps, copy.state.clumps)

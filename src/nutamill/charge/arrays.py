@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from nutamill.charge.kernels.chunks import MOST_GROUPS
 from nutamill.charge.kernels.clump_integration import LANE_ROWS
 from nutamill.charge.kernels.columns import ROWS
 from nutamill.charge.kernels.impacts import impact_book
-from nutamill.charge.kernels.neighbours import morton_bits
+from nutamill.charge.kernels.sorting import BUCKETS, morton_bits
 from nutamill.charge.kernels.team import MOST_THREADS
 from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.measures.observe import READINGS
 from nutamill.charge.model import (
     PADDING,
     ChargeModel,
@@ -30,9 +32,9 @@ def _aligned(shape, dtype) -> np.ndarray:
     return raw[offset : offset + size].view(dtype).reshape(shape)
 
 
-def empty_state(model, poses, clumps, longest, real, point, per_particle, saved) -> ChargeState:
-    """Return an empty state with room for `per_particle` candidates and `saved` contacts of each sphere.
-    Clumps have at most `longest` spheres.
+def empty_state(model, poses, clumps, longest, real, point, per_particle) -> ChargeState:
+    """Return an empty state with room for `per_particle` candidates of each sphere. Clumps have at most
+    `longest` spheres.
     """
     chunks = -(-model.n_particles // (model.chunk - longest + 1))
     # behind the last chunk: vector moves of a chunk that does not begin at a whole number of lanes
@@ -58,8 +60,9 @@ def empty_state(model, poses, clumps, longest, real, point, per_particle, saved)
             counts=np.zeros((3, chunks + 1), np.int64),
         ),
         saved=SavedContacts(
-            memory=_aligned((m, saved, 8), real),
-            partners=np.zeros((m, saved), np.int32),
+            memory=_aligned((chunks, capacity, 8), real),
+            partners=np.zeros((chunks, capacity), np.int32),
+            starts=np.zeros(m, np.int64),
             counts=np.zeros(m, np.int32),
         ),
         wall_memory=wall_memory,
@@ -90,8 +93,15 @@ def scratch_for(model, state) -> ChargeScratch:
         cell=np.zeros(m, np.int32),
         order=np.zeros(m, np.int32),
         sorted=_aligned((4, m), real),
-        grid=np.zeros(8),
-        cells=np.zeros(3, np.int64),
+        bucketed=np.zeros(m, np.int32),
+        tallies=np.zeros((threads, BUCKETS), np.int64),
+        places=np.zeros((threads, BUCKETS), np.int64),
+        firsts=np.zeros((threads, BUCKETS + 1), np.int64),
+        bounds=np.zeros((threads, 6)),
+        votes=np.zeros(threads, np.int64),
+        grid=np.zeros(6),
+        sizes=np.zeros(len(model.class_radius)),
+        cells=np.zeros((len(model.class_radius) + 1, 4), np.int64),
         source=np.zeros(m, np.int32),
         slot_of=np.zeros(m, np.int32),
         moved=np.zeros(m),
@@ -102,6 +112,9 @@ def scratch_for(model, state) -> ChargeScratch:
         sums=np.zeros((chunks, model.n_bodies, 6)),
         work=np.zeros((chunks, len(Ledger))),
         alarms=np.zeros(chunks, np.int64),
+        group_alarms=np.zeros(min(chunks, MOST_GROUPS), np.int64),
+        group_work=np.zeros(min(chunks, MOST_GROUPS), np.int64),
+        readings=np.zeros((chunks, READINGS)),
         motion=np.zeros((threads, model.n_bodies, 18)),
         twists=_aligned((threads, model.n_bodies + 1, 8), real),
         surface_poses=np.zeros((threads, n_surfaces, 12)),
@@ -128,7 +141,7 @@ def grow(
     The arrays that need no more room are those of `state`.
     """
     pairs, saved = state.pairs, state.saved
-    capacity, contacts = pairs.partners.shape[2], saved.memory.shape[1]
+    capacity = pairs.partners.shape[2]
     longest = model.chunk + 1 - -(-model.n_particles // (pairs.counts.shape[1] - 1))
     empty = empty_state(
         model,
@@ -138,14 +151,23 @@ def grow(
         state.published_rows.dtype,
         state.published_points.dtype,
         2 * capacity // model.chunk,
-        2 * contacts,
     )
-    for name in ("partners", "owners", "memory"):
-        getattr(empty.pairs, name)[:, :, :capacity] = getattr(pairs, name)
-    for name in ("partners", "memory"):
-        getattr(empty.saved, name)[:, :contacts] = getattr(saved, name)
+    # only what is filled: the rest of a long list may never have been touched, and takes no memory yet
+    lst = state.clock[Clock.LIST]
+    for c, count in enumerate(pairs.counts[lst, :-1] + PADDING):
+        for name in ("partners", "owners", "memory"):
+            getattr(empty.pairs, name)[lst, c, :count] = getattr(pairs, name)[lst, c, :count]
+    chunk, place = np.divmod(saved.starts, saved.partners.shape[1])
+    chunk = np.minimum(chunk, len(saved.partners) - 1)  # of a particle without contacts it may be any
+    filled = np.zeros(len(saved.partners), np.int64)
+    np.maximum.at(filled, chunk, place + saved.counts)
+    for c, count in enumerate(filled):
+        for name in ("partners", "memory"):
+            getattr(empty.saved, name)[c, :count] = getattr(saved, name)[c, :count]
+    starts = chunk * empty.saved.partners.shape[1] + place
     larger = state._replace(
-        pairs=empty.pairs._replace(counts=pairs.counts), saved=empty.saved._replace(counts=saved.counts)
+        pairs=empty.pairs._replace(counts=pairs.counts),
+        saved=empty.saved._replace(starts=starts, counts=saved.counts),
     )
     larger.clock[Clock.CROWDED] = 0
     if larger.status[0] == Status.LISTS_FULL:

@@ -17,7 +17,9 @@ from nutamill.charge.checks import (
     surface_faults,
     wall_faults,
 )
-from nutamill.charge.kernels.clumps import CLUMP, COLUMNS, OFFSET, ClumpColumn, cut_chunks
+from nutamill.charge.filling.relax import size_octaves
+from nutamill.charge.kernels.chunks import cut_chunks
+from nutamill.charge.kernels.clumps import CLUMP, COLUMNS, OFFSET, ClumpColumn
 from nutamill.charge.laws.composition import STANDARD_LAW, ContactLaw, law_faults, law_numbers
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.pair import PairLaw
@@ -225,6 +227,7 @@ def charge(
         mass = np.array(densities, float)[materials] * 4.0 / 3.0 * math.pi * radii**3
     else:
         mass = spheres.clumps[spheres.clump_of, ClumpColumn.MASS]
+    longest = 1 if spheres is None else int(np.bincount(spheres.clump_of).max())
     single = precision == "single"
     real, point = (np.float32, np.int32) if single else (np.float64, np.int64)
     centre, reach = (
@@ -255,6 +258,7 @@ def charge(
         scale=2.0 ** (30 if single else 60) / reach,
         skin=0.5 * float(radii.mean()) if skin is None else float(skin),
         largest_radius=float(radii.max()),
+        class_radius=np.array([radius for _, radius in size_octaves(radii)]),
     )
     poses = body_poses(n_bodies, poses)
     owner = np.arange(n) if spheres is None else spheres.clump_of
@@ -274,7 +278,6 @@ def charge(
     if faults:
         raise CaseError(*faults)
     ratio = float(radii.max() / radii.min())
-    longest = 1 if spheres is None else int(np.bincount(spheres.clump_of).max())
     clumps = np.zeros((0, COLUMNS)) if spheres is None else spheres.clumps
     state = empty_state(
         model,
@@ -284,7 +287,6 @@ def charge(
         real,
         point,
         int(CANDIDATES_PER_PARTICLE * min(ratio, 3.0)),
-        int(16 * min(ratio, 3.0)),
     )
     if spheres is None:
         state.mass_props[:, :n] = radii, mass, 1.0 / mass, 1.0 / (0.4 * mass * radii**2)

@@ -5,9 +5,9 @@ or behind a wall.
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from nutamill.base.errors import Fault
+from nutamill.charge.filling.relax import near_pairs, size_octaves
 from nutamill.charge.laws.pair import LawColumn
 from nutamill.charge.walls.mesh import on_charge_side
 from nutamill.charge.walls.surface import SurfaceKind
@@ -67,11 +67,11 @@ def pair_faults(positions, radii, materials, model, owner) -> list[Fault]:
     """Return particles that overlap beyond their limit at the start. The worst are named, by the `owner` of
     each sphere.
     """
-    pairs = cKDTree(positions).query_pairs(2.0 * float(radii.max()), output_type="ndarray")
-    pairs = pairs[owner[pairs[:, 0]] != owner[pairs[:, 1]]]
-    if len(pairs) == 0:
+    i, j = near_pairs(positions, size_octaves(radii))
+    others = owner[i] != owner[j]
+    i, j = i[others], j[others]
+    if len(i) == 0:
         return []
-    i, j = pairs.T
     overlap = radii[i] + radii[j] - np.linalg.norm(positions[i] - positions[j], axis=1)
     share = overlap / (2.0 * np.minimum(radii[i], radii[j]))
     excess = share * model.laws[model.law_of[materials[i], materials[j]], LIMIT]

@@ -137,6 +137,10 @@ class ChargeModel(NamedTuple):
     """Gap up to which two particles are listed as candidates [m]."""
     largest_radius: float
     """Largest radius [m]."""
+    class_radius: np.ndarray
+    """Largest radius of each class of sizes [m] (n_classes,), rising; in a class they differ by less than a
+    factor of two.
+    """
 
 
 class PairLists(NamedTuple):
@@ -159,11 +163,17 @@ class SavedContacts(NamedTuple):
     """Contact memory by particle while a list is remade."""
 
     memory: np.ndarray
-    """Memory of each contact, real (M, contacts, 8), as `PairLists.memory`."""
+    """Memory of each contact, real (C, room, 8), as `PairLists.memory`; those of a particle are neighbours,
+    in the chunk it was in.
+    """
     partners: np.ndarray
-    """Id of the other particle of each contact [1], int32 (M, contacts)."""
+    """Id of the other particle of each contact [1], int32 (C, room)."""
+    starts: np.ndarray
+    """Where the contacts of each particle begin, by its id: chunk times room + place in the chunk [1], int64
+    (M,).
+    """
     counts: np.ndarray
-    """Number of contacts of each particle [1], int32 (M,)."""
+    """Number of contacts of each particle, by its id [1], int32 (M,)."""
 
 
 class ImpactBook(NamedTuple):
@@ -268,10 +278,24 @@ class ListScratch(NamedTuple):
     """Position [m] (3) and radius [m] in the order of cells, real (4, M), from the corner of the cells, world
     axes.
     """
+    bucketed: np.ndarray
+    """Slots in the order of buckets of cells [1], int32 (M,)."""
+    tallies: np.ndarray
+    """Slots that each thread has in each bucket [1], int64 (T, buckets)."""
+    places: np.ndarray
+    """Of each thread: next place in each bucket [1], int64 (T, buckets)."""
+    firsts: np.ndarray
+    """Of each thread: first place of each bucket [1], int64 (T, buckets + 1)."""
+    bounds: np.ndarray
+    """Of each thread: lowest and highest position of its particles [m] (T, 6), world axes."""
+    votes: np.ndarray
+    """Of each thread: a number for the others [1], int64 (T,)."""
     grid: np.ndarray
-    """Corner of the cells [m] (3) and size of a cell [m] (4,), world."""
+    """Corner of the cells [m] (3) and extents of the box they fill [m] (3), world axes (6,)."""
+    sizes: np.ndarray
+    """Size of the cells of each class of sizes [m] (n_classes,)."""
     cells: np.ndarray
-    """Cells along each axis [1], int64 (3,)."""
+    """Cells along each axis (3) and first cell of each class of sizes [1], int64 (n_classes + 1, 4)."""
     source: np.ndarray
     """Old slot of each new slot [1], int32 (M,)."""
     slot_of: np.ndarray
@@ -292,9 +316,15 @@ class ChargeScratch(NamedTuple):
     work: np.ndarray
     """Power of each chunk by kind [W] (C, 9), as `Ledger`."""
     alarms: np.ndarray
-    """Of each chunk, sum of: 1 moved out of the skin or list full, 2 left the domain, 4 pair overlap, 8 wall
-    overlap [1], int64 (C,).
+    """Of each chunk, sum of: 1 moved out of the skin, 2 left the domain, 4 pair overlap, 8 wall overlap [1],
+    int64 (C,).
     """
+    group_alarms: np.ndarray
+    """The alarms of all chunks of each group [1], int64 (groups,)."""
+    group_work: np.ndarray
+    """Cost of a substep of each group, in candidates [1], int64 (groups,)."""
+    readings: np.ndarray
+    """Sums over the particles of each chunk, as `nutamill.charge.measures.observe` (C, 17)."""
     motion: np.ndarray
     """Of each thread and body: mass centre [m] (3), rotation [1] (9), velocity [m/s] (3), spin [rad/s] (3)
     (T, B, 18), world axes.

@@ -10,7 +10,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from nutamill.charge.arrays import grow
-from nutamill.charge.kernels.clumps import CLUMP, OFFSET, POSE, ClumpColumn, cut_chunks
+from nutamill.charge.kernels.chunks import cut_chunks
+from nutamill.charge.kernels.clumps import CLUMP, OFFSET, POSE, ClumpColumn
 from nutamill.charge.kernels.neighbours import make_lists
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.pebbles import rotation_matrices
@@ -132,20 +133,35 @@ def saved_poses(saved: Mapping[str, np.ndarray]) -> np.ndarray:
 
 def _with_lists(model, state, scratch, saved, reference):
     """Return the charge with the current neighbour list, in which the saved contacts have their memory."""
-    n, ids, owners = model.n_particles, saved["ids"], saved["contact_owners"]
-    counts = np.bincount(owners, minlength=n)
-    while counts.max() > state.saved.memory.shape[1]:
+    bounds = state.pairs.counts[2]
+    owners, partners, memory = _both_sides(bounds, saved)
+    chunk = np.searchsorted(bounds[1:], owners, side="right")
+    first = np.searchsorted(owners, bounds[:-1])
+    place = np.arange(len(owners)) - first[chunk]
+    while len(place) and place.max() >= state.saved.partners.shape[1]:
         model, state, scratch = grow(model, state, scratch)
-    place = np.arange(len(owners)) - (np.cumsum(counts) - counts)[owners]
-    state.saved.counts[ids] = counts
-    state.saved.partners[ids[owners], place] = ids[saved["contact_partners"]]
-    state.saved.memory[ids[owners], place] = saved["contact_memory"]
-    while True:
-        scratch.alarms[:] = 0
-        make_lists(model, state, scratch, reference, int(state.clock[Clock.LIST]), 0, 1)
-        if not scratch.alarms.any():
-            return model, state, scratch
+    state.saved.counts[saved["ids"]] = np.bincount(owners, minlength=model.n_particles)
+    state.saved.starts[saved["ids"][owners[::-1]]] = (chunk * state.saved.partners.shape[1] + place)[::-1]
+    state.saved.partners[chunk, place] = saved["ids"][partners]
+    state.saved.memory[chunk, place] = memory
+    while make_lists(model, state, scratch, reference, int(state.clock[Clock.LIST]), 0, 1):
         model, state, scratch = grow(model, state, scratch)
+    return model, state, scratch
+
+
+def _both_sides(bounds, saved):
+    """Return owner, partner (slots) and memory of all contacts, ascending by owner: a pair within a chunk
+    twice, as each of the two sees it. `bounds` are the first slots of the chunks.
+    """
+    owners, partners = saved["contact_owners"], saved["contact_partners"]
+    memory = saved["contact_memory"]
+    chunk_a, chunk_b = (np.searchsorted(bounds[1:], slots, side="right") for slots in (owners, partners))
+    within = chunk_a == chunk_b
+    turned = memory[within].copy()
+    turned[:, :STAMP] *= -1.0
+    both = np.concatenate([owners, partners[within]]), np.concatenate([partners, owners[within]])
+    order = np.argsort(both[0], kind="stable")
+    return both[0][order], both[1][order], np.concatenate([memory, turned])[order]
 
 
 def _pair_contacts(state):

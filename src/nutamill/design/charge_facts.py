@@ -1,5 +1,6 @@
 """What is known of the charge of a machine before it is run: amounts, contacts, and what they cost."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +35,9 @@ THREAD_GAIN = 0.9
 SPHERE_MEMORY = 6e3
 """Memory for each sphere [bytes]."""
 
+WIDE = 20.0
+"""Diameter of the largest sphere over that of the smallest from which on a charge gives a warning [1]."""
+
 
 @dataclass(frozen=True, slots=True)
 class PartFacts:
@@ -67,6 +71,8 @@ class ChargeFacts:
     """Facts of each pair of materials."""
     volumes: dict[str, tuple[float, float]]
     """Free volume [m^3] and height [m] of each region that is filled."""
+    diameters: tuple[float, float]
+    """Smallest and largest diameter of their spheres [m]."""
 
     @property
     def particles(self) -> int:
@@ -88,6 +94,22 @@ class ChargeFacts:
         """Volume of the charge as settled beds over the free volume of the regions [1]."""
         bulk = sum(part.filling * self.volumes[part.region][0] for part in self.parts)
         return bulk / sum(volume for volume, _ in self.volumes.values())
+
+    @property
+    def warnings(self) -> list[Fault]:
+        """A warning, with what it costs, of spheres of very different sizes."""
+        smallest, largest = self.diameters
+        ratio = largest / smallest
+        if ratio <= WIDE:
+            return []
+        # spheres side by side on the larger one, each on a hexagon
+        touched = 2.0 * math.pi / math.sqrt(3.0) * (1.0 + ratio) ** 2
+        what = (
+            f"the largest sphere is {ratio:.0f} times as wide as the smallest, "
+            f"{units.shown(smallest, 'mm', '.3g')}, and may touch {touched:.2g} of them at once. All "
+            f"{self.pebbles} spheres march with the substep of the smallest"
+        )
+        return [Fault("charge", what, "A larger smallest size makes the run shorter")]
 
     def lines(self, machine: Machine) -> list[str]:
         """Return the charge and its contacts as text."""
@@ -152,11 +174,24 @@ def charge_facts(machine: Machine) -> ChargeFacts | None:
         height = required(region.height) if region.shape == "cylinder" else float(np.ptp(seen))
         volumes[name] = (free_volume(machine, region), height)
         _refuse_full(machine, name)
+    diameters: list[float] = []
     for part, particles in zip(machine.charge.parts, charge_parts(machine), strict=True):
+        diameters += _sphere_diameters(particles)
         name = region_of(machine, part).name
         density = machine.materials[required(part.material)].density
         parts.append(_facts(part, particles, density, name, volumes[name][0]))
-    return ChargeFacts(parts, contact_facts(machine), volumes)
+    return ChargeFacts(parts, contact_facts(machine), volumes, (min(diameters), max(diameters)))
+
+
+def _sphere_diameters(particles: Particles) -> list[float]:
+    """Return the smallest and largest diameter of the spheres of each shape [m]."""
+    diameters: list[float] = []
+    for number, shape in enumerate(particles.shapes):
+        scale = particles.scale[particles.shape_of == number]
+        if len(scale):
+            ends = shape.radii.min() * scale.min(), shape.radii.max() * scale.max()
+            diameters += [2.0 * float(radius) for radius in ends]
+    return diameters
 
 
 def _facts(part: Portion, particles: Particles, density: float, region: str, room: float) -> PartFacts:

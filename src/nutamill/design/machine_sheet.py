@@ -77,9 +77,10 @@ class MachineSheet:
         centre = ", ".join(f"{in_unit(value, 'mm'):.4g}" for value in self.mass_centre)
         forecast = self._forecast()
         warnings = forecast.warnings(total_memory(), free_disk(case.file_in()))
+        sizes = self.charge.warnings if self.charge is not None else []
         lines = [
             f"{case.title or case.name}: ok",
-            *(f"  warning: {warning}" for warning in (*case.warnings, *self.light, *warnings)),
+            *(f"  warning: {warning}" for warning in (*case.warnings, *self.light, *sizes, *warnings)),
             f"bodies    {len(self.masses)}, {sum(self.masses.values()):.5g} kg in all, mass centre "
             f"at ({centre}) mm",
             f"          masses in kg: {masses}",

@@ -201,6 +201,7 @@ def preflight(case: Case, trial: Callable[[Machine], float | None] | None = None
         warnings=[
             *case.warnings,
             *light_carrier_warnings(machine),
+            *(charge.warnings if charge is not None else []),
             *_idle_threads(case),
             *forecast.warnings(total_memory(), free_disk(case.file_in())),
         ],

@@ -25,6 +25,7 @@ from nutamill.base.kernel import copy_arrays, kernel
 from nutamill.charge.kernels.copying import copy_state
 from nutamill.charge.kernels.dynamics import window
 from nutamill.charge.kernels.team import barrier
+from nutamill.charge.measures.observe import observe
 from nutamill.charge.measures.statistics import sample
 from nutamill.charge.model import Status
 from nutamill.mechanism.dynamics import OK, body_motion, drift, finish, solve_again
@@ -80,28 +81,28 @@ def march_coupled(model, state, scratch, n_windows, rows_out, tid, n_threads):
     begun = coupling.outcome[0] == LISTS_FULL and plan.scheme != ITERATED
     barrier(gate, n_threads)
     for _ in range(n_windows):
+        if plan.scheme == ITERATED:
+            copy_state(state.charge, scratch.start_charge, tid, n_threads)
         if tid == 0:
             coupling.outcome[0] = RUNNING
             if plan.scheme == ITERATED:
                 copy_arrays(state.mechanism, scratch.start_mechanism)
-                copy_state(state.charge, scratch.start_charge)
             if not begun:
                 start_window(model, state, scratch)
         begun = False
         barrier(gate, n_threads)
         march_charge(model, state, scratch, tid, n_threads)
-        if tid == 0:
-            if coupling.outcome[0] == RUNNING:
-                finish_window(model, state, scratch)
-                if coupling.outcome[0] == RUNNING and coupling.windows[0] % plan.windows_per_row == 0:
-                    write_row(model, state, scratch, rows_out[row])
-            elif plan.scheme == ITERATED and coupling.outcome[0] != CHARGE_FAILED:
-                copy_arrays(scratch.start_mechanism, state.mechanism)
-                copy_state(scratch.start_charge, state.charge)
+        if tid == 0 and coupling.outcome[0] == RUNNING:
+            finish_window(model, state, scratch)
         barrier(gate, n_threads)
         if coupling.outcome[0] != RUNNING:
+            restore_window(plan, state, scratch, tid, n_threads)
             break
         if coupling.windows[0] % plan.windows_per_row == 0:
+            observe(model.charge, state.charge, scratch.charge, scratch.reading, tid, n_threads)
+            if tid == 0:
+                write_row(model, state, scratch, rows_out[row])
+            barrier(gate, n_threads)
             row += 1
             if model.survey.on == 1:
                 sample(
@@ -147,6 +148,20 @@ def march_charge(model, state, scratch, tid, n_threads):
         barrier(scratch.charge.barrier, n_threads)
         if coupling.repeat[0] == 0:
             return
+        copy_state(scratch.start_charge, state.charge, tid, n_threads)
+
+
+@kernel
+def restore_window(plan, state, scratch, tid, n_threads):
+    """Return to the start of the window where `ITERATED` stopped within it, unless the charge has a fault to
+    report. Called by all threads.
+    """
+    outcome = state.coupling.outcome[0]
+    if plan.scheme != ITERATED or (outcome != LISTS_FULL and outcome != NOT_CONVERGED):
+        return
+    copy_state(scratch.start_charge, state.charge, tid, n_threads)
+    if tid == 0:
+        copy_arrays(scratch.start_mechanism, state.mechanism)
 
 
 @kernel
@@ -224,7 +239,8 @@ def read_charge_status(state):
 
 @kernel
 def check_convergence(model, state, scratch, number):
-    """Decide whether the window must be repeated with the wrench it produced. If so, restore its start.
+    """Decide whether the window must be repeated with the wrench it produced. If so, restore the start of
+    the mechanism.
 
     The wrench moves the walls through the drift, by half its acceleration times dt^2.  `coupling.repeat` is 1
     until that end position changes by less than `PASS_TOLERANCE` from one pass to the next.
@@ -244,7 +260,6 @@ def check_convergence(model, state, scratch, number):
         return
     start_window(model, state, scratch)
     if change > PASS_TOLERANCE:
-        copy_state(scratch.start_charge, state.charge)
         coupling.repeat[0] = 1
         coupling.passes[0] += 1
 
@@ -256,16 +271,7 @@ def write_row(model, state, scratch, row_out):
     """
     plan, coupling = model.plan, state.coupling
     mechanism_row(model.mechanism, state.mechanism, scratch.mechanism, model.sensors, model.row, row_out)
-    charge_row(
-        model.charge,
-        state.charge,
-        scratch.charge,
-        scratch.reading,
-        coupling,
-        plan.dt * plan.windows_per_row,
-        model.row,
-        row_out,
-    )
+    charge_row(state.charge, scratch.reading, coupling, plan.dt * plan.windows_per_row, model.row, row_out)
     for c in range(plan.carriers.shape[0]):
         body_motion(state.mechanism, plan.carriers[c], coupling.row_motions[c])
     if plan.reference_drive >= 0:

@@ -7,7 +7,7 @@ import numpy as np
 from nutamill.base.errors import StepError
 from nutamill.charge.arrays import grow
 from nutamill.charge.kernels.team import run_team
-from nutamill.charge.measures.observe import charge_reading
+from nutamill.charge.measures.observe import charge_reading, observe
 from nutamill.charge.messages import status_text, status_time
 from nutamill.charge.model import ChargeState
 from nutamill.charge.model import Clock as ChargeClock
@@ -70,16 +70,9 @@ def record_first_row(model: Model, state: State, scratch: Scratch) -> None:
     mechanism_row(model.mechanism, state.mechanism, scratch.mechanism, model.sensors, starts, state.first_row)
     if model.charge is not None:
         interval = model.plan.dt * model.plan.windows_per_row
-        charge_row(
-            model.charge,
-            state.charge,
-            scratch.charge,
-            charge_reading(),
-            state.coupling,
-            interval,
-            starts,
-            state.first_row,
-        )
+        reading = charge_reading()
+        observe(model.charge, state.charge, scratch.charge, reading, 0, 1)
+        charge_row(state.charge, reading, state.coupling, interval, starts, state.first_row)
 
 
 def failure(model: Model, state: State) -> str:

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.kernel import copy_numbers, kernel
-from nutamill.charge.measures.observe import observe
 from nutamill.charge.model import Ledger
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.model import Mechanism, SensorTable
@@ -159,17 +158,16 @@ def mechanism_row(mechanism, state, scratch, sensors, starts, row_out):
 
 
 @kernel
-def charge_row(charge, state, scratch, reading_scratch, coupling_state, interval, starts, row_out):
+def charge_row(state, reading, coupling_state, interval, starts, row_out):
     """Write the groups of the charge, and reset the sums and the largest overlaps of the row.
 
-    `reading_scratch` is work space for `observe`, `interval` the time since the last row [s].
+    `reading` is the present one of `observe`, `interval` the time since the last row [s].
     """
-    observe(charge, state, scratch, reading_scratch)
-    copy_numbers(reading_scratch.energy, row_out[starts.charge_energy : starts.contacts])
-    copy_numbers(reading_scratch.contacts, row_out[starts.contacts : starts.mass_centre])
-    copy_numbers(reading_scratch.mass_centre, row_out[starts.mass_centre : starts.momentum])
-    copy_numbers(reading_scratch.momentum, row_out[starts.momentum : starts.coordination])
-    copy_numbers(reading_scratch.coordination, row_out[starts.coordination : starts.ledger])
+    copy_numbers(reading.energy, row_out[starts.charge_energy : starts.contacts])
+    copy_numbers(reading.contacts, row_out[starts.contacts : starts.mass_centre])
+    copy_numbers(reading.mass_centre, row_out[starts.mass_centre : starts.momentum])
+    copy_numbers(reading.momentum, row_out[starts.momentum : starts.coordination])
+    copy_numbers(reading.coordination, row_out[starts.coordination : starts.ledger])
     copy_numbers(state.ledger, row_out[starts.ledger : starts.wrench])
     for c in range(coupling_state.row_impulse.shape[0]):
         for k in range(6):

@@ -191,7 +191,7 @@ def march_ball(names: Sequence[str]) -> None:
 def read_ball(names: Sequence[str]) -> None:
     """Compile what reads the charge."""
     built = ball(names)
-    observe(*built, charge_reading())
+    run_team(observe, (*built, charge_reading()), 1)
     survey = statistics_plan(built[0], built[1], STEP)
     run_team(sample, (*built, survey, at_rest(), 0.0, charge_statistics(survey, built[1])), 1)
 

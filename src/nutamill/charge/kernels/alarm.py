@@ -4,8 +4,8 @@ import math
 
 from nutamill.base.frames import cross
 from nutamill.base.kernel import kernel
+from nutamill.charge.kernels.chunks import slots_of_chunk
 from nutamill.charge.kernels.clumps import CLUMP, ID
-from nutamill.charge.kernels.neighbours import slots_of_chunk
 from nutamill.charge.laws.pair import LawColumn
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, Status
 from nutamill.charge.walls.walls import wall_overlap

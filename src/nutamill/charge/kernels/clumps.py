@@ -9,6 +9,7 @@ from enum import IntEnum
 
 from nutamill.base.frames import cross, turn_quaternion, turn_vector, turn_vector_back
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.kernels.team import barrier, thread_share
 from nutamill.charge.model import Clock
 
 PUBLISHED = int(Clock.PUBLISHED)
@@ -113,40 +114,36 @@ def start_clumps(model, state, dt):
 
 
 @kernel
-def number_clumps(state, scratch, n):
+def number_clumps(state, scratch, n, tid, n_threads):
     """Sort the rows of the clumps in the order of their pebbles' slots, and renumber them there. Called by
-    one thread.
+    all threads of the team.
     """
-    places, old = state.mass_props[CLUMP], scratch.lists.order
+    places, old, starts = state.mass_props[CLUMP], scratch.lists.order, scratch.lists.votes
+    lo, hi = thread_share(n, tid, n_threads)
+    # before any thread renumbers: which clump the slot before this share belongs to
+    before = places[lo - 1] if lo > 0 else like(-1.0, places[0])
+    last, count = before, 0
+    for i in range(lo, hi):
+        count += int(places[i] != last)
+        last = places[i]
+    starts[tid] = count
+    barrier(scratch.barrier, n_threads)
     count = 0
-    last = like(-1.0, places[0])
-    for i in range(n):
+    for t in range(tid):
+        count += starts[t]
+    last = before
+    for i in range(lo, hi):
         if places[i] != last:
             last = places[i]
             old[count] = int(last)
             count += 1
         places[i] = count - 1
+    barrier(scratch.barrier, n_threads)
+    lo, hi = thread_share(state.clumps.shape[0], tid, n_threads)
     for k in range(COLUMNS):
-        for p in range(count):
+        for p in range(lo, hi):
             scratch.lists.moved[p] = state.clumps[old[p], k]
-        for p in range(count):
+        barrier(scratch.barrier, n_threads)
+        for p in range(lo, hi):
             state.clumps[p, k] = scratch.lists.moved[p]
-
-
-@kernel
-def cut_chunks(model, state):
-    """Cut the slots into chunks of whole clumps: the first slot of each chunk, to the last row of
-    `PairLists.counts`.
-    """
-    n, bounds = model.n_particles, state.pairs.counts[2]
-    c, lo, i = 0, 0, 0
-    bounds[0] = 0
-    while i < n:
-        end = clump_end(state, i, n) if state.clumps.shape[0] > 0 else min(i + model.chunk, n)
-        if end - lo > model.chunk:  # a new chunk begins with this clump
-            c += 1
-            bounds[c] = i
-            lo = i
-        i = end
-    for k in range(c + 1, bounds.shape[0]):
-        bounds[k] = n
+        barrier(scratch.barrier, n_threads)

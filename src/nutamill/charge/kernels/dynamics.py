@@ -13,11 +13,18 @@ Source: D. C. Rapaport, "The Art of Molecular Dynamics Simulation", 2nd ed. 2004
 from nutamill.base.frames import pose_in_window, rotation_matrix, twist_in_window
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.kernels.alarm import name_the_worst
+from nutamill.charge.kernels.chunks import (
+    chunks_of_group,
+    share_groups,
+    slots_of_chunk,
+    sum_group,
+    weigh_groups,
+)
 from nutamill.charge.kernels.clump_integration import integrate_clumps
 from nutamill.charge.kernels.clumps import start_clumps
 from nutamill.charge.kernels.columns import HELD, LAW, PEAK, PEAK_RADIUS
 from nutamill.charge.kernels.integration import integrate_spheres
-from nutamill.charge.kernels.neighbours import chunk_share, rebuild, rotation_about, slots_of_chunk
+from nutamill.charge.kernels.neighbours import rebuild, rotation_about
 from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
 from nutamill.charge.kernels.publish import publish
 from nutamill.charge.kernels.simd import WIDTH, negated_radii
@@ -28,7 +35,8 @@ from nutamill.charge.laws.pair import LAW_NUMBERS
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.walls.surfaces import place_surfaces
 
-STEP, PUBLISHED, LIST, LISTED, SINCE_SORT, REBUILDS, REBUILD, SAVED, DONE, CROWDED = (int(c) for c in Clock)
+STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
+REBUILD, DONE = int(Clock.REBUILD), int(Clock.DONE)
 
 MOVED, LEFT, PAIR, WALL = 1, 2, 4, 8
 """Alarms of a chunk."""
@@ -176,11 +184,12 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
 
 @kernel
 def close_substep(model, state, scratch, dt):
-    """Sum a substep over the chunks in fixed order and advance the clock. Called by one thread."""
+    """Sum a substep over the groups of chunks in fixed order and advance the clock. Called by one thread."""
     clock = state.clock
     alarms = 0
-    for c in range(scratch.alarms.shape[0]):
-        alarms |= scratch.alarms[c]
+    for g in range(scratch.group_alarms.shape[0]):
+        alarms |= scratch.group_alarms[g]
+        c, _ = chunks_of_group(scratch, g)
         for k in range(state.ledger.size):
             state.ledger[k] += dt * scratch.work[c, k]
         for b in range(model.n_bodies):
@@ -269,10 +278,11 @@ def window(
     halted = state.status[0]
     if halted == 0:
         open_window(model, state, scratch, tid)
+        weigh_groups(state, scratch, clock[LIST], tid, n_threads)
     barrier(scratch.barrier, n_threads)
     if halted != 0:
         return
-    first, end = chunk_share(state, tid, n_threads)
+    first, end = share_groups(scratch.group_work, tid, n_threads)
     for j in range(done, n_substeps):
         if clock[REBUILD] == 1:
             rebuild(
@@ -282,7 +292,7 @@ def window(
                 if tid == 0:
                     clock[DONE] = j
                 break
-            first, end = chunk_share(state, tid, n_threads)
+            first, end = share_groups(scratch.group_work, tid, n_threads)
         move_bodies(motions, (j + 0.5) * dt, scratch.motion[tid], scratch.twists[tid])
         place_surfaces(model, scratch.motion[tid], scratch.surface_poses[tid])
         rotation_about(
@@ -290,8 +300,11 @@ def window(
             reference[6] + (j + 1.5) * dt * reference[7] - state.list_angle[0],
             scratch.rotation[tid],
         )
-        for c in range(first, end):
-            chunk_substep(model, state, scratch, c, reference, dt, tid)
+        for g in range(first, end):
+            begin, behind = chunks_of_group(scratch, g)
+            for c in range(begin, behind):
+                chunk_substep(model, state, scratch, c, reference, dt, tid)
+            sum_group(scratch, g)
         barrier(scratch.barrier, n_threads)
         if tid == 0:
             close_substep(model, state, scratch, dt)

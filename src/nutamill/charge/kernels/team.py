@@ -115,6 +115,12 @@ def barrier(counters_out, n_threads):
                     _give_core_away()
 
 
+@kernel
+def thread_share(n, tid, n_threads):
+    """Return first and last-plus-one of `n` items for thread `tid`."""
+    return n * tid // n_threads, n * (tid + 1) // n_threads
+
+
 def run_team(function: Callable, args: tuple, n_threads: int) -> None:
     """Call the kernel ``function(*args, tid, n_threads)`` from `n_threads` threads at once, and wait for all
     of them.

@@ -20,11 +20,12 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.kernels.chunks import slots_of_chunk
 from nutamill.charge.kernels.clumps import CLUMP
 from nutamill.charge.kernels.columns import ACT, HELD, A, wall_batch
 from nutamill.charge.kernels.dynamics import move_bodies
-from nutamill.charge.kernels.neighbours import slots_of_chunk, thread_share
 from nutamill.charge.kernels.pair_contacts import filter_pairs
+from nutamill.charge.kernels.team import thread_share
 from nutamill.charge.kernels.wall_contacts import OVERLAP, find_walls, load_walls
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, ImpactBook, stamp_of
