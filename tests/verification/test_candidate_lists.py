@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from charge_bench import Bench, law
 
+from nutamill.charge.assembly import chunk_size
 from nutamill.charge.face import FIXED_FRAME
+from nutamill.charge.kernels.chunks import share_groups
 from nutamill.charge.kernels.neighbours import rebuild
 from nutamill.charge.kernels.sorting import sort_by_cell
 from nutamill.charge.kernels.team import run_team
@@ -125,3 +127,23 @@ def test_a_team_sorts_slots_by_cell_as_one_stable_sort(threads):
 def _sort(scratch, n, cells, order, tid, n_threads):
     """Sort with the arguments in the order of a team's function."""
     sort_by_cell(scratch, n, cells, tid, n_threads, order)
+
+
+@pytest.mark.parametrize(("threads", "most"), [(2, 1.1), (8, 1.25), (16, 1.4)])
+def test_threads_share_the_work_of_2618_pellets_evenly(threads, most):
+    # a bed as deep as it is wide, of as many pellets as the published charge has
+    bed = np.argwhere(np.ones((14, 14, 14)))[:2618] * 2.02 * 0.0025
+    bench = Bench(bed, law(1e4), 1e-6, precision="single").step(1)
+    work = bench.scratch.group_work
+    shares = np.zeros(threads)
+    for tid in range(threads):
+        first, end = share_groups(work, tid, threads)
+        shares[tid] = work[first:end].sum()
+    assert shares.sum() == work.sum()
+    assert shares.min() > 0.0
+    assert shares.max() <= most * shares.mean()
+
+
+def test_a_chunk_has_room_for_two_clumps_of_any_length():
+    assert [chunk_size(n, 1) for n in (1, 1000, 2618, 10752, 10**6)] == [64, 64, 160, 672, 672]
+    assert [chunk_size(n, 200) for n in (200, 2600, 10**6)] == [416, 416, 672]

@@ -34,15 +34,23 @@ from nutamill.charge.walls.mesh_patches import mesh_walls
 from nutamill.charge.walls.patches import ANGLE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.walls.surface import Surface
 
-SMALLEST_CHUNK, LARGEST_CHUNK, CHUNKS = 64, 672, 4
-"""Slots in a chunk, at least and at most, and the number of chunks that there should be between [1].
+SMALLEST_CHUNK, LARGEST_CHUNK, CHUNKS = 64, 672, 16
+"""Slots in a chunk, at least and at most, and the number of chunks that there should be in between [1].
 
 Pairs across two chunks are computed twice, so large chunks do less work; few chunks share badly among
-threads.
+threads.  The number of threads plays no part, so that results have the same bits on any.
 """
 
 CANDIDATES_PER_PARTICLE = 14
 """Room in a list for each particle [1]; `grow` makes more."""
+
+
+def chunk_size(n: int, longest: int) -> int:
+    """Return the slots in a chunk [1] of a charge of `n` spheres in clumps of at most `longest`: a multiple
+    of `BATCH`, with room for two clumps.
+    """
+    least = max(SMALLEST_CHUNK, -(-2 * longest // BATCH) * BATCH)
+    return max(least, min(LARGEST_CHUNK, n // (CHUNKS * BATCH) * BATCH))
 
 
 def mirrored(law: PairLaw) -> PairLaw:
@@ -237,7 +245,7 @@ def charge(
     )
     model = ChargeModel(
         n_particles=n,
-        chunk=min(LARGEST_CHUNK, max(SMALLEST_CHUNK, -(-n // (CHUNKS * BATCH)) * BATCH)),
+        chunk=chunk_size(n, longest),
         n_bodies=n_bodies,
         law=law,
         laws=np.array(rows, real),
