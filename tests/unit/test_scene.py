@@ -97,9 +97,9 @@ def test_the_size_of_a_picture_must_be_two_numbers(filmed):
 
     from nutamill import cli
 
-    said = CliRunner().invoke(cli.app, ["picture", str(filmed.path), "--size", "big"])
-    assert said.exit_code == 2
-    assert said.stderr == (
+    reply = CliRunner().invoke(cli.app, ["picture", str(filmed.path), "--size", "big"])
+    assert reply.exit_code == 2
+    assert reply.stderr == (
         '--size: must be width and height in pixels, from 10 to 9999, got "big". '
         "Write e.g. --size 1920x1080\n"
     )

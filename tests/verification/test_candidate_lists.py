@@ -42,14 +42,14 @@ def listed(bench):
     """Pairs of ids in the lists, and the chunk of each particle by id."""
     state, pairs = bench.state, bench.state.pairs
     lst = state.clock[Clock.LIST]
-    found, chunk_of = [], np.empty(bench.model.n_particles, int)
+    candidates, chunk_of = [], np.empty(bench.model.n_particles, int)
     for c in range(pairs.counts.shape[1] - 1):
         lo, hi = pairs.counts[2, c : c + 2]
         chunk_of[state.ids[lo:hi]] = c
         count = pairs.counts[lst, c]
         owners = state.ids[lo + pairs.owners[lst, c, :count].astype(int)]
-        found += zip(owners, state.ids[pairs.partners[lst, c, :count]], strict=True)
-    return found, chunk_of
+        candidates += zip(owners, state.ids[pairs.partners[lst, c, :count]], strict=True)
+    return candidates, chunk_of
 
 
 @pytest.mark.parametrize("ratio", [1.0, 12.0])
@@ -60,14 +60,14 @@ def test_lists_hold_every_pair_within_the_skin_once_in_each_chunk(ratio):
     r = np.empty(n)
     r[bench.state.ids[:n]] = bench.state.mass_props[0, :n]
     gap = np.linalg.norm(x[:, None] - x[None], axis=2) - r[:, None] - r[None]
-    found, chunk_of = listed(bench)
+    candidates, chunk_of = listed(bench)
     assert len(bench.model.class_radius) == (1 if ratio == 1.0 else 4)
     near = np.argwhere(np.triu(gap < bench.model.skin, 1))
     assert len(near) > 200
     wanted = []
     for a, b in near:
         wanted += [(a, b), (b, a)] if chunk_of[a] != chunk_of[b] else [(min(a, b), max(a, b))]
-    got = [(a, b) if chunk_of[a] != chunk_of[b] else (min(a, b), max(a, b)) for a, b in found]
+    got = [(a, b) if chunk_of[a] != chunk_of[b] else (min(a, b), max(a, b)) for a, b in candidates]
     # a pair at the very end of the skin may be on either side by rounding in single precision
     sure = [pair for pair in wanted if abs(gap[pair] - bench.model.skin) > 1e-4 * bench.model.skin]
     assert sorted(set(got)) == sorted(got)

@@ -21,7 +21,7 @@ IN_THE_WAY = ("frame", "yoke", "bearing cross", "ceiling", "mounts")
 """Parts between a camera above the machine and the charge, and mounts that would float without the frame."""
 OUTSIDE = (*IN_THE_WAY, "driveshaft", "intermediate shaft", "shaft coupling", "carriage", "balance mass")
 """Parts that nobody within the chamber sees."""
-SIDE = math.radians(-76.0)
+SIDE = -math.radians(76.0)
 """Azimuth of the camera in front of a mill [rad]: beside the yoke, which would hide the joint behind it."""
 
 

@@ -79,7 +79,7 @@ def cells_within(x, reach, h, n):
 
 @kernel(inline="always")
 def gap_to_cell(x, size, cell):
-    """Return how far `x` lies outside the cell of number `cell` along one axis, 0 within."""
+    """Return how far `x` is outside the cell of number `cell` along one axis, 0 within."""
     below = like(cell, x) * size - x
     above = -below - size
     return max(max(below, above), like(0.0, x))

@@ -159,11 +159,11 @@ def cells(finding: Finding, paper: Paper) -> list[str]:
 
 def markdown(findings: Iterable[Finding], paper: Paper, columns: Sequence[str] = HEADINGS) -> str:
     """Format the table in Markdown, with those of the columns of `HEADINGS` that are asked for."""
-    kept = [HEADINGS.index(column) for column in columns]
+    chosen = [HEADINGS.index(column) for column in columns]
     lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
     for finding in findings:
         row = cells(finding, paper)
-        lines.append("| " + " | ".join(row[number] for number in kept) + " |")
+        lines.append("| " + " | ".join(row[number] for number in chosen) + " |")
     return "\n".join(lines) + "\n"
 
 
