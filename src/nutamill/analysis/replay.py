@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 
 from nutamill.analysis.source import any_case_of
 from nutamill.base.errors import ResultError
-from nutamill.case import Machine
 from nutamill.case.drawing import BODIES, CHAMBER, CROSS, GROUND, SHAFT
 from nutamill.result import Result, Snapshots
 
@@ -109,9 +108,9 @@ def replay(result: Result, numbers: list[int]) -> Iterator[Frame]:
         snapshot = result.snapshots[number]
         rotations = rotation_of(np.asarray(snapshot["body_attitudes"], float))
         places = np.asarray(snapshot["body_positions"], float)
-        if isinstance(case, Machine):
-            names, home = [body.name for body in case.bodies], GROUND
-            names += [motor.name for motor in case.unbalance_motors]
+        if case.drawing is None:
+            names, home = [body.name for body in case.machine.bodies], GROUND
+            names += [motor.name for motor in case.machine.unbalance_motors]
             origins = list(places)
         else:
             names, home = list(BODIES), CHAMBER

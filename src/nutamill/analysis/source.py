@@ -29,8 +29,7 @@ def drawing_of(result: Result) -> Case | None:
     """Return the drawing of the mill that a result is a run of. None for a machine given part by part and for
     measured data.
     """
-    case = any_case_of(result) if result.case_text else None
-    return case if isinstance(case, Case) else None
+    return any_case_of(result).drawing if result.case_text else None
 
 
 def case_of(result: Result) -> Case:
@@ -40,8 +39,8 @@ def case_of(result: Result) -> Case:
     ------
     CaseError : measured data, the run of a mechanism, or a case that this version cannot read
     """
-    case = any_case_of(result)
-    if not isinstance(case, Case):
+    case = any_case_of(result).drawing
+    if case is None:
         raise CaseError(
             Fault(
                 str(result.path),

@@ -297,6 +297,11 @@ class Machine(CaseFile):
         return self
 
     @property
+    def drawing(self) -> None:
+        """The drawing of a mill that stands for these parts: there is none."""
+        return None
+
+    @property
     def wall_materials(self) -> dict[Key, str]:
         """Material of every wall that the charge can touch, by its key."""
         return {("walls", number, "material"): wall.material for number, wall in enumerate(self.walls)}

@@ -107,6 +107,11 @@ class Case(CaseFile):
         return mill_machine(self)
 
     @property
+    def drawing(self) -> "Case":
+        """The drawing of the mill, for what needs it: its pictures, mounts, crank and balance."""
+        return self
+
+    @property
     def wall_materials(self) -> dict[Key, str]:
         """Material of every wall that the charge can touch, by its key: chamber, ribs, then ``[[walls]]``."""
         materials: dict[Key, str] = {("chamber", "material"): self.chamber.material}

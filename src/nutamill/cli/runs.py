@@ -75,7 +75,6 @@ def check(
     Where kernels are compiled, the case is marched for two seconds to forecast the time of the run.
     """
     loaded = load(case, overrides)
-    from nutamill.case import Machine
     from nutamill.design.dialects import dialect_lines
     from nutamill.design.machine_sheet import machine_sheet
     from nutamill.design.preflight import preflight
@@ -85,9 +84,8 @@ def check(
 
     if loaded.charge.parts:
         warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded.machine))
-    sheet = (
-        machine_sheet(loaded, trial_rate) if isinstance(loaded, Machine) else preflight(loaded, trial_rate)
-    )
+    mill = loaded.drawing
+    sheet = machine_sheet(loaded.machine, trial_rate) if mill is None else preflight(mill, trial_rate)
     echo_lines(sheet.lines() + (dialect_lines(loaded.machine) if dialects else []))
 
 
@@ -112,19 +110,18 @@ def run(
 
 
 def _run(loaded: "Case | Machine", to: Path | None, quick: bool, threads: int | None, again: bool) -> None:
-    from nutamill.case import Machine
-
+    mill = loaded.drawing
     if threads is not None and not loaded.charge.parts:
         raise CaseError(Fault("--threads", "has no use for a machine without a charge", "Leave it out"))
-    if quick and isinstance(loaded, Machine):
+    if quick and mill is None:
         what = "has no use for a machine given part by part: it shortens the ramp of a mill as drawn"
         raise CaseError(Fault("--quick", what, 'Leave it out, or write e.g. -s run.until="0.1 s"'))
-    if quick and not isinstance(loaded, Machine):
+    if quick and mill is not None:
         from nutamill.simulation.setup.quick import banner
         from nutamill.simulation.setup.quick import quick as quickened
 
-        typer.echo(banner(loaded))
-        loaded = quickened(loaded)
+        typer.echo(banner(mill))
+        loaded = quickened(mill)
     if threads is not None:
         loaded = loaded.with_("run.threads", threads)
     for warning in loaded.warnings:

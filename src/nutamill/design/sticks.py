@@ -34,7 +34,8 @@ def sticks(case: Case | Machine) -> list[Stick]:
     """Return the lines of a mill as assembled at crank angle 0, or of a mechanism at its rest: from each mass
     centre to the parts that hold the body.
     """
-    return _mechanism_sticks(case) if isinstance(case, Machine) else _mill_sticks(case)
+    mill = case.drawing
+    return _mechanism_sticks(case.machine) if mill is None else _mill_sticks(mill)
 
 
 def _mechanism_sticks(case: Machine) -> list[Stick]:

@@ -9,6 +9,7 @@ from nutamill.base.units import in_unit, shown
 from nutamill.mechanism.model import AXIS, GEAR, GEAR_PAIR, GEAR_ROW, JOINT, PAIR, POINT, ROW, SIDE
 from nutamill.mechanism.parts import GROUND, JOINTS, Joint
 
+# Absolute, and only for a refusal before the first step: no number of a result depends on it.
 LARGEST_GAP = 1e-5
 """Largest distance [m] between the two points of a joint as assembled."""
 

@@ -40,6 +40,7 @@ NOT_CONVERGED, NOT_FINITE = int(Outcome.NOT_CONVERGED), int(Outcome.NOT_FINITE)
 MAX_PASSES = 12
 """Largest number of passes over a window of `ITERATED` [1]."""
 
+# An absolute length: the number of passes of a scaled case may differ, its positions by less than this alone.
 PASS_TOLERANCE = 1e-12
 """Change of the walls' end position between passes at which a window has converged [m]; overlaps are far
 larger.

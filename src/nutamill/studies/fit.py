@@ -246,10 +246,11 @@ def _frequency(case: Case | Machine, number: int) -> float:
     """Return a natural frequency about rest [Hz], of a mill on its mounts with rigid bars as they are, NaN if
     there are fewer.
     """
-    if isinstance(case, Case):
-        frequencies = [frequency for frequency, _ in oscillations(case)]
+    mill = case.drawing
+    if mill is not None:
+        frequencies = [frequency for frequency, _ in oscillations(mill)]
     else:
-        frequencies = [float(frequency) for frequency in machine_rest_modes(case).frequency]
+        frequencies = [float(frequency) for frequency in machine_rest_modes(case.machine).frequency]
     return frequencies[number - 1] if number <= len(frequencies) else float("nan")
 
 

@@ -40,13 +40,14 @@ def drawn(
     opening : the vessel is cut open over this azimuth [rad]
     walls : meshed walls, as a result keeps them
     """
-    if isinstance(case, Machine):
-        return _part_by_part(case, opening, walls)
+    mill = case.drawing
+    if mill is None:
+        return _part_by_part(case.machine, opening, walls)
     return Appearance(
-        machine_parts(case, opening, walls=walls),
-        {view: camera_of(view, case) for view in VIEWS},
-        -case.chamber.floor_depth,
-        case.mounts.depth + case.chamber.inner_diameter,
+        machine_parts(mill, opening, walls=walls),
+        {view: camera_of(view, mill) for view in VIEWS},
+        -mill.chamber.floor_depth,
+        mill.mounts.depth + mill.chamber.inner_diameter,
     )
 
 

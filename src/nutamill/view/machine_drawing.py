@@ -19,6 +19,9 @@ from nutamill.view.drawing import DARK, GLASS, STEEL, Part, Solid, box, joined, 
 THICKNESS = 0.02
 """Thickness of a wall, and radius of the rod of a joint, over the size of the machine [1]."""
 
+UPRIGHT = 0.7
+"""Cosine of the tilt up to which a plane or a disc is a floor [1]; others are drawn as glass."""
+
 ARCS = 12
 """Pieces of the meridian of a cap [1]."""
 
@@ -41,7 +44,9 @@ def machine_solids(
     size = float(np.linalg.norm(np.ptp(corners, axis=0)))
     for number, wall in enumerate(machine.walls):
         origin, rotation = poses[wall.body]
-        glass = wall.charge_side == "inside" or wall.shape in ("cylinder", "cone", "cap")
+        upright = wall.axis[2] > UPRIGHT * math.hypot(*wall.axis)
+        cover = wall.shape in ("plane", "disc") and not upright  # of a floor one sees the charge on it
+        glass = cover or wall.charge_side == "inside" or wall.shape in ("cylinder", "cone", "cap")
         look = (GLASS, 0.3) if glass else (STEEL, 1.0)
         if wall.shape == "mesh":
             mesh = meshes.get(f"walls[{number}]")

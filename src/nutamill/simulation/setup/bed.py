@@ -34,6 +34,8 @@ from nutamill.simulation.setup.regions import filled, region_of
 from nutamill.simulation.setup.threads import team_size
 from nutamill.simulation.setup.walls import wall_surfaces
 
+# Absolute: it decides when settling stops, and with that how quiet the bed is at the start of a run. Scaled
+# cases that are to have the same bits begin from a given bed.
 STILL = 1e-6
 """Kinetic energy per mass at which a bed is settled [J/kg]: a mean speed of 1.4 mm/s."""
 

@@ -4,6 +4,7 @@ One function, one figure; saving is left to the caller.
 """
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 
 import matplotlib
@@ -20,6 +21,8 @@ from nutamill.result import Result
 from nutamill.result.fields import Field
 from nutamill.view.figures.style import MARK, MEAN, RMS, STYLE, WIDTH, label_of
 
+LABEL = 18
+"""Letters in a line of the label of an axis [1]: more are longer than the axis of a panel."""
 HIGHEST = 500.0
 """Highest frequency drawn [Hz]."""
 
@@ -35,7 +38,8 @@ def draw_histories(result: Result, names: Sequence[str]) -> Figure:
         figure = Figure(figsize=(WIDTH, 0.5 + 1.2 * len(names)), layout="constrained")
         for axes, name in zip(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)), names, strict=True):
             axes.plot(time, result.series[name].values, linewidth=0.6)
-            axes.set_ylabel(label_of(result.field(name)).replace(" (", "\n("))
+            words, _, unit = label_of(result.field(name)).rpartition(" (")
+            axes.set_ylabel(f"{textwrap.fill(words, LABEL)}\n({unit}")
         axes.set_xlabel("time (s)")
         axes.set_xlim(time[0], time[-1])
         figure.align_ylabels()
