@@ -50,6 +50,7 @@ _FACE = {
     "studies.sweep": "sweep",
     "studies.fit": "fit",
     "studies.validate": "validate",
+    "studies.identify.identify": "identify",
 }
 """Module of the package: the public names that it holds."""
 

@@ -21,8 +21,8 @@ VERBS = set(
         Do Draw Enter Estimate Fill Film Find Finish Fit Format Give Hold Identify Import Join Keep Kick
         Kill Lay List Load Log Make March Mark Measure Merge Minimise Move Note Open Parse Plan Print
         Publish Put Raise Read Record Refuse Reject Remove Rename Render Replace Report Reserve Reset Return
-        Rotate Run Save Select Set Settle Show Simulate Solve Sort Split Start Store Submit Subtract Sum
-        Summarise Take Test Track Turn Update Verify Wait Write Yield
+        Rotate Run Sample Save Select Set Settle Show Simulate Solve Sort Split Start Store Submit Subtract
+        Sum Summarise Take Test Track Turn Update Verify Wait Write Yield
         """,
     )
 )

@@ -110,6 +110,7 @@ INPUTS = {
     "verify": ("{}",),
     "sweep": ("{}", "-s", "run.seed=1..2"),
     "fit": ("{}",),
+    "identify": ("{}",),
     "mount-test": ("{}",),
     "validate": ("{}", "--stored"),
     "modes": ("{}",),

@@ -15,6 +15,7 @@ from nutamill.base.file_kind import FileKind, file_kind
 from nutamill.case import load_case
 from nutamill.result import open_result
 from nutamill.studies.fit_file import load_fit
+from nutamill.studies.identify.identify_file import load_identification
 from nutamill.studies.papers.library import read_paper
 from nutamill.studies.sweep_file import is_sweep_file, load_sweep
 
@@ -25,6 +26,7 @@ TEXTS = {
     FileKind.SWEEP: 'case = "numill"\n[sweep]\n"drive.speed" = "1..2 rpm / 2"\n',
     FileKind.FIT: 'case = "numill"\n[free]\n"drive.speed" = { start = "1 rpm", low = "1 rpm", high = "2 '
     'rpm" }\n',
+    FileKind.IDENTIFY: 'case = "numill"\n[unknown.friction]\nlow = 0.0\n',
     FileKind.RATINGS: '[bearings.crank_pin]\nkind = "ball"\n',
     FileKind.MAPPING: '[channel.driveshaft_torque]\ncolumn = "Mz"\n',
     FileKind.PAPER: '[configurations.empty]\ntitle = "empty"\n',
@@ -46,6 +48,7 @@ READERS = {
     load_case: (FileKind.CASE, FileKind.MECHANISM),
     load_sweep: (FileKind.SWEEP,),
     load_fit: (FileKind.FIT,),
+    load_identification: (FileKind.IDENTIFY,),
     load_ratings: (FileKind.RATINGS,),
     load_mapping: (FileKind.MAPPING,),
     read_paper: (FileKind.PAPER,),
@@ -121,5 +124,10 @@ def test_a_name_of_the_library_and_a_missing_file(tmp_path):
 
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").rglob("*.toml")), ids=lambda path: path.stem)
 def test_every_file_among_the_examples_is_recognised(path):
-    wanted = {"ratings": FileKind.RATINGS, "friction-law": FileKind.FIT, "joint-friction": FileKind.FIT}
+    wanted = {
+        "ratings": FileKind.RATINGS,
+        "friction-law": FileKind.FIT,
+        "joint-friction": FileKind.FIT,
+        "empty-mill-identified": FileKind.IDENTIFY,
+    }
     assert file_kind(path) is wanted.get(path.stem, FileKind.MECHANISM)

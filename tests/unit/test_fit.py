@@ -11,6 +11,7 @@ from nutamill.analysis.values import Reading
 from nutamill.base.errors import CaseError, StepError
 from nutamill.base.steady import Estimate
 from nutamill.studies import fit as fitting
+from nutamill.studies import measurand
 from nutamill.studies.least_squares import Free, fitted
 from nutamill.studies.table import Outcome
 
@@ -154,7 +155,7 @@ def bench(tmp_path, monkeypatch):
         ]
 
     monkeypatch.setattr(fitting, "run_all", run_all)
-    monkeypatch.setattr(fitting, "oscillations", lambda case: [(8.0 - case.mechanism.joint_friction, 0.1)])
+    monkeypatch.setattr(measurand, "oscillations", lambda case: [(8.0 - case.mechanism.joint_friction, 0.1)])
     return tmp_path / "fit.toml"
 
 

@@ -154,7 +154,11 @@ def steady_window(result: Result, last: float | str = PAPER_WINDOW) -> SteadyWin
 
 
 def steady_mean(
-    result: Result, series: str | np.ndarray, by: How = "mean", last: float | str = PAPER_WINDOW
+    result: Result,
+    series: str | np.ndarray,
+    by: How = "mean",
+    last: float | str = PAPER_WINDOW,
+    scatter: float = STEADY_SPEED,
 ) -> Estimate:
     """Estimate the steady mean of a series of a result, with its 95 % confidence interval.
 
@@ -168,6 +172,7 @@ def steady_mean(
     by : number taken of each turn: its mean, root mean square, or half its range
     last : length of the window of the plain mean at the end of the run [s], or a text with a unit.  For means
         it is the mean of all samples in it, as in the NuMill papers, otherwise of the turns that begin in it.
+    scatter : as for `ramp_end`; `MEASURED_SPEED` for a test
 
     Returns
     -------
@@ -180,7 +185,7 @@ def steady_mean(
     if isinstance(series, str) and series not in result.series:
         raise ResultError(f"{result.path}: has no series {series}. `nutamill info fields` lists all series.")
     values = result.series[series].values if isinstance(series, str) else series
-    inside, turns = turns_at_speed(result)
+    inside, turns = turns_at_speed(result, scatter=scatter)
     if len(turns) < 2:
         raise _no_turn(result)
     time, values = result.series["time"].values[inside], values[inside]

@@ -40,6 +40,7 @@ class FileKind(Enum):
     MECHANISM = "a mechanism", "nutamill run {}"
     SWEEP = "a sweep file", "nutamill sweep {}"
     FIT = "a fit file", "nutamill fit {}"
+    IDENTIFY = "an identification file", "nutamill identify {}"
     RATINGS = "a file of ratings", "nutamill life RESULT.h5 {}"
     MAPPING = "a mapping of a test file", "nutamill import TEST.csv --map {}"
     PAPER = "the data of a paper", "nutamill validate {}"
@@ -115,6 +116,7 @@ def kind_of_tables(tables: dict[str, Any]) -> FileKind | None:
     telling = {
         FileKind.FIT: ("free", "target"),
         FileKind.SWEEP: ("sweep",),
+        FileKind.IDENTIFY: ("unknown", "learn", "predict"),
         FileKind.RATINGS: ("bearings", "sections"),
         FileKind.MAPPING: ("channel",),
         FileKind.PAPER: ("configurations", "rows"),

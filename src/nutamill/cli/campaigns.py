@@ -57,6 +57,25 @@ def fit(
     typer.echo("\n".join(run_fit(file, jobs, cluster, to)))
 
 
+@app.command()
+@reports_errors
+def identify(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="IDENTIFY.toml", help="The identification file: case, unknowns, rows, stages."
+        ),
+    ],
+    jobs: Jobs = None,
+    cluster: Cluster = None,
+    to: Annotated[Path | None, to("Folder for results; else identified/<file>.", "FOLDER")] = None,
+) -> None:
+    """Identify unknown numbers with their posterior, and predict other rows with intervals."""
+    from nutamill.studies.command import run_identification
+
+    typer.echo("\n".join(run_identification(file, jobs, cluster, to)))
+
+
 @app.command("mount-test")
 @reports_errors
 def mount_test(

@@ -1,4 +1,4 @@
-"""A sweep, a fit and a comparison with a paper in a notebook."""
+"""A sweep, a fit, an identification and a comparison with a paper in a notebook."""
 
 from typing import TYPE_CHECKING
 
@@ -9,10 +9,12 @@ from nutamill.base.steady import NO_ESTIMATE
 from nutamill.notebook.html import escaped, heading, picture, table, warnings_html
 from nutamill.result import is_finished
 from nutamill.studies.figures import draw_sweep
+from nutamill.studies.identify.figures import draw_corner, draw_rows
 from nutamill.studies.papers.table import HEADINGS, cells, tally, trouble_lines
 
 if TYPE_CHECKING:
     from nutamill.studies.fit import Fit
+    from nutamill.studies.identify.identification import Identification
     from nutamill.studies.sweep import Campaign
     from nutamill.studies.validate import Comparison
 
@@ -53,6 +55,18 @@ def fit_html(fit: "Fit") -> str:
     verdict = "converged" if fit.best.converged else "not converged"
     text = "\n".join(fit.lines())
     return heading("fit", verdict, fit.best.converged) + f"<pre>{escaped(text)}</pre>"
+
+
+def identification_html(done: "Identification") -> str:
+    """Return unknowns, rows and indices of an identification, and its two figures."""
+    count = sum(row.learned for row in done.problem.rows)
+    text = "\n".join(done.lines())
+    return (
+        heading("identification", f"learned from {count} rows", done.posterior.converged)
+        + f"<pre>{escaped(text)}</pre>"
+        + picture(draw_corner(done))
+        + picture(draw_rows(done))
+    )
 
 
 def comparison_html(done: "Comparison") -> str:

@@ -14,6 +14,7 @@ from nutamill.studies.axes import axis_values, members
 from nutamill.studies.board import Board, ended, total
 from nutamill.studies.figures import draw_sweep
 from nutamill.studies.fit import fit
+from nutamill.studies.identify.identify import identify
 from nutamill.studies.sweep import run_all
 from nutamill.studies.sweep_file import is_sweep_file, load_sweep
 from nutamill.studies.table import dataset
@@ -120,3 +121,15 @@ def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) 
     with Board(DEFAULT) as board:
         board.message(f"runs into {folder}")
         return fit(file, folder, jobs, client, board, board.message).lines()
+
+
+def run_identification(file: Path, jobs: int | None, cluster: str | None, to: Path | None) -> list[str]:
+    """Identify, and return the lines to print. Parameters are as typed, errors those of
+    `nutamill.studies.identify.identify.identify`.
+    """
+    folder = to or Path("identified") / file.stem
+    client = None if cluster is None else cluster_client(cluster, jobs)
+    with Board(DEFAULT) as board:
+        board.message(f"runs into {folder}")
+        done = identify(file, folder, jobs, client, board, board.message)
+    return [*done.lines(), "", ", ".join(map(str, done.files))]

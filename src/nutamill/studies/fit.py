@@ -8,35 +8,32 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from nutamill.analysis.values import Reading, reading_of
-from nutamill.base import units
+from nutamill.analysis.values import Reading
 from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.base.notebook_hook import notebook_html
 from nutamill.base.schema import spelled
 from nutamill.case import Case, Machine, load_case
-from nutamill.case.toml.keys import held, si_at, si_of, unit_at
-from nutamill.design.modes import machine_rest_modes
-from nutamill.design.preflight import oscillations
+from nutamill.case.toml.keys import held, si_at, unit_at
 from nutamill.result import is_finished
 from nutamill.studies.axes import Member, changed
 from nutamill.studies.campaign_file import case_of, overrides
 from nutamill.studies.fit_file import FreeKey, Measured, load_fit, position_of
 from nutamill.studies.least_squares import Fitted, Free, fitted
+from nutamill.studies.measurand import measurand_of, rest_frequency, si_in, value_in
 from nutamill.studies.sweep import Report, run_all
 from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
 
 if TYPE_CHECKING:
     import distributed
 
-MODE = "natural_frequency"
-"""Word by which a target names a natural frequency."""
-
 
 class Target(NamedTuple):
     """A measured value."""
 
-    what: Reading | int
-    """What is read from a result, or the number of a mode, counted from 1."""
+    what: Reading | str | int
+    """What is read from a result, the name of a quantity of the papers, or the number of a mode, counted
+    from 1.
+    """
     case: Case | Machine
     """The case under which it was measured, with the free keys at their first guess."""
     value: float
@@ -175,28 +172,8 @@ def _free(key: str, given: FreeKey, base: Case | Machine, where: str) -> Free:
 
 def _target(given: Measured, case: Case | Machine, where: str) -> Target:
     """Return a target, its quantity understood and its numbers in SI."""
-    word, _, number = given.quantity.partition(" ")
-    what: Reading | int
-    if word == MODE:
-        if not number.isdigit() or int(number) < 1:
-            raise CaseError(
-                Fault(
-                    f"{where}.quantity",
-                    f'must number the mode from 1, got "{given.quantity}"',
-                    f'Write "{MODE} 1"',
-                )
-            )
-        what, unit, named = int(number), "Hz", f"natural frequency {number}"
-    else:
-        what = reading = reading_of(given.quantity, f"{where}.quantity", case.machine)
-        by = "" if reading.by == "mean" else f" ({reading.by})"
-        unit, named = reading.field.unit, f"{reading.field.label}{by}"
-    kind = next((kind for kind, table in units.UNITS.items() if unit in table), None)
-    if kind is None:
-        raise CaseError(
-            Fault(f"{where}.quantity", f"has a unit that no key has, {unit}", "Take one of its factors")
-        )
-    value, sigma = (si_of(getattr(given, name), kind, f"{where}.{name}") for name in ("value", "uncertainty"))
+    what, named, unit = measurand_of(given.quantity, f"{where}.quantity", case.machine)
+    value, sigma = (si_in(unit, getattr(given, name), f"{where}.{name}") for name in ("value", "uncertainty"))
     under = ", ".join(f"{key} = {changes}" for key, changes in given.set.items())
     return Target(what, case, value, sigma, f"{named}{f', {under}' if under else ''}", unit)
 
@@ -216,7 +193,7 @@ def computed(
     wanted: dict[str, Member] = {}
     for row, point in zip(cases, points, strict=True):
         for case, target in zip(row, targets, strict=True):
-            if isinstance(target.what, Reading):
+            if not isinstance(target.what, int):
                 wanted.setdefault(case.digest, Member(_rounded(point) | {"target": target.label}, case))
     readings = tuple(dict.fromkeys(target.what for target in targets if isinstance(target.what, Reading)))
     outcomes = run_all(list(wanted.values()), folder, workers(), readings, report, log) if wanted else []
@@ -230,28 +207,16 @@ def computed(
     values = np.empty((len(points), len(targets)))
     for k, row in enumerate(cases):
         for j, (case, target) in enumerate(zip(row, targets, strict=True)):
-            if isinstance(target.what, Reading):
-                values[k, j] = by_case[case.digest].values[target.what].mean
+            if isinstance(target.what, int):
+                values[k, j] = rest_frequency(case, target.what)
             else:
-                values[k, j] = _frequency(case, target.what)
+                values[k, j] = value_in(by_case[case.digest], target.what).mean
             if not np.isfinite(values[k, j]):
                 raise StepError(
                     f"fit: {target.label} has no steady mean. Run longer "
                     "(run.until), or take another quantity."
                 )
     return values
-
-
-def _frequency(case: Case | Machine, number: int) -> float:
-    """Return a natural frequency about rest [Hz], of a mill on its mounts with rigid bars as they are, NaN if
-    there are fewer.
-    """
-    mill = case.drawing
-    if mill is not None:
-        frequencies = [frequency for frequency, _ in oscillations(mill)]
-    else:
-        frequencies = [float(frequency) for frequency in machine_rest_modes(case.machine).frequency]
-    return frequencies[number - 1] if number <= len(frequencies) else float("nan")
 
 
 def _rounded(point: Mapping[str, float]) -> dict[str, Any]:

@@ -76,7 +76,7 @@ def planned_runs(paper: Paper, folder: str | Path) -> list[PlannedRun]:
         for speed in dict.fromkeys(configuration.speeds):
             for seed in configuration.seeds_at(speed):
                 try:
-                    case = _case(paper, name, speed, seed)
+                    case = case_of_paper(paper, name, speed, seed)
                 except CaseError as error:
                     faults += [
                         Fault(f"configurations.{name}: {fault.where}", fault.what, fault.hint)
@@ -93,10 +93,23 @@ def planned_runs(paper: Paper, folder: str | Path) -> list[PlannedRun]:
     return runs
 
 
-def _case(paper: Paper, name: str, speed: float, seed: int) -> Case:
-    """Return the case of a configuration at a speed [rad/s]: its ramp, then `hold` at that speed."""
+def case_of_paper(
+    paper: Paper,
+    name: str,
+    speed: float,
+    seed: int = 1,
+    base: str | None = None,
+    fixed: Sequence[str] = (),
+) -> Case:
+    """Return the case of a configuration at a speed [rad/s]: its ramp, then `hold` at that speed.
+
+    Parameters
+    ----------
+    base : the case it starts from, that of the configuration if None
+    fixed : changes before those of the configuration, as after ``--set``
+    """
     configuration = paper.configurations[name]
-    case = load_case(configuration.base, configuration.set)
+    case = load_case(base or configuration.base, [*fixed, *configuration.set])
     title = f"{paper.short}: {configuration.title}, {shown(speed, 'rpm', '.6g')}"
     case = case.with_(
         drive__speed=speed, run__seed=seed, run__threads=1, title=title

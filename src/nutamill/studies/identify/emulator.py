@@ -1,0 +1,158 @@
+"""A Gaussian process in place of the runs of one row, with its own error and a check of that error."""
+
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from nutamill.base.errors import CaseError, Fault
+
+SAME = 1e-9
+"""Spread of the members over their size below which they are the same number [1]."""
+POOR = 0.5
+"""Error of members left out over the spread of all members, above which an emulator is refused [1]."""
+
+
+class Check(NamedTuple):
+    """How well an emulator predicts members that are left out, one at a time."""
+
+    error: float
+    """Root mean square of what it is off, SI."""
+    spread: float
+    """Standard deviation of the members, SI."""
+    ratio: float
+    """Root mean square of what it is off over what it states to be off [1]; one if it is honest."""
+    members: int
+    """Members that it was fitted to [1]."""
+
+
+class Process(NamedTuple):
+    """A fitted Gaussian process of mean zero, with a squared exponential kernel."""
+
+    lengths: np.ndarray
+    """Lengths of the kernel, shares of the ranges, (n_columns,)."""
+    members: np.ndarray
+    """Points of the members over the lengths, (n, n_columns)."""
+    amplitude: float
+    """Variance of the kernel [1]."""
+    weights: np.ndarray
+    """Inverse of the covariance of the members times their values, (n,)."""
+    inverse_root: np.ndarray
+    """Inverse of the Cholesky factor of that covariance, (n, n)."""
+
+    def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean and variance at points (n, n_columns), each (n,)."""
+        scaled = points / self.lengths
+        squares = np.sum(scaled**2, axis=1)[:, None] + np.sum(self.members**2, axis=1)
+        across = self.amplitude * np.exp(scaled @ self.members.T - 0.5 * squares)
+        explained = across @ self.inverse_root.T
+        return across @ self.weights, np.maximum(self.amplitude - np.sum(explained**2, axis=1), 0.0)
+
+
+class Emulator(NamedTuple):
+    """A row over the unknowns: a fitted process of those that change its runs, times its gains."""
+
+    process: Process | None
+    """The fitted process; None where no unknown changes the runs."""
+    columns: np.ndarray
+    """Indices of the unknowns that the process depends on."""
+    offset: float
+    """Mean of the members, SI."""
+    scale: float
+    """Standard deviation of the members, SI."""
+    check: Check
+    """Its check."""
+    gains: np.ndarray
+    """Indices of the unknowns that multiply it."""
+    gain_ends: np.ndarray
+    """Ends of their ranges, (n_gains, 2)."""
+
+    def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the row and the standard deviation of the emulator's error at points, each (n,), SI.
+
+        The scatter of single runs is in neither.  Where members that were left out missed by more than was
+        stated, the error is widened in the same ratio.
+
+        Parameters
+        ----------
+        points : shares of the ranges of all unknowns, (n, n_unknowns)
+        """
+        low, high = self.gain_ends.T
+        gain = np.prod(low + points[:, self.gains] * (high - low), axis=1)
+        if self.process is None:
+            return gain * self.offset, np.zeros(len(points))
+        mean, variance = self.process.predict(points[:, self.columns])
+        widened = max(1.0, self.check.ratio) * self.scale
+        return gain * (self.offset + self.scale * mean), np.abs(gain) * widened * np.sqrt(variance)
+
+
+def fit_emulator(
+    points: np.ndarray,
+    values: np.ndarray,
+    columns: np.ndarray,
+    gains: np.ndarray,
+    gain_ends: np.ndarray,
+    label: str,
+    doubt: float,
+) -> Emulator:
+    """Fit a Gaussian process with one length for each unknown, and the scatter of single runs, to members.
+
+    Parameters
+    ----------
+    points : shares of the ranges of all unknowns, (n, n_unknowns)
+    values : what the members gave, (n,), SI; at least two are finite
+    columns, gains, gain_ends : as in `Emulator`
+    label : the row, for messages
+    doubt : scatter and discrepancy of the row, SI: an error below it does no harm
+
+    Raises
+    ------
+    CaseError : the row depends on no unknown, or the emulator fails its check
+
+    Source
+    ------
+    C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning, MIT Press, 2006, eqs. 2.25,
+    2.26 and 5.12 (members left out)
+    """
+    finite = np.isfinite(values)
+    points, values = points[finite], values[finite]
+    offset, spread = float(values.mean()), float(values.std())
+    if not len(columns):
+        alone = Check(0.0, spread, 0.0, len(values))
+        return Emulator(None, columns, offset, 0.0, alone, gains, gain_ends)
+    if spread <= SAME * abs(offset):
+        what = f"the row depends on no unknown: all of {len(values)} members give {offset:.6g} (SI)"
+        raise CaseError(Fault(label, what, "Leave it out, or name an unknown that acts on it"))
+    process, check = _fitted(points[:, columns], (values - offset) / spread, spread)
+    if check.error > max(POOR * spread, doubt):
+        what = (
+            f"the emulator does not predict the members that are left out: it is off by {check.error:.3g}, "
+            f"the members spread by {spread:.3g} (SI)"
+        )
+        hint = "Take more members or narrower ranges; with a charge longer runs"
+        raise CaseError(Fault(label, what, hint))
+    return Emulator(process, columns, offset, spread, check, gains, gain_ends)
+
+
+def _fitted(points: np.ndarray, values: np.ndarray, scale: float) -> tuple[Process, Check]:
+    """Return the process of greatest likelihood, and its check at each member by all others."""
+    # these load for a second, and are part of an extra
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+
+    smooth = ConstantKernel(4.0, (1e-2, 1e4)) * RBF(np.ones(points.shape[1]), (0.05, 100.0))
+    kernel = smooth + WhiteKernel(1e-4, (1e-9, 1.0))
+    regressor = GaussianProcessRegressor(kernel, alpha=1e-10, n_restarts_optimizer=1, random_state=0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # a length at the end of its range is no fault
+        regressor.fit(points, values)
+    chosen = regressor.kernel_.k1
+    lengths = np.broadcast_to(chosen.k2.length_scale, points.shape[1])
+    root = solve_triangular(regressor.L_, np.eye(len(values)), lower=True)
+    process = Process(lengths, points / lengths, chosen.k1.constant_value, regressor.alpha_, root)
+    precision = np.sum(root**2, axis=0)  # diagonal of the inverse covariance
+    error = process.weights / precision
+    ratio = float(np.sqrt(np.mean(error**2 * precision)))
+    return process, Check(scale * float(np.sqrt(np.mean(error**2))), scale, ratio, len(error))

@@ -1,0 +1,200 @@
+"""`identify`: from a file of unknowns and rows to a posterior, and to what it predicts."""
+
+import hashlib
+import importlib.util
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nutamill.base.atomic_file import make_folder, write_whole
+from nutamill.base.errors import CaseError, Fault, missing_extra
+from nutamill.case import Case, Machine
+from nutamill.studies.axes import changed
+from nutamill.studies.identify.emulator import Emulator, fit_emulator
+from nutamill.studies.identify.figures import draw_corner, draw_rows
+from nutamill.studies.identify.identification import Identification, identification_of
+from nutamill.studies.identify.members import Log, refuse_few, run_members
+from nutamill.studies.identify.posterior import Evidence, implausibility
+from nutamill.studies.identify.problem import Problem, read_problem
+from nutamill.studies.identify.sample import filling_points, points_left
+from nutamill.studies.identify.table import json_text, lines
+from nutamill.studies.sweep import Report
+from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
+from nutamill.view.figures.saving import save_figure
+
+if TYPE_CHECKING:
+    import distributed
+
+NEEDED = {"sklearn": "scikit-learn", "emcee": "emcee"}
+"""Modules of the extra ``study``, and their packages."""
+
+
+def identify(
+    file: str | Path,
+    folder: str | Path | None = None,
+    jobs: int | None = None,
+    client: "distributed.Client | None" = None,
+    report: Report | None = None,
+    log: Log | None = None,
+) -> Identification:
+    """Identify the unknowns of a file from its rows, and predict its other rows.
+
+    Every run is stored in `folder`, named by its case, and the points of each stage beside them: the same
+    call again reads what has been run.
+
+    Parameters
+    ----------
+    file : the identification file (TOML)
+    folder : for results, tables and figures; ``identified/<file>`` if None
+    jobs, client, report, log : as for `nutamill.studies.sweep.sweep`
+
+    Raises
+    ------
+    CaseError : every fault of the file, before anything is run; ranges that the drawing cannot hold, a row
+        that depends on no unknown, an emulator that fails its check
+    NotInstalledError : the extra ``study`` is missing
+    """
+    for module, name in NEEDED.items():
+        if importlib.util.find_spec(module) is None:
+            raise missing_extra("nutamill identify", name, "study")
+    problem = read_problem(file)
+    directory = Path("identified") / Path(file).stem if folder is None else Path(folder)
+    make_folder(directory / "identify.md")
+
+    def workers() -> Workers:
+        return ClusterWorkers(client) if client else LocalProcesses(jobs)
+
+    emulators, refused = learn(problem, directory, workers, report, log)
+    done = identification_of(problem, emulators, refused)
+    files = store(done, directory)
+    return done._replace(files=files)
+
+
+def learn(
+    problem: Problem,
+    folder: Path,
+    workers: Callable[[], Workers],
+    report: Report | None = None,
+    log: Log | None = None,
+) -> tuple[list[Emulator], int]:
+    """Run all stages, each at points that the stages before it have not ruled out.
+
+    Returns
+    -------
+    the emulator of each row, and how many members the drawing could not hold
+    """
+    unknowns, refused = len(problem.unknowns), 0
+    points: dict[int, list[np.ndarray]] = {number: [] for number in range(len(problem.rows))}
+    values: dict[int, list[np.ndarray]] = {number: [] for number in range(len(problem.rows))}
+    emulators: dict[int, Emulator] = {}
+    cuts: list[tuple[list[Evidence], float]] = []
+
+    def plausible(candidates: np.ndarray) -> np.ndarray:
+        left = np.ones(len(candidates), dtype=bool)
+        for rows, cut in cuts:
+            left[left] = implausibility(rows, candidates[left]).max(axis=1) <= cut
+        return left
+
+    for number, stage in enumerate(problem.stages):
+        seed = problem.seed + number
+        stored = folder / f"points-{number + 1}-{_digest(problem, number)}.json"
+        if stored.exists():
+            chosen = np.array(json.loads(stored.read_text(encoding="utf-8")))
+        elif not cuts:
+            chosen = filling_points(unknowns, stage.members, seed)
+        else:
+            chosen = points_left(unknowns, stage.members, seed, plausible, stage.name)
+        write_whole(stored, json.dumps(chosen.tolist()))
+        if log is not None:
+            log(f"stage {stage.name}: {stage.members} members")
+        ran = run_members(problem, stage.name, chosen, folder / "runs", workers, report, log)
+        refused += ran.refused
+        for row, column in ran.values.items():
+            points[row].append(ran.points)
+            values[row].append(column)
+        new = emulators_of(problem, {row: (points[row], values[row]) for row in ran.values})
+        emulators |= new
+        if evidence := evidence_of(problem, new):
+            cuts.append((evidence, stage.cut))
+    return [emulators[row] for row in range(len(problem.rows))], refused
+
+
+def emulators_of(
+    problem: Problem, members: dict[int, tuple[Sequence[np.ndarray], Sequence[np.ndarray]]]
+) -> dict[int, Emulator]:
+    """Fit the emulator of each row to its members. Raises CaseError with the faults of all rows."""
+    emulators: dict[int, Emulator] = {}
+    faults: list[Fault] = []
+    ends = np.array([[one.low, one.high] for one in problem.unknowns])
+    for number, (points, values) in members.items():
+        row, gains = problem.rows[number], problem.gains(problem.rows[number])
+        together = np.concatenate(values)
+        try:
+            refuse_few(problem, number, together)
+            emulators[number] = fit_emulator(
+                np.concatenate(points),
+                together,
+                problem.columns(row),
+                gains,
+                ends[gains].reshape(-1, 2),
+                row.label,
+                row.doubt,
+            )
+        except CaseError as error:
+            faults += error.faults
+    if faults:
+        raise CaseError(*faults)
+    return emulators
+
+
+def evidence_of(problem: Problem, emulators: dict[int, Emulator]) -> list[Evidence]:
+    """Return the rows among these that are learned from."""
+    return [
+        Evidence(emulator, problem.rows[number].value, problem.rows[number].doubt)
+        for number, emulator in emulators.items()
+        if problem.rows[number].learned
+    ]
+
+
+def _digest(problem: Problem, stage: int) -> str:
+    """Return a word that is another one when the points of a stage may be others."""
+    asked = [
+        [(one.name, one.keys, one.gain_of, one.low, one.high, one.campaign) for one in problem.unknowns],
+        [(row.case.digest, row.quantity, row.value, row.doubt, row.stages) for row in problem.rows],
+        [(one.name, one.members, one.cut) for one in problem.stages[: stage + 1]],
+        problem.seed,
+    ]
+    return hashlib.sha256(json.dumps(asked).encode()).hexdigest()[:12]
+
+
+def store(done: Identification, folder: Path) -> list[Path]:
+    """Write table, numbers, figures, and a machine file with the most probable values for each campaign.
+    Return the files.
+    """
+    files = [folder / "identify.md", folder / "identify.json"]
+    write_whole(files[0], "\n".join(lines(done)) + "\n")
+    write_whole(files[1], json_text(done))
+    files.append(save_figure(draw_corner(done), folder / "corner.png"))
+    files.append(save_figure(draw_rows(done), folder / "rows.png"))
+    for campaign in dict.fromkeys(one.campaign for one in done.problem.rows):
+        file = folder / f"{'-'.join(filter(None, (done.problem.base.name, campaign)))}.toml"
+        try:
+            write_whole(file, machine_at_mode(done, campaign).to_toml())
+        except CaseError:  # the case without the changes of any row need not hold them
+            continue
+        files.append(file)
+    return files
+
+
+def machine_at_mode(done: Identification, campaign: str = "") -> Case | Machine:
+    """Return the case with the most probable values of the unknowns that act in a campaign."""
+    acting = [
+        number
+        for number, one in enumerate(done.problem.unknowns)
+        if one.keys and one.campaign in ("", campaign)
+    ]
+    changes = done.problem.changes(np.array(acting, dtype=int), done.posterior.mode)
+    return changed(done.problem.base, changes)

@@ -1,0 +1,301 @@
+"""What an identification asks: unknowns, rows and stages, with every number in SI and every case made."""
+
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nutamill.analysis.values import Reading
+from nutamill.analysis.windows import MEASURED_SPEED, PAPER_WINDOW, steady_mean
+from nutamill.base.errors import CaseError, Fault, MillError
+from nutamill.base.schema import spelled
+from nutamill.case import Case, Machine, load_case
+from nutamill.case.toml.keys import held, si_at, unit_at
+from nutamill.case.toml.layers import Layer
+from nutamill.result import open_result
+from nutamill.studies.axes import changed
+from nutamill.studies.campaign_file import case_of, overrides
+from nutamill.studies.fit_file import position_of
+from nutamill.studies.identify.identify_file import (
+    IdentifyFile,
+    RowGiven,
+    StageGiven,
+    UnknownGiven,
+    load_identification,
+)
+from nutamill.studies.measurand import Measurand, measurand_of, si_in
+from nutamill.studies.papers.library import read_paper
+from nutamill.studies.papers.quantities import MODES
+from nutamill.studies.papers.runs import case_of_paper
+
+FEWEST_PER_UNKNOWN = 5
+"""Members of a stage for each unknown of its rows, at least [1]; ten are usual.
+
+Source: J. L. Loeppky, J. Sacks, W. J. Welch, Technometrics 51(4), 366-376, 2009 (ten)
+"""
+HALF_WIDTH = 1.96
+"""Half width of a 95 % interval over the standard deviation [1]."""
+
+
+class Unknown(NamedTuple):
+    """A number with a range."""
+
+    name: str
+    """Its name."""
+    keys: tuple[str, ...]
+    """Dotted keys of the case that hold it; none for a gain."""
+    gain_of: tuple[str, ...]
+    """Quantities whose computed values it multiplies."""
+    low: float
+    """Lower end of its range, SI."""
+    high: float
+    """Upper end of its range, SI."""
+    unit: str
+    """Its SI unit."""
+    reason: str
+    """Why the range is what it is."""
+    campaign: str
+    """Rows that it belongs to; all if empty."""
+
+
+class Row(NamedTuple):
+    """A quantity of a variant of the case, with what was measured of it."""
+
+    label: str
+    """What to call it in tables."""
+    quantity: str
+    """Its name in the file."""
+    measurand: Measurand
+    """What is read."""
+    case: Case | Machine
+    """The variant, with the unknowns as the case has them."""
+    value: float
+    """What was measured, SI; NaN if nothing was."""
+    scatter: float
+    """Standard uncertainty of the measurement, SI."""
+    discrepancy: float
+    """Standard deviation of the error of the model itself, SI."""
+    learned: bool
+    """Whether the posterior is learned from it."""
+    campaign: str
+    """The campaign of measurements that it belongs to."""
+    stages: tuple[str, ...]
+    """Stages that run it."""
+    average: float
+    """Length of the averaging window at the end of its run [s], for quantities of the papers."""
+
+    @property
+    def doubt(self) -> float:
+        """Root of the sum of squares of scatter and discrepancy, SI."""
+        return math.hypot(self.scatter, self.discrepancy)
+
+
+class Problem(NamedTuple):
+    """Everything that an identification file asks."""
+
+    base: Case | Machine
+    """The case, without the changes of any row."""
+    unknowns: list[Unknown]
+    """Unknowns; a point has their shares of the ranges in this order."""
+    rows: list[Row]
+    """Rows to learn from, then rows to predict."""
+    stages: list[StageGiven]
+    """Stages in their order."""
+    seed: int
+    """Seed of the sample and of the posterior."""
+
+    def belongs(self, unknown: Unknown, row: Row) -> bool:
+        """Return whether an unknown acts in a row."""
+        gained = not unknown.gain_of or row.quantity in unknown.gain_of
+        return gained and unknown.campaign in ("", row.campaign)
+
+    def columns(self, row: Row) -> np.ndarray:
+        """Return which unknowns change the runs of a row, as indices."""
+        chosen = [k for k, one in enumerate(self.unknowns) if one.keys and self.belongs(one, row)]
+        return np.array(chosen, dtype=int)
+
+    def gains(self, row: Row) -> np.ndarray:
+        """Return which unknowns multiply the computed values of a row, as indices."""
+        chosen = [k for k, one in enumerate(self.unknowns) if one.gain_of and self.belongs(one, row)]
+        return np.array(chosen, dtype=int)
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Return the values of the unknowns (n, n_unknowns) in SI at shares of their ranges of that shape."""
+        low, high = (np.array([getattr(one, name) for one in self.unknowns]) for name in ("low", "high"))
+        return low + points * (high - low)
+
+    def case_at(self, row: Row, point: np.ndarray) -> Case | Machine:
+        """Return the case of a row with the unknowns at a point, on one thread.
+
+        Raises
+        ------
+        CaseError : the case cannot hold these values
+        """
+        return changed(row.case, self.changes(self.columns(row), point)).with_("run.threads", 1)
+
+    def changes(self, columns: np.ndarray, point: np.ndarray) -> dict[str, float]:
+        """Return the values of some of the unknowns at a point by dotted key."""
+        values = self.values(point)
+        return {key: float(values[k]) for k in columns for key in self.unknowns[k].keys}
+
+
+def read_problem(name: str | Path) -> Problem:
+    """Read an identification file.
+
+    Raises
+    ------
+    CaseError : every fault
+    """
+    file, layer = load_identification(name)
+    case, fixed = case_of(file, layer)
+    base = load_case(case, fixed)
+    faults: list[Fault] = []
+    unknowns: list[Unknown] = []
+    rows: list[Row] = []
+    for called, unknown in file.unknown.items():
+        try:
+            unknowns.append(_unknown(called, unknown, base, position_of(layer, "unknown", called)))
+        except CaseError as error:
+            faults += error.faults
+    for learned, table, given in [
+        *((True, "learn", one) for one in enumerate(file.learn)),
+        *((False, "predict", one) for one in enumerate(file.predict)),
+    ]:
+        try:
+            where = position_of(layer, table, given[0])
+            rows.append(_row(given[1], learned, case, fixed, layer.folder, file.stage[0].name, where))
+        except CaseError as error:
+            faults += error.faults
+    problem = Problem(base, unknowns, rows, list(file.stage), file.seed)
+    if not faults:
+        faults = _faults(problem, file, layer)
+    if faults:
+        raise CaseError(*dict.fromkeys(faults))
+    return problem
+
+
+def _unknown(name: str, given: UnknownGiven, base: Case | Machine, where: str) -> Unknown:
+    """Return an unknown, its range in SI."""
+    unit = "1"
+    ends: list[list[float]] = []
+    for key in given.keys:
+        unit = unit_at(key)
+        ends.append([si_at(key, getattr(given, end), f"{where}.{end}") for end in ("low", "high")])
+        if not isinstance(held(base, key), (int, float)):
+            what = f"must be a key of one number, got {spelled(held(base, key))} at {key}"
+            raise CaseError(Fault(where, what, "Name a key that holds a number"))
+    if given.gain_of:
+        ends = [[si_in("1", getattr(given, end), f"{where}.{end}") for end in ("low", "high")]]
+    low, high = ends[0]
+    if not low < high:
+        raise CaseError(Fault(where, f"must have low below high, got {low:g} and {high:g} (SI)"))
+    return Unknown(name, given.keys, given.gain_of, low, high, unit, given.reason, given.campaign)
+
+
+def _row(
+    given: RowGiven, learned: bool, case: str, fixed: list[str], folder: Path, first: str, where: str
+) -> Row:
+    """Return a row, its quantity understood, its case made and its numbers in SI."""
+    quantity, average, published, label = given.quantity, PAPER_WINDOW, math.nan, ""
+    under = load_case(case, [*fixed, *overrides(given.set)])
+    if given.paper:
+        paper = read_paper(given.paper)
+        row = next((row for row in paper.rows if row.id == given.row), None)
+        if row is None or row.against is not None or row.quantity == MODES:
+            what = f'must be a row of one run of {given.paper}, got "{given.row}"'
+            raise CaseError(Fault(f"{where}.row", what, "Its file has their names as id"))
+        quantity, published = row.quantity, math.nan if row.experiment is None else row.experiment
+        under = case_of_paper(paper, row.configuration, row.speed, base=case, fixed=fixed)
+        under = changed(under, given.set)
+        average, label = paper.configurations[row.configuration].average, f"{paper.short} {row.id}"
+    measurand = measurand_of(quantity, f"{where}.quantity", under.machine)
+    changes = ", ".join(f"{key} = {value}" for key, value in given.set.items())
+    value, scatter = published, math.nan
+    if given.record:
+        value, scatter = _measured(folder / given.record, measurand, f"{where}.record")
+    if given.value is not None:
+        value = si_in(measurand.unit, given.value, f"{where}.value")
+    if given.scatter is not None:
+        scatter = si_in(measurand.unit, given.scatter, f"{where}.scatter")
+    discrepancy = math.nan
+    if given.discrepancy is not None:
+        discrepancy = si_in(measurand.unit, given.discrepancy, f"{where}.discrepancy")
+    if learned:
+        _refuse_blank(value, scatter, discrepancy, where)
+    return Row(
+        label=label or f"{measurand.label}{f', {changes}' if changes else ''}",
+        quantity=quantity,
+        measurand=measurand,
+        case=under,
+        value=value,
+        scatter=0.0 if math.isnan(scatter) else scatter,
+        discrepancy=0.0 if math.isnan(discrepancy) else discrepancy,
+        learned=learned,
+        campaign=given.campaign,
+        stages=given.stages or (first,),
+        average=average,
+    )
+
+
+def _refuse_blank(value: float, scatter: float, discrepancy: float, where: str) -> None:
+    """Raise what a row to learn from lacks."""
+    lacks = [
+        name
+        for name, number in (("value", value), ("scatter", scatter), ("discrepancy", discrepancy))
+        if math.isnan(number)
+    ]
+    if lacks:
+        hint = 'A model without error is discrepancy = "0 N" in the unit of the row'
+        raise CaseError(Fault(where, f"must state what is learned from it, lacks {', '.join(lacks)}", hint))
+    if not scatter > 0.0 or discrepancy < 0.0:
+        what = f"must have a scatter above zero, got {scatter:g} with a discrepancy of {discrepancy:g}"
+        raise CaseError(Fault(where, what))
+
+
+def _measured(file: Path, measurand: Measurand, where: str) -> tuple[float, float]:
+    """Return the steady mean of a measured series, and its standard uncertainty."""
+    if not isinstance(measurand.what, Reading):
+        what = f"holds series only, the row asks for {measurand.label}"
+        raise CaseError(Fault(where, what, "Give a value"))
+    try:
+        with open_result(file) as test:
+            estimate = steady_mean(test, measurand.what.series, measurand.what.by, scatter=MEASURED_SPEED)
+    except MillError as error:
+        raise CaseError(Fault(where, f"holds no steady mean of the row: {error}")) from None
+    return estimate.mean, estimate.half_width / HALF_WIDTH
+
+
+def _faults(problem: Problem, file: IdentifyFile, layer: Layer) -> list[Fault]:
+    """Return what is wrong with unknowns, rows and stages together."""
+    faults: list[Fault] = []
+    names = [stage.name for stage in problem.stages]
+    for row, where in _places(problem, file, layer):
+        if lost := [name for name in row.stages if name not in names]:
+            faults.append(Fault(f"{where}.stages", f'"{lost[0]}" is no stage', f"Stages: {', '.join(names)}"))
+        if not len(problem.columns(row)) + len(problem.gains(row)):
+            hint = f'Unknowns of its campaign "{row.campaign}" and those without a campaign act in it'
+            faults.append(Fault(where, "the row depends on no unknown", hint))
+    for number, stage in enumerate(problem.stages):
+        ran = [row for row in problem.rows if stage.name in row.stages]
+        acting = {int(k) for row in ran for k in problem.columns(row)}
+        where = position_of(layer, "stage", number)
+        if not ran:
+            faults.append(Fault(where, f'the stage "{stage.name}" runs no row', "Name it in stages of a row"))
+        if stage.members < FEWEST_PER_UNKNOWN * len(acting):
+            what = f"too few members for the number of unknowns, got {stage.members} for {len(acting)}"
+            least = FEWEST_PER_UNKNOWN * len(acting)
+            hint = f"Take {least} at least, better {2 * least}, or fix unknowns"
+            faults.append(Fault(f"{where}.members", what, hint))
+    for k, unknown in enumerate(problem.unknowns):
+        if not any(k in {*problem.columns(row), *problem.gains(row)} for row in problem.rows):
+            where = position_of(layer, "unknown", unknown.name)
+            faults.append(Fault(where, "acts in no row", "Correct its campaign or gain_of, or leave it out"))
+    return faults
+
+
+def _places(problem: Problem, file: IdentifyFile, layer: Layer) -> list[tuple[Row, str]]:
+    """Return each row with its place in the file."""
+    given: list[Any] = [("learn", k) for k in range(len(file.learn))]
+    given += [("predict", k) for k in range(len(file.predict))]
+    return [(row, position_of(layer, *key)) for row, key in zip(problem.rows, given, strict=True)]

@@ -1,0 +1,59 @@
+"""Points that fill the ranges of the unknowns, or what earlier stages have not ruled out of them."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial.distance import cdist
+from scipy.stats import qmc
+
+from nutamill.base.errors import CaseError, Fault
+
+CANDIDATES = 15
+"""Binary logarithm of the number of points that are examined for what is not ruled out [1]."""
+
+
+def filling_points(unknowns: int, count: int, seed: int) -> np.ndarray:
+    """Return points that fill the unit cube evenly, (count, unknowns).
+
+    Source
+    ------
+    R. Jin, W. Chen, A. Sudjianto, J. Stat. Plan. Inference 134(1), 268-287, 2005 (the latin hypercube of low
+    discrepancy, as in SciPy)
+    """
+    return qmc.LatinHypercube(unknowns, optimization="random-cd", rng=seed).random(count)
+
+
+def cube(unknowns: int, exponent: int, seed: int) -> np.ndarray:
+    """Return 2^exponent points of a scrambled Sobol sequence, (2^exponent, unknowns)."""
+    return qmc.Sobol(unknowns, rng=seed).random_base2(exponent)
+
+
+def points_left(
+    unknowns: int, count: int, seed: int, plausible: Callable[[np.ndarray], np.ndarray], stage: str
+) -> np.ndarray:
+    """Return points that fill what is not ruled out of the unit cube, (count, unknowns).
+
+    Of the points of a Sobol sequence that are not ruled out, each next one is the farthest from those chosen
+    before.
+
+    Parameters
+    ----------
+    plausible : whether points (n, unknowns) are not ruled out, (n,)
+    stage : name of the stage, for messages
+
+    Raises
+    ------
+    CaseError : fewer points are left than are asked for
+    """
+    examined = cube(unknowns, CANDIDATES, seed)
+    left = examined[plausible(examined)]
+    if len(left) < count:
+        what = f"the rows before it rule out all but {len(left)} of {len(examined)} points of the ranges"
+        hint = "Widen the ranges, state a larger discrepancy, or take fewer members"
+        raise CaseError(Fault(f"stage {stage}", what, hint))
+    chosen = [0]
+    distance = cdist(left[:1], left)[0]
+    while len(chosen) < count:
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, cdist(left[chosen[-1] :][:1], left)[0])
+    return left[chosen]
