@@ -164,6 +164,7 @@ def mill_machine(case: "Case") -> Machine:
         quantities=mill_quantities(case),
         walls=_walls(case),
         regions=(_region(case),),
+        fmus=case.fmus,
         charge=case.charge,
         materials=case.materials,
         contact=case.contact,

@@ -13,7 +13,6 @@ from nutamill.base.errors import Fault
 from nutamill.base.schema import (
     AddedMass,
     AnyAcceleration,
-    AnyAngle,
     AnyForce,
     AnyInertia,
     AnySpeed,
@@ -30,10 +29,11 @@ from nutamill.case.charge import ChargeRecipe, stand_ins
 from nutamill.case.charge_checks import Vessel, idle_numbers
 from nutamill.case.connections import BushingRates, FrictionEntry
 from nutamill.case.drive import DriveProgramme
+from nutamill.case.fmus import FmuEntry
 from nutamill.case.loads import ForceEntry, GearEntry, LinearDriveEntry, StopEntry, UnbalanceMotorEntry
 from nutamill.case.machine_checks import findings
 from nutamill.case.materials import ContactLaws, Material
-from nutamill.case.names import Direction, Name, Point
+from nutamill.case.names import Direction, Name, Point, Turn
 from nutamill.case.run import MachineRun
 from nutamill.case.touching import Key, TouchingPair, touching_pairs
 from nutamill.case.walls import RegionEntry, WallEntry
@@ -46,15 +46,6 @@ def _inertia(given: Any) -> Any:
 
 
 Between = tuple[str, str]
-
-
-class Turn(Table):
-    """A rotation from world axes to the axes of a body as assembled."""
-
-    axis: Direction
-    """What it turns about; any length."""
-    angle: AnyAngle
-    """How far, by the right hand [rad]."""
 
 
 class BodyEntry(Table):
@@ -253,6 +244,8 @@ class Machine(CaseFile):
     """The drives along prismatic joints."""
     unbalance_motors: tuple[UnbalanceMotorEntry, ...] = ()
     """Unbalance motors."""
+    fmus: tuple[FmuEntry, ...] = ()
+    """Models of other programs that drive joints or move bodies."""
     sensors: tuple[SensorEntry, ...] = ()
     """Further readings."""
     walls: tuple[WallEntry, ...] = ()
@@ -271,8 +264,8 @@ class Machine(CaseFile):
     """Axes of the fields of the charge."""
     run: MachineRun
 
-    # a mesh is identified by its content, wherever the file is
-    files: ClassVar[dict[str, Any]] = {"walls": {"__all__": {"file"}}}
+    # meshes and FMUs are identified by their content, wherever the files are
+    files: ClassVar[dict[str, Any]] = {"walls": {"__all__": {"file"}}, "fmus": {"__all__": {"file"}}}
 
     _written: dict[str, str] = PrivateAttr(default_factory=dict)
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from nutamill.base.file_kind import MECHANISM
 from nutamill.base.library import similar
 from nutamill.case.charge_checks import Finding, charge_findings
+from nutamill.case.fmus import machine_fmu_findings
 from nutamill.case.load_checks import TURNING, load_findings
 from nutamill.case.record_checks import record_findings
 from nutamill.case.walls import region_findings, wall_findings
@@ -24,7 +25,7 @@ LISTS = (*MECHANISM, "sensors", "walls", "regions", "quantities")
 WITHOUT_AXIS = ("fixed", "spherical")
 TERMS = {"sum": (1, 1000), "resultant": (2, 1000), "product": (1, 1000), "lag": (5, 5)}
 """Fewest and most series that a quantity is taken of [1]."""
-TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_", "force_", "stop_", "gear_", "linear_")
+TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_", "force_", "stop_", "gear_", "linear_", "fmu_")
 """Beginnings of series that a sensor's name may not have."""
 
 
@@ -44,6 +45,7 @@ def findings(case: "Machine") -> list[Finding]:
     )
     contradictions = [finding for check in checks for finding in check(case)]
     contradictions += load_findings(case)
+    contradictions += machine_fmu_findings(case)
     contradictions += record_findings(case, series_count(case))
     if case.charge.parts or case.charge.kind is None:
         contradictions += [*_carriers(case), *charge_findings(case)]

@@ -30,6 +30,7 @@ from nutamill.case.drawing import (
 )
 from nutamill.case.drive import DriveProgramme
 from nutamill.case.expansion import mill_machine
+from nutamill.case.fmus import FmuEntry
 from nutamill.case.machine import Machine
 from nutamill.case.materials import ContactLaws, Material
 from nutamill.case.run import RunPlan
@@ -80,10 +81,16 @@ class Case(CaseFile):
     materials: dict[str, Material]
     contact: ContactLaws
     sensors: dict[str, Sensor] = Field(default_factory=dict)
+    fmus: tuple[FmuEntry, ...] = ()
+    """Models of other programs that turn the driveshaft."""
     run: RunPlan
 
-    # a mesh is known by its content, wherever the file is
-    files: ClassVar[dict[str, Any]] = {"chamber": {"mesh": {"file"}}, "walls": {"__all__": {"file"}}}
+    # meshes and FMUs are identified by their content, wherever the files are
+    files: ClassVar[dict[str, Any]] = {
+        "chamber": {"mesh": {"file"}},
+        "walls": {"__all__": {"file"}},
+        "fmus": {"__all__": {"file"}},
+    }
 
     @model_validator(mode="after")
     def _sound(self) -> "Case":

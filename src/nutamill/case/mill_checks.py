@@ -11,6 +11,8 @@ from nutamill.base.errors import Fault
 from nutamill.base.units import Kind, in_unit, shown
 from nutamill.case.charge import stand_ins
 from nutamill.case.charge_checks import Finding, charge_findings, idle_numbers
+from nutamill.case.fmus import fmu_findings
+from nutamill.case.mill_quantities import DRIVE
 from nutamill.case.record_checks import record_findings
 from nutamill.result.fields import expand
 
@@ -26,7 +28,8 @@ ANGLE_STOP = math.radians(1.0)
 def faults(case: "Case") -> list[Finding]:
     """Return every contradiction in the mill."""
     own = [finding for check in (_geometry, _ribs, _inertia) for finding in check(case)]
-    return [*own, *charge_findings(case), *_record(case)]
+    driven = fmu_findings(case.fmus, {DRIVE: case.drive.motor is not None}, [])
+    return [*own, *charge_findings(case), *_record(case), *driven]
 
 
 def warnings(case: "Case") -> list[Fault]:

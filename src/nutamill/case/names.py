@@ -1,11 +1,11 @@
-"""Names, points and directions of the parts of a machine, as its file gives them."""
+"""Names, points, directions and rotations of the parts of a machine, as its file gives them."""
 
 import re
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from nutamill.base.schema import Coordinate, Number, refusal, spelled
+from nutamill.base.schema import AnyAngle, Coordinate, Number, Table, refusal, spelled
 
 
 def _name(given: Any) -> Any:
@@ -19,3 +19,12 @@ def _name(given: Any) -> Any:
 Name = Annotated[str, BeforeValidator(_name)]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 Direction = tuple[Number, Number, Number]
+
+
+class Turn(Table):
+    """A rotation from world axes to the axes of a body as assembled."""
+
+    axis: Direction
+    """What it turns about; any length."""
+    angle: AnyAngle
+    """How far, by the right hand [rad]."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nutamill.case.machine import Turn
+from nutamill.case.names import Turn
 from nutamill.case.walls import RegionEntry
 
 RIM_POINTS = 96

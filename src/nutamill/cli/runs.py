@@ -1,6 +1,7 @@
 """Commands about one case: write, check, run, resume, show; and lists of what the package contains."""
 
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -32,6 +33,9 @@ info_app = App(no_args_is_help=True, rich_markup_mode=None, help="List what the 
 app.add_typer(info_app, name="info")
 MEASURED = "measured"
 """State of a file that holds a test, as `nutamill.analysis.measured_import` writes it."""
+TrustFmu = Annotated[
+    bool, typer.Option("--trust-fmu", help="Run the FMUs of the case, native code, without asking.")
+]
 Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="Threads of the charge.")]
 
 
@@ -78,6 +82,7 @@ def check(
     from nutamill.design.dialects import dialect_lines
     from nutamill.design.machine_sheet import machine_sheet
     from nutamill.design.preflight import preflight
+    from nutamill.simulation.fmus.trust import fmu_lines
     from nutamill.simulation.setup.charge import contact_law_of
     from nutamill.simulation.trial import trial_rate
     from nutamill.simulation.warm_up import warm_up
@@ -86,7 +91,8 @@ def check(
         warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded.machine))
     mill = loaded.drawing
     sheet = machine_sheet(loaded.machine, trial_rate) if mill is None else preflight(mill, trial_rate)
-    echo_lines(sheet.lines() + (dialect_lines(loaded.machine) if dialects else []))
+    more = fmu_lines(loaded.machine) + (dialect_lines(loaded.machine) if dialects else [])
+    echo_lines(sheet.lines() + more)
 
 
 @app.command()
@@ -103,14 +109,23 @@ def run(
             "--again", help="Run the case again; an earlier result stays until the new one is whole."
         ),
     ] = False,
+    trust_fmu: TrustFmu = False,
 ) -> None:
     """Run a case to a result file. If it is complete already, show it."""
     with stop_at_once():
-        _run(load(case, overrides), to, quick, threads, again)
+        _run(load(case, overrides), to, quick, threads, again, trust_fmu)
 
 
-def _run(loaded: "Case | Machine", to: Path | None, quick: bool, threads: int | None, again: bool) -> None:
+def _run(
+    loaded: "Case | Machine",
+    to: Path | None,
+    quick: bool,
+    threads: int | None,
+    again: bool,
+    trust_fmu: bool,
+) -> None:
     mill = loaded.drawing
+
     if threads is not None and not loaded.charge.parts:
         raise CaseError(Fault("--threads", "has no use for a machine without a charge", "Leave it out"))
     if quick and mill is None:
@@ -130,10 +145,13 @@ def _run(loaded: "Case | Machine", to: Path | None, quick: bool, threads: int | 
     refuse_suffix(path, RESULTS)
     from nutamill.simulation import march
 
+    trusted = _trusted(loaded, trust_fmu)
     _run_on_screen(
         loaded.title or loaded.name,
         path,
-        lambda screen: march.run(loaded, to=path, progress=screen, log=screen.message, again=again),
+        lambda screen: march.run(
+            loaded, to=path, progress=screen, log=screen.message, again=again, trust_fmu=trusted
+        ),
     )
 
 
@@ -154,15 +172,24 @@ def resume(
             metavar="TIME", help='New end, e.g. "20 s"; with run.until = "steady" the new longest time.'
         ),
     ] = None,
+    trust_fmu: TrustFmu = False,
 ) -> None:
     """Continue a run from its last checkpoint."""
     with stop_at_once():
+        from nutamill.case import case_of_text
+        from nutamill.result import open_result
         from nutamill.simulation import march
+
+        with open_result(file) as earlier:
+            text = earlier.case_text
+        trusted = _trusted(case_of_text(text, file.stem), trust_fmu) if text else False
 
         _run_on_screen(
             file.stem,
             file,
-            lambda screen: march.resume(file, until=until, progress=screen, log=screen.message),
+            lambda screen: march.resume(
+                file, until=until, progress=screen, log=screen.message, trust_fmu=trusted
+            ),
         )
 
 
@@ -249,6 +276,18 @@ def bench() -> None:
 
     for line in measure():
         typer.echo(line)
+
+
+def _trusted(case: "Case | Machine", trusted: bool) -> bool:
+    """Show the FMUs of a case and ask once whether to run them, where a terminal can answer."""
+    if trusted or not case.machine.fmus:
+        return trusted
+    from nutamill.simulation.fmus.trust import code_lines
+
+    if not sys.stdin.isatty():
+        return False
+    typer.echo("\n".join(["The case runs native code of other programs:", *code_lines(case.machine)]))
+    return typer.confirm("Run it?")
 
 
 def _run_on_screen(title: str, path: Path, march: Callable[["Screen"], "Result"]) -> None:

@@ -22,8 +22,8 @@ its newest checkpoint.
 def checkpoint_groups(
     model: Model, state: State, sums: dict[str, dict[str, np.ndarray]] | None = None
 ) -> dict[str, dict[str, np.ndarray]]:
-    """Return the arrays of a checkpoint by group and name. `sums` is the group of the statistics, the present
-    one if None.
+    """Return the arrays of a checkpoint by group and name. `sums` are those of `sum_groups`, the present
+    ones if None.
     """
     groups = {
         "mechanism": state.mechanism._asdict(),
@@ -32,7 +32,13 @@ def checkpoint_groups(
     }
     if model.charge is not None and state.charge is not None:
         groups["charge"] = saved_arrays(model.charge, state.charge)
-    return groups | (statistics_group(model, state) if sums is None else sums)
+    return groups | (sum_groups(model, state) if sums is None else sums)
+
+
+def sum_groups(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
+    """Return the groups of a checkpoint that a backup has not: statistics and FMUs."""
+    fmus = {} if state.exchange is None else state.exchange.groups(float(state.mechanism.time[0]))
+    return statistics_group(model, state) | fmus
 
 
 def statistics_group(model: Model, state: State) -> dict[str, dict[str, np.ndarray]]:
@@ -50,6 +56,8 @@ def restore(model: Model, state: State, scratch: Scratch, groups: dict[str, dict
         for name, array in struct._asdict().items():
             array[...] = groups[part][name]
     state.first_row[...] = groups["record"]["first_row"]
+    if state.exchange is not None:
+        state.exchange.restore(groups, float(state.mechanism.time[0]))
     if model.charge is None or state.charge is None or scratch.charge is None:
         return model
     charge, state.charge, scratch.charge = put_back(

@@ -13,6 +13,7 @@ from nutamill.charge.model import ChargeState
 from nutamill.charge.model import Clock as ChargeClock
 from nutamill.simulation.coupling import march_coupled, march_mechanism
 from nutamill.simulation.coupling_model import Outcome
+from nutamill.simulation.fmus.windows import march_exchanged
 from nutamill.simulation.row import charge_row, mechanism_row
 from nutamill.simulation.setup.model import Model, Scratch, State
 from nutamill.simulation.setup.threads import team_size
@@ -24,15 +25,22 @@ def enter(
 ) -> tuple[Model, np.ndarray, StepError | None]:
     """March `state` in place through `n_rows` rows, unless a fault stops it.
 
-    Returns ------- the model (with larger lists if they had to grow, as in `state` and `scratch`), rows (n,
-    n_columns), and the fault that stopped the march, if any
+    Returns
+    -------
+    the model (with larger lists if they had to grow, as in `state` and `scratch`), rows (n, n_columns), and
+    the fault that stopped the march, if any
     """
     rows = np.empty((n_rows, model.readout.n_columns))
     done, coupling, per_row = 0, state.coupling, model.plan.windows_per_row
     while True:
         before = int(coupling.windows[0])
         left = (n_rows - done) * per_row - before % per_row
-        if model.charge is None:
+        if state.exchange is not None:
+            try:
+                done += march_exchanged(model, state, scratch, left, rows[done:])
+            except StepError as error:
+                return model, rows[:done], error
+        elif model.charge is None:
             march_mechanism(
                 model.mechanism,
                 state.mechanism,
@@ -47,7 +55,8 @@ def enter(
         else:
             parts = (model.coupled(), state.coupled(), scratch.coupled(model, state))
             run_team(march_coupled, (*parts, left, rows[done:]), team_size(model.machine))
-        done += int(coupling.windows[0]) // per_row - before // per_row
+        if state.exchange is None:
+            done += int(coupling.windows[0]) // per_row - before // per_row
         full = coupling.outcome[0] == Outcome.LISTS_FULL
         if full or (state.charge is not None and state.charge.clock[ChargeClock.CROWDED]):
             model = grown(model, state, scratch)

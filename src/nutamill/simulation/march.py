@@ -35,10 +35,13 @@ from nutamill.simulation.checkpoint import (
     bed_from_checkpoint,
     checkpoint_groups,
     restore,
-    statistics_group,
+    sum_groups,
 )
 from nutamill.simulation.earlier import earlier_result, path_beside
 from nutamill.simulation.entry import enter, record_first_row
+from nutamill.simulation.fmus.exchange import refuse_resume, started
+from nutamill.simulation.fmus.mapping import fmu_plans
+from nutamill.simulation.fmus.trust import identities, refuse_untrusted
 from nutamill.simulation.progress import Watch
 from nutamill.simulation.progress_report import Progress
 from nutamill.simulation.record import Ending, RecordPlan, room_at_start
@@ -74,6 +77,7 @@ def run(
     progress: Callable[[Progress], None] | None = None,
     log: Callable[[str], None] | None = None,
     again: bool = False,
+    trust_fmu: bool = False,
 ) -> Result:
     """Run a case from rest to its end and return the opened result. An existing complete result is returned
     unchanged.
@@ -86,6 +90,7 @@ def run(
     log : called with a line of text when something takes time before the first step, or when a requested
         checkpoint is saved
     again : run the case even if the file exists; the file there stays until the new run has ended
+    trust_fmu : run the native code of the FMUs that the case names
 
     Raises
     ------
@@ -100,6 +105,7 @@ def run(
     """
     case = asked_case(case)
     path = Path(case.file_in() if to is None else to)
+    refuse_untrusted(case.machine, trust_fmu)
     if case.charge.parts:
         run_clock(case.machine)  # refuses a substep that is too long before a file is touched
         refuse_light_carriers(case.machine)
@@ -198,11 +204,21 @@ def run_to(
     watch.settling(0.0)
     bed = settled_bed(machine, watch.settling)
     watch.settling(1.0)
-    model, state, scratch = build(machine, bed)
+    with started(machine) as exchange:
+        model, state, scratch = build(machine, bed, exchange)
+        record_run(case, model, state, scratch, path, watch)
+
+
+def record_run(
+    case: Case | Machine, model: Model, state: State, scratch: Scratch, path: Path, watch: Watch
+) -> None:
+    """Create the file of a run, record its start, and march to its end. The errors are those of `run`."""
+    machine = case.machine
     axes = None if model.survey is None else statistics_axes(machine, model.survey)
     record_first_row(model, state, scratch)
-    threads = 1 if bed is None else team_size(machine)
-    provenance = run_provenance(kernel_digest(), machine.run.seed, threads) | digests(machine)
+    threads = 1 if model.charge is None else team_size(machine)
+    files = digests(machine) | identities(machine)
+    provenance = run_provenance(kernel_digest(), machine.run.seed, threads) | files
     fields, rate = model.readout.fields, case.run.series_rate
     with requests() as asked:
         recorder = Recorder.create(
@@ -231,6 +247,7 @@ def resume(
     until: float | str | None = None,
     progress: Callable[[Progress], None] | None = None,
     log: Callable[[str], None] | None = None,
+    trust_fmu: bool = False,
 ) -> Result:
     """Continue the run of a result file from its newest checkpoint, bit for bit as if it had never stopped.
 
@@ -241,7 +258,7 @@ def resume(
     path : result file
     until : simulated time at the end, in seconds or as text with a unit; the end of the case if None.  For a
         run that ends when steady this is the longest time, or the end if it has been steady already
-    progress, log : as for `run`
+    progress, log, trust_fmu : as for `run`
 
     Raises
     ------
@@ -261,7 +278,7 @@ def resume(
                 )
             return ended_result(path)
         with one_writer(path):
-            resume_to(path, asked_end, progress, log)
+            resume_to(path, asked_end, progress, log, trust_fmu)
     return ended_result(path)
 
 
@@ -281,6 +298,7 @@ def resume_to(
     until: float | None,
     progress: Callable[[Progress], None] | None,
     log: Callable[[str], None] | None,
+    trust_fmu: bool,
 ) -> None:
     """Continue the run of a file to `until` [s]. Other arguments and errors are those of `resume`."""
     with open_result(path) as result:
@@ -313,9 +331,13 @@ def resume_to(
     machine = case.machine
     if machine.charge.parts:
         warm_up(log, law=contact_law_of(machine))
-    model, state, scratch = build(machine, bed_from_checkpoint(machine, checkpoint.groups))
-    model = restore(model, state, scratch, checkpoint.groups)
-    with requests() as asked:
+    refuse_untrusted(machine, trust_fmu)
+    if machine.fmus:
+        refuse_resume(fmu_plans(machine))
+    with started(machine) as exchange, requests() as asked:
+        bed = bed_from_checkpoint(machine, checkpoint.groups)
+        model, state, scratch = build(machine, bed, exchange)
+        model = restore(model, state, scratch, checkpoint.groups)
         recorder = Recorder.reopen(path, checkpoint.time)
         march(model, state, scratch, recorder, ending, Watch(case, progress, log), asked)
 
@@ -348,7 +370,7 @@ def march(
     with commit_on_error(recorder):
         while row < ending.plan.rows and not asked.stop.is_set() and fault is None:
             before = backup(state, before)
-            sums = {} if before is None else statistics_group(model, state)
+            sums = {} if before is None else sum_groups(model, state)
             count = min(most, ending.plan.next_stop(row) - row)
             model, rows, fault = enter(model, state, scratch, count)
             if fault is None and model.charge is not None:

@@ -1,4 +1,4 @@
-"""Content that a layer gives by a name: sets of mounts and charges, shapes, profiles and meshes."""
+"""Content that a layer gives by a name: sets of mounts and charges, shapes, profiles, meshes and FMUs."""
 
 import tomllib
 from pathlib import Path
@@ -18,7 +18,7 @@ from nutamill.base.library import (
 from nutamill.case.drive import read_profile
 from nutamill.case.toml.addresses import Key, entries_of, placed
 from nutamill.case.toml.layers import Layer, parsed, text_of
-from nutamill.case.toml.mesh_file import pin_mesh
+from nutamill.case.toml.named_file import pin_file
 
 EXCLUSIVE_KEYS = (
     ("diameter", "sizes", "distribution"),
@@ -125,18 +125,19 @@ def _expand_profile(layer: Layer) -> None:
             )
 
 
-def _pin_meshes(layer: Layer) -> None:
-    """Find the mesh files that ``chamber.mesh`` and ``walls`` name."""
+def _pin_files(layer: Layer) -> None:
+    """Find the files that ``chamber.mesh``, ``walls`` and ``fmus`` name."""
     chamber = layer.content.get("chamber")
     named: list[tuple[Key, Any]] = [
         (("chamber", "mesh"), chamber.get("mesh") if isinstance(chamber, dict) else None)
     ]
-    named += [(("walls", part), wall) for part, wall in entries_of(layer.content.get("walls"))]
+    for name in ("walls", "fmus"):
+        named += [((name, part), table) for part, table in entries_of(layer.content.get(name))]
     faults: list[Fault] = []
     for key, table in named:
         if isinstance(table, dict):
             try:
-                pin_mesh(
+                pin_file(
                     table, placed(layer.places, (*key, "file"), layer.content), [layer.folder, Path.cwd()]
                 )
             except CaseError as error:
@@ -145,5 +146,5 @@ def _pin_meshes(layer: Layer) -> None:
         raise CaseError(*faults)
 
 
-EXPANSIONS = (_expand_mount_set, _expand_charge, _expand_profile, _pin_meshes)
+EXPANSIONS = (_expand_mount_set, _expand_charge, _expand_profile, _pin_files)
 """What is done with each layer before it is merged over the others."""

@@ -42,7 +42,11 @@ _PARTS = {
     "mount": "[1-9][0-9]*",
     "body": "|".join(TURNING),
     **dict.fromkeys(
-        ("sensor", "joint", "bushing", "spring", "torque", "force", "stop", "gear", "drive", "carrier"), _NAME
+        (
+            *("sensor", "joint", "bushing", "spring", "torque", "force", "stop", "gear", "drive", "carrier"),
+            "fmu",
+        ),
+        _NAME,
     ),
 }
 _SERIES = {field.name: field for field in SERIES}

@@ -147,6 +147,7 @@ PART_SERIES: tuple[Field, ...] = (
     ),
     energy("drive_{drive}_work", "W", "{drive}", "work drive {drive} has done so far"),
     energy("linear_drive_{drive}_work", "W", "{drive}", "work linear drive {drive} has done so far"),
+    energy("fmu_{fmu}_work", "W", "{fmu}", "work the machine of FMU {fmu} has done on the charge so far"),
     energy("force_{force}_work", "W", "{force}", "work the given force {force} has done so far"),
     energy("stop_{stop}_loss", "D", "{stop}", "energy dissipated so far in stop {stop}"),
     energy("torque_{torque}_work", "W", "{torque}", "work the constant moment {torque} has done so far"),

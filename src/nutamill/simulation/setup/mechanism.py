@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +44,12 @@ KINDS = {
 """Kinds of sensors by their names in case files."""
 
 
+OUTSIDE_MOTOR = Motor(0.0, 0.0)
+"""Motor whose torque comes from outside: without gains its torque is its integral part, which an exchange
+with an FMU writes at every window.
+"""
+
+
 class MechanismParts(NamedTuple):
     """The parts of a mechanism, by the names of the arguments of `nutamill.mechanism.assembly.assemble`."""
 
@@ -69,6 +76,7 @@ class MechanismParts(NamedTuple):
 def mechanism_parts(machine: Machine) -> MechanismParts:
     """Return the parts of a machine as parts of the engine, those of unbalance motors after the others."""
     motors = [_unbalance_motor(entry).parts() for entry in machine.unbalance_motors]
+    given = {entry.drive for fmu in machine.fmus for entry in fmu.drives}
     return MechanismParts(
         [_body(entry) for entry in machine.bodies] + [rotor for rotor, _, _ in motors],
         [_joint(entry) for entry in machine.joints] + [bearing for _, bearing, _ in motors],
@@ -87,8 +95,19 @@ def mechanism_parts(machine: Machine) -> MechanismParts:
             for entry in machine.springs
         ],
         [Torque(entry.name, entry.body, entry.moment) for entry in machine.torques],
-        [Drive(entry.name, entry.joint, *entry.breakpoints(), _motor(entry)) for entry in machine.drives]
-        + [_linear_drive(entry) for entry in machine.linear_drives]
+        [
+            Drive(
+                entry.name,
+                entry.joint,
+                *entry.breakpoints(),
+                OUTSIDE_MOTOR if entry.name in given else _motor(entry),
+            )
+            for entry in machine.drives
+        ]
+        + [
+            replace(drive, motor=OUTSIDE_MOTOR) if drive.name in given else drive
+            for drive in map(_linear_drive, machine.linear_drives)
+        ]
         + [drive for _, _, drive in motors],
         [_force(entry) for entry in machine.forces],
         [Gear(entry.name, entry.input, entry.output, entry.ratio) for entry in machine.gears],

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nutamill.base.errors import CaseError, StepError
+from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.base.required import required
 from nutamill.case.machine import Machine
 from nutamill.charge.measures.statistics import ChargeStatistics, StatisticsPlan, charge_statistics
@@ -24,6 +24,7 @@ from nutamill.simulation.coupling_model import (
     coupled_scratch,
     coupling_state,
 )
+from nutamill.simulation.fmus.exchange import Exchange
 from nutamill.simulation.row import RowTable, row_groups
 from nutamill.simulation.setup.carriers import Carrier, carriers_of
 from nutamill.simulation.setup.charge import machine_charge
@@ -82,6 +83,8 @@ class State:
     """Counters and sums of the coupling."""
     first_row: np.ndarray
     """Row at the start of the run, (n_columns,), from which ledgers count."""
+    exchange: Exchange | None = None
+    """The FMUs of the machine; None without any."""
 
     def coupled(self) -> CoupledState:
         """Return the arrays that the coupled march takes."""
@@ -112,7 +115,9 @@ class Scratch:
         )
 
 
-def build(machine: Machine, bed: np.ndarray | None) -> tuple[Model, State, Scratch]:
+def build(
+    machine: Machine, bed: np.ndarray | None, exchange: Exchange | None = None
+) -> tuple[Model, State, Scratch]:
     """Build model, first state and work space of a machine: as assembled or in static equilibrium, the charge
     in its beds.
 
@@ -121,12 +126,16 @@ def build(machine: Machine, bed: np.ndarray | None) -> tuple[Model, State, Scrat
     machine : the machine
     bed : positions of the particles [m] (n, 3), or positions and attitudes (n, 7), by
         `nutamill.simulation.setup.bed.settled_bed`; None without a charge
+    exchange : its FMUs, started; None without any
 
     Raises
     ------
     CaseError : every fault of the mechanism or of the charge; a substep too long for the contacts
     StepError : no finite accelerations, or no equilibrium where the machine starts from rest
     """
+    if machine.fmus and exchange is None:
+        hint = 'Take them out, e.g. -s "fmus=[]", and give the drive a motor'
+        raise CaseError(Fault("fmus", "are run by run and resume only", hint))
     mechanism, mstate, mscratch = assemble_machine(machine)
     named = machine_sensors(machine)
     sensors = sensor_table(mechanism, mstate, [sensor for sensor, _ in named])
@@ -143,6 +152,8 @@ def build(machine: Machine, bed: np.ndarray | None) -> tuple[Model, State, Scrat
             f"{machine.name}: the first accelerations are not finite. Look at the masses and inertias of the "
             "bodies."
         )
+    if exchange is not None:
+        exchange.prepare(mechanism, mstate, clock.window, scheme == Scheme.PRESCRIBED)
     bodies = np.array([carrier.body for carrier in carriers], np.int64)
     plan = CouplingPlan(
         int(scheme) if bed is not None else int(Scheme.STAGGERED),
@@ -162,7 +173,7 @@ def build(machine: Machine, bed: np.ndarray | None) -> tuple[Model, State, Scrat
     readout = machine_readout(machine, mechanism, mstate, [carrier.name for carrier in carriers])
     model = Model(machine, clock, mechanism, sensors, charge, survey, plan, readout)
     coupling = coupling_state(len(carriers), reference_axis(machine))
-    state = State(mstate, cstate, sums, coupling, np.zeros(readout.n_columns))
+    state = State(mstate, cstate, sums, coupling, np.zeros(readout.n_columns), exchange)
     return model, state, Scratch(mscratch, cscratch)
 
 

@@ -143,7 +143,11 @@ class Readout:
         }
         supplied = sum(works.values()) if works else np.zeros(len(rows))
         charge = self._charge_ledger(at, at_first, stored, lost) if self._carriers else {}
-        if charge and self._machine.run.coupling == "prescribed":
+        movers = [fmu.name for fmu in self._machine.fmus if fmu.bodies]
+        if charge and movers:
+            # a foreign machine supplies the work it does on the charge; its own energy is not known here
+            works[f"fmu_{movers[0]}_work"] = charge["interface_work"]
+        if charge and (movers or self._machine.run.coupling == "prescribed"):
             # an imposed motion supplies the work it does on the charge
             supplied = supplied + charge["interface_work"]
         total = sum(stored.values()) + sum(lost.values()) - supplied

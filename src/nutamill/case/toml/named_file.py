@@ -1,4 +1,4 @@
-"""Mesh files that a case names: beside the case file, and identified by their content."""
+"""Meshes and FMUs that a case names: files beside the case file, identified by their content."""
 
 import hashlib
 from pathlib import Path
@@ -8,12 +8,12 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.case.drive import existing_file
 
 
-def pin_mesh(table: dict[str, Any], where: str, folders: list[Path]) -> None:
-    """Write the full path of a mesh file and the digest of its content into its table, unless the digest is
+def pin_file(table: dict[str, Any], where: str, folders: list[Path]) -> None:
+    """Write the full path of a file and the digest of its content into its table, unless the digest is
     there already.
 
-    A case that has been read once, as a result file keeps it, can so be read again where the mesh is not;
-    whoever builds from the mesh compares the digest.
+    A case that has been read once, as a result file keeps it, can so be read again where the file is not;
+    whoever uses the file compares the digest.
 
     Parameters
     ----------

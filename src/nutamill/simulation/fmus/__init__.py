@@ -1,0 +1,1 @@
+"""Models of other programs (FMI) in a run: description, mapping, process, exchange."""
