@@ -14,8 +14,8 @@ import nutamill
 PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 LEFT_TO_RIGHT = (
-    "base | result mechanism charge | case | simulation analysis | view | design | studies | notebook cli "
-    "| __main__"
+    "base | result mechanism charge | case | simulation analysis | view | export design | studies "
+    "| notebook cli | __main__"
 )
 """Rooms between bars do not know each other."""
 
@@ -27,8 +27,8 @@ CASE_TAKES_FROM_CHARGE = "nutamill.charge.particles"
 ENGINES = ("nutamill.mechanism", "nutamill.charge", "nutamill.simulation", "numba", "llvmlite")
 
 HOMES = {
-    "numba": {"base/kernel.py", "charge/kernels/simd.py", "charge/kernels/team.py"},
-    "llvmlite": {"base/kernel.py", "charge/kernels/simd.py", "charge/kernels/team.py"},
+    "numba": {"base/kernel.py", "base/object_code.py", "charge/kernels/simd.py", "charge/kernels/team.py"},
+    "llvmlite": {"base/kernel.py", "base/object_code.py", "charge/kernels/simd.py", "charge/kernels/team.py"},
     "h5py": {"result", "view/vtkhdf.py"},
     "matplotlib": {
         "view",
@@ -52,6 +52,7 @@ HOMES = {
     "pyvista": {"view/scene.py"},
     "pyarrow": {"view/series_table.py"},
     "imageio_ffmpeg": {"view/scene.py"},
+    "fmpy": {"simulation/fmus"},
 }
 """Outside libraries that belong in some rooms or files only."""
 

@@ -100,7 +100,7 @@ def description(version="2.0", kind="CoSimulation", states=True, units=None):
         cause = "input" if name in INPUTS else "output" if name in OUTPUTS else "parameter"
         unit = units.get(name, INPUTS.get(name) or OUTPUTS.get(name))
         unit = f' unit="{unit}"' if unit else ""
-        start = f' start="{PARAMETERS.get(name, 0.0)}"' if cause != "output" else ""
+        start = f' start="{PARAMETERS.get(name, 0.0)}"' if cause != "output" or name[0] in "pv" else ""
         vary = "fixed" if cause == "parameter" else "continuous"
         scalars.append(
             f'<ScalarVariable name="{name}" valueReference="{reference}" causality="{cause}" '

@@ -116,15 +116,15 @@ Finding = tuple[tuple[Any, ...], str, str]
 
 
 def machine_fmu_findings(case: "Machine") -> Iterator[Finding]:
-    """Contradictions between the FMUs of a machine and its parts: place, what is wrong, what to write."""
+    """Yield contradictions of the FMUs of a machine with its parts: key, what is wrong, what to write."""
     drives = {drive.name: drive.motor is not None for drive in (*case.drives, *case.linear_drives)}
     yield from fmu_findings(case.fmus, drives, [body.name for body in case.bodies])
     yield from _foreign_findings(case, {entry.body for fmu in case.fmus for entry in fmu.bodies})
 
 
 def fmu_findings(fmus: tuple[FmuEntry, ...], drives: dict[str, bool], bodies: list[str]) -> Iterator[Finding]:
-    """Contradictions of FMUs with the drives there are, each with whether it has a motor, and with the bodies
-    that an FMU may move.
+    """Yield contradictions of FMUs with the drives there are, by whether each has a motor, and with the
+    bodies that an FMU may move.
     """
     driven: set[str] = set()
     moved: set[str] = set()
@@ -165,12 +165,12 @@ def fmu_findings(fmus: tuple[FmuEntry, ...], drives: dict[str, bool], bodies: li
 
 
 def linked(fmu: FmuEntry, source: str) -> bool:
-    """Whether an FMU is linked to an output of the FMU called `source`."""
+    """Return whether an FMU is linked to an output of the FMU called `source`."""
     return any(link.lstrip("-").startswith(f"{source}.") for link in fmu.links.values())
 
 
 def _foreign_findings(case: "Machine", moved: set[str]) -> Iterator[Finding]:
-    """What cannot be done with bodies that FMUs move."""
+    """Yield what cannot be done with bodies that FMUs move."""
     if not moved:
         return
     movers = [number for number, fmu in enumerate(case.fmus) if fmu.bodies]

@@ -12,7 +12,7 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.files import is_folder
 from nutamill.base.schema import spelled
 from nutamill.cli import completion
-from nutamill.cli.common import ResultFile, app, quantity, reports_errors, to
+from nutamill.cli.common import Overrides, ResultFile, app, load, quantity, reports_errors, to
 
 if TYPE_CHECKING:
     from nutamill.view.cameras import View
@@ -25,6 +25,22 @@ class Form(StrEnum):
     VTKHDF = "vtkhdf"
     CSV = "csv"
     PARQUET = "parquet"
+    FMU = "fmu"
+
+
+class Drives(StrEnum):
+    """What moves the drives of an exported machine."""
+
+    PROGRAMME = "programme"
+    SPEED = "speed"
+    TORQUE = "torque"
+
+
+class Platforms(StrEnum):
+    """Platforms that an exported machine has libraries for."""
+
+    THIS = "this"
+    ALL = "all"
 
 
 Camera = Annotated[
@@ -146,19 +162,42 @@ def export(
         Form,
         typer.Argument(
             metavar="FORMAT",
-            help="vtkhdf: charge and machine over time, for ParaView. csv, parquet: all series.",
+            help="vtkhdf: charge and machine over time, for ParaView. csv, parquet: all series. "
+            "fmu: the mechanism of a case, for other simulation programs.",
         ),
     ],
-    file: ResultFile,
+    file: Annotated[
+        Path, typer.Argument(metavar="RESULT.h5|CASE", help="A result file; for fmu a case, such as numill.")
+    ],
     to: Annotated[Path | None, to("The file; else beside the result.")] = None,
     series: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="SERIES", help="A series to write, repeatable; all if left out. Not for vtkhdf."
+            metavar="SERIES", help="A series to write, repeatable; all if left out. For csv and parquet."
         ),
     ] = None,
+    overrides: Overrides = None,
+    fmi: Annotated[int, typer.Option(metavar="2|3", min=2, max=3, help="fmu: version of FMI.")] = 2,
+    drives: Annotated[
+        Drives, typer.Option(metavar="programme|speed|torque", help="fmu: what moves the drives.")
+    ] = Drives.PROGRAMME,
+    platforms: Annotated[
+        Platforms, typer.Option(metavar="this|all", help="fmu: platforms that libraries are made for.")
+    ] = Platforms.THIS,
 ) -> None:
-    """Write a result for another program: ParaView, a spreadsheet, pandas."""
+    """Write a result for ParaView, a spreadsheet or pandas, or the mechanism of a case as an FMU."""
+    if form is Form.FMU:
+        from nutamill.export.fmu.write import export_mechanism
+
+        if series:
+            what = "has no use for fmu, whose outputs are all series"
+            raise CaseError(Fault("--series", what, "Leave it out, or export csv or parquet"))
+        machine = load(str(file), overrides).machine
+        path = to or Path(f"{machine.name}.fmu")
+        log = lambda text: typer.echo(text, err=True)  # noqa: E731
+        written = export_mechanism(machine, path, fmi, drives, platforms, log)
+        typer.echo(f"{written}   {megabytes(written.stat().st_size)}")
+        return
     from nutamill.result import open_result
     from nutamill.view.series_table import write_csv, write_parquet
     from nutamill.view.vtkhdf import write_vtkhdf

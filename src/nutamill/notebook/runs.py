@@ -19,6 +19,7 @@ def run(
     progress: Report | None = None,
     log: Log | None = None,
     again: bool = False,
+    trust_fmu: bool = False,
 ) -> Result:
     """Run a case from rest to its end and return the opened result. An existing complete result is returned
     unchanged.
@@ -33,6 +34,7 @@ def run(
     log : called with a line of text when something takes time before the first step, or when a requested
         checkpoint is saved
     again : run the case even if the file exists; the file there stays until the new run has ended
+    trust_fmu : run the native code of the FMUs that the case names
 
     Raises
     ------
@@ -47,9 +49,9 @@ def run(
     """
     case = march.asked_case(case)
     if progress is not None or not in_notebook():
-        return march.run(case, to, progress, log, again)
+        return march.run(case, to, progress, log, again, trust_fmu)
     with LiveProgress(case.title or case.name) as live:
-        return march.run(case, to, live, log or live.message, again)
+        return march.run(case, to, live, log or live.message, again, trust_fmu)
 
 
 def resume(
@@ -57,6 +59,7 @@ def resume(
     until: float | str | None = None,
     progress: Report | None = None,
     log: Log | None = None,
+    trust_fmu: bool = False,
 ) -> Result:
     """Continue a run from its last checkpoint and return the opened result.
 
@@ -66,13 +69,15 @@ def resume(
     ----------
     path : result of an interrupted or a complete run
     until : new end [s], or a text with a unit; with ``run.until = "steady"`` the new longest time
-    progress, log : as for `run`
+    progress, log, trust_fmu : as for `run`
 
     Raises
     ------
     ResultError, DamagedError, StepError, NotSteadyError, KeyboardInterrupt : as for `run`
     """
     if progress is not None or not in_notebook():
-        return march.resume(path, until=until, progress=progress, log=log)
+        return march.resume(path, until=until, progress=progress, log=log, trust_fmu=trust_fmu)
     with LiveProgress(Path(path).stem) as live:
-        return march.resume(path, until=until, progress=live, log=log or live.message)
+        return march.resume(
+            path, until=until, progress=live, log=log or live.message, trust_fmu=trust_fmu
+        )

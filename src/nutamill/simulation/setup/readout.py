@@ -23,6 +23,10 @@ WORKS = {"drive_work": "drive", "torque_work": "torque", "force_work": "force"}
 """Groups of a row that hold works done on the mechanism, and what their series begin with."""
 
 
+STORED = ("kinetic_energy_mechanism", "potential_energy", "elastic_energy")
+"""Series of the energies stored in the mechanism, in the order of their columns."""
+
+
 class Readout:
     """Names of the series of a machine, and their values from rows.
 
@@ -65,7 +69,7 @@ class Readout:
         rows : (n, n_columns) of the march
         first : (n_columns,) row at the start of the run, from which ledgers count and quantities are zeroed
         """
-        values = self._all(rows, first)
+        values = self.values(rows, first)
         return np.column_stack([values[name] for name in self.names])
 
     def _all_at_zero(self) -> dict[str, np.ndarray]:
@@ -83,7 +87,21 @@ class Readout:
         ]
         if faults:
             raise CaseError(*faults)
-        return self._all(row, row[0])
+        return self.values(row, row[0])
+
+    def columns(self) -> dict[str, int]:
+        """Return the column of each series of a machine without charge that is a column of a row."""
+        starts, groups = self.table.starts, self.table.groups
+        columns = {"time": starts.time}
+        columns |= {name: starts.sensors + k for k, name in enumerate(self._sensor_series)}
+        columns |= {name: starts.mechanism_energy + k for k, name in enumerate(STORED)}
+        for group in WORKS:
+            for k, part in enumerate(groups[group]):
+                columns[f"{self._prefix(group, part)}_{part}_work"] = getattr(starts, group) + k
+        for group, prefix in LOSSES.items():
+            for k, part in enumerate(groups[group]):
+                columns[f"{prefix}_{part}_loss"] = getattr(starts, group) + k
+        return columns
 
     def _refuse_unknown(self, known: list[str]) -> None:
         """Raise CaseError with every recorded name that is no series of the machine."""
@@ -92,8 +110,8 @@ class Readout:
             faults = [Fault("run.series", f'no series is called "{n}"', similar(n, known)) for n in unknown]
             raise CaseError(*(faults or [Fault("run.series", 'the first must be "time"')]))
 
-    def _all(self, rows: np.ndarray, first: np.ndarray) -> dict[str, np.ndarray]:
-        """Return every series by name, the quantities among them."""
+    def values(self, rows: np.ndarray, first: np.ndarray) -> dict[str, np.ndarray]:
+        """Return every series by name, the quantities among them. Arguments are those of `series`."""
         values, at_first = self._plain(rows, first), self._plain(first[None, :], first)
         ledger = self._ledger(rows, first)
         known, known_first = values | ledger, at_first | self._ledger(first[None, :], first)

@@ -1,0 +1,196 @@
+/* The mechanism behind both versions of FMI.  What moves it is compiled from the kernels of nutamill
+   (nutamill_advance, nutamill_read); tables and first block are those of model.c. */
+#include "core.h"
+#include "model.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define ALIGNMENT 64
+#define SAME_STEP 1e-6 /* share of the inner step by which a communication step may miss a multiple */
+
+/* compiled kernels: result, exception, arguments */
+extern int nutamill_advance(int64_t *status, void **exception, void *block, double step, int64_t count);
+extern int nutamill_read(int64_t *status, void **exception, void *block);
+
+#if !defined(__linux__)
+void sincos(double x, double *s, double *c) {
+    *s = sin(x);
+    *c = cos(x);
+}
+#endif
+
+/* What Numba's compiled code asks for: strides [bytes] of a contiguous array in another shape. */
+int numba_attempt_nocopy_reshape(int64_t n, const int64_t *shape, const int64_t *strides, int64_t new_n,
+                                 const int64_t *new_shape, int64_t *new_strides, int64_t item, int fortran) {
+    (void)n, (void)shape, (void)strides, (void)fortran;
+    for (int64_t k = new_n - 1; k >= 0; k--) {
+        new_strides[k] = item;
+        item *= new_shape[k];
+    }
+    return 1;
+}
+
+const size_t state_size = sizeof(double) * 3 + 2 * sizeof(int64_t) + BLOCK_SIZE;
+
+static double *number(const instance *it, int64_t offset) { return (double *)(it->block + offset); }
+
+instance *core_new(const char *name) {
+    size_t count = sizeof(instance) + sizeof(double) * N_SLOTS + strlen(name) + 1 + BLOCK_SIZE + 2 * ALIGNMENT;
+    char *memory = calloc(1, count);
+    if (!memory) return NULL;
+    instance *it = (instance *)memory;
+    it->memory = memory;
+    it->slots = (double *)(memory + (sizeof(instance) + 7) / 8 * 8);
+    char *text = (char *)(it->slots + N_SLOTS);
+    strcpy(text, name);
+    it->name = text;
+    uintptr_t after = (uintptr_t)(text + strlen(name) + 1);
+    it->block = (char *)((after + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
+    core_reset(it);
+    return it;
+}
+
+void core_free(instance *it) { free(it->memory); }
+
+void core_reset(instance *it) {
+    memcpy(it->block, nutamill_block, BLOCK_SIZE);
+    it->mode = INSTANTIATED;
+    it->fresh = 0;
+    it->start = it->now = 0.0;
+}
+
+/* Put the inputs of the importer where the kernels read them; `step` is the communication step. */
+static void take_inputs(instance *it, double step) {
+    for (int k = 0; k < N_INPUTS; k++) {
+        const struct input *in = inputs + k;
+        double value = *number(it, INPUTS_AT + 8 * (int64_t)k);
+        if (in->kind == PLAIN) {
+            *number(it, in->at) = value;
+        } else { /* a prescribed speed: linear from the present one to the input at the end of the step */
+            double *knot = number(it, in->at), time = *number(it, TIME_AT);
+            double angle = number(it, in->motion)[0], speed = number(it, in->motion)[1];
+            knot[0] = time, knot[1] = speed, knot[2] = angle;
+            knot[3] = time + step, knot[4] = value, knot[5] = angle + 0.5 * step * (speed + value);
+        }
+    }
+}
+
+static int advance(instance *it, double step, int64_t count) {
+    int64_t status = 0;
+    void *exception = NULL;
+    if (count > 0 && (nutamill_advance(&status, &exception, it->block, step, count) || status)) {
+        snprintf(it->said, sizeof it->said, "t = %.9g s: the motion is not finite", it->now);
+        return 0;
+    }
+    return 1;
+}
+
+int core_step(instance *it, double time, double step) {
+    if (!(step > 0.0) || !isfinite(step)) {
+        snprintf(it->said, sizeof it->said, "a step has a positive length, got %g s", step);
+        return 0;
+    }
+    if (!(fabs(time - it->now) <= 1e-9 * fmax(1.0, fabs(time)) + 1e-3 * INNER_STEP)) {
+        snprintf(it->said, sizeof it->said, "the step begins at %.9g s, the model is at %.9g s", time, it->now);
+        return 0;
+    }
+    double ratio = step / INNER_STEP, nearest = floor(ratio + 0.5);
+    int whole = fabs(ratio - nearest) <= SAME_STEP && nearest >= 1.0;
+    int64_t count = (int64_t)(whole ? nearest : floor(ratio));
+    take_inputs(it, step);
+    it->fresh = 0;
+    if (!advance(it, INNER_STEP, count)) return 0;
+    if (!whole && !advance(it, step - (double)count * INNER_STEP, 1)) return 0;
+    it->now = time + step;
+    return 1;
+}
+
+/* Compute what is recorded from the present state: a row by the kernels, then series of its columns. */
+static int refresh(instance *it) {
+    int64_t status = 0;
+    void *exception = NULL;
+    if (it->fresh) return 1;
+    if (nutamill_read(&status, &exception, it->block)) return 0;
+    memcpy(it->slots, it->block + ROW_AT, sizeof(double) * N_COLUMNS);
+    for (int k = 0; k < N_SERIES; k++) {
+        const struct series *s = series + k;
+        double t[MOST_TERMS], value = 0.0;
+        for (int j = 0; j < s->count; j++) {
+            const struct term *a = terms + s->first + j;
+            t[j] = a->sign * it->slots[a->slot] - a->zero;
+        }
+        if (s->take == SUM) {
+            value = t[0];
+            for (int j = 1; j < s->count; j++) value += t[j];
+        } else if (s->take == PRODUCT) {
+            value = t[0];
+            for (int j = 1; j < s->count; j++) value *= t[j];
+        } else if (s->take == RESULTANT && s->count == 2) {
+            value = hypot(t[0], t[1]);
+        } else if (s->take == RESULTANT) {
+            for (int j = 0; j < s->count; j++) value += t[j] * t[j];
+            value = sqrt(value);
+        } else { /* the lag of a direction behind an angle, into (-pi, pi] */
+            double rest = fmod(PI - (t[0] - atan2(t[2] - t[4], t[1] - t[3])), 2 * PI);
+            value = PI - (rest < 0.0 ? rest + 2 * PI : rest);
+        }
+        it->slots[N_COLUMNS + k] = value;
+    }
+    it->fresh = 1;
+    return 1;
+}
+
+int core_get(instance *it, uint32_t reference, double *value) {
+    if (reference >= N_VARIABLES) return 0;
+    const struct variable *v = variables + reference;
+    if (v->kind == IN_BLOCK) {
+        *value = *number(it, v->at);
+        return 1;
+    }
+    if (v->kind == CLOCK) {
+        *value = it->now;
+        return 1;
+    }
+    if (!refresh(it)) return 0;
+    *value = it->slots[v->at];
+    return 1;
+}
+
+int core_set(instance *it, uint32_t reference, double value) {
+    if (reference >= N_VARIABLES || !variables[reference].settable) {
+        snprintf(it->said, sizeof it->said, "value reference %u is no input", (unsigned)reference);
+        return 0;
+    }
+    if (!isfinite(value)) {
+        snprintf(it->said, sizeof it->said, "an input is not a finite number");
+        return 0;
+    }
+    *number(it, variables[reference].at) = value;
+    it->fresh = 0;
+    return 1;
+}
+
+void core_save(const instance *it, char *to) {
+    int64_t head[2] = {(int64_t)state_size, it->mode};
+    double times[3] = {it->start, it->now, INNER_STEP};
+    memcpy(to, head, sizeof head);
+    memcpy(to + sizeof head, times, sizeof times);
+    memcpy(to + sizeof head + sizeof times, it->block, BLOCK_SIZE);
+}
+
+int core_load(instance *it, const char *from, size_t size) {
+    int64_t head[2];
+    double times[3];
+    if (size != state_size) return 0;
+    memcpy(head, from, sizeof head);
+    memcpy(times, from + sizeof head, sizeof times);
+    if (head[0] != (int64_t)state_size || times[2] != INNER_STEP) return 0;
+    it->mode = (int)head[1];
+    it->start = times[0];
+    it->now = times[1];
+    it->fresh = 0;
+    memcpy(it->block, from + sizeof head + sizeof times, BLOCK_SIZE);
+    return 1;
+}

@@ -1,0 +1,33 @@
+/* The mechanism behind both versions of FMI: one block of numbers and what is done with it. */
+#ifndef NUTAMILL_CORE_H
+#define NUTAMILL_CORE_H
+#include <stddef.h>
+#include <stdint.h>
+
+enum mode { INSTANTIATED = 1, INITIALIZATION = 2, STEPPING = 4, TERMINATED = 8, FAILED = 16 };
+
+typedef struct {
+    int mode;          /* where the importer is in the order of calls */
+    int fresh;         /* whether the outputs belong to the present state */
+    double start;      /* communication time at the start [s] */
+    double now;        /* present communication time [s] */
+    double *slots;     /* columns of a row, then series computed of them */
+    char *block;       /* model, state and work space */
+    void *memory;      /* what was allocated */
+    const char *name;  /* of the instance */
+    void *environment; /* of the importer */
+    void *logger;
+    char said[256];    /* the last message */
+} instance;
+
+extern const size_t state_size;
+
+instance *core_new(const char *name);
+void core_free(instance *it);
+void core_reset(instance *it);
+int core_step(instance *it, double time, double step);
+int core_get(instance *it, uint32_t reference, double *value);
+int core_set(instance *it, uint32_t reference, double value);
+void core_save(const instance *it, char *to);
+int core_load(instance *it, const char *from, size_t size);
+#endif

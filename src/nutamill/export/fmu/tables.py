@@ -1,0 +1,86 @@
+"""The tables of an FMU as C text: what its skeleton knows of the machine."""
+
+import math
+
+from nutamill.export.fmu.interface import Interface
+
+TAKES = {"sum": "SUM", "product": "PRODUCT", "resultant": "RESULTANT", "lag": "LAG"}
+"""Names in C of what a series is taken as."""
+
+HEADER = """/* Tables of one machine, written by nutamill export fmu. */
+#ifndef NUTAMILL_MODEL_H
+#define NUTAMILL_MODEL_H
+#include <stdint.h>
+
+#define TOKEN "{token}"
+#define BLOCK_SIZE {block_size}
+#define INNER_STEP {step}
+#define TIME_AT {time}
+#define ROW_AT {row}
+#define INPUTS_AT {inputs_at}
+#define N_COLUMNS {columns}
+#define N_SERIES {n_series}
+#define N_SLOTS (N_COLUMNS + N_SERIES)
+#define N_INPUTS {n_inputs}
+#define N_VARIABLES {n_variables}
+#define MOST_TERMS {most_terms}
+#define PI {pi}
+
+enum kind {{ CLOCK, IN_BLOCK, IN_SLOTS }};
+enum input_kind {{ PLAIN, SPEED }};
+enum take {{ SUM, PRODUCT, RESULTANT, LAG }};
+
+struct variable {{ enum kind kind; int settable; int64_t at; }};
+struct input {{ enum input_kind kind; int64_t at, motion; }};
+struct term {{ int slot; double sign, zero; }};
+struct series {{ enum take take; int first, count; }};
+
+extern const unsigned char nutamill_block[BLOCK_SIZE];
+static const struct variable variables[] = {{
+{variables}
+}};
+static const struct input inputs[] = {{
+{inputs}
+}};
+static const struct term terms[] = {{
+{terms}
+}};
+static const struct series series[] = {{
+{series}
+}};
+#endif
+"""
+
+
+def header(interface: Interface, token: str) -> str:
+    """Return model.h of a machine; `token` identifies its description."""
+    variables = [f"{{{v.kind}, {int(v.causality == 'input')}, {v.at}}}," for v in interface.variables]
+    inputs = [f"{{{given.kind}, {given.at}, {given.motion}}}," for given in interface.inputs]
+    terms, series = [], []
+    for made in interface.made:
+        series.append(f"{{{TAKES[made.take]}, {len(terms)}, {len(made.terms)}}},")
+        terms += [f"{{{term.slot}, {term.sign:.1f}, {_exact(term.zero)}}}," for term in made.terms]
+    places = interface.block.places
+    return HEADER.format(
+        token=token,
+        block_size=len(interface.block.content),
+        step=_exact(interface.model.plan.dt),
+        time=places["state.time"],
+        row=places["row"],
+        inputs_at=places["inputs"],
+        columns=interface.model.readout.n_columns,
+        n_series=len(series),
+        n_inputs=len(inputs),
+        n_variables=len(variables),
+        most_terms=max(len(made.terms) for made in interface.made),
+        pi=_exact(math.pi),
+        variables="\n".join(variables),
+        inputs="\n".join(inputs),
+        terms="\n".join(terms),
+        series="\n".join(series),
+    )
+
+
+def _exact(value: float) -> str:
+    """Return a float in C with all its bits."""
+    return float(value).hex()
