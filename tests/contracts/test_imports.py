@@ -31,6 +31,7 @@ HOMES = {
     "llvmlite": {"base/kernel.py", "base/object_code.py", "charge/kernels/simd.py", "charge/kernels/team.py"},
     "h5py": {"result", "view/vtkhdf.py"},
     "matplotlib": {
+        "export/fmu/picture.py",
         "view",
         "notebook/html.py",
         "design/figures.py",

@@ -24,7 +24,7 @@ WORD = 8
 """Size of an entry of the table [bytes]."""
 
 
-class Target(NamedTuple):
+class CodeTarget(NamedTuple):
     """A platform that object code is for."""
 
     triple: str
@@ -80,7 +80,7 @@ def _aligned(size: int) -> int:
     return -(-size // ALIGNMENT) * ALIGNMENT
 
 
-class Entry(NamedTuple):
+class KernelEntry(NamedTuple):
     """A function of a library: a kernel whose arguments are in the block."""
 
     name: str
@@ -97,7 +97,7 @@ CALLER_NUMBERS = ("step", "count")
 """Arguments that the caller of a library gives: a real and a whole number, in this order."""
 
 
-def object_code(entries: Sequence[Entry], arguments: dict[str, Any], target: Target) -> bytes:
+def object_code(entries: Sequence[KernelEntry], arguments: dict[str, Any], target: CodeTarget) -> bytes:
     """Return object code with the entries for a platform, without a call of Python.
 
     Each entry is ``int name(int64_t *result, void **exception, void *block, ...)``, followed by the numbers
@@ -122,7 +122,7 @@ def object_code(entries: Sequence[Entry], arguments: dict[str, Any], target: Tar
     return code
 
 
-def constant_object(name: str, content: bytes, target: Target) -> bytes:
+def constant_object(name: str, content: bytes, target: CodeTarget) -> bytes:
     """Return object code with one constant array of bytes."""
     from llvmlite import ir
 
@@ -152,7 +152,7 @@ def _type_of(value: Any) -> Any:
     return numba.typeof(value)
 
 
-def _compiled(entry: Entry, arguments: dict[str, Any]) -> tuple[str, str, str]:
+def _compiled(entry: KernelEntry, arguments: dict[str, Any]) -> tuple[str, str, str]:
     """Return LLVM of an entry with all that it calls, the name of its function there, and its own name."""
     import numba
     from numba import types
@@ -172,7 +172,8 @@ def _compiled(entry: Entry, arguments: dict[str, Any]) -> tuple[str, str, str]:
     exec(source, space)
     numbers = {"step": types.float64, "count": types.int64}
     signature = types.int64(types.voidptr, *(numbers[name] for name in given))
-    compiled = numba.cfunc(signature, nopython=True, error_model="numpy", _nrt=False)(space["entry"])
+    compile_: Any = numba.cfunc  # its types leave out what it passes on
+    compiled = compile_(signature, nopython=True, error_model="numpy", _nrt=False)(space["entry"])
     return compiled._library.get_llvm_str(), compiled.native_name.removeprefix("cfunc."), entry.name
 
 
@@ -219,7 +220,8 @@ def _view(tree: Any) -> Any:
                 data = builder.bitcast(builder.gep(args[0], [entry(where)]), array.data.type)
                 item = context.get_abi_sizeof(context.get_data_type(kind.dtype))
                 shape = [entry(where + 1 + k) for k in range(kind.ndim)]
-                strides, size = [], ir.Constant(word, item)
+                strides: list[Any] = []
+                size = ir.Constant(word, item)
                 for length in reversed(shape):
                     strides.insert(0, size)
                     size = builder.mul(size, length)
@@ -242,7 +244,7 @@ def _view(tree: Any) -> Any:
 
 
 @functools.cache
-def _machine(target: Target) -> tuple[Any, str]:
+def _machine(target: CodeTarget) -> tuple[Any, str]:
     """Return LLVM's machine of a target, and its data layout."""
     import llvmlite.binding as llvm
 
@@ -260,8 +262,8 @@ def _retargeted(text: str, triple: str, layout: str) -> str:
     return "\n".join([*kept[:1], *head, *kept[1:]])
 
 
-def _emitted(compiled: Sequence[tuple[str, str, str]], target: Target) -> bytes:
-    """Return one object with the entries; all other functions are internal, so that what none calls is left
+def _emitted(compiled: Sequence[tuple[str, str, str]], target: CodeTarget) -> bytes:
+    """Return one object with the entries. All other functions are internal, so that what none calls is left
     out, calls of Python among it.
     """
     import llvmlite.binding as llvm

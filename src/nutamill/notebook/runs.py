@@ -78,6 +78,4 @@ def resume(
     if progress is not None or not in_notebook():
         return march.resume(path, until=until, progress=progress, log=log, trust_fmu=trust_fmu)
     with LiveProgress(Path(path).stem) as live:
-        return march.resume(
-            path, until=until, progress=live, log=log or live.message, trust_fmu=trust_fmu
-        )
+        return march.resume(path, until=until, progress=live, log=log or live.message, trust_fmu=trust_fmu)

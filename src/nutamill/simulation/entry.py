@@ -36,10 +36,10 @@ def enter(
         before = int(coupling.windows[0])
         left = (n_rows - done) * per_row - before % per_row
         if state.exchange is not None:
-            try:
-                done += march_exchanged(model, state, scratch, left, rows[done:])
-            except StepError as error:
-                return model, rows[:done], error
+            written, fault = march_exchanged(model, state, scratch, left, rows[done:])
+            done += written
+            if fault is not None:
+                return model, rows[:done], fault
         elif model.charge is None:
             march_mechanism(
                 model.mechanism,

@@ -25,7 +25,7 @@ def _table(model: Any, content: dict[str, Any], path: tuple[str | int, ...]) -> 
     }
     lines = []
     if path and isinstance(path[-1], int):
-        lines += ["", f"[[{'.'.join(_key(str(part)) for part in path[:-1])}]]"]
+        lines += ["", f"[[{'.'.join(_key(part) for part in path if isinstance(part, str))}]]"]
     elif path and (plain or not content):
         lines += ["", f"[{'.'.join(_key(part) for part in path if isinstance(part, str))}]"]
     width = max(map(len, plain), default=0)

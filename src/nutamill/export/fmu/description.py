@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from xml.sax.saxutils import quoteattr
 
 from nutamill import __version__
-from nutamill.export.fmu.interface import Interface, Variable
+from nutamill.export.fmu.interface import ExportedVariable, Interface
 
 BASE = {
     "m": {"m": 1},
@@ -56,11 +56,12 @@ def _head(interface: Interface) -> str:
     title = machine.title or machine.name
     return (
         f"modelName={quoteattr(machine.name)} description={quoteattr(title)} "
-        f'version="{__version__}" generationTool="nutamill {__version__}" variableNamingConvention="structured"'
+        f'version="{__version__}" generationTool="nutamill {__version__}" '
+        'variableNamingConvention="structured"'
     )
 
 
-def _units(variables: Iterable[Variable]) -> str:
+def _units(variables: Iterable[ExportedVariable]) -> str:
     names = dict.fromkeys(variable.unit for variable in variables if variable.unit != "1")
     rows = []
     for unit in names:

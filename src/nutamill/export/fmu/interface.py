@@ -32,7 +32,7 @@ WRENCH = (
 """Inputs of every body."""
 
 
-class Variable(NamedTuple):
+class ExportedVariable(NamedTuple):
     """A variable of an FMU; its value reference is its place in the list."""
 
     name: str
@@ -73,7 +73,7 @@ class Interface(NamedTuple):
     """Arguments of the kernels by name."""
     block: Block
     """The same as one block."""
-    variables: list[Variable]
+    variables: list[ExportedVariable]
     """The variables by value reference."""
     inputs: list[Input]
     """The inputs, in the order of their numbers in the block."""
@@ -120,7 +120,7 @@ def mechanism_interface(machine: Machine, drives: str = "programme") -> Interfac
     if drives == "speed":
         arguments["mechanism"] = _two_knots(model, len(bare.drives))
     block = Block(arguments)
-    variables = [Variable("time", "independent", "s", "simulated time", "CLOCK", 0, None)]
+    variables = [ExportedVariable("time", "independent", "s", "simulated time", "CLOCK", 0, None)]
     inputs: list[Input] = []
     _add_inputs(bare, drives, arguments, block, variables, inputs)
     _add_bodies(bare, block, variables)
@@ -128,7 +128,9 @@ def mechanism_interface(machine: Machine, drives: str = "programme") -> Interfac
     for field in model.readout.fields:
         if field.name != "time":
             variables.append(
-                Variable(field.name, "output", field.unit, field.meaning, "IN_SLOTS", slots[field.name], None)
+                ExportedVariable(
+                    field.name, "output", field.unit, field.meaning, "IN_SLOTS", slots[field.name], None
+                )
             )
     return Interface(model, state, arguments, block, variables, inputs, made)
 
@@ -159,7 +161,7 @@ def _add_inputs(
     drives: str,
     arguments: dict,
     block: Block,
-    variables: list[Variable],
+    variables: list[ExportedVariable],
     inputs: list[Input],
 ) -> None:
     """Add wrenches on bodies, and speeds or torques of drives."""
@@ -167,7 +169,7 @@ def _add_inputs(
 
     def add(name: str, unit: str, meaning: str, given: Input) -> None:
         place = at + NUMBER * len(inputs)
-        variables.append(Variable(name, "input", unit, meaning, "IN_BLOCK", place, 0.0))
+        variables.append(ExportedVariable(name, "input", unit, meaning, "IN_BLOCK", place, 0.0))
         inputs.append(given)
 
     for b, body in enumerate(machine.bodies):
@@ -191,7 +193,7 @@ def _add_inputs(
             add(f"drives.{drive.name}.speed", "rad/s", meaning, Input("SPEED", place, motion))
 
 
-def _add_bodies(machine: Machine, block: Block, variables: list[Variable]) -> None:
+def _add_bodies(machine: Machine, block: Block, variables: list[ExportedVariable]) -> None:
     """Add pose, twist and accelerations of every body."""
     shared = {"acceleration": ("acceleration", 6, 0), "angular_acceleration": ("acceleration", 6, 3)}
     for b, body in enumerate(machine.bodies):
@@ -201,4 +203,4 @@ def _add_bodies(machine: Machine, block: Block, variables: list[Variable]) -> No
                 place = block.places[f"state.{array}"] + NUMBER * (width * b + first + k)
                 name = f"bodies.{body.name}.{part}.{letter}"
                 text = f"{meaning}, of {body.name}"
-                variables.append(Variable(name, "output", unit, text, "IN_BLOCK", place, None))
+                variables.append(ExportedVariable(name, "output", unit, text, "IN_BLOCK", place, None))

@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from nutamill.base.errors import OutputError, missing_extra
-from nutamill.base.object_code import Entry, Target, constant_object, object_code
+from nutamill.base.object_code import CodeTarget, KernelEntry, constant_object, object_code
 from nutamill.export.fmu.interface import Interface
 from nutamill.export.fmu.tables import header
 from nutamill.mechanism.dynamics import march
 from nutamill.simulation.row import mechanism_row
 
 ENTRIES = (
-    Entry("nutamill_advance", march, ("mechanism", "state", "scratch", "step", "count"), True),
-    Entry(
+    KernelEntry("nutamill_advance", march, ("mechanism", "state", "scratch", "step", "count"), True),
+    KernelEntry(
         "nutamill_read",
         mechanism_row,
         ("mechanism", "state", "scratch", "sensors", "starts", "row"),
@@ -41,7 +41,7 @@ class Platform(NamedTuple):
     """Folder of its library in FMI 2, which names fewer platforms."""
     ending: str
     """Ending of a library."""
-    target: Target
+    target: CodeTarget
     """What the kernels are emitted for."""
     zig: str
     """Zig's name."""
@@ -52,29 +52,35 @@ PLATFORMS = (
         "x86_64-linux",
         "linux64",
         ".so",
-        Target("x86_64-unknown-linux-gnu", "x86-64"),
+        CodeTarget("x86_64-unknown-linux-gnu", "x86-64"),
         "x86_64-linux-gnu.2.17",
     ),
     Platform(
         "aarch64-linux",
         "aarch64-linux",
         ".so",
-        Target("aarch64-unknown-linux-gnu", "generic"),
+        CodeTarget("aarch64-unknown-linux-gnu", "generic"),
         "aarch64-linux-gnu.2.17",
     ),
     Platform(
-        "x86_64-windows", "win64", ".dll", Target("x86_64-w64-windows-gnu", "x86-64"), "x86_64-windows-gnu"
+        "x86_64-windows",
+        "win64",
+        ".dll",
+        CodeTarget("x86_64-w64-windows-gnu", "x86-64"),
+        "x86_64-windows-gnu",
     ),
-    Platform("x86_64-darwin", "darwin64", ".dylib", Target("x86_64-apple-darwin", "x86-64"), "x86_64-macos"),
+    Platform(
+        "x86_64-darwin", "darwin64", ".dylib", CodeTarget("x86_64-apple-darwin", "x86-64"), "x86_64-macos"
+    ),
     Platform(
         "aarch64-darwin",
         "aarch64-darwin",
         ".dylib",
-        Target("aarch64-apple-darwin", "generic"),
+        CodeTarget("aarch64-apple-darwin", "generic"),
         "aarch64-macos",
     ),
 )
-"""Platforms that libraries are made for; the instructions are those that every processor of a platform has."""
+"""Platforms that libraries are made for, with instructions that every processor of a platform has."""
 
 
 def this_platform() -> Platform:
@@ -149,6 +155,7 @@ def _compiler(target: Platform) -> list[str]:
     """Return the command that compiles and links for a platform."""
     if target == this_platform() and (local := shutil.which("cc")):
         return [local]
-    if importlib.util.find_spec("ziglang") is not None:
-        return [sys.executable, "-P", "-m", "ziglang", "cc", "-target", target.zig]
+    if (found := importlib.util.find_spec("ziglang")) is not None and found.origin is not None:
+        program = "zig.exe" if sys.platform == "win32" else "zig"
+        return [str(Path(found.origin).with_name(program)), "cc", "-target", target.zig]
     raise missing_extra(f"A library for {target.tuple}", "ziglang", "fmu")

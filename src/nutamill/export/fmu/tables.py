@@ -53,10 +53,11 @@ static const struct series series[] = {{
 
 
 def header(interface: Interface, token: str) -> str:
-    """Return model.h of a machine; `token` identifies its description."""
+    """Return model.h of a machine. `token` identifies its description."""
     variables = [f"{{{v.kind}, {int(v.causality == 'input')}, {v.at}}}," for v in interface.variables]
     inputs = [f"{{{given.kind}, {given.at}, {given.motion}}}," for given in interface.inputs]
-    terms, series = [], []
+    terms: list[str] = []
+    series: list[str] = []
     for made in interface.made:
         series.append(f"{{{TAKES[made.take]}, {len(terms)}, {len(made.terms)}}},")
         terms += [f"{{{term.slot}, {term.sign:.1f}, {_exact(term.zero)}}}," for term in made.terms]

@@ -36,7 +36,7 @@ def opened(path: Path, where: str) -> Iterator[zipfile.ZipFile]:
             if faults := [Fault(where, what) for what in _unsafe(archive.infolist())]:
                 raise CaseError(*faults)
             yield archive
-    except (OSError, zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+    except (OSError, zipfile.BadZipFile, zlib.error, EOFError, RuntimeError) as error:
         raise CaseError(
             Fault(where, f"{path.name} cannot be read as an FMU: {reason(error)}", "Export it again")
         ) from None
@@ -58,7 +58,7 @@ def _unsafe(members: list[zipfile.ZipInfo]) -> Iterator[str]:
 
 
 def unpack(path: Path, folder: Path, where: str) -> None:
-    """Unpack an FMU into an empty folder. Raise as `opened`."""
+    """Write the content of an FMU into an empty folder. Raise as `opened`."""
     with opened(path, where) as archive:
         for member in archive.infolist():
             target = folder / member.filename.replace("\\", "/")

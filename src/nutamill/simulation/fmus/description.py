@@ -1,6 +1,6 @@
 """What the description of an FMU declares, read without running any of its code."""
 
-import zipfile
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -111,11 +111,13 @@ def read_description(path: Path, where: str) -> FmuDescription:
             raise CaseError(Fault(where, f"{path.name} holds no {DESCRIPTION}", "It is no FMU"))
         if archive.getinfo(DESCRIPTION).file_size > MOST_DESCRIPTION:
             raise CaseError(Fault(where, f"the description of {path.name} is too large to be one"))
-        described = _parsed(library, archive, path, where)
-    version = str(described.fmiVersion).partition(".")[0]
-    if version not in ("2", "3"):
-        what = f"{path.name} is an FMU of FMI {described.fmiVersion}; FMI 2 and 3 are taken"
-        raise CaseError(Fault(where, what, "Export it with FMI 2.0 or 3.0"))
+        written = re.search(rb"fmiVersion\s*=\s*[\"']([^\"']*)", archive.read(DESCRIPTION))
+        number = "" if written is None else written[1].decode(errors="replace")
+        version = number.partition(".")[0]
+        if number and version not in ("2", "3"):
+            what = f"{path.name} is an FMU of FMI {number}; FMI 2 and 3 are taken"
+            raise CaseError(Fault(where, what, "Export it with FMI 2.0 or 3.0"))
+        described = _parsed(library, path, where)
     simulation = described.coSimulation
     if simulation is None:
         what = f"{path.name} is for model exchange only: it brings no solver"
@@ -140,9 +142,8 @@ def read_description(path: Path, where: str) -> FmuDescription:
     )
 
 
-def _parsed(library: Any, archive: zipfile.ZipFile, path: Path, where: str) -> Any:
+def _parsed(library: Any, path: Path, where: str) -> Any:
     """Return FMPy's model description."""
-    archive.read(DESCRIPTION)  # a damaged member is a fault of the archive, not of its text
     try:
         return library.read_model_description(str(path), validate=False)
     except Exception as error:  # a parser of another package: whatever it raises is a fault of the file

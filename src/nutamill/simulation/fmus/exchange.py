@@ -58,7 +58,7 @@ class Exchange:
         return [session.plan for session in self._sessions]
 
     def close(self) -> None:
-        """End all FMUs."""
+        """Close all FMUs."""
         for session in self._sessions:
             session.close()
 
@@ -91,7 +91,7 @@ class Exchange:
             raise CaseError(*faults)
 
     def drive(self, mechanism: Mechanism, state: MechanismState, step: float) -> None:
-        """Step the FMUs that move no body over the window that begins, and set the torques of their drives.
+        """March the FMUs that move no body over the window that begins, and set the torques of their drives.
 
         They get the mean speed and angle of the window as the mechanism's last accelerations predict them:
         of second order in the window, as its own step.
@@ -113,7 +113,7 @@ class Exchange:
             self._put_torques(number, state)
 
     def move(self, state: MechanismState, start: np.ndarray, time: float, step: float) -> None:
-        """Step the FMU that moves bodies over a window with the mean wrenches of the charge, and put the
+        """March the FMU that moves bodies over a window with the mean wrenches of the charge, and put the
         bodies where it moves them.
 
         Parameters
@@ -142,7 +142,7 @@ class Exchange:
             self._sessions[number].mark(time)
 
     def back(self, time: float) -> None:
-        """Go back to the stored states."""
+        """Put the FMUs back to the stored states."""
         for number in dict.fromkeys(number for number, _ in self._bodies()):
             self._sessions[number].back(time)
 
@@ -159,7 +159,7 @@ class Exchange:
         return groups
 
     def restore(self, groups: dict[str, dict[str, np.ndarray]], time: float) -> None:
-        """Go on from the groups of a checkpoint at `time` [s].
+        """Put the FMUs into the states of a checkpoint at `time` [s].
 
         Raises
         ------
@@ -198,7 +198,7 @@ def refuse_resume(plans: Sequence[FmuPlan]) -> None:
 
 @contextmanager
 def started(machine: Machine) -> Iterator[Exchange | None]:
-    """Start the FMUs of a machine and end them with the block; None for a machine without any.
+    """Start the FMUs of a machine and close them with the block. It is None for a machine without any.
 
     Raises
     ------
@@ -240,8 +240,12 @@ def _put_motion(state: MechanismState, body: int, motion: np.ndarray) -> None:
 
 def _elsewhere(plan: BodyPlan, motion: np.ndarray, where: str) -> Iterator[Fault]:
     """Yield a fault if an FMU starts a body elsewhere than the case has it."""
+    if not np.isfinite(motion).all():
+        yield Fault(where, "the FMU starts it without a finite pose", "Look at the names of its attitude")
+        return
     gap = float(np.linalg.norm(motion[:3] - plan.start[:3]))
-    turned = 2.0 * float(np.sqrt(max(0.0, 1.0 - min(1.0, abs(motion[3:7] @ plan.start[3:])))) * np.sqrt(2.0))
+    half = min(1.0, abs(float(motion[3:7] @ plan.start[3:])))  # the cosine of half the angle between them
+    turned = 4.0 * float(np.arcsin(np.sqrt(0.5 * (1.0 - half))))
     if gap > SAME_PLACE:
         at = ", ".join(f"{value:.6g}" for value in motion[:3])
         what = f"the FMU starts it at ({at}) m, {gap:.3g} m from its place in the case"

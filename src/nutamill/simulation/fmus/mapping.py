@@ -134,7 +134,7 @@ def fmu_plans(machine: Machine) -> list[FmuPlan]:
 
 
 def _plan(machine: Machine, entry: FmuEntry, description: FmuDescription, names: dict[str, Names]) -> FmuPlan:
-    """Return the plan of one FMU; faults stay with its names."""
+    """Return the plan of one FMU. Faults stay with its names."""
     own, where = names[entry.name], f"fmus.{entry.name}"
     sliding = [drive.name for drive in machine.linear_drives]
     order = [drive.name for drive in machine.drives] + sliding
@@ -177,7 +177,7 @@ def _plan(machine: Machine, entry: FmuEntry, description: FmuDescription, names:
 
 
 def _body(machine: Machine, given: FmuBody, names: Names, where: str) -> BodyPlan:
-    """Return the plan of a body; faults stay with the names."""
+    """Return the plan of a body. Faults stay with the names."""
     number = [body.name for body in machine.bodies].index(given.body)
     body = machine.bodies[number]
     start = np.concatenate([np.array(body.position, float), quaternion_of(body.turn)])

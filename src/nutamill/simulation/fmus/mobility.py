@@ -70,24 +70,24 @@ def _responses(
 
 def _faults(matrix: np.ndarray, names: list[str], where: str) -> Iterator[Fault]:
     """Yield what is wrong with a matrix of responses."""
-    size = np.sqrt(np.abs(np.diag(matrix)).max())
-    largest = float(np.abs(matrix).max())
-    if largest == 0.0:
-        yield Fault(
-            f"{where}.force", "no unit force or moment moves the body", "Look at the names of the inputs"
-        )
+    if not matrix.any():
+        hint = "Look at the names of the inputs"
+        yield Fault(f"{where}.force", "no unit force or moment moves the body", hint)
         return
-    for k, name in enumerate(names):
-        if matrix[k, k] < -TOLERANCE * largest:
-            what = f"a unit {name} moves the body the other way"
-            yield Fault(f"{where}.{name.split()[0]}", what, "Give one of the two names a minus sign")
-            return
-    scale = np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-12 * size * size))
+    kinds = np.array([name.split()[0] for name in names])
+    sizes = np.array([np.abs(matrix[np.ix_(kinds == kind, kinds == kind)]).max() for kind in kinds])
+    scale = np.sqrt(np.where(sizes > 0.0, sizes, 1.0))
     scaled = matrix / np.outer(scale, scale)
+    for k, name in enumerate(names):
+        if scaled[k, k] < -TOLERANCE:
+            what = f"a unit {name} moves the body the other way"
+            yield Fault(f"{where}.{kinds[k]}", what, "Give one of the two names a minus sign")
+            return
     wrong = np.abs(scaled - scaled.T)
-    if wrong.max() > TOLERANCE * max(1.0, float(np.abs(scaled).max())):
-        i, j = np.unravel_index(int(wrong.argmax()), wrong.shape)
+    lowest = np.linalg.eigvalsh(0.5 * (scaled + scaled.T)).min()
+    if wrong.max() > TOLERANCE or lowest < -TOLERANCE:
+        i, j = np.unravel_index(int(np.abs(scaled - np.diag(np.diag(scaled))).argmax()), wrong.shape)
         what = (
-            f"its answers to unit loads are not symmetric: {names[int(i)]} and {names[int(j)]} do not agree"
+            f"its answers to unit loads are those of no machine, look at {names[int(j)]} and {names[int(i)]}"
         )
         yield Fault(where, what, "Correct the order of the names, turn or point")

@@ -34,6 +34,8 @@ def attitude(numbers: np.ndarray, kind: str) -> np.ndarray:
     """
     if kind == "quaternion":
         size = float(np.sqrt(numbers @ numbers))
+        if size == 0.0:
+            return np.full(4, np.nan)
         return numbers / size if abs(size - 1.0) > 1e-12 else numbers.copy()
     quaternion = np.array([1.0, 0.0, 0.0, 0.0])
     if kind == "rotation_vector":

@@ -43,7 +43,7 @@ def receive(read: Callable[[int], bytes]) -> bytes:
 
 
 def _end_with_parent() -> None:
-    """End this process when its parent has ended, also while the FMU computes."""
+    """Kill this process when its parent has ended, also while the FMU computes."""
     parent = os.getppid()
     while os.getppid() == parent:
         time.sleep(1.0)
@@ -51,7 +51,7 @@ def _end_with_parent() -> None:
 
 
 def serve() -> None:
-    """Answer the parent until it closes the pipe, in the process of an FMU."""
+    """Do what the parent asks until it closes the pipe, in the process of an FMU."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     line = b""
     while not line.endswith(b"\n"):  # byte by byte: what follows is a request
@@ -161,7 +161,7 @@ class Slave:
             self._restore(state)
             self._free(state)
             return self._get()
-        raise RuntimeError(f"request {request!r} is unknown")
+        raise ValueError(request)
 
     def _set(self, values: np.ndarray) -> None:
         if self._inputs:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import TextIO, cast
 
 import numpy as np
 
@@ -69,7 +70,7 @@ class FmuSession:
             raise
 
     def close(self) -> None:
-        """End the process and remove the unpacked FMU."""
+        """Close the process and remove the unpacked FMU."""
         if self._process is not None:
             self._process.kill()
             self._process.wait()
@@ -100,7 +101,7 @@ class FmuSession:
         self._ask(MARK, time)
 
     def back(self, time: float) -> None:
-        """Go back to the stored state."""
+        """Put the FMU back to the stored state."""
         self._ask(BACK, time)
 
     def stored(self, time: float) -> np.ndarray:
@@ -108,7 +109,7 @@ class FmuSession:
         return np.frombuffer(self._ask(STORE, time), np.uint8)
 
     def load(self, time: float, state: np.ndarray) -> np.ndarray:
-        """Go on from a state of `stored`, and return the outputs there."""
+        """Put the FMU into a state of `stored`, and return the outputs there."""
         return self._values(self._ask(LOAD, time, state.tobytes()), time)
 
     def _values(self, content: bytes, time: float) -> np.ndarray:
@@ -123,11 +124,12 @@ class FmuSession:
 
     def _ask(self, request: bytes, time: float, content: bytes = b"") -> bytes:
         process = self._process
-        assert process is not None and process.stdin is not None and process.stdout is not None
+        assert process is not None
+        to, back = cast(TextIO, process.stdin).buffer, cast(TextIO, process.stdout).buffer
         try:
-            process.stdin.buffer.write(LENGTH.pack(len(content) + 1) + request + content)
-            process.stdin.buffer.flush()
-            answer = receive(process.stdout.buffer.read)
+            to.write(LENGTH.pack(len(content) + 1) + request + content)
+            to.flush()
+            answer = receive(back.read)
         except (EOFError, BrokenPipeError, ConnectionResetError):
             raise StepError(
                 f"{self.plan.where}: the process of the FMU ended at t = {time:.9g} s, {self._end()}. The "

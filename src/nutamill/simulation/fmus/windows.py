@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from nutamill.base.errors import StepError
 from nutamill.base.kernel import JIT
 from nutamill.charge.kernels.copying import copied
 from nutamill.charge.kernels.team import run_team
@@ -35,37 +36,32 @@ Window = Callable[[], None]
 
 def march_exchanged(
     model: Model, state: State, scratch: Scratch, n_windows: int, rows_out: np.ndarray
-) -> int:
-    """March a machine with FMUs through `n_windows` windows, and return the number of rows written.
+) -> tuple[int, StepError | None]:
+    """March a machine with FMUs through `n_windows` windows, and return the number of rows written and the
+    fault of an FMU that ended the march, if any.
 
     ``state.coupling.outcome`` is the `Outcome` and the meaning of a second call after `LISTS_FULL` is that of
     `nutamill.simulation.coupling.march_coupled`.
-
-    Raises
-    ------
-    StepError : an FMU refuses, gives a number that is not finite, or ends
     """
     exchange, coupling = state.exchange, state.coupling
     assert exchange is not None
-    foreign = bool(exchange.moves)
-    iterated = foreign and model.plan.scheme == Scheme.ITERATED
-    march, write = _windows(model, state, scratch, Scheme.STAGGERED if foreign else Scheme(model.plan.scheme))
-    if model.plan.scheme == Scheme.PRESCRIBED:
-        march, write = _windows(model, state, scratch, Scheme.PRESCRIBED)
+    scheme = Scheme(model.plan.scheme)
+    iterated = bool(exchange.moves) and scheme == Scheme.ITERATED
+    march, write = _windows(model, state, scratch, Scheme.STAGGERED if iterated else scheme)
     row = 0
     for _ in range(n_windows):
-        if coupling.outcome[0] != Outcome.LISTS_FULL:
-            exchange.drive(model.mechanism, state.mechanism, model.plan.dt)
-        if iterated:
-            _iterate(model, state, exchange, march)
-        else:
-            _stagger(model, state, exchange, march)
+        try:
+            if coupling.outcome[0] != Outcome.LISTS_FULL:
+                exchange.drive(model.mechanism, state.mechanism, model.plan.dt)
+            (_iterate if iterated else _stagger)(model, state, exchange, march)
+        except StepError as fault:
+            return row, fault
         if coupling.outcome[0] != Outcome.RUNNING:
             break
         if coupling.windows[0] % model.plan.windows_per_row == 0:
             write(rows_out[row])
             row += 1
-    return row
+    return row, None
 
 
 def _windows(

@@ -68,11 +68,12 @@ static void take_inputs(instance *it, double step) {
         double value = *number(it, INPUTS_AT + 8 * (int64_t)k);
         if (in->kind == PLAIN) {
             *number(it, in->at) = value;
-        } else { /* a prescribed speed: linear from the present one to the input at the end of the step */
+        } else { /* a prescribed speed: linear from the present one to the input at the end of the step, on a
+                    line that goes on, so that the acceleration at the end is that of the step */
             double *knot = number(it, in->at), time = *number(it, TIME_AT);
             double angle = number(it, in->motion)[0], speed = number(it, in->motion)[1];
             knot[0] = time, knot[1] = speed, knot[2] = angle;
-            knot[3] = time + step, knot[4] = value, knot[5] = angle + 0.5 * step * (speed + value);
+            knot[3] = time + 2.0 * step, knot[4] = 2.0 * value - speed, knot[5] = angle + 2.0 * step * value;
         }
     }
 }

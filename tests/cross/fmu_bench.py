@@ -10,7 +10,7 @@ SOURCE = r"""
 #include <stdlib.h>
 #include <string.h>
 typedef struct { double r[24]; int fault; double t; } Instance;
-enum { W, U, M, I, R, L, K, FX, FY, FZ, PX, PY, PZ, VX, VY, VZ, AX, AY, AZ, STIFF, MASS, LATE, GAIN, DAMP };
+enum { W, U, M, I, R, L, K, FX, FY, FZ, PX, PY, PZ, VX, VY, VZ, AX, AY, AZ, STIFF, MASS, LATE, GAIN, DAMP, AT_ONCE };
 #define API __attribute__((visibility("default")))
 API const char* fmi2GetTypesPlatform(void) { return "default"; }
 API const char* fmi2GetVersion(void) { return "2.0"; }
@@ -50,14 +50,17 @@ API int fmi2DoStep(void* c, double t, double h, int none) {
   if (t >= r[LATE] && s->fault == 3) *(volatile int*)0 = 1;
   for (int j = 0; j < n; j++) r[I] += h / n * (r[U] - r[R] * r[I] - r[K] * r[W]) / r[L];
   r[M] = r[K] * r[I];
-  for (int k = 0; k < 3; k++) r[PX + k] += h * r[VX + k] + 0.5 * h * h * r[AX + k];
-  double a[3] = { r[AX], r[AY], r[AZ] }; forces(s);
+  double old[3] = { r[AX], r[AY], r[AZ] }; forces(s);
+  double a[3] = { r[AX], r[AY], r[AZ] };
+  for (int k = 0; k < 3; k++) r[PX + k] += h * r[VX + k] + 0.5 * h * h * (r[AT_ONCE] ? a[k] : old[k]);
+  forces(s);
   for (int k = 0; k < 3; k++) r[VX + k] += 0.5 * h * (a[k] + r[AX + k]);
   if (t >= r[LATE] && s->fault == 1) r[M] = r[PX] = NAN;
   return 0; }
 """
-"""Motor: torque k i, winding L di/dt = U - R i - k w in 20 explicit steps.  Body: a mass on springs, velocity
-Verlet with a constant force over the step.
+"""Motor: torque k i, winding L di/dt = U - R i - k w in 20 explicit steps.  Body: a mass on springs that gets
+exactly the impulse of the force held over the step; it drifts with its last acceleration, as our own bodies do,
+or with ``at_once`` with that of the new force.
 """
 
 INPUTS = {"w": "rad/s", "U": "V", "fx": "N", "fy": "N", "fz": "N"}
@@ -73,11 +76,12 @@ PARAMETERS = {
     "late": 1e9,
     "gain": 1.0,
     "damping": 0.0,
+    "at_once": 0.0,
 }
 ORDER = (
     *("w", "U", "M", "I", "R", "L", "k", "fx", "fy", "fz"),
     *(f"{name}{axis}" for name in "pva" for axis in "xyz"),
-    *("stiffness", "mass", "late", "gain", "damping"),
+    *("stiffness", "mass", "late", "gain", "damping", "at_once"),
 )
 UNITS = {
     "rad/s": 'rad="1" s="-1"',
