@@ -117,7 +117,8 @@ Finding = tuple[tuple[Any, ...], str, str]
 
 def machine_fmu_findings(case: "Machine") -> Iterator[Finding]:
     """Yield contradictions of the FMUs of a machine with its parts: key, what is wrong, what to write."""
-    drives = {drive.name: drive.motor is not None for drive in (*case.drives, *case.linear_drives)}
+    drives = {drive.name: drive.motor is not None for drive in case.drives}
+    drives |= {drive.name: drive.motor is not None for drive in case.linear_drives}
     yield from fmu_findings(case.fmus, drives, [body.name for body in case.bodies])
     yield from _foreign_findings(case, {entry.body for fmu in case.fmus for entry in fmu.bodies})
 
@@ -145,18 +146,18 @@ def fmu_findings(fmus: tuple[FmuEntry, ...], drives: dict[str, bool], bodies: li
             elif entry.drive in driven:
                 yield where, f'the drive "{entry.drive}" gets its torque from two FMUs', ""
             driven.add(entry.drive)
-        for n, entry in enumerate(fmu.bodies):
-            where = (*key, "bodies", n)
-            if entry.body not in bodies:
-                yield (*where, "body"), f'no body is called "{entry.body}"', similar(entry.body, bodies)
-            elif entry.body in moved:
-                yield (*where, "body"), f'the body "{entry.body}" is moved by two FMUs', ""
-            moved.add(entry.body)
-            if entry.attitude is not None:
-                needed = 4 if entry.attitude_as == "quaternion" else 3
-                if len(entry.attitude) != needed:
-                    what = f"needs {needed} names for {entry.attitude_as}, got {len(entry.attitude)}"
-                    yield (*where, "attitude"), what, ""
+        for n, moving in enumerate(fmu.bodies):
+            place = (*key, "bodies", n)
+            if moving.body not in bodies:
+                yield (*place, "body"), f'no body is called "{moving.body}"', similar(moving.body, bodies)
+            elif moving.body in moved:
+                yield (*place, "body"), f'the body "{moving.body}" is moved by two FMUs', ""
+            moved.add(moving.body)
+            if moving.attitude is not None:
+                needed = 4 if moving.attitude_as == "quaternion" else 3
+                if len(moving.attitude) != needed:
+                    what = f"needs {needed} names for {moving.attitude_as}, got {len(moving.attitude)}"
+                    yield (*place, "attitude"), what, ""
         earlier = [other.name for other in fmus[:number]]
         for name, source in fmu.links.items():
             if source.lstrip("-").partition(".")[0] not in earlier:
