@@ -1,4 +1,4 @@
-"""Error of the exchange with a foreign machine over the length of the window, printed as the table of docs/fmi.md.
+"""Error of the exchange with a foreign machine over the window: the table of docs/fmi.md.
 
 Needs the extra fmu and a C compiler.  Type in the clone: ``python -m validation.fmu_exchange``.
 """
