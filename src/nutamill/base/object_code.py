@@ -250,16 +250,18 @@ def _machine(target: CodeTarget) -> tuple[Any, str]:
 
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
-    found = llvm.Target.from_triple(target.triple)
-    machine = found.create_target_machine(cpu=target.cpu, opt=3, reloc="pic", codemodel="default")
+    family = llvm.Target.from_triple(target.triple)
+    machine = family.create_target_machine(cpu=target.cpu, opt=3, reloc="pic", codemodel="default")
     return machine, str(machine.target_data)
 
 
 def _retargeted(text: str, triple: str, layout: str) -> str:
     """Return LLVM text with another target."""
-    kept = [line for line in text.splitlines() if not line.startswith(("target datalayout", "target triple"))]
+    lines = [
+        line for line in text.splitlines() if not line.startswith(("target datalayout", "target triple"))
+    ]
     head = [f'target datalayout = "{layout}"', f'target triple = "{triple}"']
-    return "\n".join([*kept[:1], *head, *kept[1:]])
+    return "\n".join([*lines[:1], *head, *lines[1:]])
 
 
 def _emitted(compiled: Sequence[tuple[str, str, str]], target: CodeTarget) -> bytes:

@@ -155,7 +155,7 @@ def _compiler(target: Platform) -> list[str]:
     """Return the command that compiles and links for a platform."""
     if target == this_platform() and (local := shutil.which("cc")):
         return [local]
-    if (found := importlib.util.find_spec("ziglang")) is not None and found.origin is not None:
+    if (package := importlib.util.find_spec("ziglang")) is not None and package.origin is not None:
         program = "zig.exe" if sys.platform == "win32" else "zig"
-        return [str(Path(found.origin).with_name(program)), "cc", "-target", target.zig]
+        return [str(Path(package.origin).with_name(program)), "cc", "-target", target.zig]
     raise missing_extra(f"A library for {target.tuple}", "ziglang", "fmu")

@@ -123,7 +123,7 @@ def fmu_plans(machine: Machine) -> list[FmuPlan]:
     plans = [
         _plan(machine, entry, described[entry.name], names) for entry in machine.fmus if entry.name in names
     ]
-    faults += [fault for found in names.values() for fault in found.faults]
+    faults += [fault for checked in names.values() for fault in checked.faults]
     for plan in plans:
         if machine.run.coupling == "iterated" and plan.bodies and not plan.description.can_roll_back:
             what = f'the FMU "{plan.name}" cannot go back to the start of a window'

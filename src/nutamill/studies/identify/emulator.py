@@ -14,7 +14,7 @@ POOR = 0.5
 """Error of members left out over the spread of all members, above which an emulator is refused [1]."""
 
 
-class Check(NamedTuple):
+class CrossCheck(NamedTuple):
     """How well an emulator predicts members that are left out, one at a time."""
 
     error: float
@@ -61,7 +61,7 @@ class Emulator(NamedTuple):
     """Mean of the members, SI."""
     scale: float
     """Standard deviation of the members, SI."""
-    check: Check
+    check: CrossCheck
     """Its check."""
     gains: np.ndarray
     """Indices of the unknowns that multiply it."""
@@ -119,7 +119,7 @@ def fit_emulator(
     points, values = points[finite], values[finite]
     offset, spread = float(values.mean()), float(values.std())
     if not len(columns):
-        alone = Check(0.0, spread, 0.0, len(values))
+        alone = CrossCheck(0.0, spread, 0.0, len(values))
         return Emulator(None, columns, offset, 0.0, alone, gains, gain_ends)
     if spread <= SAME * abs(offset):
         what = f"the row depends on no unknown: all of {len(values)} members give {offset:.6g} (SI)"
@@ -135,7 +135,7 @@ def fit_emulator(
     return Emulator(process, columns, offset, spread, check, gains, gain_ends)
 
 
-def _fitted(points: np.ndarray, values: np.ndarray, scale: float) -> tuple[Process, Check]:
+def _fitted(points: np.ndarray, values: np.ndarray, scale: float) -> tuple[Process, CrossCheck]:
     """Return the process of greatest likelihood, and its check at each member by all others."""
     # these load for a second, and are part of an extra
     from sklearn.exceptions import ConvergenceWarning
@@ -155,4 +155,4 @@ def _fitted(points: np.ndarray, values: np.ndarray, scale: float) -> tuple[Proce
     precision = np.sum(root**2, axis=0)  # diagonal of the inverse covariance
     error = process.weights / precision
     ratio = float(np.sqrt(np.mean(error**2 * precision)))
-    return process, Check(scale * float(np.sqrt(np.mean(error**2))), scale, ratio, len(error))
+    return process, CrossCheck(scale * float(np.sqrt(np.mean(error**2))), scale, ratio, len(error))

@@ -261,9 +261,8 @@ def narrow_lines(findings: Sequence[Finding], paper: Paper, width: int) -> list[
             for heading, text in zip(HEADINGS[1:], texts, strict=True)
             if text
         ]
-        indent = {"initial_indent": "  ", "subsequent_indent": "  "}
         lines += textwrap.wrap(title, width)
-        lines += textwrap.wrap(", ".join(numbers), width, **indent)
+        lines += textwrap.wrap(", ".join(numbers), width, initial_indent="  ", subsequent_indent="  ")
     return lines
 
 
