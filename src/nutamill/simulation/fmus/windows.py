@@ -14,6 +14,7 @@ from nutamill.base.errors import StepError
 from nutamill.base.kernel import JIT
 from nutamill.charge.kernels.copying import copied
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.measures.observe import observe
 from nutamill.charge.measures.statistics import sample
 from nutamill.simulation.coupling import (
     MAX_PASSES,
@@ -85,6 +86,7 @@ def _windows(
         run_team(march_team, both, n_threads)
 
     def write_both(row_out: np.ndarray) -> None:
+        run_team(observe, (model.charge, state.charge, work.charge, work.reading), n_threads)
         write_row(whole, now, work, row_out)
         if model.survey is not None and model.survey.on == 1:
             angle = float(state.coupling.row_angle[0])
