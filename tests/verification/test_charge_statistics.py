@@ -42,18 +42,19 @@ class Survey:
         return self
 
     @property
-    def sums(self):
+    def totals(self):
+        """Sums of all threads, by name."""
         return gathered(self.sums, self.bench.state.impacts)
 
     def wall(self, name):
         """Sum of one quantity over the samples, by patch, SI but for the interval."""
         k = WALL_SUMS.index(name)
-        return self.sums["walls"][:, k] / self.plan.per_wall[k]
+        return self.totals["walls"][:, k] / self.plan.per_wall[k]
 
     def field(self, name):
         """The same by cell, (radius, azimuth, height)."""
         k = FIELD_SUMS.index(name)
-        return (self.sums["fields"][:, k] / self.plan.per_field[k]).reshape(self.plan.cells)
+        return (self.totals["fields"][:, k] / self.plan.per_field[k]).reshape(self.plan.cells)
 
 
 def spectrum(bench, kind, part):
@@ -135,7 +136,7 @@ def test_an_impact_wears_the_patch_it_hits():
     )
     survey = Survey(bench)
     bench.step(20)
-    cut = survey.sums["cut"] / bench.model.per_cut
+    cut = survey.totals["cut"] / bench.model.per_cut
     assert np.flatnonzero(cut).tolist() == [10 * 10 + 1]
     # the wall curves by 1e-7/0.02 on the way: both parts are right to that, and to the small unit of 2^-30 of
     # the mass
@@ -160,7 +161,7 @@ def test_an_impact_on_a_rib_wears_its_face(place, face):
     )
     survey = Survey(bench)
     bench.step(10)
-    (patch,) = np.flatnonzero(survey.sums["cut"])
+    (patch,) = np.flatnonzero(survey.totals["cut"])
     assert patch // 4 == face
 
 
@@ -255,7 +256,7 @@ def test_statistics_have_the_same_bits_on_one_and_two_threads():
             bench.threads = threads
             bench.step(10)
             survey.take(0.1 * k, threads)
-        sums.append(survey.sums)
+        sums.append(survey.totals)
     assert (
         sums[0]["spectra"].any()
         and sums[0]["cut"].any()
@@ -323,7 +324,7 @@ def test_neighbours_of_a_packing_are_those_of_its_lattice():
     bench = Bench(x * (1 - 1e-4), law(K), 1e-6)
     bench.step(1)  # lists are made in the first substep
     bench.state.v[...] = 0.0
-    counts = Survey(bench).take().sums["neighbours"]
+    counts = Survey(bench).take().totals["neighbours"]
     grid = np.stack(np.meshgrid(range(8), range(8), range(6), indexing="ij"), axis=-1).reshape(-1, 3)
     touching = 6 - (grid == 0).sum(axis=1) - (grid == [7, 7, 5]).sum(axis=1)
     assert counts[:7].tolist() == np.bincount(touching, minlength=7).tolist()
