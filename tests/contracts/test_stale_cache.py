@@ -257,7 +257,8 @@ def test_every_number_in_the_source_of_a_kernel_comes_from_a_file_that_counts(co
     for module, path in paths.items():
         for node in ast.parse((PACKAGE / path).read_bytes()).body:
             for target in ast.walk(node) if isinstance(node, ast.Assign) else ():
-                if isinstance(target, ast.Name) and target.id in vars(modules[module]):
+                assigned = isinstance(target, ast.Name) and isinstance(target.ctx, ast.Store)
+                if assigned and target.id in vars(modules[module]):
                     homes.setdefault((target.id, id(vars(modules[module])[target.id])), set()).add(path)
     looked_up = {
         (name, id(plain.__globals__[name]), paths[plain.__module__])

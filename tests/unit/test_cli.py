@@ -41,13 +41,13 @@ def engine(monkeypatch):
     """The march, replaced by a record of what it was asked."""
     asked = {}
 
-    def run(case, to=None, progress=None, log=None, again=False):
+    def run(case, to=None, progress=None, log=None, again=False, trust_fmu=False):
         asked.update(case=case, to=to, again=again)
         if "fault" in asked:
             raise asked["fault"]
         return OneResult()
 
-    def resume(path, until=None, progress=None, log=None):
+    def resume(path, until=None, progress=None, log=None, trust_fmu=False):
         asked.update(path=path, until=until)
         return OneResult()
 
@@ -122,7 +122,7 @@ def test_show_prints_a_case_that_is_the_case(invoke):
 def test_check_says_the_contacts_in_other_programs_when_asked(invoke, monkeypatch):
     sheet = types.SimpleNamespace(lines=lambda: ["the sheet"])
     monkeypatch.setattr("nutamill.simulation.warm_up.warm_up", lambda log, law: None)
-    monkeypatch.setattr("nutamill.design.preflight.preflight", lambda case: sheet)
+    monkeypatch.setattr("nutamill.design.preflight.preflight", lambda case, trial: sheet)
     assert invoke("check", "numill").stdout == "the sheet\n"
     reply = invoke("check", "numill", "--dialects").stdout
     assert reply.startswith("the sheet\nsteel-steel: linear x displacement x type_c x none")

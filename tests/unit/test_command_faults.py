@@ -170,12 +170,23 @@ WRONG = (
 )
 """Files that no command can use, but those of `RIGHT`."""
 RIGHT = {
-    "measured.h5": ("show", "verify", "plot", "compare"),
-    "pendulum.h5": ("show", "verify", "resume", "picture", "movie", "view", "export"),
+    "measured.h5": ("show", "verify", "plot", "compare", "orders", "life"),
+    "pendulum.h5": (
+        "show",
+        "verify",
+        "resume",
+        "picture",
+        "movie",
+        "view",
+        "export",
+        "plot",
+        "report",
+        "life",
+    ),
     "fit.toml": ("fit",),
 }
 """Commands that can do something with such a file."""
-WITHOUT_FILES = {"schema", "bench", "info"}
+WITHOUT_FILES = {"schema", "bench", "info", "cite", "doctor", "explain"}
 
 
 def refused(reply, code):

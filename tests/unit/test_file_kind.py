@@ -129,5 +129,6 @@ def test_every_file_among_the_examples_is_recognised(path):
         "friction-law": FileKind.FIT,
         "joint-friction": FileKind.FIT,
         "empty-mill-identified": FileKind.IDENTIFY,
+        "spring-identified": FileKind.IDENTIFY,
     }
     assert file_kind(path) is wanted.get(path.stem, FileKind.MECHANISM)

@@ -76,7 +76,7 @@ def invoke(tmp_path, monkeypatch):
             ARM + PIN.format("weld", "fixed", 0),
             ["modes     none: nothing is free to vibrate with the drives held"],
         ),
-        (ARM, ["modes     none: there is no equilibrium near the assembled pose"]),
+        (ARM, ["modes     none: nothing holds arm"]),
         (
             'redundant = "allow"\n'
             + ARM

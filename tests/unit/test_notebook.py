@@ -180,7 +180,7 @@ def test_a_run_in_a_notebook_shows_its_progress_unless_the_caller_does(monkeypat
     monkeypatch.setitem(sys.modules, "IPython", fake)
     monkeypatch.setitem(sys.modules, "IPython.display", shown)
 
-    def march(case, to, progress, log, again):
+    def march(case, to, progress, log, again, trust_fmu):
         asked.append(progress)
         log("compiling kernels")
         progress(PROGRESS)

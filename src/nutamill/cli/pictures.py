@@ -10,7 +10,6 @@ import typer
 from nutamill.base.atomic_file import megabytes
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.files import is_folder
-from nutamill.base.schema import spelled
 from nutamill.cli import completion
 from nutamill.cli.common import Overrides, ResultFile, app, load, quantity, reports_errors, to
 
@@ -110,6 +109,8 @@ def _pixels(size: str) -> tuple[int, int]:
     """Return width and height of a picture [px] from ``1280x960``."""
     match = re.fullmatch(r"(\d{2,4})x(\d{2,4})", size)
     if match is None:
+        from nutamill.base.schema import spelled
+
         what = f"must be width and height in pixels, from 10 to 9999, got {spelled(size)}"
         raise CaseError(Fault("--size", what, "Write e.g. --size 1920x1080"))
     return int(match[1]), int(match[2])

@@ -176,13 +176,9 @@ def resume(
 ) -> None:
     """Continue a run from its last checkpoint."""
     with stop_at_once():
-        from nutamill.case import case_of_text
-        from nutamill.result import open_result
         from nutamill.simulation import march
 
-        with open_result(file) as earlier:
-            text = earlier.case_text
-        trusted = _trusted(case_of_text(text, file.stem), trust_fmu) if text else False
+        trusted = _trusted_earlier(file, trust_fmu) if file.is_file() else False
 
         _run_on_screen(
             file.stem,
@@ -288,6 +284,16 @@ def _trusted(case: "Case | Machine", trusted: bool) -> bool:
         return False
     typer.echo("\n".join(["The case runs native code of other programs:", *code_lines(case.machine)]))
     return typer.confirm("Run it?")
+
+
+def _trusted_earlier(file: Path, trusted: bool) -> bool:
+    """Show the FMUs of the case of a result file and ask once, as `_trusted` does."""
+    from nutamill.case import case_of_text
+    from nutamill.result import open_result
+
+    with open_result(file) as earlier:
+        text = earlier.case_text
+    return _trusted(case_of_text(text, file.stem), trusted) if text else False
 
 
 def _run_on_screen(title: str, path: Path, march: Callable[["Screen"], "Result"]) -> None:

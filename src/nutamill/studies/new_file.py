@@ -80,8 +80,9 @@ def write_new(kind: str, file: Path, base: str | None = None) -> Path:
     if exists(file):
         raise CaseError(Fault(str(file), "exists already", "Choose another name"))
     schema = file.with_name(f"nutamill-{kind}.schema.json")
-    write_whole(schema, json.dumps(schema_of(kind), indent=1) + "\n")
     try:
+        if not file.parent.exists():
+            file.parent.mkdir(parents=True)
         with file.open("x", encoding="utf-8") as stream:
             stream.write(f"#:schema ./{schema.name}\n{text}")
     except FileExistsError:
@@ -90,6 +91,7 @@ def write_new(kind: str, file: Path, base: str | None = None) -> Path:
         raise OutputError(
             f'{file}: cannot be written, the system reports "{error.strerror}". Choose another place.'
         ) from None
+    write_whole(schema, json.dumps(schema_of(kind), indent=1) + "\n")
     return schema
 
 

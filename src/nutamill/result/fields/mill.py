@@ -97,7 +97,7 @@ def known_joints(name: str, known: Sequence[str] = JOINTS) -> str:
     """Return the hint for an unknown joint: its new name, or the names that are known."""
     if name in RENAMED_JOINTS:
         return f"The joint {name} is now called {RENAMED_JOINTS[name]}"
-    return f"Known are {', '.join(known)}"
+    return f"Known are {', '.join(known)}" if known else "The file has no joints"
 
 
 SERIES: tuple[Field, ...] = (
