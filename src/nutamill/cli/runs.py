@@ -18,6 +18,7 @@ from nutamill.base.errors import (
     ResultError,
     printable,
 )
+from nutamill.base.files import exists, is_folder
 from nutamill.cli import completion
 from nutamill.cli.common import CaseName, Overrides, Quick, app, load, reports_errors, to
 from nutamill.cli.help import App
@@ -178,7 +179,7 @@ def resume(
     with stop_at_once():
         from nutamill.simulation import march
 
-        trusted = _trusted_earlier(file, trust_fmu) if file.is_file() else False
+        trusted = _trusted_earlier(file, trust_fmu) if exists(file) and not is_folder(file) else False
 
         _run_on_screen(
             file.stem,
