@@ -38,7 +38,7 @@ PHASES = (np.arange(16) + 0.3) / 16
 def ball(
     restitution: float, friction: float, substeps: int, phase: float, velocity, gravity: float
 ) -> Charge:
-    """Return a ball that meets a floor after a few substeps, or lies on it if it does not fall."""
+    """Return a ball that meets a floor after a few substeps, or rests on it if it does not fall."""
     pair = linear_pair(STIFFNESS, restitution, friction)
     dt = contact_time(STIFFNESS, MASS, pair.damping_ratio, pair.tension_cut) / substeps
     height = (
