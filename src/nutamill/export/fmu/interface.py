@@ -99,7 +99,7 @@ def mechanism_interface(machine: Machine, drives: str = "programme") -> Interfac
         raise CaseError(Fault("fmus", "cannot be exported in an FMU", hint))
     if drives != "programme" and not machine.drives:
         raise CaseError(Fault("--drives", f"has no use here, got {drives}: the machine has no drives"))
-    bare = _without_charge(machine, drives)
+    bare = _with_own_quantities(_without_charge(machine, drives))
     model, state, scratch = build(bare, None)
     if drives == "torque":
         names = [drive.name for drive in machine.drives]
@@ -146,6 +146,25 @@ def _without_charge(machine: Machine, drives: str) -> Machine:
     bare = machine.model_copy(update=changes)
     bare._name = machine._name
     return bare
+
+
+def _with_own_quantities(bare: Machine) -> Machine:
+    """Return a machine without the quantities and series that are taken of the charge it had."""
+    run = bare.run
+    plain = bare.model_copy(update={"quantities": (), "run": run.model_copy(update={"series": None})})
+    known = set(build(plain, None)[0].readout.values_by_name)
+    quantities = []
+    for entry in bare.quantities:
+        if {source.removeprefix("-") for source in entry.of} <= known:
+            quantities.append(entry)
+            known.add(entry.name)
+    changes: dict = {"quantities": tuple(quantities)}
+    if run.series is not None:
+        names = tuple(name for name in run.series if name in known)
+        changes["run"] = run.model_copy(update={"series": names})
+    made = bare.model_copy(update=changes)
+    made._name = bare._name
+    return made
 
 
 def _two_knots(model: Model, count: int):

@@ -56,6 +56,7 @@ class Readout:
         self._sliding = {drive.name for drive in machine.linear_drives}
         self.table, self.n_columns = table, table.starts.columns
         values = self._all_at_zero()
+        self.values_by_name = tuple(values)
         known = [name for name in values if name not in self._frictionless]
         self.names = known if machine.run.series is None else list(machine.run.series)
         self._refuse_unknown(known)
