@@ -69,6 +69,13 @@ def recorded(folder):
         return names, np.column_stack([result.series[name].values for name in names])
 
 
+def test_a_mill_with_a_charge_is_exported_without_what_is_taken_of_the_charge(folder):
+    path = export_mechanism(load_case("numill").machine, folder / "loaded.fmu", 2)
+    names = {variable.name for variable in fmpy.read_model_description(str(path)).modelVariables}
+    assert {"driveshaft_torque", "crank_pin_force_resultant"} <= names
+    assert not names & {"charge_force_x", "charge_phase_lag", "wall_normal_loss"}
+
+
 def opened(path):
     """A started FMU, and its value references."""
     model = fmpy.read_model_description(str(path))
@@ -134,7 +141,9 @@ def test_the_library_runs_without_python_and_calls_none(mill, recorded, folder):
         ["nm", "-D", str(folder / "libmill.so")], capture_output=True, text=True, check=True
     )
     assert not re.search(r"\bPy|numba_(?!attempt)|NRT_", symbols.stdout)
-    assert "fmi2DoStep" in symbols.stdout
+    exported = {line.split()[-1] for line in symbols.stdout.splitlines() if line.split()[-2] not in "Uwv"}
+    assert {name for name in exported if not name.startswith("fmi2")} <= {"nutamill_block"}
+    assert "fmi2DoStep" in exported
     needed = subprocess.run(["ldd", str(folder / "libmill.so")], capture_output=True, text=True, check=True)
     assert "python" not in needed.stdout
 
