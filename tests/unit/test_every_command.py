@@ -3,6 +3,7 @@ why it cannot.
 """
 
 import math
+import shutil
 import types
 
 import numpy as np
@@ -14,13 +15,17 @@ from nutamill.analysis.bearings import bearing_life, resting_axis, turns_per_sec
 from nutamill.analysis.load_paths import load_paths
 from nutamill.analysis.orders import drive_angle
 from nutamill.analysis.ratings import Bearing, load_ratings
+from nutamill.analysis.values import reading_of
 from nutamill.base.errors import CaseError, ResultError
 from nutamill.base.library import library_file
 from nutamill.case import load_case
 from nutamill.case.machine import Machine
 from nutamill.result import open_result
 from nutamill.simulation import march
+from nutamill.studies.axes import members
 from nutamill.studies.fit import read_fit
+from nutamill.studies.measurand import refuse_unrecorded
+from nutamill.studies.sweep_file import load_sweep
 
 FEW = {
     "piston": ["charge.count=4"],
@@ -83,6 +88,53 @@ def test_a_report_of_a_machine_has_its_figures_and_its_view(invoke, folder, name
     assert answer.exit_code == 0, answer.output
     page = (folder / f"{name}.html").read_text(encoding="utf-8")
     assert page.count("<figure>") >= 3 and "<iframe" in page
+
+
+@pytest.mark.parametrize("name", ["piston", "planetary-mill"])
+def test_a_resumed_machine_ends_with_the_bits_of_a_whole_run(invoke, folder, name):
+    # the piston's crown has moved away from where it was assembled, past the balls' first places
+    shutil.copy(folder / f"{name}.h5", folder / f"{name}-longer.h5")
+    answer = invoke("resume", f"{name}-longer.h5", "--until", "60 ms")
+    assert answer.exit_code == 0, answer.output
+    case = load_case(name, [*FEW[name], *TINY, "run.until=60 ms"])
+    march.run(case, folder / f"{name}-whole.h5").close()
+    with (
+        open_result(folder / f"{name}-longer.h5") as longer,
+        open_result(folder / f"{name}-whole.h5") as whole,
+    ):
+        assert longer.series.equals(whole.series)
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_a_sweep_and_a_fit_begun_from_a_machine_name_what_it_has(invoke, folder, name):
+    for kind in ("sweep", "fit"):
+        assert invoke("new", f"{kind}-{name}.toml", "--kind", kind, "--from", name).exit_code == 0
+    case, fixed, axes, readings = load_sweep(str(folder / f"sweep-{name}.toml"))
+    planned = members(
+        axes, lambda values: load_case(case, [*fixed, *(f"{k}={v}" for k, v in values.items())])
+    )
+    assert len(planned) == 2 and planned[0].case.digest != planned[1].case.digest
+    refuse_unrecorded([reading_of(text) for text in readings], [planned[0].case.machine], "readings")
+    read_fit(folder / f"fit-{name}.toml")
+
+
+def test_a_swept_machine_reads_its_own_series_and_refuses_others(invoke, folder):
+    text = 'case = "piston"\nreadings = ["{}"]\n[set]\n"charge.count" = 4\n"run.until" = "20 ms"\n'
+    text += '[sweep]\n"bodies.piston.mass" = ["100 g", "200 g"]\n'
+    (folder / "masses.toml").write_text(text.format("driveshaft_torque"))
+    refused = invoke("sweep", "masses.toml")
+    assert refused.exit_code == 2 and not (folder / "sweeps").exists()
+    assert 'readings: the machine records no series "driveshaft_torque"' in refused.stderr
+    (folder / "masses.toml").write_text(text.format("swing piston_position_z"))
+    answer = invoke("sweep", "masses.toml")
+    assert answer.exit_code == 0, answer.output
+    table = (folder / "sweeps/masses/table.csv").read_text()
+    assert "piston_position_z" in table and "nan" not in table
+
+
+def test_the_fields_of_a_machine_are_the_series_of_its_run(invoke, folder):
+    of_case, of_file = (invoke("info", "fields", name).stdout for name in ("piston", "piston.h5"))
+    assert of_case == of_file and "piston_position_z" in of_case and "driveshaft" not in of_case
 
 
 REFUSED = [

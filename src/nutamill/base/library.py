@@ -7,6 +7,8 @@ from pathlib import Path
 
 LONGEST_WORD = 100
 """Characters of a word that are compared with the known ones [1]."""
+LISTED = 12
+"""Known words that a hint lists before it counts the rest [1]."""
 FOLDER = Path(__file__).parents[1] / "data" / "machines"
 MOUNTS = FOLDER / "mounts"
 CHARGES = FOLDER / "charges"
@@ -51,7 +53,8 @@ def shape_file(name: str) -> Path | None:
 
 
 def similar(word: str, known: list[str], cutoff: float = 0.5) -> str:
-    """Return a hint that names the nearest of the known words, or all of them."""
+    """Return a hint that names the nearest of the known words, or the first of them."""
     if close := difflib.get_close_matches(word[:LONGEST_WORD], known, n=1, cutoff=cutoff):
         return f'Did you mean "{close[0]}"?'
-    return f"Known: {', '.join(known)}" if known else ""
+    others = f" and {len(known) - LISTED} more" if len(known) > LISTED else ""
+    return f"Known: {', '.join(known[:LISTED])}{others}" if known else ""

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from nutamill.case import Case, Machine
     from nutamill.cli.screen import Screen
     from nutamill.result import Result
+    from nutamill.result.fields import Field
 
 info_app = App(no_args_is_help=True, rich_markup_mode=None, help="List what the package contains.")
 app.add_typer(info_app, name="info")
@@ -210,7 +211,7 @@ def show(
     ] = False,
 ) -> None:
     """Print a case with every default written out, or the summary of a result."""
-    if Path(case).suffix in (".h5", ".hdf5"):
+    if Path(case).suffix in RESULTS:
         from nutamill.result import open_result
 
         with open_result(case) as result:
@@ -223,19 +224,43 @@ def show(
 
 @info_app.command()
 @reports_errors
-def fields() -> None:
+def fields(
+    of: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[CASE|RESULT.h5]",
+            help="List only the series that it records.",
+            autocompletion=completion.cases_and_results,
+        ),
+    ] = None,
+) -> None:
     """List every recorded quantity: name, unit, meaning."""
     from nutamill.result.fields import PART_SERIES, SERIES, SNAPSHOT
 
-    width = max(len(field.name) for field in (*SERIES, *PART_SERIES, *SNAPSHOT))
-    for heading, known in (
+    lists: list[tuple[str, Sequence[Field]]] = [
         ("series", SERIES),
         ("series of a mechanism's parts", PART_SERIES),
         ("snapshots", SNAPSHOT),
-    ):
+    ]
+    if of is not None:
+        lists = [("series", _fields_of(of))]
+    width = max(len(field.name) for _, known in lists for field in known)
+    for heading, known in lists:
         typer.echo(heading)
         for field in known:
             echo_lines([f"  {field.name:{width}}  {field.unit:8}  {field.meaning}"])
+
+
+def _fields_of(name: str) -> "list[Field]":
+    """Return the series of a result file, or those that a case will record."""
+    if Path(name).suffix in RESULTS:
+        from nutamill.result import open_result
+
+        with open_result(name) as result:
+            return [result.field(str(series)) for series in result.series.variables]
+    from nutamill.simulation.setup.model import recorded_fields
+
+    return recorded_fields(load(name, []).machine)
 
 
 @info_app.command()

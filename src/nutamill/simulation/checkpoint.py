@@ -98,16 +98,18 @@ def _all_arrays(state: State) -> list[np.ndarray]:
     return [*state.mechanism, *charge.values(), *state.coupling, state.first_row]
 
 
-def bed_from_checkpoint(machine: Machine, groups: dict[str, dict[str, np.ndarray]]) -> np.ndarray | None:
-    """Return the bed of a checkpoint's particles, as `nutamill.simulation.setup.model.build` takes it, or
-    None without a charge.
+def placed_by_checkpoint(
+    machine: Machine, groups: dict[str, dict[str, np.ndarray]]
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Return the bed of a checkpoint's particles and the poses of the carriers in it, as
+    `nutamill.simulation.setup.model.build` takes them, or None for both without a charge.
 
     The model is built around them before `restore` puts in the exact state.
     """
     if "charge" not in groups:
-        return None
+        return None, None
     poses = saved_poses(groups["charge"])
     bodies = [carrier.body for carrier in carriers_of(machine)]
     of_carriers = np.column_stack([groups["mechanism"][name][bodies] for name in ("position", "quaternion")])
     attitudes = poses[:, 3:] if poses.shape[1] > 3 else None
-    return bed_in_carriers(machine, poses[:, :3], attitudes, of_carriers)
+    return bed_in_carriers(machine, poses[:, :3], attitudes, of_carriers), of_carriers

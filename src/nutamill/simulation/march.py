@@ -32,8 +32,8 @@ from nutamill.result import NOT_STEADY, Recorder, Result, is_finished, open_resu
 from nutamill.result.one_writer import one_writer
 from nutamill.simulation.checkpoint import (
     backup,
-    bed_from_checkpoint,
     checkpoint_groups,
+    placed_by_checkpoint,
     restore,
     sum_groups,
 )
@@ -335,8 +335,8 @@ def resume_to(
     if machine.fmus:
         refuse_resume(fmu_plans(machine))
     with started(machine) as exchange, requests() as asked:
-        bed = bed_from_checkpoint(machine, checkpoint.groups)
-        model, state, scratch = build(machine, bed, exchange)
+        bed, poses = placed_by_checkpoint(machine, checkpoint.groups)
+        model, state, scratch = build(machine, bed, exchange, poses)
         model = restore(model, state, scratch, checkpoint.groups)
         recorder = Recorder.reopen(path, checkpoint.time)
         march(model, state, scratch, recorder, ending, Watch(case, progress, log), asked)

@@ -15,6 +15,7 @@ from nutamill.studies.board import Board, ended, total
 from nutamill.studies.figures import draw_sweep
 from nutamill.studies.fit import fit
 from nutamill.studies.identify.identify import identify
+from nutamill.studies.measurand import refuse_unrecorded
 from nutamill.studies.sweep import run_all
 from nutamill.studies.sweep_file import is_sweep_file, load_sweep
 from nutamill.studies.table import dataset
@@ -91,7 +92,10 @@ def run_sweep(
 
     planned = members(axes, made)
     first = planned[0].case
-    readings = tuple(reading_of(text, "readings", first.machine) for text in named) or default_readings(first)
+    readings = tuple(reading_of(text, "readings", first.machine) for text in named)
+    if readings:
+        refuse_unrecorded(readings, (member.case.machine for member in planned), "readings")
+    readings = readings or default_readings(first)
     folder = to or Path("sweeps") / stem
     for notice in notices:
         log(notice)

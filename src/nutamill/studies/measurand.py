@@ -2,12 +2,14 @@
 frequency about rest.
 """
 
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 from nutamill.analysis.values import Reading, reading_of
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.library import similar
 from nutamill.base.schema import spelled
 from nutamill.base.steady import NO_ESTIMATE, Estimate
 from nutamill.case import Case, Machine
@@ -15,6 +17,7 @@ from nutamill.case.toml.keys import si_of
 from nutamill.design.modes import machine_rest_modes
 from nutamill.design.preflight import oscillations
 from nutamill.result import open_result
+from nutamill.simulation.setup.model import recorded_fields
 from nutamill.studies.papers.quantities import QUANTITIES
 from nutamill.studies.table import Outcome
 
@@ -45,7 +48,7 @@ def measurand_of(text: str, where: str, machine: Machine) -> Measurand:
 
     Raises
     ------
-    CaseError : no such series or mode
+    CaseError : no such series or mode, or a series that the machine does not record
     """
     word, _, number = text.partition(" ")
     if word != MODE and text in QUANTITIES:
@@ -54,12 +57,27 @@ def measurand_of(text: str, where: str, machine: Machine) -> Measurand:
         return Measurand(text, observable.label, unit)
     if word != MODE:
         reading = reading_of(text, where, machine)
+        refuse_unrecorded([reading], [machine], where)
         by = "" if reading.by == "mean" else f" ({reading.by})"
         return Measurand(reading, f"{reading.field.label}{by}", reading.field.unit)
     if not number.isdigit() or int(number) < 1:
         what = f'must number the mode from 1, got "{text}"'
         raise CaseError(Fault(where, what, f'Write "{MODE} 1"'))
     return Measurand(int(number), f"natural frequency {number}", "Hz")
+
+
+def refuse_unrecorded(readings: Sequence[Reading], machines: Iterable[Machine], where: str) -> None:
+    """Raise CaseError for readings of series that none of the machines records."""
+    missing = dict.fromkeys(reading.series for reading in readings)
+    names: list[str] = []
+    for machine in machines:
+        names = [field.name for field in recorded_fields(machine)]
+        missing = {name: None for name in missing if name not in names}
+        if not missing:
+            return
+    raise CaseError(
+        *(Fault(where, f'the machine records no series "{name}"', similar(name, names)) for name in missing)
+    )
 
 
 def si_in(unit: str, given: Any, where: str) -> float:

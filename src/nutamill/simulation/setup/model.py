@@ -14,6 +14,7 @@ from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.sensors import SensorTable, sensor_table
 from nutamill.mechanism.stop_tables import step_faults
+from nutamill.result.fields import Field
 from nutamill.simulation.coupling_model import (
     CoupledModel,
     CoupledScratch,
@@ -116,7 +117,10 @@ class Scratch:
 
 
 def build(
-    machine: Machine, bed: np.ndarray | None, exchange: Exchange | None = None
+    machine: Machine,
+    bed: np.ndarray | None,
+    exchange: Exchange | None = None,
+    carrier_poses: np.ndarray | None = None,
 ) -> tuple[Model, State, Scratch]:
     """Build model, first state and work space of a machine: as assembled or in static equilibrium, the charge
     in its beds.
@@ -127,6 +131,8 @@ def build(
     bed : positions of the particles [m] (n, 3), or positions and attitudes (n, 7), by
         `nutamill.simulation.setup.bed.settled_bed`; None without a charge
     exchange : its FMUs, started; None without any
+    carrier_poses : mass centre [m] and attitude of each carrier (n_carriers, 7) with which the bed is placed
+        among the walls, for a state that is restored later; those of the first state if None
 
     Raises
     ------
@@ -166,8 +172,11 @@ def build(
     )
     charge, cstate, cscratch, survey, sums = None, None, None, None, None
     if bed is not None:
-        poses = np.column_stack([mstate.position[bodies], mstate.quaternion[bodies]])
-        charge, cstate, cscratch = machine_charge(machine, bed, poses, clock.substep, wall_patches(machine))
+        if carrier_poses is None:
+            carrier_poses = np.column_stack([mstate.position[bodies], mstate.quaternion[bodies]])
+        charge, cstate, cscratch = machine_charge(
+            machine, bed, carrier_poses, clock.substep, wall_patches(machine)
+        )
         survey = charge_survey(machine, charge, cstate, clock.substep)
         sums = charge_statistics(survey, cstate)
     readout = machine_readout(machine, mechanism, mstate, [carrier.name for carrier in carriers])
@@ -191,6 +200,18 @@ def machine_readout(
     sensors = sensor_table(mechanism, state, [sensor for sensor, _ in named])
     groups = row_groups(mechanism, sensors, carriers)
     return Readout(machine, RowTable(groups), [name for _, names in named for name in names])
+
+
+def recorded_fields(machine: Machine) -> list[Field]:
+    """Return what a run of a machine records, without making its charge.
+
+    Raises
+    ------
+    CaseError : every fault of the mechanism; a series to be recorded that the machine does not have
+    """
+    mechanism, state, _ = assemble_machine(machine)
+    carriers = carriers_of(machine) if machine.charge.parts else []
+    return machine_readout(machine, mechanism, state, [carrier.name for carrier in carriers]).fields
 
 
 def plan_scheme(machine: Machine) -> Scheme:
