@@ -102,6 +102,7 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
             surface_poses, measured = scratch.surface_poses[0], scratch.measured[0]
             n_walls = find_walls(
                 model,
+                scratch.near,
                 state.x,
                 state.mass_props[0],
                 local,
@@ -109,6 +110,7 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
                 surface_poses,
                 lo,
                 hi - lo,
+                0,
                 lanes,
                 measured,
                 scratch.test[0],

@@ -13,10 +13,10 @@ from nutamill.charge.walls.mesh import CREASE, closed_mesh, on_charge_side
 from nutamill.charge.walls.mesh_patches import mesh_surfaces, mesh_walls
 from nutamill.charge.walls.shapes import cap_contact, cone_contact
 from nutamill.charge.walls.surface import Surface, SurfaceKind
-from nutamill.charge.walls.surfaces import place_surfaces
+from nutamill.charge.walls.surfaces import place_surfaces, surface_near
 from nutamill.charge.walls.touching import touch_surface
 from nutamill.charge.walls.triangles import winding_number
-from nutamill.charge.walls.walls import wall_near, wall_overlap
+from nutamill.charge.walls.walls import wall_overlap
 
 R = 0.0025
 LAW = PairLaw(1e5, 0.0, 0.0, 1.0, 0.2, False, 0.5, 0.5, 0.01, 0.05, 0.9)
@@ -115,7 +115,6 @@ WALLS = [
     Surface("tube", SurfaceKind.TUBE, 0, 0, size=(0.02, 0.015, 0.0)),
     Surface("rod", SurfaceKind.ROD, 0, 0, size=(0.01, 0.008, 0.0)),
     Surface("ball", SurfaceKind.BALL, 0, 0, size=(0.015, 0.0, 0.0)),
-    *mesh_surfaces(closed_mesh("octahedron", *octahedron(), "outside", R), 0, 0)[:2],
 ]
 
 
@@ -131,7 +130,9 @@ def quick_tests(model, placed, x, radius, s, overlaps, near, test):
             model.surface_kind[s], model, placed, s, x[0, i], x[1, i], x[2, i], radius[i]
         )[0]
         around = max(around, ((x[0, i] - c0) ** 2 + (x[1, i] - c1) ** 2 + (x[2, i] - c2) ** 2) ** 0.5)
-    near[0] = wall_near(model, placed, s, c0, c1, c2, around + model.largest_radius)
+    near[0] = surface_near(
+        model.surface_kind, model.surface_size, placed, s, c0, c1, c2, around + model.largest_radius
+    )
     touch_surface(model, x, radius, 0, n, s, placed[s], test)
 
 
@@ -140,7 +141,7 @@ def test_quick_tests_lose_no_contact(s):
     turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
     turn *= np.linalg.det(turn)
     walls = [
-        Surface(w.name, w.kind, 0, 0, (0.003, -0.002, 0.001), turn, w.size, w.mesh, w.patch) for w in WALLS
+        Surface(w.name, w.kind, 0, 0, (0.003, -0.002, 0.001), turn, w.size) for w in WALLS
     ]  # fmt: skip
     model = charge([[10.0, 0, 0]], [R], [0], [7800.0], {(0, 0): LAW}, [], 1)[0]
     model = _with_walls(model, walls)
@@ -293,6 +294,15 @@ def test_numbers_that_are_none_and_no_triangles_are_refused():
     vertices, faces = octahedron()
     assert "must be triangles" in refusal(vertices, faces[:0])
     assert "finite corners" in refusal(np.where(vertices == 0.02, math.nan, vertices), faces)
+
+
+def test_a_mesh_of_a_million_triangles_is_refused_with_its_memory_and_a_tolerance_for_the_export():
+    vertices, faces = octahedron()
+    assert refusal(vertices, np.tile(faces, (125_000, 1))) == (
+        "rib.stl: must have at most 500000 triangles, got 1000000, which take about 2.0 GB. Export it with a "
+        "coarser tolerance: a distance of 0.025 mm from the drawing, a hundredth of a particle's radius, is "
+        "fine enough"
+    )
 
 
 def test_corners_that_a_file_repeats_with_rounding_are_joined():

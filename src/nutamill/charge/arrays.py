@@ -22,6 +22,7 @@ from nutamill.charge.model import (
     SavedContacts,
     Status,
 )
+from nutamill.charge.walls.wall_list import near_meshes
 
 
 def _aligned(shape, dtype) -> np.ndarray:
@@ -109,6 +110,7 @@ def scratch_for(model, state) -> ChargeScratch:
     )
     return ChargeScratch(
         lists=lists,
+        near=near_meshes(model, m, threads),
         sums=np.zeros((chunks, model.n_bodies, 6)),
         work=np.zeros((chunks, len(Ledger))),
         alarms=np.zeros(chunks, np.int64),

@@ -21,6 +21,7 @@ from nutamill.base.kernel import kernel
 from nutamill.charge.laws.composition import ContactLaw
 from nutamill.charge.walls.mesh_model import MeshWalls
 from nutamill.charge.walls.patches import PatchTable
+from nutamill.charge.walls.wall_list import NearMeshes
 
 PADDING = 64
 """Entries behind the last candidate of a chunk that the vector filter may read [1]."""
@@ -311,6 +312,8 @@ class ChargeScratch(NamedTuple):
 
     lists: ListScratch
     """For making neighbour lists."""
+    near: NearMeshes
+    """Patches of meshes near each particle.  It outlives windows, and decides no result."""
     sums: np.ndarray
     """Wrench of each chunk on each body [N, N m] (C, B, 6), about the body's mass centre, world axes."""
     work: np.ndarray

@@ -138,6 +138,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     measured, motion, surface_poses = scratch.measured[tid], scratch.motion[tid], scratch.surface_poses[tid]
     n_walls = find_walls(
         model,
+        scratch.near,
         state.x,
         state.mass_props[0],
         local,
@@ -145,6 +146,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         surface_poses,
         lo,
         hi - lo,
+        tid,
         lanes,
         measured,
         scratch.test[tid],

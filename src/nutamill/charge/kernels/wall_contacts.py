@@ -1,6 +1,8 @@
 """The loop over contacts of one chunk with surfaces: detect them, then apply the law to all of them.
 
 Contacts are detected surface after surface, so that those with one surface are neighbours in the lists.
+Exact shapes are tested for a whole chunk at once, meshes for each particle by its wall list
+(`nutamill.charge.kernels.near_meshes`).
 """
 
 import numpy as np
@@ -8,13 +10,15 @@ import numpy as np
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.kernels.columns import ARM, BODY, BODY_V, MEMORY, WEIGHT, A, wall_batch
 from nutamill.charge.kernels.impacts import note_wall_impacts
+from nutamill.charge.kernels.near_meshes import find_mesh_contacts
 from nutamill.charge.kernels.pair_contacts import set_law
 from nutamill.charge.kernels.simd import WIDTH, add_rows, copy_lanes, gather_rows, set_rows
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.walls.surface import SurfaceKind
+from nutamill.charge.walls.surfaces import surface_near, surface_overlap
 from nutamill.charge.walls.touching import touch_surface
-from nutamill.charge.walls.walls import wall_near, wall_overlap
 
+MESH_PATCH = int(SurfaceKind.MESH_PATCH)
 PLANE = int(SurfaceKind.PLANE)
 CYLINDER = int(SurfaceKind.CYLINDER)
 
@@ -68,7 +72,9 @@ def measure(kind, model, surface_poses, s, centre, x, radius, slots, start, end,
     for q in range(np.uint64(start), np.uint64(end)):
         slot = slots[q]
         x0, x1, x2 = x[0, slot], x[1, slot], x[2, slot]
-        overlap, n0, n1, n2 = wall_overlap(kind, model, surface_poses, s, x0, x1, x2, radius[slot])
+        overlap, n0, n1, n2 = surface_overlap(
+            kind, model.surface_size, surface_poses, s, x0, x1, x2, radius[slot]
+        )
         measured_out[0, q], measured_out[1, q], measured_out[2, q], measured_out[3, q] = n0, n1, n2, overlap
         measured_out[4, q], measured_out[5, q], measured_out[6, q] = x0 - c0, x1 - c1, x2 - c2
         least = min(least, overlap)
@@ -77,7 +83,7 @@ def measure(kind, model, surface_poses, s, centre, x, radius, slots, start, end,
 
 @kernel(fast=True)
 def measure_walls(model, surface_poses, s, centre, x, radius, slots, start, end, measured_out):
-    """Measure the contacts with a surface of any kind, as `measure`."""
+    """Measure the contacts with a surface of any kind but a mesh, as `measure`."""
     kind = model.surface_kind[s]
     if kind == PLANE:
         return measure(PLANE, model, surface_poses, s, centre, x, radius, slots, start, end, measured_out)
@@ -100,17 +106,55 @@ def remove_apart(start, end, lanes_out, measured_out):
     return left
 
 
+@kernel
+def take_mesh_contacts(near_scratch, x, s, n_surfaces, body, centre, lo, tid, count, lanes_out, measured_out):
+    """Append the contacts with surface `s`, a patch of a mesh, to the lists, and return the new end.
+
+    The surface has none in `near_scratch` afterwards. Arguments are those of `find_walls`; `n_surfaces` is
+    their number, `body` that of the surface, `centre` its mass centre [m] (3,).
+    """
+    q = near_scratch.head[tid, s]
+    near_scratch.head[tid, s] = -1
+    while q >= 0:
+        slot = lo + near_scratch.link[tid, 1, q]
+        lanes_out[0, count], lanes_out[1, count], lanes_out[2, count] = near_scratch.link[tid, 1, q], slot, s
+        lanes_out[3, count], lanes_out[4, count] = slot * n_surfaces + s, body
+        for k in range(4):
+            measured_out[k, count] = near_scratch.contact[tid, q, k]
+        for k in range(3):
+            measured_out[FROM_BODY + k, count] = x[k, slot] - centre[k]
+        q = near_scratch.link[tid, 0, q]
+        count += 1
+    return count
+
+
 @kernel(inline="always")
-def find_walls(model, x, radius, local, motion, surface_poses, lo, n, lanes_out, measured_out, test_out):
+def find_walls(
+    model,
+    near_scratch,
+    x,
+    radius,
+    local,
+    motion,
+    surface_poses,
+    lo,
+    n,
+    tid,
+    lanes_out,
+    measured_out,
+    test_out,
+):
     """Detect all contacts of a chunk's `n` particles with surfaces.
 
     Parameters
     ----------
+    near_scratch : the wall list, brought up to date
     x, radius : of all slots [m]
     local : published positions of the chunk, fixed point
     motion : pose and twist of each body, as `ChargeScratch.motion` (B, 18)
     surface_poses : place of each surface, as from `place_surfaces` (S, 12)
     lo : first slot of the chunk
+    tid : number of this thread
     lanes_out : rows are position in the chunk, slot, surface, row of the wall memory, body
     measured_out : as `measure`
     test_out : work space, one number per particle
@@ -121,6 +165,7 @@ def find_walls(model, x, radius, local, motion, surface_poses, lo, n, lanes_out,
     """
     n_surfaces = model.surface_kind.shape[0]
     c0, c1, c2, around = chunk_sphere(model, local, n)
+    find_mesh_contacts(model, near_scratch, x, radius, motion, surface_poses, lo, n, tid)
     count = 0
     places, slots, surfaces, memories, bodies = (
         lanes_out[0],
@@ -131,7 +176,34 @@ def find_walls(model, x, radius, local, motion, surface_poses, lo, n, lanes_out,
     )
     for s in range(n_surfaces):
         body = model.surface_body[s]
-        if wall_near(model, surface_poses, s, c0, c1, c2, around + model.largest_radius) > 0.0:
+        if model.surface_kind[s] == MESH_PATCH:
+            if near_scratch.head[tid, s] >= 0:
+                count = take_mesh_contacts(
+                    near_scratch,
+                    x,
+                    s,
+                    n_surfaces,
+                    body,
+                    motion[body],
+                    lo,
+                    tid,
+                    count,
+                    lanes_out,
+                    measured_out,
+                )
+        elif (
+            surface_near(
+                model.surface_kind,
+                model.surface_size,
+                surface_poses,
+                s,
+                c0,
+                c1,
+                c2,
+                around + model.largest_radius,
+            )
+            > 0.0
+        ):
             touch_surface(model, x, radius, lo, n, s, surface_poses[s], test_out)
             start = count
             end = np.uint64(count)

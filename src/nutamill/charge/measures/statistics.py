@@ -212,6 +212,7 @@ def sample_walls(model, state, scratch, plan, c, dt, tid, sums_out):
     walls, per, patches = sums_out.walls[tid], plan.per_wall, model.patches
     n_walls = find_walls(
         model,
+        scratch.near,
         state.x,
         state.mass_props[0],
         scratch.local[tid],
@@ -219,6 +220,7 @@ def sample_walls(model, state, scratch, plan, c, dt, tid, sums_out):
         surface_poses,
         lo,
         hi - lo,
+        tid,
         lanes,
         measured,
         scratch.test[tid],

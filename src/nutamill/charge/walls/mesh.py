@@ -12,6 +12,7 @@ bends so tightly that a particle does not fit into the round: there a particle t
 they must not be one patch.
 """
 
+import functools
 from dataclasses import dataclass
 from typing import Literal
 
@@ -41,6 +42,12 @@ SAME = 1e-6
 """Corners nearer than this share of the mesh's diagonal are one; files in single precision keep seven digits
 [1].
 """
+
+MOST_TRIANGLES = 500_000
+"""Triangles of one mesh [1]."""
+
+TRIANGLES_PER_GIGABYTE = 500_000
+"""About the number of triangles that take 1 GB while the walls are made [1]."""
 
 NAMED = 5
 """Triangles that a message names [1]."""
@@ -114,6 +121,8 @@ def closed_mesh(
         raise CaseError(
             Fault(name, f"must be triangles, got arrays of shape {vertices.shape} and {faces.shape}")
         )
+    if len(faces) > MOST_TRIANGLES:
+        raise CaseError(_too_fine(name, len(faces), particle_radius))
     if not np.isfinite(vertices).all() or faces.min() < 0 or faces.max() >= len(vertices):
         raise CaseError(Fault(name, "must have finite corners, and triangles of corners that are there"))
     tolerance = SAME * float(np.linalg.norm(np.ptp(vertices, axis=0)))
@@ -128,6 +137,18 @@ def closed_mesh(
     if keep == "inside":
         faces = faces[:, ::-1].copy()
     return Mesh(name, vertices, faces, _cut(vertices, faces, particle_radius), keep, volume)
+
+
+def _too_fine(name, n, particle_radius) -> Fault:
+    """Return the message of a mesh of `n` triangles, more than there can be."""
+    gigabytes = n / TRIANGLES_PER_GIGABYTE
+    chord = f"{in_unit(0.01 * particle_radius, 'mm'):.2g} mm"
+    what = f"must have at most {MOST_TRIANGLES} triangles, got {n}, which take about {gigabytes:.1f} GB"
+    hint = (
+        f"Export it with a coarser tolerance: a distance of {chord} from the drawing, a hundredth of a "
+        "particle's radius, is fine enough"
+    )
+    return Fault(name, what, hint)
 
 
 def _joined(vertices, faces, tolerance) -> tuple[np.ndarray, np.ndarray]:
@@ -302,23 +323,39 @@ def on_charge_side(mesh: Mesh, points: np.ndarray) -> np.ndarray:
     points in a cell that a triangle passes for each.
     """
     corners = mesh.corners
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    size = float((high - low).max()) / SIDE_CELLS
-    corner, cells = low - 1.5 * size, np.ceil((high - low) / size).astype(int) + 3
-    passed = np.zeros(int(cells.prod()), bool)
-    for triangle in corners:
-        passed[cells_near(triangle, corner, size, cells, 0.87 * size)[0]] = (
-            True  # half the diagonal of a cell, and a little
-        )
-    regions, _ = ndimage.label(~passed.reshape(cells))
-    within = winding_of_regions(regions, corners, corner, size)
+    corner, size, regions, within = _sides(mesh)
     index = np.floor((points - corner) / size).astype(int)
-    gridded = ((index >= 0) & (index < cells)).all(axis=1)
+    gridded = ((index >= 0) & (index < regions.shape)).all(axis=1)
     region = regions[tuple(np.where(gridded[:, None], index, 0).T)]
     wound = np.where(gridded, within[region], 0.0)
     close = gridded & (region == 0)
     wound[close] = winding_number(points[close], corners)
     return np.round(wound) == (0.0 if mesh.keep == "outside" else -1.0)
+
+
+@functools.lru_cache(maxsize=16)
+def _sides(mesh: Mesh) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
+    """Return low corner [m] (3,) and cell size [m] of a coarse grid around a mesh, the region of each cell
+    that no triangle passes (0 where one does), and the winding number of each region.
+    """
+    corners = mesh.corners
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    size = float((high - low).max()) / SIDE_CELLS
+    corner, cells = low - 1.5 * size, np.ceil((high - low) / size).astype(int) + 3
+    passed = np.zeros(cells, bool)
+    first, last = (
+        np.floor((end - corner) / size).astype(int) for end in (corners.min(axis=1), corners.max(axis=1))
+    )
+    # of a triangle smaller than a cell, all cells of the box around it
+    small = (last - first <= 1).all(axis=1)
+    for offset in np.ndindex(2, 2, 2):
+        passed[tuple(np.minimum(first[small] + offset, last[small]).T)] = True
+    numbers = passed.reshape(-1)
+    for triangle in corners[~small]:
+        # half the diagonal of a cell, and a little
+        numbers[cells_near(triangle, corner, size, cells, 0.87 * size)[0]] = True
+    regions, _ = ndimage.label(~passed)
+    return corner, size, regions, winding_of_regions(regions, corners, corner, size)
 
 
 def winding_of_regions(

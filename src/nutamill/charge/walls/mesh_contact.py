@@ -18,9 +18,15 @@ Vis. Comput. Graph. 11 (2005) 243-253 (front and back).
 import math
 
 from nutamill.base.kernel import kernel
+from nutamill.charge.walls.mesh_model import FaceColumn
 from nutamill.charge.walls.shapes import APART
 
 FACE, EDGE, VERTEX = 0, 1, 2
+
+CORNER, NORMAL, EDGES, MARGIN, ACROSS = (int(column) for column in FaceColumn)
+
+LONGEST_WALK = 16
+"""Triangles a walk over a patch passes at most [1]."""
 
 
 @kernel
@@ -130,112 +136,204 @@ def feature_normal(shape, feature, index):
 
 
 @kernel
-def cell_of(grid, patch, x, y, z):
-    """Return the cell that holds (x, y, z) in the grid of a patch, or -1."""
-    size = grid.size[patch]
-    i = (x - grid.corner[patch, 0]) / size
-    j = (y - grid.corner[patch, 1]) / size
-    k = (z - grid.corner[patch, 2]) / size
-    n0, n1, n2 = grid.cells[patch, 0], grid.cells[patch, 1], grid.cells[patch, 2]
+def cell_of(grid, mesh, x, y, z):
+    """Return the cell that holds (x, y, z) in the grid of a mesh, or -1."""
+    size = grid.size[mesh]
+    i = (x - grid.corner[mesh, 0]) / size
+    j = (y - grid.corner[mesh, 1]) / size
+    k = (z - grid.corner[mesh, 2]) / size
+    n0, n1, n2 = grid.cells[mesh, 0], grid.cells[mesh, 1], grid.cells[mesh, 2]
     # also false where a coordinate is not a number
     if i >= 0.0 and i < n0 and j >= 0.0 and j < n1 and k >= 0.0 and k < n2:
-        return grid.first_cell[patch] + (int(i) * n1 + int(j)) * n2 + int(k)
+        return grid.first_cell[mesh] + (int(i) * n1 + int(j)) * n2 + int(k)
     return -1
 
 
 @kernel
-def nearest_of_all(walls, patch, square, x, y, z):
-    """Return whether no other patch of the mesh comes nearer to (x, y, z) than the root of `square` [m^2]."""
-    for p in range(walls.siblings[patch, 0], walls.siblings[patch, 1]):
-        cell = cell_of(walls.grid, p, x, y, z)
-        if p != patch and cell >= 0:
-            for q in range(walls.grid.begin[cell], walls.grid.begin[cell + 1]):
-                _, _, d0, d1, d2 = nearest_on_triangle(walls.shape, walls.grid.triangles[q], x, y, z)
+def patch_in_cell(grid, cell, patch):
+    """Return the place of a patch among those near a cell, or -1 where it is not near."""
+    if cell >= 0:
+        for q in range(grid.begin[cell], grid.begin[cell + 1]):
+            if grid.patch[q] == patch:
+                return q
+    return -1
+
+
+@kernel
+def nearest_of_all(walls, patch, cell, square, x, y, z):
+    """Return whether no other patch of the mesh comes nearer to (x, y, z), in `cell`, than the root of
+    `square` [m^2].
+    """
+    grid = walls.grid
+    for p in range(grid.begin[cell], grid.begin[cell + 1]):
+        if grid.patch[p] != patch:
+            for q in range(grid.first[p], grid.first[p + 1]):
+                _, _, d0, d1, d2 = nearest_on_triangle(walls.shape, grid.triangles[q], x, y, z)
                 if d0 * d0 + d1 * d1 + d2 * d2 < square:
                     return False
     return True
 
 
 @kernel
-def patch_contact(walls, patch, x, y, z, r):
-    """Return overlap [m] and normal [1] (3) of a sphere of radius `r` at (x, y, z) [m] with a patch, surface
-    axes.
+def face_below(faces, face, x, y, z):
+    """Find the triangle of a patch that the foot of (x, y, z) is on, by a walk from triangle `face`.
 
-    A centre behind the mesh, if the patch is the nearest part of it, is pushed out to the front: overlap
-    beyond `r`.
+    Returns
+    -------
+    its number, or -1 where the walk finds none; the distance of the foot from the nearest edge [m]; by how
+    much it exceeds the margins of all edges [m]
     """
-    shape, grid = walls.shape, walls.grid
-    cell = cell_of(grid, patch, x, y, z)
-    if cell < 0:
-        return APART, 0.0, 0.0, 0.0
-    front, back = r * r, grid.reach * grid.reach
-    touched, behind = False, False
+    rows = faces.rows
+    before = -1
+    for _ in range(LONGEST_WALK):
+        lowest, excess, side = math.inf, math.inf, 0
+        for k in range(3):
+            at = EDGES + 4 * k
+            inward = rows[face, at] * x + rows[face, at + 1] * y + rows[face, at + 2] * z - rows[face, at + 3]
+            excess = min(excess, inward - rows[face, MARGIN + k])
+            if inward < lowest:
+                lowest, side = inward, k
+        if lowest >= 0.0:
+            return face, lowest, excess
+        across = int(rows[face, ACROSS + side])
+        # two triangles that send the foot to each other: it is over their edge
+        if across < 0 or across == before:
+            break
+        before, face = face, across
+    return -1, 0.0, 0.0
+
+
+@kernel
+def search(walls, patch, triangles, begin, end, x, y, z, r):
+    """Find the contact of a sphere of radius `r` at (x, y, z) [m] among ``triangles[begin:end]`` of a patch.
+
+    Returns
+    -------
+    square of the distance of the deepest contact [m^2], `r` squared where there is none; the vector to it [m]
+    (3); square of the distance of the nearest point [m^2], its triangle; whether it is seen from behind, and
+    then the direction to the front (3)
+    """
+    shape = walls.shape
+    front, least, nearest = r * r, math.inf, -1
+    behind = False
     f0, f1, f2 = 0.0, 0.0, 0.0
     b0, b1, b2 = 0.0, 0.0, 0.0
-    for q in range(grid.begin[cell], grid.begin[cell + 1]):
-        feature, index, d0, d1, d2 = nearest_on_triangle(shape, grid.triangles[q], x, y, z)
+    for q in range(begin, end):
+        feature, index, d0, d1, d2 = nearest_on_triangle(shape, triangles[q], x, y, z)
         square = d0 * d0 + d1 * d1 + d2 * d2
-        if (square < front or square < back) and in_region(shape, feature, index, patch, x, y, z):
+        if square < least:
+            least, nearest, behind = square, triangles[q], False
+        if (square == least or square < front) and in_region(shape, feature, index, patch, x, y, z):
             n0, n1, n2 = feature_normal(shape, feature, index)
             side = d0 * n0 + d1 * n1 + d2 * n2
-            if side > 0.0 and square < front:
-                touched, front = True, square
-                f0, f1, f2 = -d0, -d1, -d2
-            elif side <= 0.0 and square < back:
-                behind, back = True, square
+            if side > 0.0:
+                if square < front:
+                    front = square
+                    f0, f1, f2 = -d0, -d1, -d2
+            elif square == least and not behind:
+                behind = True
                 # a centre on the face itself has no direction but the face's
                 b0, b1, b2 = (d0, d1, d2) if side < 0.0 else (-n0, -n1, -n2)
-    if touched:
+    return front, f0, f1, f2, least, nearest, behind, b0, b1, b2
+
+
+@kernel
+def contact_from(walls, patch, face, x, y, z, r):
+    """Return the contact of a sphere of radius `r` at (x, y, z) [m] with a patch, surface axes.
+
+    The search begins at triangle `face` of the patch, and the result is the same wherever it begins.  A
+    centre behind the mesh, if the patch is the nearest part of it, is pushed out to the front: overlap beyond
+    `r`.
+
+    Returns
+    -------
+    overlap [m] and normal [1] (3); a distance that the patch has at least [m], the triangle to begin at next
+    time
+    """
+    faces, grid = walls.faces, walls.grid
+    over, inside, excess = face_below(faces, face, x, y, z)
+    if over >= 0:
+        rows = faces.rows
+        n0, n1, n2 = rows[over, NORMAL], rows[over, NORMAL + 1], rows[over, NORMAL + 2]
+        height = (
+            (x - rows[over, CORNER]) * n0
+            + (y - rows[over, CORNER + 1]) * n1
+            + (z - rows[over, CORNER + 2]) * n2
+        )
+        if height > 0.0 and height <= grid.reach:
+            if excess >= 0.0:
+                d0, d1, d2 = height * n0, height * n1, height * n2
+                square = d0 * d0 + d1 * d1 + d2 * d2
+                distance = math.sqrt(square)
+                if square < r * r:
+                    return r - distance, -d0 / distance, -d1 / distance, -d2 / distance, distance, over
+                return APART, 0.0, 0.0, 0.0, distance, over
+            begin, end = faces.rivals_begin[over], faces.rivals_begin[over + 1]
+            if inside >= faces.edge_width and end > begin:
+                front, f0, f1, f2, least, nearest, behind, _, _, _ = search(
+                    walls, patch, faces.rivals, begin, end, x, y, z, r
+                )
+                distance = math.sqrt(least)
+                if least >= r * r and not behind:
+                    return APART, 0.0, 0.0, 0.0, distance, nearest
+                if front == least:
+                    return r - distance, f0 / distance, f1 / distance, f2 / distance, distance, nearest
+    return contact_in_cell(walls, patch, face, x, y, z, r)
+
+
+@kernel
+def contact_in_cell(walls, patch, face, x, y, z, r):
+    """Return what `contact_from` does, by a search of all triangles that the cell of (x, y, z) lists."""
+    grid = walls.grid
+    cell = cell_of(grid, walls.mesh_of[patch], x, y, z)
+    q = patch_in_cell(grid, cell, patch)
+    if q < 0:
+        return APART, 0.0, 0.0, 0.0, grid.reach, face
+    front, f0, f1, f2, least, nearest, behind, b0, b1, b2 = search(
+        walls, patch, grid.triangles, grid.first[q], grid.first[q + 1], x, y, z, r
+    )
+    away = min(math.sqrt(least), grid.reach)
+    if front < r * r:
         distance = math.sqrt(front)
-        return r - distance, f0 / distance, f1 / distance, f2 / distance
-    if behind and nearest_of_all(walls, patch, back, x, y, z):
-        inverse = 1.0 / (math.sqrt(b0 * b0 + b1 * b1 + b2 * b2) + 1e-300)
-        return r + math.sqrt(back), b0 * inverse, b1 * inverse, b2 * inverse
-    return APART, 0.0, 0.0, 0.0
+        return r - distance, f0 / distance, f1 / distance, f2 / distance, away, nearest
+    if behind and least < grid.behind * grid.behind:
+        if nearest_of_all(walls, patch, cell, least, x, y, z):
+            inverse = 1.0 / (math.sqrt(b0 * b0 + b1 * b1 + b2 * b2) + 1e-300)
+            return r + math.sqrt(least), b0 * inverse, b1 * inverse, b2 * inverse, 0.0, nearest
+        # another part of the mesh is nearer now and may not be so later
+        away = 0.0
+    return APART, 0.0, 0.0, 0.0, away, nearest
+
+
+@kernel
+def to_surface(surface_poses, s, x0, x1, x2):
+    """Return the place [m] (3) of a point (x0, x1, x2) [m], world, in the axes of surface `s`."""
+    d0, d1, d2 = x0 - surface_poses[s, 0], x1 - surface_poses[s, 1], x2 - surface_poses[s, 2]
+    return (
+        surface_poses[s, 3] * d0 + surface_poses[s, 6] * d1 + surface_poses[s, 9] * d2,
+        surface_poses[s, 4] * d0 + surface_poses[s, 7] * d1 + surface_poses[s, 10] * d2,
+        surface_poses[s, 5] * d0 + surface_poses[s, 8] * d1 + surface_poses[s, 11] * d2,
+    )
+
+
+@kernel
+def to_world(surface_poses, s, a, b, c):
+    """Return the direction (a, b, c) in the axes of surface `s` in world axes (3)."""
+    return (
+        surface_poses[s, 3] * a + surface_poses[s, 4] * b + surface_poses[s, 5] * c,
+        surface_poses[s, 6] * a + surface_poses[s, 7] * b + surface_poses[s, 8] * c,
+        surface_poses[s, 9] * a + surface_poses[s, 10] * b + surface_poses[s, 11] * c,
+    )
 
 
 @kernel
 def mesh_overlap(walls, surface_poses, s, x0, x1, x2, r):
     """Return what `surface_overlap` does, for a surface `s` that is a patch of a mesh."""
-    d0, d1, d2 = x0 - surface_poses[s, 0], x1 - surface_poses[s, 1], x2 - surface_poses[s, 2]
-    a = surface_poses[s, 3] * d0 + surface_poses[s, 6] * d1 + surface_poses[s, 9] * d2
-    b = surface_poses[s, 4] * d0 + surface_poses[s, 7] * d1 + surface_poses[s, 10] * d2
-    c = surface_poses[s, 5] * d0 + surface_poses[s, 8] * d1 + surface_poses[s, 11] * d2
-    overlap, na, nb, nc = patch_contact(walls, walls.patch_of[s], a, b, c, r)
-    return (
-        overlap,
-        surface_poses[s, 3] * na + surface_poses[s, 4] * nb + surface_poses[s, 5] * nc,
-        surface_poses[s, 6] * na + surface_poses[s, 7] * nb + surface_poses[s, 8] * nc,
-        surface_poses[s, 9] * na + surface_poses[s, 10] * nb + surface_poses[s, 11] * nc,
-    )
-
-
-@kernel
-def mesh_near(walls, surface_poses, s, x0, x1, x2, r):
-    """Return what `surface_near` does, for a surface `s` that is a patch of a mesh: `r` less a distance the
-    patch has at least.
-    """
-    grid, p = walls.grid, walls.patch_of[s]
-    d0, d1, d2 = x0 - surface_poses[s, 0], x1 - surface_poses[s, 1], x2 - surface_poses[s, 2]
-    cell = 0
-    for k in range(3):
-        c = surface_poses[s, 3 + k] * d0 + surface_poses[s, 6 + k] * d1 + surface_poses[s, 9 + k] * d2
-        # a point outside the grid is at least as far from the patch as the nearest point of the grid is
-        position = min(max((c - grid.corner[p, k]) / grid.size[p], 0.0), grid.cells[p, k] - 1.0)
-        cell = cell * grid.cells[p, k] + int(position)
-    return r - grid.apart[grid.first_cell[p] + cell]
-
-
-@kernel
-def touch_mesh(walls, x, lo, n, s, pose, out):
-    """Write a positive number to ``out[l]`` where particle ``lo + l`` is in a cell with triangles of surface
-    `s`, at `pose` (12,).
-    """
-    grid, p = walls.grid, walls.patch_of[s]
-    for i in range(n):
-        d0, d1, d2 = x[0, lo + i] - pose[0], x[1, lo + i] - pose[1], x[2, lo + i] - pose[2]
-        a = pose[3] * d0 + pose[6] * d1 + pose[9] * d2
-        b = pose[4] * d0 + pose[7] * d1 + pose[10] * d2
-        c = pose[5] * d0 + pose[8] * d1 + pose[11] * d2
-        cell = cell_of(grid, p, a, b, c)
-        out[i] = grid.begin[cell + 1] - grid.begin[cell] if cell >= 0 else 0
+    a, b, c = to_surface(surface_poses, s, x0, x1, x2)
+    patch = walls.patch_of[s]
+    q = patch_in_cell(walls.grid, cell_of(walls.grid, walls.mesh_of[patch], a, b, c), patch)
+    if q < 0:
+        return APART, 0.0, 0.0, 0.0
+    overlap, na, nb, nc, _, _ = contact_from(walls, patch, walls.grid.face[q], a, b, c, r)
+    n0, n1, n2 = to_world(surface_poses, s, na, nb, nc)
+    return overlap, n0, n1, n2

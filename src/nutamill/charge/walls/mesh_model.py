@@ -4,6 +4,7 @@
 over all meshes of a charge. A mesh that several bodies carry, or one body several times, is stored once.
 """
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -50,25 +51,79 @@ class MeshShape(NamedTuple):
     """Unit normal [1] (T, 3), surface axes."""
 
 
+class FaceColumn(IntEnum):
+    """Columns of `MeshFaces.rows`."""
+
+    CORNER = 0
+    """A corner [m] (3), surface axes."""
+    NORMAL = 3
+    """Unit normal [1] (3), surface axes."""
+    EDGES = 6
+    """For each of the three edges, its wing [1] (3) and the coordinate of the edge along it [m]."""
+    MARGIN = 18
+    """Distance from each edge beyond which no other triangle of the patch can be nearer [m] (3)."""
+    ACROSS = 21
+    """Triangle of the same patch across each edge [1] (3), -1 where there is none."""
+
+
+class MeshFaces(NamedTuple):
+    """What one triangle alone decides: where a point above it needs no look at its neighbours."""
+
+    rows: np.ndarray
+    """A row for each triangle, as `FaceColumn` (T, 24)."""
+    rivals_begin: np.ndarray
+    """Place of the first rival of each triangle in `rivals` [1], int32 (T + 1,)."""
+    rivals: np.ndarray
+    """Triangles of the patch that may be nearer to a point above the triangle than itself, and itself, in
+    ascending order [1], int32; none where there are too many.
+    """
+    edge_width: float
+    """A foot nearer than this to an edge counts as on it [m]."""
+
+
 class MeshGrid(NamedTuple):
-    """One grid of cubes for each patch: the triangles a particle in a cell may touch."""
+    """One grid of cubes for each mesh: the patches, and the triangles of each, that are near each cell.
+
+    ``G`` is the number of meshes, ``N`` of cells, ``Q`` of pairs of a cell and a patch near it.
+    """
 
     reach: float
     """Triangles nearer than this to any point of a cell are listed in it [m]."""
+    behind: float
+    """A centre deeper than this behind a mesh is not pushed out [m]."""
     corner: np.ndarray
-    """Low corner [m] (P, 3), surface axes."""
+    """Low corner [m] (G, 3), surface axes."""
     size: np.ndarray
-    """Edge of a cell [m] (P,)."""
+    """Edge of a cell [m] (G,)."""
     cells: np.ndarray
-    """Cells along each axis [1], int64 (P, 3)."""
+    """Cells along each axis [1], int64 (G, 3)."""
     first_cell: np.ndarray
-    """Place of the first cell of each patch [1], int64 (P,)."""
+    """Place of the first cell of each mesh [1], int64 (G,)."""
     begin: np.ndarray
-    """Place of the first triangle of each cell in `triangles` [1], int32 (N + 1,)."""
+    """Place of the first patch of each cell [1], int32 (N + 1,)."""
+    patch: np.ndarray
+    """Patches near each cell, in ascending order [1], int32 (Q,)."""
+    face: np.ndarray
+    """The triangle of each of them that is nearest to the middle of the cell [1], int32 (Q,)."""
+    first: np.ndarray
+    """Place of the first triangle of each of them in `triangles` [1], int32 (Q + 1,)."""
     triangles: np.ndarray
-    """Triangles of each cell [1], int32."""
+    """Triangles of each of them, in ascending order [1], int32."""
     apart: np.ndarray
-    """A distance the patch has at least from every point of a cell [m], float32 (N,)."""
+    """A distance the mesh has at least from every point of a cell [m], float32 (N,)."""
+
+
+class MeshPlaces(NamedTuple):
+    """Where meshes are: a mesh at one place of one body, ``I`` of them."""
+
+    body: np.ndarray
+    """Carrying body [1], int64 (I,)."""
+    mesh: np.ndarray
+    """Mesh [1], int64 (I,)."""
+    first: np.ndarray
+    """Place of its first patch in `surface` [1], int64 (I + 1,)."""
+    surface: np.ndarray
+    """Surface of each patch [1], int64; -1 where the patch is no surface of the charge."""
 
 
 class MeshWalls(NamedTuple):
@@ -76,9 +131,17 @@ class MeshWalls(NamedTuple):
 
     patch_of: np.ndarray
     """Patch of each surface [1], int64 (S,); -1 where the surface is no mesh."""
-    siblings: np.ndarray
-    """First patch of the same mesh, and the one after its last [1], int64 (P, 2)."""
+    place_of: np.ndarray
+    """Place of each surface among `places` [1], int64 (S,); -1 where the surface is no mesh."""
+    mesh_of: np.ndarray
+    """Mesh of each patch [1], int64 (P,)."""
+    first_patch: np.ndarray
+    """First patch of each mesh [1], int64 (G + 1,)."""
     shape: MeshShape
     """Triangles, edges and corners."""
+    faces: MeshFaces
+    """Triangles by themselves."""
     grid: MeshGrid
-    """Where they are."""
+    """Where the triangles are."""
+    places: MeshPlaces
+    """Where the meshes are."""

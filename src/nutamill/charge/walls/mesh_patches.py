@@ -1,19 +1,17 @@
-"""From meshes to the arrays of the kernels: shared edges and corners, their regions and owners, and a grid
-for each patch.
+"""From meshes to the arrays of the kernels: shared edges and corners, their regions and owners, their
+places.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import ndimage
 
 from nutamill.charge.walls.mesh import Mesh
-from nutamill.charge.walls.mesh_model import MeshGrid, MeshShape, MeshWalls
+from nutamill.charge.walls.mesh_faces import mesh_faces
+from nutamill.charge.walls.mesh_grid import mesh_grid
+from nutamill.charge.walls.mesh_model import MeshPlaces, MeshShape, MeshWalls
 from nutamill.charge.walls.surface import Surface, SurfaceKind
-from nutamill.charge.walls.triangles import cells_near, directed_edges, normals_and_areas
-
-MOST_CELLS = 400_000
-"""Cells in the grid of one patch [1]; beyond, they are made larger than a particle."""
+from nutamill.charge.walls.triangles import directed_edges, normals_and_areas
 
 SLACK = 1e-9
 """Slack of the regions of edges and corners within a patch, as a share of the edge's length [1].
@@ -63,16 +61,51 @@ def mesh_walls(surfaces: Sequence[Surface], largest_radius: float) -> MeshWalls:
     """
     meshes = list({id(s.mesh): s.mesh for s in surfaces if s.mesh is not None}.values())
     first_patch = np.cumsum([0, *(mesh.n_patches for mesh in meshes)])
-    number = {id(mesh): int(first_patch[k]) for k, mesh in enumerate(meshes)}
-    patch_of = [number[id(s.mesh)] + s.patch if s.kind == SurfaceKind.MESH_PATCH else -1 for s in surfaces]
-    siblings = [
-        (first_patch[k], first_patch[k + 1]) for k, mesh in enumerate(meshes) for _ in range(mesh.n_patches)
-    ]
+    number = {id(mesh): k for k, mesh in enumerate(meshes)}
+    patch_of = [first_patch[number[id(s.mesh)]] + s.patch if s.mesh is not None else -1 for s in surfaces]
+    patch = np.concatenate([np.zeros(0, int), *(m.patch + first_patch[k] for k, m in enumerate(meshes))])
+    places, place_of = _places(surfaces, number, first_patch)
+    shape = _joined_shapes([_shape(mesh, int(first_patch[k])) for k, mesh in enumerate(meshes)])
+    grid = mesh_grid(meshes, shape, first_patch, largest_radius)
     return MeshWalls(
-        np.array(patch_of, np.int64),
-        np.array(siblings, np.int64).reshape(-1, 2),
-        _joined_shapes([_shape(mesh, int(first_patch[k])) for k, mesh in enumerate(meshes)]),
-        _grid(meshes, largest_radius),
+        patch_of=np.array(patch_of, np.int64),
+        place_of=place_of,
+        mesh_of=np.repeat(np.arange(len(meshes)), np.diff(first_patch)).astype(np.int64),
+        first_patch=first_patch.astype(np.int64),
+        shape=shape,
+        faces=mesh_faces(shape, grid, patch, meshes),
+        grid=grid,
+        places=places,
+    )
+
+
+def _places(surfaces, number, first_patch) -> tuple[MeshPlaces, np.ndarray]:
+    """Return the places of the meshes, and that of each surface [1] (S,).
+
+    Parameters
+    ----------
+    surfaces : all surfaces of the charge
+    number : number of each mesh by its id
+    first_patch : first patch of each mesh [1] (G + 1,)
+    """
+    places: dict[tuple, list[int]] = {}
+    place_of = np.full(len(surfaces), -1)
+    for s, surface in enumerate(surfaces):
+        if surface.mesh is not None:
+            place = np.concatenate([surface.origin, np.ravel(surface.rotation)]).tolist()
+            key = (number[id(surface.mesh)], surface.body, *place)
+            place_of[s] = list(places).index(key) if key in places else len(places)
+            at = places.setdefault(key, [-1] * int(np.diff(first_patch)[key[0]]))
+            at[surface.patch] = s
+    first = np.cumsum([0, *(len(at) for at in places.values())])
+    return (
+        MeshPlaces(
+            body=np.array([key[1] for key in places], np.int64),
+            mesh=np.array([key[0] for key in places], np.int64),
+            first=first.astype(np.int64),
+            surface=np.array([s for at in places.values() for s in at], np.int64),
+        ),
+        place_of.astype(np.int64),
     )
 
 
@@ -188,66 +221,3 @@ def _joined_shapes(shapes: list[MeshShape]) -> MeshShape:
                 fields.append(np.concatenate([present, shifted]).astype(present.dtype))
         joined = MeshShape(*fields)
     return joined
-
-
-def _grid(meshes: list[Mesh], largest_radius: float) -> MeshGrid:
-    """Return the grids of all patches, one after the other."""
-    reach = largest_radius * (1.0 + 1e-9)
-    corners, sizes, counts, first_cell, begins, listed, apart = (
-        [],
-        [],
-        [],
-        [],
-        [np.zeros(1, np.int64)],
-        [],
-        [],
-    )
-    n_cells = n_listed = first_triangle = 0
-    for mesh in meshes:
-        for patch in range(mesh.n_patches):
-            triangles = np.flatnonzero(mesh.patch == patch)
-            corner, size, cells, begin, near, far = _patch_grid(mesh.corners[triangles], reach)
-            corners.append(corner)
-            sizes.append(size)
-            counts.append(cells)
-            first_cell.append(n_cells)
-            begins.append(begin[1:] + n_listed)
-            listed.append(triangles[near] + first_triangle)
-            apart.append(far)
-            n_cells += len(far)
-            n_listed += len(near)
-        first_triangle += len(mesh.faces)
-    return MeshGrid(
-        reach,
-        np.array(corners, float).reshape(-1, 3),
-        np.array(sizes, float),
-        np.array(counts, np.int64).reshape(-1, 3),
-        np.array(first_cell, np.int64),
-        np.concatenate(begins).astype(np.int32),
-        np.concatenate([np.zeros(0), *listed]).astype(np.int32),
-        np.concatenate([np.zeros(0), *apart]).astype(np.float32),
-    )
-
-
-def _patch_grid(corners: np.ndarray, reach: float) -> tuple:
-    """Return the grid of one patch of triangles `corners` [m] (n, 3, 3): corner, size, cells, begin,
-    triangles, apart as in `MeshGrid`.
-    """
-    low, high = corners.min(axis=(0, 1)) - reach, corners.max(axis=(0, 1)) + reach
-    size = max(reach, float(np.prod(high - low) / MOST_CELLS) ** (1 / 3))
-    cells = np.ceil((high - low) / size).astype(int)
-    half = 0.5 * np.sqrt(3.0) * size * (1.0 + 1e-9)
-    core = np.zeros(int(cells.prod()), bool)
-    cells_of, triangles_of = [], []
-    for t, triangle in enumerate(corners):
-        near, away = cells_near(triangle, low, size, cells, reach + half)
-        core[near[away <= half]] = True
-        cells_of.append(near)
-        triangles_of.append(np.full(len(near), t))
-    cell_of, triangle_of = np.concatenate(cells_of), np.concatenate(triangles_of)
-    order = np.argsort(cell_of, kind="stable")
-    begin = np.searchsorted(cell_of[order], np.arange(len(core) + 1))
-    # each triangle is in core cells; two points of two cells are nearer than their middles by a diagonal at
-    # most
-    apart = np.maximum(size * ndimage.distance_transform_edt(~core.reshape(cells)).ravel() - 2.0 * half, 0.0)
-    return low, size, cells, begin, triangle_of[order], apart * (1.0 - 1e-6)

@@ -107,7 +107,13 @@ def place_surfaces(model, bodies, surface_poses_out):
 
     ``bodies[b, 0:12]`` is mass centre [m] (3) and rotation matrix [1] (9) of body b.
     """
+    place_of = model.mesh.place_of
     for s in range(model.surface_kind.shape[0]):
+        # the patches of a mesh follow each other, and are where the first one is
+        if s > 0 and place_of[s] >= 0 and place_of[s] == place_of[s - 1]:
+            for k in range(12):
+                surface_poses_out[s, k] = surface_poses_out[s - 1, k]
+            continue
         body = bodies[model.surface_body[s]]
         R = body[3:12].reshape((3, 3))
         origin = model.surface_origin[s]

@@ -1,11 +1,10 @@
-"""Quick tests of a whole chunk against one surface: which particles touch it. Normals and overlaps are
+"""Quick tests of a whole chunk against one exact surface: which particles touch it. Normals and overlaps are
 computed for those alone.
 """
 
 import math
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.walls.mesh_contact import touch_mesh
 from nutamill.charge.walls.shapes import cone_frame, round_profile
 from nutamill.charge.walls.surface import SurfaceKind
 
@@ -14,7 +13,6 @@ CYLINDER = int(SurfaceKind.CYLINDER)
 BOX = int(SurfaceKind.BOX)
 CONE = int(SurfaceKind.CONE)
 SPHERE_CAP = int(SurfaceKind.SPHERE_CAP)
-MESH_PATCH = int(SurfaceKind.MESH_PATCH)
 
 
 @kernel(fast=True)
@@ -124,8 +122,8 @@ def touch_round(x, radius, lo, n, pose, kind, size, out):
 
 @kernel
 def touch_surface(model, x, radius, lo, n, s, pose, out):
-    """Choose the test for surface `s`, at `pose` (12,): positive ``out[l]`` where particle ``lo + l``
-    touches, or may touch a mesh.
+    """Choose the test for surface `s`, which is no mesh, at `pose` (12,): positive ``out[l]`` where particle
+    ``lo + l`` touches.
     """
     kind, size = model.surface_kind[s], model.surface_size[s]
     if kind == PLANE:
@@ -136,8 +134,6 @@ def touch_surface(model, x, radius, lo, n, s, pose, out):
         touch_box(x, radius, lo, n, pose, size, out)
     elif kind == CONE:
         touch_cone(x, radius, lo, n, pose, size, out)
-    elif kind == MESH_PATCH:
-        touch_mesh(model.mesh, x, lo, n, s, pose, out)
     elif kind == SPHERE_CAP:
         touch_cap(x, radius, lo, n, pose, size, out)
     else:

@@ -1,11 +1,9 @@
-"""Any surface of a charge, simple shape or patch of a mesh: its contact with a particle, and the quick tests
-before.
-"""
+"""Any surface of a charge, simple shape or patch of a mesh: its contact with a particle."""
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.walls.mesh_contact import mesh_near, mesh_overlap
+from nutamill.charge.walls.mesh_contact import mesh_overlap
 from nutamill.charge.walls.surface import SurfaceKind
-from nutamill.charge.walls.surfaces import surface_near, surface_overlap
+from nutamill.charge.walls.surfaces import surface_overlap
 
 MESH_PATCH = int(SurfaceKind.MESH_PATCH)
 
@@ -20,16 +18,6 @@ def wall_overlap(kind, model, surface_poses, s, x0, x1, x2, r):
     if kind == MESH_PATCH:
         return mesh_overlap(model.mesh, surface_poses, s, x0, x1, x2, r)
     return surface_overlap(kind, model.surface_size, surface_poses, s, x0, x1, x2, r)
-
-
-@kernel(inline="always")
-def wall_near(model, surface_poses, s, x0, x1, x2, r):
-    """Return a positive number where a ball of radius `r` about (x0, x1, x2) [m], world, may hold a particle
-    that touches surface `s`.
-    """
-    if model.surface_kind[s] == MESH_PATCH:
-        return mesh_near(model.mesh, surface_poses, s, x0, x1, x2, r)
-    return surface_near(model.surface_kind, model.surface_size, surface_poses, s, x0, x1, x2, r)
 
 
 @kernel
