@@ -25,6 +25,7 @@ class Form(StrEnum):
     CSV = "csv"
     PARQUET = "parquet"
     FMU = "fmu"
+    LAMMPS = "lammps"
 
 
 class Drives(StrEnum):
@@ -164,13 +165,14 @@ def export(
         typer.Argument(
             metavar="FORMAT",
             help="vtkhdf: charge and machine over time, for ParaView. csv, parquet: all series. "
-            "fmu: the mechanism of a case, for other simulation programs.",
+            "fmu: the mechanism of a case, for other simulation programs. "
+            "lammps: the charge in the recorded motion of its chamber, as a script for LAMMPS.",
         ),
     ],
     file: Annotated[
         Path, typer.Argument(metavar="RESULT.h5|CASE", help="A result file; for fmu a case, such as numill.")
     ],
-    to: Annotated[Path | None, to("The file; else beside the result.")] = None,
+    to: Annotated[Path | None, to("The file, for lammps the folder; else beside the result.")] = None,
     series: Annotated[
         list[str] | None,
         typer.Option(
@@ -186,7 +188,7 @@ def export(
         Platforms, typer.Option(metavar="this|all", help="fmu: platforms that libraries are made for.")
     ] = Platforms.THIS,
 ) -> None:
-    """Write a result for ParaView, a spreadsheet or pandas, or the mechanism of a case as an FMU."""
+    """Write a result for ParaView, a spreadsheet, pandas or LAMMPS, or the mechanism of a case as an FMU."""
     if form is Form.FMU:
         from nutamill.export.fmu.write import export_mechanism
 
@@ -203,9 +205,16 @@ def export(
     from nutamill.view.series_table import write_csv, write_parquet
     from nutamill.view.vtkhdf import write_vtkhdf
 
-    if form is Form.VTKHDF and series:
-        what = "has no use for vtkhdf, which holds snapshots"
+    if form in (Form.VTKHDF, Form.LAMMPS) and series:
+        what = f"has no use for {form}, which holds snapshots"
         raise CaseError(Fault("--series", what, "Leave it out, or export csv or parquet"))
+    if form is Form.LAMMPS:
+        from nutamill.export.lammps.write import export_charge
+
+        with open_result(file) as result:
+            for written in export_charge(result, to or file.with_name(f"{file.stem}-lammps")):
+                typer.echo(f"{written}   {megabytes(written.stat().st_size)}")
+        return
     path = to or file.with_suffix(f".{form}")
     with open_result(file) as result:
         if form is Form.VTKHDF:

@@ -8,32 +8,17 @@ note stands behind a ``#``.  What a law is called in each program stands in the 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from nutamill.base.units import in_unit
 from nutamill.case import Machine
-from nutamill.charge.laws.composition import ContactLaw, law_files, law_names
-from nutamill.charge.laws.terms import PROGRAMS, Terms, Touch
-from nutamill.simulation.setup.charge import contact_law_of, pair_law, quickest_meeting
-
-
-@dataclass(frozen=True, slots=True)
-class Contact:
-    """A contact of two materials and its law."""
-
-    law: ContactLaw
-    """The law."""
-    touch: Touch
-    """Numbers and sizes."""
-
-    def terms(self, program: str) -> tuple[Terms, Terms, Terms, Terms]:
-        """Return normal, tangential, rolling and cohesive law in the terms of a program."""
-        return tuple(file.terms(self.touch)[program] for file in law_files(self.law))
+from nutamill.charge.laws.composition import law_names
+from nutamill.charge.laws.terms import PROGRAMS, Terms
+from nutamill.simulation.setup.touches import Contact, granular_words, missing_laws, touches
 
 
 def _missing(terms: tuple[Terms, ...]) -> list[str]:
     """Return what the program lacks, a line for each law."""
-    return [f"missing: {law.missing}" for law in terms if law.missing]
+    return [f"missing: {missing}" for missing in missing_laws(terms)]
 
 
 def rocky(contact: Contact) -> list[str]:
@@ -67,13 +52,11 @@ def pfc(contact: Contact) -> list[str]:
 
 def lammps(contact: Contact) -> list[str]:
     """Return the line of ``pair_coeff``, or what follows ``granular`` in ``fix wall/gran/region``."""
-    touch, terms = contact.touch, contact.terms("LAMMPS")
-    normal, tangential, rolling, _ = terms
+    normal, tangential, _, _ = terms = contact.terms("LAMMPS")
     if normal.missing or tangential.missing:
         return _missing(terms)
-    line = f"{normal.words} tangential {tangential.words}{rolling.words}"
-    line += " limit_damping" if touch.pair.tension_cut else ""
-    return [f"{'granular' if touch.wall else 'pair_coeff i j'} {line}", *normal.notes, *_missing(terms)]
+    style = "granular" if contact.touch.wall else "pair_coeff i j"
+    return [f"{style} {granular_words(contact)}", *normal.notes, *_missing(terms)]
 
 
 def liggghts(contact: Contact) -> list[str]:
@@ -99,33 +82,6 @@ DIALECTS: dict[str, Callable[[Contact], list[str]]] = dict(
     zip(PROGRAMS, (rocky, pfc, lammps, liggghts), strict=True)
 )
 """Programs, and how each writes a contact."""
-
-
-def touches(machine: Machine) -> dict[str, Contact]:
-    """Return the contacts of particles of a machine with each other and with walls, by the names of the two
-    materials.
-    """
-    contact, law = machine.contact, contact_law_of(machine)
-    normal, contacts = law_files(law)[0], {}
-    for touching in machine.touching:
-        first, second, wall = touching
-        one, other = machine.materials[first], machine.materials[second]
-        pair, met = pair_law(machine, first, second), quickest_meeting(machine, first, second, wall)
-        contacts[touching.name] = Contact(
-            law,
-            Touch(
-                pair=pair,
-                wall=wall,
-                mass=met.mass,
-                diameters=(met.diameter, met.other_diameter),
-                young=(contact.softening * one.young_modulus, contact.softening * other.young_modulus),
-                poisson=(one.poisson_ratio, other.poisson_ratio),
-                softening=0.0 if contact.stiffness == "direct" else contact.softening,
-                stiffens=normal.STIFFENS,
-                restitution=normal.restitution(pair),
-            ),
-        )
-    return contacts
 
 
 def dialect_lines(machine: Machine) -> list[str]:

@@ -1,1 +1,1 @@
-"""Machines for other programs."""
+"""Machines and charges for other programs."""
