@@ -100,7 +100,7 @@ def test_what_the_script_cannot_hold_is_refused_by_name(changes, words):
 
 def test_a_wall_without_a_region_is_refused_by_its_shape():
     machine = load_case("tumbling-mill", ["walls.shell.shape=tube", "walls.shell.height=0.2 m"]).machine
-    with pytest.raises(CaseError, match="walls.shell: LAMMPS has no region like a tube"):
+    with pytest.raises(CaseError, match=r"walls\.shell: LAMMPS has no region like a tube"):
         refuse_without_counterpart(machine)
 
 
