@@ -137,6 +137,28 @@ def test_the_fields_of_a_machine_are_the_series_of_its_run(invoke, folder):
     assert of_case == of_file and "piston_position_z" in of_case and "driveshaft" not in of_case
 
 
+def test_a_test_of_any_machine_is_imported_and_compared_with_its_run(invoke, folder):
+    # the run itself as measured data: every error is that of the printed digits
+    (folder / "turned.toml").write_text('schema = 1\nbase = "tumbling-mill"\n[run]\nperiod = "motor"\n')
+    for name, series in (("tumbling-mill", "drive_motor_torque"), ("piston", "piston_position_z")):
+        with open_result(folder / f"{name}.h5") as result:
+            values = result.series[series].values.tolist()
+            rows = list(zip(result.series["time"].values.tolist(), values, strict=True))
+            unit = result.field(series).unit
+        (folder / "test.csv").write_text("t,a\n" + "".join(f"{t!r},{v!r}\n" for t, v in rows))
+        case = "turned.toml" if name == "tumbling-mill" else name
+        text = f'case = "{case}"\ntime = "t"\nspeed = "470 rpm"\n[channel.{series}]\ncolumn = "a"\n'
+        (folder / "map.toml").write_text(f'{text}unit = "{unit}"\n')
+        imported = invoke("import", "test.csv", "--map", "map.toml", "--to", f"{name}-test.h5")
+        assert imported.exit_code == 0, imported.output
+        with open_result(folder / f"{name}-test.h5") as test:
+            assert np.allclose(test.series[series], values, rtol=1e-12, atol=1e-15)
+            assert ("drive_motor_angle" in test.series) == (name == "tumbling-mill")
+    compared = invoke("compare", "piston.h5", "piston-test.h5")
+    assert compared.exit_code == 0, compared.output
+    assert "piston position, z (m)" in compared.stdout and "+0.0 %" in compared.stdout
+
+
 REFUSED = [
     (("campbell", "{name}"), "describes a mechanism part by part"),
     (("runup", "{name}"), "describes a mechanism part by part"),

@@ -15,7 +15,7 @@ from nutamill.analysis.source import any_case_of
 from nutamill.analysis.summary import hours_text
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window, turn_series
 from nutamill.base.errors import CaseError, Fault, ResultError
-from nutamill.case.machine import JointEntry, Machine, angle_series
+from nutamill.case.machine import JointEntry, Machine, drive_series
 from nutamill.result import Result
 
 EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}
@@ -189,7 +189,7 @@ def turns_per_second(result: Result, joint: str, bearing: Bearing, last: float |
         for name, ratio in _geared(machine, joint).items():
             driven = [drive.name for drive in machine.drives if drive.joint == name]
             driven += [motor.name for motor in machine.unbalance_motors if motor.name == name]
-            for angle in (angle_series(machine, drive) for drive in driven):
+            for angle in (drive_series(machine, drive, "angle") for drive in driven):
                 if angle in result.series:
                     ends = np.interp(window.turns[[0, -1]], result.series["time"], result.series[angle])
                     turned = abs(ratio) * float(np.ptp(ends)) / (2.0 * math.pi)

@@ -5,13 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.analysis.windows import MEASURED_SPEED, turns_at_speed
+from nutamill.analysis.windows import MEASURED_SPEED, TURNING, turns_at_speed
 from nutamill.base.errors import CaseError, Fault
 from nutamill.result import Result
-from nutamill.result.fields import series_field
 
-ASIDE = ("time", "crank_angle", "driveshaft_speed")
-"""Series of time and motion, which are not compared."""
 ORDER = 4
 """Order of the low-pass filter, each way."""
 
@@ -21,6 +18,8 @@ class Compared(NamedTuple):
 
     name: str
     """The series."""
+    label: str
+    """What to call it, with its unit."""
     run: float
     """Mean of the run, unit of the series."""
     test: float
@@ -56,6 +55,7 @@ def compare(run: Result, test: Result, last: float, cut: float | None = None) ->
         rows.append(
             Compared(
                 name,
+                _label(run, name),
                 *(float(np.mean(value)) for _, value in values),
                 *(float(np.std(value)) for _, value in values),
             )
@@ -74,9 +74,10 @@ def shared(run: Result, test: Result) -> list[str]:
         raise CaseError(
             Fault(str(test.path), "is a run, not measured data", "Give a file that nutamill import wrote")
         )
-    names = [str(name) for name in run.series.data_vars if name in test.series and name not in ASIDE]
+    aside = {"time", "crank_angle", "driveshaft_speed", *(test.provenance.get(name) for name in TURNING)}
+    names = [str(name) for name in run.series.data_vars if name in test.series and name not in aside]
     if not names:
-        held = ", ".join(str(name) for name in test.series.data_vars if name not in ASIDE)
+        held = ", ".join(str(name) for name in test.series.data_vars if name not in aside)
         raise CaseError(
             Fault(
                 f"{test.path}",
@@ -134,7 +135,7 @@ def low_pass(values: np.ndarray, rate: float, cut: float) -> np.ndarray:
 
 def comparison_lines(rows: list[Compared]) -> list[str]:
     """Return the comparison as a table."""
-    width = max(len(_label(row.name)) for row in rows)
+    width = max(len(row.label) for row in rows)
     lines = [
         f"{'quantity':{width}}  {'run':>11} {'measured':>11} {'error':>8}  {'run r.m.s.':>11} "
         f"{'measured':>11}"
@@ -142,10 +143,10 @@ def comparison_lines(rows: list[Compared]) -> list[str]:
     for row in rows:
         error = f"{100.0 * row.error:+.1f} %" if math.isfinite(row.error) else "-"
         numbers = f"{row.run:11.4g} {row.test:11.4g} {error:>8}  {row.run_rms:11.4g} {row.test_rms:11.4g}"
-        lines.append(f"{_label(row.name):{width}}  {numbers}")
+        lines.append(f"{row.label:{width}}  {numbers}")
     return lines
 
 
-def _label(name: str) -> str:
-    field = series_field(name)
+def _label(run: Result, name: str) -> str:
+    field = run.field(name)
     return f"{field.label} ({field.unit})"

@@ -8,11 +8,11 @@ import numpy as np
 from nutamill import __version__
 from nutamill.analysis.measured_columns import Column, read_columns
 from nutamill.analysis.measured_mapping import Mapping, load_mapping
+from nutamill.analysis.windows import TURNING
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.file_kind import FileKind, refuse_other_kind
 from nutamill.base.files import exists
 from nutamill.result import Recorder, Result
-from nutamill.result.fields import series_field
 
 STATE = "measured"
 """State of a file that holds a test."""
@@ -23,7 +23,7 @@ def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> P
     path.
 
     All channels are put on one clock, evenly spaced at the highest rate among them, linear in between.  Where
-    the crank angle is not measured it is the integral of the speed, zero at the start.
+    the angle of the drive is not measured it is the integral of its speed, zero at the start.
 
     Raises
     ------
@@ -33,7 +33,7 @@ def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> P
     refuse_other_kind(path, FileKind.RECORD, FileKind.MOUNT_TEST)
     if exists(to):
         raise ResultError(f"{to}: exists already. Choose another name with --to.")
-    mapping = load_mapping(mapping_file)
+    mapping, tested = load_mapping(mapping_file)
     columns = read_columns(path, mapping)
     clocks = {
         name: _clock(columns[channel.column], columns, mapping, f"{path}: {name}")
@@ -48,15 +48,18 @@ def import_test(path: str | Path, mapping_file: str | Path, to: str | Path) -> P
     time = first + np.arange(math.floor((last - first) * rate + 1e-6) + 1) / rate
     series = {"time": time + mapping.offset}
     for name, channel in mapping.channel.items():
-        series[name] = mapping.scale(name) * np.interp(time, clocks[name], columns[channel.column].values)
-    series |= _motion(series, mapping, rate, str(mapping_file))
+        series[name] = tested.scale(name, channel) * np.interp(
+            time, clocks[name], columns[channel.column].values
+        )
+    if tested.motion is not None:
+        series |= _motion(series, tested.motion, mapping, rate, str(mapping_file))
     sensors = {
         f"sensor {name}": f"{c.sensor} (column {c.column}, {c.unit or 1})"
         for name, c in mapping.channel.items()
     }
-    recorder = Recorder.create(
-        to, "", {"source": Path(path).name, "version": __version__, **sensors}, list(series), rate
-    )
+    turning = {} if tested.motion is None else dict(zip(TURNING, tested.motion, strict=True))
+    facts = {"source": Path(path).name, "version": __version__, **turning, **sensors}
+    recorder = Recorder.create(to, "", facts, [tested.field(name) for name in series], rate)
     recorder.append(np.stack(list(series.values()), axis=1))
     recorder.state(STATE)
     recorder.close()
@@ -73,7 +76,7 @@ def measured_lines(test: Result) -> list[str]:
         values = series[name].values
         lines.append(
             f"{name:{width}}  mean {values.mean():.4g}, r.m.s. about it {values.std():.4g} "
-            f"{series_field(name).unit}"
+            f"{test.field(name).unit}"
         )
     return lines
 
@@ -116,17 +119,18 @@ def _clock(column: Column, columns: dict[str, Column], mapping: Mapping, where: 
 
 
 def _motion(
-    series: dict[str, np.ndarray], mapping: Mapping, rate: float, where: str
+    series: dict[str, np.ndarray], motion: tuple[str, str], mapping: Mapping, rate: float, where: str
 ) -> dict[str, np.ndarray]:
-    """Compute speed and crank angle where they are not measured."""
+    """Compute speed and angle of the drive where they are not measured. `motion` are their series."""
     added = {}
-    if "driveshaft_speed" not in series:
+    turned, speed = motion
+    if speed not in series:
         if mapping.speed is None:
-            hint = 'Write speed = "700 rpm", or map a channel to driveshaft_speed'
-            raise CaseError(Fault(where, "the speed of the driveshaft is missing", hint))
-        added["driveshaft_speed"] = np.full_like(series["time"], mapping.speed)
-    if "crank_angle" not in series:
-        speed = (series | added)["driveshaft_speed"]
-        steps = np.cumsum(0.5 * (speed[1:] + speed[:-1]))
-        added["crank_angle"] = np.concatenate((np.zeros(1), steps)) / rate
+            hint = f'Write speed = "700 rpm", or map a channel to {speed}'
+            raise CaseError(Fault(where, "the speed of the drive is missing", hint))
+        added[speed] = np.full_like(series["time"], mapping.speed)
+    if turned not in series:
+        speeds = (series | added)[speed]
+        steps = np.cumsum(0.5 * (speeds[1:] + speeds[:-1]))
+        added[turned] = np.concatenate((np.zeros(1), steps)) / rate
     return added

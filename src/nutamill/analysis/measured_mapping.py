@@ -1,19 +1,23 @@
 """The mapping of a test file: which of its columns is which series, in which unit, from which sensor."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault, reason
 from nutamill.base.file_kind import FileKind, refuse_other_kind
-from nutamill.base.files import MOST_CASE_TEXT, read_text
+from nutamill.base.files import MOST_CASE_TEXT, exists, read_text
 from nutamill.base.schema import Count, Frequency, Number, Quantity, Speed, Table
 from nutamill.base.units import UNITS, Kind
+from nutamill.case import load_case
+from nutamill.case.machine import Machine, drive_series
+from nutamill.case.series_fields import machine_field
 from nutamill.case.toml.layers import Layer
 from nutamill.case.toml.merge import merge
 from nutamill.case.toml.messages import checked
+from nutamill.result.fields import Field as SeriesField
 from nutamill.result.fields import series_field
 
 
@@ -33,6 +37,8 @@ class Channel(Table):
 class Mapping(Table):
     """How to read a test file; channels are called by the series they measure."""
 
+    case: str | None = None
+    """The machine that was tested: a name of the package or a case file; a nutating mill if left out."""
     time: str | None = None
     """Column of the time [s]; none where the file knows its rate."""
     rate: Frequency | None = None
@@ -40,7 +46,9 @@ class Mapping(Table):
     offset: Annotated[float, Quantity(Kind.TIME, "any")] = 0.0
     """Added to the file's time, to put the clocks of test and run together [s]."""
     speed: Speed | None = None
-    """Speed of the driveshaft, where no channel measures it [rad/s]."""
+    """Speed of the drive whose turns are averaged over (of a mill the driveshaft), where no channel is that
+    [rad/s].
+    """
     skip: Annotated[Count, Field(ge=0)] = 0
     """Lines of a CSV file before the one with the names of its columns."""
     separator: str = ","
@@ -48,20 +56,45 @@ class Mapping(Table):
     channel: dict[str, Channel]
     """By the name of the series."""
 
-    def scale(self, name: str) -> float:
+
+class MeasuredMachine(NamedTuple):
+    """What is known of the machine that was tested."""
+
+    machine: Machine | None
+    """The machine, or None for a nutating mill of which only the names of its series are known."""
+
+    def field(self, name: str) -> SeriesField:
+        """Return what a series is. Raises CaseError where the machine has none of this name."""
+        return series_field(name) if self.machine is None else machine_field(self.machine, name)
+
+    def kind(self, name: str) -> Kind | None:
+        """Return the kind of quantity that a series measures, or None for a ratio."""
+        unit = self.field(name).unit
+        return next((kind for kind, table in UNITS.items() if table.get(unit) == 1.0), None)
+
+    def scale(self, name: str, channel: Channel) -> float:
         """Return the SI value of one in the column of a channel."""
-        channel = self.channel[name]
-        kind = kind_of(name)
+        kind = self.kind(name)
         return channel.factor * (1.0 if kind is None else units.parse(f"1 {channel.unit}", kind))
 
+    @property
+    def motion(self) -> tuple[str, str] | None:
+        """Series of angle and speed of the drive whose turns are averaged over, None where nothing turns."""
+        if self.machine is None:
+            return "crank_angle", "driveshaft_speed"
+        drive = self.machine.period
+        if drive is None:
+            return None
+        return drive_series(self.machine, drive, "angle"), drive_series(self.machine, drive, "speed")
 
-def load_mapping(path: str | Path) -> Mapping:
-    """Read a mapping file.
+
+def load_mapping(path: str | Path) -> tuple[Mapping, MeasuredMachine]:
+    """Read a mapping file, and the case of the machine that it names.
 
     Raises
     ------
     CaseError : all faults at once: no such file, unknown keys, series or units, a unit of another kind, no
-        channel
+        channel; a case that cannot be read
     """
     refuse_other_kind(path, FileKind.MAPPING)
     path = Path(path)
@@ -77,18 +110,17 @@ def load_mapping(path: str | Path) -> Mapping:
         ) from None
     content, positions, faults = merge([Layer.of_text(text, str(path))])
     mapping = checked(Mapping, content, positions, faults)
-    if faults := _wrong_channels(mapping, str(path)):
+    machine = None
+    if mapping.case is not None:
+        beside = path.parent / mapping.case
+        machine = load_case(str(beside) if exists(beside) else mapping.case).machine
+    tested = MeasuredMachine(machine)
+    if faults := _wrong_channels(mapping, tested, str(path)):
         raise CaseError(*faults)
-    return mapping
+    return mapping, tested
 
 
-def kind_of(name: str) -> Kind | None:
-    """Return the kind of quantity that a series measures, or None for a ratio."""
-    unit = series_field(name).unit
-    return next((kind for kind, table in UNITS.items() if table.get(unit) == 1.0), None)
-
-
-def _wrong_channels(mapping: Mapping, where: str) -> list[Fault]:
+def _wrong_channels(mapping: Mapping, tested: MeasuredMachine, where: str) -> list[Fault]:
     """Return the faults of channels that are no series, or whose unit does not fit what is measured."""
     faults = (
         []
@@ -97,7 +129,7 @@ def _wrong_channels(mapping: Mapping, where: str) -> list[Fault]:
     )
     for name, channel in mapping.channel.items():
         try:
-            kind = kind_of(name)
+            kind = tested.kind(name)
         except CaseError as error:
             faults += [Fault(f"{where}: channel.{name}", fault.what, fault.hint) for fault in error.faults]
             continue

@@ -14,7 +14,7 @@ from nutamill.analysis.windows import turn_series
 from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.base.library import similar
 from nutamill.base.units import in_unit, rpm
-from nutamill.case.machine import angle_series
+from nutamill.case.machine import drive_series
 from nutamill.result import Result
 from nutamill.result.fields import Field
 
@@ -150,7 +150,7 @@ def drive_angle(result: Result, drive: str | None = None) -> str:
     if machine is not None:
         names = [entry.name for entry in machine.drives]
         names += [entry.name for entry in machine.unbalance_motors]
-    angles = {name: angle_series(machine, name) for name in names if machine is not None}
+    angles = {name: drive_series(machine, name, "angle") for name in names if machine is not None}
     angles = {name: angle for name, angle in angles.items() if angle in result.series}
     if drive is not None:
         if drive not in angles:

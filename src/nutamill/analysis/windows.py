@@ -30,6 +30,11 @@ MEASURED_SPEED = 0.02
 BLOCKS = 20
 """Lengths of time that stand for turns where nothing turns [1]."""
 
+TURNING = ("series_of_angle", "series_of_speed")
+"""Entries of the provenance of measured data that name angle and speed of the drive over whose turns means
+are taken; without them those of a crank.
+"""
+
 How = Literal["mean", "rms", "swing"]
 """Mean, root mean square, or half the range, of each turn."""
 
@@ -84,9 +89,12 @@ def ramp_end(result: Result, scatter: float = STEADY_SPEED) -> float:
     driven = case.machine if case is not None else None
     if driven is not None and (ends := [_supplied(drive) for drive in driven.drives if drive.motor]):
         return max(driven.drive.ramp_end, *ends)
-    if "driveshaft_speed" not in result.series:
+    speeds = "driveshaft_speed"
+    if driven is None:
+        speeds = result.provenance.get(TURNING[1], speeds)
+    if speeds not in result.series:
         return 0.0 if driven is None else driven.drive.ramp_end
-    time, speed = (result.series[name].values for name in ("time", "driveshaft_speed"))
+    time, speed = (result.series[name].values for name in ("time", speeds))
     if not len(time):
         return math.nan
     final = float(speed[-1])
@@ -127,7 +135,10 @@ def turns_at_speed(
 
 def turn_series(result: Result) -> str | None:
     """Return the series with the angle over whose turns means are taken, or None where nothing turns."""
-    name = any_case_of(result).machine.turn_series if result.case_text else "crank_angle"
+    if result.case_text:
+        name = any_case_of(result).machine.turn_series
+    else:
+        name = result.provenance.get(TURNING[0], "crank_angle")
     return name if name in result.series else None
 
 

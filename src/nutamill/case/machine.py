@@ -326,7 +326,7 @@ class Machine(CaseFile):
     @property
     def turn_series(self) -> str | None:
         """Series with the angle of that drive, or None where there is none."""
-        return None if self.period is None else angle_series(self, self.period)
+        return None if self.period is None else drive_series(self, self.period, "angle")
 
     @property
     def drive(self) -> Extent:
@@ -335,7 +335,7 @@ class Machine(CaseFile):
         return Extent(max([*ends, *(drive.ramp_end for drive in self.linear_drives)], default=0.0))
 
 
-def angle_series(machine: Machine, drive: str) -> str:
-    """Return the series with the angle of a drive: a quantity that is that angle, or its own."""
-    angle = f"drive_{drive}_angle"
-    return next((entry.name for entry in machine.quantities if entry.of == (angle,)), angle)
+def drive_series(machine: Machine, drive: str, what: str) -> str:
+    """Return the series with the angle or the speed of a drive: a quantity that is just that, or its own."""
+    own = f"drive_{drive}_{what}"
+    return next((entry.name for entry in machine.quantities if entry.of == (own,)), own)
