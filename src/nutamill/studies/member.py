@@ -1,7 +1,7 @@
 """What a worker does: settle one bed, or run, resume or leave one member of a campaign.
 
-As a program it takes its task from one line of its standard input, and stops, saved, when that is closed: a
-campaign that dies takes its workers with it.
+As a program it takes one task after another from its standard input, answers each with a line, and stops,
+saved, when the input is closed: a campaign that dies takes its workers with it.
 """
 
 import os
@@ -10,12 +10,16 @@ import sys
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from nutamill.base.child import task_of_parent
+from nutamill.base.child import tasks_of_parent
 from nutamill.base.errors import ExitCode, MillError, NotSteadyError
 from nutamill.case import case_of_text
 from nutamill.result import is_finished, open_result, state_of
 from nutamill.simulation.march import resume, run
 from nutamill.simulation.setup.bed import settled_bed
+
+
+DONE = "done"
+"""What a worker answers when a task is done."""
 
 
 class Task(NamedTuple):
@@ -62,15 +66,22 @@ def _holds_checkpoint(file: Path) -> bool:
 
 
 def main() -> None:
-    """Take a task from standard input, perform it, and exit with the code of its fault."""
-    task = Task._make(task_of_parent(when_alone=lambda: os.kill(os.getpid(), signal.SIGTERM)))
+    """Perform the tasks of the parent one after another and answer `DONE` to each. Exit with the code of the
+    first fault.
+    """
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # whatever prints does not answer
+    code = ExitCode.DONE
     try:
-        perform(task)
-        code = ExitCode.DONE
+        for task in tasks_of_parent(when_alone=lambda: os.kill(os.getpid(), signal.SIGTERM)):
+            perform(Task._make(task))
+            print(DONE, file=answers, flush=True)
     except MillError as error:
         print(error, file=sys.stderr)
         code = error.exit_code
     except KeyboardInterrupt:
         code = ExitCode.INTERRUPTED
+    except BrokenPipeError:
+        pass  # nobody waits for the answer
     sys.stderr.flush()
     os._exit(code)  # the thread that waits for the end of the input must not keep the process

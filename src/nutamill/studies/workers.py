@@ -1,4 +1,4 @@
-"""Who does the work: a process for each run on this machine, or the workers of a Dask cluster.  No scheduler
+"""Who does the work: processes of this machine, or the workers of a Dask cluster.  No scheduler
 of our own.
 """
 
@@ -6,14 +6,16 @@ import contextlib
 import os
 import signal
 import subprocess
+import tempfile
 import threading
+from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Protocol
 
-from nutamill.base.child import start_child
+from nutamill.base.child import give_task, start_child
 from nutamill.base.errors import CaseError, ExitCode, Fault, MillError, missing_extra
 from nutamill.simulation.setup.threads import usable_cores
-from nutamill.studies.member import Task, perform
+from nutamill.studies.member import DONE, Task, perform
 
 if TYPE_CHECKING:
     import distributed
@@ -36,7 +38,9 @@ class Workers(Protocol):
 
 
 class LocalProcesses:
-    """A process of its own for each task, so many at once: a task that dies takes no other with it.
+    """So many processes, each with one task at a time: a task that dies takes no other with it.
+
+    A process that is done with a task takes the next one; one that has failed or died is replaced.
 
     Parameters
     ----------
@@ -45,47 +49,92 @@ class LocalProcesses:
 
     def __init__(self, jobs: int | None = None):
         self._waiting = ThreadPoolExecutor(jobs or usable_cores())
-        self._running: set[subprocess.Popen] = set()
+        self._running: set[_Child] = set()
+        self._idle: list[_Child] = []
         self._lock = threading.Lock()
         self._stopped = False
 
     def submit(self, task: Task) -> Future:
-        """Begin a task when a core is free."""
+        """Begin a task when a process is free."""
         return self._waiting.submit(self._supervise, task)
 
     def _supervise(self, task: Task) -> None:
-        """Start the process of a task and wait for its end. Raises WorkerError unless it ended well."""
+        """Give a task to a process and wait for its end. Raises WorkerError unless it ended well."""
         with self._lock:
             if self._stopped:
                 raise WorkerError("not begun")
-            process = start_child(PROGRAM, task, stderr=subprocess.PIPE)
-            self._running.add(process)
-        assert process.stdin is not None and process.stderr is not None  # pipes
-        try:
-            output = process.stderr.read()  # until the process ends; its input stays open meanwhile
-        finally:
-            code = process.wait()
-            with contextlib.suppress(BrokenPipeError):
-                process.stdin.close()
-            process.stderr.close()
-            with self._lock:
-                self._running.discard(process)
+            child = next((one for one in _taken(self._idle) if one.takes(task)), None) or _Child(task)
+            self._running.add(child)
+        done = child.answers()
+        with self._lock:
+            self._running.discard(child)
+            if done:
+                self._idle.append(child)
+                return
+        code, reason = child.end()
         if code == ExitCode.INTERRUPTED or (self._stopped and code == -signal.SIGTERM):
             raise WorkerError("interrupted, saved")
         if code < 0:
             raise WorkerError(f"its process was killed ({signal.Signals(-code).name})")
         if code:
-            raise WorkerError(
-                output.strip().splitlines()[-1] if output.strip() else f"its process ended with code {code}"
-            )
+            raise WorkerError(reason or f"its process ended with code {code}")
 
     def stop(self) -> None:
         """Begin no more tasks, ask the running processes to save and end, and wait for them."""
         with self._lock:
             self._stopped = True
-            for process in self._running:
-                process.terminate()
+            for child in self._running:
+                child.process.terminate()
         self._waiting.shutdown(wait=True, cancel_futures=True)
+        for child in _taken(self._idle):
+            child.end()
+
+
+class _Child:
+    """A process that performs tasks, and what it writes of a fault.
+
+    Parameters
+    ----------
+    task : its first one
+    """
+
+    def __init__(self, task: Task):
+        self._faults = tempfile.TemporaryFile()
+        self.process = start_child(PROGRAM, task, stdout=subprocess.PIPE, stderr=self._faults)
+
+    def takes(self, task: Task) -> bool:
+        """Give it another task. Return whether it is still there to take it."""
+        try:
+            give_task(self.process, task)
+        except BrokenPipeError:
+            self.end()
+            return False
+        return True
+
+    def answers(self) -> bool:
+        """Wait until its task is done, True, or it has ended, False."""
+        assert self.process.stdout is not None  # a pipe
+        return self.process.stdout.readline().strip() == DONE
+
+    def end(self) -> tuple[int, str]:
+        """Wait until it ends, as it does when its input is closed. Return its exit code, and the last line of
+        its faults.
+        """
+        assert self.process.stdin is not None and self.process.stdout is not None  # pipes
+        with contextlib.suppress(BrokenPipeError):
+            self.process.stdin.close()
+        code = self.process.wait()
+        self.process.stdout.close()
+        self._faults.seek(0)
+        lines = self._faults.read().decode(errors="replace").strip().splitlines()
+        self._faults.close()
+        return code, lines[-1] if lines else ""
+
+
+def _taken(children: list[_Child]) -> Iterator[_Child]:
+    """Take one after another out of a list."""
+    while children:
+        yield children.pop()
 
 
 class ClusterWorkers:
