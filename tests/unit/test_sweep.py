@@ -330,6 +330,24 @@ def test_killed_process_is_named_and_leaves_the_next_task_alone(tmp_path, monkey
     workers.stop()
 
 
+def test_a_process_takes_one_task_after_another_and_ends_when_stopped(tmp_path, monkeypatch):
+    file = str(tmp_path / "numbers")
+    program = (
+        "import os; from nutamill.base.child import tasks_of_parent\n"
+        f"for task in tasks_of_parent(lambda: None): open({file!r}, 'a').write(f'{{os.getpid()}} ') and "
+        "print('done', flush=True)"
+    )
+    monkeypatch.setattr("nutamill.studies.workers.PROGRAM", program)
+    workers = LocalProcesses(1)
+    for _ in range(3):
+        workers.submit(Task("run", "", "", "")).result()
+    workers.stop()
+    numbers = (tmp_path / "numbers").read_text().split()
+    assert len(numbers) == 3 and len(set(numbers)) == 1
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(numbers[0]), 0)
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX systems")
 def test_stopped_workers_ask_their_processes_to_save(tmp_path, monkeypatch):
     program = (

@@ -1,8 +1,8 @@
 """Start Python processes that work for this one and end with it.
 
 A child never looks for modules in the working folder: a ``numpy.py`` beside a case would run in place of
-NumPy.  It reads a task from one line of its standard input, which then stays open as long as its parent lives,
-and may bring more tasks.
+NumPy.  It reads a task from one line of its standard input, which then stays open as long as its parent
+lives, and may bring more tasks.
 """
 
 import contextlib

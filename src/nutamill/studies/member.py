@@ -17,7 +17,6 @@ from nutamill.result import is_finished, open_result, state_of
 from nutamill.simulation.march import resume, run
 from nutamill.simulation.setup.bed import settled_bed
 
-
 DONE = "done"
 """What a worker answers when a task is done."""
 
@@ -66,7 +65,7 @@ def _holds_checkpoint(file: Path) -> bool:
 
 
 def main() -> None:
-    """Perform the tasks of the parent one after another and answer `DONE` to each. Exit with the code of the
+    """Do the tasks of the parent one after another and answer `DONE` to each. Exit with the code of the
     first fault.
     """
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")

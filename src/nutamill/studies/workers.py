@@ -99,7 +99,7 @@ class _Child:
     """
 
     def __init__(self, task: Task):
-        self._faults = tempfile.TemporaryFile()
+        self._faults = tempfile.TemporaryFile()  # noqa: SIM115 (closed at its end)
         self.process = start_child(PROGRAM, task, stdout=subprocess.PIPE, stderr=self._faults)
 
     def takes(self, task: Task) -> bool:
