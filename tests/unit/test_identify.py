@@ -94,12 +94,12 @@ def test_points_of_a_later_stage_are_those_that_are_left_and_far_apart():
     def plausible(points):
         return points[:, 0] < 0.25
 
-    chosen = points_left(2, 20, 1, plausible, "later")
+    chosen = points_left(2, np.arange(2), 20, 1, plausible, "later")
     assert plausible(chosen).all()
     apart = np.linalg.norm(chosen[:, None] - chosen[None], axis=2) + 9.0 * np.eye(20)
     assert apart.min() > 0.08  # twenty points of an even grid over 0.25 x 1 are 0.11 apart
     with pytest.raises(CaseError, match="stage later: the rows before it rule out all but 0 of 32768"):
-        points_left(2, 20, 1, lambda points: points[:, 0] < 0.0, "later")
+        points_left(2, np.arange(2), 20, 1, lambda points: points[:, 0] < 0.0, "later")
 
 
 def test_total_effects_are_those_of_ishigami():
@@ -254,9 +254,14 @@ def test_later_stage_runs_only_what_is_not_ruled_out_and_a_repeated_call_asks_fo
     assert len(asked[0]) == 8 and len(frictions) == 6 and refused == 0
     assert 0.039 < min(frictions) < max(frictions) < 0.057
     room.learn(problem, tmp_path, lambda: None)
+    assert len(asked) == 2  # values of all runs are stored
+    (tmp_path / "values.json").unlink()
+    room.learn(problem, tmp_path, lambda: None)
     assert [one.case.digest for one in asked[2] + asked[3]] == [
         one.case.digest for one in asked[0] + asked[1]
     ]
+    table = (tmp_path / "members-1.csv").read_text().splitlines()
+    assert table[0] == 'friction (1),"driveshaft torque (N m)"'.replace('"', "") and len(table) == 9
     done = identification_of(problem, emulators)
     # the predicted row is 0.35 x 6/7 = 0.30 N m, and 0.69 N m at most over the ranges
     assert done.posterior_rows[1][1] == pytest.approx(0.30, abs=0.02)
@@ -281,6 +286,61 @@ def test_members_that_the_drawing_cannot_hold_are_refused_one_by_one_and_counted
     assert sum(int(line.split(" x ")[0]) for line in log[1:]) == 12 - held
     with pytest.raises(CaseError, match="the drawing cannot hold 6 of 6 members, 1 unknowns need 5"):
         room.run_members(read_problem(path), "cheap", np.zeros((6, 2)), tmp_path, lambda: None)
+
+
+def test_a_machine_that_no_drawing_can_have_is_refused_as_a_member(bench):
+    path, _ = bench
+    text = FILE.replace("mechanism.joint_friction", "frame.gyration_rocking")
+    path.write_text(text.replace("low = 0.0\nhigh = 0.1", 'low = "10 mm"\nhigh = "260 mm"'))
+    problem = read_problem(path)
+    with pytest.raises(CaseError, match="leave the frame moments of inertia"):
+        problem.case_at(problem.rows[0], np.zeros(2))
+    problem.case_at(problem.rows[0], np.ones(2))
+
+
+def test_refused_members_are_counted_by_reason_whatever_the_numbers_in_it():
+    log = []
+    reasons = [f"chamber: must exceed m x d^2 = 0.{k} kg m^2, got {k} kg m^2" for k in range(3)]
+    ran._log_reasons(reasons, "stage a", "of 9 members refused", log.append)
+    assert log == ["stage a: 3 of 9 members refused", "  3 x chamber: must exceed m x d^2 = ... kg m^2"]
+
+
+def test_a_sum_of_two_unknowns_is_what_the_key_holds(bench):
+    path, _ = bench
+    above = '[unknown.above]\nkeys = ["mechanism.joint_friction"]\nplus = "friction"\n'
+    path.write_text(
+        FILE.replace('keys = ["mechanism.joint_friction"]', 'keys = ["driveshaft.inertia_axial"]')
+        .replace("low = 0.0\nhigh = 0.1", 'low = "0.01 kg m^2"\nhigh = "0.03 kg m^2"')
+        .replace("[[stage]]", f'{above}low = 0.0\nhigh = 0.1\nreason = "a"\n[[stage]]', 1)
+    )
+    with pytest.raises(CaseError, match="must be an unknown of the same unit"):
+        read_problem(path)
+    base = path.read_text()
+    path.write_text(base.replace("mechanism.joint_friction", "driveshaft.inertia_transverse").replace(
+        "plus = \"friction\"\nlow = 0.0\nhigh = 0.1", 'plus = "friction"\nlow = "1 kg m^2"\nhigh = "2 kg m^2"'
+    ).replace("members = 8", "members = 10").replace("members = 6", "members = 10"))  # fmt: skip
+    problem = read_problem(path)
+    case = problem.case_at(problem.rows[0], np.array([0.5, 0.0, 0.25]))
+    assert case.driveshaft.inertia_axial == pytest.approx(0.02)
+    assert case.driveshaft.inertia_transverse == pytest.approx(0.02 + 1.25)
+    assert problem.case_at(problem.rows[0], np.array([0.5, 0.0, 0.25])).digest == case.digest
+
+
+def test_the_first_stages_alone_leave_out_rows_and_unknowns_of_the_others(bench):
+    path, _ = bench
+    path.write_text(FILE.replace('reason = "the instrument"', 'reason = "the instrument"\nstages = ["dear"]'))
+    whole, first = read_problem(path), read_problem(path, "cheap")
+    assert [one.name for one in whole.unknowns] == ["friction", "gain"] and len(whole.rows) == 2
+    assert [one.name for one in first.unknowns] == ["friction"] and len(first.rows) == 1
+    with pytest.raises(CaseError, match=r'--until: must be a stage, got "later"\. Stages: cheap, dear'):
+        read_problem(path, "later")
+
+
+def test_damaged_values_of_runs_are_refused(bench, tmp_path):
+    path, _ = bench
+    (tmp_path / "values.json").write_text('{"a": [1, {"torque": "much"}]}')
+    with pytest.raises(CaseError, match=r"holds no values of runs \('much' is no number\). Delete it"):
+        room.learn(read_problem(path), tmp_path, lambda: None)
 
 
 def test_posterior_beyond_the_drawing_is_refused(bench):
@@ -323,6 +383,9 @@ def test_rows_whose_runs_fail_are_counted_and_refused(bench, tmp_path, monkeypat
         ('reason = "bearings"', 'reason = "bearings"\ncampaign = "third"', "the row depends on no unknown"),
         ('reason = "bearings"', 'reason = ""', "reason"),
         ("[unknown.friction]", "[unknwon.friction]", "unknown key"),
+        ('reason = "bearings"', 'reason = "bearings"\nplus = "friction"', 'another unknown, got "friction"'),
+        ('reason = "the instrument"', 'reason = "a"\nplus = "friction"', "plus has no use with gain_of"),
+        ('reason = "bearings"', 'reason = "a"\nstages = ["late"]', '"late" is no stage. Stages: cheap, dear'),
     ],
 )
 def test_wrong_file_is_refused_before_anything_runs(bench, tmp_path, old, new, message):

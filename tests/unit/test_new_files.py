@@ -15,6 +15,7 @@ from nutamill.base.errors import CaseError, OutputError
 from nutamill.base.file_kind import FileKind, file_kind
 from nutamill.case import load_case
 from nutamill.studies.fit_file import load_fit
+from nutamill.studies.identify.problem import read_problem
 from nutamill.studies.new_file import KINDS, schema_of, write_new
 from nutamill.studies.sweep_file import load_sweep
 
@@ -23,6 +24,7 @@ READ = {
     "mechanism": load_case,
     "sweep": load_sweep,
     "fit": load_fit,
+    "identify": read_problem,
     "ratings": load_ratings,
     "mapping": load_mapping,
 }
@@ -99,3 +101,11 @@ def test_an_editor_flags_a_wrong_key_and_a_missing_unit_at_their_place(tmp_path)
     reply = lint("mill.toml")
     assert reply.returncode != 0
     assert f"mill.toml:{number + 1}:9" in reply.stderr and "'speeed' was unexpected" in reply.stderr
+
+
+def test_an_identification_may_begin_with_a_machine_of_parts(tmp_path):
+    write_new("identify", tmp_path / "first.toml", "piston")
+    problem = read_problem(tmp_path / "first.toml")
+    assert problem.unknowns[0].keys == ("springs.spring.stiffness",)
+    # 20 % about the 2 N/mm of the piston
+    assert (problem.unknowns[0].low, problem.unknowns[0].high) == (1600.0, 2400.0)

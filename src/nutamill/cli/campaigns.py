@@ -66,6 +66,9 @@ def identify(
             metavar="IDENTIFY.toml", help="The identification file: case, unknowns, rows, stages."
         ),
     ],
+    until: Annotated[
+        str | None, typer.Option(metavar="STAGE", help="Take the stages to this one only.")
+    ] = None,
     jobs: Jobs = None,
     cluster: Cluster = None,
     to: Annotated[Path | None, to("Folder for results; else identified/<file>.", "FOLDER")] = None,
@@ -73,7 +76,7 @@ def identify(
     """Identify unknown numbers with their posterior, and predict other rows with intervals."""
     from nutamill.studies.command import run_identification
 
-    typer.echo("\n".join(run_identification(file, jobs, cluster, to)))
+    typer.echo("\n".join(run_identification(file, until, jobs, cluster, to)))
 
 
 @app.command("mount-test")

@@ -127,7 +127,9 @@ def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) 
         return fit(file, folder, jobs, client, board, board.message).lines()
 
 
-def run_identification(file: Path, jobs: int | None, cluster: str | None, to: Path | None) -> list[str]:
+def run_identification(
+    file: Path, until: str | None, jobs: int | None, cluster: str | None, to: Path | None
+) -> list[str]:
     """Identify, and return the lines to print. Parameters are as typed, errors those of
     `nutamill.studies.identify.identify.identify`.
     """
@@ -135,5 +137,5 @@ def run_identification(file: Path, jobs: int | None, cluster: str | None, to: Pa
     client = None if cluster is None else cluster_client(cluster, jobs)
     with Board(DEFAULT) as board:
         board.message(f"runs into {folder}")
-        done = identify(file, folder, jobs, client, board, board.message)
+        done = identify(file, folder, until, jobs, client, board, board.message)
     return [*done.lines(), "", ", ".join(map(str, done.files))]

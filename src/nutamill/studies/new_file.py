@@ -18,6 +18,7 @@ from nutamill.case.mill import Case, load_case
 from nutamill.case.starter import starter
 from nutamill.case.toml.schema import file_schema
 from nutamill.studies.fit_file import FitFile
+from nutamill.studies.identify.identify_file import IdentifyFile
 from nutamill.studies.measurand import MODE
 from nutamill.studies.sweep_file import SweepFile
 
@@ -26,6 +27,7 @@ KINDS: dict[str, type] = {
     "mechanism": Machine,
     "sweep": SweepFile,
     "fit": FitFile,
+    "identify": IdentifyFile,
     "ratings": Ratings,
     "mapping": Mapping,
 }
@@ -35,6 +37,7 @@ NEXT = {
     "mechanism": "nutamill check {}",
     "sweep": "nutamill sweep {}",
     "fit": "nutamill fit {}",
+    "identify": "nutamill identify {}",
     "ratings": "nutamill life RESULT.h5 {}",
     "mapping": "nutamill import TEST.csv --map {}",
 }
@@ -48,8 +51,8 @@ CHANGED = (
 )
 """List of parts and key that the first sweep of a machine varies: the first that it has."""
 FREE = (("springs", "stiffness"), ("bodies", "mass"))
-"""List of parts and key that the first fit of a machine leaves free."""
-WITH_BASE = ("mill", "sweep", "fit")
+"""List of parts and key that the first fit or identification of a machine leaves free."""
+WITH_BASE = ("mill", "sweep", "fit", "identify")
 """Kinds of files that begin with a case."""
 
 
@@ -114,13 +117,13 @@ def _filled(kind: str, base: str, machine: Machine | None) -> str:
 
 
 def _facts(kind: str, machine: Machine) -> dict[str, str]:
-    """Return what a first sweep or fit of a machine names: a key with a value below and one above its own,
-    what is read of a run, and a quantity with its unit to fit to.
+    """Return what a first sweep, fit or identification of a machine names: a key with a value below and one
+    above its own, what is read of a run, and a quantity with its unit to fit to.
     """
     content = machine.model_dump(mode="json", by_alias=True, exclude_none=True)
     key, value = next(
         (f"{home}.{part['name']}.{name}", part[name])
-        for home, name in (FREE if kind == "fit" else CHANGED)
+        for home, name in (CHANGED if kind == "sweep" else FREE)
         for part in content.get(home, [])
         if name in part
     )

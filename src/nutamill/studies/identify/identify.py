@@ -20,7 +20,7 @@ from nutamill.studies.identify.members import Log, refuse_few, run_members
 from nutamill.studies.identify.posterior import Evidence, implausibility
 from nutamill.studies.identify.problem import Problem, read_problem
 from nutamill.studies.identify.sample import filling_points, points_left
-from nutamill.studies.identify.table import json_text, lines
+from nutamill.studies.identify.table import json_text, lines, members_csv
 from nutamill.studies.sweep import Report
 from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.view.figures.saving import save_figure
@@ -35,6 +35,7 @@ NEEDED = {"sklearn": "scikit-learn", "emcee": "emcee"}
 def identify(
     file: str | Path,
     folder: str | Path | None = None,
+    until: str | None = None,
     jobs: int | None = None,
     client: "distributed.Client | None" = None,
     report: Report | None = None,
@@ -42,13 +43,14 @@ def identify(
 ) -> Identification:
     """Identify the unknowns of a file from its rows, and predict its other rows.
 
-    Every run is stored in `folder`, named by its case, and the points of each stage beside them: the same
-    call again reads what has been run.
+    Every run is stored in `folder`, named by its case, with its values and the points of each stage beside
+    them: the same call again reads what has been run.
 
     Parameters
     ----------
     file : the identification file (TOML)
     folder : for results, tables and figures; ``identified/<file>`` if None
+    until : the last stage to take, with its rows and unknowns; all if None
     jobs, client, report, log : as for `nutamill.studies.sweep.sweep`
 
     Raises
@@ -60,7 +62,7 @@ def identify(
     for module, name in NEEDED.items():
         if importlib.util.find_spec(module) is None:
             raise missing_extra("nutamill identify", name, "study")
-    problem = read_problem(file)
+    problem = read_problem(file, until)
     directory = Path("identified") / Path(file).stem if folder is None else Path(folder)
     make_folder(directory / "identify.md")
 
@@ -99,19 +101,21 @@ def learn(
         return left
 
     for number, stage in enumerate(problem.stages):
-        seed = problem.seed + number
+        seed, deciding = problem.seed + number, problem.deciding(number)
         stored = folder / f"points-{number + 1}-{_digest(problem, number)}.json"
         if stored.exists():
             chosen = np.array(json.loads(stored.read_text(encoding="utf-8")))
         elif not cuts:
-            chosen = filling_points(unknowns, stage.members, seed)
+            chosen = np.full((stage.members, unknowns), 0.5)
+            chosen[:, deciding] = filling_points(len(deciding), stage.members, seed)
         else:
-            chosen = points_left(unknowns, stage.members, seed, plausible, stage.name)
+            chosen = points_left(unknowns, deciding, stage.members, seed, plausible, stage.name)
         write_whole(stored, json.dumps(chosen.tolist()))
         if log is not None:
             log(f"stage {stage.name}: {stage.members} members")
-        ran = run_members(problem, stage.name, chosen, folder / "runs", workers, report, log)
+        ran = run_members(problem, stage.name, chosen, folder, workers, report, log)
         refused += ran.refused
+        write_whole(folder / f"members-{number + 1}.csv", members_csv(problem, ran))
         for row, column in ran.values.items():
             points[row].append(ran.points)
             values[row].append(column)
@@ -161,9 +165,13 @@ def evidence_of(problem: Problem, emulators: dict[int, Emulator]) -> list[Eviden
 
 def _digest(problem: Problem, stage: int) -> str:
     """Return a word that is another one when the points of a stage may be others."""
+    before = [one.name for one in problem.stages[:stage]]
+    cutting = [row for row in problem.rows if row.learned and not set(before).isdisjoint(row.stages)]
+    deciding = [int(k) for k in problem.deciding(stage)]
     asked = [
-        [(one.name, one.keys, one.gain_of, one.low, one.high, one.campaign) for one in problem.unknowns],
-        [(row.case.digest, row.quantity, row.value, row.doubt, row.stages) for row in problem.rows],
+        [len(problem.unknowns), deciding],
+        [problem.unknowns[k]._replace(reason="") for k in deciding if cutting],
+        [(row.case.digest, row.quantity, row.value, row.doubt, row.stages) for row in cutting],
         [(one.name, one.members, one.cut) for one in problem.stages[: stage + 1]],
         problem.seed,
     ]

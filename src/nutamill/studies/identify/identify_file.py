@@ -28,19 +28,27 @@ class UnknownGiven(Table):
     """Upper end of its range. Within the range no value is more probable than another before the rows."""
     reason: Annotated[str, Field(min_length=1)]
     """Why the range is what it is."""
+    plus: str = ""
+    """Another unknown whose value is added: the keys hold the sum."""
     campaign: str = ""
     """Rows that it belongs to; all of them if empty."""
+    stages: tuple[str, ...] = ()
+    """Stages in whose rows it acts; all of them if empty."""
 
     @model_validator(mode="after")
     def _one_place(self) -> "UnknownGiven":
         if bool(self.keys) == bool(self.gain_of):
             raise refusal("must have either keys or gain_of", 'Write e.g. keys = ["drive.speed"]')
+        if self.plus and not self.keys:
+            raise refusal("plus has no use with gain_of", "Leave it out")
         return self
 
 
 class RowGiven(Table):
     """A measured number, or one to predict, and the variant of the case that it belongs to."""
 
+    title: str = ""
+    """What to call it in tables and figures."""
     quantity: str = ""
     """A series, ``rms`` or ``swing`` and a series, ``natural_frequency 1``, or a quantity of the papers."""
     paper: str = ""
@@ -55,6 +63,8 @@ class RowGiven(Table):
     """Standard deviation by which the model itself is trusted to be off, with its unit."""
     record: str = ""
     """A file of `nutamill import` beside this one, in place of `value`: its steady mean."""
+    case: str = ""
+    """A case in place of that of the file."""
     set: dict[str, Any] = Field(default_factory=dict)
     """Changes of the case, by dotted key."""
     campaign: str = ""

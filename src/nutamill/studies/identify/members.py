@@ -1,5 +1,6 @@
 """The members of a stage: points, their cases, and what the runs of their rows give."""
 
+import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -13,12 +14,17 @@ from nutamill.case import Case, Machine
 from nutamill.result import is_finished
 from nutamill.studies.axes import Member
 from nutamill.studies.identify.problem import FEWEST_PER_UNKNOWN, Problem, Row
+from nutamill.studies.identify.values import read_values
 from nutamill.studies.measurand import rest_frequency, value_in
 from nutamill.studies.sweep import Report, run_all
+from nutamill.studies.table import Outcome
 from nutamill.studies.workers import Workers
 
 SHOWN = 3
 """Reasons that are shown of members that are refused or that failed [1]."""
+
+NUMBER = re.compile(r"(?<![\w^])-?\d+(\.\d+)?(e[+-]?\d+)?\b")
+"""A number in a message."""
 
 Log = Callable[[str], None]
 
@@ -45,7 +51,8 @@ def run_members(
 ) -> Ran:
     """Run all rows of a stage at all points that the drawing can hold.
 
-    Every run is stored in `folder`, named by its case: what is there is read, the rest is run.
+    Every run is stored in `folder`/runs, named by its case, and its values in `folder`: what is there is
+    read, the rest is run.
 
     Raises
     ------
@@ -53,16 +60,19 @@ def run_members(
     """
     rows = {number: row for number, row in enumerate(problem.rows) if stage in row.stages}
     cases, held = sound_cases(problem, list(rows.values()), points, stage, log)
+    known = read_values(folder)
     planned: dict[str, Member] = {}
-    named = [one.name for one in problem.unknowns]
-    for point, made in zip(points[held], cases, strict=True):
-        values = {name: f"{value:.6g}" for name, value in zip(named, problem.values(point), strict=True)}
+    for member, made in zip(np.flatnonzero(held), cases, strict=True):
         for row, case in zip(rows.values(), made, strict=True):
-            if not isinstance(row.measurand.what, int):
-                planned.setdefault(case.digest, Member(values | {"row": row.label}, case))
+            if not isinstance(row.measurand.what, int) and not known.has(case.digest, row.reading):
+                planned.setdefault(case.digest, Member({"member": str(member + 1), "row": row.label}, case))
     whats = [row.measurand.what for row in rows.values()]
     readings = tuple(dict.fromkeys(what for what in whats if isinstance(what, Reading)))
-    outcomes = run_all(list(planned.values()), folder, workers(), readings, report, log) if planned else []
+    if known.others() and log is not None:
+        log(f"made by the kernels of another version, and read as they are: {known.others()} runs")
+    outcomes: list[Outcome] = []
+    if planned:
+        outcomes = run_all(list(planned.values()), folder / "runs", workers(), readings, report, log)
     _log_reasons(
         [outcome.state for outcome in outcomes if not is_finished(outcome.state)],
         f"stage {stage}",
@@ -74,13 +84,17 @@ def run_members(
     for place, (number, row) in enumerate(rows.items()):
         column = []
         for made in cases:
+            case = made[place]
             if isinstance(row.measurand.what, int):
-                column.append(rest_frequency(made[place], row.measurand.what))
-            elif (outcome := by_case.get(made[place].digest)) is not None:
-                column.append(value_in(outcome, row.measurand.what, row.average).mean)
-            else:
-                column.append(np.nan)
+                column.append(rest_frequency(case, row.measurand.what))
+                continue
+            if (outcome := by_case.get(case.digest)) is not None and not known.has(case.digest, row.reading):
+                value = value_in(outcome, row.measurand.what, row.average).mean
+                known.add(case.digest, row.reading, float(value))
+            column.append(known.value(case.digest, row.reading))
         values_of_rows[number] = np.array(column)
+    if planned:
+        known.write()
     return Ran(points[held], values_of_rows, int(np.sum(~held)))
 
 
@@ -116,7 +130,7 @@ def sound_cases(
         except CaseError as error:
             reasons.append(str(error.faults[0]))
     _log_reasons(reasons, f"stage {stage}", f"of {len(points)} members refused", log)
-    acting = {int(k) for row in rows for k in problem.columns(row)}
+    acting = problem.acting(stage)
     if len(cases) < max(2, FEWEST_PER_UNKNOWN * len(acting)):
         what = (
             f"the drawing cannot hold {len(reasons)} of {len(points)} members, {len(acting)} unknowns need "
@@ -135,5 +149,7 @@ def _log_reasons(reasons: Sequence[str], where: str, what: str, log: Log | None)
 
 
 def _without_numbers(reason: str) -> str:
-    """Return a reason without the value that was given, so that equal reasons are counted together."""
-    return reason.partition(", got ")[0]
+    """Return a reason without the value that was given, and with dots for the other numbers, so that equal
+    reasons are counted together.
+    """
+    return NUMBER.sub("...", reason.partition(", got ")[0])

@@ -14,6 +14,7 @@ from nutamill.case import Case, Machine, load_case
 from nutamill.case.toml.keys import held, si_at, unit_at
 from nutamill.case.toml.layers import Layer
 from nutamill.result import open_result
+from nutamill.simulation.setup.clock import run_clock
 from nutamill.studies.axes import changed
 from nutamill.studies.campaign_file import case_of, overrides
 from nutamill.studies.fit_file import position_of
@@ -55,8 +56,12 @@ class Unknown(NamedTuple):
     """Its SI unit."""
     reason: str
     """Why the range is what it is."""
+    plus: int | None
+    """Number of the unknown whose value is added at the keys."""
     campaign: str
     """Rows that it belongs to; all if empty."""
+    stages: tuple[str, ...]
+    """Stages in whose rows it acts; all if empty."""
 
 
 class Row(NamedTuple):
@@ -86,6 +91,13 @@ class Row(NamedTuple):
     """Length of the averaging window at the end of its run [s], for quantities of the papers."""
 
     @property
+    def reading(self) -> str:
+        """What is read from its runs, with the window where that matters."""
+        if isinstance(self.measurand.what, str):
+            return f"{self.quantity}, last {self.average:g} s"
+        return self.quantity
+
+    @property
     def doubt(self) -> float:
         """Root of the sum of squares of scatter and discrepancy, SI."""
         return math.hypot(self.scatter, self.discrepancy)
@@ -108,12 +120,14 @@ class Problem(NamedTuple):
     def belongs(self, unknown: Unknown, row: Row) -> bool:
         """Return whether an unknown acts in a row."""
         gained = not unknown.gain_of or row.quantity in unknown.gain_of
-        return gained and unknown.campaign in ("", row.campaign)
+        staged = not unknown.stages or not set(unknown.stages).isdisjoint(row.stages)
+        return gained and staged and unknown.campaign in ("", row.campaign)
 
     def columns(self, row: Row) -> np.ndarray:
         """Return which unknowns change the runs of a row, as indices."""
-        chosen = [k for k, one in enumerate(self.unknowns) if one.keys and self.belongs(one, row)]
-        return np.array(chosen, dtype=int)
+        chosen = {k for k, one in enumerate(self.unknowns) if one.keys and self.belongs(one, row)}
+        added = {plus for k in chosen if (plus := self.unknowns[k].plus) is not None}
+        return np.array(sorted(chosen | added), dtype=int)
 
     def gains(self, row: Row) -> np.ndarray:
         """Return which unknowns multiply the computed values of a row, as indices."""
@@ -130,24 +144,53 @@ class Problem(NamedTuple):
 
         Raises
         ------
-        CaseError : the case cannot hold these values
+        CaseError : the case, or the machine that it describes, cannot hold these values
         """
-        return changed(row.case, self.changes(self.columns(row), point)).with_("run.threads", 1)
+        case = changed(row.case, self.changes(self.columns(row), point)).with_("run.threads", 1)
+        run_clock(case.machine)
+        return case
 
     def changes(self, columns: np.ndarray, point: np.ndarray) -> dict[str, float]:
         """Return the values of some of the unknowns at a point by dotted key."""
         values = self.values(point)
-        return {key: float(values[k]) for k in columns for key in self.unknowns[k].keys}
+        changes: dict[str, float] = {}
+        for k in columns:
+            one = self.unknowns[k]
+            value = values[k] if one.plus is None else values[k] + values[one.plus]
+            changes |= dict.fromkeys(one.keys, float(value))
+        return changes
+
+    def deciding(self, number: int) -> np.ndarray:
+        """Return which unknowns decide on the points of a stage, by its number: those that change its runs,
+        or a row that earlier stages learn from.
+        """
+        before = {one.name for one in self.stages[:number]}
+        chosen = {int(k) for k in self.acting(self.stages[number].name)}
+        for row in self.rows:
+            if row.learned and not before.isdisjoint(row.stages):
+                chosen |= {int(k) for k in (*self.columns(row), *self.gains(row))}
+        return np.array(sorted(chosen), dtype=int)
+
+    def acting(self, stage: str) -> np.ndarray:
+        """Return which unknowns change the runs of a stage, as indices."""
+        chosen = {int(k) for row in self.rows if stage in row.stages for k in self.columns(row)}
+        return np.array(sorted(chosen), dtype=int)
 
 
-def read_problem(name: str | Path) -> Problem:
+def read_problem(name: str | Path, until: str | None = None) -> Problem:
     """Read an identification file.
+
+    Parameters
+    ----------
+    until : the last stage to take, with its rows and unknowns; all if None
 
     Raises
     ------
     CaseError : every fault
     """
     file, layer = load_identification(name)
+    if until is not None:
+        file = _shortened(file, until)
     case, fixed = case_of(file, layer)
     base = load_case(case, fixed)
     faults: list[Fault] = []
@@ -155,7 +198,8 @@ def read_problem(name: str | Path) -> Problem:
     rows: list[Row] = []
     for called, unknown in file.unknown.items():
         try:
-            unknowns.append(_unknown(called, unknown, base, position_of(layer, "unknown", called)))
+            where = position_of(layer, "unknown", called)
+            unknowns.append(_unknown(called, unknown, base, list(file.unknown), where))
         except CaseError as error:
             faults += error.faults
     for learned, table, given in [
@@ -164,7 +208,8 @@ def read_problem(name: str | Path) -> Problem:
     ]:
         try:
             where = position_of(layer, table, given[0])
-            rows.append(_row(given[1], learned, case, fixed, layer.folder, file.stage[0].name, where))
+            under, _ = case_of(file.model_copy(update={"case": given[1].case or file.case}), layer)
+            rows.append(_row(given[1], learned, under, fixed, layer.folder, file.stage[0].name, where))
         except CaseError as error:
             faults += error.faults
     problem = Problem(base, unknowns, rows, list(file.stage), file.seed)
@@ -175,8 +220,38 @@ def read_problem(name: str | Path) -> Problem:
     return problem
 
 
-def _unknown(name: str, given: UnknownGiven, base: Case | Machine, where: str) -> Unknown:
-    """Return an unknown, its range in SI."""
+def _shortened(file: IdentifyFile, until: str) -> IdentifyFile:
+    """Return a file without what belongs to the stages after one only."""
+    names = [stage.name for stage in file.stage]
+    if until not in names:
+        raise CaseError(Fault("--until", f'must be a stage, got "{until}"', f"Stages: {', '.join(names)}"))
+    taken = names[: names.index(until) + 1]
+
+    def stays(stages: tuple[str, ...]) -> bool:
+        return not stages or any(name in taken or name not in names for name in stages)
+
+    def rows(given: tuple[RowGiven, ...]) -> tuple[RowGiven, ...]:
+        staying = [row for row in given if stays(row.stages)]
+        return tuple(
+            row.model_copy(update={"stages": tuple(name for name in row.stages if name in taken)})
+            for row in staying
+        )
+
+    unknown = {name: one for name, one in file.unknown.items() if stays(one.stages)}
+    changes = {
+        "stage": file.stage[: len(taken)],
+        "unknown": {
+            name: one.model_copy(update={"stages": tuple(s for s in one.stages if s in taken)})
+            for name, one in unknown.items()
+        },
+        "learn": rows(file.learn),
+        "predict": rows(file.predict),
+    }
+    return file.model_copy(update=changes)
+
+
+def _unknown(name: str, given: UnknownGiven, base: Case | Machine, names: list[str], where: str) -> Unknown:
+    """Return an unknown, its range in SI. Other unknowns are called `names`."""
     unit = "1"
     ends: list[list[float]] = []
     for key in given.keys:
@@ -190,7 +265,13 @@ def _unknown(name: str, given: UnknownGiven, base: Case | Machine, where: str) -
     low, high = ends[0]
     if not low < high:
         raise CaseError(Fault(where, f"must have low below high, got {low:g} and {high:g} (SI)"))
-    return Unknown(name, given.keys, given.gain_of, low, high, unit, given.reason, given.campaign)
+    if given.plus and (given.plus not in names or given.plus == name):
+        what = f'must be the name of another unknown, got "{given.plus}"'
+        raise CaseError(Fault(f"{where}.plus", what, f"Unknowns: {', '.join(names)}"))
+    plus = names.index(given.plus) if given.plus else None
+    return Unknown(
+        name, given.keys, given.gain_of, low, high, unit, given.reason, plus, given.campaign, given.stages
+    )
 
 
 def _row(
@@ -224,7 +305,7 @@ def _row(
     if learned:
         _refuse_blank(value, scatter, discrepancy, where)
     return Row(
-        label=label or f"{measurand.label}{f', {changes}' if changes else ''}",
+        label=given.title or label or f"{measurand.label}{f', {changes}' if changes else ''}",
         quantity=quantity,
         measurand=measurand,
         case=under,
@@ -277,10 +358,9 @@ def _faults(problem: Problem, file: IdentifyFile, layer: Layer) -> list[Fault]:
             hint = f'Unknowns of its campaign "{row.campaign}" and those without a campaign act in it'
             faults.append(Fault(where, "the row depends on no unknown", hint))
     for number, stage in enumerate(problem.stages):
-        ran = [row for row in problem.rows if stage.name in row.stages]
-        acting = {int(k) for row in ran for k in problem.columns(row)}
+        acting = problem.acting(stage.name)
         where = position_of(layer, "stage", number)
-        if not ran:
+        if not any(stage.name in row.stages for row in problem.rows):
             faults.append(Fault(where, f'the stage "{stage.name}" runs no row', "Name it in stages of a row"))
         if stage.members < FEWEST_PER_UNKNOWN * len(acting):
             what = f"too few members for the number of unknowns, got {stage.members} for {len(acting)}"
@@ -288,10 +368,25 @@ def _faults(problem: Problem, file: IdentifyFile, layer: Layer) -> list[Fault]:
             hint = f"Take {least} at least, better {2 * least}, or fix unknowns"
             faults.append(Fault(f"{where}.members", what, hint))
     for k, unknown in enumerate(problem.unknowns):
-        if not any(k in {*problem.columns(row), *problem.gains(row)} for row in problem.rows):
-            where = position_of(layer, "unknown", unknown.name)
-            faults.append(Fault(where, "acts in no row", "Correct its campaign or gain_of, or leave it out"))
+        where = position_of(layer, "unknown", unknown.name)
+        faults += _plus_faults(problem, unknown, where)
+        if lost := [name for name in unknown.stages if name not in names]:
+            faults.append(Fault(f"{where}.stages", f'"{lost[0]}" is no stage', f"Stages: {', '.join(names)}"))
+        elif not any(k in {*problem.columns(row), *problem.gains(row)} for row in problem.rows):
+            hint = "Correct its campaign, stages or gain_of, or leave it out"
+            faults.append(Fault(where, "acts in no row", hint))
     return faults
+
+
+def _plus_faults(problem: Problem, unknown: Unknown, where: str) -> list[Fault]:
+    """Return what is wrong with the unknown that is added to another."""
+    if unknown.plus is None:
+        return []
+    added = problem.unknowns[unknown.plus]
+    if added.plus is not None or added.unit != unknown.unit or not added.keys:
+        what = f'must be an unknown of the same unit with keys and without plus, got "{added.name}"'
+        return [Fault(f"{where}.plus", what)]
+    return []
 
 
 def _places(problem: Problem, file: IdentifyFile, layer: Layer) -> list[tuple[Row, str]]:

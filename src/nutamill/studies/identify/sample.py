@@ -29,7 +29,12 @@ def cube(unknowns: int, exponent: int, seed: int) -> np.ndarray:
 
 
 def points_left(
-    unknowns: int, count: int, seed: int, plausible: Callable[[np.ndarray], np.ndarray], stage: str
+    unknowns: int,
+    deciding: np.ndarray,
+    count: int,
+    seed: int,
+    plausible: Callable[[np.ndarray], np.ndarray],
+    stage: str,
 ) -> np.ndarray:
     """Return points that fill what is not ruled out of the unit cube, (count, unknowns).
 
@@ -38,6 +43,7 @@ def points_left(
 
     Parameters
     ----------
+    deciding : which unknowns the points differ in, as indices; the others are in the middle
     plausible : whether points (n, unknowns) are not ruled out, (n,)
     stage : name of the stage, for messages
 
@@ -45,7 +51,8 @@ def points_left(
     ------
     CaseError : fewer points are left than are asked for
     """
-    examined = cube(unknowns, CANDIDATES, seed)
+    examined = np.full((2**CANDIDATES, unknowns), 0.5)
+    examined[:, deciding] = cube(len(deciding), CANDIDATES, seed)
     left = examined[plausible(examined)]
     if len(left) < count:
         what = f"the rows before it rule out all but {len(left)} of {len(examined)} points of the ranges"

@@ -1,5 +1,7 @@
 """An identification as Markdown and as JSON."""
 
+import csv
+import io
 import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -7,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nutamill import __version__
+from nutamill.studies.identify.members import Ran
+from nutamill.studies.identify.problem import Problem
 
 if TYPE_CHECKING:
     from nutamill.studies.identify.identification import Identification
@@ -45,6 +49,23 @@ def lines(done: "Identification") -> list[str]:
         "",
         *_remarks(done),
     ]
+
+
+def members_csv(problem: Problem, ran: Ran) -> str:
+    """Format the members of a stage as CSV: values of the unknowns that change its runs, then of its rows,
+    in SI.
+    """
+    rows = [problem.rows[number] for number in ran.values]
+    acting = sorted({int(k) for row in rows for k in problem.columns(row)})
+    heads = [f"{problem.unknowns[k].name} ({problem.unknowns[k].unit})" for k in acting]
+    heads += [f"{row.label} ({row.measurand.unit})" for row in rows]
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(heads)
+    values = problem.values(ran.points)[:, acting]
+    for number, unknowns in enumerate(values):
+        table.writerow(f"{value:.7g}" for value in (*unknowns, *(one[number] for one in ran.values.values())))
+    return text.getvalue()
 
 
 def _markdown(heads: Sequence[str], cells: Sequence[Sequence[str]]) -> list[str]:
