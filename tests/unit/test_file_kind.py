@@ -7,6 +7,7 @@ from pathlib import Path
 import h5py
 import pytest
 
+from nutamill.analysis.breakage.ore import load_ore
 from nutamill.analysis.measured_mapping import load_mapping
 from nutamill.analysis.mount_test import read_mount_test
 from nutamill.analysis.ratings import load_ratings
@@ -28,6 +29,7 @@ TEXTS = {
     'rpm" }\n',
     FileKind.IDENTIFY: 'case = "numill"\n[unknown.friction]\nlow = 0.0\n',
     FileKind.RATINGS: '[bearings.crank_pin]\nkind = "ball"\n',
+    FileKind.ORE: "[drop_weight]\nA = 50.0\n",
     FileKind.MAPPING: '[channel.driveshaft_torque]\ncolumn = "Mz"\n',
     FileKind.PAPER: '[configurations.empty]\ntitle = "empty"\n',
     FileKind.RECORD: "Time,Mz\n0,1\n",
@@ -50,6 +52,7 @@ READERS = {
     load_fit: (FileKind.FIT,),
     load_identification: (FileKind.IDENTIFY,),
     load_ratings: (FileKind.RATINGS,),
+    load_ore: (FileKind.ORE,),
     load_mapping: (FileKind.MAPPING,),
     read_paper: (FileKind.PAPER,),
     read_mount_test: (FileKind.MOUNT_TEST, FileKind.RECORD),

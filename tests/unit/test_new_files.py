@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from nutamill import cli
+from nutamill.analysis.breakage.ore import load_ore
 from nutamill.analysis.measured_mapping import load_mapping
 from nutamill.analysis.ratings import load_ratings
 from nutamill.base.errors import CaseError, OutputError
@@ -26,6 +27,7 @@ READ = {
     "fit": load_fit,
     "identify": read_problem,
     "ratings": load_ratings,
+    "ore": load_ore,
     "mapping": load_mapping,
 }
 

@@ -42,6 +42,7 @@ class FileKind(Enum):
     FIT = "a fit file", "nutamill fit {}"
     IDENTIFY = "an identification file", "nutamill identify {}"
     RATINGS = "a file of ratings", "nutamill life RESULT.h5 {}"
+    ORE = "an ore file", "nutamill breakage RESULT.h5 --ore {}"
     MAPPING = "a mapping of a test file", "nutamill import TEST.csv --map {}"
     PAPER = "the data of a paper", "nutamill validate {}"
     RESULT = "a result", "nutamill show {}"
@@ -118,6 +119,7 @@ def kind_of_tables(tables: dict[str, Any]) -> FileKind | None:
         FileKind.SWEEP: ("sweep",),
         FileKind.IDENTIFY: ("unknown", "learn", "predict"),
         FileKind.RATINGS: ("bearings", "sections"),
+        FileKind.ORE: ("drop_weight", "tavares"),
         FileKind.MAPPING: ("channel",),
         FileKind.PAPER: ("configurations", "rows"),
         FileKind.CASE: ("base",),

@@ -13,6 +13,7 @@ FOLDER = Path(__file__).parents[1] / "data" / "machines"
 MOUNTS = FOLDER / "mounts"
 CHARGES = FOLDER / "charges"
 SHAPES = FOLDER / "shapes"
+ORES = FOLDER.parent / "ores"
 
 
 def library_names() -> list[str]:
@@ -58,3 +59,13 @@ def similar(word: str, known: list[str], cutoff: float = 0.5) -> str:
         return f'Did you mean "{close[0]}"?'
     others = f" and {len(known) - LISTED} more" if len(known) > LISTED else ""
     return f"Known: {', '.join(known[:LISTED])}{others}" if known else ""
+
+
+def ore_names() -> list[str]:
+    """Return the names of the ores of the package."""
+    return sorted(path.stem for path in ORES.glob("*.toml"))
+
+
+def ore_file(name: str) -> Path | None:
+    """Return the file of an ore of the library."""
+    return ORES / f"{name}.toml" if name in ore_names() else None

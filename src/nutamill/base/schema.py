@@ -45,6 +45,7 @@ SIZES: dict[Kind, tuple[float, float]] = {
     Kind.RAMP: (1e-6, 1e6),
     Kind.UNBALANCE: (1e-15, 1e9),
     Kind.VOLUME: (1e-18, 1e9),
+    Kind.SPECIFIC_ENERGY: (1e-6, 1e9),
 }
 """Smallest and largest size of each kind of quantity, SI: what is beyond has been mistyped, for no machine
 has it.
@@ -207,6 +208,8 @@ Acceleration = Annotated[float, Quantity(Kind.ACCELERATION, "zero or more")]
 AnyAcceleration = Annotated[float, Quantity(Kind.ACCELERATION, "any")]
 Velocity = Annotated[float, Quantity(Kind.VELOCITY, "any")]
 Inertia = Annotated[float, Quantity(Kind.INERTIA)]
+SpecificEnergy = Annotated[float, Quantity(Kind.SPECIFIC_ENERGY)]
+LeastSpecificEnergy = Annotated[float, Quantity(Kind.SPECIFIC_ENERGY, "zero or more")]
 LinearGain = Annotated[float, Quantity(Kind.DAMPING)]
 AnyInertia = Annotated[float, Quantity(Kind.INERTIA, "any")]
 Number = Annotated[

@@ -49,6 +49,7 @@ class Kind(StrEnum):
     INERTIA = "moment of inertia"
     RAMP = "ramp of speed"
     UNBALANCE = "unbalance"
+    SPECIFIC_ENERGY = "specific energy"
 
 
 class UnitError(ValueError):
@@ -91,6 +92,7 @@ UNITS: dict[Kind, dict[str, float]] = {
     Kind.INERTIA: {"kg m^2": 1.0, "g m^2": 1e-3, "kg mm^2": 1e-6},
     Kind.RAMP: {"rad/s^2": 1.0, "rpm/s": TURN / 60.0, "rev/s^2": TURN, "deg/s^2": TURN / 360.0},
     Kind.UNBALANCE: {"kg m": 1.0, "g m": 1e-3, "kg mm": 1e-3, "g mm": 1e-6},
+    Kind.SPECIFIC_ENERGY: {"J/kg": 1.0, "kJ/kg": 1e3, "kWh/t": 3600.0},
 }
 """SI value of one of each unit, by kind."""
 
@@ -130,6 +132,7 @@ EXAMPLES: dict[Kind, str] = {
     Kind.INERTIA: "0.02 kg m^2",
     Kind.RAMP: "70 rpm/s",
     Kind.UNBALANCE: "0.16 kg m",
+    Kind.SPECIFIC_ENERGY: "10 kWh/t",
 }
 
 _KIND_OF = {unit: kind for kind, table in UNITS.items() for unit in table}

@@ -19,6 +19,13 @@ def cases(incomplete: str) -> list[str]:
     return [name for name in library_names() if name.startswith(incomplete)] + files(incomplete, ".toml")
 
 
+def ores(incomplete: str) -> list[str]:
+    """Return the ores of the package and the files that begin as typed."""
+    from nutamill.base.library import ore_names
+
+    return [name for name in ore_names() if name.startswith(incomplete)] + files(incomplete, ".toml")
+
+
 def results(incomplete: str) -> list[str]:
     """Return the result files that begin as typed, those of the folder ``results`` too."""
     beside = files(incomplete, ".h5")

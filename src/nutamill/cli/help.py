@@ -10,6 +10,7 @@ HEADINGS = {
     "runs": "Run a case",
     "campaigns": "Many runs",
     "answers": "Answers for a designer",
+    "grinding": "Grinding and wear",
     "pictures": "Look at results",
     "measured": "Measured data",
     "information": "Information",

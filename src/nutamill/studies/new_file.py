@@ -6,6 +6,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from nutamill.analysis.breakage.ore import Ore
 from nutamill.analysis.measured_mapping import Mapping
 from nutamill.analysis.ratings import Ratings
 from nutamill.analysis.values import Reading, default_readings
@@ -29,6 +30,7 @@ KINDS: dict[str, type] = {
     "fit": FitFile,
     "identify": IdentifyFile,
     "ratings": Ratings,
+    "ore": Ore,
     "mapping": Mapping,
 }
 """What can be written, and what its content is."""
@@ -39,6 +41,7 @@ NEXT = {
     "fit": "nutamill fit {}",
     "identify": "nutamill identify {}",
     "ratings": "nutamill life RESULT.h5 {}",
+    "ore": "nutamill breakage RESULT.h5 --ore {}",
     "mapping": "nutamill import TEST.csv --map {}",
 }
 """The command that a file of each kind is for."""

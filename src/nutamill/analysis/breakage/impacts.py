@@ -1,0 +1,157 @@
+"""What a run does to whatever is between its balls: the energies of its impacts, how much ore each captures,
+and the power that all this takes.
+
+The charge of the run is the grinding media.  Ore is not simulated: each impact loads a layer of it, one
+particle thick, that two balls, or a ball and a wall, close upon.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from nutamill.analysis.flow import window
+from nutamill.analysis.power import power_split
+from nutamill.analysis.source import any_case_of
+from nutamill.analysis.windows import PAPER_WINDOW
+from nutamill.base.errors import ResultError
+from nutamill.base.steady import BATCHES
+from nutamill.case.machine import Machine
+from nutamill.result import Result
+
+DENSEST = math.pi / math.sqrt(12.0)
+"""Share of a plane that equal discs cover in their densest arrangement [1]."""
+
+
+class Impacts(NamedTuple):
+    """Energies of the impacts of a run, by pair of materials and bin of energy (n_pairs, n_bins)."""
+
+    edges: np.ndarray
+    """Edges of the bins [J] (n_bins + 1,)."""
+    number: np.ndarray
+    """Impacts [1]."""
+    energy: np.ndarray
+    """Mean normal energy of those of a bin [J]; its middle where it is empty."""
+    rate: np.ndarray
+    """Impacts per energy that the mill takes up [1/J]."""
+    reduced_radius: np.ndarray
+    """Reduced radius of the two bodies [m] (n_pairs, 1)."""
+
+
+class Grinding(NamedTuple):
+    """What a run does, in its last part."""
+
+    path: str
+    """The result file."""
+    duration: float
+    """Length of that part [s]."""
+    power: float
+    """Mean power that motors, drives and given loads supply [W]."""
+    smallest_ball: float
+    """Diameter of the smallest kind of balls [m]."""
+    whole: Impacts
+    """All its impacts."""
+    parts: tuple[Impacts, ...]
+    """The same of successive lengths of time, from which the scatter is estimated."""
+
+
+def grinding_of(result: Result, last: float | str = PAPER_WINDOW) -> Grinding:
+    """Read the impacts and the power of the last part of a run.
+
+    Statistics are recorded at checkpoints; up to `BATCHES` groups of them give the scatter.
+
+    Raises
+    ------
+    ResultError : an empty chamber, no statistics, no power put in, or no turn at the last speed
+    """
+    done = window(result, last)
+    duration = float(done["sampled_time"])
+    power = power_split(result, last).motor
+    if not power > 0.0:
+        raise ResultError(
+            f"{result.path}: the energy that breaks ore is counted against the power of the mill, and this "
+            f"run takes up {power:.3g} W. Give a run whose drive or loads do work."
+        )
+    sums = result.statistics
+    time = sums["time"].values
+    inside = np.flatnonzero((time >= done.attrs["start"]) & (time <= done.attrs["end"]))
+    machine = any_case_of(result).machine
+    radii = pair_radii(machine)
+    columns = [radii[str(pair)] for pair in sums["pair"].values]
+    centre = sums["energy"].values
+
+    def between(first: int, end: int) -> Impacts:
+        number, energy = (
+            (sums[name].isel(time=end) - sums[name].isel(time=first)).sel(part="normal").values
+            for name in ("impact_number", "impact_energy")
+        )
+        length = float(sums["sampled_time"].values[end] - sums["sampled_time"].values[first])
+        mean = np.where(number > 0.0, energy / np.maximum(number, 1.0), centre)
+        ratio = math.sqrt(centre[1] / centre[0])
+        edges = np.append(centre / ratio, centre[-1] * ratio)
+        return Impacts(edges, number, mean, number / (length * power), np.array(columns)[:, None])
+
+    ends = [group[-1] for group in np.array_split(inside[1:], min(BATCHES, len(inside) - 1))]
+    starts = [inside[0], *ends[:-1]]
+    parts = tuple(between(a, b) for a, b in zip(starts, ends, strict=True))
+    return Grinding(
+        str(result.path),
+        duration,
+        power,
+        2.0 * min(media_radii(machine).values()),
+        between(inside[0], inside[-1]),
+        parts,
+    )
+
+
+def media_radii(machine: Machine) -> dict[str, float]:
+    """Return the radius of the ball of mean volume of each material of a charge [m]."""
+    volumes: dict[str, list[tuple[float, float]]] = {}
+    for part in machine.charge.parts:
+        mean = part.size_law().mean_volume
+        # number of balls, or what is proportional to it: parts of a material are given in one way
+        number = float(part.count or (part.mass or part.fill or 1.0) / mean)
+        volumes.setdefault(str(part.material), []).append((number, mean))
+    return {
+        material: float(np.cbrt(_mean(sizes) / (4.0 / 3.0 * math.pi))) for material, sizes in volumes.items()
+    }
+
+
+def _mean(weighted: Sequence[tuple[float, float]]) -> float:
+    """Return the mean of numbers that stand behind their weights."""
+    return sum(weight * value for weight, value in weighted) / sum(weight for weight, _ in weighted)
+
+
+def pair_radii(machine: Machine) -> dict[str, float]:
+    """Return the reduced radius of each pair that can touch [m], by its name. Walls are flat."""
+    radii = media_radii(machine)
+    return {
+        pair.name: radii[pair.first]
+        if pair.wall
+        else radii[pair.first] * radii[pair.second] / (radii[pair.first] + radii[pair.second])
+        for pair in machine.touching
+    }
+
+
+def captured_mass(size: float, reduced_radius: np.ndarray, density: float) -> np.ndarray:
+    """Return the mass of ore [kg] that an impact loads: the particles of one layer between two bodies that
+    close upon it, one particle at least.
+
+    The gap of two bodies that touch is less than the particle's size d up to the radius ``sqrt(2 R d)``, R
+    the reduced radius; the layer is as dense as spheres in a plane can be.
+
+    Parameters
+    ----------
+    size : diameter of the particles [m]
+    reduced_radius : of the two bodies [m]
+    density : of the ore [kg/m^3]
+
+    Source
+    ------
+    Geometry. The layer of one particle is that of L. M. Tavares, KONA Powder and Particle Journal 34 (2017)
+    106-124.
+    """
+    particle = math.pi / 6.0 * size**3 * density
+    number = DENSEST * 2.0 * math.pi * reduced_radius * size / (0.25 * math.pi * size**2)
+    return particle * np.maximum(number, 1.0)

@@ -1,0 +1,62 @@
+"""Answers about what the charge of a run grinds and wears: each prints a table and saves a figure."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from nutamill.cli import completion
+from nutamill.cli.answers import Picture, _picture_name, _place, _print_answer
+from nutamill.cli.common import Last, app, quantity, reports_errors
+
+if TYPE_CHECKING:
+    from nutamill.analysis.breakage.answer import Breakage
+
+ResultFiles = Annotated[
+    list[Path],
+    typer.Argument(metavar="RESULT.h5...", help="Result files.", autocompletion=completion.results),
+]
+
+
+@app.command()
+@reports_errors
+def breakage(
+    files: ResultFiles,
+    ore: Annotated[
+        str,
+        typer.Option(
+            metavar="ORE",
+            help="An ore file, or an ore of the package such as smc-sample-a.",
+            autocompletion=completion.ores,
+        ),
+    ],
+    energy: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ENERGY",
+            help='Compare after this specific energy, e.g. "10 kWh/t"; else what the first run needs.',
+        ),
+    ] = None,
+    last: Last = "3 s",
+    to: Picture = None,
+) -> None:
+    """Print how the impacts of runs would grind an ore: rates, fineness over energy, which run needs less."""
+    from nutamill.analysis.breakage.answer import breakage as answer_for
+    from nutamill.analysis.breakage.answer import breakage_lines, comparison_lines
+    from nutamill.analysis.breakage.impacts import grinding_of
+    from nutamill.analysis.breakage.ore import load_ore
+    from nutamill.result import open_result
+    from nutamill.view.figures.breakage import draw_breakage
+
+    rock = load_ore(ore)
+    up_to = None if energy is None else quantity("--energy", energy, "specific energy")
+    picture = _place(to, _picture_name(files[0], "breakage", Path(ore).stem, energy, last), files[0].parent)
+    answers: list[Breakage] = []
+    for file in files:
+        with open_result(file) as result:
+            grinding = grinding_of(result, last)
+        answers.append(answer_for(grinding, rock, answers[0].energies[-1] if answers else up_to))
+    lines = [line for one in answers for line in breakage_lines(one)]
+    if len(answers) > 1:
+        lines += comparison_lines(answers)
+    _print_answer(lines, draw_breakage(answers), picture)
