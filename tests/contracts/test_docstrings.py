@@ -16,13 +16,14 @@ VERBS = set(
     re.findall(
         r"\w+",
         """
-        Add Append Apply Assemble Balance Begin Book Bring Build Call Check Choose Close Collect Combine
-        Commit Compare Compile Compute Continue Copy Count Create Cut Decide Declare Deliver Describe Detect
-        Do Draw Enter Estimate Fill Film Find Finish Fit Format Give Hold Identify Import Join Keep Kick
-        Kill Lay List Load Log Make March Mark Measure Merge Minimise Move Note Open Parse Plan Print
-        Publish Put Raise Read Record Refuse Reject Remove Rename Render Replace Report Reserve Reset Return
-        Rotate Run Sample Save Select Set Settle Show Simulate Solve Sort Split Start Store Submit Subtract
-        Sum Summarise Take Test Track Turn Update Verify Wait Write Yield
+        Add Answer Append Apply Assemble Balance Begin Book Bring Build Call Check Choose Close Collect
+        Combine Commit Compare Compile Compute Continue Copy Count Create Cut Decide Declare Deliver
+        Describe Detect Do Draw Enter Estimate Fill Film Find Finish Fit Format Give Hold Identify Import
+        Join Keep Kick Kill Lay List Load Log Make March Mark Measure Merge Minimise Move Note Open Parse
+        Plan Print Publish Put Raise Read Record Refuse Reject Remove Rename Render Replace Report
+        Reserve Reset Return Rotate Run Sample Save Select Serve Set Settle Show Simulate Solve Sort
+        Split Start Stop Store Submit Subtract Sum Summarise Take Test Track Turn Update Verify Wait
+        Write Yield
         """,
     )
 )

@@ -15,7 +15,7 @@ PACKAGE = pathlib.Path(nutamill.__file__).parent
 
 LEFT_TO_RIGHT = (
     "base | result mechanism charge | case | simulation analysis | view | export design | studies "
-    "| notebook cli | __main__"
+    "| notebook ui | cli | __main__"
 )
 """Rooms between bars do not know each other."""
 

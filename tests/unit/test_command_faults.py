@@ -188,7 +188,7 @@ RIGHT = {
     "fit.toml": ("fit",),
 }
 """Commands that can do something with such a file."""
-WITHOUT_FILES = {"schema", "bench", "info", "cite", "doctor", "explain"}
+WITHOUT_FILES = {"schema", "bench", "info", "cite", "doctor", "explain", "ui"}
 
 
 def refused(reply, code):

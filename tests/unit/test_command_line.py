@@ -24,6 +24,7 @@ WITHOUT_OUTPUT = {
     "doctor",
     "explain",
     "cite",
+    "ui",
 }
 """Commands that print, or change the file that they are given."""
 

@@ -6,13 +6,13 @@ import base64
 import json
 import math
 import re
-import shutil
 import subprocess
 import zlib
 
 import h5py
 import numpy as np
 import pytest
+from browser import CHROMIUM, Browser
 from matplotlib.image import imread
 
 from nutamill.analysis.source import case_of
@@ -24,8 +24,6 @@ from nutamill.result.checksums import Checksums
 from nutamill.view.cameras import VIEWS, camera_of
 from nutamill.view.drawing import box, machine_parts, ring
 from nutamill.view.webview import view_page, write_view
-
-BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 def block(page, name):
@@ -113,7 +111,7 @@ def test_result_without_snapshots_says_what_to_run(unfilmed):
 
 
 @pytest.mark.external
-@pytest.mark.skipif(BROWSER is None, reason="needs chromium to open the page in")
+@pytest.mark.skipif(CHROMIUM is None, reason="needs chromium to open the page in")
 def test_browser_shows_pellets_inside_the_chamber_and_complains_of_nothing(tmp_path, film):
     width, height = 800, 600
     with open_result(film(tmp_path / "a.h5", snapshots=1, pellets=300)) as result:
@@ -137,7 +135,7 @@ def test_browser_shows_pellets_inside_the_chamber_and_complains_of_nothing(tmp_p
         "--virtual-time-budget=3000",
     ]
     printed = subprocess.run(
-        [BROWSER, *flags, "--enable-logging=stderr", f"--screenshot={picture}", page.as_uri()],
+        [CHROMIUM, *flags, "--enable-logging=stderr", f"--screenshot={picture}", page.as_uri()],
         capture_output=True,
         text=True,
         timeout=120,
@@ -190,3 +188,39 @@ def test_page_and_pictures_have_the_same_cameras(filmed):
         assert eye == pytest.approx(camera.eye, abs=1e-3 * camera.distance)  # cos 1.57 = 8e-4
         assert (view["angle"], view["rides"]) == (camera.angle, camera.rides)
         assert view["hides"] == list(camera.hides)
+
+
+def test_traces_cover_the_whole_run_and_lose_no_peak(tmp_path, film):
+    """A run of 8 s at 1000 Hz has 8001 samples; the force swings by 20 N about 700 N throughout."""
+    with open_result(film(tmp_path / "a.h5", snapshots=3, pellets=1, seconds=8.0)) as result:
+        facts = json.loads(block(view_page(result), "facts"))
+        force = result.series["crank_pin_force_resultant"].values
+    times = facts["traceTimes"]
+    assert (times[0], times[-1]) == (0.0, 8.0) and len(times) < 5000 < len(force)
+    assert facts["times"][-1] < 1.0 and np.all(np.diff(times) > 0.0)
+    drawn = facts["traces"][0]["values"]
+    assert (min(drawn), max(drawn)) == pytest.approx((force.min(), force.max()), rel=1e-4)
+
+
+@pytest.mark.external
+@pytest.mark.skipif(CHROMIUM is None, reason="needs chromium to click in")
+def test_a_person_moves_in_time_resets_and_asks_for_help(tmp_path, film):
+    with open_result(film(tmp_path / "a.h5", snapshots=5, pellets=20)) as result:
+        page = write_view(result, tmp_path / "a.html")
+    with Browser(tmp_path) as browser:
+        browser.open(page.as_uri())
+        browser.wait("document.body.dataset.drawn === 'yes'")
+        browser.click("#play")
+        browser.click("#plot")  # its middle is before the first snapshot, at a quarter of a second
+        assert browser.value("playing.frame") == 0
+        browser.value("document.activeElement.blur()")
+        browser.press("ArrowRight")
+        assert browser.value("playing.frame") == 1
+        browser.click("#machine")
+        browser.press("r")
+        assert browser.value("document.querySelector('#machine').checked && playing.frame < 1 && playing.on")
+        browser.click("#ask")
+        assert browser.value("document.querySelector('#help').getClientRects().length > 0")
+        browser.press("Escape")
+        assert browser.value("document.querySelector('#help').getClientRects().length === 0")
+        assert browser.trouble == []

@@ -8,6 +8,7 @@ from typer.core import TyperCommand, TyperGroup
 
 HEADINGS = {
     "runs": "Run a case",
+    "page": "In a browser",
     "campaigns": "Many runs",
     "answers": "Answers for a designer",
     "grinding": "Grinding and wear",

@@ -52,12 +52,13 @@ def perform(task: Task) -> None:
     if is_finished(state_of(file)):
         return
     try:
-        (resume(file) if _holds_checkpoint(file) else run(case, file)).close()
+        (resume(file) if holds_checkpoint(file) else run(case, file)).close()
     except NotSteadyError:
         return
 
 
-def _holds_checkpoint(file: Path) -> bool:
+def holds_checkpoint(file: Path) -> bool:
+    """Return whether there is a result file with a state to resume from."""
     if not file.exists():
         return False
     with open_result(file) as result:

@@ -18,6 +18,7 @@ import numpy as np
 
 from nutamill.analysis.replay import Frame, chosen_snapshots, replay
 from nutamill.analysis.source import any_case_of
+from nutamill.analysis.traces import thinned, traced
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
 from nutamill.result import Result
 from nutamill.view.cameras import Camera
@@ -26,8 +27,6 @@ from nutamill.view.drawn import drawn
 
 MOST_FRAMES = 200
 """Frames in a page by default [1]."""
-MOST_SAMPLES = 2000
-"""Samples of a trace; a screen is not wider."""
 STEEPEST = 1.57
 """Largest elevation of a camera of the page [rad]; exactly above its target it has no upward direction."""
 COLOURS = ("#0072B2", "#D55E00")
@@ -69,7 +68,7 @@ def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
         "home": moments[0].home,
         "heights": [machine.floor, _highest(moments) - machine.floor],
         **scales,
-        **_traces(result, moments[0].time, moments[-1].time),
+        **_traces(result),
     }
     pages = resources.files("nutamill") / "data" / "pages"
     return Template((pages / "viewer.html").read_text(encoding="utf-8")).substitute(
@@ -160,26 +159,14 @@ def _highest(moments: list[Frame]) -> float:
     return max(places, default=0.0)
 
 
-def _traced(result: Result) -> list[str]:
-    """Return the two series that are traced below the picture: the force and the torque of a mill, else of
-    drives the torque, and forces.
-    """
-    names = [str(name) for name in result.series.data_vars]
-    first: list[str] = [name for name in ("crank_pin_force_resultant", "driveshaft_torque") if name in names]
-    others = [name for name in names if name.endswith("_torque")]
-    others += [name for name in names if name.endswith(("_force_z", "_energy"))]
-    return (first if len(first) == 2 else others)[:2]
-
-
-def _traces(result: Result, first: float, last: float) -> dict:
-    """Return crank-pin force and driveshaft torque between two times, thinned to what a screen shows."""
-    series = result.series
-    time = series["time"].values
-    inside = np.flatnonzero((time >= first - 1e-9) & (time <= last + 1e-9))
-    inside = inside[:: max(1, len(inside) // MOST_SAMPLES)]
+def _traces(result: Result) -> dict:
+    """Return the traces over the whole run, thinned to what a screen shows."""
+    names = traced(result)
+    time, series = result.series["time"].values, [result.series[name].values for name in names]
+    shown = thinned(len(time), series)
     traces = []
-    for name, colour in zip(_traced(result), COLOURS, strict=False):
+    for name, values, colour in zip(names, series, COLOURS, strict=False):
         field = result.field(name)
-        values = [float(f"{value:.5g}") for value in series[name].values[inside]]
-        traces.append({"label": f"{field.label} ({field.unit})", "colour": colour, "values": values})
-    return {"traceTimes": np.round(time[inside], 6).tolist(), "traces": traces}
+        numbers = [float(f"{value:.5g}") for value in values[shown]]
+        traces.append({"label": f"{field.label} ({field.unit})", "colour": colour, "values": numbers})
+    return {"traceTimes": np.round(time[shown], 6).tolist(), "traces": traces}

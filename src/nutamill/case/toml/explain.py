@@ -1,9 +1,7 @@
 """What one key of a case means: quantity, choices, present value, and the note on it in the machine file."""
 
 import difflib
-import re
 import typing
-from pathlib import Path
 from typing import Any
 
 from nutamill.base import units
@@ -14,15 +12,11 @@ from nutamill.case import load_case
 from nutamill.case.machine import Machine
 from nutamill.case.mill import Case
 from nutamill.case.titles import leaves
-from nutamill.case.toml.addresses import Key, numbered, typed_key
+from nutamill.case.toml.addresses import numbered, typed_key
 from nutamill.case.toml.keys import quantity_at
-from nutamill.case.toml.layers import read_layers
 from nutamill.case.toml.messages import fields_at
+from nutamill.case.toml.notes import Notes
 
-MARKS = {"P": "published", "F": "fitted to a published number", "A": "assumed"}
-"""What the letter before a note of a machine file says of the number."""
-NOTE = re.compile(r"[^#]*#\s*(?:([PFA])\b(?: \+ [PFA]\b)?[ ;,]*)?(.*)")
-"""A line with a note, and its mark."""
 LISTED = 40
 """Keys of a table that are listed before the rest is counted [1]."""
 
@@ -50,14 +44,15 @@ def explained(key: str, name: str = "numill") -> list[str]:
     if field is None:
         raise _unknown(key, content, top)
     inner = fields_at(top, path)
-    lines = [f"{key}: {_text(field.description) or 'a table'}"]
+    lines = [f"{key}: {plain_text(field.description) or 'a table'}"]
     if inner:
-        return lines + [f"  {key}.{part:20} {_text(one.description)}" for part, one in inner.items()][:LISTED]
+        listed = [f"  {key}.{part:20} {plain_text(one.description)}" for part, one in inner.items()]
+        return lines + listed[:LISTED]
     lines.append(f"  takes   {_takes(key, field)}")
     value = dict(leaves(content)).get(key)
     if value is not None:
         lines.append(f"  value   {value if isinstance(value, str) else spelled(value)} in {name}")
-    mark, note = _note(name, numbered(content, path))
+    mark, note = Notes(name).of(numbered(content, path))
     if mark:
         lines.append(f"  source  {mark}")
     if note:
@@ -72,33 +67,18 @@ def _takes(key: str, field: Any) -> str:
         word = f' or "{quantity.word}"' if quantity.word else ""
         names = ", ".join(units.UNITS[quantity.kind])
         return f'{quantity.kind}, e.g. "{units.example(quantity.kind)}"{word}; units: {names}'
-    choices = _choices(field.annotation)
+    choices = choices_of(field.annotation)
     if choices:
         return ", ".join(f'"{choice}"' if isinstance(choice, str) else str(choice) for choice in choices)
     text = str(field.annotation)
     return "a whole number" if "int" in text else "a plain number" if "float" in text else "text or a table"
 
 
-def _choices(kind: Any) -> tuple[Any, ...]:
+def choices_of(kind: Any) -> tuple[Any, ...]:
     """Return the words that a key may hold, also within an optional type."""
     if typing.get_origin(kind) is typing.Literal:
         return typing.get_args(kind)
-    return next((choices for part in typing.get_args(kind) if (choices := _choices(part))), ())
-
-
-def _note(name: str, key: Key) -> tuple[str, str]:
-    """Return mark and note of a key, from the last file of a case that sets it, empty without one."""
-    for layer in reversed(read_layers(name)):
-        if (place := layer.places.get(key)) is None:
-            continue
-        file, _, line = place.rpartition(":")
-        try:
-            text = (layer.folder / Path(file).name).read_text(encoding="utf-8").splitlines()[int(line) - 1]
-        except (OSError, ValueError, IndexError):
-            return "", ""
-        match = NOTE.match(text)
-        return (MARKS.get(match[1] or "", ""), match[2].strip()) if match else ("", "")
-    return "", ""
+    return next((choices for part in typing.get_args(kind) if (choices := choices_of(part))), ())
 
 
 def _unknown(key: str, content: dict[str, Any], top: type) -> CaseError:
@@ -112,6 +92,6 @@ def _unknown(key: str, content: dict[str, Any], top: type) -> CaseError:
     return CaseError(Fault(spelled(key), "is no key of this case", hint))
 
 
-def _text(description: str | None) -> str:
+def plain_text(description: str | None) -> str:
     """Return a description as one line without the marks of code."""
     return " ".join((description or "").replace("``", "").split())

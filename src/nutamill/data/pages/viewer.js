@@ -235,7 +235,12 @@ function frameAt(time) {
   return Math.max(0, Math.min(facts.frames - 1, k + (time - facts.times[k]) / step));
 }
 
-// Force and torque over the time shown, and a cursor at the present moment.
+// Force and torque over the whole run, the time that is shown marked, and a cursor at the present moment.
+const shownTimes = () => [facts.times[0], facts.times[facts.frames - 1]];
+function runTimes() {
+  const [first, last] = shownTimes(), times = facts.traceTimes;
+  return times.length ? [Math.min(times[0], first), Math.max(times[times.length - 1], last)] : [first, last];
+}
 const margin = { left: 62, right: 14, top: 22, gap: 46 };
 function drawTraces() {
   const canvas = element("plot"), ratio = window.devicePixelRatio || 1;
@@ -244,12 +249,14 @@ function drawTraces() {
   pen.scale(ratio, ratio);
   pen.font = "12px system-ui, sans-serif";
   const tall = (height - margin.top - 16 - facts.traces.length * margin.gap) / facts.traces.length + 10;
-  const first = facts.times[0], last = facts.times[facts.frames - 1] || first + 1;
+  const [first, last] = runTimes(), [from, to] = shownTimes();
   const across = (time) => margin.left + ((time - first) / (last - first || 1)) * (width - margin.left - margin.right);
   facts.traces.forEach((trace, number) => {
     const top = margin.top + number * (tall + margin.gap), least = Math.min(...trace.values), most = Math.max(...trace.values);
     const spare = 0.05 * (most - least) || 1e-3 * Math.abs(most) || 1, low = least - spare, high = most + spare;
     const down = (value) => top + tall * (1 - (value - low) / (high - low));
+    pen.fillStyle = "#e3eef7";
+    pen.fillRect(across(from), top, Math.max(across(to) - across(from), 2), tall);
     pen.fillStyle = "#222";
     pen.textAlign = "left";
     pen.fillText(trace.label, margin.left, top - 7);
@@ -293,9 +300,32 @@ function legend() {
 
 function listen() {
   const scene = element("scene"), play = element("play"), seek = element("seek"), plot = element("plot");
+  const whole = () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen().catch(() => {}));
+  const help = () => { element("help").hidden = !element("help").hidden; };
+  const reset = () => {
+    Object.assign(playing, { frame: 0, on: true });
+    play.textContent = "pause";
+    for (const name of ["chamber", "machine"]) element(name).checked = true;
+    choose("front");
+  };
+  element("reset").onclick = reset;
+  element("whole").onclick = whole;
+  element("ask").onclick = element("close").onclick = help;
+  element("whole").hidden = !document.fullscreenEnabled;
+  const keys = { KeyR: reset, KeyF: whole, KeyH: help, Slash: help };
   const toggle = () => { playing.on = !playing.on; play.textContent = playing.on ? "pause" : "play"; };
   play.onclick = toggle;
-  document.onkeydown = (event) => { if (event.code === "Space" && event.target === document.body) { event.preventDefault(); toggle(); } };
+  document.onkeydown = (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName === "SELECT") return;
+    if (event.code === "Space" && event.target === document.body) { event.preventDefault(); toggle(); }
+    if (event.code in keys) keys[event.code]();
+    if (event.code === "Escape") element("help").hidden = true;
+    if (event.target === document.body && event.code.startsWith("Arrow")) step(event.code === "ArrowLeft" || event.code === "ArrowDown" ? -1 : 1);
+  };
+  const step = (by) => {
+    if (playing.on) toggle();
+    playing.frame = Math.max(0, Math.min(facts.frames - 1, Math.round(playing.frame) + by));
+  };
   seek.max = facts.frames - 1;
   seek.oninput = () => { playing.frame = Number(seek.value); };
   element("view").onchange = (event) => choose(event.target.value);
@@ -310,7 +340,8 @@ function listen() {
   const jump = (event) => {
     if (!event.buttons) return;
     const share = (event.offsetX - margin.left) / (plot.clientWidth - margin.left - margin.right);
-    playing.frame = frameAt(facts.times[0] + share * (facts.times[facts.frames - 1] - facts.times[0]));
+    const [first, last] = runTimes();
+    playing.frame = frameAt(first + share * (last - first));
   };
   plot.onpointerdown = jump;
   plot.onpointermove = jump;
