@@ -93,7 +93,7 @@ def test_every_run_of_a_published_paper_is_a_sound_case_of_its_own(name, tmp_pat
     runs = planned_runs(read_paper(name), tmp_path)
     assert len({run.name for run in runs}) == len({run.case.digest for run in runs}) == len(runs)
     assert all(run.path.name == f"{run.name}-{run.case.digest[:12]}.h5" for run in runs)
-    assert all(run.case.run.end - run.case.drive.ramp_end >= run.average - 1e-12 for run in runs)
+    assert all(run.case.run.end - run.case.machine.drive.ramp_end >= run.average - 1e-12 for run in runs)
 
 
 def test_like_is_compared_with_like_where_experiment_and_simulation_had_other_speeds():

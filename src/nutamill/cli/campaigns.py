@@ -106,7 +106,7 @@ def mount_test(
 @reports_errors
 def validate(
     paper: Annotated[
-        str, typer.Argument(metavar="PAPER", help="saimm2025, mca2026, or a file of the same form.")
+        str, typer.Argument(metavar="PAPER", help="saimm2025, mca2026, ... or a file of the same form.")
     ],
     quick: Annotated[bool, typer.Option("--quick", help="Start the few decisive runs only.")] = False,
     only: Annotated[

@@ -26,11 +26,13 @@ class Key(NamedTuple):
     """Speed, rounded so that equal ones are equal [rad/s]."""
     quantity: str
     """What of it."""
+    at: float | None = None
+    """Place or time at which it is taken, SI."""
 
     @classmethod
-    def of(cls, configuration: str, speed: float, quantity: str) -> "Key":
+    def of(cls, configuration: str, speed: float, quantity: str, at: float | None = None) -> "Key":
         """Return the key of a need (`nutamill.studies.papers.model.Row.needs`)."""
-        return cls(configuration, round(speed, 6), quantity)
+        return cls(configuration, round(speed, 6), quantity, at)
 
 
 class Measured(NamedTuple):
@@ -89,40 +91,42 @@ def measure(
     keys : what to take
     command : what makes missing results, up to the name of a run: ``nutamill validate mca2026 --only``
     """
-    wanted: dict[tuple[str, float], list[str]] = {}
+    wanted: dict[tuple[str, float], list[Key]] = {}
     for key in dict.fromkeys(keys):
-        wanted.setdefault(key[:2], []).append(key.quantity)
+        wanted.setdefault(key[:2], []).append(key)
     numbers = {}
-    for (configuration, speed), quantities in wanted.items():
+    for (configuration, speed), asked in wanted.items():
         own = [run for run in runs if (run.configuration, round(run.speed, 6)) == (configuration, speed)]
-        taken = [_take(run, quantities, f"{command} {run.name}") for run in own]
-        for quantity in quantities:
-            numbers[Key(configuration, speed, quantity)] = _together([values[quantity] for values in taken])
+        taken = [_take(run, asked, f"{command} {run.name}") for run in own]
+        for key in asked:
+            numbers[key] = _together([values[key] for values in taken])
     return numbers
 
 
-def _take(run: PlannedRun, quantities: Sequence[str], command: str) -> dict[str, Estimate | str]:
-    """Return the numbers of one run by quantity, or why there is none."""
-    values: dict[str, Estimate | str] = {}
-    series = [quantity for quantity in quantities if quantity != MODES]
+def _take(run: PlannedRun, keys: Sequence[Key], command: str) -> dict[Key, Estimate | str]:
+    """Return the numbers of one run, or why there is none."""
+    values: dict[Key, Estimate | str] = {}
+    series = [key for key in keys if key.quantity != MODES]
     state = run_state(run) if series else COMPLETE
     if state == COMPLETE and series:
         with open_result(run.path) as result:
-            for quantity in series:
-                measure = QUANTITIES[quantity].measure
+            for key in series:
+                measure = QUANTITIES[key.quantity].measure
                 assert measure is not None  # only that of `MODES` is read from no result
                 try:
-                    values[quantity] = measure(result, run.average)
+                    values[key] = measure(result, run.average, *(() if key.at is None else (key.at,)))
                 except (ResultError, DamagedError) as error:
-                    values[quantity] = str(error)
+                    values[key] = str(error)
     elif series:
         values = dict.fromkeys(series, trouble_of(state, command))
-    if MODES in quantities:
+    for key in keys:
+        if key.quantity != MODES:
+            continue
         frequencies = read_modes(run)
         if frequencies is None:
-            values[MODES] = trouble_of(MISSING, command)
+            values[key] = trouble_of(MISSING, command)
         else:
-            values[MODES] = (
+            values[key] = (
                 Estimate.exact(frequencies[0]) if frequencies else "no mode oscillates below twice the speed"
             )
     return values
@@ -158,14 +162,17 @@ def _together(values: Sequence[Estimate | str]) -> Measured:
 
 def compare(rows: Iterable[Row], measured: Mapping[Key, Measured]) -> list[Finding]:
     """Set our numbers against the paper's, row by row."""
-    return [_finding(row, [measured.get(Key.of(*need), NOTHING) for need in row.needs]) for row in rows]
+    return [
+        _finding(row, [measured.get(Key.of(*need, row.at), NOTHING) for need in row.needs]) for row in rows
+    ]
 
 
 def _finding(row: Row, parts: Sequence[Measured]) -> Finding:
-    means = [part.estimate.mean for part in parts]
-    value, plain_mean = _how(row, means), _how(row, [part.estimate.plain_mean for part in parts])
-    half_width = _spread(row, means, [part.estimate.half_width for part in parts])
-    scatter = _spread(row, means, [part.scatter for part in parts])
+    means = [row.factor * part.estimate.mean for part in parts]
+    value = _how(row, means)
+    plain_mean = _how(row, [row.factor * part.estimate.plain_mean for part in parts])
+    half_width = _spread(row, means, [row.factor * part.estimate.half_width for part in parts])
+    scatter = _spread(row, means, [row.factor * part.scatter for part in parts])
     plain = (
         row.kind is None and row.against is not None and row.against.how == "change"
     ) or row.kind is Kind.ANGLE
@@ -233,7 +240,7 @@ def _within(row: Row, value: float, error: float) -> bool | None:
 
 def keys_of(paper: Paper) -> list[Key]:
     """List the numbers that all rows and all figures over the speed need."""
-    keys = [Key.of(*need) for row in paper.rows for need in row.needs]
+    keys = [Key.of(*need, row.at) for row in paper.rows for need in row.needs]
     for panel in (panel for figure in paper.figures for panel in figure.panels):
         for curve in panel.curves:
             for name in curve.configurations:

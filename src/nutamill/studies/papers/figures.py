@@ -19,7 +19,7 @@ from nutamill.base.errors import ResultError
 from nutamill.base.units import Kind, in_unit, parse, rpm
 from nutamill.case.drawing import DrawnMechanism
 from nutamill.result import Result, open_result
-from nutamill.studies.papers.compare import Key, Measured
+from nutamill.studies.papers.compare import Key, Measured, compare
 from nutamill.studies.papers.model import Curve, FigurePlan, Paper, same_speed
 from nutamill.studies.papers.quantities import QUANTITIES
 from nutamill.studies.papers.runs import COMPLETE, PlannedRun, run_name, run_state
@@ -44,6 +44,8 @@ def draw_figure(
     """
     if plan.form in ("speed", "lambda"):
         return draw_over_speed(plan, paper, runs, measured)
+    if plan.form == "place":
+        return draw_over_place(plan, paper, measured)
     assert plan.speed is not None  # these forms have one
     speed = plan.speed
     run = next(
@@ -53,6 +55,47 @@ def draw_figure(
         raise ResultError(f"{run_name(run.configuration, run.speed)} is {state}")
     with open_result(run.path) as result:
         return draw_particles(result) if plan.form == "particles" else draw_run(result)
+
+
+def draw_over_place(plan: FigurePlan, paper: Paper, measured: Mapping[Key, Measured]) -> Figure:
+    """Draw the rows of each panel's quantity over the place or time at which they are taken, with published
+    numbers as hollow marks.
+
+    Raises
+    ------
+    ResultError : none of them has a result yet
+    """
+    with matplotlib.rc_context(fname=STYLE):
+        figure = Figure(figsize=(WIDTH, 0.75 + 1.9 * len(plan.panels)), layout="constrained")
+        panels = figure.subplots(len(plan.panels), 1, squeeze=False)[:, 0]
+        drawn = 0
+        for axes, panel in zip(panels, plan.panels, strict=True):
+            quantity = QUANTITIES[panel.quantity]
+            (unit, many), (across, many_across) = unit_of(quantity.kind), unit_of(quantity.at)
+            for number, curve in enumerate(panel.curves):
+                rows = [
+                    row
+                    for row in paper.rows
+                    if row.quantity == panel.quantity and row.configuration in curve.configurations
+                ]
+                places = [many_across * (row.at or 0.0) for row in rows]
+                ours = [many * finding.value for finding in compare(rows, measured)]
+                drawn += int(np.isfinite(ours).sum())
+                color = f"C{number}"
+                axes.plot(places, ours, MARKS[number] + "-", color=color, label=curve.label)
+                axes.errorbar(
+                    places,
+                    [math.nan if row.experiment is None else many * row.experiment for row in rows],
+                    yerr=[many * (row.absolute or 0.0) for row in rows],
+                    fmt="o", mfc="white", color=PUBLISHED, label="experiment" if not number else None,
+                )  # fmt: skip
+            axes.set_xlabel(f"{'time' if quantity.at is Kind.TIME else 'place'} ({across})")
+            axes.set_ylabel(f"{quantity.label}\n({unit})")
+            axes.legend()
+        if not drawn:
+            raise ResultError("none of its rows has a result")
+        figure.suptitle(f"{paper.short}: {plan.title}", fontsize=8)
+        return figure
 
 
 def draw_over_speed(

@@ -39,12 +39,14 @@ class Configuration(Table):
     """The case it starts from."""
     set: tuple[str, ...] = ()
     """What it changes, as after ``--set``."""
-    speeds: Annotated[tuple[Speed, ...], Field(min_length=1)]
-    """Steady speeds at which it is run [rad/s]."""
+    speed_key: str = "drive.speed"
+    """Dotted key of the case that its speed is given to; not used at speed zero."""
+    speeds: Annotated[tuple[Speed, ...], Field(min_length=1)] = (0.0,)
+    """Steady speeds at which it is run [rad/s]; zero for a machine that the paper gives no speed of."""
     quick: tuple[Speed, ...] = ()
     """Those that decide, taken with ``--quick`` [rad/s]."""
     hold: Time = 3.0
-    """Time at the steady speed, after the ramp [s]."""
+    """Time at the steady speed, after the ramp of a mill [s]; of another machine the whole run."""
     average: Time = 3.0
     """Length of the averaging window at the end [s]; 3 s in both papers."""
     seeds: Annotated[tuple[Count, ...], Field(min_length=1)] = (1,)
@@ -97,8 +99,12 @@ class Row(Table):
     """What is compared."""
     configuration: str
     """With which set-up."""
-    speed: Speed
-    """At which speed, of the experiment where there is one [rad/s]."""
+    speed: Speed = 0.0
+    """At which speed, of the experiment where there is one [rad/s]; zero for a machine without one."""
+    at: float | None = None
+    """Place or time at which the quantity is taken, SI; in the file text with a unit."""
+    factor: Number = 1.0
+    """What ours is multiplied by: where a slice of the machine is run, or another density [1]."""
     against: Against | None = None
     """If the number is a difference, change or ratio of two runs."""
     experiment: float | None = None
@@ -150,6 +156,13 @@ class Row(Table):
         plain = isinstance(against, dict) and against.get("how") != "difference"
         kind = None if plain else QUANTITIES[given["quantity"]].kind
         values = {key: _si(key, given[key], kind) for key in NUMBERS if key in given}
+        place = QUANTITIES[given["quantity"]].at
+        if place is None and "at" in given:
+            raise refusal(f"at has no use with {given['quantity']}", "Leave it out")
+        if place is not None:
+            if "at" not in given:
+                raise refusal(f"{given['quantity']} needs at", f'Write e.g. at = "{units.example(place)}"')
+            values["at"] = _si("at", given["at"], place)
         return given | values
 
     @property
@@ -220,10 +233,12 @@ class FigurePlan(Table):
     """Number of the figure in the paper, for the file name."""
     title: str
     """What it shows."""
-    form: Literal["speed", "lambda", "particles", "transient"]
-    """Over speed, over the centrifugal number, particles at several arm positions, or over time."""
+    form: Literal["speed", "lambda", "place", "particles", "transient"]
+    """Over speed, over the centrifugal number, over place or time of rows, particles at several arm
+    positions, or the run over time.
+    """
     panels: tuple[Panel, ...] = ()
-    """Panels of the forms ``speed`` and ``lambda``."""
+    """Panels of the forms ``speed``, ``lambda`` and ``place``."""
     configuration: str | None = None
     """Run drawn by the forms ``particles`` and ``transient``."""
     speed: Speed | None = None
@@ -231,7 +246,7 @@ class FigurePlan(Table):
 
     @model_validator(mode="after")
     def _of_its_form(self) -> "FigurePlan":
-        if self.form in ("speed", "lambda"):
+        if self.form in ("speed", "lambda", "place"):
             if not self.panels or self.configuration is not None or self.speed is not None:
                 raise refusal(f'needs panels, and neither configuration nor speed, with form = "{self.form}"')
         elif self.panels or self.configuration is None or self.speed is None:

@@ -15,6 +15,7 @@ from nutamill.base.errors import ResultError
 from nutamill.base.steady import Estimate
 from nutamill.base.units import Kind
 from nutamill.result import Result
+from nutamill.studies.papers import body, drum
 
 MODES = "natural_frequency"
 """The one quantity that comes from the modes of the machine and not from a run."""
@@ -27,8 +28,12 @@ class Observable(NamedTuple):
     """A few words, for tables and axes."""
     kind: Kind | None
     """Kind of its unit; None for a plain number."""
-    measure: Callable[[Result, float], Estimate] | None
-    """Takes it from a result, averaged over the last seconds given; None if it comes from the modes."""
+    measure: Callable[..., Estimate] | None
+    """Takes it from a result, averaged over the last seconds given, and where it needs one at a place or time
+    in SI; None if it comes from the modes.
+    """
+    at: Kind | None = None
+    """Kind of the place or time that it needs; None if it needs none."""
 
 
 class PinForce(NamedTuple):
@@ -297,5 +302,15 @@ QUANTITIES: dict[str, Observable] = {
     "acceleration_vertical": Observable("vertical frame acceleration", Kind.ACCELERATION, _amplitude("z")),
     "ledger_gap": Observable("power the ledger leaves open", None, _ledger_gap),
     "momentum_gap": Observable("momentum the charge's balance leaves open", None, _momentum_gap),
+    "amplitude": Observable("amplitude, half the range", Kind.LENGTH, body.amplitude),
+    "height": Observable("height", Kind.LENGTH, body.height, Kind.TIME),
+    "upward_speed": Observable("upward speed, mean of 2 ms", Kind.VELOCITY, body.upward_speed, Kind.TIME),
+    "lowest_height": Observable("lowest height", Kind.LENGTH, body.lowest_height),
+    "time_of_lowest": Observable("time of the lowest height", Kind.TIME, body.time_of_lowest),
+    "rebound_speed": Observable("largest upward speed after it", Kind.VELOCITY, body.rebound_speed),
+    "drive_power": Observable("power of the drive", Kind.POWER, body.drive_power),
+    "bed_angle": Observable("angle of the bed's surface", Kind.ANGLE, drum.bed_angle),
+    "bed_speed": Observable("speed along the surface", Kind.VELOCITY, drum.bed_speed, Kind.LENGTH),
+    "still_depth": Observable("place across the bed that stands still", Kind.LENGTH, drum.still_depth),
 }
 """Every quantity a row may name."""

@@ -9,7 +9,7 @@ from nutamill.base.atomic_file import write_whole
 from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.base.library import similar
 from nutamill.base.units import rpm, shown
-from nutamill.case import Case, load_case
+from nutamill.case import Case, Machine, load_case
 from nutamill.result import state_of
 from nutamill.studies.papers.model import Paper, Row, same_speed
 from nutamill.studies.papers.quantities import MODES
@@ -30,7 +30,7 @@ class PlannedRun:
     """Seed of the charge's placement."""
     quick: bool
     """Whether it is one of the few that decide."""
-    case: Case
+    case: Case | Machine
     """What is run."""
     folder: Path
     """Where its files are."""
@@ -55,9 +55,10 @@ class PlannedRun:
 
 def run_name(configuration: str, speed: float, seed: int = 1) -> str:
     """Return the name of a configuration at a speed [rad/s]: ``pellets-723rpm``, or ``pellets-723rpm-seed2``
-    where the seed is not 1.
+    where the seed is not 1, without the speed where that is zero.
     """
-    return f"{configuration}-{rpm(speed):.6g}rpm" + (f"-seed{seed}" if seed != 1 else "")
+    at = f"-{rpm(speed):.6g}rpm" if speed else ""
+    return f"{configuration}{at}" + (f"-seed{seed}" if seed != 1 else "")
 
 
 def planned_runs(paper: Paper, folder: str | Path) -> list[PlannedRun]:
@@ -100,8 +101,8 @@ def case_of_paper(
     seed: int = 1,
     base: str | None = None,
     fixed: Sequence[str] = (),
-) -> Case:
-    """Return the case of a configuration at a speed [rad/s]: its ramp, then `hold` at that speed.
+) -> Case | Machine:
+    """Return the case of a configuration at a speed [rad/s]: of a mill its ramp, then `hold` at that speed.
 
     Parameters
     ----------
@@ -110,12 +111,13 @@ def case_of_paper(
     """
     configuration = paper.configurations[name]
     case = load_case(base or configuration.base, [*fixed, *configuration.set])
-    title = f"{paper.short}: {configuration.title}, {shown(speed, 'rpm', '.6g')}"
-    case = case.with_(
-        drive__speed=speed, run__seed=seed, run__threads=1, title=title
-    )  # one core each, many at once
-    case = case.with_("run.until", case.drive.ramp_end + configuration.hold)
-    return Case.from_toml(case.to_toml(), run_name(name, speed, seed))
+    title = f"{paper.short}: {configuration.title}" + (f", {shown(speed, 'rpm', '.6g')}" if speed else "")
+    if speed:
+        case = case.with_(configuration.speed_key, speed)
+    case = case.with_(run__seed=seed, run__threads=1, title=title)  # one core each, many at once
+    begin = case.drive.ramp_end if isinstance(case, Case) else 0.0
+    case = case.with_("run.until", begin + configuration.hold)
+    return type(case).from_toml(case.to_toml(), run_name(name, speed, seed))
 
 
 def chosen(

@@ -32,7 +32,7 @@ SHORT = ("quantity", "experiment", "paper's simulation", "nutamill", "error")
 NARROW = 120
 """Columns of a terminal below which the table is printed row by row [1]."""
 
-SHOWN = {Kind.ANGLE: "deg", Kind.LENGTH: "mm"}
+SHOWN = {Kind.ANGLE: "deg", Kind.LENGTH: "mm", Kind.TIME: "s"}
 """Units of kinds that are not shown in their SI unit."""
 
 
@@ -46,9 +46,11 @@ def unit_of(kind: Kind | None) -> tuple[str, float]:
 
 def title_of(row: Row, paper: Paper) -> str:
     """Return what a row compares, in words."""
-    at = f"{_speed(row.speed)}"
-    own = paper.configurations[row.configuration].title
-    text = f"{QUANTITIES[row.quantity].label}, {own}, {at}"
+    own, quantity = paper.configurations[row.configuration].title, QUANTITIES[row.quantity]
+    text = f"{quantity.label}, {own}" + (f", {_speed(row.speed)}" if row.speed else "")
+    if row.at is not None:
+        unit, many = unit_of(quantity.at)
+        text += f", at {row.at * many:.4g} {unit}"
     if row.against is not None:
         other, speed, _ = row.needs[1]
         words = {"difference": "less", "change": "change from", "ratio": "over"}[row.against.how]
