@@ -13,8 +13,9 @@ from nutamill.studies.papers import body, drum
 from nutamill.studies.papers.compare import Key, Measured, compare
 from nutamill.studies.papers.figures import draw_figure
 from nutamill.studies.papers.library import parse_paper
-from nutamill.studies.papers.runs import planned_runs
+from nutamill.studies.papers.runs import planned_runs, read_modes
 from nutamill.studies.papers.table import title_of
+from nutamill.studies.validate import find_modes
 from validation import morrell
 
 PAPER = """
@@ -128,7 +129,7 @@ def bed(angle, turned=1.0):
     }
 
     class Snapshots(list):
-        times = np.array([1.0])
+        time = np.array([1.0])
 
     return SimpleNamespace(snapshots=Snapshots([one]), reached=1.0, path="a.h5")
 
@@ -150,3 +151,10 @@ def test_morrells_model_gives_the_printed_toe_and_no_load_power_and_no_printed_n
     assert own.toe == pytest.approx(morrell.TOE, abs=0.15)  # a printed digit
     assert morrell.lines()[0] == "no-load power 41.94 kW, printed 41.94 kW"
     assert own.power < morrell.NET < morrell.CALIBRATION * own.power
+
+
+def test_natural_frequencies_of_a_machine_of_parts_are_stored(tmp_path):
+    _, shaken = planned_runs(parse_paper(PAPER, "paper.toml"), tmp_path)
+    find_modes([shaken])
+    # 1263.31 N/m and 2 kg
+    assert read_modes(shaken) == pytest.approx([math.sqrt(1263.31 / 2.0) / (2.0 * math.pi)], rel=1e-6)

@@ -239,7 +239,7 @@ def _forecast(case: Case, clock: Clock, charge: ChargeFacts | None, rate: float 
     )
 
 
-def wall_time(case: Case) -> float:
+def wall_time(case: Case | Machine) -> float:
     """Estimate the wall time of a run [s] without settling and compilation.
 
     It needs no assembling, unlike the rest of `preflight`.
@@ -284,7 +284,7 @@ def _crossings(case: Case) -> list[Crossing]:
     return crossings
 
 
-def _wall_time(case: Case, clock: Clock, pebbles: int) -> float:
+def _wall_time(case: Case | Machine, clock: Clock, pebbles: int) -> float:
     charge = charge_seconds(case.machine, clock, pebbles)
     return charge + case.run.end / clock.window * MECHANISM_MICROSECONDS * 1e-6
 

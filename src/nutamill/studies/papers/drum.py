@@ -50,7 +50,7 @@ def bed_of(result: Result, last: float) -> Bed:
     ------
     ResultError : no snapshots with a charge
     """
-    chosen = [number for number, time in enumerate(result.snapshots.times) if time > result.reached - last]
+    chosen = [number for number, time in enumerate(result.snapshots.time) if time > result.reached - last]
     if not chosen or "velocities" not in result.snapshots[chosen[0]]:
         raise ResultError(f"{result.path}: has no snapshots of a charge in its last {last:g} s.")
     places = np.concatenate([result.snapshots[number]["positions"] for number in chosen]).astype(float)

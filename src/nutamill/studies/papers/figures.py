@@ -238,7 +238,15 @@ def _colour(number: int) -> str:
 def _abscissa(speeds: Sequence[float], plan: FigurePlan, runs: Sequence[PlannedRun]) -> np.ndarray:
     """Return speeds [rad/s] on the axis of a figure: in rpm, or as centrifugal numbers."""
     speed = np.asarray(speeds)
-    return centrifugal_number(speed, runs[0].case.mechanism) if plan.form == "lambda" else rpm(speed)
+    return centrifugal_number(speed, _drawn(runs)) if plan.form == "lambda" else rpm(speed)
+
+
+def _drawn(runs: Sequence[PlannedRun]) -> DrawnMechanism:
+    """Return the drawing of the mill that is run. Raises ResultError for another machine."""
+    drawing = runs[0].case.drawing
+    if drawing is None:
+        raise ResultError('form = "lambda" is for nutating mills. Write form = "speed".')
+    return drawing.mechanism
 
 
 def centrifugal_number(speed: np.ndarray, mechanism: DrawnMechanism) -> np.ndarray:
@@ -253,7 +261,7 @@ def centrifugal_number(speed: np.ndarray, mechanism: DrawnMechanism) -> np.ndarr
 
 def _speed_on_top(axes: Axes, runs: Sequence[PlannedRun]) -> None:
     """Add a second axis along the top, in rpm."""
-    scale = float(centrifugal_number(np.array(parse("1 rpm", Kind.SPEED)), runs[0].case.mechanism))
+    scale = float(centrifugal_number(np.array(parse("1 rpm", Kind.SPEED)), _drawn(runs)))
 
     def speed_of(number: Any) -> Any:
         return np.sqrt(np.maximum(number, 0.0) / scale)
