@@ -12,6 +12,7 @@ import numpy as np
 from nutamill.analysis.replay import particle_snapshots, rotation_of
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import ResultError
+from nutamill.base.steady import BATCHES
 from nutamill.base.units import Kind, parse
 from nutamill.result import Result
 from nutamill.result.fields import STATISTICS, STATISTICS_AXES
@@ -105,6 +106,21 @@ def window(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset"
     return (sums.isel(time=-1, drop=True) - sums.isel(time=first, drop=True)).assign_attrs(
         start=float(time[first]), end=float(time[-1])
     )
+
+
+def window_parts(result: Result, last: float | str = PAPER_WINDOW) -> list["xarray.Dataset"]:
+    """Return the `window` of a run in up to `BATCHES` successive parts, from whose scatter intervals are
+    estimated. Raises as `window` does.
+    """
+    done, sums = window(result, last), result.statistics
+    time = sums["time"].values
+    inside = np.flatnonzero((time >= done.attrs["start"]) & (time <= done.attrs["end"]))
+    ends = [int(group[-1]) for group in np.array_split(inside[1:], min(BATCHES, len(inside) - 1))]
+    starts = [int(inside[0]), *ends[:-1]]
+    return [
+        sums.isel(time=end, drop=True) - sums.isel(time=start, drop=True)
+        for start, end in zip(starts, ends, strict=True)
+    ]
 
 
 def refuse_empty(result: Result) -> None:

@@ -7,7 +7,7 @@ import typer
 
 from nutamill.cli import completion
 from nutamill.cli.answers import Picture, _picture_name, _place, _print_answer
-from nutamill.cli.common import Last, app, quantity, reports_errors
+from nutamill.cli.common import Last, ResultFile, app, quantity, reports_errors
 
 if TYPE_CHECKING:
     from nutamill.analysis.breakage.answer import Breakage
@@ -60,3 +60,49 @@ def breakage(
     if len(answers) > 1:
         lines += comparison_lines(answers)
     _print_answer(lines, draw_breakage(answers), picture)
+
+
+@app.command()
+@reports_errors
+def wear(
+    file: ResultFile,
+    hardness: Annotated[str, typer.Option(metavar="PRESSURE", help='Hardness of the walls, e.g. "6 GPa".')],
+    coefficient: Annotated[
+        float, typer.Option(metavar="K", help="Wear coefficient of sliding after Archard.")
+    ] = 0.0,
+    cutting: Annotated[
+        float,
+        typer.Option(metavar="SHARE", help="Share of the impacts that cut as sharp grains do, after Finnie."),
+    ] = 0.0,
+    thickness: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help='Print the life of a liner, e.g. "10 mm" thick.')
+    ] = None,
+    after: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME", help='Write meshed walls worn by this time, e.g. "500 h", for a next run.'
+        ),
+    ] = None,
+    last: Last = "3 s",
+    to: Picture = None,
+) -> None:
+    """Print how deep the charge wears its walls in mm per 1000 h, and draw it on the unrolled liner."""
+    from nutamill.analysis.source import any_case_of
+    from nutamill.analysis.wear import by_surface, liner_of, wall_wear, wear_lines
+    from nutamill.result import open_result
+    from nutamill.view.figures.wear import draw_wear
+
+    liner = liner_of(quantity("--hardness", hardness, "pressure"), coefficient, cutting)
+    thick = None if thickness is None else quantity("--thickness", thickness, "length")
+    time = None if after is None else quantity("--after", after, "time")
+    picture = _place(to, _picture_name(file, "wear", last), file.parent)
+    with open_result(file) as result:
+        worn = wall_wear(result, liner, last)
+        machine = any_case_of(result).machine
+    surfaces = by_surface(worn)
+    _print_answer(wear_lines(surfaces, thick), draw_wear(worn, surfaces), picture)
+    if time is not None:
+        from nutamill.export.worn import write_worn
+
+        for path in write_worn(machine, worn, time, file.parent):
+            typer.echo(f"mesh {path}")

@@ -56,7 +56,7 @@ def new(
     ] = None,
     kind: Annotated[
         str,
-        typer.Option(metavar="KIND", help="mill, mechanism, sweep, fit, ratings, ore or mapping."),
+        typer.Option(metavar="KIND", help="mill, mechanism, sweep, fit, identify, ratings, ore or mapping."),
     ] = "mill",
 ) -> None:
     """Write a first file to change, and beside it the schema by which an editor completes and checks it."""
@@ -281,7 +281,10 @@ def mills() -> None:
 @reports_errors
 def schema(
     kind: Annotated[
-        str, typer.Argument(metavar="KIND", help="mill, mechanism, sweep, fit, ratings, ore or mapping.")
+        str,
+        typer.Argument(
+            metavar="KIND", help="mill, mechanism, sweep, fit, identify, ratings, ore or mapping."
+        ),
     ] = "mill",
 ) -> None:
     """Print the JSON schema of a kind of file, for completion in editors."""

@@ -7,18 +7,20 @@ particle thick, that two balls, or a ball and a wall, close upon.
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from nutamill.analysis.flow import window
+from nutamill.analysis.flow import window, window_parts
 from nutamill.analysis.power import power_split
 from nutamill.analysis.source import any_case_of
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base.errors import ResultError
-from nutamill.base.steady import BATCHES
 from nutamill.case.machine import Machine
 from nutamill.result import Result
+
+if TYPE_CHECKING:
+    import xarray
 
 DENSEST = math.pi / math.sqrt(12.0)
 """Share of a plane that equal discs cover in their densest arrangement [1]."""
@@ -59,49 +61,45 @@ class Grinding(NamedTuple):
 def grinding_of(result: Result, last: float | str = PAPER_WINDOW) -> Grinding:
     """Read the impacts and the power of the last part of a run.
 
-    Statistics are recorded at checkpoints; up to `BATCHES` groups of them give the scatter.
+    Statistics are recorded at checkpoints; up to ten groups of them give the scatter.
 
     Raises
     ------
     ResultError : an empty chamber, no statistics, no power put in, or no turn at the last speed
     """
     done = window(result, last)
-    duration = float(done["sampled_time"])
     power = power_split(result, last).motor
     if not power > 0.0:
         raise ResultError(
             f"{result.path}: the energy that breaks ore is counted against the power of the mill, and this "
             f"run takes up {power:.3g} W. Give a run whose drive or loads do work."
         )
-    sums = result.statistics
-    time = sums["time"].values
-    inside = np.flatnonzero((time >= done.attrs["start"]) & (time <= done.attrs["end"]))
     machine = any_case_of(result).machine
     radii = pair_radii(machine)
-    columns = [radii[str(pair)] for pair in sums["pair"].values]
-    centre = sums["energy"].values
-
-    def between(first: int, end: int) -> Impacts:
-        number, energy = (
-            (sums[name].isel(time=end) - sums[name].isel(time=first)).sel(part="normal").values
-            for name in ("impact_number", "impact_energy")
-        )
-        length = float(sums["sampled_time"].values[end] - sums["sampled_time"].values[first])
-        mean = np.where(number > 0.0, energy / np.maximum(number, 1.0), centre)
-        ratio = math.sqrt(centre[1] / centre[0])
-        edges = np.append(centre / ratio, centre[-1] * ratio)
-        return Impacts(edges, number, mean, number / (length * power), np.array(columns)[:, None])
-
-    ends = [group[-1] for group in np.array_split(inside[1:], min(BATCHES, len(inside) - 1))]
-    starts = [inside[0], *ends[:-1]]
-    parts = tuple(between(a, b) for a, b in zip(starts, ends, strict=True))
+    reduced = np.array([radii[str(pair)] for pair in done["pair"].values])
     return Grinding(
         str(result.path),
-        duration,
+        float(done["sampled_time"]),
         power,
         2.0 * min(media_radii(machine).values()),
-        between(inside[0], inside[-1]),
-        parts,
+        _impacts_of(done, power, reduced),
+        tuple(_impacts_of(part, power, reduced) for part in window_parts(result, last)),
+    )
+
+
+def _impacts_of(done: "xarray.Dataset", power: float, reduced: np.ndarray) -> Impacts:
+    """Return the impacts of a window, at a `power` of the mill [W], with the `reduced` radius of each pair
+    [m].
+    """
+    number, energy = (done[name].sel(part="normal").values for name in ("impact_number", "impact_energy"))
+    centre = done["energy"].values
+    ratio = math.sqrt(centre[1] / centre[0])
+    return Impacts(
+        np.append(centre / ratio, centre[-1] * ratio),
+        number,
+        np.where(number > 0.0, energy / np.maximum(number, 1.0), centre),
+        number / (float(done["sampled_time"]) * power),
+        reduced[:, None],
     )
 
 
