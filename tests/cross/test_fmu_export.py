@@ -15,7 +15,7 @@ from nutamill.base.errors import CaseError, NotInstalledError, OutputError
 from nutamill.case import load_case
 from nutamill.export.fmu import linking
 from nutamill.export.fmu.interface import mechanism_interface
-from nutamill.export.fmu.write import export_mechanism
+from nutamill.export.fmu.write import export_machine
 from nutamill.simulation.march import run
 
 pytestmark = [
@@ -57,7 +57,8 @@ def folder(tmp_path_factory):
 def mill(folder):
     case = load_case("numill", CHANGES)
     return {
-        version: export_mechanism(case.machine, folder / f"mill{version}.fmu", version) for version in (2, 3)
+        version: export_machine(case.machine, folder / f"mill{version}.fmu", version=version)
+        for version in (2, 3)
     }
 
 
@@ -70,7 +71,7 @@ def recorded(folder):
 
 
 def test_a_mill_with_a_charge_is_exported_without_what_is_taken_of_the_charge(folder):
-    path = export_mechanism(load_case("numill").machine, folder / "loaded.fmu", 2)
+    path = export_machine(load_case("numill").machine, folder / "loaded.fmu")
     names = {variable.name for variable in fmpy.read_model_description(str(path)).modelVariables}
     assert {"driveshaft_torque", "crank_pin_force_resultant"} <= names
     assert not names & {"charge_force_x", "charge_phase_lag", "wall_normal_loss"}
@@ -167,7 +168,7 @@ def test_other_communication_steps_are_of_second_order(folder):
     for inner in (500e-6, 250e-6):
         machine = load_case("particle-damper").machine
         machine = machine.model_copy(update={"run": machine.run.model_copy(update={"step": inner})})
-        path = export_mechanism(machine, folder / "steps.fmu")
+        path = export_machine(machine, folder / "steps.fmu")
         ends = []
         for ratio in (1.0, 1.4):
             unit, places = opened(path)
@@ -296,7 +297,7 @@ until = "20 ms"
 
 def test_a_torque_that_is_an_input_accelerates_the_shaft(folder):
     """0.5 N m on 0.02 kg m^2 are 25 rad/s^2; the first inner step has half of it, the mean of both ends."""
-    unit, places = opened(export_mechanism(shaft(folder), folder / "torque.fmu", drives="torque"))
+    unit, places = opened(export_machine(shaft(folder), folder / "torque.fmu", drives="torque"))
     unit.set([places["drives.shaft.torque"]], [0.5])
     rows = marched(unit, [places["drive_shaft_speed"], places["drive_shaft_torque"]], 10, 1e-3)
     assert rows[-1, 0] == pytest.approx(25.0 * (10e-3 - 0.5 * 50e-6), rel=1e-12)
@@ -304,7 +305,7 @@ def test_a_torque_that_is_an_input_accelerates_the_shaft(folder):
 
 
 def test_a_speed_that_is_an_input_is_reached_at_the_end_of_the_step(folder):
-    unit, places = opened(export_mechanism(shaft(folder), folder / "speed.fmu", drives="speed"))
+    unit, places = opened(export_machine(shaft(folder), folder / "speed.fmu", drives="speed"))
     names = ("drive_shaft_speed", "drive_shaft_angle", "drive_shaft_torque")
     rows = []
     for k, speed in enumerate((1.0, 3.0, 3.0)):
@@ -319,7 +320,7 @@ def test_a_speed_that_is_an_input_is_reached_at_the_end_of_the_step(folder):
 def test_a_wrench_that_is_an_input_acts_as_in_a_run_with_a_charge(folder):
     """A moment about the axis on the free shaft, held over a step, gives exactly its impulse."""
     machine = shaft(folder)
-    unit, places = opened(export_mechanism(machine, folder / "wrench.fmu", drives="torque"))
+    unit, places = opened(export_machine(machine, folder / "wrench.fmu", drives="torque"))
     unit.set([places["wrench.shaft.moment.z"]], [0.5])
     rows = marched(unit, [places["bodies.shaft.angular_velocity.z"]], 4, 1e-3)
     assert rows[:, 0] == pytest.approx(25.0 * 1e-3 * np.arange(1, 5), rel=1e-12)
@@ -327,7 +328,7 @@ def test_a_wrench_that_is_an_input_acts_as_in_a_run_with_a_charge(folder):
 
 def test_the_same_machine_gives_the_same_file(folder):
     machine = shaft(folder)
-    one, two = (export_mechanism(machine, folder / f"{name}.fmu") for name in ("one", "two"))
+    one, two = (export_machine(machine, folder / f"{name}.fmu") for name in ("one", "two"))
     assert one.read_bytes() == two.read_bytes()
 
 
@@ -353,7 +354,7 @@ def test_our_mechanism_as_a_foreign_machine_gives_the_bits_of_our_own_run(folder
     own = load_case(tmp_path / "own.toml")
     machine = own.machine
     step = machine.model_copy(update={"run": machine.run.model_copy(update={"step": 50e-6})})
-    export_mechanism(step, tmp_path / "own.fmu")
+    export_machine(step, tmp_path / "own.fmu")
     names = {
         part: ", ".join(
             f'"bodies.box.{part}.{letter}"' for letter in ("wxyz" if part == "quaternion" else "xyz")

@@ -31,6 +31,19 @@ class CodeTarget(NamedTuple):
     """LLVM's name of processor, system and binary format."""
     cpu: str
     """Processor whose instructions are used."""
+    features: str = ""
+    """Instructions beyond or without those of the processor, as LLVM writes them."""
+    same_bits: bool = False
+    """Whether the code is emitted as it was compiled for this processor, so that fast arithmetic rounds as in
+    the running program; else it is optimised anew.
+    """
+
+
+def this_processor(triple: str) -> CodeTarget:
+    """Return the target of code that has the bits of the running program, on the platform of `triple`."""
+    import llvmlite.binding as llvm
+
+    return CodeTarget(triple, llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), True)
 
 
 class Block:
@@ -39,18 +52,23 @@ class Block:
     Parameters
     ----------
     arguments : by name: arrays, numbers, and named tuples of them
+    last : names of arrays that are placed behind all others
 
     Attributes
     ----------
     places : place of each array in the block [bytes], by its dotted name
+    entries : place of the entry of each array and number in the table [bytes], by its dotted name
+    items : size of a number of each array [bytes], by its dotted name
     content : the block (n,), bytes
     """
 
-    def __init__(self, arguments: dict[str, Any]):
+    def __init__(self, arguments: dict[str, Any], last: Sequence[str] = ()):
         table: list[Any] = []
+        self.entries: dict[str, int] = {}
         arrays: list[tuple[str, int, np.ndarray]] = []
 
         def lay(name: str, value: Any) -> None:
+            self.entries[name] = WORD * len(table)
             if isinstance(value, np.ndarray):
                 arrays.append((name, len(table), np.ascontiguousarray(value)))
                 table.extend((0, *value.shape))
@@ -62,6 +80,8 @@ class Block:
 
         for name, value in arguments.items():
             lay(name, value)
+        arrays.sort(key=lambda array: array[0] in last)
+        self.items = {name: array.itemsize for name, _, array in arrays}
         end = _aligned(WORD * len(table))
         self.places: dict[str, int] = {}
         for name, entry, array in arrays:
@@ -88,7 +108,9 @@ class KernelEntry(NamedTuple):
     function: Callable
     """The kernel."""
     arguments: tuple[str, ...]
-    """Names of its arguments in the block, and "step" or "count" for numbers that the caller gives."""
+    """Names of its arguments in the block, "step" or "count" for numbers that the caller gives, or a whole
+    number as text.
+    """
     has_status: bool
     """Whether its result is a status, which becomes that of the entry; else the entry gives 0."""
 
@@ -111,7 +133,7 @@ def object_code(entries: Sequence[KernelEntry], arguments: dict[str, Any], targe
     """
     kinds = repr([(name, str(_type_of(value))) for name, value in arguments.items()])
     named = repr([(entry.name, entry.function.__qualname__, entry.arguments) for entry in entries])
-    whole = "\n".join([kernel_digest(), kinds, named, *target, _versions()])
+    whole = "\n".join([kernel_digest(), kinds, named, *map(str, target), _versions()])
     files = CompiledFiles(cache_folder(), "object_code")
     key = hashlib.sha256(whole.encode()).hexdigest()
     if isinstance(stored := files.load(key), bytes):
@@ -251,14 +273,19 @@ def _machine(target: CodeTarget) -> tuple[Any, str]:
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     family = llvm.Target.from_triple(target.triple)
-    machine = family.create_target_machine(cpu=target.cpu, opt=3, reloc="pic", codemodel="default")
+    machine = family.create_target_machine(
+        cpu=target.cpu, features=target.features, opt=3, reloc="pic", codemodel="default"
+    )
     return machine, str(machine.target_data)
 
 
 def _retargeted(text: str, triple: str, layout: str) -> str:
-    """Return LLVM text with another target."""
+    """Return LLVM text with another target. A hint to a waiting x86 processor is left out elsewhere."""
     lines = [
-        line for line in text.splitlines() if not line.startswith(("target datalayout", "target triple"))
+        line
+        for line in text.splitlines()
+        if not line.startswith(("target datalayout", "target triple"))
+        and (triple.startswith("x86_64") or "@llvm.x86.sse2.pause()" not in line)
     ]
     head = [f'target datalayout = "{layout}"', f'target triple = "{triple}"']
     return "\n".join([*lines[:1], *head, *lines[1:]])
@@ -291,5 +318,10 @@ def _emitted(compiled: Sequence[tuple[str, str, str]], target: CodeTarget) -> by
     assert whole is not None
     whole.verify()
     builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3))
-    builder.getModulePassManager().run(whole, builder)
+    if target.same_bits:
+        passes = llvm.create_new_module_pass_manager()
+        passes.add_global_dead_code_eliminate_pass()
+    else:
+        passes = builder.getModulePassManager()
+    passes.run(whole, builder)
     return machine.emit_object(whole)

@@ -28,6 +28,13 @@ class Form(StrEnum):
     LAMMPS = "lammps"
 
 
+class Exported(StrEnum):
+    """What of a machine is exported."""
+
+    MECHANISM = "mechanism"
+    WHOLE = "whole"
+
+
 class Drives(StrEnum):
     """What moves the drives of an exported machine."""
 
@@ -181,6 +188,10 @@ def export(
     ] = None,
     overrides: Overrides = None,
     fmi: Annotated[int, typer.Option(metavar="2|3", min=2, max=3, help="fmu: version of FMI.")] = 2,
+    what: Annotated[
+        Exported,
+        typer.Option(metavar="mechanism|whole", help="fmu: the machine without or with its charge."),
+    ] = Exported.MECHANISM,
     drives: Annotated[
         Drives, typer.Option(metavar="programme|speed|torque", help="fmu: what moves the drives.")
     ] = Drives.PROGRAMME,
@@ -190,7 +201,7 @@ def export(
 ) -> None:
     """Write a result for ParaView, a spreadsheet, pandas or LAMMPS, or the mechanism of a case as an FMU."""
     if form is Form.FMU:
-        from nutamill.export.fmu.write import export_mechanism
+        from nutamill.export.fmu.write import export_machine
 
         if series:
             what = "has no use for fmu, whose outputs are all series"
@@ -198,7 +209,7 @@ def export(
         machine = load(str(file), overrides).machine
         path = to or Path(f"{machine.name}.fmu")
         log = lambda text: typer.echo(text, err=True)  # noqa: E731
-        written = export_mechanism(machine, path, fmi, drives, platforms, log)
+        written = export_machine(machine, path, what, fmi, drives, platforms, log)
         typer.echo(f"{written}   {megabytes(written.stat().st_size)}")
         return
     from nutamill.result import open_result

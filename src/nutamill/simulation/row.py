@@ -135,6 +135,10 @@ class RowTable:
             for number, name in enumerate(names)
         }
 
+    def column(self, group: str, name: str) -> int:
+        """Return the number of a column of a row [1]."""
+        return self._column[group, name]
+
     def read(self, rows: np.ndarray, group: str, name: str | None = None) -> np.ndarray:
         """Return a column (n,) of `rows` (n, n_columns), or all columns (n, m) of a group if no name is
         given.

@@ -9,6 +9,7 @@ from nutamill.base.object_code import Block
 from nutamill.case.drive import Motor
 from nutamill.case.machine import Machine
 from nutamill.export.fmu.series import Made, made_series
+from nutamill.mechanism.model import Mechanism
 from nutamill.simulation.entry import record_first_row
 from nutamill.simulation.setup.model import Model, State, build
 
@@ -62,6 +63,49 @@ class Input(NamedTuple):
     """Place of the motion of the drive [bytes]."""
 
 
+class Names(NamedTuple):
+    """Where the parts of the mechanism are among the arguments of the kernels."""
+
+    model: str
+    """Constants."""
+    state: str
+    """State."""
+
+
+class Growing(NamedTuple):
+    """An array whose room grows with the lists of a charge."""
+
+    entry: int
+    """Place of its entry in the table of the block [bytes]."""
+    dimensions: int
+    """Number of its dimensions [1]."""
+    grows: int
+    """Dimension that grows [1]."""
+    item: int
+    """Size of a number [bytes]."""
+    lanes: bool
+    """Whether it is work space of the vector loops, which has a length of its own."""
+
+
+class Whole(NamedTuple):
+    """What the skeleton must know of a machine with its charge."""
+
+    growing: list[Growing]
+    """Arrays that grow, in the order of the block, behind all others."""
+    saved: list[tuple[int, int, int]]
+    """Of each book of saved contacts: place of the starts [bytes], number of particles' slots [1], place of
+    the table's entry of its partners [bytes].
+    """
+    chunk: int
+    """Particles of a chunk [1]."""
+    surface_lanes: int
+    """Surfaces times particles of a chunk [1]."""
+    places: dict[str, int]
+    """Places that the skeleton reads and writes, by their names in its tables [bytes]."""
+    wrench: tuple[int, int]
+    """First column of the wrenches of the carriers, and their number [1]."""
+
+
 class Interface(NamedTuple):
     """A machine, ready to be written as an FMU."""
 
@@ -79,6 +123,8 @@ class Interface(NamedTuple):
     """The inputs, in the order of their numbers in the block."""
     made: list[Made]
     """Series that are computed of a row."""
+    whole: Whole | None = None
+    """The charge; None for a mechanism without it."""
 
 
 def mechanism_interface(machine: Machine, drives: str = "programme") -> Interface:
@@ -94,20 +140,12 @@ def mechanism_interface(machine: Machine, drives: str = "programme") -> Interfac
     CaseError : every fault of the machine
     StepError : no first accelerations, or no equilibrium where it starts from rest
     """
-    if machine.fmus:
-        hint = 'Take them out, e.g. -s "fmus=[]"'
-        raise CaseError(Fault("fmus", "cannot be exported in an FMU", hint))
-    if drives != "programme" and not machine.drives:
-        raise CaseError(Fault("--drives", f"has no use here, got {drives}: the machine has no drives"))
-    bare = _with_own_quantities(_without_charge(machine, drives))
+    refuse_export(machine, drives)
+    bare = _with_own_quantities(driven(_without_charge(machine), drives))
     model, state, scratch = build(bare, None)
     if drives == "torque":
-        names = [drive.name for drive in machine.drives]
-        for name in ("gain", "integral_gain"):
-            model.mechanism.drives[name][: len(names)] = 0.0
-        state.mechanism.motor_integral[: len(names)] = 0.0
+        release_motors(model, state, len(machine.drives))
     record_first_row(model, state, scratch)
-    count = 6 * len(bare.bodies) + (0 if drives == "programme" else len(bare.drives))
     arguments = {
         "mechanism": model.mechanism,
         "state": state.mechanism,
@@ -115,34 +153,59 @@ def mechanism_interface(machine: Machine, drives: str = "programme") -> Interfac
         "sensors": model.sensors,
         "starts": model.readout.table.starts,
         "row": np.zeros(model.readout.n_columns),
-        "inputs": np.zeros(count),
+        "inputs": np.zeros(count_inputs(bare, model, drives)),
     }
     if drives == "speed":
-        arguments["mechanism"] = _two_knots(model, len(bare.drives))
+        arguments["mechanism"] = two_knots(model.mechanism, len(bare.drives))
     block = Block(arguments)
-    variables = [ExportedVariable("time", "independent", "s", "simulated time", "CLOCK", 0, None)]
-    inputs: list[Input] = []
-    _add_inputs(bare, drives, arguments, block, variables, inputs)
-    _add_bodies(bare, block, variables)
+    names = Names("mechanism", "state")
+    variables, inputs = declared(bare, drives, model, arguments["mechanism"], block, names)
     made, slots = made_series(model, state)
-    for field in model.readout.fields:
-        if field.name != "time":
-            variables.append(
-                ExportedVariable(
-                    field.name, "output", field.unit, field.meaning, "IN_SLOTS", slots[field.name], None
-                )
-            )
+    variables += series_outputs(model, slots)
     return Interface(model, state, arguments, block, variables, inputs, made)
 
 
-def _without_charge(machine: Machine, drives: str) -> Machine:
-    """Return a machine without charge, with motors where the torque is an input."""
+def refuse_export(machine: Machine, drives: str) -> None:
+    """Raise CaseError for a machine that no FMU can be made of."""
+    if machine.fmus:
+        hint = 'Take them out, e.g. -s "fmus=[]"'
+        raise CaseError(Fault("fmus", "cannot be exported in an FMU", hint))
+    if drives != "programme" and not machine.drives:
+        raise CaseError(Fault("--drives", f"has no use here, got {drives}: the machine has no drives"))
+
+
+def driven(machine: Machine, drives: str) -> Machine:
+    """Return a machine with motors where the torque of its drives is an input."""
+    if drives != "torque":
+        return machine
+    moved = tuple(drive.model_copy(update={"motor": Motor()}) for drive in machine.drives)
+    changed = machine.model_copy(update={"drives": moved})
+    changed._name = machine._name
+    return changed
+
+
+def release_motors(model: Model, state: State, count: int) -> None:
+    """Take the control off the motors of the first `count` drives, whose torques are inputs."""
+    for name in ("gain", "integral_gain"):
+        model.mechanism.drives[name][:count] = 0.0
+    state.mechanism.motor_integral[:count] = 0.0
+
+
+def series_outputs(model: Model, slots: dict[str, int]) -> list[ExportedVariable]:
+    """Return the recorded series of a machine as outputs. `slots` are theirs by name."""
+    return [
+        ExportedVariable(field.name, "output", field.unit, field.meaning, "IN_SLOTS", slots[field.name], None)
+        for field in model.readout.fields
+        if field.name != "time"
+    ]
+
+
+def _without_charge(machine: Machine) -> Machine:
+    """Return a machine without charge."""
     run = machine.run
     changes: dict = {"charge": type(machine.charge)(kind="none"), "walls": (), "regions": ()}
     changes["run"] = run.model_copy(update={"dt": "auto"})
     changes["sensors"] = tuple(sensor for sensor in machine.sensors if sensor.kind != "charge")
-    if drives == "torque":
-        changes["drives"] = tuple(drive.model_copy(update={"motor": Motor()}) for drive in machine.drives)
     bare = machine.model_copy(update=changes)
     bare._name = machine._name
     return bare
@@ -167,59 +230,69 @@ def _with_own_quantities(bare: Machine) -> Machine:
     return made
 
 
-def _two_knots(model: Model, count: int):
+def two_knots(mechanism: Mechanism, count: int) -> Mechanism:
     """Return the mechanism with two knots for each of its first drives, which an FMU writes at every step."""
-    mechanism = model.mechanism
     records = mechanism.drives.copy()
     records["end_knot"][:count] = records["first_knot"][:count] + 2
     return mechanism._replace(drives=records)
 
 
-def _add_inputs(
-    machine: Machine,
-    drives: str,
-    arguments: dict,
-    block: Block,
-    variables: list[ExportedVariable],
-    inputs: list[Input],
-) -> None:
-    """Add wrenches on bodies, and speeds or torques of drives."""
-    at = block.places["inputs"]
+def declared(
+    machine: Machine, drives: str, model: Model, mechanism: Mechanism, block: Block, names: Names
+) -> tuple[list[ExportedVariable], list[Input]]:
+    """Return time, inputs and the motion of the bodies as variables, and what is done with the inputs.
+
+    Wrenches are inputs on bodies that the charge does not push, speeds or torques of drives as `drives` says.
+    """
+    variables = [ExportedVariable("time", "independent", "s", "simulated time", "CLOCK", 0, None)]
+    inputs: list[Input] = []
+    at, state = block.places["inputs"], names.state
 
     def add(name: str, unit: str, meaning: str, given: Input) -> None:
         place = at + NUMBER * len(inputs)
         variables.append(ExportedVariable(name, "input", unit, meaning, "IN_BLOCK", place, 0.0))
         inputs.append(given)
 
-    for b, body in enumerate(machine.bodies):
+    for b, body in free_bodies(machine, model):
         for k, (load, unit, meaning) in enumerate(WRENCH):
             for axis, letter in enumerate("xyz"):
-                place = block.places["state.wrench"] + NUMBER * (6 * b + 3 * k + axis)
-                name = f"wrench.{body.name}.{load}.{letter}"
-                add(name, unit, f"{meaning}, on {body.name}", Input("PLAIN", place, 0))
-    if drives == "programme":
-        return
-    for d, drive in enumerate(machine.drives):
-        motion = block.places["state.drive_motion"] + 3 * NUMBER * d
+                place = block.places[f"{state}.wrench"] + NUMBER * (6 * b + 3 * k + axis)
+                name = f"wrench.{body}.{load}.{letter}"
+                add(name, unit, f"{meaning}, on {body}", Input("PLAIN", place, 0))
+    for d, drive in enumerate(machine.drives if drives != "programme" else ()):
+        motion = block.places[f"{state}.drive_motion"] + 3 * NUMBER * d
         if drives == "torque":
-            place = block.places["state.motor_integral"] + NUMBER * d
+            place = block.places[f"{state}.motor_integral"] + NUMBER * d
             meaning = f"torque of drive {drive.name} on its joint's body b, held over the step"
             add(f"drives.{drive.name}.torque", "N m", meaning, Input("PLAIN", place, motion))
         else:
-            first = int(arguments["mechanism"].drives["first_knot"][d])
-            place = block.places["mechanism.knots"] + KNOT * first
+            first = int(mechanism.drives["first_knot"][d])
+            place = block.places[f"{names.model}.knots"] + KNOT * first
             meaning = f"speed that drive {drive.name} comes to at the end of the step, linear in time"
             add(f"drives.{drive.name}.speed", "rad/s", meaning, Input("SPEED", place, motion))
+    _add_bodies(machine, state, block, variables)
+    return variables, inputs
 
 
-def _add_bodies(machine: Machine, block: Block, variables: list[ExportedVariable]) -> None:
+def free_bodies(machine: Machine, model: Model) -> list[tuple[int, str]]:
+    """Return number and name of the bodies on which the charge exerts nothing."""
+    carriers = set() if model.charge is None else set(model.plan.carriers.tolist())
+    return [(b, body.name) for b, body in enumerate(machine.bodies) if b not in carriers]
+
+
+def count_inputs(machine: Machine, model: Model, drives: str) -> int:
+    """Return the number of inputs that `declared` makes."""
+    return 6 * len(free_bodies(machine, model)) + (0 if drives == "programme" else len(machine.drives))
+
+
+def _add_bodies(machine: Machine, state: str, block: Block, variables: list[ExportedVariable]) -> None:
     """Add pose, twist and accelerations of every body."""
     shared = {"acceleration": ("acceleration", 6, 0), "angular_acceleration": ("acceleration", 6, 3)}
     for b, body in enumerate(machine.bodies):
         for part, letters, unit, meaning in MOTION:
             array, width, first = shared.get(part, (part, len(letters), 0))
             for k, letter in enumerate(letters):
-                place = block.places[f"state.{array}"] + NUMBER * (width * b + first + k)
+                place = block.places[f"{state}.{array}"] + NUMBER * (width * b + first + k)
                 name = f"bodies.{body.name}.{part}.{letter}"
                 text = f"{meaning}, of {body.name}"
                 variables.append(ExportedVariable(name, "output", unit, text, "IN_BLOCK", place, None))

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from nutamill.base.errors import OutputError, missing_extra
-from nutamill.base.object_code import CodeTarget, KernelEntry, constant_object, object_code
+from nutamill.base.object_code import CodeTarget, KernelEntry, constant_object, object_code, this_processor
 from nutamill.export.fmu.interface import Interface
 from nutamill.export.fmu.tables import header
 from nutamill.mechanism.dynamics import march
+from nutamill.simulation.coupling import march_coupled
 from nutamill.simulation.row import mechanism_row
 
 ENTRIES = (
@@ -27,7 +28,13 @@ ENTRIES = (
         False,
     ),
 )
-"""What the skeleton calls of the kernels."""
+"""What the skeleton calls of the kernels of a mechanism."""
+WHOLE_ENTRIES = (
+    KernelEntry(
+        "nutamill_advance", march_coupled, ("model", "state", "scratch", "count", "row", "0", "1"), True
+    ),
+)
+"""What it calls of the kernels of a machine with its charge: the march by the only thread of its team."""
 BLOCK = "nutamill_block"
 """Name of the first block in a library."""
 
@@ -111,15 +118,19 @@ def library(interface: Interface, version: int, token: str, target: Platform) ->
     OutputError : the compiler failed
     """
     command = _compiler(target)
+    whole = interface.whole is not None
+    entries = WHOLE_ENTRIES if whole else ENTRIES
+    code = code_target(interface, target)
     with tempfile.TemporaryDirectory(prefix="nutamill-link-") as name:
         folder = Path(name)
-        (folder / "kernels.o").write_bytes(object_code(ENTRIES, interface.arguments, target.target))
+        (folder / "kernels.o").write_bytes(object_code(entries, interface.arguments, code))
         (folder / "block.o").write_bytes(
             constant_object(BLOCK, interface.block.content.tobytes(), target.target)
         )
         (folder / "model.h").write_text(header(interface, token), encoding="utf-8")
         skeleton = importlib.resources.files("nutamill.export.fmu") / "skeleton"
-        for source in ("core.h", "core.c", f"fmi{version}.c"):
+        sources = ["core.c", f"fmi{version}.c", "whole.c" if whole else "mechanism.c"]
+        for source in ("core.h", *sources):
             (folder / source).write_bytes((skeleton / source).read_bytes())
         out = folder / f"library{target.ending}"
         options = [
@@ -133,7 +144,7 @@ def library(interface: Interface, version: int, token: str, target: Platform) ->
             str(out),
         ]
         options += [] if target.ending == ".dll" else ["-fPIC"]
-        files = [str(folder / part) for part in ("core.c", f"fmi{version}.c", "kernels.o", "block.o")]
+        files = [str(folder / part) for part in (*sources, "kernels.o", "block.o")]
         libraries = ["-lm"] if target.ending == ".so" else []
         environment = os.environ | {
             "ZIG_GLOBAL_CACHE_DIR": os.environ.get("ZIG_GLOBAL_CACHE_DIR", str(_zig_cache()))
@@ -145,6 +156,15 @@ def library(interface: Interface, version: int, token: str, target: Platform) ->
             lines = [line for line in done.stderr.splitlines() if line.strip()] or ["no message"]
             raise OutputError(f"{target.tuple}: the compiler failed: {lines[0]}")
         return out.read_bytes()
+
+
+def code_target(interface: Interface, target: Platform) -> CodeTarget:
+    """Return what the kernels are emitted for: on this platform a charge is emitted for this very processor,
+    so that it has the bits of a run here; elsewhere for what every processor of the platform has.
+    """
+    if interface.whole is not None and target == this_platform():
+        return this_processor(target.target.triple)
+    return target.target
 
 
 def _zig_cache() -> Path:

@@ -2,6 +2,8 @@
 
 import math
 
+from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.model import PADDING
 from nutamill.export.fmu.interface import Interface
 
 TAKES = {"sum": "SUM", "product": "PRODUCT", "resultant": "RESULTANT", "lag": "LAG"}
@@ -35,6 +37,7 @@ struct input {{ enum input_kind kind; int64_t at, motion; }};
 struct term {{ int slot; double sign, zero; }};
 struct series {{ enum take take; int first, count; }};
 
+{whole}
 extern const unsigned char nutamill_block[BLOCK_SIZE];
 static const struct variable variables[] = {{
 {variables}
@@ -52,6 +55,53 @@ static const struct series series[] = {{
 """
 
 
+WHOLE = """
+/* The charge: places in the block, and arrays that grow with its lists. */
+struct growing {{ int64_t entry; int dimensions, grows; int64_t item; int lanes; }};
+struct saved {{ int64_t starts_at, count, partners; }};
+{places}
+#define PER_ROW {per_row}
+#define CHUNK {chunk}
+#define SURFACE_LANES {surface_lanes}
+#define PADDING {padding}
+#define BATCH {batch}
+#define FIRST_WRENCH {first_wrench}
+#define N_WRENCH {n_wrench}
+#define N_GROWING {n_growing}
+#define N_SAVED {n_saved}
+static const struct growing growing[] = {{
+{growing}
+}};
+static const struct saved saved[] = {{
+{saved}
+}};
+"""
+
+
+def _whole(interface: Interface) -> str:
+    """Return the tables of the charge, empty for a mechanism without it."""
+    whole = interface.whole
+    if whole is None:
+        return ""
+    return WHOLE.format(
+        places="\n".join(f"#define {name} {place}" for name, place in whole.places.items()),
+        per_row=interface.model.plan.windows_per_row,
+        chunk=whole.chunk,
+        surface_lanes=whole.surface_lanes,
+        padding=PADDING,
+        batch=BATCH,
+        first_wrench=whole.wrench[0],
+        n_wrench=whole.wrench[1],
+        n_growing=len(whole.growing),
+        n_saved=len(whole.saved),
+        growing="\n".join(
+            f"{{{one.entry}, {one.dimensions}, {one.grows}, {one.item}, {int(one.lanes)}}},"
+            for one in whole.growing
+        ),
+        saved="\n".join(f"{{{at}, {count}, {entry}}}," for at, count, entry in whole.saved),
+    )
+
+
 def header(interface: Interface, token: str) -> str:
     """Return model.h of a machine. `token` identifies its description."""
     variables = [f"{{{v.kind}, {int(v.causality == 'input')}, {v.at}}}," for v in interface.variables]
@@ -60,13 +110,14 @@ def header(interface: Interface, token: str) -> str:
     series: list[str] = []
     for made in interface.made:
         series.append(f"{{{TAKES[made.take]}, {len(terms)}, {len(made.terms)}}},")
-        terms += [f"{{{term.slot}, {term.sign:.1f}, {_exact(term.zero)}}}," for term in made.terms]
+        terms += [f"{{{term.slot}, {_exact(term.sign)}, {_exact(term.zero)}}}," for term in made.terms]
     places = interface.block.places
+    state = "state" if interface.whole is None else "state.mechanism"
     return HEADER.format(
         token=token,
         block_size=len(interface.block.content),
         step=_exact(interface.model.plan.dt),
-        time=places["state.time"],
+        time=places[f"{state}.time"],
         row=places["row"],
         inputs_at=places["inputs"],
         columns=interface.model.readout.n_columns,
@@ -75,6 +126,7 @@ def header(interface: Interface, token: str) -> str:
         n_variables=len(variables),
         most_terms=max(len(made.terms) for made in interface.made),
         pi=_exact(math.pi),
+        whole=_whole(interface),
         variables="\n".join(variables),
         inputs="\n".join(inputs),
         terms="\n".join(terms),

@@ -13,8 +13,9 @@ from nutamill.base.units import shown
 from nutamill.case.machine import Machine
 from nutamill.export.fmu.description import model_description, unit_name
 from nutamill.export.fmu.interface import Interface, mechanism_interface
-from nutamill.export.fmu.linking import PLATFORMS, library, this_platform
+from nutamill.export.fmu.linking import PLATFORMS, code_target, library, this_platform
 from nutamill.export.fmu.picture import picture
+from nutamill.export.fmu.whole import whole_interface
 
 FMU = (".fmu",)
 """Ends of the names of FMUs."""
@@ -24,20 +25,22 @@ STAMP = (2026, 1, 1, 0, 0, 0)
 """Time of every member of the archive, so that the same machine gives the same file."""
 
 
-def export_mechanism(
+def export_machine(
     machine: Machine,
     path: str | Path,
+    what: str = "mechanism",
     version: int = 2,
     drives: str = "programme",
     platforms: str = "this",
     log: Callable[[str], None] | None = None,
 ) -> Path:
-    """Write the mechanism of a machine, without its charge, as an FMU for co-simulation, and return the path.
+    """Write a machine as an FMU for co-simulation, and return the path.
 
     Parameters
     ----------
     machine : the machine
     path : file to write
+    what : "mechanism", without the charge, or "whole", with it
     version : version of FMI, 2 or 3
     drives : "programme", as the case says; "speed" or "torque", as inputs ask
     platforms : "this" or "all"
@@ -51,7 +54,7 @@ def export_mechanism(
     """
     path = Path(path)
     check_writable(path, FMU)
-    interface = mechanism_interface(machine, drives)
+    interface = (whole_interface if what == "whole" else mechanism_interface)(machine, drives)
     identifier = "nutamill"
     token = _token(interface, version)
     members = {"modelDescription.xml": model_description(interface, version, identifier, token).encode()}
@@ -62,7 +65,8 @@ def export_mechanism(
         members[f"binaries/{folder}/{identifier}{target.ending}"] = code
         if log is not None:
             run = "" if target == here else ", linked and not run here"
-            log(f"{target.tuple:15} {len(code)} bytes, instructions of {target.target.cpu}{run}")
+            cpu = code_target(interface, target).cpu
+            log(f"{target.tuple:15} {len(code)} bytes, instructions of {cpu}{run}")
     members |= _documents(interface, version, drives)
     members["documentation/machine.png"] = picture(machine)
     return write_whole(path, _archive(members))
@@ -84,13 +88,24 @@ def _documents(interface: Interface, version: int, drives: str) -> dict[str, byt
         f"<tr><td>{v.name}</td><td>{v.causality}</td><td>{unit_name(v.unit)}</td><td>{v.meaning}</td></tr>"
         for v in interface.variables
     )
+    if interface.whole is None:
+        content = "Mechanism without charge"
+        promise = "A communication step that is a multiple of it gives the bits of <code>nutamill run</code>"
+    else:
+        plan = interface.model.plan
+        between = shown(plan.dt * plan.windows_per_row, "us")
+        content = f"Machine with its charge of {interface.model.charge.n_particles} particles, on one thread"
+        promise = (
+            f"Series are those of the last row, rows are {between} apart. A communication step that is a "
+            "multiple of the inner step gives the bits of <code>nutamill run</code> on the processor that "
+            "the library was made on, elsewhere its means"
+        )
     page = f"""<!DOCTYPE html>
 <html><head><meta charset="utf-8"><title>{machine.name}</title></head><body>
 <h1>{machine.title or machine.name}</h1>
-<p>Mechanism without charge, FMI {version}.0 for co-simulation, by nutamill {__version__}.
+<p>{content}, FMI {version}.0 for co-simulation, by nutamill {__version__}.
 It needs no Python and no licence. Inner step {shown(interface.model.plan.dt, "us")}.
-A communication step that is a multiple of it gives the bits of <code>nutamill run</code>; another one ends
-with a shorter inner step. Drives: {drives}. Inputs are held over a step.
+{promise}; another one ends with a shorter inner step. Drives: {drives}. Inputs are held over a step.
 All quantities are in SI, vectors in world axes unless the meaning says otherwise.</p>
 <p><img src="machine.png" alt="the machine"></p>
 <table><tr><th>variable</th><th>causality</th><th>unit</th><th>meaning</th></tr>

@@ -91,7 +91,9 @@ class Readout:
         return self.values(row, row[0])
 
     def columns(self) -> dict[str, int]:
-        """Return the column of each series of a machine without charge that is a column of a row."""
+        """Return the column of each series that is a column of a row. With a charge, those of the energies of
+        the mechanism are terms of series.
+        """
         starts, groups = self.table.starts, self.table.groups
         columns = {"time": starts.time}
         columns |= {name: starts.sensors + k for k, name in enumerate(self._sensor_series)}
@@ -102,7 +104,20 @@ class Readout:
         for group, prefix in LOSSES.items():
             for k, part in enumerate(groups[group]):
                 columns[f"{prefix}_{part}_loss"] = getattr(starts, group) + k
-        return columns
+        return columns | (self._charge_columns() if self._carriers else {})
+
+    def _charge_columns(self) -> dict[str, int]:
+        """Return the column of each series of the charge that is a column of a row."""
+        at = self.table.column
+        columns = {f"charge_mass_centre_{axis}": at("mass_centre", axis) for axis in "xyz"}
+        for carrier in self._carriers:
+            for name in WRENCH:
+                columns[f"{carrier}_charge_{name}"] = at("wrench", f"{carrier}_{name}")
+        columns["coordination_number"] = at("coordination", "mean")
+        for kind in ("pair", "wall"):
+            columns[f"{kind}_contacts"] = at("contacts", kind)
+            columns[f"largest_{kind}_overlap"] = at("largest_overlap", kind)
+        return columns | {"interface_work": at("ledger", "interface")}
 
     def _refuse_unknown(self, known: list[str]) -> None:
         """Raise CaseError with every recorded name that is no series of the machine."""
@@ -203,6 +218,10 @@ class Readout:
             "interface_work": at("ledger", "interface"),
             "interface_impulse_defect": np.linalg.norm(defect, axis=0),
         }
+
+    def start_energy(self, first: np.ndarray) -> float:
+        """Return the energy stored at the first row (n_columns,) [J], which the ledger counts from."""
+        return float(self._start_energy(partial(self.table.read, first[None, :]))[0])
 
     def _start_energy(self, at_first) -> np.ndarray:
         """Return the energy stored at the first row [J], where all cumulative works are zero."""

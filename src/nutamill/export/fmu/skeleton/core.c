@@ -1,5 +1,5 @@
-/* The mechanism behind both versions of FMI.  What moves it is compiled from the kernels of nutamill
-   (nutamill_advance, nutamill_read); tables and first block are those of model.c. */
+/* The machine behind both versions of FMI.  What moves it is compiled from the kernels of nutamill; tables and
+   first block are those of its export. */
 #include "core.h"
 #include "model.h"
 #include <math.h>
@@ -9,10 +9,6 @@
 
 #define ALIGNMENT 64
 #define SAME_STEP 1e-6 /* share of the inner step by which a communication step may miss a multiple */
-
-/* compiled kernels: result, exception, arguments */
-extern int nutamill_advance(int64_t *status, void **exception, void *block, double step, int64_t count);
-extern int nutamill_read(int64_t *status, void **exception, void *block);
 
 #if !defined(__linux__)
 void sincos(double x, double *s, double *c) {
@@ -32,33 +28,57 @@ int numba_attempt_nocopy_reshape(int64_t n, const int64_t *shape, const int64_t 
     return 1;
 }
 
-const size_t state_size = sizeof(double) * 3 + 2 * sizeof(int64_t) + BLOCK_SIZE;
+#define HEAD (2 * sizeof(int64_t) + 4 * sizeof(double))
 
-static double *number(const instance *it, int64_t offset) { return (double *)(it->block + offset); }
+size_t core_state_size(const instance *it) { return HEAD + it->size; }
+
+size_t core_saved_size(const void *state) {
+    int64_t size;
+    memcpy(&size, state, sizeof size);
+    return (size_t)size;
+}
+
+double *core_number(const instance *it, int64_t place) { return (double *)(it->block + place); }
+#define number core_number
+
+/* Give the block a size, with undefined content.  Without memory the old block stays. */
+int core_room(instance *it, size_t size) {
+    char *memory = malloc(size + ALIGNMENT);
+    if (!memory) return 0;
+    free(it->memory);
+    it->memory = memory;
+    it->block = (char *)(((uintptr_t)memory + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
+    it->size = size;
+    return 1;
+}
 
 instance *core_new(const char *name) {
-    size_t count = sizeof(instance) + sizeof(double) * N_SLOTS + strlen(name) + 1 + BLOCK_SIZE + 2 * ALIGNMENT;
-    char *memory = calloc(1, count);
+    char *memory = calloc(1, sizeof(instance) + 8 + sizeof(double) * N_SLOTS + strlen(name) + 1);
     if (!memory) return NULL;
     instance *it = (instance *)memory;
-    it->memory = memory;
     it->slots = (double *)(memory + (sizeof(instance) + 7) / 8 * 8);
     char *text = (char *)(it->slots + N_SLOTS);
     strcpy(text, name);
     it->name = text;
-    uintptr_t after = (uintptr_t)(text + strlen(name) + 1);
-    it->block = (char *)((after + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
-    core_reset(it);
+    if (!core_reset(it)) {
+        free(it);
+        return NULL;
+    }
     return it;
 }
 
-void core_free(instance *it) { free(it->memory); }
+void core_free(instance *it) {
+    free(it->memory);
+    free(it);
+}
 
-void core_reset(instance *it) {
+int core_reset(instance *it) {
+    if (it->size != BLOCK_SIZE && !core_room(it, BLOCK_SIZE)) return 0;
     memcpy(it->block, nutamill_block, BLOCK_SIZE);
     it->mode = INSTANTIATED;
     it->fresh = 0;
-    it->start = it->now = 0.0;
+    it->start = it->now = it->row_time = 0.0;
+    return 1;
 }
 
 /* Put the inputs of the importer where the kernels read them; `step` is the communication step. */
@@ -78,16 +98,6 @@ static void take_inputs(instance *it, double step) {
     }
 }
 
-static int advance(instance *it, double step, int64_t count) {
-    int64_t status = 0;
-    void *exception = NULL;
-    if (count > 0 && (nutamill_advance(&status, &exception, it->block, step, count) || status)) {
-        snprintf(it->said, sizeof it->said, "t = %.9g s: the motion is not finite", it->now);
-        return 0;
-    }
-    return 1;
-}
-
 int core_step(instance *it, double time, double step) {
     if (!(step > 0.0) || !isfinite(step)) {
         snprintf(it->said, sizeof it->said, "a step has a positive length, got %g s", step);
@@ -102,18 +112,16 @@ int core_step(instance *it, double time, double step) {
     int64_t count = (int64_t)(whole ? nearest : floor(ratio));
     take_inputs(it, step);
     it->fresh = 0;
-    if (!advance(it, INNER_STEP, count)) return 0;
-    if (!whole && !advance(it, step - (double)count * INNER_STEP, 1)) return 0;
+    if (!model_advance(it, INNER_STEP, count)) return 0;
+    if (!whole && !model_advance(it, step - (double)count * INNER_STEP, 1)) return 0;
     it->now = time + step;
     return 1;
 }
 
-/* Compute what is recorded from the present state: a row by the kernels, then series of its columns. */
+/* Compute what is recorded: a row, then series of its columns. */
 static int refresh(instance *it) {
-    int64_t status = 0;
-    void *exception = NULL;
     if (it->fresh) return 1;
-    if (nutamill_read(&status, &exception, it->block)) return 0;
+    if (!model_row(it)) return 0;
     memcpy(it->slots, it->block + ROW_AT, sizeof(double) * N_COLUMNS);
     for (int k = 0; k < N_SERIES; k++) {
         const struct series *s = series + k;
@@ -174,24 +182,27 @@ int core_set(instance *it, uint32_t reference, double value) {
 }
 
 void core_save(const instance *it, char *to) {
-    int64_t head[2] = {(int64_t)state_size, it->mode};
-    double times[3] = {it->start, it->now, INNER_STEP};
+    int64_t head[2] = {(int64_t)core_state_size(it), it->mode};
+    double times[4] = {it->start, it->now, it->row_time, INNER_STEP};
     memcpy(to, head, sizeof head);
     memcpy(to + sizeof head, times, sizeof times);
-    memcpy(to + sizeof head + sizeof times, it->block, BLOCK_SIZE);
+    memcpy(to + HEAD, it->block, it->size);
 }
 
 int core_load(instance *it, const char *from, size_t size) {
     int64_t head[2];
-    double times[3];
-    if (size != state_size) return 0;
+    double times[4];
+    if (size < HEAD + BLOCK_SIZE) return 0;
     memcpy(head, from, sizeof head);
     memcpy(times, from + sizeof head, sizeof times);
-    if (head[0] != (int64_t)state_size || times[2] != INNER_STEP) return 0;
+    if (head[0] != (int64_t)size || times[3] != INNER_STEP) return 0;
+    if (!model_holds(from + HEAD, size - HEAD)) return 0;
+    if (it->size != size - HEAD && !core_room(it, size - HEAD)) return 0;
     it->mode = (int)head[1];
     it->start = times[0];
     it->now = times[1];
+    it->row_time = times[2];
     it->fresh = 0;
-    memcpy(it->block, from + sizeof head + sizeof times, BLOCK_SIZE);
+    memcpy(it->block, from + HEAD, it->size);
     return 1;
 }

@@ -93,7 +93,7 @@ API status fmi2Terminate(void *c) {
 
 API status fmi2Reset(void *c) {
     CHECK(ANY)
-    core_reset(it);
+    if (!core_reset(it)) return fail(it, __func__);
     return OK;
 }
 
@@ -138,7 +138,11 @@ API status fmi2DoStep(void *c, double time, double step, int no_return) {
 API status fmi2GetFMUstate(void *c, void **state) {
     CHECK(ANY)
     if (!state) return fail(it, __func__);
-    if (!*state) *state = malloc(state_size);
+    if (*state && core_saved_size(*state) != core_state_size(it)) {
+        free(*state);
+        *state = NULL;
+    }
+    if (!*state) *state = malloc(core_state_size(it));
     if (!*state) return fail(it, __func__);
     core_save(it, *state);
     return OK;
@@ -146,7 +150,7 @@ API status fmi2GetFMUstate(void *c, void **state) {
 
 API status fmi2SetFMUstate(void *c, void *state) {
     CHECK(ANY)
-    return state && core_load(it, state, state_size) ? OK : fail(it, __func__);
+    return state && core_load(it, state, core_saved_size(state)) ? OK : fail(it, __func__);
 }
 
 API status fmi2FreeFMUstate(void *c, void **state) {
@@ -161,23 +165,28 @@ API status fmi2FreeFMUstate(void *c, void **state) {
 API status fmi2SerializedFMUstateSize(void *c, void *state, size_t *size) {
     CHECK(ANY)
     if (!state || !size) return fail(it, __func__);
-    *size = state_size;
+    *size = core_saved_size(state);
     return OK;
 }
 
 API status fmi2SerializeFMUstate(void *c, void *state, char *bytes, size_t size) {
     CHECK(ANY)
-    if (!state || !bytes || size < state_size) return fail(it, __func__);
-    memcpy(bytes, state, state_size);
+    if (!state || !bytes || size < core_saved_size(state)) return fail(it, __func__);
+    memcpy(bytes, state, core_saved_size(state));
     return OK;
 }
 
 API status fmi2DeSerializeFMUstate(void *c, const char *bytes, size_t size, void **state) {
     CHECK(ANY)
-    if (!bytes || !state || size != state_size) return fail(it, __func__);
-    if (!*state) *state = malloc(state_size);
+    if (!bytes || !state || size < sizeof(int64_t) || size != core_saved_size(bytes))
+        return fail(it, __func__);
+    if (*state && core_saved_size(*state) != size) {
+        free(*state);
+        *state = NULL;
+    }
+    if (!*state) *state = malloc(size);
     if (!*state) return fail(it, __func__);
-    memcpy(*state, bytes, state_size);
+    memcpy(*state, bytes, size);
     return OK;
 }
 

@@ -1,0 +1,130 @@
+"""A machine with its charge as an FMU: bits of `nutamill run`, lists that grow, states, communication steps."""
+
+import shutil
+import subprocess
+import zipfile
+
+import numpy as np
+import pytest
+
+from nutamill.base.errors import CaseError
+from nutamill.case import load_case
+from nutamill.charge import assembly
+from nutamill.export.fmu.write import export_machine
+from nutamill.simulation.march import run
+
+fmpy = pytest.importorskip("fmpy", reason="needs the extra fmu")
+from test_fmu_export import HOST, marched, opened  # noqa: E402
+
+pytestmark = [
+    pytest.mark.external,
+    pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler"),
+]
+
+RATE, END = 1000, 0.06
+CHANGES = ["charge.count=30", f"run.until={END} s", f"run.series_rate={RATE} Hz", "run.threads=1"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("whole")
+
+
+@pytest.fixture(scope="module")
+def piston(folder):
+    return export_machine(load_case("piston", CHANGES).machine, folder / "piston.fmu", "whole")
+
+
+@pytest.fixture(scope="module")
+def recorded(folder):
+    """Names and values (n, n_names) of every series that a run of the same case records."""
+    with run(load_case("piston", CHANGES), to=folder / "piston.h5") as result:
+        names = [name for name in result.series.data_vars if name != "time"]
+        return names, np.column_stack([result.series[name].values for name in names])
+
+
+def test_every_series_of_machine_and_charge_has_the_bits_of_a_run(piston, recorded):
+    from fmpy.validation import validate_fmu
+
+    assert not validate_fmu(str(piston))
+    names, values = recorded
+    assert {"piston_charge_force_z", "ledger_residual", "interface_impulse_defect"} <= set(names)
+    unit, places = opened(piston)
+    references = [places[name] for name in names]
+    assert np.array_equal(unit.get(references), values[0])
+    rows = marched(unit, references, len(values) - 1, 1.0 / RATE)
+    differ = [name for k, name in enumerate(names) if not np.array_equal(rows[:, k], values[1:, k])]
+    assert not differ
+    assert np.abs(values[-1, names.index("piston_charge_force_z")]) > 0.0
+
+
+def test_the_machine_with_its_charge_runs_without_python_and_calls_none(piston, recorded, folder):
+    names, values = recorded
+    model = fmpy.read_model_description(str(piston))
+    places = {variable.name: variable.valueReference for variable in model.modelVariables}
+    with zipfile.ZipFile(piston) as archive:
+        library = next(name for name in archive.namelist() if name.startswith("binaries/"))
+        (folder / "libpiston.so").write_bytes(archive.read(library))
+    (folder / "host.c").write_text(HOST, encoding="utf-8")
+    subprocess.run(
+        ["cc", "-w", "-o", "host", "host.c", "./libpiston.so", "-Wl,-rpath,$ORIGIN"], cwd=folder, check=True
+    )
+    arguments = [model.guid, str(len(values) - 1), repr(1.0 / RATE), *(str(places[name]) for name in names)]
+    done = subprocess.run(
+        [str(folder / "host"), *arguments], cwd=folder, capture_output=True, env={}, check=True
+    )
+    assert np.array_equal(np.frombuffer(done.stdout).reshape(values.shape), values)
+    symbols = subprocess.run(
+        ["nm", "-D", "libpiston.so"], cwd=folder, capture_output=True, text=True, check=True
+    ).stdout
+    assert "fmi2DoStep" in symbols and " Py" not in symbols and "NRT_" not in symbols
+
+
+def test_lists_that_are_full_grow_and_the_bits_stay(recorded, folder, monkeypatch):
+    def cramped(model, poses, clumps, longest, real, point, per_particle):
+        return assembly_state(model, poses, clumps, longest, real, point, 0)
+
+    assembly_state = assembly.empty_state
+    monkeypatch.setattr(assembly, "empty_state", cramped)
+    small = export_machine(load_case("piston", CHANGES).machine, folder / "small.fmu", "whole")
+    names, values = recorded
+    unit, places = opened(small)
+    before = len(unit.serializeFMUState(unit.getFMUState()))
+    rows = marched(unit, [places[name] for name in names], len(values) - 1, 1.0 / RATE)
+    assert len(unit.serializeFMUState(unit.getFMUState())) > before
+    assert np.array_equal(rows, values[1:])
+
+
+def test_a_state_that_is_set_again_gives_the_same_bits_also_in_another_instance(piston, recorded):
+    names, _ = recorded
+    unit, places = opened(piston)
+    other, _ = opened(piston)
+    references = [places[name] for name in names]
+    marched(unit, references, 20, 1.0 / RATE)
+    state = unit.getFMUState()
+    stored = unit.serializeFMUState(state)
+    once = marched(unit, references, 10, 1.0 / RATE, first=20)
+    unit.setFMUState(state)
+    assert np.array_equal(marched(unit, references, 10, 1.0 / RATE, first=20), once)
+    other.setFMUState(other.deSerializeFMUState(stored))
+    assert np.array_equal(marched(other, references, 10, 1.0 / RATE, first=20), once)
+    assert len(stored) % 8 == 0
+
+
+def test_a_communication_step_between_windows_keeps_momentum_ledger_and_means(piston, recorded):
+    # 2.64 windows: a row of eight windows is 7.04 long, and a mean over eight would be 12 % low
+    unit, places = opened(piston)
+    names = ("piston_charge_force_z", "interface_impulse_defect", "kinetic_energy_charge", "ledger_residual")
+    step = 3.3e-4
+    force, defect, kinetic, residual = marched(
+        unit, [places[name] for name in names], int(END / step), step
+    ).T
+    weight = 30 * 7800.0 * np.pi / 6.0 * 0.006**3 * 9.81
+    assert np.mean(force) == pytest.approx(-weight, rel=0.03)
+    assert defect.max() < 1e-6 * weight * END
+    assert np.abs(residual).max() < 0.05 * kinetic.max()
+
+
+def test_a_machine_without_a_charge_is_not_exported_whole(folder):
+    with pytest.raises(CaseError, match="--what: whole needs a charge, this machine has none"):
+        export_machine(load_case("numill", ["charge.kind=none"]).machine, folder / "none.fmu", "whole")
