@@ -199,13 +199,13 @@ def export(
         Platforms, typer.Option(metavar="this|all", help="fmu: platforms that libraries are made for.")
     ] = Platforms.THIS,
 ) -> None:
-    """Write a result for ParaView, a spreadsheet, pandas or LAMMPS, or the mechanism of a case as an FMU."""
+    """Write a result for ParaView, a spreadsheet, pandas or LAMMPS, or the machine of a case as an FMU."""
     if form is Form.FMU:
         from nutamill.export.fmu.write import export_machine
 
         if series:
-            what = "has no use for fmu, whose outputs are all series"
-            raise CaseError(Fault("--series", what, "Leave it out, or export csv or parquet"))
+            refused = "has no use for fmu, whose outputs are all series"
+            raise CaseError(Fault("--series", refused, "Leave it out, or export csv or parquet"))
         machine = load(str(file), overrides).machine
         path = to or Path(f"{machine.name}.fmu")
         log = lambda text: typer.echo(text, err=True)  # noqa: E731
@@ -217,8 +217,8 @@ def export(
     from nutamill.view.vtkhdf import write_vtkhdf
 
     if form in (Form.VTKHDF, Form.LAMMPS) and series:
-        what = f"has no use for {form}, which holds snapshots"
-        raise CaseError(Fault("--series", what, "Leave it out, or export csv or parquet"))
+        refused = f"has no use for {form}, which holds snapshots"
+        raise CaseError(Fault("--series", refused, "Leave it out, or export csv or parquet"))
     if form is Form.LAMMPS:
         from nutamill.export.lammps.write import export_charge
 

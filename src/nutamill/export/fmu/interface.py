@@ -1,6 +1,6 @@
 """The variables of a machine as an FMU: what a master sets and gets, and where that is in the block."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -146,7 +146,7 @@ def mechanism_interface(machine: Machine, drives: str = "programme") -> Interfac
     if drives == "torque":
         release_motors(model, state, len(machine.drives))
     record_first_row(model, state, scratch)
-    arguments = {
+    arguments: dict[str, Any] = {
         "mechanism": model.mechanism,
         "state": state.mechanism,
         "scratch": scratch.mechanism,

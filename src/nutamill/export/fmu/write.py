@@ -88,13 +88,14 @@ def _documents(interface: Interface, version: int, drives: str) -> dict[str, byt
         f"<tr><td>{v.name}</td><td>{v.causality}</td><td>{unit_name(v.unit)}</td><td>{v.meaning}</td></tr>"
         for v in interface.variables
     )
-    if interface.whole is None:
+    charge = interface.model.charge
+    if charge is None:
         content = "Mechanism without charge"
         promise = "A communication step that is a multiple of it gives the bits of <code>nutamill run</code>"
     else:
         plan = interface.model.plan
         between = shown(plan.dt * plan.windows_per_row, "us")
-        content = f"Machine with its charge of {interface.model.charge.n_particles} particles, on one thread"
+        content = f"Machine with its charge of {charge.n_particles} particles, on one thread"
         promise = (
             f"Series are those of the last row, rows are {between} apart. A communication step that is a "
             "multiple of the inner step gives the bits of <code>nutamill run</code> on the processor that "
