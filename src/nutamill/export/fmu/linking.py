@@ -159,8 +159,9 @@ def library(interface: Interface, version: int, token: str, target: Platform) ->
 
 
 def code_target(interface: Interface, target: Platform) -> CodeTarget:
-    """Return what the kernels are emitted for: on this platform a charge is emitted for this very processor,
-    so that it has the bits of a run here; elsewhere for what every processor of the platform has.
+    """Return what the kernels are emitted for: what every processor of the platform has.
+
+    A charge is emitted for this very processor where the platform is this one. It then has the bits of a run.
     """
     if interface.whole is not None and target == this_platform():
         return this_processor(target.target.triple)
