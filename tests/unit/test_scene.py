@@ -10,6 +10,7 @@ from nutamill.analysis.replay import chosen_snapshots, replay
 from nutamill.base.errors import CaseError, MillError, ResultError
 from nutamill.case import Case
 from nutamill.view.cameras import camera_of
+from nutamill.view.looks import Cut, Look
 from nutamill.view.scene import draw_scene, film_scene
 
 pytestmark = pytest.mark.external
@@ -36,7 +37,7 @@ def test_camera_inside_rides_on_the_chamber(filmed):
 @pytest.mark.parametrize("view", ["front", "inside", "axis"])
 def test_picture_from_each_camera_shows_the_coloured_charge(filmed, tmp_path, view):
     try:
-        picture = imread(draw_scene(filmed, tmp_path / "a.png", view, "height"))[..., :3]
+        picture = imread(draw_scene(filmed, tmp_path / "a.png", Look(view, "height")))[..., :3]
     except MillError as error:
         pytest.skip(str(error))
     assert picture.shape == (960, 1280, 3)
@@ -50,7 +51,7 @@ def test_picture_from_each_camera_shows_the_coloured_charge(filmed, tmp_path, vi
 def test_film_of_a_run_is_as_long_as_asked(filmed, tmp_path):
     iio = pytest.importorskip("imageio_ffmpeg", reason='needs the extra "view"')
     try:
-        film = film_scene(filmed, tmp_path / "a.mp4", "axis", slowed=4.0)
+        film = film_scene(filmed, tmp_path / "a.mp4", Look("axis"), slowed=4.0)
     except MillError as error:
         pytest.skip(str(error))
     # 95 ms, four times slower, 25 pictures a second: 9.5 steps, so 10 or 11 pictures
@@ -83,13 +84,13 @@ def test_pyvista_or_opengl_that_is_missing_is_named(filmed, tmp_path, monkeypatc
 
 def test_view_and_colour_of_no_such_name_are_refused_together(filmed, tmp_path):
     with pytest.raises(CaseError) as raised:
-        draw_scene(filmed, tmp_path / "a.png", "behind", "taste")
+        draw_scene(filmed, tmp_path / "a.png", Look("behind", "taste"))
     assert [fault.where for fault in raised.value.faults] == ["--camera", "--colour"]
 
 
 def test_snapshots_without_forces_cannot_be_coloured_by_them(filmed, tmp_path):
     with pytest.raises(ResultError, match="hold no contact_forces"):
-        draw_scene(filmed, tmp_path / "a.png", colour="force")
+        draw_scene(filmed, tmp_path / "a.png", Look(colour="force"))
 
 
 def test_the_size_of_a_picture_must_be_two_numbers(filmed):
@@ -103,3 +104,39 @@ def test_the_size_of_a_picture_must_be_two_numbers(filmed):
         '--size: must be width and height in pixels, from 10 to 9999, got "big". '
         "Write e.g. --size 1920x1080\n"
     )
+
+
+def drawn(filmed, file, **words):
+    """A picture as an array, without the alpha of an opaque one."""
+    try:
+        return imread(draw_scene(filmed, file, **words))
+    except MillError as error:
+        pytest.skip(str(error))
+
+
+def coloured(picture):
+    """Pixels of the charge: viridis, while the machine is grey, without the bar on the left."""
+    return int((np.ptp(picture[:, 200:, :3], axis=-1) > 0.35).sum())
+
+
+def test_several_moments_are_drawn_side_by_side(filmed, tmp_path):
+    """The two moments are half a turn apart, so that the charge is on the other side."""
+    look = Look("axis", "height")
+    pair = drawn(filmed, tmp_path / "a.png", look=look, times=[0.5 - np.pi / 60, 0.5], size=(800, 400))
+    assert pair.shape[:2] == (400, 800)
+    assert not np.array_equal(pair[:300, :400], pair[:300, 400:])
+
+
+def test_a_cut_takes_away_what_is_before_the_plane(filmed, tmp_path):
+    whole, half = (
+        drawn(filmed, tmp_path / "a.png", look=Look("axis", "height", (0.0, 0.15), cut=cut))
+        for cut in (None, Cut(2, -0.30))
+    )
+    assert 0 < coloured(half) < coloured(whole)
+
+
+def test_a_background_is_a_colour_or_nothing(filmed, tmp_path):
+    dark = drawn(filmed, tmp_path / "a.png", look=Look(background="#202830"), size=(320, 240))
+    assert np.round(255 * dark[2, 2, :3]).astype(int).tolist() == [0x20, 0x28, 0x30]
+    clear = drawn(filmed, tmp_path / "b.png", look=Look(background="transparent"), size=(320, 240))
+    assert clear.shape[2] == 4 and clear[2, 2, 3] == 0.0 and clear[..., 3].max() == 1.0

@@ -57,6 +57,34 @@ def rotation_of(quaternion: np.ndarray) -> np.ndarray:
     return Rotation.from_quat(np.roll(quaternion, -1, axis=-1)).as_matrix()  # SciPy has the scalar last
 
 
+def between(first: Frame, second: Frame, share: float) -> Frame:
+    """Return a moment between two frames: bodies turn about a fixed axis, particles move straight in axes of
+    the body `home`.
+
+    Parameters
+    ----------
+    first, second : frames of the same run
+    share : how far from the first to the second [1]
+    """
+    if share == 0.0:
+        return first
+    bodies = {name: _pose_between(pose, second.bodies[name], share) for name, pose in first.bodies.items()}
+    home = bodies[first.home]
+    own = (1.0 - share) * first.at_home() + share * second.at_home()
+    return first._replace(
+        time=(1.0 - share) * first.time + share * second.time,
+        bodies=bodies,
+        positions=home.origin + own @ home.rotation.T,
+        velocities=(1.0 - share) * first.velocities + share * second.velocities,
+    )
+
+
+def _pose_between(first: Pose, second: Pose, share: float) -> Pose:
+    turn = Rotation.from_matrix(first.rotation.T @ second.rotation).as_rotvec()
+    rotation = first.rotation @ Rotation.from_rotvec(share * turn).as_matrix()
+    return Pose((1.0 - share) * first.origin + share * second.origin, rotation)
+
+
 def particle_snapshots(result: Result) -> tuple[Snapshots, np.ndarray]:
     """Return the snapshots of particles, and the crank angles at them [rad], (n_snapshots,).
 

@@ -15,7 +15,7 @@ from nutamill.cli.common import Overrides, ResultFile, app, load, quantity, repo
 
 if TYPE_CHECKING:
     from nutamill.view.cameras import View
-    from nutamill.view.scene import Colour
+    from nutamill.view.looks import Colour, Look
 
 
 class Form(StrEnum):
@@ -62,6 +62,30 @@ ColourBy = Annotated[
         help="What colours the charge: speed, height, force or material.",
     ),
 ]
+Size = Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="Size of the picture in pixels.")]
+ColourRange = Annotated[
+    str | None,
+    typer.Option(
+        "--range", metavar="LOW..HIGH UNIT", help='Ends of the colour bar: "0..3 m/s"; else of what is shown.'
+    ),
+]
+CutAt = Annotated[
+    str | None,
+    typer.Option(
+        "--cut",
+        metavar="PLANE",
+        help='Take away what is before a plane: x, y or z through the axis of the mill, or "y=20 mm".',
+    ),
+]
+Background = Annotated[
+    str, typer.Option(metavar="COLOUR", help="white, black, #202830; of a picture also transparent.")
+]
+Azimuth = Annotated[
+    str | None, typer.Option(metavar="ANGLE", help='Turn the camera about the mill, "-60 deg" from x.')
+]
+Elevation = Annotated[
+    str | None, typer.Option(metavar="ANGLE", help='Raise the camera, "30 deg" above the horizon.')
+]
 
 
 @app.command()
@@ -95,22 +119,51 @@ def picture(
     camera: Camera = "front",
     colour: ColourBy = "speed",
     time: Annotated[
-        str | None, typer.Option(metavar="TIME", help="The snapshot nearest to this time; else the last.")
+        list[str] | None,
+        typer.Option(
+            metavar="TIME",
+            help="The snapshot nearest to this time; else the last. Several times are drawn side by side.",
+        ),
     ] = None,
-    size: Annotated[
-        str, typer.Option(metavar="WIDTHxHEIGHT", help="Size of the picture in pixels.")
-    ] = "1280x960",
+    size: Size = "1280x960",
+    colour_range: ColourRange = None,
+    cut: CutAt = None,
+    background: Background = "white",
+    azimuth: Azimuth = None,
+    elevation: Elevation = None,
 ) -> None:
-    """Draw a snapshot in three dimensions. Needs the extra "view"."""
+    """Draw a snapshot in three dimensions, or several side by side. Needs the extra "view"."""
     from nutamill.result import open_result
     from nutamill.view.scene import draw_scene
 
-    at = None if time is None else quantity("--time", time, "time")
+    times = [quantity("--time", one, "time") for one in time or ()]
+    look = _look(camera, colour, colour_range, cut, background, azimuth, elevation)
     pixels = _pixels(size)
     with open_result(file) as result:
-        picture = to or file.with_name(f"{file.stem}-{camera}.png")
-        view, coloured_by = cast("View", camera), cast("Colour", colour)
-        typer.echo(draw_scene(result, picture, view, coloured_by, time=at, size=pixels))
+        typer.echo(draw_scene(result, to or file.with_name(f"{file.stem}-{camera}.png"), look, times, pixels))
+
+
+def _look(
+    camera: str,
+    colour: str,
+    colour_range: str | None,
+    cut: str | None,
+    background: str,
+    azimuth: str | None,
+    elevation: str | None,
+) -> "Look":
+    """Return how a picture or a film looks, of the options of both."""
+    from nutamill.view.looks import Look, cut_of, range_of
+
+    return Look(
+        cast("View", camera),
+        cast("Colour", colour),
+        None if colour_range is None else range_of(colour_range, colour),
+        None if cut is None else cut_of(cut),
+        background,
+        None if azimuth is None else quantity("--azimuth", azimuth, "angle"),
+        None if elevation is None else quantity("--elevation", elevation, "angle"),
+    )
 
 
 def _pixels(size: str) -> tuple[int, int]:
@@ -134,16 +187,22 @@ def movie(
     slow: Annotated[
         float, typer.Option(min=1.0, metavar="N", help="How many times slower than real.")
     ] = 40.0,
+    size: Size = "1280x960",
+    colour_range: ColourRange = None,
+    cut: CutAt = None,
+    background: Background = "white",
+    azimuth: Azimuth = None,
+    elevation: Elevation = None,
 ) -> None:
-    """Film all snapshots in three dimensions. Needs the extra "view"."""
+    """Film the time that has snapshots in three dimensions. Needs the extra "view"."""
     from nutamill.result import open_result
     from nutamill.view.scene import film_scene
 
+    look = _look(camera, colour, colour_range, cut, background, azimuth, elevation)
+    pixels = _pixels(size)
     with open_result(file) as result:
-        view, coloured_by = cast("View", camera), cast("Colour", colour)
         path = to or file.with_name(f"{file.stem}-{camera}.mp4")
-        film = film_scene(result, path, view, coloured_by, slow, log=lambda text: typer.echo(text, err=True))
-        typer.echo(film)
+        typer.echo(film_scene(result, path, look, slow, lambda text: typer.echo(text, err=True), pixels))
 
 
 @app.command()

@@ -3,26 +3,24 @@
 PyVista is the extra ``view``, imported in this file only.
 """
 
-import functools
-import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from nutamill.analysis.replay import Frame, chosen_snapshots, replay
+from nutamill.analysis.replay import Frame, between, chosen_snapshots, replay
 from nutamill.analysis.source import any_case_of
 from nutamill.base.atomic_file import check_writable, io_errors
-from nutamill.base.errors import CaseError, Fault, NotInstalledError, OutputError, ResultError, missing_extra
-from nutamill.base.units import in_unit
-from nutamill.case import Case, Machine
+from nutamill.base.errors import NotInstalledError, OutputError, ResultError, missing_extra
+from nutamill.base.units import in_unit, rpm
 from nutamill.result import Result
-from nutamill.view.cameras import VIEWS, Camera, View
+from nutamill.view.cameras import Camera
 from nutamill.view.drawing import Part
-from nutamill.view.drawn import camera_called, drawn
+from nutamill.view.drawn import Appearance, camera_called, drawn
+from nutamill.view.looks import CLEAR, Look, check_look
 
 if TYPE_CHECKING:
     import pyvista
@@ -37,16 +35,14 @@ OPENING = 0.9 * math.pi
 """Azimuth over which the chamber's wall is cut open [rad]."""
 FILM_RATE = 25
 """Pictures per second of a film [1/s]."""
-LOGGED = 20
-"""Snapshots drawn between two lines of the log of a film [1]."""
+LOGGED = 100
+"""Pictures of a film drawn between two lines of its log [1]."""
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 """Suffixes of pictures."""
 FILMS = (".mp4",)
 """Suffixes of films."""
 SLOWED = 40.0
 """Default of how many times slower than real a film runs [1]."""
-
-Colour = Literal["speed", "height", "force", "material"]
 BARS = {
     "speed": "speed (m/s)",
     "height": "height over the floor (m)",
@@ -56,41 +52,38 @@ BARS = {
 
 MATERIALS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
 """Colours of the charge's materials, in their order."""
-BAR = {
+BAR: dict[str, Any] = {
     "vertical": True,
-    "position_x": 0.04,
     "position_y": 0.06,
     "width": 0.05,
     "height": 0.35,
     "n_labels": 2,
     "fmt": "%.3g",
-    "title_font_size": 22,
-    "label_font_size": 20,
-    "color": "black",
 }
 """Colour bar, position and size in shares of the picture."""
+BAR_LETTERS = 22
+"""Size of the letters of the colour bar in a picture of the default width [pt]."""
+CAPTION_SIZE = 12
+"""Size of the letters of a caption [pt]."""
+LOOK = Look()
+"""The default look."""
 
 
 def draw_scene(
     result: Result,
     path: str | Path,
-    view: View = "front",
-    colour: Colour = "speed",
-    number: int = -1,
-    time: float | None = None,
+    look: Look = LOOK,
+    times: Sequence[float] = (),
     size: tuple[int, int] = SIZE,
 ) -> Path:
-    """Write a picture (PNG) of one snapshot, and return its path.
+    """Write a picture (PNG) of one snapshot, or of several side by side, and return its path.
 
     Parameters
     ----------
     result : an opened result with snapshots
-    view : ``front``; ``inside``, riding on the chamber under its ceiling as the camera of the NuMill papers;
-        ``axis``, down the shaft
-    colour : quantity by which the particles are coloured
-    number : which snapshot; -1 is the last
-    time : simulated time [s]; the snapshot nearest to it is drawn in place of `number`
-    size : width and height of the picture [px]
+    look : camera, colours, cut and background
+    times : simulated times [s], of each of which the nearest snapshot is drawn; the last snapshot if none
+    size : width and height of the picture [px]; several snapshots share the width
 
     Raises
     ------
@@ -98,11 +91,23 @@ def draw_scene(
     ResultError : no snapshots, or snapshots without the quantity of the colour
     NotInstalledError : PyVista or OpenGL is missing
     """
-    check_writable(Path(path), PICTURES)
-    snapshots = chosen_snapshots(result)
-    if time is not None:
-        number = int(np.abs(result.snapshots.time[snapshots] - time).argmin())
-    return _rendered(result, Path(path), view, colour, [range(len(snapshots))[number]], _pictured, size=size)
+    path = Path(path)
+    check_writable(path, PICTURES)
+    check_look(look)
+    known = chosen_snapshots(result)
+    chosen = [int(np.abs(result.snapshots.time[known] - time).argmin()) for time in times] or [len(known) - 1]
+    images = []
+    with _stage(result, look, chosen, (size[0] // len(chosen), size[1])) as stage:
+        stage.shade()
+        for number in chosen:
+            shown = stage.moment(number)
+            stage.show(shown, f"t = {shown.frame.time:.4f} s" if len(chosen) > 1 else "")
+            images.append(stage.image())
+    from matplotlib.image import imsave  # a picture of several, in the format of its suffix
+
+    with io_errors(path):
+        imsave(path, np.ascontiguousarray(np.hstack(images)))
+    return path
 
 
 FRAGMENTS = ["-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-g", "50"]
@@ -112,17 +117,18 @@ FRAGMENTS = ["-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-g", "
 def film_scene(
     result: Result,
     path: str | Path,
-    view: View = "front",
-    colour: Colour = "speed",
+    look: Look = LOOK,
     slowed: float = SLOWED,
     log: Callable[[str], None] | None = None,
+    size: tuple[int, int] = SIZE,
 ) -> Path:
-    """Write a film (MP4) of all snapshots, and return its path.
+    """Write a film (MP4) of the time that has snapshots, and return its path. Between two snapshots the
+    motion is interpolated.
 
     Parameters
     ----------
     slowed : how many times slower than real the film runs [1]
-    log : receives now and then how many snapshots have been drawn
+    log : receives now and then how many pictures have been drawn
 
     Raises
     ------
@@ -130,148 +136,219 @@ def film_scene(
     """
     path = Path(path)
     check_writable(path, FILMS)
-    times = result.snapshots.time[chosen_snapshots(result)]
-    pictures = max(2, round(float(times[-1] - times[0]) * slowed * FILM_RATE) + 1)
-    nearest = np.abs(np.linspace(times[0], times[-1], pictures)[:, None] - times).argmin(axis=1)
-
-    def open_film(plotter: "pyvista.Plotter") -> Callable:
+    check_look(look, film=True)
+    known = chosen_snapshots(result)
+    at = result.snapshots.time[known]
+    times = film_times(float(at[0]), float(at[-1]), slowed)
+    with _stage(result, look, known, size) as stage:
         if ffmpeg_trouble():
             raise missing_extra(f"{path}: a film", "ffmpeg", "view")
-        plotter.open_movie(str(path), framerate=FILM_RATE, quality=7, output_params=FRAGMENTS)
-        return functools.partial(_filmed, plotter)
-
-    return _rendered(result, path, view, colour, [int(k) for k in nearest], open_film, log)
-
-
-def _pictured(plotter: "pyvista.Plotter") -> Callable:
-    return lambda path, times: plotter.screenshot(path)
-
-
-def _filmed(plotter: "pyvista.Plotter", path: str, times: int) -> None:
-    """Render the scene once and append it to the film `times` times."""
-    try:
-        plotter.write_frame()
-        drawn = plotter.image
-        for _ in range(times - 1):
-            plotter.mwriter.append_data(drawn)
-    except OSError:  # holds the command line of ffmpeg
-        raise OutputError(
-            f"{path}: ffmpeg cannot write the film any further. Free some room, or choose another folder."
-        ) from None
-
-
-def _rendered(
-    result: Result,
-    path: Path,
-    view: View,
-    colour: str,
-    numbers: list[int],
-    open_writer: Callable,
-    log: Callable[[str], None] | None = None,
-    size: tuple[int, int] = SIZE,
-) -> Path:
-    """Render each snapshot and pass it to the writer with its repeat count.
-
-    Parameters
-    ----------
-    numbers : snapshots in the order of the pictures, equal ones in a row
-    open_writer : makes of the plotter the function that writes a rendered picture some times to a path
-    log : receives how many snapshots have been drawn
-    """
-    _check(view, colour)
-    case = any_case_of(result)
-    machine = drawn(case, OPENING if view == "front" else 0.0, result.walls)
-    camera = camera_called(machine, view)
-    limits = _limits(result, colour, numbers, case, machine.floor)
-    repeats = [(number, len(list(same))) for number, same in itertools.groupby(numbers)]
-    with _plotter() as plotter:
-        plotter.window_size = list(size)
-        if len(repeats) == 1:  # a film would take several times as long
-            near = NEAR * machine.reach
-            plotter.enable_ssao(radius=near, bias=0.1 * near, kernel_size=64)
-        write = open_writer(plotter)
-        stage = Stage(plotter, case, machine.parts, colour, limits)
-        for done, (number, times) in enumerate(repeats):
+        with io_errors(path):
+            stage.begin_film(path)
+        for done, time in enumerate(times):
             if log is not None and done % LOGGED == 0:
-                log(f"{done} of {len(repeats)} moments drawn")
-            frame = next(replay(result, [number]))
-            stage.show(frame, _values(result, number, frame, colour, machine.floor), camera)
-            with io_errors(path):
-                write(str(path), times)
+                log(f"{done} of {len(times)} pictures drawn")
+            stage.show(stage.moment_at(float(time), at), caption(result, float(time), slowed))
+            stage.take_film_picture(path)
     return path
 
 
+def film_times(first: float, last: float, slowed: float) -> np.ndarray:
+    """Return the simulated times of the pictures of a film [s], at 25 pictures for each second of film."""
+    return np.linspace(first, last, max(2, round((last - first) * slowed * FILM_RATE) + 1))
+
+
+def caption(result: Result, time: float, slowed: float) -> str:
+    """Return the caption of a picture of a film: time, speed of the drive where there is one, slowing."""
+    words = [f"t = {time:.4f} s"]
+    if "driveshaft_speed" in result.series:
+        series = result.series
+        speed = float(np.interp(time, series["time"].values, series["driveshaft_speed"].values))
+        words.append(f"{rpm(speed):.0f} rpm")
+    return "   ".join([*words, f"{slowed:g} times slower"])
+
+
+class Moment(NamedTuple):
+    """What is shown at one time."""
+
+    frame: Frame
+    """Bodies and particles."""
+    values: np.ndarray
+    """What colours the particles (n,)."""
+
+
 class Stage:
-    """The machine and the charge in front of the camera, moved from frame to frame of one picture or film."""
+    """The machine and the charge in front of the camera, moved from picture to picture.
+
+    Parameters
+    ----------
+    plotter : an open one
+    result : the run
+    look : camera, colours, cut and background
+    machine : solids and cameras
+    limits : ends of the colour bar
+    """
 
     def __init__(
         self,
         plotter: "pyvista.Plotter",
-        case: Case | Machine,
-        parts: Sequence[Part],
-        colour: str,
+        result: Result,
+        look: Look,
+        machine: Appearance,
         limits: tuple[float, float],
     ):
-        import pyvista
-
-        self._plotter, self._colour, self._limits = plotter, colour, limits
-        self._parts = [(part, plotter.add_mesh(_mesh(part), **_look(part))) for part in parts]
-        self._charge: pyvista.PolyData | None = None
-        self._actor = None
-        self._names = case.charge.materials if colour == "material" else ()
+        self._plotter, self._result, self._look, self._machine = plotter, result, look, machine
+        self._limits = limits
+        self._camera = look.aimed(camera_called(machine, look.view))
+        self._parts = [(part, plotter.add_mesh(_mesh(part), **_style(part))) for part in machine.parts]
+        self._pair: tuple[int, Moment, Moment] | None = None
+        self._actor: Any = None
+        self._names = any_case_of(result).charge.materials if look.colour == "material" else ()
         if self._names:
             legend = [[name, colour] for name, colour in zip(self._names, MATERIALS, strict=False)]
             plotter.add_legend(
                 legend, bcolor="white", face="circle", loc="lower left", size=(0.2, 0.05 * len(legend))
             )
 
-    def show(self, frame: Frame, values: np.ndarray, camera: Camera) -> None:
-        """Move all parts to their poses in `frame`, and colour the particles by `values` (n,)."""
-        import pyvista
+    def shade(self) -> None:
+        """Make surfaces that are near each other darker, which takes too long for a film."""
+        near = NEAR * self._machine.reach
+        self._plotter.enable_ssao(radius=near, bias=0.1 * near, kernel_size=64)
 
+    def moment(self, number: int) -> Moment:
+        """Return a snapshot and what colours its particles."""
+        frame = next(replay(self._result, [number]))
+        return Moment(frame, _values(self._result, number, frame, self._look.colour, self._machine.floor))
+
+    def moment_at(self, time: float, at: np.ndarray) -> Moment:
+        """Return a moment between two of the snapshots, whose times [s] are `at` (n,)."""
+        if len(at) < 2:
+            return self.moment(0)
+        k = int(np.clip(np.searchsorted(at, time, side="right") - 1, 0, len(at) - 2))
+        if self._pair is None or self._pair[0] != k:
+            first = self._pair[2] if self._pair is not None and self._pair[0] == k - 1 else self.moment(k)
+            self._pair = (k, first, self.moment(k + 1))
+        _, one, other = self._pair
+        share = float((time - at[k]) / (at[k + 1] - at[k]))
+        fixed = self._look.colour == "material"
+        values = one.values if fixed else (1.0 - share) * one.values + share * other.values
+        return Moment(between(one.frame, other.frame, share), values)
+
+    def show(self, moment: Moment, words: str = "") -> None:
+        """Move all parts to their poses at a moment, and colour the particles. Write `words` below."""
+        camera = self._camera.in_world(moment.frame)
+        self._place_parts(moment.frame, camera)
+        self._place_charge(moment, camera)
+        if words:
+            self._plotter.add_text(
+                words,
+                position="lower_right",
+                font_size=CAPTION_SIZE,
+                color=self._look.ink,
+                name="caption",
+                render=False,
+            )
+        lens = self._plotter.camera
+        lens.position, lens.focal_point, lens.up = camera.eye, camera.target, camera.up
+        lens.view_angle = in_unit(_angle_in(camera.angle, self._plotter.window_size), "deg")
+        self._plotter.reset_camera_clipping_range()
+
+    def image(self) -> np.ndarray:
+        """Return the picture, (height, width, 3), or 4 colours with a transparent background."""
+        clear = self._look.background == CLEAR
+        self._plotter.render()
+        return self._plotter.screenshot(None, return_img=True, transparent_background=clear)
+
+    def begin_film(self, path: Path) -> None:
+        """Open a film."""
+        self._plotter.open_movie(str(path), framerate=FILM_RATE, quality=7, output_params=FRAGMENTS)
+
+    def take_film_picture(self, path: Path) -> None:
+        """Render and add a picture to the film. Raise OutputError where ffmpeg cannot write it."""
+        try:
+            self._plotter.write_frame()
+        except OSError:  # holds the command line of ffmpeg
+            raise OutputError(
+                f"{path}: ffmpeg cannot write the film any further. Free some room, or choose another folder."
+            ) from None
+
+    def _place_parts(self, frame: Frame, camera: Camera) -> None:
         for part, actor in self._parts:
             pose = frame.bodies[part.body]
             matrix = np.eye(4)
             matrix[:3, :3], matrix[:3, 3] = pose.rotation, pose.origin
             actor.user_matrix = matrix
             actor.SetVisibility(part.name not in camera.hides)
-        if len(frame.positions):
-            charge = pyvista.PolyData(frame.positions)
-            charge["radius"], charge[BARS[self._colour]] = frame.radii, values
-            ball = pyvista.Sphere(radius=1.0, theta_resolution=14, phi_resolution=14)
-            balls = charge.glyph(scale="radius", geom=ball, orient=False)
-            if self._actor is not None:
-                self._plotter.remove_actor(self._actor, render=False)
-            self._actor = self._plotter.add_mesh(
-                balls,
-                scalars=BARS[self._colour],
-                cmap=list(MATERIALS[: len(self._names)]) if self._names else "viridis",
-                clim=self._limits,
-                smooth_shading=True,
-                **SURFACE,
-                show_scalar_bar=not self._names,
-                scalar_bar_args=BAR,
-                render=False,
-            )
-        camera, lens = camera.in_world(frame), self._plotter.camera
-        lens.position, lens.focal_point, lens.up = camera.eye, camera.target, camera.up
-        lens.view_angle = in_unit(camera.angle, "deg")
-        self._plotter.reset_camera_clipping_range()
+            if self._look.cut is not None:
+                actor.mapper.RemoveAllClippingPlanes()
+                actor.mapper.AddClippingPlane(self._plane(camera))
+
+    def _plane(self, camera: Camera) -> Any:
+        """Return the plane of the cut, whose normal points away from the camera."""
+        from vtkmodules.vtkCommonDataModel import vtkPlane
+
+        point, normal = self._cut(camera)
+        plane = vtkPlane()
+        plane.SetOrigin(*point)
+        plane.SetNormal(*normal)
+        return plane
+
+    def _cut(self, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+        """Return a point of the cut and its normal away from the camera, world."""
+        assert self._look.cut is not None  # asked for with a cut only
+        point, normal = np.zeros(3), np.zeros(3)
+        axis, point[self._look.cut.axis] = self._look.cut
+        normal[axis] = -1.0 if camera.eye[axis] > point[axis] else 1.0
+        return point, normal
+
+    def _bar(self) -> dict[str, float]:
+        """Return place and letters of the colour bar, so that its title is inside a narrow picture."""
+        width, title = self._plotter.window_size[0], BARS[self._look.colour]
+        letters = round(BAR_LETTERS * min(1.0, max(0.6, width / SIZE[0])))
+        half_title = 0.28 * letters * len(title) / width
+        place = max(0.04, half_title - 0.5 * BAR["width"])
+        return {"position_x": place, "title_font_size": letters, "label_font_size": letters - 2}
+
+    def _place_charge(self, moment: Moment, camera: Camera) -> None:
+        import pyvista
+
+        if self._actor is not None:
+            self._plotter.remove_actor(self._actor, render=False)
+            self._actor = None
+        frame, values = moment
+        seen = np.ones(len(frame.positions), bool)
+        if self._look.cut is not None:
+            point, normal = self._cut(camera)
+            seen = (frame.positions - point) @ normal >= 0.0
+        if not seen.any():
+            return
+        charge = pyvista.PolyData(frame.positions[seen])
+        charge["radius"], charge[BARS[self._look.colour]] = frame.radii[seen], values[seen]
+        ball = pyvista.Sphere(radius=1.0, theta_resolution=14, phi_resolution=14)
+        self._actor = self._plotter.add_mesh(
+            charge.glyph(scale="radius", geom=ball, orient=False),
+            scalars=BARS[self._look.colour],
+            cmap=list(MATERIALS[: len(self._names)]) if self._names else "viridis",
+            clim=self._limits,
+            smooth_shading=True,
+            **SURFACE,
+            show_scalar_bar=not self._names,
+            scalar_bar_args={**BAR, **self._bar(), "color": self._look.ink},
+            render=False,
+        )
 
 
-def _check(view: str, colour: str) -> None:
-    faults = []
-    for where, given, names in (("--camera", view, VIEWS), ("--colour", colour, get_args(Colour))):
-        if given not in names:
-            faults.append(
-                Fault(
-                    where,
-                    f'must be one of {", ".join(names)}, got "{given}"',
-                    f"Write e.g. {where} {names[0]}",
-                )
-            )
-    if faults:
-        raise CaseError(*faults)
+@contextmanager
+def _stage(result: Result, look: Look, numbers: list[int], size: tuple[int, int]) -> Iterator[Stage]:
+    """Open the stage of a result, with a colour bar that covers the snapshots of these numbers."""
+    machine = drawn(any_case_of(result), OPENING if look.view == "front" else 0.0, result.walls)
+    camera_called(machine, look.view)
+    limits = look.limits or _limits(result, look.colour, numbers, machine.floor)
+    with _plotter() as plotter:
+        plotter.window_size = list(size)
+        if look.background != CLEAR:
+            plotter.set_background(look.background)
+        yield Stage(plotter, result, look, machine, limits)
 
 
 def _values(result: Result, number: int, frame: Frame, colour: str, floor: float) -> np.ndarray:
@@ -290,16 +367,22 @@ def _values(result: Result, number: int, frame: Frame, colour: str, floor: float
     return np.asarray(snapshot.get(array, np.empty(0)), float)
 
 
-def _limits(
-    result: Result, colour: str, numbers: list[int], case: Case | Machine, floor: float
-) -> tuple[float, float]:
+def _limits(result: Result, colour: str, numbers: list[int], floor: float) -> tuple[float, float]:
     """Return the ends of the colour bar over all snapshots shown: zero, and the 99.9 % quantile."""
     if colour == "material":
-        return -0.5, max(1, len(case.charge.materials)) - 0.5
+        return -0.5, max(1, len(any_case_of(result).charge.materials)) - 0.5
     shown = sorted(set(numbers))[:: max(1, len(set(numbers)) // 20)]
     values = [_values(result, number, next(replay(result, [number])), colour, floor) for number in shown]
     together = np.concatenate(values)
     return 0.0, float(np.quantile(together, 0.999)) if len(together) else 1.0
+
+
+def _angle_in(angle: float, size: Sequence[int]) -> float:
+    """Return the angle of view from top to bottom [rad] with which a narrow picture shows as much across as
+    one of the default size.
+    """
+    narrower = max(1.0, SIZE[0] / SIZE[1] * size[1] / size[0])
+    return 2.0 * math.atan(narrower * math.tan(0.5 * angle))
 
 
 def _mesh(part: Part) -> "pyvista.PolyData":
@@ -309,7 +392,7 @@ def _mesh(part: Part) -> "pyvista.PolyData":
     return pyvista.PolyData(part.vertices, faces.ravel())
 
 
-def _look(part: Part) -> dict:
+def _style(part: Part) -> dict:
     return {
         "color": part.colour,
         "opacity": part.opacity,
