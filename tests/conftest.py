@@ -23,6 +23,7 @@ SHARED = {
     ),
     "mills with a charge": (
         "unit/test_march.py",
+        "unit/test_size_classes.py",
         "unit/test_cache.py",
         "unit/test_quick.py",
         "unit/test_build.py",

@@ -13,6 +13,9 @@ from nutamill.result.fields import STATISTICS
 ENERGY = 2.0 ** (np.arange(40) / 2.0 - 25.0)
 AXES = {
     "pair": np.array(["steel-steel", "steel-acrylic wall"]),
+    "pair_materials": np.array(["steel-steel", "steel-acrylic wall"]),
+    "pair_first": np.array([0.005, 0.005]),
+    "pair_second": np.array([0.005, np.nan]),
     "part": np.array(["normal", "tangential"]),
     "energy": ENERGY,
     "radius": np.array([0.01, 0.03]),

@@ -27,6 +27,9 @@ AZIMUTH = (np.arange(36) + 0.5) * math.tau / 36
 HEIGHT = np.arange(20) * 0.01 + 0.005
 AXES = {
     "pair": np.array(["steel-steel", "steel-acrylic wall"]),
+    "pair_materials": np.array(["steel-steel", "steel-acrylic wall"]),
+    "pair_first": np.array([0.005, 0.005]),
+    "pair_second": np.array([0.005, np.nan]),
     "part": np.array(["normal", "tangential"]),
     "energy": 2.0 ** (np.arange(8) - 20.0),
     "radius": RADII,

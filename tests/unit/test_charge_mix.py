@@ -19,6 +19,7 @@ from nutamill.charge.particles.shapes import clump_shape
 from nutamill.design.preflight import preflight
 from nutamill.simulation.setup.charge import pair_laws
 from nutamill.simulation.setup.clock import contact_facts, run_clock
+from nutamill.simulation.setup.kinds import particle_kinds
 from nutamill.simulation.setup.mechanism import assemble_machine
 from nutamill.simulation.setup.model import bed_weight, build
 from nutamill.simulation.setup.particles import charge_mass, charge_particles, particle_count, particle_masses
@@ -176,8 +177,15 @@ def test_parts_follow_each_other_each_of_its_material(tmp_path):
 
 def test_every_pair_of_materials_has_its_law_and_its_facts(tmp_path):
     case = case_of(tmp_path, MIX)
-    # numbers: steel 0, sand 1, acrylic 2
-    assert set(pair_laws(case)) == {(0, 0), (0, 1), (0, 2), (1, 1), (1, 2)}
+    names = [kind.material for kind in particle_kinds(case.machine).kinds]
+    assert list(dict.fromkeys(names)) == ["steel", "sand", "acrylic"]
+    assert {(names[a], names[b]) for a, b in pair_laws(case.machine)} == {
+        ("steel", "steel"),
+        ("steel", "sand"),
+        ("steel", "acrylic"),
+        ("sand", "sand"),
+        ("sand", "acrylic"),
+    }
     facts = {one.pair: one for one in contact_facts(case.machine)}
     assert list(facts) == [
         "steel-steel",

@@ -132,8 +132,8 @@ def refuse_empty(result: Result) -> None:
 
 
 def impact_spectra(done: "xarray.Dataset") -> "xarray.Dataset":
-    """Return the rates of impacts by pair of materials, part of the velocity and energy: ``rate`` [1/s] and
-    ``power`` [W] of each bin.
+    """Return the rates of impacts by pair, part of the velocity and energy: ``rate`` [1/s] and ``power`` [W]
+    of each bin. A pair is one of materials, and of classes of size where a material has several.
 
     `done` is a `window`.  Sums over ``energy`` are totals; power over rate is the mean energy of an impact.
     """

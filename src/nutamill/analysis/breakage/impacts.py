@@ -6,17 +6,14 @@ particle thick, that two balls, or a ball and a wall, close upon.
 """
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from nutamill.analysis.flow import window, window_parts
 from nutamill.analysis.power import power_split
-from nutamill.analysis.source import any_case_of
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base.errors import ResultError
-from nutamill.case.machine import Machine
 from nutamill.result import Result
 
 if TYPE_CHECKING:
@@ -27,7 +24,7 @@ DENSEST = math.pi / math.sqrt(12.0)
 
 
 class Impacts(NamedTuple):
-    """Energies of the impacts of a run, by pair of materials and bin of energy (n_pairs, n_bins)."""
+    """Energies of the impacts of a run, by pair of classes of balls and bin of energy (n_pairs, n_bins)."""
 
     edges: np.ndarray
     """Edges of the bins [J] (n_bins + 1,)."""
@@ -51,7 +48,7 @@ class Grinding(NamedTuple):
     power: float
     """Mean power that motors, drives and given loads supply [W]."""
     smallest_ball: float
-    """Diameter of the smallest kind of balls [m]."""
+    """Diameter of the smallest class of balls [m]."""
     whole: Impacts
     """All its impacts."""
     parts: tuple[Impacts, ...]
@@ -74,14 +71,13 @@ def grinding_of(result: Result, last: float | str = PAPER_WINDOW) -> Grinding:
             f"{result.path}: the energy that breaks ore is counted against the power of the mill, and this "
             f"run takes up {power:.3g} W. Give a run whose drive or loads do work."
         )
-    machine = any_case_of(result).machine
-    radii = pair_radii(machine)
-    reduced = np.array([radii[str(pair)] for pair in done["pair"].values])
+    first, second = done["pair_first"].values, done["pair_second"].values
+    reduced = reduced_radii(first, second)
     return Grinding(
         str(result.path),
         float(done["sampled_time"]),
         power,
-        2.0 * min(media_radii(machine).values()),
+        float(first.min()),
         _impacts_of(done, power, reduced),
         tuple(_impacts_of(part, power, reduced) for part in window_parts(result, last)),
     )
@@ -103,33 +99,11 @@ def _impacts_of(done: "xarray.Dataset", power: float, reduced: np.ndarray) -> Im
     )
 
 
-def media_radii(machine: Machine) -> dict[str, float]:
-    """Return the radius of the ball of mean volume of each material of a charge [m]."""
-    volumes: dict[str, list[tuple[float, float]]] = {}
-    for part in machine.charge.parts:
-        mean = part.size_law().mean_volume
-        # number of balls, or what is proportional to it: parts of a material are given in one way
-        number = float(part.count or (part.mass or part.fill or 1.0) / mean)
-        volumes.setdefault(str(part.material), []).append((number, mean))
-    return {
-        material: float(np.cbrt(_mean(sizes) / (4.0 / 3.0 * math.pi))) for material, sizes in volumes.items()
-    }
-
-
-def _mean(weighted: Sequence[tuple[float, float]]) -> float:
-    """Return the mean of numbers that stand behind their weights."""
-    return sum(weight * value for weight, value in weighted) / sum(weight for weight, _ in weighted)
-
-
-def pair_radii(machine: Machine) -> dict[str, float]:
-    """Return the reduced radius of each pair that can touch [m], by its name. Walls are flat."""
-    radii = media_radii(machine)
-    return {
-        pair.name: radii[pair.first]
-        if pair.wall
-        else radii[pair.first] * radii[pair.second] / (radii[pair.first] + radii[pair.second])
-        for pair in machine.touching
-    }
+def reduced_radii(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the reduced radii of pairs of particles [m] from their diameters [m]. Walls are flat, their
+    diameter is not a number.
+    """
+    return np.where(np.isnan(second), 0.5 * first, 0.5 * first * second / (first + second))
 
 
 def captured_mass(size: float, reduced_radius: np.ndarray, density: float) -> np.ndarray:

@@ -213,7 +213,31 @@ a window.
 """
 
 STATISTICS_AXES: tuple[Field, ...] = (
-    Field("pair", "", "1", "pair of materials", "materials that meet; walls are named so", shape="(pair)"),
+    Field(
+        "pair",
+        "",
+        "1",
+        "pair",
+        "materials that meet, of several sizes with their class; walls are named so",
+        shape="(pair)",
+    ),
+    Field("pair_materials", "", "1", "pair of materials", "materials that meet", shape="(pair)"),
+    Field(
+        "pair_first",
+        "d",
+        "m",
+        "diameter",
+        "diameter of the particle of mean volume of the first of a pair",
+        shape="(pair)",
+    ),
+    Field(
+        "pair_second",
+        "d",
+        "m",
+        "diameter",
+        "the same of the second; not a number for a wall",
+        shape="(pair)",
+    ),
     Field("part", "", "1", "part", "part of the relative velocity", shape="(part)"),
     Field("energy", "E", "J", "impact energy", "middle of the bin, half an octave wide", shape="(energy)"),
     Field(

@@ -2,6 +2,7 @@
 laws.
 """
 
+import dataclasses
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.charge.particles.particles import Particles
 from nutamill.charge.walls.patches import PatchTable
 from nutamill.simulation.setup.carriers import carriers_of
+from nutamill.simulation.setup.kinds import particle_kinds
 from nutamill.simulation.setup.particles import charge_particles, quickest_pebble, region_bodies
 from nutamill.simulation.setup.walls import material_order, region_corners, wall_surfaces
 
@@ -28,11 +30,15 @@ ROOM_TO_MOVE = 2.0
 
 
 def pair_laws(machine: Machine) -> dict[tuple[int, int], PairLaw]:
-    """Return the laws of the charge with itself and with every wall, by the numbers of `material_order`."""
-    names = material_order(machine)
+    """Return the laws of the charge with itself and with every wall, by the numbers of `particle_kinds`."""
+    kinds = particle_kinds(machine)
     numbers = {
-        tuple(sorted((names.index(pair.first), names.index(pair.second)))) for pair in machine.touching
+        tuple(sorted((a, b)))
+        for pair in machine.touching
+        for a in kinds.numbers(pair.first)
+        for b in kinds.numbers(pair.second)
     }
+    names = [kind.material for kind in kinds.kinds]
     return {(a, b): pair_law(machine, names[a], names[b]) for a, b in sorted(numbers)}
 
 
@@ -143,11 +149,15 @@ def machine_charge(
     ------
     CaseError : impossible particles, or particles that overlap each other or the walls
     """
+    kinds, names = particle_kinds(machine), material_order(machine)
     built = charge_of(
-        placed_particles(machine, bed, poses),
-        [machine.materials[name].density for name in material_order(machine)],
+        dataclasses.replace(placed_particles(machine, bed, poses), material=kinds.of_particles),
+        [machine.materials[kind.material].density for kind in kinds.kinds],
         pair_laws(machine),
-        wall_surfaces(machine),
+        [
+            dataclasses.replace(surface, material=kinds.numbers(names[surface.material])[0])
+            for surface in wall_surfaces(machine)
+        ],
         len(poses),
         gravity=machine.gravity,
         law=contact_law_of(machine),

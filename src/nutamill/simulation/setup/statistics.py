@@ -24,8 +24,9 @@ from nutamill.charge.model import ChargeModel, ChargeState
 from nutamill.charge.walls.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.simulation.setup.carriers import carrier_index, carriers_of
+from nutamill.simulation.setup.kinds import particle_kinds
 from nutamill.simulation.setup.particles import charge_particles
-from nutamill.simulation.setup.walls import material_order, region_corners, seen_from, world_surfaces
+from nutamill.simulation.setup.walls import region_corners, seen_from, world_surfaces
 
 SECTORS = 36
 """Cells and patches around the chamber [1]: 10 deg each."""
@@ -152,25 +153,54 @@ def _pebble_volumes(machine: Machine) -> np.ndarray:
     )
 
 
-def pair_types(machine: Machine) -> list[tuple[str, list[int]]]:
-    """Return the kinds of pairs that can touch: name, and its types in `nutamill.charge.kernels.impacts`."""
-    names = material_order(machine)
-    n, types = len(names), []
+class PairType(NamedTuple):
+    """Two kinds of bodies that can touch."""
+
+    name: str
+    """``steel-acrylic wall``, or ``steel 4 mm-steel 5 mm`` where a material has several classes of size."""
+    materials: str
+    """Name of the pair of materials."""
+    diameters: tuple[float, float]
+    """Diameters of the particles of mean volume [m]; not a number for a wall."""
+    types: list[int]
+    """Its types in `nutamill.charge.kernels.impacts`."""
+
+
+def pair_types(machine: Machine) -> list[PairType]:
+    """Return the pairs of kinds that can touch."""
+    kinds = particle_kinds(machine)
+    n, types = len(kinds.kinds), []
     for pair in machine.touching:
-        a, b = names.index(pair.first), names.index(pair.second)
-        types.append((pair.name, [(n + a) * n + b] if pair.wall else sorted({a * n + b, b * n + a})))
+        others = kinds.numbers(pair.second)
+        for a in kinds.numbers(pair.first):
+            for b in others[:1] if pair.wall else others:
+                one, two = kinds.kinds[a], kinds.kinds[b]
+                if pair.wall:
+                    name, far, numbers = f"{one.name}-{pair.second} wall", math.nan, [(n + a) * n + b]
+                elif a <= b or pair.first != pair.second:
+                    name, far, numbers = (
+                        f"{one.name}-{two.name}",
+                        two.diameter,
+                        sorted({a * n + b, b * n + a}),
+                    )
+                else:
+                    continue
+                types.append(PairType(name, pair.name, (one.diameter, far), numbers))
     return types
 
 
 def statistics_axes(machine: Machine, plan: StatisticsPlan) -> dict[str, np.ndarray]:
     """Return the axes of the recorded arrays by the names of `nutamill.result.fields.STATISTICS_AXES`."""
-    edges = bin_edges()
+    edges, pairs = bin_edges(), pair_types(machine)
     radius = np.linspace(0.0, plan.extent[0], plan.cells[0] + 1)
     angle = np.linspace(0.0, math.tau, plan.cells[1] + 1)
     height = np.linspace(plan.extent[1], plan.extent[2], plan.cells[2] + 1)
     ring = 0.5 * np.diff(radius**2) * angle[1]
     return {
-        "pair": np.array([name for name, _ in pair_types(machine)]),
+        "pair": np.array([pair.name for pair in pairs]),
+        "pair_materials": np.array([pair.materials for pair in pairs]),
+        "pair_first": np.array([pair.diameters[0] for pair in pairs]),
+        "pair_second": np.array([pair.diameters[1] for pair in pairs]),
         "part": np.array(["normal", "tangential"]),
         "energy": np.sqrt(edges[1:] * edges[:-1]),
         "radius": 0.5 * (radius[1:] + radius[:-1]),
@@ -272,7 +302,7 @@ def recorded_sums(
     energy.
     """
     interval = 1.0 / machine.run.series_rate
-    book = np.stack([sums["spectra"][types].sum(axis=0) for _, types in pair_types(machine)])
+    book = np.stack([sums["spectra"][pair.types].sum(axis=0) for pair in pair_types(machine)])
     walls = sums["walls"] * (interval / plan.per_wall)
     fields = (sums["fields"] * (interval / plan.per_field)).reshape(*plan.cells, len(FIELD_SUMS))
     return {

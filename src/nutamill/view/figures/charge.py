@@ -33,9 +33,10 @@ def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
         number, power = figure.subplots(2, 1, sharex=True)
-        for k, pair in enumerate(map(str, spectra["pair"].values)):
+        materials = spectra["pair_materials"].values.astype(str)
+        for k, pair in enumerate(dict.fromkeys(materials)):
             for part, line in PATTERN.items():
-                one = spectra.sel(part=part).isel(pair=k)
+                one = spectra.sel(part=part).isel(pair=np.flatnonzero(materials == pair)).sum("pair")
                 style = {
                     "color": f"C{k}",
                     "linestyle": line,
