@@ -36,8 +36,8 @@ ramp     = "1000 rad/s^2"
 [run]
 until = "0.6 s"
 """
-MOTOR = 'friction = {{ viscous = "{0} N m s/rad" }}\n[[torques]]\nname = "field"\nbody = "rotor"\n'
-MOTOR += 'moment = ["0 N m", "0 N m", "{1} N m"]'
+MOTOR = 'friction = {{ viscous = "{} N m s/rad" }}\n[[torques]]\nname = "field"\nbody = "rotor"\n'
+MOTOR += 'moment = ["0 N m", "0 N m", "{} N m"]'
 FMU = '[[fmus]]\nname = "motor"\nfile = "motor.fmu"\n[[fmus.drives]]\ndrive = "shaft"\n'
 FMU += 'torque = "-drive_shaft_torque"\nspeed = "drives.shaft.speed"'
 
