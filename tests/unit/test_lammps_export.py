@@ -89,7 +89,7 @@ def test_the_script_has_a_wall_for_each_surface(tmp_path):
         (["contact.normal=hysteretic"], "LAMMPS lacks hysteretic linear spring"),
         (
             ['charge.sizes=[["4 mm", 0.5], ["5 mm", 0.5]]', "contact.stiffness=young"],
-            "a stiffness that grows with the diameter is not exported to LAMMPS for several sizes",
+            "a stiffness that grows with the diameter is not handed to LAMMPS for several sizes",
         ),
     ],
 )

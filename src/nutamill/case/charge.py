@@ -190,6 +190,8 @@ class ChargeRecipe(Portion):
     """Spheres, rigid clumps of spheres, or an empty chamber."""
     part: tuple[ChargePart, ...] | None = None
     """Parts of a charge of several materials, instead of all other keys."""
+    engine: Literal["lammps"] | None = None
+    """Program that moves the particles: LAMMPS, on as many processes as ``mpiexec`` starts; else this one."""
 
     @property
     def parts(self) -> "tuple[ChargePart | ChargeRecipe, ...]":

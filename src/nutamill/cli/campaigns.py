@@ -7,7 +7,7 @@ import typer
 
 from nutamill.base.errors import ExitCode
 from nutamill.cli import completion
-from nutamill.cli.common import Cluster, Jobs, Quick, app, reports_errors, to
+from nutamill.cli.common import Cluster, Jobs, Quick, app, load, reports_errors, to
 
 
 @app.command()
@@ -39,6 +39,25 @@ def sweep(
 
     if not run_sweep(case, changes or [], jobs, cluster, to, quick, typer.echo):
         raise typer.Exit(ExitCode.FAILED)
+
+
+@app.command()
+@reports_errors
+def submit(
+    case: Annotated[Path, typer.Argument(metavar="CASE.toml", help="A case file with a charge in LAMMPS.")],
+    nodes: Annotated[int, typer.Option(min=1, metavar="N", help="Nodes of the cluster.")] = 1,
+    ranks: Annotated[int, typer.Option(min=1, metavar="N", help="Processes on all nodes together.")] = 1,
+    hours: Annotated[float, typer.Option(min=0.0, metavar="HOURS", help="Longest time of the job.")] = 24.0,
+    to: Annotated[Path | None, to("The script; else beside the case.")] = None,
+) -> None:
+    """Write the SLURM job script of one run on many processes, and submit it where there is a queue."""
+    from nutamill.export.job_script import submitted, write_job
+
+    loaded = load(str(case), None)
+    place = to or case.with_suffix(".sh")
+    script = write_job(loaded, case, place, loaded.file_in(), nodes, ranks, hours)
+    answer = submitted(script) or f"written; there is no sbatch here. On the cluster: sbatch {script}"
+    typer.echo(f"{script}   {answer}")
 
 
 @app.command()

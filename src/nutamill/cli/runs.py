@@ -329,7 +329,10 @@ def _run_on_screen(title: str, path: Path, march: Callable[["Screen"], "Result"]
     """Run with the live screen, then print the summary and draw the pictures beside the result."""
     from nutamill.cli.screen import Screen
     from nutamill.result import open_result
+    from nutamill.simulation.lammps.ranks import follows
 
+    if follows():
+        march(Screen(title, quiet=True))  # the first process has the screen; this one ends in it
     not_steady = None
     try:
         with Screen(title) as screen:

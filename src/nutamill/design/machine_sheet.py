@@ -17,6 +17,7 @@ from nutamill.mechanism.constraints import redundancies
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.mechanism.rows import Placement, constraint_tables
+from nutamill.simulation.lammps.faults import refuse_for_lammps
 from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.clock import Clock, run_clock
 from nutamill.simulation.setup.light_carriers import light_carrier_warnings
@@ -147,6 +148,7 @@ def machine_sheet(case: Machine, trial: Callable[[Machine], float | None] | None
     """
     parts = mechanism_parts(case)
     refuse_walls(case)
+    refuse_for_lammps(case)
     mechanism, state, scratch = assemble_machine(case)
     labels = constraint_tables(Placement(parts.bodies), parts.joints, parts.drives, parts.gears)[3]
     redundant = redundancies(mechanism, state, scratch, labels)

@@ -18,6 +18,7 @@ from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.design.mesh_drawing import chamber_volume, distance_from_drawing
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.result.fields import expand
+from nutamill.simulation.lammps.faults import refuse_for_lammps
 from nutamill.simulation.record import CHECKPOINT_SIZE
 from nutamill.simulation.setup.clock import Clock, run_clock
 from nutamill.simulation.setup.light_carriers import light_carrier_warnings
@@ -182,6 +183,7 @@ def preflight(case: Case, trial: Callable[[Machine], float | None] | None = None
     clock = run_clock(case.machine)
     machine = case.machine
     refuse_walls(machine)
+    refuse_for_lammps(machine)
     mechanism, state, scratch = assemble_machine(machine)
     static_equilibrium(mechanism, state, scratch)
     charge = charge_facts(machine)

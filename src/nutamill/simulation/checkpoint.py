@@ -30,7 +30,9 @@ def checkpoint_groups(
         "coupling": state.coupling._asdict(),
         "record": {"first_row": state.first_row},
     }
-    if model.charge is not None and state.charge is not None:
+    if state.grains is not None:
+        groups["charge"] = state.grains.saved_arrays()
+    elif model.charge is not None and state.charge is not None:
         groups["charge"] = saved_arrays(model.charge, state.charge)
     return groups | (sum_groups(model, state) if sums is None else sums)
 
@@ -60,6 +62,8 @@ def restore(model: Model, state: State, scratch: Scratch, groups: dict[str, dict
         state.exchange.restore(groups, float(state.mechanism.time[0]))
     if model.charge is None or state.charge is None or scratch.charge is None:
         return model
+    if "restart" in groups["charge"]:
+        return model  # the particles are put back by LAMMPS
     charge, state.charge, scratch.charge = put_back(
         model.charge, state.charge, scratch.charge, groups["charge"], state.coupling.reference
     )
@@ -72,8 +76,11 @@ def backup(state: State, former: State | None) -> State | None:
     """Return a copy of `state`, made in place of the `former` backup where it fits, or None if it would be
     larger than `LARGEST_BACKUP`.
 
-    The statistics are not copied: `statistics_group` saves their sums.
+    The statistics are not copied: `statistics_group` saves their sums.  Particles in LAMMPS are not copied,
+    there is no backup of them.
     """
+    if state.grains is not None:
+        return None
     arrays = _all_arrays(state)
     if sum(array.nbytes for array in arrays) > LARGEST_BACKUP:
         return None

@@ -14,6 +14,7 @@ from nutamill.charge.model import Clock as ChargeClock
 from nutamill.simulation.coupling import march_coupled, march_mechanism
 from nutamill.simulation.coupling_model import Outcome
 from nutamill.simulation.fmus.windows import march_exchanged
+from nutamill.simulation.lammps.windows import march_grains
 from nutamill.simulation.row import charge_row, mechanism_row
 from nutamill.simulation.setup.model import Model, Scratch, State
 from nutamill.simulation.setup.threads import team_size
@@ -35,7 +36,12 @@ def enter(
     while True:
         before = int(coupling.windows[0])
         left = (n_rows - done) * per_row - before % per_row
-        if state.exchange is not None:
+        if state.grains is not None:
+            written, fault = march_grains(model, state, scratch, left, rows[done:])
+            done += written
+            if fault is not None:
+                return model, rows[:done], fault
+        elif state.exchange is not None:
             written, fault = march_exchanged(model, state, scratch, left, rows[done:])
             done += written
             if fault is not None:
@@ -55,7 +61,7 @@ def enter(
         else:
             parts = (model.coupled(), state.coupled(), scratch.coupled(model, state))
             run_team(march_coupled, (*parts, left, rows[done:]), team_size(model.machine))
-        if state.exchange is None:
+        if state.exchange is None and state.grains is None:
             done += int(coupling.windows[0]) // per_row - before // per_row
         full = coupling.outcome[0] == Outcome.LISTS_FULL
         if full or (state.charge is not None and state.charge.clock[ChargeClock.CROWDED]):

@@ -42,6 +42,7 @@ from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.fmus.exchange import refuse_resume, started
 from nutamill.simulation.fmus.mapping import fmu_plans
 from nutamill.simulation.fmus.trust import identities, refuse_untrusted
+from nutamill.simulation.lammps.lead import in_lammps, led
 from nutamill.simulation.progress import Watch
 from nutamill.simulation.progress_report import Progress
 from nutamill.simulation.record import Ending, RecordPlan, room_at_start
@@ -110,7 +111,7 @@ def run(
         run_clock(case.machine)  # refuses a substep that is too long before a file is touched
         refuse_light_carriers(case.machine)
         refuse_walls(case.machine)
-    with stop_at_once():
+    with led(case.machine), stop_at_once():
         if not again:
             earlier = None
             with suppress(
@@ -196,7 +197,7 @@ def run_to(
     """Run a case to a new or empty file. The other arguments and the errors are those of `run`."""
     machine, watch = case.machine, Watch(case, progress, log)
     check_room(path, room_at_start(machine))
-    if machine.charge.parts:
+    if machine.charge.parts and machine.charge.engine is None:
         cached = bed_is_cached(machine)
         warm_up(log, None if cached else lambda: settle_apart(machine), contact_law_of(machine))
     else:
@@ -206,7 +207,8 @@ def run_to(
     watch.settling(1.0)
     with started(machine) as exchange:
         model, state, scratch = build(machine, bed, exchange)
-        record_run(case, model, state, scratch, path, watch)
+        with in_lammps(model, state, scratch, bed):
+            record_run(case, model, state, scratch, path, watch)
 
 
 def record_run(
@@ -277,9 +279,15 @@ def resume(
                     "--until TIME"
                 )
             return ended_result(path)
-        with one_writer(path):
+        with led(machine_of(path)), one_writer(path):
             resume_to(path, asked_end, progress, log, trust_fmu)
     return ended_result(path)
+
+
+def machine_of(path: Path) -> Machine:
+    """Return the machine of a result file."""
+    with open_result(path) as result:
+        return case_of_text(result.case_text, path.stem).machine
 
 
 def end_time(until: float | str) -> float:
@@ -329,7 +337,7 @@ def resume_to(
             "named under /provenance, or run the case again."
         )
     machine = case.machine
-    if machine.charge.parts:
+    if machine.charge.parts and machine.charge.engine is None:
         warm_up(log, law=contact_law_of(machine))
     refuse_untrusted(machine, trust_fmu)
     if machine.fmus:
@@ -338,8 +346,9 @@ def resume_to(
         bed, poses = placed_by_checkpoint(machine, checkpoint.groups)
         model, state, scratch = build(machine, bed, exchange, poses)
         model = restore(model, state, scratch, checkpoint.groups)
-        recorder = Recorder.reopen(path, checkpoint.time)
-        march(model, state, scratch, recorder, ending, Watch(case, progress, log), asked)
+        with in_lammps(model, state, scratch, bed, poses, checkpoint.groups):
+            recorder = Recorder.reopen(path, checkpoint.time)
+            march(model, state, scratch, recorder, ending, Watch(case, progress, log), asked)
 
 
 def march(

@@ -38,12 +38,12 @@ def trial_rate(machine: Machine, clock: Callable[[], float] = time.perf_counter)
     A trial starts from the settled bed, or from a loose one where none has settled yet, and its drives jump
     to their largest speed: a charge in motion costs more than one at rest, and a run is mostly in motion.
     The first half is not counted.  Return None where nothing can be marched within that time: kernels that
-    are not compiled, a bed of many particles that has not settled, a fault.
+    are not compiled, a bed of many particles that has not settled, a charge in LAMMPS, a fault.
 
     `clock` reads the time that is measured [s]; `time.process_time` leaves out what other programs take.
     """
     law = contact_law_of(machine) if machine.charge.parts else None
-    if TRIAL_TIME <= 0.0 or not is_compiled(law):
+    if TRIAL_TIME <= 0.0 or not is_compiled(law) or machine.charge.engine is not None:
         return None
     try:
         bed = _bed(machine)

@@ -23,9 +23,10 @@ from nutamill.export.lammps.script import (
     script_text,
 )
 from nutamill.result import Result
+from nutamill.simulation.lammps.faults import charge_faults
 from nutamill.simulation.setup.carriers import Carrier, carriers_of
 from nutamill.simulation.setup.clock import run_clock
-from nutamill.simulation.setup.touches import granular_words, missing_laws, touches
+from nutamill.simulation.setup.touches import granular_words, touches
 from nutamill.simulation.setup.walls import material_order, region_corners, wall_surfaces
 
 LARGEST_ERROR = 0.01
@@ -68,25 +69,15 @@ def export_charge(result: Result, folder: Path) -> list[Path]:
 
 def refuse_without_counterpart(machine: Machine) -> None:
     """Raise CaseError with every part of a machine and of its charge that the script cannot hold."""
-    faults = []
     if not machine.charge.parts:
-        faults.append(Fault("charge", "the chamber is empty", "Export the run of a machine with a charge"))
-    for number, part in enumerate(machine.charge.parts):
-        key = f"charge.part[{number}]" if machine.charge.part else "charge"
-        if part.kind == "clumps":
-            faults.append(Fault(f"{key}.kind", "clumps are not exported to LAMMPS", "Export spheres"))
-        low, high = part.size_range
-        if machine.contact.stiffness == "young" and machine.contact.normal != "hertz" and low < high:
-            what = "a stiffness that grows with the diameter is not exported to LAMMPS for several sizes"
-            faults.append(Fault(key, what, 'Write contact.stiffness = "direct", or one diameter'))
+        what = "the chamber is empty"
+        raise CaseError(Fault("charge", what, "Export the run of a machine with a charge"))
+    faults = list(charge_faults(machine))
     names = [carrier.name for carrier in carriers_of(machine)]
     if len(names) > 1:
         what = f"walls on several bodies are not exported to LAMMPS, got {', '.join(names)}"
         faults.append(Fault("walls", what, "Its particles move in the axes of one chamber"))
-    if machine.charge.parts and not faults:
-        for contact_name, contact in touches(machine).items():
-            missing = missing_laws(contact.terms("LAMMPS"))
-            faults += [Fault(f"contact.{contact_name}", f"LAMMPS lacks {law}") for law in missing]
+    else:
         faults += [
             Fault(f"walls.{surface.name}", f"LAMMPS has no region like a {_shape(surface)}", OTHER_WALLS)
             for surface in wall_surfaces(machine)

@@ -164,6 +164,7 @@ def machine_charge(
         domain=domain_of(machine),
         poses=poses,
         patches=patches,
+        precision="single" if machine.charge.engine is None else "double",
     )
     start(*built, substep)
     return built

@@ -26,6 +26,7 @@ from nutamill.simulation.coupling_model import (
     coupling_state,
 )
 from nutamill.simulation.fmus.exchange import Exchange
+from nutamill.simulation.lammps.grains import Grains
 from nutamill.simulation.row import RowTable, row_groups
 from nutamill.simulation.setup.carriers import Carrier, carriers_of
 from nutamill.simulation.setup.charge import machine_charge
@@ -86,6 +87,8 @@ class State:
     """Row at the start of the run, (n_columns,), from which ledgers count."""
     exchange: Exchange | None = None
     """The FMUs of the machine; None without any."""
+    grains: Grains | None = None
+    """The particles in LAMMPS; None where this program moves them."""
 
     def coupled(self) -> CoupledState:
         """Return the arrays that the coupled march takes."""

@@ -1,0 +1,78 @@
+"""The input of the LAMMPS that holds the particles of a charge: pairs by its laws, no walls, no gravity."""
+
+import numpy as np
+
+from nutamill.case.machine import Machine
+from nutamill.charge.model import ChargeModel
+from nutamill.simulation.setup.regions import region_of
+from nutamill.simulation.setup.touches import granular_words, touches
+from nutamill.simulation.setup.walls import region_corners
+
+WALLS, KICKS, FRAME = "d2_wall", "d2_kick", "walls"
+"""Names of the arrays with the memory of the walls and the last accelerations, and of the fix that adds the
+forces of the walls.
+"""
+COLUMNS = 8
+"""Numbers in the memory of a contact [1]."""
+BALANCE_EVERY, UNBALANCE = 2000, 1.05
+"""Steps between two shares of the particles among the processes [1], and the excess of the busiest at which
+they are shared anew [1].
+"""
+
+
+def box_commands(machine: Machine, places: np.ndarray) -> list[str]:
+    """Return the commands that make an empty box around the regions of a charge and around `places` [m] (n,
+    3), world, and its types.
+    """
+    regions = [region_of(machine, part) for part in machine.charge.parts]
+    corners = np.concatenate([places, *(region_corners(machine, region) for region in regions)])
+    margin = 2.0 * max(part.size_range[1] for part in machine.charge.parts)
+    low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
+    extents = " ".join(f"{a:.15g} {b:.15g}" for a, b in zip(low, high, strict=True))
+    return [f"region box block {extents} units box", f"create_box {len(machine.charge.materials)} box"]
+
+
+def start_commands() -> list[str]:
+    """Return the commands before there are particles."""
+    return [
+        "units si",
+        "atom_style sphere",
+        "atom_modify map array",
+        "boundary m m m",
+        "newton off",
+        "comm_modify vel yes",
+    ]
+
+
+def memory_commands(surfaces: int) -> list[str]:
+    """Return the commands that give each particle memory of its walls and of its last accelerations."""
+    return [
+        f"fix wall_memory all property/atom {WALLS} {COLUMNS * max(surfaces, 1)} ghost no",
+        f"fix kicks all property/atom {KICKS} 6 ghost no",
+    ]
+
+
+def law_commands(machine: Machine, model: ChargeModel, dt: float, ranks: int) -> list[str]:
+    """Return the commands that make the particles move and touch: laws, lists, balance."""
+    names = list(machine.charge.materials)
+    known = touches(machine)
+    pairs = [
+        f"pair_coeff {names.index(pair.first) + 1} {names.index(pair.second) + 1} "
+        f"{granular_words(known[pair.name])}"
+        for pair in machine.touching
+        if not pair.wall
+    ]
+    share = f"fix share all balance {BALANCE_EVERY} {UNBALANCE} shift xyz 10 1.02"
+    return [
+        "pair_style granular",
+        *pairs,
+        f"neighbor {model.skin:.15g} bin",
+        "neigh_modify delay 0 every 1 check yes",
+        f"timestep {dt:.17g}",
+        f"fix {FRAME} all external pf/callback 1 1",
+        "fix move all nve/sphere",
+        "compute touching all contact/atom",
+        *([f"balance {UNBALANCE} shift xyz 20 1.01", share] if ranks > 1 else []),
+        "thermo 1000000000",
+        "thermo_modify lost error",
+    ]

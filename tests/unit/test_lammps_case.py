@@ -1,0 +1,149 @@
+"""A case whose charge LAMMPS is to move: what is refused, and the processes of a run."""
+
+import pytest
+
+from nutamill.base.errors import CaseError, NotInstalledError
+from nutamill.case import load_case
+from nutamill.simulation.lammps import faults, library, ranks
+from nutamill.simulation.lammps.faults import lammps_faults, refuse_for_lammps
+from nutamill.simulation.lammps.lead import led
+from nutamill.simulation.march import run
+
+ASKED = ["charge.engine=lammps", "run.statistics=false", "charge.count=200"]
+
+
+def machine_with(*changes):
+    return load_case("numill", [*ASKED, *changes]).machine
+
+
+@pytest.fixture
+def started_by_mpi(monkeypatch):
+    """A launcher of MPI has started as many processes as asked."""
+    return lambda count: monkeypatch.setenv("PMI_SIZE", str(count))
+
+
+def test_a_charge_that_lammps_can_move_has_no_faults():
+    assert lammps_faults(machine_with()) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("run.coupling=iterated", 'run.coupling: must be "staggered" or "prescribed" with charge.engine'),
+        ("run.statistics=true", 'run.statistics: must be false with charge.engine = "lammps"'),
+        ("run.threads=2", 'run.threads: has no use with charge.engine = "lammps", got 2'),
+        ("contact.rolling=type_a", "LAMMPS lacks type A rolling"),
+    ],
+)
+def test_what_lammps_cannot_do_is_refused_by_name(change, message):
+    with pytest.raises(CaseError) as refused:
+        refuse_for_lammps(machine_with(change))
+    assert message in str(refused.value)
+
+
+def test_more_surfaces_than_a_particle_has_memory_for_are_refused(monkeypatch):
+    monkeypatch.setattr(faults, "MOST_SURFACES", 2)
+    with pytest.raises(CaseError, match=r"walls: at most 2 surfaces with .*, got 3"):
+        refuse_for_lammps(machine_with())
+
+
+def test_all_faults_are_reported_at_once():
+    with pytest.raises(CaseError) as refused:
+        refuse_for_lammps(machine_with("run.coupling=iterated", "run.threads=2", "contact.rolling=type_a"))
+    assert len(refused.value.faults) >= 3
+
+
+def test_a_run_is_refused_before_its_file_is_made(tmp_path):
+    with pytest.raises(CaseError, match="LAMMPS cannot go back to the start of a window"):
+        run(load_case("numill", [*ASKED, "run.coupling=iterated"]), tmp_path / "a.h5")
+    assert not list(tmp_path.iterdir())
+
+
+def test_more_processes_than_particles_can_use_are_refused(started_by_mpi):
+    started_by_mpi(8)
+    with pytest.raises(CaseError, match="8 processes share 200 particles, fewer than 50 each"):
+        refuse_for_lammps(machine_with())
+
+
+def test_copies_of_a_run_that_shares_nothing_are_refused(started_by_mpi):
+    started_by_mpi(2)
+    with (
+        pytest.raises(CaseError, match="mpiexec has started 2 processes, which would all run the same case"),
+        led(load_case("numill").machine),
+    ):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("environment", "count", "behind"),
+    [
+        ({}, 1, False),
+        ({"PMI_SIZE": "4", "PMI_RANK": "0"}, 4, False),
+        ({"PMI_SIZE": "4", "PMI_RANK": "3"}, 4, True),
+        ({"OMPI_COMM_WORLD_SIZE": "2", "OMPI_COMM_WORLD_RANK": "1"}, 2, True),
+    ],
+)
+def test_a_launcher_says_how_many_processes_there_are(environment, count, behind):
+    assert (ranks.launched(environment), ranks.follows(environment)) == (count, behind)
+
+
+class Engine:
+    """A LAMMPS of some version, with some packages."""
+
+    installed_packages = ("GRANULAR",)
+
+    def __init__(self, cmdargs, comm):
+        self.closed = False
+
+    def version(self):
+        return library.OLDEST
+
+    def close(self):
+        self.closed = True
+
+
+class Old(Engine):
+    def version(self):
+        return 20200303
+
+
+class Bare(Engine):
+    installed_packages = ("MOLECULE",)
+
+
+class NoMpi(Engine):
+    def __init__(self, cmdargs, comm):
+        raise OSError("libmpi.so.12: cannot open shared object file")
+
+
+@pytest.mark.parametrize(
+    ("engine", "message"),
+    [
+        (None, 'charge.engine = "lammps" needs LAMMPS, which is not installed'),
+        (NoMpi, "needs a library of MPI (libmpi.so.12: cannot open shared object file)"),
+        (Old, f"needs LAMMPS {library.OLDEST} or newer, got 20200303"),
+        (Bare, "needs a LAMMPS with the package GRANULAR, this one has none"),
+    ],
+)
+def test_a_lammps_that_cannot_be_used_is_a_line(monkeypatch, engine, message):
+    module = None if engine is None else type("Module", (), {"lammps": engine})
+    monkeypatch.setitem(__import__("sys").modules, "lammps", module)
+    with pytest.raises(NotInstalledError) as missing:
+        library.start_lammps(None)
+    assert message in str(missing.value)
+    assert "\n" not in str(missing.value)
+
+
+def test_processes_that_have_read_different_cases_are_refused(monkeypatch):
+    class Two(ranks.Ranks):
+        size = 2
+
+        def gathered(self, rows):
+            import numpy as np
+
+            return np.concatenate([rows, rows + 1])
+
+    from nutamill.simulation.lammps.lead import agree
+
+    with pytest.raises(CaseError, match="1 of 2 processes have read another case than the first"):
+        agree(machine_with(), Two())
