@@ -31,7 +31,7 @@ def wall_of(kind):
         turned = [[half, 0.0, -half], [0.0, 1.0, 0.0], [half, 0.0, half]]
         return [Surface("rib", SurfaceKind.BOX, 0, 1, (0.0, 0.0, -0.01 * half), turned, (0.005, 0.1, 0.005))]
     if kind == "cone":
-        return [Surface("cone", SurfaceKind.CONE, 0, 1, (0.0, 0.0, -0.02), size=(0.005, 0.08, 0.06))]
+        return [Surface("cone", SurfaceKind.CONE, 0, 1, (0.0, 0.0, -0.0015), size=(0.002, 0.08, 0.06))]
     corners = np.array([[x, y, z] for x in (-0.05, 0.05) for y in (-0.05, 0.05) for z in (0.0, 0.2)])
     faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
     faces += [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]

@@ -1,4 +1,4 @@
-"""The charge in LAMMPS against this engine: single pellets at every kind of wall, pairs, ledger, processes."""
+"""The charge in LAMMPS against this engine: pellets at every kind of wall, pairs, ledger, processes."""
 
 import pathlib
 import sys

@@ -126,8 +126,9 @@ def _run(
     again: bool,
     trust_fmu: bool,
 ) -> None:
-    mill = loaded.drawing
+    from nutamill.simulation.lammps.ranks import follows
 
+    mill = loaded.drawing
     if threads is not None and not loaded.charge.parts:
         raise CaseError(Fault("--threads", "has no use for a machine without a charge", "Leave it out"))
     if quick and mill is None:
@@ -137,11 +138,12 @@ def _run(
         from nutamill.simulation.setup.quick import banner
         from nutamill.simulation.setup.quick import quick as quickened
 
-        typer.echo(banner(mill))
+        if not follows():
+            typer.echo(banner(mill))
         loaded = quickened(mill)
     if threads is not None:
         loaded = loaded.with_("run.threads", threads)
-    for warning in loaded.warnings:
+    for warning in () if follows() else loaded.warnings:
         echo_lines([f"warning: {warning}"], err=True)
     path = to or loaded.file_in()
     refuse_suffix(path, RESULTS)

@@ -80,7 +80,7 @@ def write_job(
 
 
 def submitted(script: Path) -> str | None:
-    """Hand a script to the queue and return the answer, or None where there is no queue.
+    """Submit a script to the queue and return the answer, or None where there is no queue.
 
     Raises
     ------

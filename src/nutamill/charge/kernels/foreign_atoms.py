@@ -99,7 +99,7 @@ def finish_atoms(model, state, atom_state, n, dt):
 
 @kernel(fast=True)
 def push_chunk(model, state, scratch, atom_state, c, dt, force_out):
-    """Add walls and gravity to the atoms of chunk `c`; arguments are those of `push_atoms`."""
+    """Add walls and gravity to the atoms of chunk `c`. Arguments are those of `push_atoms`."""
     lo, hi = slots_of_chunk(state, c)
     rows = state.published_rows[state.clock[PUBLISHED]]
     forces, work, lanes = scratch.forces[0], scratch.work[c], scratch.lanes[0]
@@ -154,7 +154,7 @@ def push_chunk(model, state, scratch, atom_state, c, dt, force_out):
 
 @kernel
 def kick_atoms(model, state, atom_state, rows, forces, lo, hi, dt, force_out, work_out):
-    """Hand the forces of walls and gravity on the atoms `lo` to `hi` to the other program, and book the works
+    """Write the forces of walls and gravity on the atoms `lo` to `hi` for the other program, and book the works
     of a substep, all on its mean velocities.
 
     Returns

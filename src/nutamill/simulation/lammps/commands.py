@@ -52,8 +52,8 @@ def memory_commands(surfaces: int) -> list[str]:
     ]
 
 
-def law_commands(machine: Machine, model: ChargeModel, dt: float, ranks: int) -> list[str]:
-    """Return the commands that make the particles move and touch: laws, lists, balance."""
+def law_commands(machine: Machine, model: ChargeModel, dt: float) -> list[str]:
+    """Return the commands that make the particles move and touch: laws and lists."""
     names = list(machine.charge.materials)
     known = touches(machine)
     pairs = [
@@ -62,7 +62,6 @@ def law_commands(machine: Machine, model: ChargeModel, dt: float, ranks: int) ->
         for pair in machine.touching
         if not pair.wall
     ]
-    share = f"fix share all balance {BALANCE_EVERY} {UNBALANCE} shift xyz 10 1.02"
     return [
         "pair_style granular",
         *pairs,
@@ -72,7 +71,16 @@ def law_commands(machine: Machine, model: ChargeModel, dt: float, ranks: int) ->
         f"fix {FRAME} all external pf/callback 1 1",
         "fix move all nve/sphere",
         "compute touching all contact/atom",
-        *([f"balance {UNBALANCE} shift xyz 20 1.01", share] if ranks > 1 else []),
         "thermo 1000000000",
         "thermo_modify lost error",
+    ]
+
+
+def share_commands(ranks: int) -> list[str]:
+    """Return the commands that share the particles among the processes, none for one process."""
+    if ranks == 1:
+        return []
+    return [
+        f"balance {UNBALANCE} shift xyz 20 1.01",
+        f"fix share all balance {BALANCE_EVERY} {UNBALANCE} shift xyz 10 1.02",
     ]

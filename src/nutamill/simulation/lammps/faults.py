@@ -35,8 +35,8 @@ def charge_faults(machine: Machine) -> Iterator[Fault]:
 
 
 def lammps_faults(machine: Machine) -> list[Fault]:
-    """Return why a machine cannot run with its charge in LAMMPS, all at once; nothing where this program
-    moves the charge.
+    """Return why a machine cannot run with its charge in LAMMPS, all at once, or nothing where this
+    program moves the charge.
     """
     run, faults = machine.run, []
     if machine.charge.engine is None or not machine.charge.parts:

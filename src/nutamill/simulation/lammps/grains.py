@@ -22,6 +22,7 @@ from nutamill.simulation.lammps.commands import (
     box_commands,
     law_commands,
     memory_commands,
+    share_commands,
     start_commands,
 )
 from nutamill.simulation.lammps.library import start_lammps
@@ -73,11 +74,11 @@ class Grains:
         self._begin(machine, None if saved is None else saved["restart"].tobytes())
 
     def close(self) -> None:
-        """End the LAMMPS."""
+        """Close the LAMMPS."""
         self._engine.close()
 
     def _begin(self, machine: Machine, saved: bytes | None) -> None:
-        """Hand particles and laws to LAMMPS, and make its forces those of the last substep."""
+        """Put particles and laws into LAMMPS, and make its forces those of the last substep."""
         surfaces = len(self.model.surface_kind)
         self._run(*start_commands())
         if saved is None:
@@ -86,9 +87,9 @@ class Grains:
             self._create()
         else:
             self._read(saved, memory_commands(surfaces))
-        self._run(*law_commands(machine, self.model, self.dt, self.ranks.size))
+        self._run(*law_commands(machine, self.model, self.dt))
         self._engine.set_fix_external_callback(FRAME, self._push, None)
-        self._run("run 0 post no")
+        self._run(*share_commands(self.ranks.size), "run 0 post no")
         atoms, n = self._views(), self.count
         kick = 2.0 / self.dt * atoms.kick[:n]
         inertia = 0.4 * atoms.mass[:n] * atoms.radius[:n] ** 2
@@ -124,7 +125,7 @@ class Grains:
             self._run(f"read_restart {path}", *memory)
 
     def _put_back(self, saved: Mapping[str, np.ndarray]) -> None:
-        """Set what does not belong to a particle to that of a checkpoint; the works of all processes are
+        """Set what does not belong to a particle to that of a checkpoint. The works of all processes are
         those of the first.
         """
         for name in WHOLE:
@@ -182,7 +183,7 @@ class Grains:
             self._name_halt()
 
     def _name_halt(self) -> None:
-        """Hand the status of the process with a halted particle to the first. All processes call it."""
+        """Copy the status of the process with a halted particle to the first. All processes call it."""
         state = self.state
         own = np.concatenate([state.status, state.halt_speeds, state.largest_overlap])[None, :]
         for status in self.ranks.gathered(own.astype(float)):
@@ -191,8 +192,9 @@ class Grains:
                 return
 
     def read(self) -> tuple[ChargeReading, np.ndarray]:
-        """Return the present reading of the whole charge and its ledger [J] (9,); the largest overlap with
-        walls is then that of all processes. All processes call it.
+        """Return the present reading of the whole charge and its ledger [J] (9,).
+
+        The largest overlap with walls is then that of all processes.  All processes call it.
 
         The energies stored in pairs are part of the work of pairs.
         """
@@ -237,7 +239,7 @@ class Grains:
         return float(np.sum(counts[: self.count]))
 
     def _push(self, _caller: Any, _step: int, n: int, _tag: Any, _x: Any, out: np.ndarray) -> None:
-        """Add the walls to the forces of a step; nothing while LAMMPS prepares."""
+        """Add the walls to the forces of a step, or nothing while LAMMPS prepares."""
         if self._step < 0:
             out[:] = 0.0
             return

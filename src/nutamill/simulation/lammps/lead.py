@@ -2,6 +2,8 @@
 
 import hashlib
 import signal
+import sys
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -21,8 +23,8 @@ if TYPE_CHECKING:
 
 @contextmanager
 def led(machine: Machine) -> Iterator[None]:
-    """Lead the other processes of a run, if there are any, and let them go with the block. They do not come
-    back from it: they follow, and end.
+    """Start the other processes of a run, if there are any, and end them with the block. They do not come
+    back from it.
 
     Raises
     ------
@@ -119,5 +121,6 @@ def follow(machine: Machine, ranks: MpiRanks) -> None:
         print(f"process {ranks.rank}: {error}", flush=True)
         ranks.abort()
     except Exception:
+        traceback.print_exc()
+        sys.stderr.flush()
         ranks.abort()
-        raise
