@@ -53,11 +53,13 @@ def test_a_job_that_cannot_be_is_refused(invoke, tmp_path, changes, words, messa
     assert not (tmp_path / "big.sh").exists()
 
 
-@pytest.mark.parametrize(("code", "said"), [(0, "Submitted batch job 7"), (1, "sbatch refused it: no such")])
-def test_a_queue_gets_the_script(invoke, tmp_path, code, said):
+@pytest.mark.parametrize(
+    ("code", "answered"), [(0, "Submitted batch job 7"), (1, "sbatch refused it: no such")]
+)
+def test_a_queue_gets_the_script(invoke, tmp_path, code, answered):
     queue = tmp_path / "sbatch"
     queue.write_text(f'#!/bin/sh\necho "Submitted batch job 7"\necho "no such account" >&2\nexit {code}\n')
     queue.chmod(queue.stat().st_mode | stat.S_IXUSR)
     answer = invoke("submit", "big.toml")
-    assert said in answer.output
+    assert answered in answer.output
     assert (answer.exit_code == 0) == (code == 0)

@@ -154,8 +154,9 @@ def push_chunk(model, state, scratch, atom_state, c, dt, force_out):
 
 @kernel
 def kick_atoms(model, state, atom_state, rows, forces, lo, hi, dt, force_out, work_out):
-    """Write the forces of walls and gravity on the atoms `lo` to `hi` for the other program, and book the works
-    of a substep, all on its mean velocities.
+    """Write the forces of walls and gravity on the atoms `lo` to `hi` for the other program.
+
+    Books the works of a substep, all on its mean velocities.
 
     Returns
     -------

@@ -1,9 +1,12 @@
 """The input of the LAMMPS that holds the particles of a charge: pairs by its laws, no walls, no gravity."""
 
+import math
+
 import numpy as np
 
 from nutamill.case.machine import Machine
 from nutamill.charge.model import ChargeModel
+from nutamill.simulation.setup.kinds import particle_kinds
 from nutamill.simulation.setup.regions import region_of
 from nutamill.simulation.setup.touches import granular_words, touches
 from nutamill.simulation.setup.walls import region_corners
@@ -29,7 +32,12 @@ def box_commands(machine: Machine, places: np.ndarray) -> list[str]:
     margin = 2.0 * max(part.size_range[1] for part in machine.charge.parts)
     low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
     extents = " ".join(f"{a:.15g} {b:.15g}" for a, b in zip(low, high, strict=True))
-    return [f"region box block {extents} units box", f"create_box {len(machine.charge.materials)} box"]
+    return [f"region box block {extents} units box", f"create_box {len(type_materials(machine))} box"]
+
+
+def type_materials(machine: Machine) -> list[str]:
+    """Return the material of each type of particle: the kinds of the charge in the order of their numbers."""
+    return [kind.material for kind in particle_kinds(machine).kinds if not math.isnan(kind.diameter)]
 
 
 def start_commands() -> list[str]:
@@ -54,13 +62,17 @@ def memory_commands(surfaces: int) -> list[str]:
 
 def law_commands(machine: Machine, model: ChargeModel, dt: float) -> list[str]:
     """Return the commands that make the particles move and touch: laws and lists."""
-    names = list(machine.charge.materials)
-    known = touches(machine)
-    pairs = [
-        f"pair_coeff {names.index(pair.first) + 1} {names.index(pair.second) + 1} "
-        f"{granular_words(known[pair.name])}"
+    known, materials = touches(machine), type_materials(machine)
+    words = {
+        frozenset((pair.first, pair.second)): granular_words(known[pair.name])
         for pair in machine.touching
         if not pair.wall
+    }
+    pairs = [
+        f"pair_coeff {i} {j} {words[frozenset((first, second))]}"
+        for i, first in enumerate(materials, 1)
+        for j, second in enumerate(materials, 1)
+        if i <= j
     ]
     return [
         "pair_style granular",

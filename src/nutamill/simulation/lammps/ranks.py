@@ -51,13 +51,13 @@ class Ranks:
         return content
 
     def order(self, content: Any) -> None:
-        """Send an order to the other processes, which wait in `next_order`."""
+        """Give an order to the other processes, which wait in `next_order`."""
 
     def leave(self) -> None:
         """Give no more orders: the other processes cannot hear them, and end with this one."""
 
     def abort(self) -> None:
-        """Stop all processes at once."""
+        """Kill all processes at once."""
 
 
 class MpiRanks(Ranks):
@@ -95,7 +95,7 @@ class MpiRanks(Ranks):
         return self.communicator.bcast(content, root=0)
 
     def order(self, content: Any) -> None:
-        """Send an order to the other processes, which wait in `next_order`."""
+        """Give an order to the other processes, which wait in `next_order`."""
         if not self._left:
             self.communicator.Ibarrier().Wait()
             self.share(content)
@@ -113,7 +113,7 @@ class MpiRanks(Ranks):
         return self.share(None)
 
     def abort(self) -> None:
-        """Stop all processes at once."""
+        """Kill all processes at once."""
         self.communicator.Abort(1)
 
 
