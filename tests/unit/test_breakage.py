@@ -119,7 +119,8 @@ def test_runs_are_compared_at_the_energy_of_the_first(folder):
     first = breakage(grinding(folder, "run"), ore)
     second = breakage(grinding(folder, "twice"), ore, first.energies[-1])
     lines = comparison_lines([first, second])
-    assert len(lines) == 3 and lines[1].split()[4] == "1.000" and lines[2].split()[4] == "0.500"
+    assert len(lines) == 5 and lines[3].startswith("run.h5: NuMill")
+    assert lines[1].split()[4] == "1.000" and lines[2].split()[4] == "0.500"
     assert second.p80[-1] < first.p80[-1]
 
 

@@ -14,6 +14,7 @@ from nutamill.analysis.wear import by_surface, life_of, liner_of, wall_wear, wea
 from nutamill.base.errors import CaseError
 from nutamill.base.units import in_unit
 from nutamill.case import load_case
+from nutamill.export.drawn_chamber import FACETS, drawn_chamber
 from nutamill.export.worn import depth_at, write_worn
 from nutamill.result import open_result
 from nutamill.simulation.setup.statistics import wall_patches
@@ -86,15 +87,15 @@ def test_command_prints_mm_per_1000_hours_and_saves_a_picture(invoke, folder):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
+        (
+            ("--coefficient", "1e-4", "--after", "100 h"),
+            "run.h5: its statistics have 2 patches of the walls, this version makes",
+        ),
         ((), "needs --coefficient for wear by sliding, --cutting for wear by impacts"),
         (("--coefficient", "2"), "--coefficient: must be 0 to 1, got 2"),
         (("--cutting", "-0.5"), "--cutting: must be 0 to 1, got -0.5"),
         (("--coefficient", "1e-4", "--hardness", "-1 GPa"), "--hardness: must be positive, got -1 GPa"),
         (("--coefficient", "1e-4", "--after", "100"), "--after: needs a unit"),
-        (
-            ("--coefficient", "1e-4", "--after", "100 h"),
-            "the walls of this machine are exact shapes, only meshes can be written worn",
-        ),
     ],
 )
 def test_wear_that_has_no_answer_is_refused(invoke, words, expected):
@@ -138,6 +139,40 @@ def test_a_worn_chamber_is_larger_by_the_depth_on_every_side_and_can_be_run_agai
     apothem, height = 0.07 * math.cos(math.pi / 48), 0.228
     exact = 48 * math.tan(math.pi / 48) * (apothem + 1e-3) ** 2 * (height + 2e-3)
     assert abs(after.volume) == pytest.approx(exact, rel=1e-12)
+
+
+def test_a_drawn_chamber_is_written_worn_in_the_axes_of_a_chamber_mesh(folder, tmp_path):
+    pytest.importorskip("trimesh")
+    case = load_case("numill")
+    table = wall_patches(case.machine)
+    depth = np.full(int(table.first[-1]), 1e-3)
+    depth[int(table.first[1]) : int(table.first[2])] = 3e-3  # the floor
+    wear = worn(folder, coefficient=K)._replace(sliding=depth, cutting=np.zeros(len(depth)))
+    (path,) = write_worn(case, wear, 2.0, tmp_path)
+    (tmp_path / "mill.toml").write_text(MESHED.replace("tube.stl", path.name))
+    again = load_case(tmp_path / "mill.toml").machine
+    mesh = wall_mesh(again, meshed_walls(again)[0])
+    chamber = case.chamber
+    ends = mesh.vertices[:, 2].min(), mesh.vertices[:, 2].max()
+    assert ends == pytest.approx((-chamber.floor_depth - 6e-3, -chamber.ceiling_depth + 2e-3), abs=1e-9)
+    apothem = 0.07 * math.cos(math.pi / FACETS) + 2e-3
+    exact = FACETS * math.tan(math.pi / FACETS) * apothem**2 * (ends[1] - ends[0])
+    assert abs(mesh.volume) == pytest.approx(exact, rel=1e-6)
+
+
+def test_a_chamber_with_ribs_is_not_written_without_them(folder, tmp_path):
+    case = load_case("numill", ["chamber.ribs=2"])
+    none = np.zeros(int(wall_patches(case.machine).first[-1]))
+    wear = worn(folder, coefficient=K)._replace(sliding=none, cutting=none)
+    with pytest.raises(CaseError, match=r"smooth cylinder with flat ends, .* has the walls rib_1, rib_2"):
+        write_worn(case, wear, 1.0, tmp_path)
+
+
+def test_ends_without_a_wall_are_refused(tmp_path):
+    machine = load_case("numill").machine
+    walls = tuple(wall for wall in machine.walls if wall.name != "ceiling")
+    with pytest.raises(CaseError, match="triangles of its cylinder are on no wall"):
+        drawn_chamber(machine.model_copy(update={"walls": walls}), machine.regions[0])
 
 
 def test_wear_deeper_than_the_triangles_are_large_is_refused(meshed, tmp_path):

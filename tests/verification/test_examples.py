@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-SLOW = {"balancing", "modes", "mounts", "run_up"}
-"""Left to be run by hand: many runs each, whose parts `test_design` and `test_running_modes` hold."""
+SLOW = {"balancing", "grinding", "modes", "mounts", "run_up"}
+"""Left to be run by hand: many runs each, whose parts `test_design`, `test_running_modes`, `test_breakage`
+and `test_wear` hold.
+"""
 FMI = {"fmu_export", "fmu_machine", "fmu_motor"}
 """Need the extra fmu and a C compiler."""
 EXAMPLES = [

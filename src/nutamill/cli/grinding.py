@@ -80,7 +80,7 @@ def wear(
     after: Annotated[
         str | None,
         typer.Option(
-            metavar="TIME", help='Write meshed walls worn by this time, e.g. "500 h", for a next run.'
+            metavar="TIME", help='Write the walls worn by this time as meshes, e.g. "500 h", for a next run.'
         ),
     ] = None,
     last: Last = "3 s",
@@ -98,11 +98,11 @@ def wear(
     picture = _place(to, _picture_name(file, "wear", last), file.parent)
     with open_result(file) as result:
         worn = wall_wear(result, liner, last)
-        machine = any_case_of(result).machine
+        case = any_case_of(result)
     surfaces = by_surface(worn)
     _print_answer(wear_lines(surfaces, thick), draw_wear(worn, surfaces), picture)
     if time is not None:
         from nutamill.export.worn import write_worn
 
-        for path in write_worn(machine, worn, time, file.parent):
+        for path in write_worn(case, worn, time, file.parent):
             typer.echo(f"mesh {path}")

@@ -1,6 +1,8 @@
-"""Meshed walls after some time of wear, as mesh files for the next run."""
+"""Walls after some time of wear, as mesh files for the next run."""
 
+import dataclasses
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,10 +11,12 @@ from nutamill.base.atomic_file import write_whole
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.required import required
 from nutamill.base.units import in_unit, shown
-from nutamill.case.machine import Machine
+from nutamill.case import Case, Machine
+from nutamill.case.expansion import chamber_rotation
 from nutamill.charge.walls.mesh import Mesh
-from nutamill.charge.walls.patches import ANGLE_RADIUS
+from nutamill.charge.walls.patches import ANGLE_RADIUS, PatchTable
 from nutamill.charge.walls.triangles import normals_and_areas
+from nutamill.export.drawn_chamber import drawn_chamber
 from nutamill.simulation.setup.statistics import wall_patches
 from nutamill.simulation.setup.walls import meshed_walls, world_surfaces
 
@@ -22,46 +26,91 @@ round that bend by less than 11 degrees.
 """
 
 
-def write_worn(machine: Machine, wear: Wear, time: float, folder: Path) -> list[Path]:
-    """Write the meshed walls of a machine after some `time` [s] of wear, each as OBJ in the axes and unit of
-    its own file, and return the paths.
+class WornWall(NamedTuple):
+    """A wall to be written: a mesh, and how each of its triangles is worn."""
+
+    name: str
+    """Name of its file."""
+    unit: str
+    """Unit of its file."""
+    mesh: Mesh
+    """Its triangles, in the axes of its file [m]."""
+    depths: np.ndarray
+    """Depth at the corners of each triangle [m] (T, 3)."""
+
+
+def write_worn(case: Case | Machine, wear: Wear, time: float, folder: Path) -> list[Path]:
+    """Write the walls of a case after some `time` [s] of wear as OBJ files, and return the paths.
+
+    Meshed walls are written in the axes and unit of their own files.  Without any, each cylindrical region is
+    written as a mesh of its bore and ends, in mm: of a drawn mill in the axes of ``[chamber.mesh]``, else in
+    world axes as assembled.
 
     Raises
     ------
-    CaseError : no meshed wall, a mesh file that is missing or has changed, or so much wear that triangles
-        turn over
+    CaseError : statistics of another version, a region that is no smooth cylinder, a mesh file that is
+        missing or has changed, or so much wear that triangles turn over
     OutputError : the system refuses
     """
-    walls = meshed_walls(machine)
-    if not walls:
-        what = "the walls of this machine are exact shapes, only meshes can be written worn"
-        raise CaseError(Fault(wear.path, what, "Give the chamber as a mesh ([chamber.mesh])"))
-    table, surfaces = wall_patches(machine), world_surfaces(machine)
-    patches = [s for s, surface in enumerate(surfaces) if surface.mesh is not None]
-    begins = [k for k, s in enumerate(patches) if surfaces[s].patch == 0]
+    machine = case.machine
+    patches = int(wall_patches(machine).first[-1])
+    if len(wear.depth) != patches:
+        what = f"its statistics have {len(wear.depth)} patches of the walls, this version makes {patches}"
+        raise CaseError(Fault(wear.path, what, "Run the case again"))
+    walls = _meshed(machine, wear, time) if meshed_walls(machine) else _drawn(case, wear, time)
     written = []
-    for wall, first, end in zip(walls, begins, [*begins[1:], len(patches)], strict=True):
-        own = patches[first:end]
-        mesh, file = required(surfaces[own[0]].mesh), Path(required(wall.file))
-        depths = np.zeros(mesh.faces.shape)
-        for s in own:
-            grid = time * wear.depth[int(table.first[s]) : int(table.first[s + 1])]
-            faces = np.flatnonzero(mesh.patch == surfaces[s].patch)
-            depths[faces] = depth_at(
-                mesh.vertices[mesh.faces[faces]],
-                grid.reshape(-1, int(table.rows[s])),
-                int(table.kind[s]) == ANGLE_RADIUS,
-                *table.range[s],
-            )
-        moved = worn_corners(mesh, depths)
-        _refuse_turned(mesh, moved, file.name, time)
-        text = [f"v {x!r} {y!r} {z!r}" for x, y, z in in_unit(moved, required(wall.unit)).tolist()]
+    for wall in walls:
+        moved = worn_corners(wall.mesh, wall.depths)
+        _refuse_turned(wall.mesh, moved, wall.name, time)
+        text = [f"v {x!r} {y!r} {z!r}" for x, y, z in in_unit(moved, wall.unit).tolist()]
         # the triangles of a mesh around the charge look inwards
-        outwards = mesh.faces[:, :: -1 if mesh.keep == "inside" else 1] + 1
+        outwards = wall.mesh.faces[:, :: -1 if wall.mesh.keep == "inside" else 1] + 1
         text += [f"f {a} {b} {c}" for a, b, c in outwards.tolist()]
         path = folder / f"{wall.name}-worn-{in_unit(time, 'h'):g}h.obj"
         written.append(write_whole(path, ("\n".join(text) + "\n").encode()))
     return written
+
+
+def _meshed(machine: Machine, wear: Wear, time: float) -> list[WornWall]:
+    """Return the meshed walls of a machine after some time [s]."""
+    table, surfaces = wall_patches(machine), world_surfaces(machine)
+    patches = [s for s, surface in enumerate(surfaces) if surface.mesh is not None]
+    begins = [k for k, s in enumerate(patches) if surfaces[s].patch == 0]
+    worn = []
+    for wall, first, end in zip(meshed_walls(machine), begins, [*begins[1:], len(patches)], strict=True):
+        own = patches[first:end]
+        mesh = required(surfaces[own[0]].mesh)
+        depths = np.zeros(mesh.faces.shape)
+        for s in own:
+            faces = np.flatnonzero(mesh.patch == surfaces[s].patch)
+            depths[faces] = depth_on(table, s, wear, time, mesh.vertices[mesh.faces[faces]])
+        worn.append(WornWall(wall.name, required(wall.unit), mesh, depths))
+    return worn
+
+
+def _drawn(case: Case | Machine, wear: Wear, time: float) -> list[WornWall]:
+    """Return the exact walls of the regions of a case after some time [s]."""
+    machine = case.machine
+    table, surfaces = wall_patches(machine), world_surfaces(machine)
+    rotation = np.eye(3) if case.drawing is None else chamber_rotation(case.drawing)
+    worn = []
+    for region in machine.regions:
+        mesh, wall_of = drawn_chamber(machine, region)
+        depths = np.zeros(mesh.faces.shape)
+        for s in np.unique(wall_of):
+            surface, faces = surfaces[s], np.flatnonzero(wall_of == s)
+            local = (mesh.vertices[mesh.faces[faces]] - surface.origin) @ np.asarray(surface.rotation)
+            depths[faces] = depth_on(table, int(s), wear, time, local)
+        own = dataclasses.replace(mesh, vertices=mesh.vertices @ rotation)
+        worn.append(WornWall(region.name, "mm", own, depths))
+    return worn
+
+
+def depth_on(table: PatchTable, s: int, wear: Wear, time: float, points: np.ndarray) -> np.ndarray:
+    """Return the depth [m] after some `time` [s] at points [m] (..., 3) of surface `s`, in its own axes."""
+    grid = time * wear.depth[int(table.first[s]) : int(table.first[s + 1])]
+    radial = int(table.kind[s]) == ANGLE_RADIUS
+    return depth_at(points, grid.reshape(-1, int(table.rows[s])), radial, *table.range[s])
 
 
 def depth_at(points: np.ndarray, grid: np.ndarray, radial: bool, low: float, high: float) -> np.ndarray:

@@ -200,7 +200,7 @@ def breakage_lines(answer: Breakage) -> list[str]:
 
 def comparison_lines(answers: list[Breakage]) -> list[str]:
     """Format runs with one ore side by side: power, energy to the product, and the size after the energy that
-    the first one needs.
+    the first one needs. The titles of their cases follow.
     """
     first = answers[0]
     rows = [f"{'run':28} {'W':>8} {'kWh/t':>8} {'±':>7} {'of first':>9} {'±':>6} {'P80 (mm)':>9} {'±':>7}"]
@@ -214,7 +214,7 @@ def comparison_lines(answers: list[Breakage]) -> list[str]:
             f"{share:9.3f} {_half(doubt):>6} "
             f"{in_unit(one.p80[-1], 'mm'):9.4g} {_half(in_unit(one.p80_half_width[-1], 'mm')):>7}"
         )
-    return rows
+    return rows + [f"{Path(one.grinding.path).name}: {one.grinding.title}" for one in answers]
 
 
 def _half(value: float) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from nutamill.analysis.flow import window, window_parts
 from nutamill.analysis.power import power_split
+from nutamill.analysis.source import any_case_of
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base.errors import ResultError
 from nutamill.result import Result
@@ -43,6 +44,8 @@ class Grinding(NamedTuple):
 
     path: str
     """The result file."""
+    title: str
+    """Title of the case that was run."""
     duration: float
     """Length of that part [s]."""
     power: float
@@ -75,6 +78,7 @@ def grinding_of(result: Result, last: float | str = PAPER_WINDOW) -> Grinding:
     reduced = reduced_radii(first, second)
     return Grinding(
         str(result.path),
+        any_case_of(result).title,
         float(done["sampled_time"]),
         power,
         float(first.min()),

@@ -5,6 +5,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from nutamill.analysis.breakage.answer import Breakage
 from nutamill.base.units import in_unit
@@ -39,6 +40,7 @@ def draw_breakage(answers: list[Breakage]) -> Figure:
         size.axhline(in_unit(first.ore.product, "mm"), color="#888888", lw=0.6)
         for axes in (size, rate, product):
             axes.set_xscale("log")
+            axes.xaxis.set_minor_formatter(NullFormatter())
         size.set_yscale("log")
         rate.set_yscale("log")
         product.set_ylim(0.0, 100.0)
