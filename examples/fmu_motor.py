@@ -15,7 +15,7 @@ import nutamill as nm
 
 SPEED, SLOPE, INERTIA = 100.0, 0.05, 0.01  # rad/s, N m s/rad, kg m^2
 
-ROTOR = """schema = 1
+ROTOR = """run = {{ until = "0.6 s" }}
 [[bodies]]
 name     = "rotor"
 mass     = "1 kg"
@@ -33,8 +33,6 @@ name     = "shaft"
 joint    = "bearing"
 speed    = "100 rad/s"
 ramp     = "1000 rad/s^2"
-[run]
-until = "0.6 s"
 """
 MOTOR = 'friction = {{ viscous = "{} N m s/rad" }}\n[[torques]]\nname = "field"\nbody = "rotor"\n'
 MOTOR += 'moment = ["0 N m", "0 N m", "{} N m"]'
