@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from nutamill.case import Case, Machine
 from nutamill.case.drawing import CHAMBER, DRIVESHAFT, FRAME, SHAFT
-from nutamill.case.expansion import chamber_rotation
+from nutamill.case.drawn_bodies import chamber_rotation
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import Vector
 from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts

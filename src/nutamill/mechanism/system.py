@@ -12,11 +12,11 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, Fault, StepError
 from nutamill.mechanism.assembly import assemble
-from nutamill.mechanism.checks import not_numbers
 from nutamill.mechanism.dynamics import OK, march, start
 from nutamill.mechanism.effective_mass import effective_mass
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.modes import Modes, modes, static_equilibrium
+from nutamill.mechanism.number_checks import not_numbers
 from nutamill.mechanism.parts import Body, Bushing, Drive, Force, Gear, Joint, Load, Spring, Stop, Torque
 from nutamill.mechanism.probes import (
     bushing_wrench,

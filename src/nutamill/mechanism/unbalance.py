@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.mechanism.checks import not_numbers
+from nutamill.mechanism.number_checks import not_numbers
 from nutamill.mechanism.parts import Body, Drive, Joint, JointKind, Motor, Vector
 
 
