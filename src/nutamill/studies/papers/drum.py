@@ -11,6 +11,7 @@ import numpy as np
 
 from nutamill.base.errors import ResultError
 from nutamill.base.steady import Estimate
+from nutamill.base.units import shown
 from nutamill.result import Result
 
 MIDDLE = 0.5
@@ -93,7 +94,7 @@ def bed_speed(result: Result, last: float, at: float) -> Estimate:
     bed = bed_of(result, last)
     speed = _layer_speed(bed, at)
     if math.isnan(speed):
-        raise ResultError(f"{result.path}: has no grains at {1e3 * at:g} mm at mid-chord.")
+        raise ResultError(f"{result.path}: has no grains at {shown(at, 'mm')} at mid-chord.")
     return Estimate.exact(speed)
 
 
