@@ -76,6 +76,7 @@ def test_ores_of_the_package_are_read_and_name_their_sources():
         ("[drop_weight]", "[tavares]\nA = 50.0\n[drop_weight]", "tavares.steepness"),
         (ORE[ORE.index("[drop_weight]") :], "", "must have one of [drop_weight] and [tavares], got none"),
         ('density = "3000 kg/m^3"', "density = 3000", "needs a unit"),
+        ("feed_exponent = 2.0", "feed_exponent = 1e-6", "must be at least 0.2"),
     ],
 )
 def test_an_ore_that_is_not_one_is_refused(tmp_path, old, new, expected):
@@ -150,6 +151,32 @@ def test_a_feed_coarser_than_the_balls_is_refused(invoke, folder):
     assert "the ore must be finer than the balls that grind it, got a feed up to 22.36 mm" in reply.stderr
 
 
+def test_an_ore_that_hardly_breaks_has_no_energy_for_its_product(invoke, folder):
+    (folder / "tough.toml").write_text(ORE.replace("b = 0.5", "b = 1e-9").replace("28.9 mm", "10000 m"))
+    reply = invoke("breakage", "run.h5", "run.h5", "--ore", "tough.toml")
+    assert reply.exit_code == 0 and not reply.stderr
+    assert reply.stdout.splitlines()[-4].split()[2] == "inf"
+
+
+def test_an_ore_given_by_its_fracture_energies_is_ground(invoke, folder):
+    law = """[tavares]
+A = 60.0
+steepness = 0.03
+fracture_energy = "100 J/kg"
+half_size = "1 mm"
+size_exponent = 1.2
+spread = 0.5
+largest = 4.0
+damage_exponent = 5.0
+"""
+    (folder / "weakening.toml").write_text(ORE[: ORE.index("[drop_weight]")] + law)
+    reply = invoke("breakage", "twice.h5", "run.h5", "--ore", "weakening.toml", "-o", "weakening.png")
+    assert reply.exit_code == 0, reply.output
+    # half the impacts at the same power need twice the energy
+    twice, once = (float(line.split()[2]) for line in reply.stdout.splitlines()[-5:-3])
+    assert once / twice == pytest.approx(2.0, rel=0.01)
+
+
 def test_command_prints_its_tables_and_saves_a_picture(invoke, folder):
     reply = invoke("breakage", "run.h5", "uneven.h5", "--ore", "smc-sample-a", "--last", "3 s")
     assert reply.exit_code == 0, reply.output
@@ -161,5 +188,7 @@ def test_command_prints_its_tables_and_saves_a_picture(invoke, folder):
 def test_an_energy_to_compare_at_is_taken_with_its_unit(invoke):
     reply = invoke("breakage", "run.h5", "--ore", "smc-sample-a", "--energy", "2 kWh/t", "-o", "two.png")
     assert reply.exit_code == 0 and reply.stdout.splitlines()[-2].split()[0] == "2"
+    reply = invoke("breakage", "run.h5", "--ore", "smc-sample-a", "--energy", "-2 kWh/t")
+    assert reply.exit_code == 2 and '--energy: must be positive, got "-2 kWh/t"' in reply.stderr
     reply = invoke("breakage", "run.h5", "--ore", "smc-sample-a", "--energy", "2")
     assert reply.exit_code == 2 and '--energy: needs a unit: write "2 kWh/t"' in reply.stderr

@@ -70,6 +70,7 @@ WORKS = [
     ("view", "{name}.h5"),
     ("export", "vtkhdf", "{name}.h5"),
     ("loads", "{name}.h5"),
+    ("wear", "{name}.h5", "--hardness", "6 GPa", "--coefficient", "1e-4"),
 ]
 """Commands that answer on every machine."""
 
@@ -80,6 +81,13 @@ def test_a_command_that_asks_for_no_mill_answers_on_every_machine(invoke, name, 
     answer = invoke(*(word.format(name=name) for word in words))
     assert answer.exit_code == 0, answer.output
     assert answer.stdout.strip()
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_a_moment_of_a_machine_is_too_short_to_grind_by_as_one_line_states(invoke, name):
+    answer = invoke("breakage", f"{name}.h5", "--ore", "smc-sample-a")
+    assert answer.exit_code == 2 and answer.stderr.count("\n") == 1
+    assert answer.stderr.startswith(f"{name}.h5: ")
 
 
 @pytest.mark.parametrize("name", ["piston", "planetary-mill"])

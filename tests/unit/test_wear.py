@@ -96,6 +96,7 @@ def test_command_prints_mm_per_1000_hours_and_saves_a_picture(invoke, folder):
         (("--cutting", "-0.5"), "--cutting: must be 0 to 1, got -0.5"),
         (("--coefficient", "1e-4", "--hardness", "-1 GPa"), "--hardness: must be positive, got -1 GPa"),
         (("--coefficient", "1e-4", "--after", "100"), "--after: needs a unit"),
+        (("--coefficient", "1e-4", "--thickness", "0 mm"), '--thickness: must be positive, got "0 mm"'),
     ],
 )
 def test_wear_that_has_no_answer_is_refused(invoke, words, expected):

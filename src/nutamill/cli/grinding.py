@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from nutamill.base.errors import CaseError, Fault
 from nutamill.cli import completion
 from nutamill.cli.answers import Picture, _picture_name, _place, _print_answer
 from nutamill.cli.common import Last, ResultFile, app, quantity, reports_errors
@@ -16,6 +17,14 @@ ResultFiles = Annotated[
     list[Path],
     typer.Argument(metavar="RESULT.h5...", help="Result files.", autocompletion=completion.results),
 ]
+
+
+def _positive(where: str, text: str, kind: str) -> float:
+    """Return the SI value of an option that must be positive."""
+    value = quantity(where, text, kind)
+    if not value > 0.0:
+        raise CaseError(Fault(where, f'must be positive, got "{text}"'))
+    return value
 
 
 @app.command()
@@ -49,7 +58,7 @@ def breakage(
     from nutamill.view.figures.breakage import draw_breakage
 
     rock = load_ore(ore)
-    up_to = None if energy is None else quantity("--energy", energy, "specific energy")
+    up_to = None if energy is None else _positive("--energy", energy, "specific energy")
     picture = _place(to, _picture_name(files[0], "breakage", Path(ore).stem, energy, last), files[0].parent)
     answers: list[Breakage] = []
     for file in files:
@@ -93,8 +102,8 @@ def wear(
     from nutamill.view.figures.wear import draw_wear
 
     liner = liner_of(quantity("--hardness", hardness, "pressure"), coefficient, cutting)
-    thick = None if thickness is None else quantity("--thickness", thickness, "length")
-    time = None if after is None else quantity("--after", after, "time")
+    thick = None if thickness is None else _positive("--thickness", thickness, "length")
+    time = None if after is None else _positive("--after", after, "time")
     picture = _place(to, _picture_name(file, "wear", last), file.parent)
     with open_result(file) as result:
         worn = wall_wear(result, liner, last)

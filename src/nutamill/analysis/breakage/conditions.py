@@ -68,7 +68,7 @@ def _of_drop_weight(law: DropWeight, size: float, energy: np.ndarray) -> Respons
     before = grid[:, None]
     added = weakness * np.maximum(energy - least, 0.0)
     broken = np.tile(laws.breakage_probability(energy, least, weakness), (CONDITIONS, 1))
-    t10 = laws.fineness_of_impact(law.A / PERCENT, (before + added) / weakness, 0.0, weakness)
+    t10 = laws.fineness_of_impact(law.A / PERCENT, before + added, 0.0, 1.0)
     return Response(broken, t10, np.zeros_like(broken), moves_to(grid, before + added, 1.0 - broken))
 
 

@@ -60,7 +60,7 @@ class Tavares(Table):
     """Median specific fracture energy of large particles [J/kg]."""
     half_size: Length
     """Size of particles with twice that [m]."""
-    size_exponent: Positive
+    size_exponent: Annotated[Positive, Field(le=5.0)]
     """How it grows for smaller ones: ``fracture_energy (1 + (half_size/d)^size_exponent)`` [1]."""
     spread: Annotated[Positive, Field(le=3.0)]
     """Standard deviation of the logarithm of the fracture energy [1]."""
@@ -85,7 +85,7 @@ class Ore(Table):
     """Density of its particles [kg/m^3]."""
     feed: Length
     """Size than which 80 % of the feed is finer [m]."""
-    feed_exponent: Positive
+    feed_exponent: Annotated[Positive, Field(ge=0.2)]
     """Slope of the feed: the share ``(d/top)^feed_exponent`` is finer than d [1]."""
     product: Length
     """Size than which 80 % of the product shall be finer [m]."""
