@@ -224,6 +224,9 @@ def gallery_page(root: Path) -> str:
             small.append(f"[![{title}](../pictures/{path.stem}.png)](#{title.lower().replace(' ', '-')})")
             sections += [f"![{heading}](../pictures/{path.stem}.png)", ""]
         sections += [f"`examples/{path.name}`", "", "```python", text.strip(), "```", ""]
+        printed = root / "docs/printed" / f"{path.stem}.txt"
+        if printed.is_file():
+            sections += ["It prints:", "", "```text", printed.read_text(encoding="utf-8").rstrip(), "```", ""]
     rows = [small[k : k + 4] for k in range(0, len(small), 4)]
     lines += [
         "",
