@@ -133,7 +133,7 @@ def fineness_of_fracture(
     ----------
     broken_median : median specific fracture energy of those that broke [J/kg]
 
-    Source: L. M. Tavares, Int. J. Miner. Process. 92 (2009); also ESSS, "Particle breakage models".
+    Source: ESSS, "Particle breakage models", Rocky DEM white paper (Tavares breakage model).
     """
     return -most * np.expm1(-steepness * np.asarray(energy) / broken_median)
 
