@@ -5,15 +5,23 @@ import itertools
 import numpy as np
 import pytest
 from charge_bench import Bench, law
-from mesh_bench import box, cylinder, plate
+from mesh_bench import box, cylinder, cylinder_corners, plate
 
 from nutamill.base.kernel import JIT, kernel
 from nutamill.charge.assembly import charge
 from nutamill.charge.filling.fill import random_fill
 from nutamill.charge.kernels.near_meshes import find_mesh_contacts
 from nutamill.charge.walls.mesh import closed_mesh
-from nutamill.charge.walls.mesh_contact import contact_from, contact_in_cell, face_below, mesh_overlap
-from nutamill.charge.walls.mesh_faces import MARGIN
+from nutamill.charge.walls.mesh_contact import (
+    beats_rivals,
+    contact_from,
+    contact_in_cell,
+    decides_alone,
+    face_below,
+    height_over,
+    mesh_overlap,
+)
+from nutamill.charge.walls.mesh_faces import MARGIN, NEAR_MARGIN
 from nutamill.charge.walls.mesh_patches import mesh_surfaces, mesh_walls
 from nutamill.charge.walls.surfaces import place_surfaces
 from nutamill.charge.walls.wall_list import near_meshes
@@ -136,9 +144,16 @@ def contacts_from(walls, points, faces, patches, radius, out):
 
 
 @pytest.mark.parametrize("keep", ["inside", "outside"])
-@pytest.mark.parametrize("bumps", [0.0, 0.15])
-def test_a_contact_is_the_same_wherever_its_search_begins(keep, bumps):
-    mesh = closed_mesh("ball", *bumpy(bumps), keep, 0.2 * R)
+@pytest.mark.parametrize("shape", ["ball", "bumps", "slivers"])
+def test_a_contact_is_the_same_wherever_its_search_begins(keep, shape):
+    # slivers: a hundred times as long as wide, on the side and in the fans of both ends
+    shapes = {
+        "ball": (bumpy, 0.0),
+        "bumps": (bumpy, 0.15),
+        "slivers": (cylinder_corners, 0.016, 0.0, 0.02, 600),
+    }
+    corners, *numbers = shapes[shape]
+    mesh = closed_mesh(shape, *corners(*numbers), keep, 0.2 * R)
     rng = np.random.default_rng(4)
     n = 20_000 if JIT else 60
     walls = mesh_walls(mesh_surfaces(mesh, 0, 0), 0.4 * R)
@@ -159,19 +174,22 @@ def test_a_contact_is_the_same_wherever_its_search_begins(keep, bumps):
 
 
 @kernel
-def decided_alone(faces, start, points, out):
-    """Whether one triangle decides about each of the points, without a look at another."""
+def decided_alone(rows, across, column, start, points, out):
+    """Whether one triangle decides about each of the points, without a look at another, by the margins of
+    `column`.
+    """
     for i in range(len(points)):
-        face, _, excess = face_below(faces, start[i], points[i, 0], points[i, 1], points[i, 2])
-        out[i] = face >= 0 and excess >= 0.0
+        face, a, b, c = face_below(rows, across, start[i], points[i, 0], points[i, 1], points[i, 2])
+        out[i] = face >= 0 and decides_alone(rows, face, column, a, b, c)
 
 
+@pytest.mark.parametrize(("column", "radius"), [(MARGIN, 1.5 * R), (NEAR_MARGIN, R)])
 @pytest.mark.parametrize("n", [32, 130])
-def test_one_triangle_decides_for_most_balls_on_a_bore_of_any_fineness(n):
-    # faces are 2 BORE tan(pi/n) wide; margins of 1.5 R tan(pi/n) are at both seams and at both sides of the
-    # diagonal, and larger by the step from tangent to tangent, 1.3: a share that does not depend on n
+def test_one_triangle_decides_for_most_balls_on_a_bore_of_any_fineness(n, column, radius):
+    # faces are 2 BORE tan(pi/n) wide; margins of radius tan(pi/n) are at both seams and at both sides of the
+    # diagonal, and larger by the step from tangent to tangent, 1.14: a share that does not depend on n
     bore = 0.07
-    undecided = 4.0 * 1.3 * 1.5 * R / (2.0 * bore)
+    undecided = 4.0 * 1.14 * radius / (2.0 * bore)
     mesh = cylinder(bore, 0.0, 0.1, n)
     walls = mesh_walls(mesh_surfaces(mesh, 0, 0), R)
     angle = 2.0 * np.pi * (np.arange(2000 if JIT else 50) + 0.5) / (2000 if JIT else 50)
@@ -180,9 +198,32 @@ def test_one_triangle_decides_for_most_balls_on_a_bore_of_any_fineness(n):
     index = (angle / (2.0 * np.pi) * n).astype(int)
     start = np.flatnonzero(mesh.patch == mesh.patch[0])[2 * index].astype(np.int32)
     out = np.zeros(len(points), bool)
-    decided_alone(walls.faces, start, points, out)
+    decided_alone(walls.faces.rows, walls.faces.across, column, start, points, out)
     assert out.mean() > 1.0 - undecided
-    assert np.isfinite(walls.faces.rows[:, MARGIN : MARGIN + 3]).all()
+    assert np.isfinite(walls.faces.rows[:, column : column + 3]).all()
+
+
+@kernel
+def nearer_than_rivals(faces, start, points, out):
+    """Whether the triangle below each of the points is nearer to it than the planes of its rivals."""
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        face, a, b, c = face_below(faces.rows, faces.across, start[i], x, y, z)
+        height = height_over(faces.rows, face, x, y, z)
+        out[i] = beats_rivals(faces, face, height, False, a, b, c, x, y, z)
+
+
+def test_in_a_bore_no_rival_of_the_triangle_below_a_ball_is_searched():
+    bore, n = 0.07, 130
+    mesh = cylinder(bore, 0.0, 0.1, n)
+    walls = mesh_walls(mesh_surfaces(mesh, 0, 0), R)
+    # a face that holds the foot is nearer than its neighbours: the planes between them pass the axis
+    angle = 2.0 * np.pi * (np.arange(50) + 0.5) / 50
+    points = np.column_stack([(bore - R) * np.cos(angle), (bore - R) * np.sin(angle), np.full(50, 0.05)])
+    start = np.flatnonzero(mesh.patch == mesh.patch[0])[2 * (angle / (2.0 * np.pi) * n).astype(int)]
+    out = np.zeros(len(points), bool)
+    nearer_than_rivals(walls.faces, start.astype(np.int32), points, out)
+    assert out.all()
 
 
 def shaken(threads, steps):

@@ -34,9 +34,9 @@ def developed_case() -> Case:
     return load_mill("numill", ["mechanism.mounting=rigid", "drive.ramp=1750 rpm/s", "run.until=0.9 s"])
 
 
-def developed_flow(case: Case) -> tuple[Model, State, Scratch]:
-    """March a case to its end without a file."""
-    model, state, scratch = build(case.machine, settled_bed(case.machine))
+def developed_flow(case: Case, bed: np.ndarray | None = None) -> tuple[Model, State, Scratch]:
+    """March a case to its end without a file, from another `bed` than its own if that is given."""
+    model, state, scratch = build(case.machine, settled_bed(case.machine) if bed is None else bed)
     record_first_row(model, state, scratch)
     for _ in range(round(case.run.end * case.run.series_rate / ROWS)):
         model, _, fault = enter(model, state, scratch, ROWS)

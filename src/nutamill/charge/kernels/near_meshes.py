@@ -113,7 +113,7 @@ def list_patches(model, instance, u0, u1, u2, n, surface_out, face_out, tested_o
     return n, grid.reach
 
 
-@kernel
+@kernel(inline="always")
 def note_contact(near_scratch, tid, l, s, count, overlap, n0, n1, n2):
     """Put a contact of particle `l` of the chunk with surface `s` first in the list of that surface, and
     return the number of contacts.
@@ -151,7 +151,7 @@ def test_all(model, near_scratch, body, surface_poses, x0, x1, x2, r, tid, l, co
     return count
 
 
-@kernel
+@kernel(inline="always")
 def test_particle(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, tid, l, count):
     """Test a particle that may touch a mesh of body number `d` of the list, bring its entries up to date, and
     return the number of contacts.
@@ -185,7 +185,9 @@ def test_particle(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, ti
         return test_all(model, near_scratch, body, surface_poses, x0, x1, x2, r, tid, l, count)
     clear = near_scratch.limit[d, slot] - moved
     for k in range(n):
-        away = tested[k, AWAY] - distance(u0, u1, u2, tested[k, 0], tested[k, 1], tested[k, 2])
+        away = tested[k, AWAY]
+        if away > largest:
+            away -= distance(u0, u1, u2, tested[k, 0], tested[k, 1], tested[k, 2])
         if away <= largest:
             s = surface[k]
             a, b, c = to_surface(surface_poses, s, x0, x1, x2)
@@ -200,7 +202,7 @@ def test_particle(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, ti
     return count
 
 
-@kernel
+@kernel(inline="always")
 def distance(a0, a1, a2, b0, b1, b2):
     """Return the distance of two points [m]."""
     return math.sqrt((a0 - b0) * (a0 - b0) + (a1 - b1) * (a1 - b1) + (a2 - b2) * (a2 - b2))

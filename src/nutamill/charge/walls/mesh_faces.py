@@ -5,7 +5,9 @@ front of the plane, at height h and distance s from the foot along it, with s < 
 a triangle can only come nearer if it rises in front of the plane, and only to feet that are close to it.
 Each such *rival* asks for margins from the edges of the triangle: inside of all margins the triangle is the
 nearest of its patch, between margin and edge it or one of its rivals is.  Flat and bulging patches have no
-rivals; those of a hollow patch are close to its seams, where the margin is D tan(bend/2).
+rivals; those of a hollow patch are close to its seams, where the margin is D tan(bend/2).  There are margins
+for two radii: for points as far away as the grid reaches, and for spheres that touch, which are most.  Each
+rival has its own of the second kind, so that only those beyond the edges close to a foot are tested.
 
 The half circle w(h) is bounded from above by tangents, so that the largest margin over a rival is that of one
 of its corners.
@@ -21,7 +23,7 @@ from nutamill.charge.walls.mesh import Mesh
 from nutamill.charge.walls.mesh_contact import beside
 from nutamill.charge.walls.mesh_model import FaceColumn, MeshFaces, MeshGrid, MeshShape
 
-CORNER, NORMAL, EDGES, MARGIN, ACROSS = (int(column) for column in FaceColumn)
+CORNER, NORMAL, EDGES, MARGIN, NEAR_MARGIN = (int(column) for column in FaceColumn)
 
 COLUMNS = 24
 """Numbers of a row of `MeshFaces` [1]."""
@@ -36,7 +38,7 @@ LEVEL = 1e-12
 MOST_RIVALS = 64
 """Rivals of one triangle [1]; where there are more, the triangle decides nothing by itself."""
 
-SLOPES = np.geomspace(1e-4, 3.0, 40)
+SLOPES = np.geomspace(1e-4, 3.0, 80)
 """Angles of the tangents to the half circle, from the plane [rad]; the last ones fall."""
 
 
@@ -81,7 +83,9 @@ def margin_against(polygon, n, edge, offsets, slopes):
 
 
 @kernel
-def rival_margins(shape, corners, f, t, reach, offsets, slopes, work_scratch, margins_out):
+def rival_margins(
+    shape, corners, f, t, reach, offsets, near_offsets, slopes, work_scratch, margins_out, near_out
+):
     """Raise the margins of triangle `f` so that triangle `t` is no nearer inside of them, and return whether
     it can be nearer anywhere above `f`.
 
@@ -89,10 +93,11 @@ def rival_margins(shape, corners, f, t, reach, offsets, slopes, work_scratch, ma
     ----------
     shape, corners : triangles, and the corners of each [1] (T, 3)
     reach : largest distance of a point from `f` [m]
-    offsets, slopes : as in `margin_against`
+    offsets, near_offsets, slopes : as in `margin_against`, for `reach` and for a sphere that touches
     work_scratch : space for three polygons (4, 12, 4): height over `f` [m], distances on the inner side of
         its edges [m] (3) of each corner
-    margins_out : [m] (3,)
+    margins_out : for points within reach [m] (3,)
+    near_out : for spheres that touch, against this rival alone [m] (3,); -inf at first
     """
     whole, part, rest = work_scratch[0], work_scratch[1], work_scratch[2]
     v = shape.edge_ends[shape.triangle_edges[f, 0], 0]
@@ -123,6 +128,7 @@ def rival_margins(shape, corners, f, t, reach, offsets, slopes, work_scratch, ma
         m = cut_polygon(part, m, 1 + (k + 2) % 3, 1 + k, 0.0, rest)
         if m > 0:
             margins_out[k] = max(margins_out[k], margin_against(rest, m, k, offsets, slopes))
+            near_out[k] = margin_against(rest, m, k, near_offsets, slopes)
     return True
 
 
@@ -136,12 +142,14 @@ def find_rivals(
     first,
     end,
     offsets,
+    near_offsets,
     slopes,
     mark_scratch,
     work_scratch,
     rows_out,
     counts_out,
     rivals_out,
+    margins_out,
 ):
     """Set the margins of the triangles `first` to `end` of a mesh, and list their rivals.
 
@@ -149,12 +157,13 @@ def find_rivals(
     ----------
     shape, corners, patch : triangles, the corners (T, 3) and the patch (T,) of each [1]
     grid, mesh : the grids, and the number of this mesh
-    offsets, slopes : as in `margin_against`
+    offsets, near_offsets, slopes : as in `rival_margins`
     mark_scratch : work space, int32 (T,), -1 at first
     work_scratch : as in `rival_margins`
     rows_out : margins are added to `MeshFaces.rows`
     counts_out : number of rivals of each triangle [1] (T,); 0 where there are too many
     rivals_out : rivals of one triangle after the other, as many as there is room for, (room,)
+    margins_out : margins of each of them, as `MeshFaces.rival_margins` (room, 3)
 
     Returns
     -------
@@ -162,7 +171,7 @@ def find_rivals(
     """
     reach, size, total = grid.reach, grid.size[mesh], 0
     room = rivals_out.shape[0]
-    low, high = work_scratch[3, 0], work_scratch[3, 1]
+    low, high, near = work_scratch[3, 0], work_scratch[3, 1], work_scratch[3, 2]
     cells = grid.cells[mesh]
     for f in range(first, end):
         # cells that a point above the triangle, within reach, may be in
@@ -188,6 +197,8 @@ def find_rivals(
                             if mark_scratch[t] == f:
                                 continue
                             mark_scratch[t] = f
+                            for e in range(3):
+                                near[e] = math.inf if t == f else -math.inf
                             rival = t == f or rival_margins(
                                 shape,
                                 corners,
@@ -195,10 +206,15 @@ def find_rivals(
                                 t,
                                 reach,
                                 offsets,
+                                near_offsets,
                                 slopes,
                                 work_scratch,
-                                rows_out[f, MARGIN:ACROSS],
+                                rows_out[f, MARGIN:NEAR_MARGIN],
+                                near,
                             )
+                            if rival and t != f:
+                                for e in range(3):
+                                    rows_out[f, NEAR_MARGIN + e] = max(rows_out[f, NEAR_MARGIN + e], near[e])
                             if rival and not crowded:
                                 # in ascending order
                                 place = total
@@ -206,13 +222,17 @@ def find_rivals(
                                 if total <= room:
                                     while place > start and rivals_out[place - 1] > t:
                                         rivals_out[place] = rivals_out[place - 1]
+                                        for e in range(3):
+                                            margins_out[place, e] = margins_out[place - 1, e]
                                         place -= 1
                                     rivals_out[place] = t
+                                    for e in range(3):
+                                        margins_out[place, e] = near[e]
                                 crowded = total - start > MOST_RIVALS
         if crowded:
             total = start
             for k in range(3):
-                rows_out[f, MARGIN + k] = math.inf
+                rows_out[f, MARGIN + k] = rows_out[f, NEAR_MARGIN + k] = math.inf
         counts_out[f] = total - start
     return total
 
@@ -231,18 +251,17 @@ def mesh_faces(shape: MeshShape, grid: MeshGrid, patch: np.ndarray, meshes: Sequ
     begin = shape.edge_ends[edges][:, :, 0]
     wings = shape.edge_wing[edges, side]
     others = shape.edge_triangles[edges, 1 - side]
-    rows = np.zeros((n, COLUMNS))
+    rows = _rows_on_lines(n)
     rows[:, CORNER : CORNER + 3] = shape.vertices[begin[:, 0]]
     rows[:, NORMAL : NORMAL + 3] = shape.triangle_normal
     for k in range(3):
         rows[:, EDGES + 4 * k : EDGES + 4 * k + 3] = wings[:, k]
         rows[:, EDGES + 4 * k + 3] = (wings[:, k] * shape.vertices[begin[:, k]]).sum(axis=1)
-    rows[:, ACROSS : ACROSS + 3] = np.where(patch[others] == patch[:, None], others, -1)
-    rows[:, MARGIN : MARGIN + 3] = EDGE_WIDTH * grid.reach
+    rows[:, MARGIN:COLUMNS] = EDGE_WIDTH * grid.reach
     corners = np.concatenate([np.zeros((0, 3), int), *_numbered_corners(meshes)])
     counts, room = np.zeros(n, np.int32), 24 * n + MOST_RIVALS
-    rivals, listed = np.zeros(room, np.int32), 0
-    offsets, slopes = grid.reach * np.tan(SLOPES / 2.0), 1.0 / np.tan(SLOPES)
+    rivals, margins, listed = np.zeros(room, np.int32), np.zeros((room, 3), np.float32), 0
+    tangents = np.tan(SLOPES / 2.0), 1.0 / np.tan(SLOPES)
     mark_scratch, work_scratch = np.full(n, -1, np.int32), np.zeros((4, 12, 4))
     first = 0
     for k, mesh in enumerate(meshes):
@@ -255,28 +274,40 @@ def mesh_faces(shape: MeshShape, grid: MeshGrid, patch: np.ndarray, meshes: Sequ
             k,
             first,
             end,
-            offsets,
-            slopes,
+            grid.reach * tangents[0],
+            grid.behind * tangents[0],
+            tangents[1],
             mark_scratch,
             work_scratch,
             rows,
             counts,
         )
-        more = find_rivals(*fixed, rivals[listed:])
+        more = find_rivals(*fixed, rivals[listed:], margins[listed:])
         if listed + more > len(rivals):
             rivals = np.concatenate([rivals[:listed], np.zeros(more + room, np.int32)])
+            margins = np.concatenate([margins[:listed], np.zeros((more + room, 3), np.float32)])
             mark_scratch[first:end] = -1
-            find_rivals(*fixed, rivals[listed:])
+            find_rivals(*fixed, rivals[listed:], margins[listed:])
         listed += more
         first = end
-    # a margin to spare against rounding
-    rows[:, MARGIN : MARGIN + 3] += EDGE_WIDTH * grid.reach
+    # a margin to spare against rounding, also to single precision
+    rows[:, MARGIN:COLUMNS] += EDGE_WIDTH * grid.reach
+    spared = margins[:listed] + np.float32(EDGE_WIDTH * grid.reach)
     return MeshFaces(
         rows=rows,
         rivals_begin=np.concatenate([[0], np.cumsum(counts)]).astype(np.int32),
         rivals=rivals[:listed].copy(),
+        across=np.where(patch[others] == patch[:, None], others, -1).astype(np.int32),
+        rival_margins=np.nextafter(spared, np.float32(np.inf)),
         edge_width=EDGE_WIDTH * grid.reach,
     )
+
+
+def _rows_on_lines(n) -> np.ndarray:
+    """Return empty rows of `MeshFaces`, each of which takes three cache lines and no part of a fourth."""
+    raw = np.zeros(n * COLUMNS + 8)
+    offset = -raw.ctypes.data % 64 // raw.itemsize
+    return raw[offset : offset + n * COLUMNS].reshape(n, COLUMNS)
 
 
 def _numbered_corners(meshes) -> list[np.ndarray]:

@@ -61,9 +61,11 @@ class FaceColumn(IntEnum):
     EDGES = 6
     """For each of the three edges, its wing [1] (3) and the coordinate of the edge along it [m]."""
     MARGIN = 18
-    """Distance from each edge beyond which no other triangle of the patch can be nearer [m] (3)."""
-    ACROSS = 21
-    """Triangle of the same patch across each edge [1] (3), -1 where there is none."""
+    """Distance from each edge beyond which no other triangle of the patch can be nearer to a point at most
+    `MeshGrid.reach` above this one [m] (3).
+    """
+    NEAR_MARGIN = 21
+    """The same for a point at most `MeshGrid.behind` above [m] (3): that of a sphere that touches."""
 
 
 class MeshFaces(NamedTuple):
@@ -71,11 +73,17 @@ class MeshFaces(NamedTuple):
 
     rows: np.ndarray
     """A row for each triangle, as `FaceColumn` (T, 24)."""
+    across: np.ndarray
+    """Triangle of the same patch across each edge [1], -1 where there is none, int32 (T, 3)."""
     rivals_begin: np.ndarray
     """Place of the first rival of each triangle in `rivals` [1], int32 (T + 1,)."""
     rivals: np.ndarray
     """Triangles of the patch that may be nearer to a point above the triangle than itself, and itself, in
     ascending order [1], int32; none where there are too many.
+    """
+    rival_margins: np.ndarray
+    """Of each rival: distances from the edges of the triangle, such that it is no nearer to a point at most
+    `MeshGrid.behind` above if the foot of the point has them all [m], float32, (rivals, 3).
     """
     edge_width: float
     """A foot nearer than this to an edge counts as on it [m]."""
