@@ -20,7 +20,7 @@ from nutamill.simulation.lammps.ranks import Ranks
 from nutamill.simulation.setup.charge import contact_law_of, pair_laws
 from nutamill.simulation.setup.particles import charge_particles
 
-DIAMETER, SUBSTEP, STEPS, WINDOWS = 5e-3, 2e-6, 10, 12
+DIAMETER, SUBSTEP, STEPS, WINDOWS = 2e-3, 1e-6, 10, 12
 GAP = 0.998
 """Distance of neighbours, over the diameter [1]."""
 
@@ -39,7 +39,8 @@ class Timed(Grains):
 def main() -> None:
     side = round((int(sys.argv[1]) if len(sys.argv) > 1 else 118_605) ** (1 / 3))
     n = side**3
-    machine = load_case("numill", ["charge.engine=lammps", f"charge.count={n}"]).machine
+    asked = ["charge.engine=lammps", f"charge.count={n}", f"charge.diameter={1e3 * DIAMETER:g} mm"]
+    machine = load_case("numill", asked).machine
     grid = (np.indices((side,) * 3).reshape(3, -1).T - 0.5 * (side - 1)) * DIAMETER * GAP
     half = 0.5 * side * DIAMETER * GAP
     walls = [
