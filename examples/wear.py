@@ -5,7 +5,6 @@ Checked: the work on all patches is the loss at the wall in the ledger, but for 
 """
 
 import nutamill as nm
-from nutamill.analysis.flow import wear_table, window
 
 COEFFICIENT, FRICTION, YEAR = 1e-12, 0.2, 3600.0 * 8000.0  # 1/Pa; 1; s of running in a year
 
@@ -22,11 +21,11 @@ case = nm.load_case(
     ],
 )
 with nm.run(case, to="results/wear.h5") as result:
-    done = window(result, "0.1 s")
+    done = nm.charge_window(result, "0.1 s")
     nm.write_figures(result, ["wall"], result.path.parent)
     series = result.series
     inside = series.sel(time=[done.attrs["start"], done.attrs["end"]], method="nearest")
-table = wear_table(done)
+table = nm.wear_table(done)
 depth = 1e3 * COEFFICIENT / FRICTION * YEAR * table["shear_intensity"]
 for name in dict.fromkeys(table["patch_surface"].values.tolist()):
     of = table["patch_surface"] == name

@@ -32,6 +32,7 @@ _FACE = {
     "analysis.ratings": "load_ratings",
     "analysis.bearings": "bearing_life bearings_lines",
     "analysis.fatigue": "section_life sections_lines",
+    "analysis.flow": "charge_window wear_table",
     "analysis.orders": "peaks",
     "analysis.breakage.ore": "load_ore",
     "analysis.breakage.impacts": "grinding_of",
@@ -61,7 +62,7 @@ _FACE = {
 """Module of the package: the public names that it holds."""
 
 _HOME = {name: f"nutamill.{module}" for module, names in _FACE.items() for name in names.split()}
-_NAME_THERE = {"check": "preflight", "view": "inline_view"}
+_NAME_THERE = {"charge_window": "window", "check": "preflight", "view": "inline_view"}
 
 __all__ = ["__version__", *_HOME]
 
