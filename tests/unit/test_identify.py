@@ -332,6 +332,11 @@ def test_the_first_stages_alone_leave_out_rows_and_unknowns_of_the_others(bench)
     whole, first = read_problem(path), read_problem(path, "cheap")
     assert [one.name for one in whole.unknowns] == ["friction", "gain"] and len(whole.rows) == 2
     assert [one.name for one in first.unknowns] == ["friction"] and len(first.rows) == 1
+    # the points of a stage are the same, whether later ones follow or not
+    assert room._digest(whole, 0) != room._digest(whole, 1)
+    dear = FILE.replace('[[predict]]', '[[stage]]\nname = "last"\nmembers = 6\n[[predict]]', 1)
+    path.write_text(dear.replace('stages = ["dear"]', 'stages = ["dear", "last"]'))
+    assert room._digest(read_problem(path), 1) == room._digest(read_problem(path, "dear"), 1)
     with pytest.raises(CaseError, match=r'--until: must be a stage, got "later"\. Stages: cheap, dear'):
         read_problem(path, "later")
 

@@ -170,8 +170,8 @@ def _digest(problem: Problem, stage: int) -> str:
     deciding = [int(k) for k in problem.deciding(stage)]
     asked = [
         [len(problem.unknowns), deciding],
-        [problem.unknowns[k]._replace(reason="") for k in deciding if cutting],
-        [(row.case.digest, row.quantity, row.value, row.doubt, row.stages) for row in cutting],
+        [problem.unknowns[k]._replace(reason="", stages=()) for k in deciding if cutting],
+        [(row.case.digest, row.quantity, row.value, row.doubt) for row in cutting],
         [(one.name, one.members, one.cut) for one in problem.stages[: stage + 1]],
         problem.seed,
     ]
