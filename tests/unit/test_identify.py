@@ -53,6 +53,19 @@ def test_emulator_of_a_smooth_row_is_near_it_and_knows_how_near():
     assert emulator.check.error < 0.05 * emulator.check.spread
 
 
+def test_row_with_a_resonance_is_emulated_by_its_logarithm():
+    def resonant(points):
+        return 1.0 / np.hypot(1.0 - (0.5 + 0.7 * points[:, 0]) ** 2, 0.05) * (1.0 + points[:, 1])
+
+    there = np.random.default_rng(1).random((500, 2))
+    emulator = emulated(resonant, 60)
+    mean, error = emulator.predict(there)
+    off = np.abs(mean - resonant(there)) / resonant(there)
+    assert emulator.logarithmic and np.median(off) < 0.01
+    assert np.mean(np.abs(mean - resonant(there)) < 3.0 * error + 1e-6) > 0.9
+    assert not emulated(wave, 30).logarithmic
+
+
 def test_gain_multiplies_a_row_without_a_run_of_its_own():
     points = filling_points(2, 20, 3)
     alone = np.array([0]), np.array([1]), np.array([[0.5, 1.5]])
@@ -334,7 +347,7 @@ def test_the_first_stages_alone_leave_out_rows_and_unknowns_of_the_others(bench)
     assert [one.name for one in first.unknowns] == ["friction"] and len(first.rows) == 1
     # the points of a stage are the same, whether later ones follow or not
     assert room._digest(whole, 0) != room._digest(whole, 1)
-    dear = FILE.replace('[[predict]]', '[[stage]]\nname = "last"\nmembers = 6\n[[predict]]', 1)
+    dear = FILE.replace("[[predict]]", '[[stage]]\nname = "last"\nmembers = 6\n[[predict]]', 1)
     path.write_text(dear.replace('stages = ["dear"]', 'stages = ["dear", "last"]'))
     assert room._digest(read_problem(path), 1) == room._digest(read_problem(path, "dear"), 1)
     with pytest.raises(CaseError, match=r'--until: must be a stage, got "later"\. Stages: cheap, dear'):

@@ -10,8 +10,16 @@ from nutamill.base.errors import CaseError, Fault
 
 SAME = 1e-9
 """Spread of the members over their size below which they are the same number [1]."""
+STEEP = 3.0
+"""Largest over smallest member above which the logarithm of a positive row is emulated [1]: near a resonance
+a row rises so steeply that a smooth process would swing everywhere else.
+"""
 POOR = 0.5
 """Error of members left out over the spread of all members, above which an emulator is refused [1]."""
+
+
+LARGEST_LOG = 500.0
+"""Largest logarithm of a row, so that extrapolation stays finite [1]."""
 
 
 class CrossCheck(NamedTuple):
@@ -57,10 +65,12 @@ class Emulator(NamedTuple):
     """The fitted process; None where no unknown changes the runs."""
     columns: np.ndarray
     """Indices of the unknowns that the process depends on."""
+    logarithmic: bool
+    """Whether it is the logarithm of the row that is emulated."""
     offset: float
-    """Mean of the members, SI."""
+    """Mean of the members, or of their logarithms, SI."""
     scale: float
-    """Standard deviation of the members, SI."""
+    """Standard deviation of the members, or of their logarithms, SI."""
     check: CrossCheck
     """Its check."""
     gains: np.ndarray
@@ -83,8 +93,12 @@ class Emulator(NamedTuple):
         if self.process is None:
             return gain * self.offset, np.zeros(len(points))
         mean, variance = self.process.predict(points[:, self.columns])
-        widened = max(1.0, self.check.ratio) * self.scale
-        return gain * (self.offset + self.scale * mean), np.abs(gain) * widened * np.sqrt(variance)
+        middle = self.offset + self.scale * mean
+        error = max(1.0, self.check.ratio) * self.scale * np.sqrt(variance)
+        if self.logarithmic:
+            middle = np.exp(np.minimum(middle, LARGEST_LOG))
+            error = middle * error
+        return gain * middle, np.abs(gain) * error
 
 
 def fit_emulator(
@@ -120,11 +134,17 @@ def fit_emulator(
     offset, spread = float(values.mean()), float(values.std())
     if not len(columns):
         alone = CrossCheck(0.0, spread, 0.0, len(values))
-        return Emulator(None, columns, offset, 0.0, alone, gains, gain_ends)
+        return Emulator(None, columns, False, offset, 0.0, alone, gains, gain_ends)
     if spread <= SAME * abs(offset):
         what = f"the row depends on no unknown: all of {len(values)} members give {offset:.6g} (SI)"
         raise CaseError(Fault(label, what, "Leave it out, or name an unknown that acts on it"))
-    process, check = _fitted(points[:, columns], (values - offset) / spread, spread)
+    logarithmic = bool(values.min() > 0.0 and values.max() > STEEP * values.min())
+    emulated = np.log(values) if logarithmic else values
+    offset, scale = float(emulated.mean()), float(emulated.std())
+    process, error, ratio = _fitted(points[:, columns], (emulated - offset) / scale)
+    left_out = emulated - scale * error
+    off = values - (np.exp(np.minimum(left_out, LARGEST_LOG)) if logarithmic else left_out)
+    check = CrossCheck(float(np.sqrt(np.mean(off**2))), spread, ratio, len(values))
     if check.error > max(POOR * spread, doubt):
         what = (
             f"the emulator does not predict the members that are left out: it is off by {check.error:.3g}, "
@@ -132,11 +152,13 @@ def fit_emulator(
         )
         hint = "Take more members or narrower ranges; with a charge longer runs"
         raise CaseError(Fault(label, what, hint))
-    return Emulator(process, columns, offset, spread, check, gains, gain_ends)
+    return Emulator(process, columns, logarithmic, offset, scale, check, gains, gain_ends)
 
 
-def _fitted(points: np.ndarray, values: np.ndarray, scale: float) -> tuple[Process, CrossCheck]:
-    """Return the process of greatest likelihood, and its check at each member by all others."""
+def _fitted(points: np.ndarray, values: np.ndarray) -> tuple[Process, np.ndarray, float]:
+    """Return the process of greatest likelihood, by how much it misses each member where it is fitted to all
+    others (n,), and the root mean square of that over what it states.
+    """
     # these load for a second, and are part of an extra
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.gaussian_process import GaussianProcessRegressor
@@ -154,5 +176,4 @@ def _fitted(points: np.ndarray, values: np.ndarray, scale: float) -> tuple[Proce
     process = Process(lengths, points / lengths, chosen.k1.constant_value, regressor.alpha_, root)
     precision = np.sum(root**2, axis=0)  # diagonal of the inverse covariance
     error = process.weights / precision
-    ratio = float(np.sqrt(np.mean(error**2 * precision)))
-    return process, CrossCheck(scale * float(np.sqrt(np.mean(error**2))), scale, ratio, len(error))
+    return process, error, float(np.sqrt(np.mean(error**2 * precision)))

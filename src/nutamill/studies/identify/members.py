@@ -85,16 +85,16 @@ def run_members(
         column = []
         for made in cases:
             case = made[place]
-            if isinstance(row.measurand.what, int):
-                column.append(rest_frequency(case, row.measurand.what))
-                continue
-            if (outcome := by_case.get(case.digest)) is not None and not known.has(case.digest, row.reading):
+            if known.has(case.digest, row.reading):
+                pass
+            elif isinstance(row.measurand.what, int):
+                known.add(case.digest, row.reading, rest_frequency(case, row.measurand.what))
+            elif (outcome := by_case.get(case.digest)) is not None:
                 value = value_in(outcome, row.measurand.what, row.average).mean
                 known.add(case.digest, row.reading, float(value))
             column.append(known.value(case.digest, row.reading))
         values_of_rows[number] = np.array(column)
-    if planned:
-        known.write()
+    known.write()
     return Ran(points[held], values_of_rows, int(np.sum(~held)))
 
 
@@ -123,9 +123,14 @@ def sound_cases(
     cases: list[list[Case | Machine]] = []
     held = np.zeros(len(points), dtype=bool)
     reasons: list[str] = []
+    kinds = [(row.case.digest, *problem.columns(row)) for row in rows]
     for number, point in enumerate(points):
+        made: dict[tuple, Case | Machine] = {}  # several rows are read from one run
         try:
-            cases.append([problem.case_at(row, point) for row in rows])
+            for row, kind in zip(rows, kinds, strict=True):
+                if kind not in made:
+                    made[kind] = problem.case_at(row, point)
+            cases.append([made[kind] for kind in kinds])
             held[number] = True
         except CaseError as error:
             reasons.append(str(error.faults[0]))
