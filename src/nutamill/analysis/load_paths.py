@@ -22,6 +22,8 @@ ORDERS = (1, 2, 3, 4)
 """Orders in the table: repetitions per turn [1]."""
 STATISTICS = ("mean", "rms", "peak", *(f"{order}x" for order in ORDERS))
 """Mean, root mean square, largest magnitude, and amplitudes of the orders."""
+WIDTH = 9
+"""Characters of a number in a table [1]."""
 PER_TURN = 256
 """Samples per turn on which orders are taken [1]."""
 
@@ -184,15 +186,16 @@ def order_amplitudes(angle: np.ndarray, values: np.ndarray, orders: Sequence[int
 
 
 def loads_lines(table: "xarray.DataArray", axes: str = "frame") -> list[str]:
-    """Format the forces and moments of all joints in one set of axes as a table, with "-" for the
-    orders where nothing turns.
+    """Format the forces and moments of all joints in one set of axes as tables of 79 columns, with "-" for
+    the orders where nothing turns.
     """
     rows = [f"joint reactions on the second body, {axes} axes (N, N m)"]
-    rows.append(f"{'joint':27} {'part':9} " + " ".join(f"{name:>9}" for name in STATISTICS))
     for joint in table["joint"].values:
+        rows.append(str(joint))
+        rows.append(f"{'':9} " + " ".join(f"{name:>9}" for name in STATISTICS))
         for part in table["part"].values:
             numbers = table.sel(joint=joint, axes=axes, part=part).values
-            rows.append(f"{joint:27} {part:9} " + " ".join(_cell(number, numbers) for number in numbers))
+            rows.append(f" {part:8} " + " ".join(_cell(number, numbers) for number in numbers))
     return rows
 
 
@@ -200,4 +203,6 @@ def _cell(number: float, beside: np.ndarray) -> str:
     """Format a number, or zero where it is round-off beside the others, 9 wide."""
     if np.isnan(number):
         return f"{'-':>9}"
-    return f"{0.0 if abs(number) < max(1e-9, 1e-10 * np.nanmax(np.abs(beside))) else float(number):9.4g}"
+    shown = 0.0 if abs(number) < max(1e-9, 1e-10 * np.nanmax(np.abs(beside))) else float(number)
+    text = f"{shown:9.4g}"
+    return text if len(text) <= WIDTH else f"{shown:{WIDTH}.3g}"

@@ -28,6 +28,8 @@ order.
 SMALL = 0.05
 """Share of the kinetic energy [1] below which a motion of a body is not named."""
 
+WIDEST = 61
+"""Characters of the motion of a mode in a table, so that it fits 80 columns [1]."""
 ORDERS = (1.0, 2.0)
 """Excitations per turn: unbalance, and the ripple of the universal joint."""
 
@@ -290,14 +292,16 @@ def _crossings(speeds: np.ndarray, frequency: np.ndarray, damping: np.ndarray, l
 
 
 def modes_lines(vibrations: MachineModes) -> list[str]:
-    """Format the modes as a table."""
+    """Format the modes as a table of at most 80 columns, each with the parts that move most."""
     state = "at rest" if vibrations.speed == 0.0 else f"at {rpm(vibrations.speed):.4g} rpm"
-    rows = [f"modes {state}", f"{'Hz':>8}  {'damping':>8}  motion"]
+    rows = [f"modes {state}", f"{'Hz':>8} {'damping':>8}  motion"]
     for k, (frequency, ratio) in enumerate(zip(vibrations.frequency, vibrations.damping_ratio, strict=True)):
         label, movers = vibrations.label(k), vibrations.movers(k)
         motion = movers if movers.startswith(label) else f"{label}: {movers}"
+        while len(motion) > WIDEST and ", " in motion:
+            motion = motion.rpartition(", ")[0]
         rows.append(
-            f"{frequency:8.3f}  {round(100 * ratio, 2) + 0.0:6.2f} %  {motion}"
+            f"{frequency:8.3f} {round(100 * ratio, 2) + 0.0:6.2f} %  {motion}"
         )  # + 0.0: no minus zero
     return rows
 

@@ -8,7 +8,7 @@ from nutamill.analysis.source import any_case_of
 from nutamill.result import Result
 from nutamill.view.figures.style import MARK
 
-CHARACTERS = 27
+CHARACTERS = 21
 """Characters of the line for each inch of a figure [1/inch]."""
 
 
