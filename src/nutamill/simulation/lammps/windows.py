@@ -57,19 +57,27 @@ def march_windows(
     start, finish = (partial(entry_of(kernel, *parts), *parts) for kernel in (start_window, finish_window))
     row = 0
     coupling.outcome[0] = Outcome.RUNNING
-    for _ in range(n_windows):
+
+    def begin() -> np.ndarray:
         start()
-        grains.window(coupling.motions, plan.substeps)
+        return coupling.motions
+
+    def end() -> bool:
+        nonlocal row
         if grains.halted:
             coupling.outcome[0] = Outcome.CHARGE_FAILED
-            break
+            return False
         finish()
         if coupling.outcome[0] != Outcome.RUNNING:
-            break
+            return False
         if coupling.windows[0] % plan.windows_per_row == 0:
             _write_row(model, state, scratch, rows_out[row])
             row += 1
-    grains.gather()
+        return True
+
+    grains.march(n_windows, plan.substeps, begin, end)
+    if coupling.outcome[0] == Outcome.RUNNING:
+        grains.gather()
     return row
 
 
