@@ -32,7 +32,7 @@ SHORT = ("quantity", "experiment", "paper's simulation", "nutamill", "error")
 NARROW = 120
 """Columns of a terminal below which the table is printed row by row [1]."""
 
-SHOWN = {Kind.ANGLE: "deg", Kind.LENGTH: "mm", Kind.TIME: "s"}
+SHOWN = {Kind.ANGLE: "deg", Kind.LENGTH: "mm", Kind.TIME: "s", Kind.POWER: "kW"}
 """Units of kinds that are not shown in their SI unit."""
 
 
