@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from nutamill.design.figures import draw_campbell
+from nutamill.design.modes import Campbell
 from nutamill.result import Recorder, open_result
 from nutamill.result.fields import expand
 from nutamill.view.figures.run import draw_ledger, draw_run
@@ -88,3 +90,12 @@ def test_every_named_figure_names_its_run(filmed):
     for what in ("run", "history:driveshaft_torque"):
         title = figure_of(filmed, what).get_suptitle()
         assert " ".join(title.split()) == "numill-2026 with mechanism.mounting = rigid"
+
+
+def test_a_campbell_diagram_marks_the_working_speed():
+    speeds = np.linspace(0.0, 90.0, 3)
+    diagram = Campbell(speeds, np.full((3, 1), 8.0), np.full((3, 1), 0.05), ("sway",), (), 70.0 * np.pi / 3)
+    axes = draw_campbell(diagram).axes[0]
+    (line,) = (line for line in axes.lines if str(line.get_label()).startswith("working speed"))
+    assert line.get_label() == "working speed, 700 rpm"
+    assert line.get_xdata()[0] == pytest.approx(700.0)

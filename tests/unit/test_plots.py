@@ -34,6 +34,23 @@ def test_orbit_points_to_the_mean_of_the_mass_centre_behind_the_crank(filmed):
     )
 
 
+def test_orbit_has_the_bore_and_the_crank_pin(filmed):
+    """Crank radius 39 mm; the chamber's axis leans by 39 mm on 366 mm, and the charge is 280 mm below the
+    nutation point, so that the bore of 140 mm is 29.84 mm off the shaft's axis there.
+    """
+    lines = {line.get_label(): line for line in figure_of(filmed, "orbit").axes[0].lines}
+    assert (lines["crank pin"].get_xdata()[0], lines["crank pin"].get_ydata()[0]) == pytest.approx(
+        (39.0, 0.0)
+    )
+    x = lines["bore"].get_xdata()
+    assert (x.min(), x.max()) == pytest.approx((29.836 - 70.0, 29.836 + 70.0), abs=1e-3)
+
+
+def test_a_spectrum_names_its_quantity(filmed):
+    label = figure_of(filmed, "spectrum:driveshaft_torque").axes[0].get_ylabel()
+    assert " ".join(label.split()) == "power spectral density ((N m)²/Hz)"
+
+
 def test_figures_are_written_beside_each_other_with_their_names(filmed, tmp_path):
     wanted = [
         "run",

@@ -131,13 +131,14 @@ def test_folder_of_a_sweep_is_reported_with_its_table_pictures_and_runs(filmed, 
     shutil.copy(filmed.path, folder / "speeds-10.h5")
     shutil.copy(filmed.path, folder / "speeds-9.h5")
     (folder / "table.csv").write_text(
-        "drive.speed,state,file,force [N],force half width 95 % [N],force last seconds [N]\n"
-        "700 rpm,complete,speeds-10.h5,717.3,4.31,716\n723 rpm,waiting,speeds-9.h5,nan,nan,nan\n"
+        "drive.speed,state,file,force [N],force half width 95 % [N],force last seconds [N],lag [rad]\n"
+        "700 rpm,complete,speeds-10.h5,717.3,4.31,716,nan\n723 rpm,waiting,speeds-9.h5,nan,nan,nan,nan\n"
     )
     (folder / "table.png").write_bytes(b"picture")
     page = report_page([folder])
     assert "<td>700 rpm</td><td>complete</td><td>717.3 ± 4.3</td></tr>" in page
-    assert "<td>723 rpm</td><td>waiting</td><td>nan</td></tr>" in page
+    assert "<td>723 rpm</td><td>waiting</td><td>–</td></tr>" in page
+    assert "lag" not in page.split("<h2>Pictures")[0]  # a column without any number
     assert base64.b64encode(b"picture").decode() in page
     assert page.index("speeds-9.h5") < page.index("speeds-10.h5")
     assert "<td>seed</td>" in page

@@ -101,6 +101,9 @@ def draw_campbell(diagram: Campbell) -> Figure:
             markersize=3,
             label="speeds to avoid",
         )
+        if diagram.working <= diagram.speeds[-1]:
+            at = rpm(diagram.working)
+            axes.axvline(at, color="0.5", linewidth=0.8, linestyle=":", label=f"working speed, {at:.4g} rpm")
         axes.set_ylim(0.0, highest)
         axes.set_xlabel("driveshaft speed (rpm)")
         axes.set_ylabel("natural frequency (Hz)")

@@ -127,6 +127,8 @@ class Campbell(NamedTuple):
     """What each mode is like at the first speed."""
     avoid: tuple[Avoid, ...]
     """Where the orders 1 and 2 meet them, slowest first."""
+    working: float
+    """Driveshaft speed of the case [rad/s]."""
 
 
 def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> MachineModes:
@@ -225,7 +227,12 @@ def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: b
     # at rest forward and backward whirls are the same shape: the labels are those of the last speed
     labels = tuple(before.label(k) for k in range(n))
     return Campbell(
-        speeds, frequency, damping, labels, tuple(sorted(_crossings(speeds, frequency, damping, labels)))
+        speeds,
+        frequency,
+        damping,
+        labels,
+        tuple(sorted(_crossings(speeds, frequency, damping, labels))),
+        case.drive.speed,
     )
 
 

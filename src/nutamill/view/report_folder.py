@@ -17,6 +17,8 @@ from nutamill.result import open_result
 
 NARROW = re.compile(r"(.*) half width 95 % \[(.*)\]")
 """Column of a sweep's table that belongs to the one before."""
+NO_NUMBER, NOTHING = "nan", "–"
+"""What a table of a sweep has where there is no number, and what the page has there."""
 LAST = " last seconds ["
 """In the head of a column that the page leaves out: it stands in the CSV."""
 
@@ -111,10 +113,13 @@ def _sweep_table(file: Path) -> Table | None:
     }
 
     def cell(row: list[str], k: int) -> str:
-        width = row[widths[heads[k]]] if heads[k] in widths else "nan"
-        return row[k] if width in ("nan", "inf") else f"{row[k]} ± {float(width):.2g}"
+        width = row[widths[heads[k]]] if heads[k] in widths else NO_NUMBER
+        if row[k] == NO_NUMBER:
+            return NOTHING
+        return row[k] if width in (NO_NUMBER, "inf") else f"{row[k]} ± {float(width):.2g}"
 
-    return Table(file.stem, [heads[k] for k in shown], [[cell(row, k) for k in shown] for row in lines[1:]])
+    known = [k for k in shown if any(cell(row, k) != NOTHING for row in lines[1:])]
+    return Table(file.stem, [heads[k] for k in known], [[cell(row, k) for k in known] for row in lines[1:]])
 
 
 def _markdown_table(file: Path) -> Table | None:

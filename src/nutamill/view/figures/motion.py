@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nutamill.analysis.flow import mass_centre_orbit, refuse_empty
+from nutamill.analysis.source import drawing_of
 from nutamill.analysis.spectra import spectrum
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import CaseError, Fault, ResultError
@@ -74,7 +75,7 @@ def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPE
                     linestyle=":",
                     label="speed, twice the speed" if order == 1 else None,
                 )
-            axes.set_ylabel(density_unit(result.field(name)))
+            axes.set_ylabel(f"power spectral\ndensity ({density_unit(result.field(name))})")
             axes.set_title(result.field(name).label, loc="left")
         axes.set_xlabel("frequency (Hz)")
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center")
@@ -104,11 +105,18 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     path = (in_unit(x, "mm") + 1j * in_unit(y, "mm")) * np.exp(-1j * angle)
     mean = in_unit(orbit.radius, "mm") * np.exp(-1j * orbit.phase_lag)
     reach = 1.15 * float(np.abs(path).max())
+    heights = result.series["charge_mass_centre_z"].values[inside]
+    bore, pin = _bore_and_pin(result, float(heights.mean()))
+    if bore is not None:
+        reach = max(reach, 1.05 * float(np.abs(bore).max()))
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
         axes = figure.subplots()
         axes.plot(path.real, path.imag, linewidth=0.4, color="#A6CEE8", label="path")
         axes.plot([0.0, reach], [0.0, 0.0], color=MARK, linewidth=0.9, label="crank")
+        if bore is not None:
+            axes.plot(bore.real, bore.imag, color=MARK, linewidth=0.6, linestyle="--", label="bore")
+            axes.plot([pin], [0.0], color=MARK, marker="+", markersize=7, linestyle="none", label="crank pin")
         axes.plot([0.0, mean.real], [0.0, mean.imag], color=RMS, marker="o", markersize=3, label="mean")
         arc = np.linspace(0.0, -orbit.phase_lag, 40)
         axes.plot(0.4 * reach * np.cos(arc), 0.4 * reach * np.sin(arc), color=MEAN, linewidth=0.8)
@@ -125,6 +133,19 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         axes.set_ylabel("in the direction of rotation (mm)")
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
+
+
+def _bore_and_pin(result: Result, height: float) -> tuple[np.ndarray | None, float]:
+    """Return the bore at a height [m] and the distance of the crank pin from the axis, in axes that turn with
+    the crank [mm]. The chamber leans towards the crank. None and zero without the drawing of a mill.
+    """
+    mill = drawing_of(result)
+    if mill is None:
+        return None, 0.0
+    lean = mill.mechanism.crank_radius / mill.mechanism.nutation_point_to_crank
+    around = np.exp(1j * np.linspace(0.0, math.tau, 121))
+    bore = in_unit(0.5 * mill.chamber.inner_diameter, "mm") * around - in_unit(height, "mm") * lean
+    return bore, in_unit(mill.mechanism.crank_radius, "mm")
 
 
 def draw_steady_values(
