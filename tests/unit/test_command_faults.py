@@ -69,6 +69,7 @@ speed = "700 rpm"
 experiment = "600 N"
 source = "page 1"
 """,
+    "many.toml": 'base = "numill"\ncharge.engine = "lammps"\nrun.statistics = false\n',
     "words.txt": "These are words, no data.\n",
 }
 
@@ -109,6 +110,7 @@ INPUTS = {
     "show": ("{}",),
     "verify": ("{}",),
     "sweep": ("{}", "-s", "run.seed=1..2"),
+    "submit": ("{}",),
     "fit": ("{}",),
     "identify": ("{}",),
     "mount-test": ("{}",),
@@ -139,6 +141,7 @@ OUTPUTS = {
     "new": ("{}.toml",),
     "run": ("numill", *EMPTY, "--to", "{}.h5"),
     "sweep": ("numill", *EMPTY, "-s", "run.seed=1..2", "--to", "{}"),
+    "submit": ("many.toml", "--ranks", "8", "--to", "{}"),
     "fit": ("fit.toml", "--to", "{}"),
     "mount-test": ("test.csv", "--to", "{}.png"),
     "validate": ("paper.toml", "--stored", "--to", "{}"),
