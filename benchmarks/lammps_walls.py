@@ -2,7 +2,7 @@
 
 Spheres on a cubic lattice, just overlapping, in a closed box of six planes, each with a velocity of its own,
 on one process. Times are of the processor, per sphere and step: of whole windows, of the part in the callback
-that holds our walls, and of a window beside its steps. Needs the extra ``mpi``.
+that holds our walls, and of a run of LAMMPS beside its steps. Needs the extra ``mpi``.
 """
 
 import sys
@@ -75,7 +75,7 @@ def main() -> None:
     window = (time.process_time() - begun) / 50
     print(f"{processor()}, one process, {n} spheres, 6 planes")
     print(f"a step {whole * per:.0f} ns per sphere, our walls in it {walls_part * per:.1f} ns", end=" ")
-    print(f"({100 * walls_part / whole:.0f} %), a window beside its steps {1e3 * window:.2f} ms")
+    print(f"({100 * walls_part / whole:.0f} %), a run of LAMMPS beside its steps {1e3 * window:.2f} ms")
 
 
 if __name__ == "__main__":

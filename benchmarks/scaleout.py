@@ -20,12 +20,10 @@ class Costs:
 
     particle: float = 347.0
     """Measured: LAMMPS `granular`, one process, wall time per particle and step [ns] (peers-sand.txt)."""
-    walls: float = 86.1
+    walls: float = 90.8
     """Measured: our walls beside it, per particle and step [ns] (lammps-walls.txt)."""
-    end: float = 123.0
-    """Measured: what LAMMPS does at the end of a window, per particle and window [ns] (lammps-walls.txt)."""
     window: float = 0.4
-    """Measured: cost of a window beside its steps [ms]."""
+    """Assumed: Python at both ends of a window and in its ten callbacks [ms]."""
     substeps: float = 10.0
     """Steps in a window [1], the default of a case."""
     own: float = 88.9
@@ -62,7 +60,7 @@ def ghosts(costs: Costs, particles: float) -> float:
 def lammps_step(costs: Costs, particles: float, ranks: int) -> tuple[float, float, float, float]:
     """Return the wall time of a step [us]: particles, halo, reduction and window of it, and the sum."""
     own = particles / ranks
-    work = costs.unbalance * own * (costs.particle + costs.walls + costs.end / costs.substeps) * 1e-3
+    work = costs.unbalance * own * (costs.particle + costs.walls) * 1e-3
     halo = 6.0 * costs.latency + ghosts(costs, own) * costs.halo_bytes / costs.bandwidth * 1e-3
     window = (costs.reduction * math.log2(ranks) + 1e3 * costs.window) / costs.substeps
     return work, halo, window, work + halo + window
