@@ -15,11 +15,12 @@ import numpy as np
 from nutamill.base.kernel import kernel, like
 from nutamill.base.provenance import processor
 from nutamill.charge.kernels.chunks import slots_of_chunk
-from nutamill.charge.kernels.columns import ROWS, pair_batch
+from nutamill.charge.kernels.columns import pair_batch
 from nutamill.charge.kernels.dynamics import open_window
 from nutamill.charge.kernels.integration import integrate_spheres
 from nutamill.charge.kernels.neighbours import rebuild, rotation_about
 from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
+from nutamill.charge.kernels.rows import ROWS
 from nutamill.charge.kernels.simd import WIDTH, negated_radii
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
 from nutamill.charge.laws.lanes import BATCH
@@ -105,6 +106,7 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
                 scratch.near,
                 state.x,
                 state.mass_props[0],
+                0.0,
                 local,
                 scratch.motion[0],
                 surface_poses,
@@ -154,7 +156,7 @@ def law_alone(model, columns, unit, dt, n, times):
         for k in range(columns.shape[1]):
             columns[0, k] = columns[1, k]
         for _ in range(times):
-            sums += pair_batch(model.law, columns[0], unit, dt, dt, dt)[0]
+            sums += pair_batch(model.law, columns[0], unit, like(0.0, dt), dt, dt, dt)[0]
     return sums
 
 

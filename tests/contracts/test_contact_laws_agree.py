@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from nutamill.case import load_case
-from nutamill.case.contact_laws import GIVEN_BY, READS, Cohesion, Normal, Rolling, Tangential
+from nutamill.case.contact_laws import GIVEN_BY, READS, Cohesion, Film, Normal, Rolling, Tangential
 from nutamill.case.materials import ContactPair
-from nutamill.charge.laws.composition import FAMILIES, contact, law_numbers
+from nutamill.charge.laws.composition import FAMILIES, film_numbers, law_numbers
+from nutamill.charge.laws.meeting import meeting
 from nutamill.simulation.setup.charge import contact_law_of, pair_law
 
 OTHER_VALUES = {
@@ -21,6 +22,9 @@ OTHER_VALUES = {
     "tangential_damping": 0.4,
     "rolling_stiffness": 0.2,
     "cohesive_pressure": 2e5,
+    "liquid_viscosity": 0.05,
+    "film_thickness": 6e-5,
+    "film_roughness": 2e-6,
 }
 """Values for the numbers of a pair, none of which is that of `numill` or of `GIVEN`."""
 
@@ -31,12 +35,17 @@ GIVEN = {
     "tangential_damping": 0.3,
     "rolling_stiffness": 0.1,
     "cohesive_pressure": 1e5,
+    "liquid_viscosity": 0.1,
+    "film_thickness": 5e-5,
+    "film_roughness": 1e-6,
 }
 """Values for the numbers that a pair may leave out."""
 
 
 def test_a_case_names_the_laws_of_the_engine():
-    for literal, family, key in zip((Normal, Tangential, Rolling, Cohesion), FAMILIES, READS, strict=True):
+    for literal, family, key in zip(
+        (Normal, Tangential, Rolling, Cohesion, Film), FAMILIES, READS, strict=True
+    ):
         assert set(typing.get_args(literal)) == set(family) == set(READS[key])
 
 
@@ -47,15 +56,20 @@ def test_every_number_of_a_pair_is_read_by_a_law():
 
 def force_and_moment(case):
     """What two contacts of the case do, one that sticks and one that slides and rolls, at an overlap of a
-    hundredth of the diameter, unloading.
+    hundredth of the diameter, unloading; and what a pair does that comes near for the first time, 30
+    micrometres apart.
     """
-    law = contact_law_of(case)
-    numbers = tuple(law_numbers(law, pair_law(case, "steel", "steel")))
-    plain, parts = getattr(contact, "py_func", contact), []
+    law, pair = contact_law_of(case), pair_law(case, "steel", "steel")
+    numbers, liquid, parts = tuple(law_numbers(law, pair)), tuple(film_numbers(law, pair)), []
+    rest = 2e-4, 1.25e-3, (5e-3, 5e-3), numbers, liquid, 1e-6
+    up, none = (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
     for slip, spin, old in ((1e-3, 1e-3, 1e-8), (2.0, 50.0, 1e3)):
-        state = (slip, 0.0, 1.0), (0.0, spin, 0.0), (old, 0.0, 0.0), (0.0, old, 0.0), 0.0, 4.5e-5
-        out = plain(law, (0.0, 0.0, 1.0), 5e-5, *state, 2e-4, 1.25e-3, (5e-3, 5e-3), numbers, 1e-6)
+        state = (slip, 0.0, 1.0), (0.0, spin, 0.0), (old, 0.0, 0.0), (0.0, old, 0.0), 0.0, 4.5e-5, 1.0
+        out = meeting(law.film, law, up, 5e-5, *state, *rest)
         parts += [out[0], out[2]]
+    if liquid:
+        out = meeting(law.film, law, up, -3e-5, (0.0, 0.0, 30.0), none, none, none, 0.0, 0.0, 0.0, *rest)
+        parts += [out[0]]
     return np.hstack(parts)
 
 
@@ -70,7 +84,13 @@ def case_of(laws, **numbers):
 
 @pytest.mark.parametrize(("key", "name"), [(key, name) for key, family in READS.items() for name in family])
 def test_a_law_reads_the_numbers_that_the_case_declares(key, name):
-    laws = {"normal": "linear", "tangential": "displacement", "rolling": "type_c", "cohesion": "none"}
+    laws = {
+        "normal": "linear",
+        "tangential": "displacement",
+        "rolling": "type_c",
+        "cohesion": "none",
+        "film": "none",
+    }
     laws[key] = name
     declared = frozenset().union(*(READS[family][law] for family, law in laws.items()))
     read = set()

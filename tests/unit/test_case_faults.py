@@ -183,6 +183,12 @@ CONTRADICTIONS = {
         'contact.cohesion = "none". '
         'Write cohesion = "area" in [contact], or leave it out',
     ),
+    "viscosity without a film": (
+        '[contact.pairs]\nsteel-steel = { liquid_viscosity = "50 mPa s" }',
+        "mill.toml:3: contact.pairs.steel-steel.liquid_viscosity: has no effect with "
+        'contact.film = "none". '
+        'Write film = "viscous" in [contact], or leave it out',
+    ),
     "nutation angle": (
         '[chamber]\nnutation_angle = "9 deg"',
         "mill.toml:3: chamber.nutation_angle: crank_radius 39 mm and nutation_point_to_crank 366 mm "
@@ -293,6 +299,16 @@ def test_the_number_that_a_contact_law_needs_is_asked_for_in_every_pair(key, nee
         f"contact.pairs.{pair}.{needs}" for pair in ("steel-steel", "steel-acrylic")
     ]
     assert all(line.endswith(f"with contact.{key}. Add {needs} to the pair") for line in lines)
+
+
+def test_a_film_asks_for_its_three_numbers_in_every_pair():
+    lines = refused(f'{BASE}[contact]\nfilm = "viscous"')
+    assert [line.split(": ")[1] for line in lines] == [
+        f"contact.pairs.{pair}.{number}"
+        for pair in ("steel-steel", "steel-acrylic")
+        for number in ("liquid_viscosity", "film_thickness", "film_roughness")
+    ]
+    assert lines[0].endswith('is missing, with contact.film = "viscous". Add liquid_viscosity to the pair')
 
 
 # the text ---------------------------------------------------------------------------------------------------

@@ -117,6 +117,42 @@ def test_cohesion_that_exceeds_the_spring_is_refused_with_the_pressure_that_woul
         run_clock(load_case("numill", changes).machine)
 
 
+def wet_mill(**numbers):
+    """The published mill with a film of oil."""
+    numbers = {"liquid_viscosity": "50 mPa s", "film_thickness": "0.1 mm", "film_roughness": "1 um"} | numbers
+    changes = ["contact.film=viscous"]
+    for pair in ("steel-steel", "steel-acrylic"):
+        changes += [f"contact.pairs.{pair}.{name}={value}" for name, value in numbers.items()]
+    return load_case("numill", changes).machine
+
+
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        (
+            {"film_thickness": "0.6 mm"},
+            "contact.pairs steel-steel: film_thickness must be at most 0.1 of the smallest diameter, 500 um, "
+            "got 600 um. The film law holds for thin layers; it does not model a bath",
+        ),
+        (
+            {"film_roughness": "0.2 mm"},
+            "contact.pairs steel-steel: film_thickness must exceed film_roughness 0.0002 m, got 0.0001 m. A "
+            "film within the roughness has no effect: leave liquid_viscosity out",
+        ),
+    ],
+)
+def test_films_beyond_what_the_law_holds_for_are_refused(numbers, message):
+    with pytest.raises(CaseError) as caught:
+        run_clock(wet_mill(**numbers))
+    assert str(caught.value).splitlines()[0] == message
+
+
+def test_a_thick_liquid_shortens_the_substep():
+    # its braking time m R^-2 roughness/(6 pi mu) at the roughness, of two pellets
+    thick, plain = run_clock(wet_mill(liquid_viscosity="500 Pa s")), run_clock(wet_mill())
+    assert thick.substep < 0.1 * plain.substep
+
+
 def test_the_mass_of_a_charge_needs_a_ring_to_be_put_on():
     case = load_case("numill")
     bare = case.model_copy(update={"chamber": case.chamber.model_copy(update={"bars": None})})

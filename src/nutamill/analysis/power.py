@@ -12,6 +12,7 @@ from nutamill.result import Result
 SINKS: dict[str, tuple[str, ...]] = {
     "pellet-pellet": ("pair_normal_loss", "pair_tangential_loss", "pair_rolling_loss"),
     "pellet-wall": ("wall_normal_loss", "wall_tangential_loss", "wall_rolling_loss"),
+    "liquid": ("pair_film_loss", "wall_film_loss"),
     "substep": ("substep_loss",),
     "joints": (
         "driveshaft_bearing_loss",

@@ -39,6 +39,7 @@ SIZES: dict[Kind, tuple[float, float]] = {
     Kind.ROTATIONAL_DAMPING: (1e-12, 1e12),
     Kind.DENSITY: (1e-2, 1e6),
     Kind.PRESSURE: (1e-3, 1e14),
+    Kind.VISCOSITY: (1e-9, 1e9),
     Kind.VELOCITY: (1e-9, 1e5),
     Kind.ACCELERATION: (1e-9, 1e5),
     Kind.INERTIA: (1e-20, 1e12),
@@ -204,6 +205,7 @@ RotationalDamping = Annotated[float, Quantity(Kind.ROTATIONAL_DAMPING, "zero or 
 Density = Annotated[float, Quantity(Kind.DENSITY)]
 Pressure = Annotated[float, Quantity(Kind.PRESSURE)]
 AddedPressure = Annotated[float, Quantity(Kind.PRESSURE, "zero or more")]
+Viscosity = Annotated[float, Quantity(Kind.VISCOSITY, "zero or more")]
 Acceleration = Annotated[float, Quantity(Kind.ACCELERATION, "zero or more")]
 AnyAcceleration = Annotated[float, Quantity(Kind.ACCELERATION, "any")]
 Velocity = Annotated[float, Quantity(Kind.VELOCITY, "any")]

@@ -44,6 +44,7 @@ class Kind(StrEnum):
     ROTATIONAL_DAMPING = "rotational damping rate"
     DENSITY = "density"
     PRESSURE = "pressure"
+    VISCOSITY = "viscosity"
     VELOCITY = "velocity"
     ACCELERATION = "acceleration"
     INERTIA = "moment of inertia"
@@ -87,6 +88,7 @@ UNITS: dict[Kind, dict[str, float]] = {
     Kind.ROTATIONAL_DAMPING: {"N m s/rad": 1.0, "N mm s/rad": 1e-3, "N m s/deg": 360.0 / TURN},
     Kind.DENSITY: {"kg/m^3": 1.0, "g/cm^3": 1e3, "t/m^3": 1e3},
     Kind.PRESSURE: {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm^2": 1e6},
+    Kind.VISCOSITY: {"Pa s": 1.0, "mPa s": 1e-3},
     Kind.VELOCITY: {"m/s": 1.0, "mm/s": 1e-3},
     Kind.ACCELERATION: {"m/s^2": 1.0, "mm/s^2": 1e-3},
     Kind.INERTIA: {"kg m^2": 1.0, "g m^2": 1e-3, "kg mm^2": 1e-6},
@@ -127,6 +129,7 @@ EXAMPLES: dict[Kind, str] = {
     Kind.ROTATIONAL_DAMPING: "0.05 N m s/rad",
     Kind.DENSITY: "7850 kg/m^3",
     Kind.PRESSURE: "200 GPa",
+    Kind.VISCOSITY: "50 mPa s",
     Kind.VELOCITY: "2 m/s",
     Kind.ACCELERATION: "9.81 m/s^2",
     Kind.INERTIA: "0.02 kg m^2",

@@ -12,7 +12,7 @@ from nutamill.base.library import similar
 from nutamill.base.required import required
 from nutamill.base.units import Kind, in_unit, shown, si_value
 from nutamill.case.charge import AMOUNT_KEYS, SIZE_KEYS, Portion, portion_faults
-from nutamill.case.contact_laws import GIVEN_BY, INSTEAD, OPTIONAL, OTHERWISE, READS
+from nutamill.case.contact_laws import GIVEN_BY, INSTEAD, NEEDS_A_LAW, OPTIONAL, OTHERWISE, READS
 
 if TYPE_CHECKING:
     from nutamill.case.machine import Machine
@@ -112,12 +112,12 @@ def _laws(case: "AnyCase") -> list[Finding]:
         if getattr(contact, key) == choice and number not in READS["normal"][contact.normal]:
             what = f'must be "{OTHERWISE[choice]}" with normal = "{contact.normal}", got "{choice}"'
             findings.append((("contact", key), what, INSTEAD.get(contact.normal, "")))
-    if contact.cohesion == "none":
+    for number, (law, choice) in NEEDS_A_LAW.items():
         for name, pair in contact.pairs.items():
-            if pair.cohesive_pressure:
-                what = 'has no effect with contact.cohesion = "none"'
-                place = ("contact", "pairs", name, "cohesive_pressure")
-                findings.append((place, what, 'Write cohesion = "area" in [contact], or leave it out'))
+            if getattr(pair, number) and getattr(contact, law) == "none":
+                what = f'has no effect with contact.{law} = "none"'
+                place = ("contact", "pairs", name, number)
+                findings.append((place, what, f'Write {law} = "{choice}" in [contact], or leave it out'))
     return findings
 
 

@@ -10,6 +10,7 @@ Normal = Literal["linear", "hysteretic", "hertz"]
 Tangential = Literal["displacement", "incremental", "incremental_dashpot"]
 Rolling = Literal["type_a", "type_c", "type_c_direct", "none"]
 Cohesion = Literal["none", "area"]
+Film = Literal["none", "viscous"]
 
 READS: dict[str, dict[str, frozenset[str]]] = {
     "normal": {
@@ -29,6 +30,10 @@ READS: dict[str, dict[str, frozenset[str]]] = {
         "type_c_direct": frozenset({"rolling_friction", "rolling_stiffness"}),
     },
     "cohesion": {"none": frozenset(), "area": frozenset({"cohesive_pressure"})},
+    "film": {
+        "none": frozenset(),
+        "viscous": frozenset({"liquid_viscosity", "film_thickness", "film_roughness"}),
+    },
 }
 """Numbers of a `ContactPair` that each law reads, by the key of ``[contact]`` and the name of the law."""
 
@@ -47,8 +52,14 @@ OPTIONAL = {
     "tangential_damping": ("tangential", "incremental_dashpot"),
     "rolling_stiffness": ("rolling", "type_c_direct"),
     "cohesive_pressure": ("cohesion", "area"),
+    "liquid_viscosity": ("film", "viscous"),
+    "film_thickness": ("film", "viscous"),
+    "film_roughness": ("film", "viscous"),
 }
 """The choice of ``[contact]`` that needs each of the numbers that a pair may leave out."""
+
+NEEDS_A_LAW = {number: OPTIONAL[number] for number in ("cohesive_pressure", "liquid_viscosity")}
+"""Numbers that a case with no such law at all is refused for."""
 
 INSTEAD = {
     "hertz": (

@@ -11,6 +11,7 @@ from nutamill.base.schema import (
     AddedPressure,
     Coefficient,
     Density,
+    Length,
     Number,
     Positive,
     Pressure,
@@ -18,8 +19,9 @@ from nutamill.base.schema import (
     Share,
     Stiffness,
     Table,
+    Viscosity,
 )
-from nutamill.case.contact_laws import Cohesion, Normal, Rolling, Tangential
+from nutamill.case.contact_laws import Cohesion, Film, Normal, Rolling, Tangential
 
 PoissonRatio = Annotated[Number, Field(gt=-1.0, lt=0.5)]
 
@@ -60,6 +62,16 @@ class ContactPair(Table):
     """Stiffness of the rolling spring [N m/rad], needed with ``rolling = "type_c_direct"``."""
     cohesive_pressure: AddedPressure | None = None
     """Pull over contact area [Pa], needed with ``cohesion = "area"``."""
+    liquid_viscosity: Viscosity | None = None
+    """Dynamic viscosity of the liquid between the two [Pa s], needed with ``film = "viscous"``; 0 for a dry
+    pair.
+    """
+    film_thickness: Length | None = None
+    """Thickness of the liquid between the two at which its film begins to act [m], the layers of both
+    together, needed with ``film = "viscous"``.
+    """
+    film_roughness: Length | None = None
+    """Separation at which the peaks of the two surfaces touch [m], needed with ``film = "viscous"``."""
     overlap_warn: Share = 0.05
     """Overlap that is reported, as a share of the particle diameter [1]."""
     overlap_stop: Share = 0.10
@@ -94,6 +106,8 @@ class ContactLaws(Table):
     """
     cohesion: Cohesion = "none"
     """None, or a pull in proportion to the contact area."""
+    film: Film = "none"
+    """None, or a viscous film of liquid between particles, and between particles and walls."""
     pairs: dict[str, ContactPair]
     """Numbers of each pair of materials, by ``first-second``."""
 

@@ -35,6 +35,8 @@ OF_THE_CHARGE = (
     "interface_",
 )
 """Beginnings of the series that only a mill with a charge has."""
+OF_THE_FILM = ("pair_film_", "wall_film_")
+"""Beginnings of the series that only a mill with a wet charge has."""
 
 
 def mill_quantities(case: "Case") -> tuple[QuantityEntry, ...]:
@@ -70,7 +72,9 @@ def mill_quantities(case: "Case") -> tuple[QuantityEntry, ...]:
 def mill_series(case: "Case") -> tuple[str, ...]:
     """Return the names of the series that are recorded of a mill, in their order."""
     names = expand(len(mounts_of(case)), list(case.sensors))
-    return tuple(name for name in names if case.charge.parts or not name.startswith(OF_THE_CHARGE))
+    absent = () if case.charge.parts else OF_THE_CHARGE
+    absent += OF_THE_FILM if case.contact.film == "none" else ()
+    return tuple(name for name in names if not name.startswith(absent))
 
 
 def mounts_of(case: "Case") -> list[str]:

@@ -4,8 +4,8 @@ import numpy as np
 
 from nutamill.charge.kernels.chunks import MOST_GROUPS
 from nutamill.charge.kernels.clump_integration import LANE_ROWS
-from nutamill.charge.kernels.columns import ROWS
 from nutamill.charge.kernels.impacts import impact_book
+from nutamill.charge.kernels.rows import ROWS
 from nutamill.charge.kernels.sorting import BUCKETS, morton_bits
 from nutamill.charge.kernels.team import MOST_THREADS
 from nutamill.charge.laws.lanes import BATCH
@@ -130,6 +130,7 @@ def scratch_for(model, state) -> ChargeScratch:
         slots=np.arange(m, dtype=np.uint32),
         measured=_aligned((threads, 7, n_surfaces * chunk + BATCH), real),
         peaks=np.zeros((threads, 2)),
+        wider=np.zeros(m if model.films.shape[1] else 0),
         test=_aligned((threads, chunk), real),
         barrier=np.zeros(32, np.int64),
     )

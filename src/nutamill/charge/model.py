@@ -56,6 +56,8 @@ class Ledger(IntEnum):
     """What contact forces do on the mean velocities of a substep beyond what they do on the predicted ones
     that their law saw.
     """
+    PAIR_FILM = 9
+    WALL_FILM = 10
 
 
 class Clock(IntEnum):
@@ -108,6 +110,12 @@ class ChargeModel(NamedTuple):
     """Row of `laws` [1] for (material of the particle, material of the other), int32 (n_materials,
     n_materials).
     """
+    films: np.ndarray
+    """Numbers of the film of each pair law, real (n_laws, 3), as `viscous_film.numbers`; (n_laws, 0) where
+    the charge is dry.
+    """
+    film_reach: float
+    """Largest gap across which a film acts [m]; 0 where the charge is dry."""
     surface_kind: np.ndarray
     """`SurfaceKind` [1], int64 (S,)."""
     surface_body: np.ndarray
@@ -135,7 +143,7 @@ class ChargeModel(NamedTuple):
     scale: float
     """Fixed-point units in a metre [1/m]."""
     skin: float
-    """Gap up to which two particles are listed as candidates [m]."""
+    """Gap up to which two particles are listed as candidates [m], with that across which a film acts."""
     largest_radius: float
     """Largest radius [m]."""
     class_radius: np.ndarray
@@ -153,8 +161,8 @@ class PairLists(NamedTuple):
     """Position within the chunk of the first particle of each candidate pair [1], uint32 (2, C, capacity)."""
     memory: np.ndarray
     """Tangential spring [m] (StoredForce: [N]) (3), rolling spring [rad] (3), `stamp_of` the last substep in
-    contact (negative while sliding, 0 where there is none), history of the normal law [m]; real (2, C,
-    capacity, 8), world axes.
+    contact (negative while sliding, 0 where there is none), history of the normal law [m], or minus the
+    separation where there is a film and no contact; real (2, C, capacity, 8), world axes.
     """
     counts: np.ndarray
     """Number of candidate pairs of each chunk in both lists, and its first slot [1], int64 (3, C + 1)."""
@@ -213,8 +221,8 @@ class ChargeState(NamedTuple):
     ids: np.ndarray
     """Id of the particle in each slot [1], int64 (M,)."""
     published_points: np.ndarray
-    """Published positions and radius, fixed point [1/scale], point (2, M, 4), from the domain's centre, world
-    axes.
+    """Published positions and radius (with half of `ChargeModel.film_reach`), fixed point [1/scale], point
+    (2, M, 4), from the domain's centre, world axes.
     """
     published_rows: np.ndarray
     """Published mid-substep velocity [m/s], mass [kg], spin [rad/s], radius [m], real (2, M, 8), world
@@ -246,7 +254,7 @@ class ChargeState(NamedTuple):
     """Impulse [N s] (3) and angular impulse [N m s] (3) the charge gave each body in the last window, about
     the body's moving mass centre, world axes (B, 6)."""
     ledger: np.ndarray
-    """Cumulative work [J] (9,), as `Ledger`: of contact forces on the relative motion (negative: taken out),
+    """Cumulative work [J] (11,), as `Ledger`: of contact forces on the relative motion (negative: taken out),
     of the surfaces' motion on the charge, of gravity."""
     largest_overlap: np.ndarray
     """Largest overlap since last set to zero, of pairs and of walls, and that of the contact named in
@@ -317,7 +325,7 @@ class ChargeScratch(NamedTuple):
     sums: np.ndarray
     """Wrench of each chunk on each body [N, N m] (C, B, 6), about the body's mass centre, world axes."""
     work: np.ndarray
-    """Power of each chunk by kind [W] (C, 9), as `Ledger`."""
+    """Power of each chunk by kind [W] (C, 11), as `Ledger`."""
     alarms: np.ndarray
     """Of each chunk, sum of: 1 moved out of the skin, 2 left the domain, 4 pair overlap, 8 wall overlap [1],
     int64 (C,).
@@ -362,6 +370,8 @@ class ChargeScratch(NamedTuple):
     real (T, 7, S * chunk + BATCH), world axes."""
     peaks: np.ndarray
     """Largest overlap of pairs and of walls that each thread saw in the window [diameter] (T, 2)."""
+    wider: np.ndarray
+    """Radii with the reach of the film [m] (M,); no entries where the charge is dry."""
     test: np.ndarray
     """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T,
     chunk).

@@ -202,7 +202,9 @@ def _last_stamp(state):
 def _points(model, state):
     """Return positions and radii of the particles in fixed point [1/scale] (n, 4), as the state has them."""
     n = model.n_particles
-    numbers = np.column_stack([state.x[:, :n].T - model.centre, state.mass_props[0, :n]])
+    numbers = np.column_stack(
+        [state.x[:, :n].T - model.centre, state.mass_props[0, :n] + 0.5 * model.film_reach]
+    )
     return np.floor(numbers * model.scale + 0.5).astype(state.published_points.dtype)
 
 

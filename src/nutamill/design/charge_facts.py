@@ -135,7 +135,22 @@ class ChargeFacts:
                 f"{facts.restitution:5.2f} {facts.law.damping_ratio:6.3f} "
                 f"{facts.law.static_friction:5.3g}{soft}"
             )
-        return shown
+        return shown + self._film_lines()
+
+    def _film_lines(self) -> list[str]:
+        """Return Stokes numbers of the films of a wet charge."""
+        shown = []
+        for facts in self.contacts:
+            if facts.film is not None and facts.law.liquid_viscosity > 0.0:
+                thickness, roughness = (
+                    units.shown(size, "um", ".3g")
+                    for size in (facts.law.film_thickness, facts.law.film_roughness)
+                )
+                shown.append(
+                    f"          {facts.pair:20} film {thickness} to {roughness}, St {facts.film.stokes:.3g}, "
+                    f"sticks below {facts.film.sticks_below:.3g}"
+                )
+        return ["liquid    films, and Stokes numbers at the same speed", *shown] if shown else []
 
     def _amount_line(self, part: PartFacts, head: str) -> str:
         """Return number, mass, sizes and fill of a part of the charge."""

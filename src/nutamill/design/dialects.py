@@ -24,7 +24,7 @@ def _missing(terms: tuple[Terms, ...]) -> list[str]:
 def rocky(contact: Contact) -> list[str]:
     """Return the entries of Rocky's physics and materials panels."""
     touch, pair, terms = contact.touch, contact.touch.pair, contact.terms("Rocky")
-    normal, tangential, rolling, _ = terms
+    normal, tangential, rolling, *_ = terms
     lines = [f"normal force {normal.words}; rolling resistance model {rolling.words}"]
     if touch.softening:
         solid = " and ".join(f"{e / touch.softening:.6g}" for e in touch.young)
@@ -41,7 +41,7 @@ def rocky(contact: Contact) -> list[str]:
 def pfc(contact: Contact) -> list[str]:
     """Return a line of ``contact cmat``."""
     pair, terms = contact.touch.pair, contact.terms("PFC")
-    normal, tangential, rolling, _ = terms
+    normal, tangential, rolling, *_ = terms
     if normal.missing:
         return _missing(terms)
     mode = f"{tangential.words} dp_mode {int(pair.tension_cut)} fric {pair.static_friction:g}"
@@ -52,7 +52,7 @@ def pfc(contact: Contact) -> list[str]:
 
 def lammps(contact: Contact) -> list[str]:
     """Return the line of ``pair_coeff``, or what follows ``granular`` in ``fix wall/gran/region``."""
-    normal, tangential, _, _ = terms = contact.terms("LAMMPS")
+    normal, tangential, *_ = terms = contact.terms("LAMMPS")
     if normal.missing or tangential.missing:
         return _missing(terms)
     style = "granular" if contact.touch.wall else "pair_coeff i j"
@@ -62,7 +62,7 @@ def lammps(contact: Contact) -> list[str]:
 def liggghts(contact: Contact) -> list[str]:
     """Return the style, and values (i, j) of ``fix property/global``."""
     pair, terms = contact.touch.pair, contact.terms("LIGGGHTS")
-    normal, tangential, rolling, cohesion = terms
+    normal, tangential, rolling, cohesion, _ = terms
     if normal.missing:
         return _missing(terms)
     limit = " limitForce on" if pair.tension_cut else ""

@@ -286,7 +286,7 @@ def publish_pebbles(model, state, lo, hi, lanes, rotation, point, per_dt):
     x, v, mass_props, listed_at = state.x, state.v, state.mass_props, state.listed_at
     p0, p1, p2 = point[0], point[1], point[2]
     d0, d1, d2 = model.centre[0], model.centre[1], model.centre[2]
-    reach, scale, slack = model.reach, model.scale, largest_drift_squared(model.skin)
+    reach, scale, slack = model.reach, model.scale, largest_drift_squared(model.skin - model.film_reach)
     first = int(mass_props[CLUMP, lo])
     moved, gone = 0, 0
     for slot in range(lo, hi):

@@ -8,60 +8,41 @@ import math
 
 from nutamill.base.frames import add3, cross3, dot3, scale3, sub3, velocity_at
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.kernels.film_lanes import load_film, store_film_power, true_overlap
 from nutamill.charge.kernels.impacts import BEGUN, ENERGY_N, ENERGY_T, impact_energies
-from nutamill.charge.laws.composition import contact
+from nutamill.charge.kernels.rows import (
+    ACT,
+    ARM,
+    BODY_V,
+    BODY_W,
+    DISTANCE,
+    FORCE_A,
+    FORCE_B,
+    HISTORY,
+    LAW,
+    MASS_A,
+    MASS_B,
+    NORMAL,
+    OVERLAP,
+    PEAK,
+    PEAK_RADIUS,
+    RADIUS_A,
+    RADIUS_B,
+    REACH,
+    ROLLED,
+    SPRING,
+    STAMP,
+    V_A,
+    V_B,
+    W_A,
+    W_B,
+    WEIGHT,
+)  # fmt: skip
 from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.laws.meeting import meeting
 from nutamill.charge.laws.pair import LawColumn
 
 LIMIT = int(LawColumn.LIMIT)
-
-# rows of `columns`; a vector takes three
-DISTANCE = 0
-"""Pairs: from the first particle to the second [fixed-point units] (3)."""
-REACH = 3
-"""Pairs: sum of the two radii [fixed-point units]."""
-NORMAL = 0
-"""Walls: normal [1] (3)."""
-OVERLAP = 3
-"""Walls: overlap [m]."""
-A = 4
-"""First of the eight rows of the first particle, as `ChargeState.rows`; of the only one at a wall."""
-V_A, MASS_A, W_A, RADIUS_A = A, A + 3, A + 4, A + 7
-"""Velocity [m/s] (3), mass [kg], spin [rad/s] (3), radius [m] of the first particle."""
-FORCE_A, MOMENT_A = A, A + 4
-"""Force [N] (3) and moment [N m] (3) on the first particle, after the law."""
-B = 12
-"""First of the eight rows of the second particle of a pair."""
-V_B, MASS_B, W_B, RADIUS_B = B, B + 3, B + 4, B + 7
-FORCE_B, MOMENT_B = B, B + 4
-ARM = 12
-"""Walls: particle's centre from the body's mass centre [m] (3), world axes; after the law the angular impulse
-rate on the body [N m] (3).
-"""
-ACT = 15
-"""Walls: powers of the normal, tangential and rolling part of each lane [W] (3), after the law."""
-MEMORY = 20
-"""First of the eight rows of the contact memory, as `ChargeState.memory`."""
-SPRING, ROLLED, STAMP, HISTORY = MEMORY, MEMORY + 3, MEMORY + 6, MEMORY + 7
-LAW = 28
-"""First of the thirteen rows with the numbers of the pair law, as `LawColumn`."""
-WEIGHT = 41
-"""1: counted here; 1/2: a pair across chunks, which the other chunk counts too; 0: unused lane [1]."""
-PEAK = 42
-"""Largest overlap so far in this lane over the diameter of the smaller particle: half of it [m], and the
-radius [m] in `PEAK_RADIUS`.
-"""
-HELD = 43
-"""Which pair law the lane's numbers are of [1]."""
-BODY_V = 44
-"""Walls: velocity of the body's mass centre [m/s] (3)."""
-BODY_W = 47
-"""Walls: spin of the body [rad/s] (3)."""
-BODY = 50
-"""Walls: number of the body, that of no body in an unused lane [1]."""
-PEAK_RADIUS = 52
-ROWS = 53
-"""Rows of `columns` [1]."""
 
 
 @kernel(inline="always")
@@ -151,7 +132,7 @@ def book_impact(columns, b, m_eff, u, n, begins):
 
 
 @kernel(fast=True)
-def pair_batch(law, columns, unit, last, now, dt):
+def pair_batch(law, columns, unit, reach, last, now, dt):
     """Compute the law for one batch of touching pairs.
 
     Parameters
@@ -160,6 +141,7 @@ def pair_batch(law, columns, unit, last, now, dt):
     columns : real (ROWS * BATCH,), rows as named in this file; forces replace velocities, memory is brought
         up to date
     unit : metres in a fixed-point unit [m]
+    reach : by how much the published radii of two particles are larger than theirs [m]; not used where dry
     last, now : stamps of the last and of this substep [1]
     dt : substep [s]
 
@@ -177,7 +159,7 @@ def pair_batch(law, columns, unit, last, now, dt):
         n = n[0] * unit, n[1] * unit, n[2] * unit
         distance = math.sqrt(dot3(n, n))
         n = scale3(one / distance, n)
-        overlap = columns[b + REACH * BATCH] * unit - distance
+        overlap = true_overlap(law.film, columns[b + REACH * BATCH] * unit - distance, reach)
         ma, ra = columns[b + MASS_A * BATCH], columns[b + RADIUS_A * BATCH]
         mb, rb = columns[b + MASS_B * BATCH], columns[b + RADIUS_B * BATCH]
         wa, wb = load3(columns, b, W_A), load3(columns, b, W_B)
@@ -194,9 +176,9 @@ def pair_batch(law, columns, unit, last, now, dt):
         m_eff, r_eff = ma * mb * both_r * per_both, ra * rb * both_m * per_both
         numbers = load_law(columns, b)
         spring, rolled, history = load_memory(columns, b, alive)
-        force, friction, moment, spring, rolled, sliding, history, powers = contact(
-            law, n, overlap, u, sub3(wa, wb), spring, rolled, sliding, history, m_eff, r_eff,
-            (ra + ra, rb + rb), numbers, dt,
+        force, friction, moment, spring, rolled, sliding, history, powers, film_power, begins = meeting(
+            law.film, law, n, overlap, u, sub3(wa, wb), spring, rolled, sliding, history, alive, m_eff, r_eff,
+            (ra + ra, rb + rb), numbers, load_film(law.film, columns, b, zero), dt,
         )  # fmt: skip
         couple = cross3(n, friction)
         store_load(columns, b, FORCE_A, force, add3(scale3(arm_a, couple), moment))
@@ -204,6 +186,7 @@ def pair_batch(law, columns, unit, last, now, dt):
             columns, b, FORCE_B, (-force[0], -force[1], -force[2]), sub3(scale3(arm_b, couple), moment)
         )
         store_memory(columns, b, spring, rolled, sliding, history, now)
+        store_film_power(law.film, columns, b, film_power)
         weight = columns[b + WEIGHT * BATCH]
         counts = weight > zero
         sum_n += weight * powers[0] if counts else zero
@@ -211,7 +194,7 @@ def pair_batch(law, columns, unit, last, now, dt):
         sum_r += weight * powers[2] if counts else zero
         deep = half * overlap if counts else zero
         beyond += note_depth(columns, b, deep, ra if ra < rb else rb, numbers[LIMIT], one, zero)
-        begins = one - alive if counts else zero
+        begins = begins if counts else zero
         book_impact(columns, b, m_eff, u, n, begins)
         begun += begins
     return sum_n, sum_t, sum_r, beyond, begun
@@ -246,13 +229,14 @@ def wall_batch(law, columns, last, now, dt):
         alive, sliding = load_stamp(columns, b, last)
         numbers = load_law(columns, b)
         spring, rolled, history = load_memory(columns, b, alive)
-        force, friction, moment, spring, rolled, sliding, history, powers = contact(
-            law, n, overlap, u, sub3(w, body_w), spring, rolled, sliding, history, m, r,
-            (r + r, r + r), numbers, dt,
+        force, friction, moment, spring, rolled, sliding, history, powers, film_power, begins = meeting(
+            law.film, law, n, overlap, u, sub3(w, body_w), spring, rolled, sliding, history, alive, m, r,
+            (r + r, r + r), numbers, load_film(law.film, columns, b, zero), dt,
         )  # fmt: skip
         store_load(columns, b, FORCE_A, force, add3(scale3(arm, cross3(n, friction)), moment))
         store3(columns, b, ARM, add3(cross3(p, force), moment))
         store_memory(columns, b, spring, rolled, sliding, history, now)
+        store_film_power(law.film, columns, b, film_power)
         store3(columns, b, ACT, powers)
         counts = columns[b + WEIGHT * BATCH] > zero
         sum_n += powers[0] if counts else zero
@@ -265,7 +249,7 @@ def wall_batch(law, columns, last, now, dt):
         ) if counts else zero  # fmt: skip
         deep = half * overlap if counts else zero
         beyond += note_depth(columns, b, deep, r, numbers[LIMIT], one, zero)
-        begins = one - alive if counts else zero
+        begins = begins if counts else zero
         book_impact(columns, b, m, u, n, begins)
         begun += begins
     return sum_n, sum_t, sum_r, sum_i, beyond, begun

@@ -22,21 +22,24 @@ from nutamill.charge.kernels.chunks import (
 )
 from nutamill.charge.kernels.clump_integration import integrate_clumps
 from nutamill.charge.kernels.clumps import start_clumps
-from nutamill.charge.kernels.columns import HELD, LAW, PEAK, PEAK_RADIUS
+from nutamill.charge.kernels.film_lanes import measured_radii, set_film
 from nutamill.charge.kernels.integration import integrate_spheres
 from nutamill.charge.kernels.neighbours import rebuild, rotation_about
 from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
 from nutamill.charge.kernels.publish import publish
+from nutamill.charge.kernels.rows import HELD, LAW, PEAK, PEAK_RADIUS
 from nutamill.charge.kernels.simd import WIDTH, negated_radii
 from nutamill.charge.kernels.team import barrier
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.pair import LAW_NUMBERS
-from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, Ledger, stamp_of
 from nutamill.charge.walls.surfaces import place_surfaces
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
 REBUILD, DONE = int(Clock.REBUILD), int(Clock.DONE)
+
+PAIR_FILM, WALL_FILM = int(Ledger.PAIR_FILM), int(Ledger.WALL_FILM)
 
 MOVED, LEFT, PAIR, WALL = 1, 2, 4, 8
 """Alarms of a chunk."""
@@ -114,7 +117,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
     n_pairs = filter_pairs(
         points, partners, state.pairs.owners[lst, c], local, state.pairs.counts[lst, c], lo, hi, lanes
     )
-    work[0], work[1], work[2], pair_alarm = pair_contacts(
+    work[0], work[1], work[2], work[PAIR_FILM], pair_alarm = pair_contacts(
         model,
         points,
         rows,
@@ -136,11 +139,13 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         for k in range(6):
             sums[b, k] = 0.0
     measured, motion, surface_poses = scratch.measured[tid], scratch.motion[tid], scratch.surface_poses[tid]
+    radius, reach = state.mass_props[0], model.film_reach
     n_walls = find_walls(
         model,
         scratch.near,
         state.x,
-        state.mass_props[0],
+        measured_radii(model.law.film, radius, reach, lo, hi, scratch.wider),
+        reach,
         local,
         motion,
         surface_poses,
@@ -151,7 +156,7 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         measured,
         scratch.test[tid],
     )
-    work[3], work[4], work[5], work[6], wall_alarm = wall_contacts(
+    work[3], work[4], work[5], work[6], work[WALL_FILM], wall_alarm = wall_contacts(
         model,
         state.x,
         state.mass_props[0],
@@ -218,6 +223,7 @@ def open_window(model, state, scratch, tid):
     for b in range(BATCH):
         for k in range(LAW_NUMBERS):
             columns[0, (LAW + k) * BATCH + b] = model.laws[0, k]
+        set_film(model.law.film, model.films, 0, b, columns[0])
     if tid == 0 and state.clock[DONE] == 0:
         for b in range(model.n_bodies):
             for k in range(6):

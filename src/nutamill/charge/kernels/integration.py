@@ -172,7 +172,7 @@ def integrate_spheres(model, state, scratch, forces, point, lo, hi, dt, tid, wor
         scratch.rotation[tid],
         scratch.slots,
     )
-    slack = largest_drift_squared(model.skin)
+    slack = largest_drift_squared(model.skin - model.film_reach)
     m = state.x.shape[1]
     x, v, w = state.x.reshape(3 * m), state.v.reshape(3 * m), state.w.reshape(3 * m)
     listed_at, mass_props = state.listed_at.reshape(3 * m), state.mass_props.reshape(4 * m)

@@ -37,7 +37,8 @@ REBUILDS_PER_SORT = 20
 @kernel(inline="always")
 def largest_drift_squared(skin):
     """Return the square of the displacement since the list was made that asks for a new one [m^2], just under
-    ``(skin/2)^2``: two particles may approach each other.
+    ``(skin/2)^2``: two particles may approach each other. `skin` is the gap of candidates less that across
+    which a film acts [m].
     """
     return 0.2475 * skin * skin
 

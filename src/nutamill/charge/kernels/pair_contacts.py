@@ -5,8 +5,10 @@ to all of them.
 import numpy as np
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.kernels.columns import HELD, LAW, MEMORY, WEIGHT, A, B, pair_batch
+from nutamill.charge.kernels.columns import pair_batch
+from nutamill.charge.kernels.film_lanes import film_power, set_film
 from nutamill.charge.kernels.impacts import note_pair_impacts
+from nutamill.charge.kernels.rows import HELD, LAW, MEMORY, WEIGHT, A, B
 from nutamill.charge.kernels.simd import WIDTH, add_rows, gather_differences, gather_rows, set_rows, touching
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.pair import LAW_NUMBERS
@@ -75,13 +77,14 @@ def filter_pairs(points, partners, owners, local, n_listed, lo, hi, lanes_out):
 
 
 @kernel(inline="always")
-def set_law(laws, law, b, columns_out):
+def set_law(model, law, b, columns_out):
     """Set the numbers of pair law `law` in lane `b`, unless they are there."""
     number = like(law, columns_out[0])
     if columns_out[HELD * BATCH + b] != number:
         columns_out[HELD * BATCH + b] = number
         for k in range(LAW_NUMBERS):
-            columns_out[(LAW + k) * BATCH + b] = laws[law, k]
+            columns_out[(LAW + k) * BATCH + b] = model.laws[law, k]
+        set_film(model.law.film, model.films, law, b, columns_out)
 
 
 @kernel(fast=True, inline="always")
@@ -120,10 +123,11 @@ def pair_contacts(
 
     Returns
     -------
-    powers of normal, tangential and rolling part [W] (3), number of overlaps beyond their limit
+    powers of normal, tangential and rolling part and of the film [W] (4), number of overlaps beyond their
+    limit
     """
     real = columns_out[0]
-    unit = like(1.0 / model.scale, real)
+    unit, reach = like(1.0 / model.scale, real), like(model.film_reach, real)
     zero, half, one = like(0.0, real), like(0.5, real), like(1.0, real)
     across = np.uint32(forces_out.shape[0] - 1)
     several = model.laws.shape[0] > 1
@@ -134,7 +138,7 @@ def pair_contacts(
         lanes[3],
         lanes[4],
     )
-    sum_n, sum_t, sum_r = 0.0, 0.0, 0.0
+    sum_n, sum_t, sum_r, sum_f = 0.0, 0.0, 0.0, 0.0
     beyond = 0.0
     for first in range(0, n, BATCH):
         m = min(BATCH, n - first)
@@ -153,12 +157,14 @@ def pair_contacts(
         if several:
             for b in range(m):
                 set_law(
-                    model.laws,
+                    model,
                     model.law_of[material[first_slot[first + b]], material[second[first + b]]],
                     b,
                     columns_out,
                 )
-        power_n, power_t, power_r, over, begun = pair_batch(model.law, columns_out, unit, last, now, dt)
+        power_n, power_t, power_r, over, begun = pair_batch(
+            model.law, columns_out, unit, reach, last, now, dt
+        )
         if begun > 0.0:
             note_pair_impacts(
                 columns_out, lanes, material, first, across, model.law_of.shape[0], tid, book_out
@@ -166,10 +172,11 @@ def pair_contacts(
         sum_n += power_n
         sum_t += power_t
         sum_r += power_r
+        sum_f += film_power(model.law.film, columns_out)
         beyond += over
         for g in range(0, m, WIDTH):
             q = first + g
             add_rows(first_in_chunk, q, columns_out, g, A, forces_out)
             add_rows(second_in_chunk, q, columns_out, g, B, forces_out)
             set_rows(listed, q, columns_out, g, MEMORY, memory_out)
-    return sum_n, sum_t, sum_r, beyond
+    return sum_n, sum_t, sum_r, sum_f, beyond

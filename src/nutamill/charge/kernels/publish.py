@@ -20,8 +20,10 @@ def fixed_point(distance, scale):
 
 @kernel
 def publish(model, state, i):
-    """Publish position and radius of slot `i` in the current buffer."""
+    """Publish position and radius of slot `i` in the current buffer, and half the reach of the film with the
+    radius: the pairs that touch then include those with a film between them.
+    """
     points = state.published_points[state.clock[PUBLISHED]]
     for k in range(3):
         points[i, k] = fixed_point(state.x[k, i] - model.centre[k], model.scale)
-    points[i, 3] = fixed_point(state.mass_props[0, i], model.scale)
+    points[i, 3] = fixed_point(state.mass_props[0, i] + 0.5 * model.film_reach, model.scale)

@@ -8,10 +8,12 @@ Exact shapes are tested for a whole chunk at once, meshes for each particle by i
 import numpy as np
 
 from nutamill.base.kernel import kernel, like
-from nutamill.charge.kernels.columns import ARM, BODY, BODY_V, MEMORY, WEIGHT, A, wall_batch
+from nutamill.charge.kernels.columns import wall_batch
+from nutamill.charge.kernels.film_lanes import film_power, true_overlap
 from nutamill.charge.kernels.impacts import note_wall_impacts
 from nutamill.charge.kernels.near_meshes import find_mesh_contacts
 from nutamill.charge.kernels.pair_contacts import set_law
+from nutamill.charge.kernels.rows import ARM, BODY, BODY_V, MEMORY, WEIGHT, A
 from nutamill.charge.kernels.simd import WIDTH, add_rows, copy_lanes, gather_rows, set_rows
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.walls.surface import SurfaceKind
@@ -57,11 +59,12 @@ def chunk_sphere(model, local, n):
 
 
 @kernel(inline="always")
-def measure(kind, model, surface_poses, s, centre, x, radius, slots, start, end, measured_out):
+def measure(kind, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out):
     """Compute normal, overlap and position of the particles ``slots[start:end]`` at surface `s` of `kind`.
 
-    Called with a constant kind, it becomes a vector loop.  Rows of `measured_out`: normal [1] (3), overlap
-    [m], position from the mass centre of the surface's body [m] (3).
+    `radius` [m] (M,) may exceed that of the particles by `reach` [m]: then gaps up to that are measured as
+    negative overlaps.  Called with a constant kind, it becomes a vector loop.  Rows of `measured_out`: normal
+    [1] (3), overlap [m], position from the mass centre of the surface's body [m] (3).
 
     Returns
     -------
@@ -75,6 +78,7 @@ def measure(kind, model, surface_poses, s, centre, x, radius, slots, start, end,
         overlap, n0, n1, n2 = surface_overlap(
             kind, model.surface_size, surface_poses, s, x0, x1, x2, radius[slot]
         )
+        overlap = true_overlap(model.law.film, overlap, reach)
         measured_out[0, q], measured_out[1, q], measured_out[2, q], measured_out[3, q] = n0, n1, n2, overlap
         measured_out[4, q], measured_out[5, q], measured_out[6, q] = x0 - c0, x1 - c1, x2 - c2
         least = min(least, overlap)
@@ -82,22 +86,28 @@ def measure(kind, model, surface_poses, s, centre, x, radius, slots, start, end,
 
 
 @kernel(fast=True)
-def measure_walls(model, surface_poses, s, centre, x, radius, slots, start, end, measured_out):
+def measure_walls(model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out):
     """Measure the contacts with a surface of any kind but a mesh, as `measure`."""
     kind = model.surface_kind[s]
     if kind == PLANE:
-        return measure(PLANE, model, surface_poses, s, centre, x, radius, slots, start, end, measured_out)
+        return measure(
+            PLANE, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out
+        )
     if kind == CYLINDER:
-        return measure(CYLINDER, model, surface_poses, s, centre, x, radius, slots, start, end, measured_out)
-    return measure(kind, model, surface_poses, s, centre, x, radius, slots, start, end, measured_out)
+        return measure(
+            CYLINDER, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out
+        )
+    return measure(kind, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out)
 
 
 @kernel
-def remove_apart(start, end, lanes_out, measured_out):
-    """Remove the contacts `start` to `end` without overlap from the lists, and return the new end."""
+def remove_apart(start, end, reach, lanes_out, measured_out):
+    """Remove the contacts `start` to `end` with a gap of `reach` [m] or more from the lists, and return the
+    new end.
+    """
     left = start
     for q in range(start, end):
-        if measured_out[OVERLAP, q] > 0.0:
+        if measured_out[OVERLAP, q] > -reach:
             for k in range(5):
                 lanes_out[k, left] = lanes_out[k, q]
             for k in range(measured_out.shape[0]):
@@ -107,7 +117,9 @@ def remove_apart(start, end, lanes_out, measured_out):
 
 
 @kernel
-def take_mesh_contacts(near_scratch, x, s, n_surfaces, body, centre, lo, tid, count, lanes_out, measured_out):
+def take_mesh_contacts(
+    model, near_scratch, x, s, n_surfaces, body, centre, lo, reach, tid, count, lanes_out, measured_out
+):
     """Append the contacts with surface `s`, a patch of a mesh, to the lists, and return the new end.
 
     The surface has none in `near_scratch` afterwards. Arguments are those of `find_walls`; `n_surfaces` is
@@ -119,8 +131,10 @@ def take_mesh_contacts(near_scratch, x, s, n_surfaces, body, centre, lo, tid, co
         slot = lo + near_scratch.link[tid, 1, q]
         lanes_out[0, count], lanes_out[1, count], lanes_out[2, count] = near_scratch.link[tid, 1, q], slot, s
         lanes_out[3, count], lanes_out[4, count] = slot * n_surfaces + s, body
-        for k in range(4):
+        for k in range(3):
             measured_out[k, count] = near_scratch.contact[tid, q, k]
+        overlap = near_scratch.contact[tid, q, 3]
+        measured_out[OVERLAP, count] = true_overlap(model.law.film, overlap, reach)
         for k in range(3):
             measured_out[FROM_BODY + k, count] = x[k, slot] - centre[k]
         q = near_scratch.link[tid, 0, q]
@@ -134,6 +148,7 @@ def find_walls(
     near_scratch,
     x,
     radius,
+    reach,
     local,
     motion,
     surface_poses,
@@ -149,7 +164,8 @@ def find_walls(
     Parameters
     ----------
     near_scratch : the wall list, brought up to date
-    x, radius : of all slots [m]
+    x : of all slots [m]
+    radius, reach : as `measure`
     local : published positions of the chunk, fixed point
     motion : pose and twist of each body, as `ChargeScratch.motion` (B, 18)
     surface_poses : place of each surface, as from `place_surfaces` (S, 12)
@@ -179,6 +195,7 @@ def find_walls(
         if model.surface_kind[s] == MESH_PATCH:
             if near_scratch.head[tid, s] >= 0:
                 count = take_mesh_contacts(
+                    model,
                     near_scratch,
                     x,
                     s,
@@ -186,6 +203,7 @@ def find_walls(
                     body,
                     motion[body],
                     lo,
+                    reach,
                     tid,
                     count,
                     lanes_out,
@@ -200,7 +218,7 @@ def find_walls(
                 c0,
                 c1,
                 c2,
-                around + model.largest_radius,
+                around + model.largest_radius + reach,
             )
             > 0.0
         ):
@@ -219,11 +237,11 @@ def find_walls(
                 memories[q] = slot * n_surfaces + s
             if (
                 measure_walls(
-                    model, surface_poses, s, motion[body], x, radius, slots, start, count, measured_out
+                    model, surface_poses, s, motion[body], x, radius, reach, slots, start, count, measured_out
                 )
-                <= 0.0
+                <= -reach
             ):
-                count = remove_apart(start, count, lanes_out, measured_out)
+                count = remove_apart(start, count, reach, lanes_out, measured_out)
     return count
 
 
@@ -251,7 +269,7 @@ def load_walls(model, rows, wall_memory, material, twists, lanes, measured, firs
         columns_out[WEIGHT * BATCH + b] = zero
     for b in range(m):
         q = np.uint32(first) + np.uint32(b)
-        set_law(model.laws, law_of[material[slots[q]], material_of[surfaces[q]]], b, columns_out)
+        set_law(model, law_of[material[slots[q]], material_of[surfaces[q]]], b, columns_out)
 
 
 @kernel(fast=True, inline="always")
@@ -313,8 +331,8 @@ def wall_contacts(
 
     Returns
     -------
-    powers of normal, tangential and rolling part and of the surfaces' motion [W] (4), number of overlaps
-    beyond their limit
+    powers of normal, tangential and rolling part, of the surfaces' motion and of the film [W] (5), number of
+    overlaps beyond their limit
     """
     places, slots, memories, bodies = lanes_out[0], lanes_out[1], lanes_out[3], lanes_out[4]
     for q in range(n, n + BATCH):
@@ -324,7 +342,7 @@ def wall_contacts(
             wall_memory_out.shape[0] - 1,
             model.n_bodies,
         )
-    sum_n, sum_t, sum_r, sum_i = 0.0, 0.0, 0.0, 0.0
+    sum_n, sum_t, sum_r, sum_i, sum_f = 0.0, 0.0, 0.0, 0.0, 0.0
     beyond = 0.0
     for first in range(0, n, BATCH):
         m = min(BATCH, n - first)
@@ -348,10 +366,11 @@ def wall_contacts(
         sum_t += power_t
         sum_r += power_r
         sum_i += power_i
+        sum_f += film_power(model.law.film, columns_out)
         beyond += over
         for body in range(model.n_bodies):
             add_reactions(columns_out, body, sums_out)
         for g in range(0, m, WIDTH):
             add_rows(places, first + g, columns_out, g, A, forces_out)
             set_rows(memories, first + g, columns_out, g, MEMORY, wall_memory_out)
-    return sum_n, sum_t, sum_r, sum_i, beyond
+    return sum_n, sum_t, sum_r, sum_i, sum_f, beyond

@@ -1,4 +1,5 @@
-"""The registry of the contact laws, and the whole law of one contact: normal, tangential, rolling, cohesion.
+"""The registry of the contact laws, and the whole law of solids that touch: normal, tangential, rolling,
+cohesion.
 
 A law is one file of this folder and one entry of its family here.  Each file has
 
@@ -7,6 +8,7 @@ A law is one file of this folder and one entry of its family here.  Each file ha
   law, ``pull`` of cohesion.  All laws of a family take the same arguments and return the same values;
 * of a normal law also its ``numbers``, ``tangential_ratio``, ``impact``, ``resolve_time``, ``restitution``
   and ``STIFFENS``;
+* of a film its ``numbers``, ``push`` and the separations it acts over (`meeting` joins it to the solids);
 * ``faults``: what a pair lacks for the law;
 * ``terms``: the law in the terms of other programs.
 """
@@ -25,10 +27,12 @@ from nutamill.charge.laws import (
     incremental_dashpot,
     linear,
     no_cohesion,
+    no_film,
     no_rolling,
     type_a,
     type_c,
     type_c_direct,
+    viscous_film,
 )
 from nutamill.charge.laws.pair import NORMAL_NUMBERS, PairLaw
 from nutamill.charge.laws.spring import LEAST_LENGTH
@@ -49,7 +53,10 @@ ROLLING = {"none": no_rolling, "type_a": type_a, "type_c": type_c, "type_c_direc
 COHESION = {"none": no_cohesion, "area": area}
 """Cohesive laws by the names of case files."""
 
-FAMILIES = (NORMAL, TANGENTIAL, ROLLING, COHESION)
+FILM = {"none": no_film, "viscous": viscous_film}
+"""Films of liquid by the names of case files."""
+
+FAMILIES = (NORMAL, TANGENTIAL, ROLLING, COHESION, FILM)
 """The families of laws, in the order of `ContactLaw`."""
 
 normal_force = by_type({type(file.LAW): file.force for file in NORMAL.values()})
@@ -75,7 +82,7 @@ cohesive_pull = by_type({type(file.LAW): file.pull for file in COHESION.values()
 
 
 class ContactLaw(NamedTuple):
-    """The law of all contacts of a charge, composed of four; only its type counts."""
+    """The law of all contacts of a charge, composed of five; only its type counts."""
 
     normal: tuple = linear.LAW
     """Force along the normal: the `LAW` of one of `NORMAL`."""
@@ -85,39 +92,47 @@ class ContactLaw(NamedTuple):
     """Resistance to rolling: of one of `ROLLING`."""
     cohesion: tuple = no_cohesion.LAW
     """Pull: of one of `COHESION`."""
+    film: tuple = no_film.LAW
+    """Liquid: of one of `FILM`."""
 
 
 STANDARD_LAW = ContactLaw()
-"""Linear spring and dashpot, stored displacement, rolling type C, no cohesion."""
+"""Linear spring and dashpot, stored displacement, rolling type C, no cohesion, no liquid."""
 
 
 def contact_law(
-    normal: str = "linear", tangential: str = "displacement", rolling: str = "type_c", cohesion: str = "none"
+    normal: str = "linear",
+    tangential: str = "displacement",
+    rolling: str = "type_c",
+    cohesion: str = "none",
+    film: str = "none",
 ) -> ContactLaw:
-    """Return the law that four names of `NORMAL`, `TANGENTIAL`, `ROLLING` and `COHESION` compose.
+    """Return the law that five names of `NORMAL`, `TANGENTIAL`, `ROLLING`, `COHESION` and `FILM` compose.
 
     Raises
     ------
     KeyError : a name that none of them has
     """
-    return ContactLaw(
-        NORMAL[normal].LAW, TANGENTIAL[tangential].LAW, ROLLING[rolling].LAW, COHESION[cohesion].LAW
-    )
+    names = normal, tangential, rolling, cohesion, film
+    return ContactLaw(*(family[name].LAW for family, name in zip(FAMILIES, names, strict=True)))
 
 
-def law_names(law: ContactLaw) -> tuple[str, str, str, str]:
-    """Return the four names of a law, the inverse of `contact_law`."""
-    normal, tangential, rolling, cohesion = (
+def law_names(law: ContactLaw) -> tuple[str, ...]:
+    """Return the names of a law, one of each of `FAMILIES`, the inverse of `contact_law`."""
+    return tuple(
         next(name for name, file in family.items() if type(file.LAW) is type(tag))
         for family, tag in zip(FAMILIES, law, strict=True)
     )
-    return normal, tangential, rolling, cohesion
 
 
-def law_files(law: ContactLaw) -> tuple[ModuleType, ModuleType, ModuleType, ModuleType]:
-    """Return the four files of a law, in the order of `ContactLaw`."""
-    normal, tangential, rolling, cohesion = law_names(law)
-    return NORMAL[normal], TANGENTIAL[tangential], ROLLING[rolling], COHESION[cohesion]
+def law_files(law: ContactLaw) -> tuple[ModuleType, ...]:
+    """Return the files of a law, in the order of `ContactLaw`."""
+    return tuple(family[name] for family, name in zip(FAMILIES, law_names(law), strict=True))
+
+
+def film_numbers(law: ContactLaw, pair: PairLaw) -> list[float]:
+    """Return the numbers of a pair that the film of a charge reads; none where it is dry."""
+    return law_files(law)[4].numbers(pair)
 
 
 def law_numbers(law: ContactLaw, pair: PairLaw) -> list[float]:

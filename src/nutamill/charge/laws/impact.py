@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from scipy.integrate import solve_ivp
 
+from nutamill.charge.laws import viscous_film
 from nutamill.charge.laws.area import cohesive_softening
 from nutamill.charge.laws.composition import (
     ContactLaw,
@@ -31,8 +32,9 @@ def impact(
     """Return the head-on contact of two bodies that meet at `v` [m/s].
 
     In closed form (Hertz: an integral) without cohesion; with cohesion by integration of the law.  A linear
-    spring weaker than its cohesion never comes to rest: its overlap is infinite.  A rolling spring whose
-    stiffness is given has to be resolved, too.
+    spring weaker than its cohesion never comes to rest: its overlap is infinite.  A film takes its momentum
+    on the way in and on the way out; where it stops the two, they do not touch.  A rolling spring whose
+    stiffness is given, and the time in which the film brakes near the roughness, have to be resolved, too.
 
     Parameters
     ----------
@@ -40,7 +42,10 @@ def impact(
     m_eff, r_eff : reduced mass [kg] and radius [m]
     diameter_a, diameter_b : [m]; a wall takes the particle's
     """
-    met = _head_on(law, pair, m_eff, r_eff, diameter_a, diameter_b, v)
+    if law_files(law)[4] is viscous_film:
+        met = _through_film(law, pair, m_eff, r_eff, diameter_a, diameter_b, v)
+    else:
+        met = _head_on(law, pair, m_eff, r_eff, diameter_a, diameter_b, v)
     # without a tangential spring, only a rolling stiffness that is given is left
     stiffness = 2.0 * rolling_energy(law.rolling, 1.0, 0.0, r_eff, pair.rolling_stiffness)
     if stiffness == 0.0:
@@ -48,6 +53,19 @@ def impact(
     # the least inertia against rolling that two spheres of these reduced numbers have
     inertia = 0.4 * m_eff * r_eff * r_eff
     return replace(met, resolve=min(met.resolve, math.pi * math.sqrt(inertia / stiffness)))
+
+
+def _through_film(law, pair, m_eff, r_eff, diameter_a, diameter_b, v) -> Impact:
+    """Return the contact of the solids behind a film, its restitution that of the whole impact."""
+    lost = viscous_film.lost_momentum(pair, r_eff) / m_eff
+    resolve = viscous_film.braking_time(pair, m_eff, r_eff)
+    if lost >= v > 0.0:
+        met = _head_on(law, pair, m_eff, r_eff, diameter_a, diameter_b, v)
+        return replace(met, time=math.inf, overlap=0.0, restitution=0.0, resolve=min(met.resolve, resolve))
+    met = _head_on(law, pair, m_eff, r_eff, diameter_a, diameter_b, v - lost)
+    left = met.restitution * (v - lost) - lost
+    restitution = max(left / v, 0.0) if v > 0.0 else met.restitution
+    return replace(met, restitution=restitution, resolve=min(met.resolve, resolve))
 
 
 def _head_on(law, pair, m_eff, r_eff, diameter_a, diameter_b, v) -> Impact:

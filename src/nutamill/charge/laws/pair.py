@@ -34,6 +34,9 @@ NORMAL_NUMBERS = 5
 LAW_NUMBERS = len(LawColumn) + NORMAL_NUMBERS - 1
 """Numbers of a pair [1]."""
 
+FILM_NUMBERS = 3
+"""Numbers of the film of a pair [1]: 6 pi times its viscosity [Pa s], its thickness and roughness [m]."""
+
 
 @dataclass(frozen=True, slots=True)
 class PairLaw:
@@ -59,6 +62,9 @@ class PairLaw:
     cohesive_pressure : area cohesion: pull over contact area [Pa]
     tangential_damping : friction with a dashpot: dashpot over ``2 sqrt(m* k_t)``, m* the reduced mass [1]
     rolling_stiffness : type C direct: rolling moment over rolling angle [N m/rad]
+    liquid_viscosity : viscous film: dynamic viscosity [Pa s]; 0 where the pair is dry
+    film_thickness, film_roughness : viscous film: separation at which it begins, and at which the solids
+        touch [m]
     """
 
     stiffness_direct: float
@@ -78,6 +84,9 @@ class PairLaw:
     cohesive_pressure: float = 0.0
     tangential_damping: float = 0.0
     rolling_stiffness: float = 0.0
+    liquid_viscosity: float = 0.0
+    film_thickness: float = 0.0
+    film_roughness: float = 0.0
 
 
 @kernel(inline="always")

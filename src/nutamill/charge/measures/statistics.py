@@ -22,9 +22,11 @@ import numpy as np
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.kernels.chunks import slots_of_chunk
 from nutamill.charge.kernels.clumps import CLUMP
-from nutamill.charge.kernels.columns import ACT, HELD, A, wall_batch
+from nutamill.charge.kernels.columns import wall_batch
 from nutamill.charge.kernels.dynamics import move_bodies
 from nutamill.charge.kernels.pair_contacts import filter_pairs
+from nutamill.charge.kernels.publish import fixed_point
+from nutamill.charge.kernels.rows import ACT, HELD, A
 from nutamill.charge.kernels.team import thread_share
 from nutamill.charge.kernels.wall_contacts import OVERLAP, find_walls, load_walls
 from nutamill.charge.laws.lanes import BATCH
@@ -215,6 +217,7 @@ def sample_walls(model, state, scratch, plan, c, dt, tid, sums_out):
         scratch.near,
         state.x,
         state.mass_props[0],
+        0.0,
         scratch.local[tid],
         motion,
         surface_poses,
@@ -283,6 +286,7 @@ def sample_neighbours(model, state, scratch, c, tid, sums_out):
     lo, hi = slots_of_chunk(state, c)
     points, lst = state.published_points[state.clock[PUBLISHED]], state.clock[LIST]
     local, lanes, counts = scratch.local[tid], scratch.lanes[tid], scratch.lists.cell
+    reach = fixed_point(model.film_reach, model.scale)
     for l in range(hi - lo):
         i = lo + l
         counts[i] = 0
@@ -290,7 +294,7 @@ def sample_neighbours(model, state, scratch, c, tid, sums_out):
             points[i, 0],
             points[i, 1],
             points[i, 2],
-            -points[i, 3],
+            reach - points[i, 3],
         )
     n_pairs = filter_pairs(
         points,

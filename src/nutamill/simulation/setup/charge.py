@@ -45,7 +45,7 @@ def pair_laws(machine: Machine) -> dict[tuple[int, int], PairLaw]:
 def contact_law_of(machine: Machine) -> ContactLaw:
     """Return the contact law that a machine names in its contact table."""
     contact = machine.contact
-    return contact_law(contact.normal, contact.tangential, contact.rolling, contact.cohesion)
+    return contact_law(contact.normal, contact.tangential, contact.rolling, contact.cohesion, contact.film)
 
 
 def pair_law(machine: Machine, first: str, second: str) -> PairLaw:
@@ -74,6 +74,9 @@ def pair_law(machine: Machine, first: str, second: str) -> PairLaw:
         cohesive_pressure=pair.cohesive_pressure or 0.0,
         tangential_damping=pair.tangential_damping or 0.0,
         rolling_stiffness=pair.rolling_stiffness or 0.0,
+        liquid_viscosity=pair.liquid_viscosity or 0.0,
+        film_thickness=pair.film_thickness or 0.0,
+        film_roughness=pair.film_roughness or 0.0,
     )
 
 

@@ -17,6 +17,7 @@ from nutamill.charge.laws.area import cohesive_softening
 from nutamill.charge.laws.impact import SUBSTEPS_PER_CONTACT
 from nutamill.charge.laws.pair import PairLaw, spring_stiffness
 from nutamill.simulation.setup.charge import impact_of, pair_law, quickest_meeting
+from nutamill.simulation.setup.liquid import FilmFacts, film_facts, refuse_films
 from nutamill.simulation.setup.walls import region_corners
 
 FEWEST_SUBSTEPS = 10
@@ -42,9 +43,11 @@ class ContactFacts(NamedTuple):
     [1].
     """
     restitution: float
-    """Restitution of the pair [1]."""
+    """Restitution of the pair at that speed, its film included [1]."""
     law: PairLaw
     """The law of the pair."""
+    film: FilmFacts | None
+    """What its film does to that contact; None where the charge is dry."""
 
 
 class Clock(NamedTuple):
@@ -72,10 +75,15 @@ def contact_facts(machine: Machine) -> list[ContactFacts]:
 
 def _facts(machine: Machine, pair: TouchingPair) -> ContactFacts:
     """Return the shortest contact of one pair of materials."""
-    met, sizes = impact_of(machine, *pair, contact_speed(machine)), quickest_meeting(machine, *pair)
+    speed = contact_speed(machine)
+    met, sizes, film = (
+        impact_of(machine, *pair, speed),
+        quickest_meeting(machine, *pair),
+        film_facts(machine, pair, speed),
+    )
     share = met.overlap / min(sizes.diameter, sizes.other_diameter)
     law = pair_law(machine, pair.first, pair.second)
-    return ContactFacts(pair.name, met.stiffness, met.time, met.resolve, share, met.restitution, law)
+    return ContactFacts(pair.name, met.stiffness, met.time, met.resolve, share, met.restitution, law, film)
 
 
 @functools.lru_cache(maxsize=16)
@@ -117,6 +125,7 @@ def run_clock(machine: Machine) -> Clock:
         windows = max(1, math.ceil(row / step * (1.0 - 1e-12)))
         return Clock(0, row / windows, windows, f"mechanism alone, at most {units.shown(step, 'us', 'g')}")
     _refuse_soft_springs(machine)
+    refuse_films(machine)
     shortest = min(contact_facts(machine), key=lambda facts: facts.resolve)
     if isinstance(machine.run.dt, str):  # "auto"
         longest = shortest.resolve / SUBSTEPS_PER_CONTACT

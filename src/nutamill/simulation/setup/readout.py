@@ -205,6 +205,8 @@ class Readout:
                 elastic = at("charge_energy", name)
                 stored["elastic_energy"] = stored["elastic_energy"] + elastic
                 lost[f"{name}_loss"] = at_first("charge_energy", name) - elastic - at("ledger", name)
+            if self._machine.contact.film != "none":
+                lost[f"{where}_film_loss"] = -at("ledger", f"{where}_film")
         lost["substep_loss"] = -at("ledger", "scheme")
         time = at("time", "time") - at_first("time", "time")
         defect = [

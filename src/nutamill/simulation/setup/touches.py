@@ -17,8 +17,8 @@ class Contact:
     touch: Touch
     """Numbers and sizes."""
 
-    def terms(self, program: str) -> tuple[Terms, Terms, Terms, Terms]:
-        """Return normal, tangential, rolling and cohesive law in the terms of a program."""
+    def terms(self, program: str) -> tuple[Terms, ...]:
+        """Return normal, tangential, rolling and cohesive law and film in the terms of a program."""
         return tuple(file.terms(self.touch)[program] for file in law_files(self.law))
 
 
@@ -50,7 +50,7 @@ def touches(machine: Machine) -> dict[str, Contact]:
 
 
 def missing_laws(terms: tuple[Terms, ...]) -> list[str]:
-    """Return what a program lacks of a law, from its four terms."""
+    """Return what a program lacks of a law, from its terms."""
     return [law.missing for law in terms if law.missing]
 
 
@@ -58,6 +58,6 @@ def granular_words(contact: Contact) -> str:
     """Return the law in the words of LAMMPS that follow ``pair_coeff i j`` or ``granular``. A part that
     LAMMPS lacks is left out (`missing_laws`).
     """
-    normal, tangential, rolling, _ = contact.terms("LAMMPS")
+    normal, tangential, rolling, *_ = contact.terms("LAMMPS")
     words = f"{normal.words} tangential {tangential.words}{rolling.words}"
     return words + (" limit_damping" if contact.touch.pair.tension_cut else "")

@@ -1,0 +1,114 @@
+"""What the loops over contacts do more where the charge is wet: gaps instead of overlaps, the numbers of a
+film, its power.
+
+Each function is chosen by the film of the charge when the loops are compiled; of a dry charge nothing is left
+of them.
+"""
+
+from nutamill.base.kernel import by_type, kernel, like
+from nutamill.charge.kernels.rows import FILM_POWER, LIQUID, WEIGHT
+from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.laws.no_film import NoFilm
+from nutamill.charge.laws.pair import FILM_NUMBERS
+from nutamill.charge.laws.viscous_film import ViscousFilm
+
+
+@kernel(inline="always")
+def overlap_dry(film, overlap, reach):
+    """Return the overlap [m] of two bodies as it was measured."""
+    return overlap
+
+
+@kernel(inline="always")
+def overlap_wet(film, overlap, reach):
+    """Return the overlap [m], negative where there is a gap, of two bodies whose measured radii together are
+    larger by the `reach` of the film [m].
+    """
+    return overlap - reach
+
+
+@kernel(inline="always")
+def set_nothing(film, films, law, b, columns_out):
+    """Leave the lane as it is."""
+
+
+@kernel(inline="always")
+def set_liquid(film, films, law, b, columns_out):
+    """Set the numbers of the film of pair law `law` in lane `b`."""
+    for k in range(FILM_NUMBERS):
+        columns_out[(LIQUID + k) * BATCH + b] = films[law, k]
+
+
+@kernel(inline="always")
+def load_nothing(film, columns, b, zero):
+    """Return zeros (3), which nobody reads."""
+    return zero, zero, zero
+
+
+@kernel(inline="always")
+def load_liquid(film, columns, b, zero):
+    """Return the numbers of the film of lane `b`, as `viscous_film.numbers` (3). `zero` is not used."""
+    return columns[b + LIQUID * BATCH], columns[b + (LIQUID + 1) * BATCH], columns[b + (LIQUID + 2) * BATCH]
+
+
+@kernel(inline="always")
+def store_nothing(film, columns, b, power):
+    """Leave the lane as it is."""
+
+
+@kernel(inline="always")
+def store_power(film, columns, b, power):
+    """Write the power of the film of lane `b` [W]."""
+    columns[b + FILM_POWER * BATCH] = power
+
+
+@kernel(inline="always")
+def no_power(film, columns):
+    """Return 0 [W]."""
+    return 0.0
+
+
+@kernel(fast=True, inline="always")
+def sum_power(film, columns):
+    """Return the sum of the powers of the films of a batch on the relative motion [W]."""
+    total = 0.0
+    for b in range(BATCH):
+        weight = columns[b + WEIGHT * BATCH]
+        power = weight * columns[b + FILM_POWER * BATCH]
+        total += float(power) if weight > like(0.0, weight) else 0.0
+    return total
+
+
+@kernel(inline="always")
+def radii_dry(film, radius, reach, lo, hi, wider_out):
+    """Return the radii with which walls are measured [m] (M,): those of the particles."""
+    return radius
+
+
+@kernel(inline="always")
+def radii_wet(film, radius, reach, lo, hi, wider_out):
+    """Return the radii with which walls are measured [m] (M,): those of the particles of slots `lo` to `hi`,
+    and the `reach` of the film [m].
+    """
+    for i in range(lo, hi):
+        wider_out[i] = radius[i] + reach
+    return wider_out
+
+
+true_overlap = by_type({NoFilm: overlap_dry, ViscousFilm: overlap_wet})
+"""Overlap from what was measured, under the film whose tag comes first; as `overlap_wet`."""
+
+set_film = by_type({NoFilm: set_nothing, ViscousFilm: set_liquid})
+"""Set the numbers of the film in a lane; as `set_liquid`."""
+
+load_film = by_type({NoFilm: load_nothing, ViscousFilm: load_liquid})
+"""Numbers of the film of a lane; as `load_liquid`."""
+
+store_film_power = by_type({NoFilm: store_nothing, ViscousFilm: store_power})
+"""Write the power of the film of a lane; as `store_power`."""
+
+film_power = by_type({NoFilm: no_power, ViscousFilm: sum_power})
+"""Power of the films of a batch; as `sum_power`."""
+
+measured_radii = by_type({NoFilm: radii_dry, ViscousFilm: radii_wet})
+"""Radii with which walls are measured; as `radii_wet`."""

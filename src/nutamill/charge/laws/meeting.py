@@ -1,0 +1,82 @@
+"""One contact with or without liquid: the law of the solids where they touch, and the film beside it."""
+
+from nutamill.base.frames import dot3, scale3, sub3
+from nutamill.base.kernel import by_type, kernel, like
+from nutamill.charge.laws import no_film, viscous_film
+from nutamill.charge.laws.composition import contact
+
+
+@kernel(inline="always")
+def meet_dry(
+    film, law, n, overlap, u, w, spring, rolled, sliding, history, alive, m_eff, r_eff, diameters, numbers,
+    liquid, dt,
+):  # fmt: skip
+    """Return what `composition.contact` does for two bodies that touch, without film; see `meet_wet`."""
+    force, friction, moment, spring, rolled, sliding, history, powers = contact(
+        law, n, overlap, u, w, spring, rolled, sliding, history, m_eff, r_eff, diameters, numbers, dt
+    )
+    begins = like(1.0, dt) - alive
+    return force, friction, moment, spring, rolled, sliding, history, powers, like(0.0, dt), begins
+
+
+@kernel(inline="always")
+def meet_wet(
+    film, law, n, overlap, u, w, spring, rolled, sliding, history, alive, m_eff, r_eff, diameters, numbers,
+    liquid, dt,
+):  # fmt: skip
+    """Return force, moment, memory and powers of two bodies that touch or have a film between them.
+
+    Without contact the memory holds minus the separation at the end of the substep in place of the history,
+    which is never negative, and no springs.
+
+    Parameters
+    ----------
+    film : tag
+    law, n, overlap, u, w, spring, rolled, sliding, history : as `composition.contact`; the overlap is
+        negative where there is a gap
+    alive : 1 where the memory is of the last substep, else 0 [1]
+    m_eff, r_eff, diameters, numbers : as `composition.contact`
+    liquid : numbers of the pair, as `viscous_film.numbers` (3)
+    dt : substep [s]
+
+    Returns
+    -------
+    what `composition.contact` returns; power of the film on the relative motion [W]; 1 where a contact of the
+    solids begins, else 0 [1]
+    """
+    zero, one = like(0.0, dt), like(1.0, dt)
+    touches = overlap > zero
+    v_n = dot3(u, n)
+    in_film = history < zero
+    solid = zero if in_film else alive
+    before = viscous_film.separation_before(liquid, -overlap, v_n, dt)
+    before = -history if in_film else before
+    before = liquid[2] if solid > zero else before
+    after = viscous_film.separation_after(liquid, -overlap, v_n, dt)
+    after = liquid[2] if touches else after
+    push = viscous_film.push(liquid, before, after, r_eff, dt)
+    force, friction, moment, spring, rolled, sliding, history, powers = contact(
+        law, n, overlap if touches else zero, u, w, spring, rolled, sliding, zero if in_film else history,
+        m_eff, r_eff, diameters, numbers, dt,
+    )  # fmt: skip
+    force, friction = only_where(touches, force), only_where(touches, friction)
+    moment, powers = only_where(touches, moment), only_where(touches, powers)
+    spring, rolled = only_where(touches, spring), only_where(touches, rolled)
+    # rounding must not make the history of a contact a separation
+    history = history if history > zero else zero
+    begins = one - solid if touches else zero
+    return (
+        sub3(force, scale3(push, n)), friction, moment, spring, rolled, sliding if touches else zero,
+        history if touches else -after, powers, -push * v_n, begins,
+    )  # fmt: skip
+
+
+@kernel(inline="always")
+def only_where(condition, a):
+    """Return the vector `a` where the condition holds, else zeros."""
+    zero = like(0.0, a[0])
+    return a[0] if condition else zero, a[1] if condition else zero, a[2] if condition else zero
+
+
+meeting = by_type({type(no_film.LAW): meet_dry, type(viscous_film.LAW): meet_wet})
+"""One contact under the film whose tag comes first; as `meet_wet`."""

@@ -1,0 +1,31 @@
+"""No liquid between the particles."""
+
+from typing import NamedTuple
+
+from nutamill.charge.laws.pair import PairLaw
+from nutamill.charge.laws.terms import Terms, Touch
+
+
+class NoFilm(NamedTuple):
+    """Film: none."""
+
+
+LAW = NoFilm()
+
+
+def numbers(pair: PairLaw) -> list[float]:
+    """Return no numbers."""
+    return []
+
+
+def faults(pair: PairLaw) -> list[tuple[str, str]]:
+    """Return what a pair has that this law does not read, and what to write instead."""
+    if pair.liquid_viscosity == 0.0:
+        return []
+    what = f"liquid_viscosity {pair.liquid_viscosity:g} Pa s has no film"
+    return [(what, "Choose a viscous film, or write 0")]
+
+
+def terms(touch: Touch) -> dict[str, Terms]:
+    """Return this law in the terms of other programs."""
+    return {"Rocky": Terms(), "PFC": Terms(), "LAMMPS": Terms(), "LIGGGHTS": Terms()}
