@@ -45,11 +45,11 @@ class Fall:
         acceleration = self.weight
         if self.gap < viscous_film.numbers(film_pair())[1]:
             seen = self.speed + 0.5 * self.dt * self.kick
-            force, _, _, _, _, _, self.history, _, power, begins = meeting(
+            force, _, _, _, _, _, self.history, _, power, lasts = meeting(
                 self.law.film, self.law, UP, -self.gap, (0.0, 0.0, seen), ZERO, ZERO, ZERO, 0.0, self.history,
                 self.alive, M, R, (2 * R, 2 * R), self.numbers, tuple(self.liquid), self.dt,
             )  # fmt: skip
-            self.alive, self.begun = 1.0, self.begun + int(begins)
+            self.alive, self.begun = 1.0, self.begun + int(1.0 - lasts)
             self.film_work += power * self.dt
             acceleration += force[2] / M
         else:
@@ -173,14 +173,14 @@ def test_every_law_has_a_film_beside_it_and_none_while_the_solids_touch(names):
     alone = plain(law, UP, 3e-5, u, w, spring, rolled, 0.0, 1e-6, *rest, dt)
     assert touching[0] == pytest.approx(alone[0], rel=1e-12)
     assert touching[1:8] == alone[1:8]
-    assert touching[8:] == (0.0, 0.0)
+    assert touching[8:] == (0.0, 1.0)
     # 20 micrometres apart, 21 at the end of the last substep
     apart = meeting(law.film, law, UP, -2e-5, u, w, ZERO, ZERO, 0.0, -22e-6, 1.0, *rest, liquid, dt)
     push = DRAG * math.log(22e-6 / (21e-6 - 0.25e-6)) / dt
     assert apart[0] == pytest.approx((0.0, 0.0, -push), rel=1e-9)
     assert apart[1:6] == (ZERO, ZERO, ZERO, ZERO, 0.0)
     assert apart[6] == pytest.approx(-20.75e-6)
-    assert apart[8:] == pytest.approx((-push * 0.5, 0.0))
+    assert apart[8:] == pytest.approx((-push * 0.5, 1.0))
 
 
 @pytest.mark.parametrize(

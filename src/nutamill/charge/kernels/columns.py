@@ -176,7 +176,7 @@ def pair_batch(law, columns, unit, reach, last, now, dt):
         m_eff, r_eff = ma * mb * both_r * per_both, ra * rb * both_m * per_both
         numbers = load_law(columns, b)
         spring, rolled, history = load_memory(columns, b, alive)
-        force, friction, moment, spring, rolled, sliding, history, powers, film_power, begins = meeting(
+        force, friction, moment, spring, rolled, sliding, history, powers, film_power, lasts = meeting(
             law.film, law, n, overlap, u, sub3(wa, wb), spring, rolled, sliding, history, alive, m_eff, r_eff,
             (ra + ra, rb + rb), numbers, load_film(law.film, columns, b, zero), dt,
         )  # fmt: skip
@@ -194,7 +194,7 @@ def pair_batch(law, columns, unit, reach, last, now, dt):
         sum_r += weight * powers[2] if counts else zero
         deep = half * overlap if counts else zero
         beyond += note_depth(columns, b, deep, ra if ra < rb else rb, numbers[LIMIT], one, zero)
-        begins = begins if counts else zero
+        begins = one - lasts if counts else zero
         book_impact(columns, b, m_eff, u, n, begins)
         begun += begins
     return sum_n, sum_t, sum_r, beyond, begun
@@ -229,7 +229,7 @@ def wall_batch(law, columns, last, now, dt):
         alive, sliding = load_stamp(columns, b, last)
         numbers = load_law(columns, b)
         spring, rolled, history = load_memory(columns, b, alive)
-        force, friction, moment, spring, rolled, sliding, history, powers, film_power, begins = meeting(
+        force, friction, moment, spring, rolled, sliding, history, powers, film_power, lasts = meeting(
             law.film, law, n, overlap, u, sub3(w, body_w), spring, rolled, sliding, history, alive, m, r,
             (r + r, r + r), numbers, load_film(law.film, columns, b, zero), dt,
         )  # fmt: skip
@@ -249,7 +249,7 @@ def wall_batch(law, columns, last, now, dt):
         ) if counts else zero  # fmt: skip
         deep = half * overlap if counts else zero
         beyond += note_depth(columns, b, deep, r, numbers[LIMIT], one, zero)
-        begins = begins if counts else zero
+        begins = one - lasts if counts else zero
         book_impact(columns, b, m, u, n, begins)
         begun += begins
     return sum_n, sum_t, sum_r, sum_i, beyond, begun

@@ -15,8 +15,7 @@ def meet_dry(
     force, friction, moment, spring, rolled, sliding, history, powers = contact(
         law, n, overlap, u, w, spring, rolled, sliding, history, m_eff, r_eff, diameters, numbers, dt
     )
-    begins = like(1.0, dt) - alive
-    return force, friction, moment, spring, rolled, sliding, history, powers, like(0.0, dt), begins
+    return force, friction, moment, spring, rolled, sliding, history, powers, like(0.0, dt), alive
 
 
 @kernel(inline="always")
@@ -41,8 +40,8 @@ def meet_wet(
 
     Returns
     -------
-    what `composition.contact` returns; power of the film on the relative motion [W]; 1 where a contact of the
-    solids begins, else 0 [1]
+    what `composition.contact` returns; power of the film on the relative motion [W]; 0 where a contact of the
+    solids begins, else 1 [1]
     """
     zero, one = like(0.0, dt), like(1.0, dt)
     touches = overlap > zero
@@ -64,10 +63,10 @@ def meet_wet(
     spring, rolled = only_where(touches, spring), only_where(touches, rolled)
     # rounding must not make the history of a contact a separation
     history = history if history > zero else zero
-    begins = one - solid if touches else zero
+    lasts = solid if touches else one
     return (
         sub3(force, scale3(push, n)), friction, moment, spring, rolled, sliding if touches else zero,
-        history if touches else -after, powers, -push * v_n, begins,
+        history if touches else -after, powers, -push * v_n, lasts,
     )  # fmt: skip
 
 
