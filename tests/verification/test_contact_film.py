@@ -1,4 +1,4 @@
-"""The viscous film of one contact: its impulse, its restitution and its order, without the engine around it."""
+"""The viscous film of one contact: its impulse, its restitution and its order, without an engine."""
 
 import itertools
 import math
