@@ -19,6 +19,7 @@ _FACE = {
     "mechanism.parts": "GROUND Body Joint JointKind",
     "mechanism.system": "System",
     "charge.face": "Charge linear_pair",
+    "charge.laws.composition": "contact_law",
     "charge.particles.particles": "spheres",
     "charge.walls.surface": "plane",
     "notebook.runs": "run resume",

@@ -71,7 +71,7 @@ def test_pairs_and_walls_give_the_restitution_of_a_film_both_ways():
     assert parting / SPEEDS == pytest.approx(1.0 - 2.0 * LOG / stokes, abs=error)
     lost = 0.25 * M * (SPEEDS**2 - parting**2).sum()
     assert -bench.state.ledger[Ledger.PAIR_FILM] == pytest.approx(lost, rel=0.02)
-    _, parting = rebounds(low + [0, 0, R + gap], down, (FLOOR,), lambda v: v[:, 2])
+    _, parting = rebounds(low + np.array([0, 0, R + gap]), down, (FLOOR,), lambda v: v[:, 2])
     stokes = np.array([stokes_number(wet(law()), M, R, v) for v in SPEEDS])
     assert parting / SPEEDS == pytest.approx(1.0 - 2.0 * LOG / stokes, abs=error)
 
@@ -118,18 +118,15 @@ def test_a_wet_crowd_goes_on_from_its_checkpoint_with_the_same_bits_on_two_threa
 
 
 def test_dry_is_the_limit_of_wet():
-    # a film without viscosity does nothing but to reach; little viscosity does in proportion
-    dry, thin, thinner = (
-        crowd(composed=contact_law()),
-        crowd(liquid_viscosity=2e-5),
-        crowd(liquid_viscosity=1e-5),
-    )
-    none = crowd(liquid_viscosity=0.0)
-    for bench in (dry, thin, thinner, none):
-        bench.step(30)
+    # nothing without viscosity but float32 rounding of the reach, and in proportion to it where it is small
+    dry, none = crowd(composed=contact_law()), crowd(liquid_viscosity=0.0)
+    wet_ones = [crowd(liquid_viscosity=viscosity) for viscosity in (2e-3, 1e-3)]
+    for bench in (dry, none, *wet_ones):
+        bench.step(40)
     assert none.velocities == pytest.approx(dry.velocities, abs=1e-5)
-    change = np.abs(thin.velocities - dry.velocities).max(), np.abs(thinner.velocities - dry.velocities).max()
-    assert change[0] < 1e-2
+    most, half = (np.abs(bench.velocities - dry.velocities).max() for bench in wet_ones)
+    assert 1e-4 < most < 1e-2
+    assert half == pytest.approx(most / 2, rel=0.1)
 
 
 def test_films_are_listed_and_counted_as_gaps():

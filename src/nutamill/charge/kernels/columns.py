@@ -186,7 +186,7 @@ def pair_batch(law, columns, unit, reach, last, now, dt):
             columns, b, FORCE_B, (-force[0], -force[1], -force[2]), sub3(scale3(arm_b, couple), moment)
         )
         store_memory(columns, b, spring, rolled, sliding, history, now)
-        store_film_power(law.film, columns, b, film_power)
+        store_film_power(law.film, film_power, b, columns)
         weight = columns[b + WEIGHT * BATCH]
         counts = weight > zero
         sum_n += weight * powers[0] if counts else zero
@@ -236,7 +236,7 @@ def wall_batch(law, columns, last, now, dt):
         store_load(columns, b, FORCE_A, force, add3(scale3(arm, cross3(n, friction)), moment))
         store3(columns, b, ARM, add3(cross3(p, force), moment))
         store_memory(columns, b, spring, rolled, sliding, history, now)
-        store_film_power(law.film, columns, b, film_power)
+        store_film_power(law.film, film_power, b, columns)
         store3(columns, b, ACT, powers)
         counts = columns[b + WEIGHT * BATCH] > zero
         sum_n += powers[0] if counts else zero

@@ -52,14 +52,14 @@ def load_liquid(film, columns, b, zero):
 
 
 @kernel(inline="always")
-def store_nothing(film, columns, b, power):
+def store_nothing(film, power, b, columns_out):
     """Leave the lane as it is."""
 
 
 @kernel(inline="always")
-def store_power(film, columns, b, power):
+def store_power(film, power, b, columns_out):
     """Write the power of the film of lane `b` [W]."""
-    columns[b + FILM_POWER * BATCH] = power
+    columns_out[b + FILM_POWER * BATCH] = power
 
 
 @kernel(inline="always")

@@ -131,7 +131,7 @@ def law_files(law: ContactLaw) -> tuple[ModuleType, ...]:
 
 
 def film_numbers(law: ContactLaw, pair: PairLaw) -> list[float]:
-    """Return the numbers of a pair that the film of a charge reads; none where it is dry."""
+    """Return the numbers of a pair that the film of a charge reads. A dry charge has none."""
     return law_files(law)[4].numbers(pair)
 
 

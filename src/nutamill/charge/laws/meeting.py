@@ -11,7 +11,7 @@ def meet_dry(
     film, law, n, overlap, u, w, spring, rolled, sliding, history, alive, m_eff, r_eff, diameters, numbers,
     liquid, dt,
 ):  # fmt: skip
-    """Return what `composition.contact` does for two bodies that touch, without film; see `meet_wet`."""
+    """Return what `composition.contact` does for two bodies that touch, without film."""
     force, friction, moment, spring, rolled, sliding, history, powers = contact(
         law, n, overlap, u, w, spring, rolled, sliding, history, m_eff, r_eff, diameters, numbers, dt
     )

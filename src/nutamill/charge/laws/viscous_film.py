@@ -94,8 +94,10 @@ def separation_before(p, gap, v_n, dt):
 
 @kernel(inline="always")
 def separation_after(p, gap, v_n, dt):
-    """Return the separation [m] at the end of a substep; that at the edge of the film where the next substep
-    may not meet the pair any more. Parameters are those of `separation_before`.
+    """Return the separation [m] at the end of a substep.
+
+    Where the next substep may not meet the pair any more, it is that at the edge of the film.  Parameters are
+    those of `separation_before`.
     """
     _, thickness, roughness = p
     half = like(0.5, dt)
