@@ -82,8 +82,8 @@ def restitution() -> list[Row]:
             rows += [
                 Row(f"{what}: e at 1/St = 0 [1]", DRY, CLOSED, float(end), 4 * PER_CONTACT, why),
                 Row(
-                    f"{what}: slope of e over 1/St [1]", wanted, CLOSED, float(slope), 4 * PER_CONTACT / spread,
-                    why,
+                    f"{what}: slope of e over 1/St [1]", wanted, CLOSED, float(slope),
+                    4 * PER_CONTACT / spread, why,
                 ),
                 Row(
                     f"{what}: farthest from its line [1]", 0.0, CLOSED,

@@ -14,6 +14,7 @@ from nutamill.case.toml.locate import key_parts
 from nutamill.cli import app
 from nutamill.design import machine_sheet as sheet_room
 from nutamill.design import modes as modes_room
+from nutamill.design.charge_facts import charge_facts
 from nutamill.design.empty import with_charge_mass
 from nutamill.design.modes import campbell, machine_modes
 from nutamill.design.runup import run_up
@@ -383,3 +384,14 @@ def test_an_unbalance_motor_needs_an_axis():
     with pytest.raises(CaseError) as caught:
         motor.parts()
     assert "unbalance motor 'shaker': axis has no length, got (0.0, 0.0, 0.0)" in str(caught.value)
+
+
+def test_check_prints_what_the_films_do_to_an_impact():
+    # St = m* v/(6 pi mu R*^2), and (1 + e)/e ln(thickness/roughness) below which two stick
+    machine = wet_mill(film_thickness="50 um")
+    lines = charge_facts(machine).lines(machine)
+    assert lines[-3:] == [
+        "liquid    films, and Stokes numbers at the same speed",
+        "          steel-steel          film 50 um to 1 um, St 500, sticks below 11.7",
+        "          steel-acrylic wall   film 50 um to 1 um, St 250, sticks below 13.7",
+    ]

@@ -72,7 +72,7 @@ def mill_quantities(case: "Case") -> tuple[QuantityEntry, ...]:
 def mill_series(case: "Case") -> tuple[str, ...]:
     """Return the names of the series that are recorded of a mill, in their order."""
     names = expand(len(mounts_of(case)), list(case.sensors))
-    absent = () if case.charge.parts else OF_THE_CHARGE
+    absent: tuple[str, ...] = () if case.charge.parts else OF_THE_CHARGE
     absent += OF_THE_FILM if case.contact.film == "none" else ()
     return tuple(name for name in names if not name.startswith(absent))
 

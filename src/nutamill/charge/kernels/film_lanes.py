@@ -29,7 +29,7 @@ def overlap_wet(film, overlap, reach):
 
 @kernel(inline="always")
 def set_nothing(film, films, law, b, columns_out):
-    """Leave the lane as it is."""
+    """Write nothing: a dry charge has no film."""
 
 
 @kernel(inline="always")
@@ -53,7 +53,7 @@ def load_liquid(film, columns, b, zero):
 
 @kernel(inline="always")
 def store_nothing(film, power, b, columns_out):
-    """Leave the lane as it is."""
+    """Write nothing: a dry charge has no film."""
 
 
 @kernel(inline="always")
