@@ -68,8 +68,8 @@ def no_power(film, columns):
     return 0.0
 
 
-@kernel(fast=True, inline="always")
-def sum_power(film, columns):
+@kernel(fast=True)
+def power_of_lanes(columns):
     """Return the sum of the powers of the films of a batch on the relative motion [W]."""
     total = 0.0
     for b in range(BATCH):
@@ -77,6 +77,12 @@ def sum_power(film, columns):
         power = weight * columns[b + FILM_POWER * BATCH]
         total += float(power) if weight > like(0.0, weight) else 0.0
     return total
+
+
+@kernel(inline="always")
+def sum_power(film, columns):
+    """Return what `power_of_lanes` does."""
+    return power_of_lanes(columns)
 
 
 @kernel(inline="always")
