@@ -130,7 +130,6 @@ def scratch_for(model, state) -> ChargeScratch:
         slots=np.arange(m, dtype=np.uint32),
         measured=_aligned((threads, 7, n_surfaces * chunk + BATCH), real),
         peaks=np.zeros((threads, 2)),
-        wider=np.zeros(m if model.films.shape[1] else 0),
         test=_aligned((threads, chunk), real),
         barrier=np.zeros(32, np.int64),
     )

@@ -20,6 +20,7 @@ from nutamill.charge.checks import (
 from nutamill.charge.filling.relax import size_octaves
 from nutamill.charge.kernels.chunks import cut_chunks
 from nutamill.charge.kernels.clumps import CLUMP, COLUMNS, OFFSET, ClumpColumn
+from nutamill.charge.kernels.film_lanes import film_reach
 from nutamill.charge.laws.composition import (
     STANDARD_LAW,
     ContactLaw,
@@ -68,12 +69,18 @@ def mirrored(law: PairLaw) -> PairLaw:
     )
 
 
+def law_rows(contact_law: ContactLaw, pairs: Sequence[PairLaw]) -> list[list[float]]:
+    """Return the rows of `ChargeModel.laws` of these pairs."""
+    films = [film_numbers(contact_law, pair) for pair in pairs]
+    reaches = [thickness - roughness for _, thickness, roughness in filter(None, films)]
+    reach = [max(reaches)] if reaches else []
+    return [[*law_numbers(contact_law, pair), *film, *reach] for pair, film in zip(pairs, films, strict=True)]
+
+
 def _law_table(
     contact_law, pair_laws, materials, surfaces, n_materials
-) -> tuple[list, list, np.ndarray, list[Fault]]:
-    """Return the rows of numbers of the laws and of the films, the row of each pair, and what is wrong with
-    the pairs.
-    """
+) -> tuple[list, np.ndarray, list[Fault]]:
+    """Return the rows of numbers, the row of each pair, and what is wrong with the pairs."""
     faults = []
     table = np.zeros((n_materials, n_materials), np.int32)
     present = sorted({int(m) for m in materials})
@@ -94,9 +101,8 @@ def _law_table(
         if a <= b or (b, a) not in needed:
             faults += [Fault(f"pair_laws[{a}, {b}]", *fault) for fault in law_faults(contact_law, law)]
         table[a, b] = rows.setdefault(law, len(rows))
-    sound = [] if faults else list(rows)
-    laws, films = ([of(contact_law, law) for law in sound] for of in (law_numbers, film_numbers))
-    return laws, films, table, faults
+    laws = [] if faults else law_rows(contact_law, list(rows))
+    return laws, table, faults
 
 
 def body_poses(n_bodies: int, poses=None) -> np.ndarray:
@@ -235,7 +241,7 @@ def charge(
         raise CaseError(*faults)
     n = len(positions)
     n_materials = max([len(densities)] + [s.material + 1 for s in surfaces])
-    rows, films, law_of, faults = _law_table(law, pair_laws, materials, surfaces, n_materials)
+    rows, law_of, faults = _law_table(law, pair_laws, materials, surfaces, n_materials)
     faults += surface_faults(surfaces, n_bodies)
     if precision not in ("single", "double"):
         faults.append(Fault("precision", f'must be "single" or "double", got {precision!r}'))
@@ -253,23 +259,22 @@ def charge(
         if domain is None
         else (np.array(domain[0], float), float(domain[1]))
     )
-    film_reach = max((thickness - roughness for _, thickness, roughness in filter(None, films)), default=0.0)
+    laws = np.array(rows, real)
+    gap = film_reach(law.film, laws)
     model = ChargeModel(
         n_particles=n,
         chunk=chunk_size(n, longest),
         n_bodies=n_bodies,
         law=law,
-        laws=np.array(rows, real),
+        laws=laws,
         law_of=law_of,
-        films=np.array(films, real),
-        film_reach=film_reach,
         surface_kind=np.array([int(s.kind) for s in surfaces], np.int64),
         surface_body=np.array([s.body for s in surfaces], np.int64),
         surface_material=np.array([s.material for s in surfaces], np.int64),
         surface_origin=np.array([s.origin for s in surfaces], float).reshape(-1, 3),
         surface_rotation=np.array([np.array(s.rotation, float) for s in surfaces], float).reshape(-1, 3, 3),
         surface_size=np.array([s.size for s in surfaces], float).reshape(-1, 3),
-        mesh=mesh_walls(surfaces, float(radii.max()) + film_reach),
+        mesh=mesh_walls(surfaces, float(radii.max()) + gap),
         patches=patch_table([(ANGLE_HEIGHT, 1, 1, 0.0, 1.0)] * len(surfaces)) if patches is None else patches,
         per_cut=2.0**30 / float(mass.mean()),
         gravity=np.array(gravity, float),
@@ -277,7 +282,7 @@ def charge(
         reach=reach,
         # one bit is spare, so that rounding at the edge of the domain cannot wrap
         scale=2.0 ** (30 if single else 60) / reach,
-        skin=film_reach + (0.5 * float(radii.mean()) if skin is None else float(skin)),
+        skin=gap + (0.5 * float(radii.mean()) if skin is None else float(skin)),
         largest_radius=float(radii.max()),
         class_radius=np.array([radius for _, radius in size_octaves(radii)]),
     )

@@ -105,17 +105,13 @@ class ChargeModel(NamedTuple):
     law: ContactLaw
     """The law of all contacts."""
     laws: np.ndarray
-    """Numbers of each pair law, real (n_laws, 11), as `LawColumn`."""
+    """Numbers of each pair law, real (n_laws, 13), as `LawColumn`.  Of a wet charge (n_laws, 17): there
+    follow those of its film, as `viscous_film.numbers`, and the reach of all films.
+    """
     law_of: np.ndarray
     """Row of `laws` [1] for (material of the particle, material of the other), int32 (n_materials,
     n_materials).
     """
-    films: np.ndarray
-    """Numbers of the film of each pair law, real (n_laws, 3), as `viscous_film.numbers`; (n_laws, 0) where
-    the charge is dry.
-    """
-    film_reach: float
-    """Largest gap across which a film acts [m]; 0 where the charge is dry."""
     surface_kind: np.ndarray
     """`SurfaceKind` [1], int64 (S,)."""
     surface_body: np.ndarray
@@ -221,7 +217,7 @@ class ChargeState(NamedTuple):
     ids: np.ndarray
     """Id of the particle in each slot [1], int64 (M,)."""
     published_points: np.ndarray
-    """Published positions and radius (with half of `ChargeModel.film_reach`), fixed point [1/scale], point
+    """Published positions and radius (with half the reach of the films), fixed point [1/scale], point
     (2, M, 4), from the domain's centre, world axes.
     """
     published_rows: np.ndarray
@@ -310,7 +306,9 @@ class ListScratch(NamedTuple):
     slot_of: np.ndarray
     """Slot of each id [1], int32 (M,)."""
     moved: np.ndarray
-    """A column of the state while it is being reordered (unit of the column) (M,)."""
+    """A column of the state while it is being reordered (unit of the column); between, radii with the reach
+    of the films [m] (M,).
+    """
     moved_memory: np.ndarray
     """The wall memory while it is being reordered, real (M S + 1, 8), as `ChargeState.wall_memory`."""
 
@@ -370,8 +368,6 @@ class ChargeScratch(NamedTuple):
     real (T, 7, S * chunk + BATCH), world axes."""
     peaks: np.ndarray
     """Largest overlap of pairs and of walls that each thread saw in the window [diameter] (T, 2)."""
-    wider: np.ndarray
-    """Radii with the reach of the film [m] (M,); no entries where the charge is dry."""
     test: np.ndarray
     """Of each thread and particle of the chunk: positive where it touches the present surface [m or m^2] (T,
     chunk).

@@ -12,6 +12,7 @@ import numpy as np
 from nutamill.charge.arrays import grow
 from nutamill.charge.kernels.chunks import cut_chunks
 from nutamill.charge.kernels.clumps import CLUMP, OFFSET, POSE, ClumpColumn
+from nutamill.charge.kernels.film_lanes import film_reach
 from nutamill.charge.kernels.neighbours import make_lists
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.pebbles import rotation_matrices
@@ -203,7 +204,10 @@ def _points(model, state):
     """Return positions and radii of the particles in fixed point [1/scale] (n, 4), as the state has them."""
     n = model.n_particles
     numbers = np.column_stack(
-        [state.x[:, :n].T - model.centre, state.mass_props[0, :n] + 0.5 * model.film_reach]
+        [
+            state.x[:, :n].T - model.centre,
+            state.mass_props[0, :n] + 0.5 * film_reach(model.law.film, model.laws),
+        ]
     )
     return np.floor(numbers * model.scale + 0.5).astype(state.published_points.dtype)
 

@@ -31,6 +31,7 @@ from nutamill.charge.kernels.clumps import (
     clump_end,
     spin_of,
 )
+from nutamill.charge.kernels.film_lanes import film_reach
 from nutamill.charge.kernels.neighbours import largest_drift_squared
 from nutamill.charge.kernels.publish import fixed_point
 from nutamill.charge.laws.lanes import BATCH
@@ -286,7 +287,11 @@ def publish_pebbles(model, state, lo, hi, lanes, rotation, point, per_dt):
     x, v, mass_props, listed_at = state.x, state.v, state.mass_props, state.listed_at
     p0, p1, p2 = point[0], point[1], point[2]
     d0, d1, d2 = model.centre[0], model.centre[1], model.centre[2]
-    reach, scale, slack = model.reach, model.scale, largest_drift_squared(model.skin - model.film_reach)
+    reach, scale, slack = (
+        model.reach,
+        model.scale,
+        largest_drift_squared(model.skin - film_reach(model.law.film, model.laws)),
+    )
     first = int(mass_props[CLUMP, lo])
     moved, gone = 0, 0
     for slot in range(lo, hi):

@@ -22,7 +22,7 @@ from nutamill.charge.kernels.chunks import (
 )
 from nutamill.charge.kernels.clump_integration import integrate_clumps
 from nutamill.charge.kernels.clumps import start_clumps
-from nutamill.charge.kernels.film_lanes import measured_radii, set_film
+from nutamill.charge.kernels.film_lanes import film_reach, measured_radii, set_film
 from nutamill.charge.kernels.integration import integrate_spheres
 from nutamill.charge.kernels.neighbours import rebuild, rotation_about
 from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
@@ -139,12 +139,12 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         for k in range(6):
             sums[b, k] = 0.0
     measured, motion, surface_poses = scratch.measured[tid], scratch.motion[tid], scratch.surface_poses[tid]
-    radius, reach = state.mass_props[0], model.film_reach
+    radius, reach = state.mass_props[0], film_reach(model.law.film, model.laws)
     n_walls = find_walls(
         model,
         scratch.near,
         state.x,
-        measured_radii(model.law.film, radius, reach, lo, hi, scratch.wider),
+        measured_radii(model.law.film, radius, reach, lo, hi, scratch.lists.moved),
         reach,
         local,
         motion,
@@ -223,7 +223,7 @@ def open_window(model, state, scratch, tid):
     for b in range(BATCH):
         for k in range(LAW_NUMBERS):
             columns[0, (LAW + k) * BATCH + b] = model.laws[0, k]
-        set_film(model.law.film, model.films, 0, b, columns[0])
+        set_film(model.law.film, model.laws, 0, b, columns[0])
     if tid == 0 and state.clock[DONE] == 0:
         for b in range(model.n_bodies):
             for k in range(6):

@@ -9,8 +9,20 @@ from nutamill.base.kernel import by_type, kernel, like
 from nutamill.charge.kernels.rows import FILM_POWER, LIQUID, WEIGHT
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.no_film import NoFilm
-from nutamill.charge.laws.pair import FILM_NUMBERS
+from nutamill.charge.laws.pair import FILM_NUMBERS, FILM_REACH, LAW_NUMBERS
 from nutamill.charge.laws.viscous_film import ViscousFilm
+
+
+@kernel(inline="always")
+def reach_dry(film, laws):
+    """Return the gap across which a film acts, 0 [m]."""
+    return 0.0
+
+
+@kernel(inline="always")
+def reach_wet(film, laws):
+    """Return the largest gap across which a film acts [m], of the rows `laws` of a charge."""
+    return float(laws[0, FILM_REACH])
 
 
 @kernel(inline="always")
@@ -28,15 +40,15 @@ def overlap_wet(film, overlap, reach):
 
 
 @kernel(inline="always")
-def set_nothing(film, films, law, b, columns_out):
+def set_nothing(film, laws, law, b, columns_out):
     """Write nothing: a dry charge has no film."""
 
 
 @kernel(inline="always")
-def set_liquid(film, films, law, b, columns_out):
+def set_liquid(film, laws, law, b, columns_out):
     """Set the numbers of the film of pair law `law` in lane `b`."""
     for k in range(FILM_NUMBERS):
-        columns_out[(LIQUID + k) * BATCH + b] = films[law, k]
+        columns_out[(LIQUID + k) * BATCH + b] = laws[law, LAW_NUMBERS + k]
 
 
 @kernel(inline="always")
@@ -100,6 +112,9 @@ def radii_wet(film, radius, reach, lo, hi, wider_out):
         wider_out[i] = radius[i] + reach
     return wider_out
 
+
+film_reach = by_type({NoFilm: reach_dry, ViscousFilm: reach_wet})
+"""Largest gap across which a film acts; as `reach_wet`."""
 
 true_overlap = by_type({NoFilm: overlap_dry, ViscousFilm: overlap_wet})
 """Overlap from what was measured, under the film whose tag comes first; as `overlap_wet`."""

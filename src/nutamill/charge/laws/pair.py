@@ -37,6 +37,9 @@ LAW_NUMBERS = len(LawColumn) + NORMAL_NUMBERS - 1
 FILM_NUMBERS = 3
 """Numbers of the film of a pair [1]: 6 pi times its viscosity [Pa s], its thickness and roughness [m]."""
 
+FILM_REACH = LAW_NUMBERS + FILM_NUMBERS
+"""Column of `ChargeModel.laws` with the largest gap across which a film acts [m]; of a wet charge."""
+
 
 @dataclass(frozen=True, slots=True)
 class PairLaw:

@@ -24,6 +24,7 @@ from nutamill.charge.kernels.chunks import slots_of_chunk
 from nutamill.charge.kernels.clumps import CLUMP
 from nutamill.charge.kernels.columns import wall_batch
 from nutamill.charge.kernels.dynamics import move_bodies
+from nutamill.charge.kernels.film_lanes import film_reach
 from nutamill.charge.kernels.pair_contacts import filter_pairs
 from nutamill.charge.kernels.publish import fixed_point
 from nutamill.charge.kernels.rows import ACT, HELD, A
@@ -286,7 +287,7 @@ def sample_neighbours(model, state, scratch, c, tid, sums_out):
     lo, hi = slots_of_chunk(state, c)
     points, lst = state.published_points[state.clock[PUBLISHED]], state.clock[LIST]
     local, lanes, counts = scratch.local[tid], scratch.lanes[tid], scratch.lists.cell
-    reach = fixed_point(model.film_reach, model.scale)
+    reach = fixed_point(film_reach(model.law.film, model.laws), model.scale)
     for l in range(hi - lo):
         i = lo + l
         counts[i] = 0
