@@ -1,10 +1,12 @@
 """A case whose charge LAMMPS is to move: what is refused, and the processes of a run."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from nutamill.base.errors import CaseError, NotInstalledError
 from nutamill.case import load_case
-from nutamill.simulation.lammps import faults, library, ranks
+from nutamill.simulation.lammps import faults, library, ranks, windows
 from nutamill.simulation.lammps.faults import lammps_faults, refuse_for_lammps
 from nutamill.simulation.lammps.lead import led
 from nutamill.simulation.march import run
@@ -147,3 +149,22 @@ def test_processes_that_have_read_different_cases_are_refused(monkeypatch):
 
     with pytest.raises(CaseError, match="1 of 2 processes have read another case than the first"):
         agree(machine_with(), Two())
+
+
+def test_fmus_beside_lammps_are_refused():
+    machine = machine_with().model_copy(update={"fmus": ("a model",)})
+    messages = [str(CaseError(fault)) for fault in lammps_faults(machine)]
+    assert any('fmus: are not run with charge.engine = "lammps"' in message for message in messages)
+
+
+def test_a_lammps_that_stops_ends_the_march_with_its_words(monkeypatch):
+    def stopped(*_):
+        raise RuntimeError("ERROR: Out of range atoms\n - cannot compute")
+
+    left = []
+    grains = SimpleNamespace(ranks=SimpleNamespace(order=lambda _: None, leave=lambda: left.append(True)))
+    state = SimpleNamespace(grains=grains, charge=object(), mechanism=SimpleNamespace(time=[0.25]))
+    monkeypatch.setattr(windows, "march_windows", stopped)
+    written, fault = windows.march_grains(SimpleNamespace(charge=object()), state, None, 1, None)
+    assert written == 0 and left
+    assert str(fault) == "t = 0.25 s: LAMMPS stopped: ERROR: Out of range atoms - cannot compute"
