@@ -8,6 +8,7 @@ from pathlib import Path
 
 from nutamill.base.atomic_file import write_whole
 from nutamill.base.errors import CaseError, Fault, OutputError
+from nutamill.base.units import in_unit
 from nutamill.case import Case, Machine
 
 SAVING_TIME = 300
@@ -25,7 +26,7 @@ def job_faults(case: Case | Machine, nodes: int, ranks: int, hours: float) -> li
     if ranks % nodes:
         what = f"must be a multiple of the {nodes} nodes, got {ranks}"
         faults.append(Fault("--ranks", what, f"Write e.g. {max(nodes, ranks // nodes * nodes)}"))
-    if hours < SAVING_TIME / 3600.0:
+    if hours < in_unit(SAVING_TIME, "h"):
         what = f"must be at least {SAVING_TIME / 60:g} minutes, which a run has to save, got {hours:g} h"
         faults.append(Fault("--hours", what))
     return faults

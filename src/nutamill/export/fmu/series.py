@@ -99,13 +99,17 @@ def _add_charge(
     names = [f"{where}_{term}" for where in ("pair", "wall") for term in CONTACT_TERMS]
     elastic = [Term(slots["elastic_energy"], 1.0, 0.0), *(column("charge_energy", name) for name in names)]
     slots["elastic_energy"] = add("elastic_energy", "sum", elastic)
-    lost = []
-    for name in names:
-        at_start = Term(0, 0.0, -float(first[at("charge_energy", name)]))
-        terms = [at_start, column("charge_energy", name, -1.0), column("ledger", name, -1.0)]
-        slots[f"{name}_loss"] = add(f"{name}_loss", "sum", terms)
-        lost.append(f"{name}_loss")
-    slots["substep_loss"] = add("substep_loss", "sum", [column("ledger", "scheme", -1.0)])
+    losses: dict[str, list[Term]] = {}
+    for where in ("pair", "wall"):
+        for term in CONTACT_TERMS:
+            name = f"{where}_{term}"
+            at_start = Term(0, 0.0, -float(first[at("charge_energy", name)]))
+            terms = [at_start, column("charge_energy", name, -1.0), column("ledger", name, -1.0)]
+            losses[f"{name}_loss"] = terms
+        if model.machine.contact.film != "none":
+            losses[f"{where}_film_loss"] = [column("ledger", f"{where}_film", -1.0)]
+    losses["substep_loss"] = [column("ledger", "scheme", -1.0)]
+    slots |= {name: add(name, "sum", terms) for name, terms in losses.items()}
     defect = []
     for k, axis in enumerate("xyz"):
         weight = charge_mass(model.machine) * model.machine.gravity[k]
@@ -114,4 +118,4 @@ def _add_charge(
         terms.append(Term(at("time", "time"), -weight, -weight * float(first[at("time", "time")])))
         defect.append(Term(add("", "sum", terms), 1.0, 0.0))
     slots["interface_impulse_defect"] = add("interface_impulse_defect", "resultant", defect)
-    return [*lost, "substep_loss"]
+    return list(losses)
