@@ -92,7 +92,9 @@ def plain_attributes(thing: h5py.HLObject) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
-        return value.tolist()
+        return [_plain(one) for one in value.tolist()]
+    if isinstance(value, bytes):
+        return value.decode()
     return value.item() if isinstance(value, np.generic) else value
 
 

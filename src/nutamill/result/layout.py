@@ -1,6 +1,6 @@
 """What writer and reader of a result file share: the layout's words, its checks, and its small parts."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import h5py
@@ -39,10 +39,22 @@ class WallMesh(NamedTuple):
     """Body that carries it."""
 
 
-def write_attributes(group: h5py.Group, values: Mapping[str, Any]) -> None:
+# HDF5 keeps texts of any length in a heap without checksums, and a flipped bit there may end the program that
+# reads it. Texts of a given length are stored in place, under the checksum of what holds them.
+def fixed_texts(texts: str | Sequence[str] | np.ndarray) -> np.ndarray:
+    """Return texts as an array of their UTF-8, all of one length, as a file stores them."""
+    held = [text.encode() for text in np.ravel(texts)]
+    kind = h5py.string_dtype("utf-8", max(1, *map(len, held)) if held else 1)
+    return np.array(held, dtype=kind).reshape(np.shape(texts))
+
+
+def write_attributes(thing: h5py.HLObject, values: Mapping[str, Any]) -> None:
     """Write numbers and texts as attributes, nested tables as groups of attributes."""
     for key, value in values.items():
         if isinstance(value, Mapping):
-            write_attributes(group.create_group(key), value)
+            write_attributes(thing.create_group(key), value)
+        elif isinstance(value, str) or (isinstance(value, list) and all(isinstance(v, str) for v in value)):
+            stored = fixed_texts(value)
+            thing.attrs.create(key, stored, dtype=stored.dtype)
         else:
-            group.attrs[key] = value
+            thing.attrs[key] = value

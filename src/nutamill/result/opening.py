@@ -49,6 +49,7 @@ def _check_format(file: h5py.File, path: Path) -> None:
     """Check the attributes that name format and version."""
     try:
         kind, version = file.attrs.get("format"), file.attrs.get("format_version")
+        kind = kind.decode() if isinstance(kind, bytes) else kind
     except Exception as fault:
         raise ResultError(
             f"{path}: its root attributes are damaged ({fault}). Copy it again, or run the case again."

@@ -11,10 +11,12 @@ import numpy as np
 
 from nutamill.result.checksums import moment_digest
 from nutamill.result.fields import Field
-from nutamill.result.layout import Checkpoint
+from nutamill.result.layout import Checkpoint, write_attributes
 from nutamill.result.opening import refuse_outside_storage
 
 CHECKPOINTS = ("a", "b")
+LAYOUT = ("v110", "v110")
+"""Layout of HDF5 whose own tables have checksums: what is damaged there is refused, where it else may crash."""
 SMALLEST_PACKED = 4096
 """Size from which an array of a checkpoint is packed [bytes]."""
 SMALLEST_ROOM = 256
@@ -30,7 +32,8 @@ def write_arrays(
     digest of each moment.
     """
     if "time" not in group:
-        group.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(256,)).attrs["units"] = "s"
+        times = group.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(256,))
+        write_attributes(times, {"units": "s"})
         for name, array in snapshots[0][1].items():
             longest = (
                 None,
@@ -40,7 +43,7 @@ def write_arrays(
             data = group.create_dataset(
                 name, (0, *array.shape), array.dtype, maxshape=longest, chunks=blocks, **PACKED
             )
-            data.attrs.update(field(name).attributes())
+            write_attributes(data, field(name).attributes())
     first = len(group["time"])
     for data in group.values():
         if isinstance(data, h5py.Dataset):
@@ -78,7 +81,7 @@ def write_checkpoint(
             write_over(target, key, np.asarray(array))
     for key in list(slot.attrs):
         del slot.attrs[key]
-    slot.attrs.update({**checkpoint.attributes, "time": checkpoint.time, **before})
+    write_attributes(slot, {**checkpoint.attributes, "time": checkpoint.time, **before})
     return slot.name.strip("/")
 
 
@@ -130,7 +133,7 @@ def edited(edit: Callable[[h5py.File], None]) -> Callable[[Path], None]:
     """
 
     def edit_path(part: Path) -> None:
-        with h5py.File(part, "r+") as file:
+        with h5py.File(part, "r+", libver=LAYOUT) as file:
             refuse_outside_storage(file, part)
             edit(file)
 
@@ -139,6 +142,6 @@ def edited(edit: Callable[[h5py.File], None]) -> Callable[[Path], None]:
 
 def empty_file() -> bytes:
     """Return an empty HDF5 file, made in memory: HDF5 must not be the first to meet a full disk."""
-    with h5py.File("empty", "w", driver="core", backing_store=False) as file:
+    with h5py.File("empty", "w", driver="core", backing_store=False, libver=LAYOUT) as file:
         file.flush()
         return file.id.get_file_image()

@@ -17,7 +17,7 @@ from nutamill.result.archive import Archive
 from nutamill.result.checkpoints import WholeCheckpoint, whole_at, whole_until
 from nutamill.result.checksums import GROWING, Checksums, array_bytes, new_hash
 from nutamill.result.fields import Field, series_field, snapshot_field, statistics_field
-from nutamill.result.layout import FORMAT, FORMAT_VERSION, Checkpoint, WallMesh, write_attributes
+from nutamill.result.layout import FORMAT, FORMAT_VERSION, Checkpoint, WallMesh, fixed_texts, write_attributes
 from nutamill.result.parts import CHECKPOINTS, PACKED, edited, empty_file, write_arrays, write_checkpoint
 from nutamill.result.reader import series_names, series_values
 
@@ -105,18 +105,17 @@ class Recorder:
         tidy(path)
 
         def fill(file: h5py.File) -> None:
-            file.attrs.update(
-                {"format": FORMAT, "format_version": FORMAT_VERSION, "state": "running", "rate": float(rate)}
-            )
-            file["case"] = case_toml
+            began = {"format": FORMAT, "format_version": FORMAT_VERSION, "state": "running"}
+            write_attributes(file, {**began, "rate": float(rate)})
+            file["case"] = fixed_texts(case_toml)
             write_attributes(file.create_group("provenance"), {**provenance, "wall_time": 0.0})
             series = file.create_group("series")
-            series.attrs["names"] = list(names)
+            write_attributes(series, {"names": names})
             for field in fields:
                 data = series.create_dataset(
                     field.name, (0,), "f8", maxshape=(None,), chunks=(CHUNK,), **PACKED
                 )
-                data.attrs.update(field.attributes())
+                write_attributes(data, field.attributes())
                 if field.name == "time":
                     data.make_scale("time")
                 else:
@@ -125,12 +124,12 @@ class Recorder:
             file.create_group("checkpoints")
             lines = file.create_group("statistics").create_group("axes")
             for name, array in (axes or {}).items():
-                lines[name] = array.astype(h5py.string_dtype()) if array.dtype.kind == "U" else array
-                lines[name].attrs.update(statistics_field(name).attributes())
+                lines[name] = fixed_texts(array) if array.dtype.kind == "U" else array
+                write_attributes(lines[name], statistics_field(name).attributes())
             for name, wall in (walls or {}).items():
                 mesh = file.create_group(f"walls/{name}")
                 corners = mesh.create_dataset("vertices", data=wall.vertices, **PACKED)
-                corners.attrs.update({"units": "m", "carrier": wall.carrier})
+                write_attributes(corners, {"units": "m", "carrier": wall.carrier})
                 mesh.create_dataset("triangles", data=wall.triangles, **PACKED)
             Checksums.of_new(file).write(file)
 
@@ -197,7 +196,7 @@ class Recorder:
                     Exception
                 ):  # too damaged even for that: it stays, and is never used again
                     del file["checkpoints"][slot]
-            file.attrs["state"] = "running"
+            write_attributes(file, {"state": "running"})
             checksums.take_one(file, "")
             checksums.write(file)
 
@@ -386,7 +385,7 @@ class Recorder:
                 del file["summary"]
             write_attributes(file.create_group("summary"), self._summary)
             checksums.take(file, "summary")
-        file.attrs.update(self._attributes)
+        write_attributes(file, self._attributes)
         file["provenance"].attrs["wall_time"] = clock.monotonic() - self._started
         checksums.take_one(file, "")
         checksums.take_one(file, "provenance")
