@@ -16,7 +16,7 @@ from nutamill.result.opening import refuse_outside_storage
 
 CHECKPOINTS = ("a", "b")
 LAYOUT = ("v110", "v110")
-"""Layout of HDF5 whose own tables have checksums: what is damaged there is refused, where it else may crash."""
+"""Layout of HDF5 with checksums on its own tables: what is damaged there is refused, and crashes nothing."""
 SMALLEST_PACKED = 4096
 """Size from which an array of a checkpoint is packed [bytes]."""
 SMALLEST_ROOM = 256
