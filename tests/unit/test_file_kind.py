@@ -133,5 +133,6 @@ def test_every_file_among_the_examples_is_recognised(path):
         "joint-friction": FileKind.FIT,
         "empty-mill-identified": FileKind.IDENTIFY,
         "spring-identified": FileKind.IDENTIFY,
+        "wet-pellets": FileKind.SWEEP,
     }
     assert file_kind(path) is wanted.get(path.stem, FileKind.MECHANISM)
