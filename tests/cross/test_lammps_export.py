@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "unit"))
-from lammps_bench import GRAVITY, SPIN, TILT, mass_centre, seen_from_chamber, write_flight
+from flight_result import GRAVITY, SPIN, TILT, mass_centre, seen_from_chamber, write_flight
 
 from nutamill.analysis.source import any_case_of
 from nutamill.export.lammps.write import export_charge

@@ -2,7 +2,6 @@
 waits for the trial of a case, unless it is about trials.
 """
 
-import math
 import pathlib
 import sys
 
@@ -17,8 +16,8 @@ from nutamill.simulation import trial
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))  # the tests share the modules beside them
 
-TILT = math.atan2(0.039, 0.366)
-SPEED = 60.0
+from nutating_chamber import SPEED, matrix, tilted, turned
+
 RATE = 1000.0
 
 
@@ -26,26 +25,6 @@ RATE = 1000.0
 def no_trials(monkeypatch):
     """Checks of cases forecast by the table."""
     monkeypatch.setattr(trial, "TRIAL_TIME", 0.0)
-
-
-def tilted(crank_angle):
-    """Attitude (w, x, y, z) of a chamber whose lower end is swung towards the crank and that does not
-    spin.
-    """
-    half = -0.5 * TILT
-    return np.array(
-        [math.cos(half), -math.sin(crank_angle) * math.sin(half), math.cos(crank_angle) * math.sin(half), 0.0]
-    )
-
-
-def turned(crank_angle):
-    return np.array([math.cos(crank_angle / 2), 0.0, 0.0, math.sin(crank_angle / 2)])
-
-
-def matrix(q):
-    w, v = q[0], q[1:]
-    skew = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    return np.eye(3) + 2 * w * skew + 2 * skew @ skew
 
 
 def write_film(path, snapshots=20, pellets=300, seed=1, changes=(), shakes=True, seconds=0.5):

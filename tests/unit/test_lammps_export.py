@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from conftest import SPEED, TILT, tilted
-from lammps_bench import SPIN, seen_from_chamber, write_flight
+from flight_result import SPIN, seen_from_chamber, write_flight
+from nutating_chamber import SPEED, TILT, tilted
 
 from nutamill.analysis.source import any_case_of
 from nutamill.base.errors import CaseError, ResultError

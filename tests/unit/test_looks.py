@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from conftest import SPEED, matrix, tilted
+from nutating_chamber import SPEED, matrix, tilted
 from typer.testing import CliRunner
 
 from nutamill import cli

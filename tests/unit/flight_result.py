@@ -1,7 +1,7 @@
 """Results of a nutating chamber with pellets in free flight or at a wall, written without a run."""
 
 import numpy as np
-from conftest import SPEED, TILT, matrix, tilted
+from nutating_chamber import SPEED, TILT, matrix, tilted
 
 from nutamill.case import load_case
 from nutamill.case.drawing import BODIES, CHAMBER
