@@ -43,6 +43,14 @@ def test_what_lammps_cannot_do_is_refused_by_name(change, message):
     assert message in str(refused.value)
 
 
+def test_a_wet_charge_stays_in_this_engine():
+    film = {"liquid_viscosity": "50 mPa s", "film_thickness": "50 um", "film_roughness": "1 um"}
+    pairs = ("steel-steel", "steel-acrylic")
+    numbers = [f"contact.pairs.{pair}.{key}={value}" for pair in pairs for key, value in film.items()]
+    with pytest.raises(CaseError, match="steel-steel: LAMMPS lacks a viscous film"):
+        refuse_for_lammps(machine_with("contact.film=viscous", *numbers))
+
+
 def test_more_surfaces_than_a_particle_has_memory_for_are_refused(monkeypatch):
     monkeypatch.setattr(faults, "MOST_SURFACES", 2)
     with pytest.raises(CaseError, match=r"walls: at most 2 surfaces with .*, got 3"):

@@ -117,6 +117,7 @@ def push_chunk(model, state, scratch, atom_state, c, dt, force_out):
         scratch.near,
         state.x,
         state.mass_props[0],
+        0.0,
         points[lo:hi],
         scratch.motion[0],
         scratch.surface_poses[0],
@@ -127,26 +128,29 @@ def push_chunk(model, state, scratch, atom_state, c, dt, force_out):
         scratch.measured[0],
         scratch.test[0],
     )
-    work[WALL_NORMAL], work[WALL_NORMAL + 1], work[WALL_NORMAL + 2], work[INTERFACE], beyond = wall_contacts(
-        model,
-        state.x,
-        state.mass_props[0],
-        rows,
-        state.material,
-        scratch.twists[0],
-        scratch.surface_poses[0],
-        scratch.measured[0],
-        n_walls,
-        last,
-        now,
-        like(dt, real),
-        0,
-        lanes,
-        atom_state.wall,
-        scratch.columns[0, 1],
-        forces,
-        scratch.sums[c],
-        state.impacts,
+    # a charge with films stays in this engine: their reach is 0, and so is their power
+    work[WALL_NORMAL], work[WALL_NORMAL + 1], work[WALL_NORMAL + 2], work[INTERFACE], _, beyond = (
+        wall_contacts(
+            model,
+            state.x,
+            state.mass_props[0],
+            rows,
+            state.material,
+            scratch.twists[0],
+            scratch.surface_poses[0],
+            scratch.measured[0],
+            n_walls,
+            last,
+            now,
+            like(dt, real),
+            0,
+            lanes,
+            atom_state.wall,
+            scratch.columns[0, 1],
+            forces,
+            scratch.sums[c],
+            state.impacts,
+        )
     )
     left = kick_atoms(model, state, atom_state, rows, forces, lo, hi, dt, force_out, work)
     scratch.alarms[c] = WALL * int(beyond > 0) + LEFT * int(left > 0)
