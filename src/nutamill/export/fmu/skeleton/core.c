@@ -181,7 +181,7 @@ int core_set(instance *it, uint32_t reference, double value) {
     return 1;
 }
 
-void core_save(const instance *it, char *to) {
+static void save(const instance *it, char *to) {
     int64_t head[2] = {(int64_t)core_state_size(it), it->mode};
     double times[4] = {it->start, it->now, it->row_time, INNER_STEP};
     memcpy(to, head, sizeof head);
@@ -205,4 +205,31 @@ int core_load(instance *it, const char *from, size_t size) {
     it->fresh = 0;
     memcpy(it->block, from + HEAD, it->size);
     return 1;
+}
+
+/* Give a state of the importer its size.  One of another size is freed first. */
+static int room_for_state(void **state, size_t size) {
+    if (*state && core_saved_size(*state) != size) core_free_state(state);
+    if (!*state) *state = malloc(size);
+    return *state != NULL;
+}
+
+int core_get_state(const instance *it, void **state) {
+    if (!state || !room_for_state(state, core_state_size(it))) return 0;
+    save(it, *state);
+    return 1;
+}
+
+/* Make a state of the bytes of an earlier one. */
+int core_set_bytes(void **state, const void *bytes, size_t size) {
+    if (!bytes || !state || size < sizeof(int64_t) || size != core_saved_size(bytes)) return 0;
+    if (!room_for_state(state, size)) return 0;
+    memcpy(*state, bytes, size);
+    return 1;
+}
+
+void core_free_state(void **state) {
+    if (!state) return;
+    free(*state);
+    *state = NULL;
 }

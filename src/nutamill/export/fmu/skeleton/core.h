@@ -30,7 +30,9 @@ int core_get(instance *it, uint32_t reference, double *value);
 int core_set(instance *it, uint32_t reference, double value);
 size_t core_state_size(const instance *it);
 size_t core_saved_size(const void *state);
-void core_save(const instance *it, char *to);
+int core_get_state(const instance *it, void **state);
+int core_set_bytes(void **state, const void *bytes, size_t size);
+void core_free_state(void **state);
 int core_load(instance *it, const char *from, size_t size);
 
 /* of a mechanism alone (mechanism.c) or of a machine with its charge (whole.c) */

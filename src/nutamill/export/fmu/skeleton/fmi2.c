@@ -137,15 +137,7 @@ API status fmi2DoStep(void *c, double time, double step, int no_return) {
 
 API status fmi2GetFMUstate(void *c, void **state) {
     CHECK(ANY)
-    if (!state) return fail(it, __func__);
-    if (*state && core_saved_size(*state) != core_state_size(it)) {
-        free(*state);
-        *state = NULL;
-    }
-    if (!*state) *state = malloc(core_state_size(it));
-    if (!*state) return fail(it, __func__);
-    core_save(it, *state);
-    return OK;
+    return core_get_state(it, state) ? OK : fail(it, __func__);
 }
 
 API status fmi2SetFMUstate(void *c, void *state) {
@@ -155,10 +147,7 @@ API status fmi2SetFMUstate(void *c, void *state) {
 
 API status fmi2FreeFMUstate(void *c, void **state) {
     CHECK(ANY)
-    if (state) {
-        free(*state);
-        *state = NULL;
-    }
+    core_free_state(state);
     return OK;
 }
 
@@ -178,16 +167,7 @@ API status fmi2SerializeFMUstate(void *c, void *state, char *bytes, size_t size)
 
 API status fmi2DeSerializeFMUstate(void *c, const char *bytes, size_t size, void **state) {
     CHECK(ANY)
-    if (!bytes || !state || size < sizeof(int64_t) || size != core_saved_size(bytes))
-        return fail(it, __func__);
-    if (*state && core_saved_size(*state) != size) {
-        free(*state);
-        *state = NULL;
-    }
-    if (!*state) *state = malloc(size);
-    if (!*state) return fail(it, __func__);
-    memcpy(*state, bytes, size);
-    return OK;
+    return core_set_bytes(state, bytes, size) ? OK : fail(it, __func__);
 }
 
 /* what the description says it cannot do */

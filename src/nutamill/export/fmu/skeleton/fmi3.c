@@ -136,15 +136,7 @@ API status fmi3DoStep(void *c, double time, double step, bool no_return, bool *e
 
 API status fmi3GetFMUState(void *c, void **state) {
     CHECK(ANY)
-    if (!state) return fail(it, __func__);
-    if (*state && core_saved_size(*state) != core_state_size(it)) {
-        free(*state);
-        *state = NULL;
-    }
-    if (!*state) *state = malloc(core_state_size(it));
-    if (!*state) return fail(it, __func__);
-    core_save(it, *state);
-    return OK;
+    return core_get_state(it, state) ? OK : fail(it, __func__);
 }
 
 API status fmi3SetFMUState(void *c, void *state) {
@@ -154,10 +146,7 @@ API status fmi3SetFMUState(void *c, void *state) {
 
 API status fmi3FreeFMUState(void *c, void **state) {
     CHECK(ANY)
-    if (state) {
-        free(*state);
-        *state = NULL;
-    }
+    core_free_state(state);
     return OK;
 }
 
@@ -177,16 +166,7 @@ API status fmi3SerializeFMUState(void *c, void *state, uint8_t *bytes, size_t si
 
 API status fmi3DeserializeFMUState(void *c, const uint8_t *bytes, size_t size, void **state) {
     CHECK(ANY)
-    if (!bytes || !state || size < sizeof(int64_t) || size != core_saved_size(bytes))
-        return fail(it, __func__);
-    if (*state && core_saved_size(*state) != size) {
-        free(*state);
-        *state = NULL;
-    }
-    if (!*state) *state = malloc(size);
-    if (!*state) return fail(it, __func__);
-    memcpy(*state, bytes, size);
-    return OK;
+    return core_set_bytes(state, bytes, size) ? OK : fail(it, __func__);
 }
 
 /* there are variables of type Float64 only, and none that changes at events */
