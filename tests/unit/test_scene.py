@@ -10,8 +10,9 @@ from nutamill.analysis.replay import chosen_snapshots, replay
 from nutamill.base.errors import CaseError, MillError, ResultError
 from nutamill.case import Case
 from nutamill.view.cameras import camera_of
+from nutamill.view.film import film_scene
 from nutamill.view.looks import Cut, Look
-from nutamill.view.scene import draw_scene, film_scene
+from nutamill.view.scene import draw_scene
 
 pytestmark = pytest.mark.external
 
@@ -56,6 +57,17 @@ def test_film_of_a_run_is_as_long_as_asked(filmed, tmp_path):
         pytest.skip(str(error))
     # 95 ms, four times slower, 25 pictures a second: 9.5 steps, so 10 or 11 pictures
     assert iio.count_frames_and_secs(str(film))[0] in (10, 11)
+
+
+def test_film_with_a_trace_has_the_size_that_is_asked_for(filmed, tmp_path):
+    """No multiple of 16, to which ffmpeg would round up."""
+    iio = pytest.importorskip("imageio_ffmpeg", reason='needs the extra "view"')
+    try:
+        film = film_scene(filmed, tmp_path / "a.mp4", slowed=1.0, size=(330, 250), trace=True)
+    except MillError as error:
+        pytest.skip(str(error))
+    frames = iio.read_frames(str(film))
+    assert next(frames)["size"] == (330, 250)
 
 
 def test_film_without_ffmpeg_says_what_to_install(filmed, tmp_path, monkeypatch):

@@ -193,16 +193,20 @@ def movie(
     background: Background = "white",
     azimuth: Azimuth = None,
     elevation: Elevation = None,
+    trace: Annotated[
+        bool, typer.Option("--trace", help="Draw the force over time below, with a mark at the moment shown.")
+    ] = False,
 ) -> None:
     """Film the time that has snapshots in three dimensions. Needs the extra "view"."""
     from nutamill.result import open_result
-    from nutamill.view.scene import film_scene
+    from nutamill.view.film import film_scene
 
     look = _look(camera, colour, colour_range, cut, background, azimuth, elevation)
     pixels = _pixels(size)
     with open_result(file) as result:
         path = to or file.with_name(f"{file.stem}-{camera}.mp4")
-        typer.echo(film_scene(result, path, look, slow, lambda text: typer.echo(text, err=True), pixels))
+        log = lambda text: typer.echo(text, err=True)  # noqa: E731
+        typer.echo(film_scene(result, path, look, slow, log, pixels, trace))
 
 
 @app.command()

@@ -1,10 +1,10 @@
-"""The mill in three dimensions, with PyVista: pictures and films, on a server without a screen as on a desk.
+"""The mill in three dimensions, with PyVista: pictures, on a server without a screen as on a desk.
 
 PyVista is the extra ``view``, imported in this file only.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,8 +14,8 @@ import numpy as np
 from nutamill.analysis.replay import Frame, between, chosen_snapshots, replay
 from nutamill.analysis.source import any_case_of
 from nutamill.base.atomic_file import check_writable, io_errors
-from nutamill.base.errors import NotInstalledError, OutputError, ResultError, missing_extra
-from nutamill.base.units import in_unit, rpm
+from nutamill.base.errors import NotInstalledError, ResultError, missing_extra
+from nutamill.base.units import in_unit
 from nutamill.result import Result
 from nutamill.view.cameras import Camera
 from nutamill.view.drawing import Part
@@ -33,16 +33,8 @@ NEAR = 0.04
 """Distance within which surfaces shade each other, share of the size of the machine [1]."""
 OPENING = 0.9 * math.pi
 """Azimuth over which the chamber's wall is cut open [rad]."""
-FILM_RATE = 25
-"""Pictures per second of a film [1/s]."""
-LOGGED = 100
-"""Pictures of a film drawn between two lines of its log [1]."""
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 """Suffixes of pictures."""
-FILMS = (".mp4",)
-"""Suffixes of films."""
-SLOWED = 40.0
-"""Default of how many times slower than real a film runs [1]."""
 BARS = {
     "speed": "speed (m/s)",
     "height": "height over the floor (m)",
@@ -97,7 +89,7 @@ def draw_scene(
     known = chosen_snapshots(result)
     chosen = [int(np.abs(result.snapshots.time[known] - time).argmin()) for time in times] or [len(known) - 1]
     images = []
-    with _stage(result, look, chosen, (size[0] // len(chosen), size[1])) as stage:
+    with open_stage(result, look, chosen, (size[0] // len(chosen), size[1])) as stage:
         stage.shade()
         for number in chosen:
             shown = stage.moment(number)
@@ -108,64 +100,6 @@ def draw_scene(
     with io_errors(path):
         imsave(path, np.ascontiguousarray(np.hstack(images)))
     return path
-
-
-FRAGMENTS = ["-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-g", "50"]
-"""Options of ffmpeg: fragments of two seconds, each complete, so that a truncated film still plays."""
-
-
-def film_scene(
-    result: Result,
-    path: str | Path,
-    look: Look = LOOK,
-    slowed: float = SLOWED,
-    log: Callable[[str], None] | None = None,
-    size: tuple[int, int] = SIZE,
-) -> Path:
-    """Write a film (MP4) of the time that has snapshots, and return its path. Between two snapshots the
-    motion is interpolated.
-
-    Parameters
-    ----------
-    slowed : how many times slower than real the film runs [1]
-    log : receives now and then how many pictures have been drawn
-
-    Raises
-    ------
-    as `draw_scene`; NotInstalledError also where ffmpeg is missing
-    """
-    path = Path(path)
-    check_writable(path, FILMS)
-    check_look(look, film=True)
-    known = chosen_snapshots(result)
-    at = result.snapshots.time[known]
-    times = film_times(float(at[0]), float(at[-1]), slowed)
-    with _stage(result, look, known, size) as stage:
-        if ffmpeg_trouble():
-            raise missing_extra(f"{path}: a film", "ffmpeg", "view")
-        with io_errors(path):
-            stage.begin_film(path)
-        for done, time in enumerate(times):
-            if log is not None and done % LOGGED == 0:
-                log(f"{done} of {len(times)} pictures drawn")
-            stage.show(stage.moment_at(float(time), at), caption(result, float(time), slowed))
-            stage.take_film_picture(path)
-    return path
-
-
-def film_times(first: float, last: float, slowed: float) -> np.ndarray:
-    """Return the simulated times of the pictures of a film [s], at 25 pictures for each second of film."""
-    return np.linspace(first, last, max(2, round((last - first) * slowed * FILM_RATE) + 1))
-
-
-def caption(result: Result, time: float, slowed: float) -> str:
-    """Return the caption of a picture of a film: time, speed of the drive where there is one, slowing."""
-    words = [f"t = {time:.4f} s"]
-    if "driveshaft_speed" in result.series:
-        series = result.series
-        speed = float(np.interp(time, series["time"].values, series["driveshaft_speed"].values))
-        words.append(f"{rpm(speed):.0f} rpm")
-    return "   ".join([*words, f"{slowed:g} times slower"])
 
 
 class Moment(NamedTuple):
@@ -259,19 +193,6 @@ class Stage:
         self._plotter.render()
         return self._plotter.screenshot(None, return_img=True, transparent_background=clear)
 
-    def begin_film(self, path: Path) -> None:
-        """Open a film."""
-        self._plotter.open_movie(str(path), framerate=FILM_RATE, quality=7, output_params=FRAGMENTS)
-
-    def take_film_picture(self, path: Path) -> None:
-        """Render and add a picture to the film. Raise OutputError where ffmpeg cannot write it."""
-        try:
-            self._plotter.write_frame()
-        except OSError:  # holds the command line of ffmpeg
-            raise OutputError(
-                f"{path}: ffmpeg cannot write the film any further. Free some room, or choose another folder."
-            ) from None
-
     def _place_parts(self, frame: Frame, camera: Camera) -> None:
         for part, actor in self._parts:
             pose = frame.bodies[part.body]
@@ -339,7 +260,7 @@ class Stage:
 
 
 @contextmanager
-def _stage(result: Result, look: Look, numbers: list[int], size: tuple[int, int]) -> Iterator[Stage]:
+def open_stage(result: Result, look: Look, numbers: list[int], size: tuple[int, int]) -> Iterator[Stage]:
     """Open the stage of a result, with a colour bar that covers the snapshots of these numbers."""
     machine = drawn(any_case_of(result), OPENING if look.view == "front" else 0.0, result.walls)
     camera_called(machine, look.view)
@@ -413,17 +334,6 @@ def opengl_trouble() -> str:
             plotter.screenshot(None, return_img=True)
     except NotInstalledError as error:
         return str(error)
-    return ""
-
-
-def ffmpeg_trouble() -> str:
-    """Return why no film can be written, or "" if one can."""
-    try:
-        import imageio_ffmpeg
-
-        imageio_ffmpeg.get_ffmpeg_exe()
-    except (ImportError, RuntimeError):
-        return str(missing_extra("a film", "ffmpeg", "view"))
     return ""
 
 
