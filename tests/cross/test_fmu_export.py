@@ -16,36 +16,16 @@ from nutamill.case import load_case
 from nutamill.export.fmu import linking
 from nutamill.export.fmu.interface import mechanism_interface
 from nutamill.export.fmu.write import export_machine
-from nutamill.simulation.march import run
 
 pytestmark = [
     pytest.mark.external,
     pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler"),
 ]
 fmpy = pytest.importorskip("fmpy", reason="needs the extra fmu")
+from fmu_session import marched, opened, recorded_rows, rows_in_host, unpacked_library  # noqa: E402
 
 CHANGES = ["charge.kind=none", 'run.until="0.1 s"', "run.series_rate=1000 Hz", 'drive.ramp="7000 rpm/s"']
 RATE = 1000
-HOST = r"""
-#include <stdio.h>
-#include <stdlib.h>
-extern void* fmi2Instantiate(const char*, int, const char*, const char*, const void*, int, int);
-extern int fmi2SetupExperiment(void*, int, double, double, int, double);
-extern int fmi2EnterInitializationMode(void*); extern int fmi2ExitInitializationMode(void*);
-extern int fmi2DoStep(void*, double, double, int);
-extern int fmi2GetReal(void*, const unsigned*, size_t, double*);
-extern void fmi2FreeInstance(void*);
-int main(int c, char** v) {
-  int rows = atoi(v[2]), n = c - 4; double h = atof(v[3]), x; unsigned r;
-  void* m = fmi2Instantiate("mill", 1, v[1], 0, 0, 0, 0);
-  if (!m || fmi2SetupExperiment(m, 0, 0, 0, 0, 0) || fmi2EnterInitializationMode(m)) return 1;
-  if (fmi2ExitInitializationMode(m)) return 2;
-  for (int k = 0; k <= rows; k++) {
-    if (k && fmi2DoStep(m, (k - 1) * h, h, 1)) return 3;
-    for (int j = 0; j < n; j++) { r = (unsigned)atoi(v[4 + j]); if (fmi2GetReal(m, &r, 1, &x)) return 4;
-      fwrite(&x, 8, 1, stdout); } }
-  fmi2FreeInstance(m); return 0; }
-"""
 
 
 @pytest.fixture(scope="module")
@@ -64,10 +44,7 @@ def mill(folder):
 
 @pytest.fixture(scope="module")
 def recorded(folder):
-    """Names and values (n, n_names) of every series that a run of the same case records."""
-    with run(load_case("numill", CHANGES), to=folder / "mill.h5") as result:
-        names = [name for name in result.series.data_vars if name != "time"]
-        return names, np.column_stack([result.series[name].values for name in names])
+    return recorded_rows(load_case("numill", CHANGES), folder / "mill.h5")
 
 
 def test_a_mill_with_a_charge_is_exported_without_what_is_taken_of_the_charge(folder):
@@ -75,36 +52,6 @@ def test_a_mill_with_a_charge_is_exported_without_what_is_taken_of_the_charge(fo
     names = {variable.name for variable in fmpy.read_model_description(str(path)).modelVariables}
     assert {"driveshaft_torque", "crank_pin_force_resultant"} <= names
     assert not names & {"charge_force_x", "charge_phase_lag", "wall_normal_loss"}
-
-
-def opened(path):
-    """A started FMU, and its value references."""
-    model = fmpy.read_model_description(str(path))
-    kind = fmpy.fmi2.FMU2Slave if model.fmiVersion == "2.0" else fmpy.fmi3.FMU3Slave
-    unit = kind(
-        guid=model.guid,
-        unzipDirectory=fmpy.extract(str(path)),
-        modelIdentifier=model.coSimulation.modelIdentifier,
-        instanceName="mill",
-    )
-    unit.instantiate()
-    if model.fmiVersion == "2.0":
-        unit.setupExperiment(startTime=0.0)
-        unit.enterInitializationMode()
-        unit.get, unit.set = unit.getReal, unit.setReal
-    else:
-        unit.enterInitializationMode(startTime=0.0)
-        unit.get, unit.set = unit.getFloat64, unit.setFloat64
-    unit.exitInitializationMode()
-    return unit, {variable.name: variable.valueReference for variable in model.modelVariables}
-
-
-def marched(unit, references, count, step, first=0):
-    rows = []
-    for k in range(first, first + count):
-        unit.doStep(k * step, step)
-        rows.append(unit.get(references))
-    return np.array(rows)
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -124,28 +71,14 @@ def test_every_recorded_value_has_the_bits_of_a_run(mill, recorded, version):
 
 def test_the_library_runs_without_python_and_calls_none(mill, recorded, folder):
     names, values = recorded
-    model = fmpy.read_model_description(str(mill[2]))
-    places = {variable.name: variable.valueReference for variable in model.modelVariables}
-    with zipfile.ZipFile(mill[2]) as archive:
-        library = next(name for name in archive.namelist() if name.startswith("binaries/"))
-        (folder / "libmill.so").write_bytes(archive.read(library))
-    (folder / "host.c").write_text(HOST, encoding="utf-8")
-    subprocess.run(
-        ["cc", "-w", "-o", "host", "host.c", "./libmill.so", "-Wl,-rpath,$ORIGIN"], cwd=folder, check=True
-    )
-    arguments = [model.guid, str(len(values) - 1), repr(1.0 / RATE), *(str(places[name]) for name in names)]
-    done = subprocess.run(
-        [str(folder / "host"), *arguments], cwd=folder, capture_output=True, env={}, check=True
-    )
-    assert np.array_equal(np.frombuffer(done.stdout).reshape(values.shape), values)
-    symbols = subprocess.run(
-        ["nm", "-D", str(folder / "libmill.so")], capture_output=True, text=True, check=True
-    )
+    assert np.array_equal(rows_in_host(mill[2], folder, names, len(values) - 1, 1.0 / RATE), values)
+    library = unpacked_library(mill[2], folder)
+    symbols = subprocess.run(["nm", "-D", str(library)], capture_output=True, text=True, check=True)
     assert not re.search(r"\bPy|numba_(?!attempt)|NRT_", symbols.stdout)
     exported = {line.split()[-1] for line in symbols.stdout.splitlines() if line.split()[-2] not in "Uwv"}
     assert {name for name in exported if not name.startswith("fmi2")} <= {"nutamill_block"}
     assert "fmi2DoStep" in exported
-    needed = subprocess.run(["ldd", str(folder / "libmill.so")], capture_output=True, text=True, check=True)
+    needed = subprocess.run(["ldd", str(library)], capture_output=True, text=True, check=True)
     assert "python" not in needed.stdout
 
 

@@ -2,7 +2,6 @@
 
 import shutil
 import subprocess
-import zipfile
 
 import numpy as np
 import pytest
@@ -11,10 +10,9 @@ from nutamill.base.errors import CaseError
 from nutamill.case import load_case
 from nutamill.charge import assembly
 from nutamill.export.fmu.write import export_machine
-from nutamill.simulation.march import run
 
 fmpy = pytest.importorskip("fmpy", reason="needs the extra fmu")
-from test_fmu_export import HOST, marched, opened  # noqa: E402
+from fmu_session import marched, opened, recorded_rows, rows_in_host, unpacked_library  # noqa: E402
 
 pytestmark = [
     pytest.mark.external,
@@ -37,10 +35,7 @@ def piston(folder):
 
 @pytest.fixture(scope="module")
 def recorded(folder):
-    """Names and values (n, n_names) of every series that a run of the same case records."""
-    with run(load_case("piston", CHANGES), to=folder / "piston.h5") as result:
-        names = [name for name in result.series.data_vars if name != "time"]
-        return names, np.column_stack([result.series[name].values for name in names])
+    return recorded_rows(load_case("piston", CHANGES), folder / "piston.h5")
 
 
 def test_every_series_of_machine_and_charge_has_the_bits_of_a_run(piston, recorded):
@@ -60,23 +55,9 @@ def test_every_series_of_machine_and_charge_has_the_bits_of_a_run(piston, record
 
 def test_the_machine_with_its_charge_runs_without_python_and_calls_none(piston, recorded, folder):
     names, values = recorded
-    model = fmpy.read_model_description(str(piston))
-    places = {variable.name: variable.valueReference for variable in model.modelVariables}
-    with zipfile.ZipFile(piston) as archive:
-        library = next(name for name in archive.namelist() if name.startswith("binaries/"))
-        (folder / "libpiston.so").write_bytes(archive.read(library))
-    (folder / "host.c").write_text(HOST, encoding="utf-8")
-    subprocess.run(
-        ["cc", "-w", "-o", "host", "host.c", "./libpiston.so", "-Wl,-rpath,$ORIGIN"], cwd=folder, check=True
-    )
-    arguments = [model.guid, str(len(values) - 1), repr(1.0 / RATE), *(str(places[name]) for name in names)]
-    done = subprocess.run(
-        [str(folder / "host"), *arguments], cwd=folder, capture_output=True, env={}, check=True
-    )
-    assert np.array_equal(np.frombuffer(done.stdout).reshape(values.shape), values)
-    symbols = subprocess.run(
-        ["nm", "-D", "libpiston.so"], cwd=folder, capture_output=True, text=True, check=True
-    ).stdout
+    assert np.array_equal(rows_in_host(piston, folder, names, len(values) - 1, 1.0 / RATE), values)
+    library = unpacked_library(piston, folder)
+    symbols = subprocess.run(["nm", "-D", str(library)], capture_output=True, text=True, check=True).stdout
     assert "fmi2DoStep" in symbols and " Py" not in symbols and "NRT_" not in symbols
 
 

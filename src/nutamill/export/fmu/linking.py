@@ -35,6 +35,8 @@ WHOLE_ENTRIES = (
     ),
 )
 """What it calls of the kernels of a machine with its charge: the march by the only thread of its team."""
+LINKED = {".so": ["-lm"], ".dylib": ["-Wl,-install_name,@rpath/nutamill.dylib"]}
+"""Options of the linker for an ending.  A .dylib is named as the file of the link, unless it has one."""
 BLOCK = "nutamill_block"
 """Name of the first block in a library."""
 
@@ -102,7 +104,9 @@ def this_platform() -> Platform:
     raise OutputError(f"--platforms: no library can be made for {machine}-{system}")
 
 
-def library(interface: Interface, version: int, token: str, target: Platform) -> bytes:
+def library(
+    interface: Interface, version: int, token: str, target: Platform, portable: bool = False
+) -> bytes:
     """Return the shared library of a machine for a platform.
 
     Parameters
@@ -111,23 +115,25 @@ def library(interface: Interface, version: int, token: str, target: Platform) ->
     version : version of FMI, 2 or 3
     token : as in the description
     target : the platform; another one than this needs ziglang
+    portable : whether every computer of the platform can load it; needs ziglang. Else the library of this
+        platform is for this computer, by its own compiler
 
     Raises
     ------
     NotInstalledError : no compiler for that platform
     OutputError : the compiler failed
     """
-    command = _compiler(target)
+    command = _compiler(target, portable)
     whole = interface.whole is not None
     entries = WHOLE_ENTRIES if whole else ENTRIES
-    code = code_target(interface, target)
+    code = code_target(interface, target, portable)
     with tempfile.TemporaryDirectory(prefix="nutamill-link-") as name:
         folder = Path(name)
         (folder / "kernels.o").write_bytes(object_code(entries, interface.arguments, code))
         (folder / "block.o").write_bytes(
             constant_object(BLOCK, interface.block.content.tobytes(), target.target)
         )
-        (folder / "model.h").write_text(header(interface, token), encoding="utf-8")
+        (folder / "model.h").write_text(header(interface, token, code.features), encoding="utf-8")
         skeleton = importlib.resources.files("nutamill.export.fmu") / "skeleton"
         sources = ["core.c", f"fmi{version}.c", "whole.c" if whole else "mechanism.c"]
         for source in ("core.h", *sources):
@@ -145,7 +151,7 @@ def library(interface: Interface, version: int, token: str, target: Platform) ->
         ]
         options += [] if target.ending == ".dll" else ["-fPIC"]
         files = [str(folder / part) for part in (*sources, "kernels.o", "block.o")]
-        libraries = ["-lm"] if target.ending == ".so" else []
+        libraries = LINKED.get(target.ending, [])
         environment = os.environ | {
             "ZIG_GLOBAL_CACHE_DIR": os.environ.get("ZIG_GLOBAL_CACHE_DIR", str(_zig_cache()))
         }
@@ -158,12 +164,13 @@ def library(interface: Interface, version: int, token: str, target: Platform) ->
         return out.read_bytes()
 
 
-def code_target(interface: Interface, target: Platform) -> CodeTarget:
+def code_target(interface: Interface, target: Platform, portable: bool = False) -> CodeTarget:
     """Return what the kernels are emitted for: what every processor of the platform has.
 
-    A charge is emitted for this very processor where the platform is this one. It then has the bits of a run.
+    A charge that need not be `portable` is emitted for this very processor where the platform is this one. It
+    then has the bits of a run.
     """
-    if interface.whole is not None and target == this_platform():
+    if interface.whole is not None and not portable and target == this_platform():
         return this_processor(target.target.triple)
     return target.target
 
@@ -172,9 +179,12 @@ def _zig_cache() -> Path:
     return Path(tempfile.gettempdir()) / "nutamill-zig"
 
 
-def _compiler(target: Platform) -> list[str]:
-    """Return the command that compiles and links for a platform."""
-    if target == this_platform() and (local := shutil.which("cc")):
+def _compiler(target: Platform, portable: bool) -> list[str]:
+    """Return the command that compiles and links for a platform.
+
+    A library of this computer's own compiler asks for its C library or a newer one.
+    """
+    if not portable and target == this_platform() and (local := shutil.which("cc")):
         return [local]
     if (package := importlib.util.find_spec("ziglang")) is not None and package.origin is not None:
         program = "zig.exe" if sys.platform == "win32" else "zig"

@@ -9,6 +9,19 @@ from nutamill.export.fmu.interface import Interface
 TAKES = {"sum": "SUM", "product": "PRODUCT", "resultant": "RESULTANT", "lag": "LAG"}
 """Names in C of what a series is taken as."""
 
+ECX_1 = {"sse4.2": 20, "avx": 28, "fma": 12}
+EBX_7 = {
+    **{"bmi": 3, "avx2": 5, "bmi2": 8},
+    **{"avx512f": 16, "avx512dq": 17, "avx512cd": 28, "avx512bw": 30, "avx512vl": 31},
+}
+"""Groups of instructions that kernels may use beyond what every x86-64 processor has, with the bits by which
+CPUID shows them in leaf 1, register ECX, and leaf 7, register EBX [Intel, Software Developer's Manual 2A].
+"""
+OSXSAVE = 27
+"""Bit of leaf 1, register ECX: XGETBV shows which registers the operating system saves."""
+SAVED = {"avx": 0x6, "avx512f": 0xE0}
+"""Bits of the registers that a group of instructions needs, as XGETBV shows them."""
+
 HEADER = """/* Tables of one machine, written by nutamill export fmu. */
 #ifndef NUTAMILL_MODEL_H
 #define NUTAMILL_MODEL_H
@@ -27,6 +40,7 @@ HEADER = """/* Tables of one machine, written by nutamill export fmu. */
 #define N_VARIABLES {n_variables}
 #define MOST_TERMS {most_terms}
 #define PI {pi}
+{processor}
 
 enum kind {{ CLOCK, IN_BLOCK, IN_SLOTS }};
 enum input_kind {{ PLAIN, SPEED }};
@@ -102,8 +116,15 @@ def _whole(interface: Interface) -> str:
     )
 
 
-def header(interface: Interface, token: str) -> str:
-    """Return model.h of a machine. `token` identifies its description."""
+def header(interface: Interface, token: str, features: str) -> str:
+    """Return model.h of a machine.
+
+    Parameters
+    ----------
+    interface : the machine
+    token : what identifies its description
+    features : instructions that its kernels were emitted with, as LLVM writes them
+    """
     variables = [f"{{{v.kind}, {int(v.causality == 'input')}, {v.at}}}," for v in interface.variables]
     inputs = [f"{{{given.kind}, {given.at}, {given.motion}}}," for given in interface.inputs]
     terms: list[str] = []
@@ -126,12 +147,23 @@ def header(interface: Interface, token: str) -> str:
         n_variables=len(variables),
         most_terms=max(len(made.terms) for made in interface.made),
         pi=_exact(math.pi),
+        processor=_processor(features),
         whole=_whole(interface),
         variables="\n".join(variables),
         inputs="\n".join(inputs),
         terms="\n".join(terms),
         series="\n".join(series),
     )
+
+
+def _processor(features: str) -> str:
+    """Return the masks of what a processor must have for these instructions, as macros."""
+    needed = {name.removeprefix("+") for name in features.split(",") if name.startswith("+")}
+    saved = sum(bits for name, bits in SAVED.items() if name in needed)
+    first = sum(1 << bit for name, bit in ECX_1.items() if name in needed) | bool(saved) << OSXSAVE
+    seventh = sum(1 << bit for name, bit in EBX_7.items() if name in needed)
+    masks = {"NEEDS_ECX_1": first, "NEEDS_EBX_7": seventh, "NEEDS_SAVED": saved}
+    return "\n".join(f"#define {name} {mask:#x}u" for name, mask in masks.items())
 
 
 def _exact(value: float) -> str:

@@ -43,7 +43,7 @@ def export_machine(
     what : "mechanism", without the charge, or "whole", with it
     version : version of FMI, 2 or 3
     drives : "programme", as the case says; "speed" or "torque", as inputs ask
-    platforms : "this" or "all"
+    platforms : "this", for the computer at hand, or "all", for every computer of each of `PLATFORMS`
     log : called with a line for each platform
 
     Raises
@@ -58,14 +58,14 @@ def export_machine(
     identifier = "nutamill"
     token = _token(interface, version)
     members = {"modelDescription.xml": model_description(interface, version, identifier, token).encode()}
-    here = this_platform()
-    for target in PLATFORMS if platforms == "all" else [here]:
+    here, portable = this_platform(), platforms == "all"
+    for target in PLATFORMS if portable else [here]:
         folder = target.tuple if version == 3 else target.folder
-        code = library(interface, version, token, target)
+        code = library(interface, version, token, target, portable)
         members[f"binaries/{folder}/{identifier}{target.ending}"] = code
         if log is not None:
             run = "" if target == here else ", linked and not run here"
-            cpu = code_target(interface, target).cpu
+            cpu = code_target(interface, target, portable).cpu
             log(f"{target.tuple:15} {len(code)} bytes, instructions of {cpu}{run}")
     members |= _documents(interface, version, drives)
     members["documentation/machine.png"] = picture(machine)

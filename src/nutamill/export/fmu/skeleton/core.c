@@ -7,6 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
+
 #define ALIGNMENT 64
 #define SAME_STEP 1e-6 /* share of the inner step by which a communication step may miss a multiple */
 
@@ -50,6 +54,28 @@ int core_room(instance *it, size_t size) {
     it->block = (char *)(((uintptr_t)memory + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
     it->size = size;
     return 1;
+}
+
+/* Return whether this processor has the instructions of the kernels. */
+static int processor_fits(void) {
+#if defined(__x86_64__)
+    unsigned a, b, c, d, low = 0, high;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || (c & NEEDS_ECX_1) != NEEDS_ECX_1) return 0;
+    if (NEEDS_SAVED) __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    if ((low & NEEDS_SAVED) != NEEDS_SAVED) return 0;
+    return !NEEDS_EBX_7 || (__get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & NEEDS_EBX_7) == NEEDS_EBX_7);
+#else
+    return 1;
+#endif
+}
+
+/* Return why there can be no instance here, NULL if there can be one. */
+const char *core_refusal(const char *token) {
+    if (!token || strcmp(token, TOKEN)) return "the library does not belong to this modelDescription.xml";
+    if (!processor_fits())
+        return "this processor lacks instructions of the one that the library was made for: "
+               "export the machine on this computer, or with --platforms all";
+    return NULL;
 }
 
 instance *core_new(const char *name) {

@@ -22,6 +22,7 @@ typedef struct {
     char said[256];    /* the last message */
 } instance;
 
+const char *core_refusal(const char *token);
 instance *core_new(const char *name);
 void core_free(instance *it);
 int core_reset(instance *it);

@@ -46,7 +46,13 @@ API const char *fmi2GetVersion(void) { return "2.0"; }
 API void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources,
                           const callbacks *f, int visible, int logging) {
     (void)resources, (void)visible, (void)logging;
-    if (!name || !guid || type != 1 || strcmp(guid, TOKEN)) return NULL;
+    if (!name || type != 1) return NULL;
+    const char *refusal = core_refusal(guid);
+    if (refusal) {
+        if (f && f->logger)
+            f->logger(f->environment, name, ERROR, "logStatusError", "%s: %s", __func__, refusal);
+        return NULL;
+    }
     instance *it = core_new(name);
     if (it && f) {
         it->logger = (void *)f->logger;

@@ -44,7 +44,12 @@ API void *fmi3InstantiateCoSimulation(const char *name, const char *token, const
                                       bool logging, bool events, bool early, const reference *required,
                                       size_t n, void *environment, log_function log, void *update) {
     (void)resources, (void)visible, (void)logging, (void)early, (void)required, (void)n, (void)update;
-    if (!name || !token || events || strcmp(token, TOKEN)) return NULL;
+    if (!name || events) return NULL;
+    const char *refusal = core_refusal(token);
+    if (refusal) {
+        if (log) log(environment, ERROR, "logStatusError", refusal);
+        return NULL;
+    }
     instance *it = core_new(name);
     if (it) {
         it->logger = (void *)log;
