@@ -12,8 +12,8 @@ import numpy as np
 from nutamill.case import load_case
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "cross"))
+from box_and_ball import BALL, BOX, FOREIGN, OWN, rows_of
 from fmu_bench import compiled, write_fmu
-from test_fmu_import import BALL, BOX, FOREIGN, OWN, rows_of
 
 ACCELERATION = 'acceleration = ["ax", "ay", "az"]\n'
 VELOCITY = 'velocity     = ["vx", "vy", "vz"]\n'

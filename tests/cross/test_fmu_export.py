@@ -279,54 +279,6 @@ def test_documentation_units_and_start_values_are_in_the_archive(mill):
     assert all(float(variable.start) == 0.0 for variable in variables if variable.causality == "input")
 
 
-def test_our_mechanism_as_a_foreign_machine_gives_the_bits_of_our_own_run(folder, tmp_path):
-    """A box on a guide and a spring under a ball: as part of the run, and as an FMU that the run moves."""
-    from test_fmu_import import BALL, BOX, OWN, rows_of
-
-    (tmp_path / "own.toml").write_text(BOX + OWN + BALL, encoding="utf-8")
-    own = load_case(tmp_path / "own.toml")
-    machine = own.machine
-    step = machine.model_copy(update={"run": machine.run.model_copy(update={"step": 50e-6})})
-    export_machine(step, tmp_path / "own.fmu")
-    names = {
-        part: ", ".join(
-            f'"bodies.box.{part}.{letter}"' for letter in ("wxyz" if part == "quaternion" else "xyz")
-        )
-        for part in (
-            "position",
-            "quaternion",
-            "velocity",
-            "angular_velocity",
-            "acceleration",
-            "angular_acceleration",
-        )
-    }
-    rates = "\n".join(
-        f"{part} = [{text}]" for part, text in names.items() if part not in ("position", "quaternion")
-    )
-    wrench = "\n".join(
-        f"{load} = [{', '.join(chr(34) + f'wrench.box.{load}.{axis}' + chr(34) for axis in 'xyz')}]"
-        for load in ("force", "moment")
-    )
-    foreign = f"""
-[[fmus]]
-name = "machine"
-file = "own.fmu"
-
-[[fmus.bodies]]
-body = "box"
-position = [{names["position"]}]
-attitude = [{names["quaternion"]}]
-{rates}
-{wrench}
-"""
-    (tmp_path / "foreign.toml").write_text(BOX + foreign + BALL, encoding="utf-8")
-    one, two = (rows_of(load_case(tmp_path / f"{name}.toml"), 0.03) for name in ("own", "foreign"))
-    assert np.count_nonzero(one["box_charge_force_z"]) > 2
-    for name in ("box_position_z", "charge_mass_centre_z", "box_charge_force_z", "wall_normal_loss"):
-        assert np.array_equal(one[name], two[name]), name
-
-
 def test_a_machine_with_an_fmu_is_not_exported(folder, tmp_path):
     (tmp_path / "m.fmu").write_bytes(b"not looked at")
     shaft(folder)

@@ -9,14 +9,13 @@ import zipfile
 
 import numpy as np
 import pytest
+from box_and_ball import BALL, BOX, FOREIGN, OWN, rows_of
 from fmu_bench import compiled, description, write_fmu
 from motor_on_shaft import MOTOR, SHAFT
 
 import nutamill as nm
 from nutamill.base.errors import CaseError, ResultError, StepError
 from nutamill.case import load_case
-from nutamill.simulation.entry import enter, record_first_row
-from nutamill.simulation.fmus.exchange import started
 from nutamill.simulation.fmus.mapping import fmu_plans
 from nutamill.simulation.fmus.trust import fmu_lines
 from nutamill.simulation.march import resume, run
@@ -28,96 +27,7 @@ pytestmark = [
 ]
 pytest.importorskip("fmpy", reason="needs the extra fmu")
 
-BOX = """
-schema = 1
-title = "box on springs"
-
-[[bodies]]
-name     = "box"
-mass     = "2 kg"
-inertia  = ["0.01 kg m^2", "0.01 kg m^2", "0.02 kg m^2"]
-position = ["0 mm", "0 mm", "-10 mm"]
-"""
-OWN = """
-[[joints]]
-name    = "guide"
-kind    = "prismatic"
-between = ["ground", "box"]
-point   = ["0 mm", "0 mm", "-10 mm"]
-axis    = [0, 0, 1]
-
-[[springs]]
-name        = "spring"
-between     = ["ground", "box"]
-point_a     = ["0 mm", "0 mm", "-100 mm"]
-point_b     = ["0 mm", "0 mm", "-10 mm"]
-stiffness   = "20000 N/m"
-free_length = "100 mm"
-
-[[forces]]
-name  = "weight_taken_off"
-body  = "box"
-force = ["0 N", "0 N", "19.62 N"]
-"""
-FOREIGN = """
-[[fmus]]
-name  = "mass"
-file  = "bench.fmu"
-start = { stiffness = 20000.0, mass = 2.0, pz = -0.01 }
-
-[[fmus.bodies]]
-body         = "box"
-position     = ["px", "py", "pz"]
-velocity     = ["vx", "vy", "vz"]
-acceleration = ["ax", "ay", "az"]
-force        = ["fx", "fy", "fz"]
-"""
-BALL = """
-[[walls]]
-name     = "floor"
-body     = "box"
-material = "steel"
-shape    = "box"
-side     = "inside"
-point    = ["0 mm", "0 mm", "20 mm"]
-size     = ["40 mm", "40 mm", "60 mm"]
-
-[[regions]]
-name  = "inside"
-body  = "box"
-shape = "box"
-point = ["0 mm", "0 mm", "20 mm"]
-size  = ["40 mm", "40 mm", "60 mm"]
-
-[charge]
-kind     = "spheres"
-diameter = "20 mm"
-count    = 1
-material = "steel"
-
-[materials.steel]
-density       = "7800 kg/m^3"
-young_modulus = "210 GPa"
-poisson_ratio = 0.3
-
-[contact]
-softening = 1e-4
-
-[contact.pairs.steel-steel]
-sliding_friction = 0.3
-restitution      = 0.9
-
-[[sensors]]
-name = "box"
-kind = "position"
-of   = "box"
-
-[run]
-until       = "20 ms"
-threads     = 1
-dt          = "5 us"
-series_rate = "1000 Hz"
-"""
+UNITLESS = '<UnitDefinitions><Unit name="m/m"><BaseUnit/></Unit>'
 
 
 @pytest.fixture(scope="module")
@@ -164,17 +74,6 @@ def test_an_fmu_that_cannot_store_its_state_is_not_resumed(case, tmp_path):
     run(case(SHAFT + MOTOR, text=description(states=False)), to=tmp_path / "a.h5", trust_fmu=True).close()
     with pytest.raises(ResultError, match='fmus: "motor" cannot store the state of the model'):
         resume(tmp_path / "a.h5", until="30 ms", trust_fmu=True)
-
-
-def rows_of(case, seconds):
-    """Rows of a march from the ball 1 mm above the floor: no bed has to settle."""
-    bed = np.array([[0.0, 0.0, 0.011]])
-    with started(case) as exchange:
-        model, state, scratch = build(case, bed, exchange)
-        record_first_row(model, state, scratch)
-        model, rows, fault = enter(model, state, scratch, round(seconds * case.run.series_rate))
-        assert fault is None
-        return dict(zip(model.readout.names, model.readout.series(rows, state.first_row).T, strict=True))
 
 
 def test_a_ball_on_a_foreign_body_moves_as_on_our_own(case):
@@ -349,6 +248,16 @@ def test_native_code_is_run_only_where_it_is_trusted(case, tmp_path):
 def test_an_answer_that_is_no_run_refuses_an_fmu(case):
     with pytest.raises(CaseError, match="are run by run and resume only"):
         build(case(SHAFT + MOTOR), None)
+
+
+@pytest.mark.parametrize("name", ["dimensionless", "1", "m/m"])
+def test_a_unit_that_is_a_plain_number_says_nothing_of_the_quantity(case, name):
+    """Some programs give it to every variable: the case says what the variable is, or it is SI."""
+    text = description(units={"M": name}).replace("<UnitDefinitions>", UNITLESS)
+    given = MOTOR.replace("start = {", 'units = { M = "kN m" }\nstart = {')
+    assert fmu_plans(case(SHAFT + given, text=text))[0].outputs[0].factor == 1000.0
+    assert fmu_plans(case(SHAFT + MOTOR, text=text))[0].outputs[0].factor == 1.0
+    assert "without a declared unit, taken as SI: M" in "".join(fmu_lines(case(SHAFT + MOTOR, text=text)))
 
 
 def test_check_reads_the_description_only(case):

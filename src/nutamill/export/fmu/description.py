@@ -126,7 +126,8 @@ def _third(interface: Interface, identifier: str, token: str) -> str:
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" {_head(interface)} instantiationToken="{token}">
   <CoSimulation modelIdentifier="{identifier}" canHandleVariableCommunicationStepSize="true"
-    canGetAndSetFMUState="true" canSerializeFMUState="true"/>
+    canGetAndSetFMUState="true" canSerializeFMUState="true"
+    fixedInternalStepSize="{interface.model.plan.dt!r}"/>
   <UnitDefinitions>
 {_units(interface.variables)}
   </UnitDefinitions>

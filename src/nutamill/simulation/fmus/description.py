@@ -11,6 +11,8 @@ from nutamill.simulation.fmus.archive import opened
 DESCRIPTION = "modelDescription.xml"
 MOST_DESCRIPTION = 100_000_000
 """Largest description [bytes]."""
+PLAIN = ("", "-", "1", "dimensionless")
+"""Names of units that say nothing of a quantity: some programs give them to every variable."""
 REAL = ("Real", "Float64")
 """Types of the variables that can be mapped."""
 
@@ -46,7 +48,7 @@ class Variable(NamedTuple):
     start: str | None
     """Start value as written."""
     unit: Unit | None
-    """Its unit."""
+    """Its unit; None if it has none but that of a plain number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +73,8 @@ class FmuDescription:
     """Whether its state can be got and set."""
     can_serialise: bool
     """Whether its state can be stored in a file."""
+    own_step: float
+    """Step inside the FMU that it declares [s], 0 if it declares none."""
     variables: dict[str, Variable]
     """Its variables by name."""
 
@@ -138,6 +142,7 @@ def read_description(path: Path, where: str) -> FmuDescription:
         simulation.modelIdentifier,
         bool(simulation.canGetAndSetFMUstate),
         bool(simulation.canSerializeFMUstate),
+        float(getattr(simulation, "fixedInternalStepSize", None) or 0.0),
         _variables(described),
     )
 
@@ -166,7 +171,7 @@ def _variables(described: Any) -> dict[str, Variable]:
         units[unit.name] = Unit(unit.name, exponents, factor, offset)
     variables = {}
     for entry in described.modelVariables:
-        declared = entry.unit or (entry.declaredType.unit if entry.declaredType is not None else None)
+        declared = entry.unit or getattr(entry.declaredType, "unit", None) or ""
         variables[entry.name] = Variable(
             entry.name,
             int(entry.valueReference),
@@ -175,6 +180,12 @@ def _variables(described: Any) -> dict[str, Variable]:
             entry.type,
             bool(entry.dimensions),
             entry.start,
-            units.get(declared, Unit(declared, None, 1.0, 0.0)) if declared else None,
+            None if _is_plain(unit := units.get(declared, Unit(declared, None, 1.0, 0.0))) else unit,
         )
     return variables
+
+
+def _is_plain(unit: Unit) -> bool:
+    """Return whether a unit is that of a plain number."""
+    number = unit.exponents is not None and not any(unit.exponents) and unit[2:] == (1.0, 0.0)
+    return number or unit.name in PLAIN

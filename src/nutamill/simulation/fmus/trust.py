@@ -1,6 +1,7 @@
 """An FMU is native code of somebody else: what is shown of it before it is run, and who agrees to that."""
 
 from nutamill.base.errors import CaseError, Fault
+from nutamill.base.units import shown
 from nutamill.case.machine import Machine
 from nutamill.simulation.fmus.mapping import FmuPlan, fmu_plans
 
@@ -52,6 +53,8 @@ def _lines(plan: FmuPlan) -> list[str]:
     state = "its state cannot be stored"
     if fmu.can_roll_back:
         state = "its state can be rolled back" + (" and stored" if fmu.can_serialise else ", not stored")
+    if fmu.own_step:
+        state += f"; its own step is {shown(fmu.own_step, 'us')}"
     gets = ", ".join(signal.name for signal in plan.inputs) or "nothing"
     gives = ", ".join(signal.name for signal in plan.outputs) or "nothing"
     bare = [
