@@ -55,6 +55,7 @@ API int fmi2DoStep(void* c, double t, double h, int none) {
   for (int k = 0; k < 3; k++) r[PX + k] += h * r[VX + k] + 0.5 * h * h * (r[AT_ONCE] ? a[k] : old[k]);
   forces(s);
   for (int k = 0; k < 3; k++) r[VX + k] += 0.5 * h * (a[k] + r[AX + k]);
+  if (t >= r[LATE] && s->fault == 4) r[R] = 3.0;
   if (t >= r[LATE] && s->fault == 1) r[M] = r[PX] = NAN;
   return 0; }
 """

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from box_and_ball import BALL, BOX, OWN, rows_of
 
+from nutamill.base.errors import StepError
 from nutamill.case import load_case
 from nutamill.export.fmu.write import export_machine
 from nutamill.simulation.fmus.trust import fmu_lines
@@ -16,6 +17,7 @@ pytestmark = [
     pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler"),
 ]
 pytest.importorskip("fmpy", reason="needs the extra fmu")
+from fmu3_bench import write_fmu3  # noqa: E402
 
 SPEED, SLOPE, INERTIA = 100.0, 0.05, 0.01
 """No-load speed of the motor [rad/s], fall of its torque with speed [N m s/rad], flywheel [kg m^2]."""
@@ -105,6 +107,25 @@ def test_a_run_with_a_motor_of_fmi_3_is_resumed_with_the_bits_of_the_whole(flywh
 
 def test_check_shows_the_step_that_an_fmu_of_fmi_3_declares_as_its_own(flywheels):
     assert "; its own step is 50 us" in fmu_lines(flywheels[3])[0]
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        (1, "fmus.motor: the FMU refused at t = 0.01 s: it ended the simulation at 0.010025 s"),
+        (2, "the FMU refused at t = 0.01 s: it stopped at 0.010025 s, before the end of the step"),
+        (3, "fmus.motor: the FMU refused at t = 0.01 s: "),
+    ],
+)
+def test_a_step_that_an_fmu_of_fmi_3_does_not_end_is_a_sentence(tmp_path, fault, message):
+    write_fmu3(tmp_path / "motor.fmu")
+    start = f"start = {{ late = 0.00999, fault = {fault} }}\n\n[[fmus.drives]]"
+    fmu = MOTOR.replace("-drive_shaft_torque", "M").replace("drives.shaft.speed", "w")
+    text = ROTOR.format(inertia=INERTIA, more=fmu.replace("[[fmus.drives]]", start))
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(StepError) as error:
+        run(load_case(tmp_path / "case.toml"), to=tmp_path / "a.h5", trust_fmu=True)
+    assert message in str(error.value)
 
 
 PARTS = ("position", "velocity", "angular_velocity", "acceleration", "angular_acceleration")

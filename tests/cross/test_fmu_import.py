@@ -182,6 +182,9 @@ def test_units_of_the_fmu_are_converted(case):
         ({"text": "<no xml"}, "the description of bench.fmu cannot be read"),
         ({"members": {"../outside": b""}}, "which leads out of the archive"),
         ({"members": {"/outside": b""}}, "which leads out of the archive"),
+        ({"members": {"..\\outside": b""}}, "which leads out of the archive"),
+        ({"members": {"resources/../../outside": b""}}, "which leads out of the archive"),
+        ({"members": {"C:/outside": b""}}, "which leads out of the archive"),
     ],
 )
 def test_an_fmu_that_cannot_be_taken_is_refused(case, how, message):
@@ -214,18 +217,53 @@ def test_a_corrupt_archive_is_refused(case, tmp_path):
         fmu_plans(load_case(tmp_path / "case.toml"))
 
 
+def test_a_library_that_is_damaged_in_its_archive_is_not_run(case, tmp_path, library):
+    case(SHAFT + MOTOR)
+    path = tmp_path / "bench.fmu"
+    damaged = bytearray(path.read_bytes())
+    damaged[damaged.index(library) + len(library) // 2] ^= 1  # the archive stores without compression
+    path.write_bytes(damaged)
+    with pytest.raises(CaseError, match=r"bench.fmu cannot be read as an FMU: Bad CRC-32"):
+        run(load_case(tmp_path / "case.toml"), to=tmp_path / "a.h5", trust_fmu=True)
+    assert not (tmp_path / "a.h5").exists()
+
+
+CONTROLLER = """
+[[fmus]]
+name  = "controller"
+file  = "bench.fmu"
+start = { U = 24.0 }
+
+[[fmus.drives]]
+drive     = "shaft"
+speed     = "w"
+"""
+
+
+def test_an_fmu_that_gives_no_torque_gets_the_motion_and_feeds_the_next(case, tmp_path):
+    """Its torque is the voltage of the motor below it."""
+    chain = CONTROLLER + MOTOR.replace("start = { U = 24.0 }", 'links = { U = "controller.M" }')
+    with run(case(SHAFT + chain), to=tmp_path / "a.h5", trust_fmu=True) as result:
+        torque = result.series.drive_shaft_torque.values
+    with run(case(SHAFT + MOTOR), to=tmp_path / "b.h5", trust_fmu=True) as result:
+        alone = result.series.drive_shaft_torque.values
+    # 24 V on 2 Ohm and 0.5 N m/A are at most 6 N m: as volts a quarter of 24
+    assert 0.0 < torque.max() < 6.0 / 24.0 * alone.max()
+
+
 @pytest.mark.parametrize(
     ("fault", "message"),
     [
         (1, 'the output "M" of the FMU is not a finite number at t = 0.01'),
         (2, "fmus.motor: the FMU refused at t = 0.01"),
+        (4, 'fmus.motor.start: the FMU changed its parameter "R" from 2 to 3 at t = 0.01'),
         (3, f"the process of the FMU ended at t = 0.01 s, by signal {signal.Signals(signal.SIGSEGV).name}"),
     ],
 )
 def test_a_fault_of_the_fmu_ends_the_run_with_a_sentence_and_what_was_recorded_stays(
     case, tmp_path, fault, message
 ):
-    text = MOTOR.replace("U = 24.0", f"U = 24.0, late = 0.00999, fault = {fault}")
+    text = MOTOR.replace("U = 24.0", f"U = 24.0, R = 2.0, late = 0.00999, fault = {fault}")
     with pytest.raises(StepError) as error:
         run(case(SHAFT + text), to=tmp_path / "a.h5", trust_fmu=True)
     assert message in str(error.value)

@@ -36,13 +36,26 @@ def test_a_case_with_an_fmu_is_known_by_the_content_of_the_fmu_and_not_by_its_pl
     [
         (SHAFT + MOTOR.replace('"shaft"', '"shift"'), 'no drive is called "shift". Did you mean "shaft"?'),
         (SHAFT + MOTOR.replace('"M"', '""'), 'must be the name of a variable of the FMU, got ""'),
-        (SHAFT + MOTOR.partition("[[fmus.drives]]")[0], "has no use: it gives no drive and no body"),
+        (
+            SHAFT + MOTOR.partition("[[fmus.drives]]")[0],
+            "has no use: it gives no torque, moves no body and feeds no other FMU",
+        ),
         (
             SHAFT.replace("\n[run]", "motor = { torque = '1 N m' }\n\n[run]") + MOTOR,
             'the drive "shaft" has a motor of its own',
         ),
         (SHAFT + MOTOR + SECOND, 'the drive "shaft" gets its torque from two FMUs'),
         (SHAFT + MOTOR + MOTOR, 'is the name of two FMUs, got "motor"'),
+        (
+            SHAFT + MOTOR.replace("24.0", "nan"),
+            "start.U: must be a finite number, true, false or text, got nan",
+        ),
+        (
+            SHAFT + MOTOR.replace("24.0", "[1.0]"),
+            "start.U: must be a finite number, true, false or text, got",
+        ),
+        (SHAFT + MOTOR + BODY, "fmus.motor.drives: belong to an FMU that also moves bodies"),
+        (SHAFT + MOTOR.replace('torque = "M"', ""), "has no use: it gives no torque, moves no body and"),
         (SHAFT + MOTOR + BODY.replace('"shaft"', '"shift"'), 'no body is called "shift"'),
         (SHAFT + MOTOR + BODY + BODY, 'the body "shaft" is moved by two FMUs'),
         (SHAFT + MOTOR + BODY + SECOND + BODY, "a second FMU moves bodies"),

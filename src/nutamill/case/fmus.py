@@ -1,5 +1,6 @@
 """`[[fmus]]`: models of other programs (FMI 2 and 3, co-simulation) that drive a joint or move a body."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -29,22 +30,32 @@ def _component(given: Any) -> Any:
     return "" if given == "" else _variable(given)
 
 
+def _start_value(given: Any) -> Any:
+    finite = not isinstance(given, float) or math.isfinite(given)
+    if not isinstance(given, (bool, int, float, str)) or not finite:
+        raise refusal(f"must be a finite number, true, false or text, got {spelled(given)}", "")
+    return given
+
+
 Variable = Annotated[str, BeforeValidator(_variable)]
 """Name of a variable, with a minus sign before it for its negative."""
 Component = Annotated[str, BeforeValidator(_component)]
 """A `Variable`, or empty text where the FMU has none for this component: it is then zero."""
 Three = tuple[Component, Component, Component]
 Attitude = Annotated[tuple[Component, ...], Field(min_length=3, max_length=LARGEST_VECTOR_NAMES)]
-StartValue = bool | int | float | str
+StartValue = Annotated[bool | int | float | str, BeforeValidator(_start_value)]
+"""Value of a start value or a parameter."""
 
 
 class FmuDrive(Table):
-    """A drive whose torque or force an FMU gives."""
+    """A drive whose torque or force an FMU gives, or whose motion a controller gets."""
 
     drive: str
     """Name of the drive or linear drive; "motor" in a mill as drawn."""
-    torque: Variable
-    """Output: torque on body b of the drive's joint about its axis [N m], or force along it [N]."""
+    torque: Variable | None = None
+    """Output: torque on body b of the drive's joint about its axis [N m], or force along it [N]; not
+    given for an FMU that only feeds another one.
+    """
     speed: Variable | None = None
     """Input: mean speed of the joint over the step [rad/s or m/s]."""
     angle: Variable | None = None
@@ -135,12 +146,19 @@ def fmu_findings(fmus: tuple[FmuEntry, ...], drives: dict[str, bool], bodies: li
         if fmu.name in names:
             yield (*key, "name"), f'is the name of two FMUs, got "{fmu.name}"', "Rename one of the two"
         names.add(fmu.name)
-        if not (fmu.drives or fmu.bodies or any(linked(other, fmu.name) for other in fmus)):
-            yield key, "has no use: it gives no drive and no body", "Add [[fmus.drives]] or [[fmus.bodies]]"
+        torques = any(entry.torque for entry in fmu.drives)
+        if not (torques or fmu.bodies or any(linked(other, fmu.name) for other in fmus)):
+            what = "has no use: it gives no torque, moves no body and feeds no other FMU"
+            yield key, what, "Add [[fmus.drives]] with a torque, or [[fmus.bodies]]"
+        if fmu.drives and fmu.bodies:
+            hint = "Export drive and bodies as two FMUs"
+            yield (*key, "drives"), "belong to an FMU that also moves bodies", hint
         for n, entry in enumerate(fmu.drives):
             where = (*key, "drives", n, "drive")
             if entry.drive not in drives:
                 yield where, f'no drive is called "{entry.drive}"', similar(entry.drive, list(drives))
+            elif entry.torque is None:
+                continue
             elif drives[entry.drive]:
                 yield where, f'the drive "{entry.drive}" has a motor of its own', "Leave its motor out"
             elif entry.drive in driven:

@@ -182,6 +182,8 @@ class Exchange:
 
     def _put_torques(self, number: int, state: MechanismState) -> None:
         for plan in self._sessions[number].plan.drives:
+            if plan.torque < 0:
+                continue
             state.motor_integral[plan.drive] = self._outputs[number][plan.torque]
 
 

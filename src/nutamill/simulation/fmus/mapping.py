@@ -146,7 +146,7 @@ def _plan(machine: Machine, entry: FmuEntry, description: FmuDescription, names:
         drives.append(
             DrivePlan(
                 order.index(given.drive),
-                own.output(given.torque, force, f"{key}.torque"),
+                own.output(given.torque or "", force, f"{key}.torque"),
                 own.input(given.speed or "", speed, f"{key}.speed"),
                 own.input(given.angle or "", angle, f"{key}.angle"),
                 own.input(given.set_speed or "", speed, f"{key}.set_speed"),

@@ -133,6 +133,8 @@ class Slave:
             numbers = np.frombuffer(content)
             self._set(numbers[2:])
             done = self._fmu.doStep(float(numbers[0]), float(numbers[1]))
+            if not self._old and done[1]:
+                raise RuntimeError(f"it ended the simulation at {done[3]:.9g} s")
             if not self._old and done[2]:
                 raise RuntimeError(f"it stopped at {done[3]:.9g} s, before the end of the step")
             return self._get()

@@ -14,6 +14,7 @@ import numpy as np
 from nutamill.base.child import start_child
 from nutamill.base.errors import StepError, printable
 from nutamill.simulation.fmus.archive import check_digest, unpack
+from nutamill.simulation.fmus.description import REAL
 from nutamill.simulation.fmus.mapping import FmuPlan
 from nutamill.simulation.fmus.process import (
     BACK,
@@ -48,6 +49,13 @@ class FmuSession:
         self.plan = plan
         self._in = np.array([signal.factor for signal in plan.inputs])
         self._out = np.array([signal.factor for signal in plan.outputs])
+        variables = plan.description.variables
+        self._fixed = [
+            start
+            for start in plan.starts
+            if start.type in REAL and variables[start.name].causality == "parameter"
+        ]
+        self._parameters: np.ndarray | None = None
         self._folder = Path(tempfile.mkdtemp(prefix="nutamill-fmu-"))
         self._process: subprocess.Popen | None = None
         try:
@@ -62,7 +70,8 @@ class FmuSession:
                 "name": plan.name,
                 "starts": [(start.reference, start.type, start.value) for start in plan.starts],
                 "inputs": [signal.reference for signal in plan.inputs],
-                "outputs": [signal.reference for signal in plan.outputs],
+                "outputs": [signal.reference for signal in plan.outputs]
+                + [start.reference for start in self._fixed],
             }
             self._process = start_child(PROGRAM, task, stdout=subprocess.PIPE)
         except BaseException:
@@ -91,7 +100,8 @@ class FmuSession:
 
         Raises
         ------
-        StepError : the FMU refuses, gives a number that is not finite, or ends
+        StepError : the FMU refuses, gives a number that is not finite, changes a parameter that the case
+            gives, or ends
         """
         numbers = np.concatenate([(time, step), inputs / self._in])
         return self._values(self._ask(STEP, time, numbers.tobytes()), time + step)
@@ -113,7 +123,9 @@ class FmuSession:
         return self._values(self._ask(LOAD, time, state.tobytes()), time)
 
     def _values(self, content: bytes, time: float) -> np.ndarray:
-        values = np.frombuffer(content) * self._out
+        numbers = np.frombuffer(content)
+        self._check_parameters(numbers[len(self._out) :], time)
+        values = numbers[: len(self._out)] * self._out
         if not np.isfinite(values).all():
             bad = self.plan.outputs[int(np.flatnonzero(~np.isfinite(values))[0])].name
             raise StepError(
@@ -121,6 +133,17 @@ class FmuSession:
                 f"t = {time:.9g} s. Look at its start values and inputs."
             )
         return values
+
+    def _check_parameters(self, parameters: np.ndarray, time: float) -> None:
+        """Raise StepError if the FMU has changed a parameter that the case gives since it was started."""
+        before = self._parameters = parameters if self._parameters is None else self._parameters
+        for start, old, new in zip(self._fixed, before, parameters, strict=True):
+            if old != new:
+                raise StepError(
+                    f'{self.plan.where}.start: the FMU changed its parameter "{start.name}" from {old:.9g} '
+                    f"to {new:.9g} at t = {time:.9g} s. The run would not be that of the case: an FMU "
+                    "changes variables only. Leave the parameter out of start, or export the FMU without it."
+                )
 
     def _ask(self, request: bytes, time: float, content: bytes = b"") -> bytes:
         process = self._process

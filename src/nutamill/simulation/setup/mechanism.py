@@ -76,7 +76,7 @@ class MechanismParts(NamedTuple):
 def mechanism_parts(machine: Machine) -> MechanismParts:
     """Return the parts of a machine as parts of the engine, those of unbalance motors after the others."""
     motors = [_unbalance_motor(entry).parts() for entry in machine.unbalance_motors]
-    given = {entry.drive for fmu in machine.fmus for entry in fmu.drives}
+    given = {entry.drive for fmu in machine.fmus for entry in fmu.drives if entry.torque}
     return MechanismParts(
         [_body(entry) for entry in machine.bodies] + [rotor for rotor, _, _ in motors],
         [_joint(entry) for entry in machine.joints] + [bearing for _, bearing, _ in motors],
