@@ -44,10 +44,14 @@ def test_a_pellet_at_a_nutating_wall_has_the_trajectory_of_this_engine(kind):
     ours, theirs = both.column("x")
     assert np.abs(ours - theirs).max() < 1e-9
     assert np.allclose(both.ours[1].ledger, both.theirs.state.ledger, rtol=1e-6, atol=1e-12)
+    # every impact is counted once, in the same bin
+    assert np.array_equal(
+        *(charge[1].impacts.spectra.sum(axis=0) for charge in (both.ours, both.of_lammps()))
+    )
     both.close()
 
 
-DAMPER = ["-s", "charge.engine=lammps", "-s", "run.statistics=false", "-s", "charge.count=200"]
+DAMPER = ["-s", "charge.engine=lammps", "-s", "charge.count=200"]
 DAMPER += ["-s", "run.until=4 ms", "-s", "run.checkpoint=2 ms"]
 
 
@@ -92,6 +96,33 @@ def test_two_processes_march_as_one(dampers):
     assert np.abs(one - two)[1].max() <= 1e-12 * scale
     assert np.abs(one - two).max() <= 1e-9 * scale
     assert np.allclose(*(series(file, "box_position_x") for file in dampers), rtol=1e-12, atol=0.0)
+
+
+def test_two_processes_count_the_walls_as_one(dampers):
+    one, two = (done_at_walls(file) for file in dampers)
+    assert one["impact_number"].sum() > 0.0 and one["wall_contacts"].sum() > 0.0
+    for name in ("impact_number", "wall_contacts", "cell_particles", "cell_neighbours", "neighbour_time"):
+        assert np.array_equal(one[name], two[name]), name
+    # sums of whole small units, of works that agree to rounding
+    for name in ("wall_load", "wall_cutting_energy", "cell_mass"):
+        assert np.allclose(one[name], two[name], rtol=1e-6, atol=1e-6 * np.abs(one[name]).max()), name
+
+
+def test_samples_see_all_particles_and_their_contacts(dampers):
+    sums, n = done_at_walls(dampers[1]), 200
+    assert sums["cell_particles"].sum() == pytest.approx(n * sums["sampled_time"])
+    assert sums["neighbour_time"].sum() == pytest.approx(n * sums["sampled_time"])
+    # contacts of the rows, at the ends of the same intervals
+    pairs, walls = (series(dampers[1], f"{kind}_contacts")[1:].sum() * 1e-3 for kind in ("pair", "wall"))
+    assert sums["cell_neighbours"].sum() == pytest.approx(2.0 * pairs)
+    assert sums["wall_contacts"].sum() == pytest.approx(walls, rel=0.05)
+
+
+def done_at_walls(file):
+    """The last statistics of a file, by name."""
+    with open_result(file) as result:
+        last = result.statistics.isel(time=-1)
+        return {name: last[name].values for name in last.data_vars}
 
 
 def test_the_ledger_closes_on_two_processes(dampers):

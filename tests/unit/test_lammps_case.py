@@ -6,12 +6,16 @@ import pytest
 
 from nutamill.base.errors import CaseError, NotInstalledError
 from nutamill.case import load_case
-from nutamill.simulation.lammps import faults, library, ranks, windows
+from nutamill.charge.laws.pair import spring_stiffness
+from nutamill.design.engine_choice import engine_lines
+from nutamill.simulation.lammps import commands, faults, library, ranks, windows
 from nutamill.simulation.lammps.faults import lammps_faults, refuse_for_lammps
 from nutamill.simulation.lammps.lead import led
 from nutamill.simulation.march import run
+from nutamill.simulation.setup.charge import pair_laws
+from nutamill.simulation.setup.statistics import pair_types
 
-ASKED = ["charge.engine=lammps", "run.statistics=false", "charge.count=200"]
+ASKED = ["charge.engine=lammps", "charge.count=200"]
 
 
 def machine_with(*changes):
@@ -32,7 +36,6 @@ def test_a_charge_that_lammps_can_move_has_no_faults():
     ("change", "message"),
     [
         ("run.coupling=iterated", 'run.coupling: must be "staggered" or "prescribed" with charge.engine'),
-        ("run.statistics=true", 'run.statistics: must be false with charge.engine = "lammps"'),
         ("run.threads=2", 'run.threads: has no use with charge.engine = "lammps", got 2'),
         ("contact.rolling=type_a", "LAMMPS lacks type A rolling"),
     ],
@@ -41,6 +44,35 @@ def test_what_lammps_cannot_do_is_refused_by_name(change, message):
     with pytest.raises(CaseError) as refused:
         refuse_for_lammps(machine_with(change))
     assert message in str(refused.value)
+
+
+def two_sizes():
+    changes = ["charge.engine=lammps", "charge.sizes=[['4 mm', 0.5], ['6 mm', 0.5]]", "charge.count=200"]
+    return load_case("numill", [*changes, "contact.stiffness=young"]).machine
+
+
+def test_two_diameters_have_the_stiffness_of_each_pair():
+    machine = two_sizes()
+    law = pair_laws(machine)[0, 0]
+    for (i, j), words in commands.pair_words(machine).items():
+        stiffness = spring_stiffness(law, *((4e-3, 6e-3)[k] for k in (i, j)))
+        assert float(words.split()[1]) == pytest.approx(stiffness, rel=1e-5)
+    assert len(commands.pair_words(machine)) == 3
+
+
+def test_sizes_that_differ_within_a_class_are_refused_where_stiffness_grows_with_them():
+    sizes = "charge.sizes=[['4 mm', 0.5], ['4.2 mm', 0.5]]"
+    with pytest.raises(CaseError, match="handed to LAMMPS for classes of one diameter each"):
+        refuse_for_lammps(machine_with(sizes, "contact.stiffness=young"))
+    pairs = [f"contact.pairs.{pair}.normal_stiffness=10 kN/m" for pair in ("steel-steel", "steel-acrylic")]
+    assert lammps_faults(machine_with(sizes, "contact.stiffness=direct", *pairs)) == []
+
+
+def test_impacts_are_counted_at_walls_alone():
+    assert [pair.name for pair in pair_types(two_sizes())] == [
+        "steel 4 mm-acrylic wall",
+        "steel 6 mm-acrylic wall",
+    ]
 
 
 def test_a_wet_charge_stays_in_this_engine():
@@ -176,3 +208,29 @@ def test_a_lammps_that_stops_ends_the_march_with_its_words(monkeypatch):
     written, fault = windows.march_grains(SimpleNamespace(charge=object()), state, None, 1, None)
     assert written == 0 and left
     assert str(fault) == "t = 0.25 s: LAMMPS stopped: ERROR: Out of range atoms - cannot compute"
+
+
+@pytest.mark.parametrize(
+    ("theirs", "ours", "line"),
+    [
+        (6.3, 2.0, "LAMMPS on one process takes 3.1 times as long as this program on 1 thread: it pays from "
+         "some 4 processes on"),
+        (1.0, 2.0, "LAMMPS on one process takes 0.5 times as long as this program on 1 thread: it pays"),
+        (None, 2.0, "not tried: after a first run with LAMMPS and one without, check says when it pays"),
+    ],
+)  # fmt: skip
+def test_check_says_when_lammps_pays(monkeypatch, theirs, ours, line):
+    monkeypatch.setattr("nutamill.design.engine_choice.team_size", lambda machine: 1)
+    asked = []
+
+    def trial(machine):
+        asked.append(machine.charge.engine)
+        return ours
+
+    assert engine_lines(machine_with(), theirs, trial) == [f"engine    {line}"]
+    assert asked == ([] if theirs is None else [None])
+
+
+def test_check_is_silent_on_lammps_where_nobody_asks_for_it():
+    assert engine_lines(load_case("numill").machine, 1.0, lambda machine: 2.0) == []
+    assert engine_lines(machine_with(), None, None) == []

@@ -25,6 +25,8 @@ import hashlib
 import inspect
 import pathlib
 import sys
+from collections.abc import Callable
+from typing import Any
 
 import numba
 from llvmlite.binding import Linkage
@@ -174,6 +176,19 @@ def kernel(function=None, *, fast=False, inline="never"):
     if JIT:
         compiled._cache = _KernelCache(function)
     return compiled
+
+
+def entry_of(function: Any, *arguments: Any) -> Callable[..., Any]:
+    """Return what calls a kernel with arguments of these types, and looks at no type again.
+
+    A call of a kernel looks up the types of its arguments, which takes milliseconds where there are arrays of
+    records: too long for one that is called at every window.
+    """
+    if not JIT:
+        return function
+    types_of = tuple(function.typeof_pyval(argument) for argument in arguments)
+    function.compile(types_of)
+    return function.overloads[types_of].entry_point
 
 
 def like(value, x):

@@ -12,6 +12,7 @@ from nutamill.base.units import in_unit, shown
 from nutamill.case import Machine
 from nutamill.case.machine_checks import series_count
 from nutamill.design.charge_facts import SPHERE_MEMORY, ChargeFacts, charge_facts, charge_seconds
+from nutamill.design.engine_choice import engine_lines
 from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.mechanism.constraints import redundancies
 from nutamill.mechanism.dynamics import OK, start
@@ -67,6 +68,8 @@ class MachineSheet:
     """Warnings of light carriers and of a long window."""
     rate: float | None
     """Wall time of a simulated second, by a trial [1]; None without one."""
+    engine: list[str]
+    """When LAMMPS pays, for a machine that asks for it."""
 
     def _repr_html_(self) -> str:
         return notebook_html("cases.sheet_html", self)
@@ -111,7 +114,7 @@ class MachineSheet:
             f"{shown(1.0 / case.run.series_rate, 'us')}"
         )
         lines.append(f"forecast  about {forecast.text}")
-        return lines
+        return lines + self.engine
 
     def _forecast(self) -> Forecast:
         """Return the forecast of wall time and file size."""
@@ -164,6 +167,7 @@ def machine_sheet(case: Machine, trial: Callable[[Machine], float | None] | None
     gap = float(np.abs(scratch.gap).max(initial=0.0))
     vibrations, missing = _modes(case, mechanism, state, scratch)
     rank = len(mechanism.rows) - len(redundant)
+    rate = None if trial is None else trial(case)
     return MachineSheet(
         case=case,
         masses={body.name: body.mass for body in parts.bodies},
@@ -183,7 +187,8 @@ def machine_sheet(case: Machine, trial: Callable[[Machine], float | None] | None
         clock=run_clock(case),
         charge=charge_facts(case),
         light=light_carrier_warnings(case),
-        rate=None if trial is None else trial(case),
+        rate=rate,
+        engine=engine_lines(case, rate, trial),
     )
 
 

@@ -14,6 +14,7 @@ from nutamill.case import Case, Machine
 from nutamill.case.charge import SIZE_KEYS
 from nutamill.design.charge_facts import SPHERE_MEMORY, ChargeFacts, charge_facts, charge_seconds
 from nutamill.design.empty import with_charge_mass
+from nutamill.design.engine_choice import engine_lines
 from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.design.mesh_drawing import chamber_volume, distance_from_drawing
 from nutamill.mechanism.modes import modes, static_equilibrium
@@ -81,6 +82,8 @@ class Preflight:
     """Natural frequencies that the ramp passes, with the charge as a rigid mass at the chamber's base."""
     forecast: Forecast
     """What the run will take."""
+    engine: list[str]
+    """When LAMMPS pays, for a case that asks for it."""
     warnings: list[Fault]
     """What is possible but odd about the case, and what is too much for this machine."""
 
@@ -108,7 +111,7 @@ class Preflight:
         shown += self._mode_lines()
         threads = team_size(case.machine)
         shown.append(f"forecast  on {threads} thread{'s' * (threads > 1)} about {self.forecast.text}")
-        return shown
+        return shown + self.engine
 
     def _steps(self) -> float:
         return self.case.run.end / self.clock.substep
@@ -187,7 +190,8 @@ def preflight(case: Case, trial: Callable[[Machine], float | None] | None = None
     mechanism, state, scratch = assemble_machine(machine)
     static_equilibrium(mechanism, state, scratch)
     charge = charge_facts(machine)
-    forecast = _forecast(case, clock, charge, None if trial is None else trial(machine))
+    rate = None if trial is None else trial(machine)
+    forecast = _forecast(case, clock, charge, rate)
     return Preflight(
         case=case,
         parts={body.name: body.mass for body in machine.bodies},
@@ -200,6 +204,7 @@ def preflight(case: Case, trial: Callable[[Machine], float | None] | None = None
         empty_modes=oscillations(case.with_("chamber.bars.mass", 0.0) if case.chamber.bars else case),
         crossings=_crossings(case),
         forecast=forecast,
+        engine=engine_lines(machine, rate, trial),
         warnings=[
             *case.warnings,
             *light_carrier_warnings(machine),

@@ -62,8 +62,10 @@ def restore(model: Model, state: State, scratch: Scratch, groups: dict[str, dict
         state.exchange.restore(groups, float(state.mechanism.time[0]))
     if model.charge is None or state.charge is None or scratch.charge is None:
         return model
-    if "restart" in groups["charge"]:
-        return model  # the particles are put back by LAMMPS
+    if "restart" in groups["charge"]:  # the particles are put back by LAMMPS
+        if state.statistics is not None:
+            put_back_sums(state.statistics, state.charge.impacts, groups["statistics"])
+        return model
     charge, state.charge, scratch.charge = put_back(
         model.charge, state.charge, scratch.charge, groups["charge"], state.coupling.reference
     )

@@ -13,6 +13,8 @@ from nutamill.case.drive import DriveProgramme, Profile
 from nutamill.case.machine import Machine
 from nutamill.result import Recorder
 from nutamill.simulation.entry import enter, record_first_row
+from nutamill.simulation.lammps.lead import in_lammps
+from nutamill.simulation.lammps.ranks import launched
 from nutamill.simulation.setup.bed import cached_bed, loose_bed
 from nutamill.simulation.setup.charge import contact_law_of
 from nutamill.simulation.setup.model import build
@@ -38,19 +40,21 @@ def trial_rate(machine: Machine, clock: Callable[[], float] = time.perf_counter)
     A trial starts from the settled bed, or from a loose one where none has settled yet, and its drives jump
     to their largest speed: a charge in motion costs more than one at rest, and a run is mostly in motion.
     The first half is not counted.  Return None where nothing can be marched within that time: kernels that
-    are not compiled, a bed of many particles that has not settled, a charge in LAMMPS, a fault.
+    are not compiled, a bed of many particles that has not settled, LAMMPS that is
+    missing or on several processes, a fault.
 
     `clock` reads the time that is measured [s]; `time.process_time` leaves out what other programs take.
     """
     law = contact_law_of(machine) if machine.charge.parts else None
-    if TRIAL_TIME <= 0.0 or not is_compiled(law) or machine.charge.engine is not None:
+    many = machine.charge.engine is not None and launched() > 1
+    if TRIAL_TIME <= 0.0 or many or not is_compiled(law, machine.charge.engine):
         return None
     try:
         bed = _bed(machine)
         if machine.charge.parts and bed is None:
             return None
         with tempfile.TemporaryDirectory() as folder:
-            return _marched_rate(at_speed(machine), bed, Path(folder) / "trial.h5", clock)
+            return _trial_rate(at_speed(machine), bed, Path(folder) / "trial.h5", clock)
     except MillError:
         return None
 
@@ -78,9 +82,15 @@ def _bed(machine: Machine) -> np.ndarray | None:
     return bed
 
 
-def _marched_rate(machine, bed, path, clock) -> float | None:
+def _trial_rate(machine, bed, path, clock) -> float | None:
     """Return the time that a simulated second takes, of the later half of a trial that records to `path`."""
     model, state, scratch = build(machine, bed)
+    with in_lammps(model, state, scratch, bed):
+        return _marched_rate(machine, model, state, scratch, path, clock)
+
+
+def _marched_rate(machine, model, state, scratch, path, clock) -> float | None:
+    """Return the time of `_trial_rate`, of a machine that has been built."""
     record_first_row(model, state, scratch)
     fields, rate = model.readout.fields, machine.run.series_rate
     recorder = Recorder.create(path, "", {}, fields, rate)

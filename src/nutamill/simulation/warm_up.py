@@ -80,10 +80,14 @@ def warm_up(
     _set(compiled_mark(*names))
 
 
-def is_compiled(law: ContactLaw | None) -> bool:
-    """Return whether the kernels of runs with a contact law, or without a charge if None, are compiled."""
+def is_compiled(law: ContactLaw | None, engine: str | None = None) -> bool:
+    """Return whether the kernels of runs with a contact law, or without a charge if None, are compiled, those
+    for a charge in another `engine` included.
+    """
     if not JIT:
         return False
+    if law is not None and engine is not None:
+        return compiled_mark(engine, *law_names(law)).is_file()
     standard = law_names(STANDARD_LAW)
     marks = [law_names(law)] if law is not None else [("mechanism",), standard]
     return any(compiled_mark(*names).is_file() for names in marks)
@@ -112,6 +116,12 @@ def _begins(mark: Path, log: Callable[[str], None] | None) -> bool:
         for text in filter(None, (cache_trouble(), COMPILING)):
             log(text)
     return True
+
+
+def note_compiled(law: ContactLaw, engine: str) -> None:
+    """Note that a run with its charge in another engine has compiled its kernels."""
+    if JIT:
+        _set(compiled_mark(engine, *law_names(law)))
 
 
 def _set(mark: Path) -> None:

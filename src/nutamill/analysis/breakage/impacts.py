@@ -75,6 +75,11 @@ def grinding_of(result: Result, last: float | str = PAPER_WINDOW) -> Grinding:
             f"run takes up {power:.3g} W. Give a run whose drive or loads do work."
         )
     first, second = done["pair_first"].values, done["pair_second"].values
+    if np.isnan(second).all():
+        raise ResultError(
+            f"{result.path}: holds no impacts of particles with each other, as LAMMPS moved them. Run the "
+            "case without charge.engine."
+        )
     reduced = reduced_radii(first, second)
     return Grinding(
         str(result.path),

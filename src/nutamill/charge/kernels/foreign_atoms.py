@@ -2,7 +2,10 @@
 
 The other program is a velocity Verlet: when it asks for forces, positions belong to the middle of a substep
 of ours and velocities to its start, as in `nutamill.charge.kernels.dynamics`.  Walls, laws and sums are those
-of that file; here the atoms of the other program are copied into the slots, in its order.
+of that file.
+
+An atom costs what is moved through memory for it.  So the places of a chunk are copied into the first slots,
+which stay in the cache, and all else of those atoms only that touch a wall.
 """
 
 from typing import NamedTuple
@@ -11,9 +14,8 @@ import numpy as np
 
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.kernels.alarm import name_the_worst
-from nutamill.charge.kernels.chunks import slots_of_chunk
 from nutamill.charge.kernels.dynamics import LEFT, WALL, move_bodies
-from nutamill.charge.kernels.publish import publish
+from nutamill.charge.kernels.publish import fixed_point, publish
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
 from nutamill.charge.model import Clock, Ledger, stamp_of
 from nutamill.charge.walls.surfaces import place_surfaces
@@ -53,31 +55,37 @@ class AtomState(NamedTuple):
 
 
 @kernel
-def take_atoms(model, state, atom_state, n):
-    """Copy `n` atoms, at the middle of a substep, into the slots: positions, velocities at the start of the
-    substep, and those that the law sees.
+def take_atom(model, state, atom_state, i, slot):
+    """Copy atom `i`, at the middle of a substep, into a slot: position, velocity at the start of the substep,
+    and the one that the law sees.
     """
     rows = state.published_rows[state.clock[PUBLISHED]]
+    mass, radius = atom_state.mass[i], atom_state.radius[i]
+    state.ids[slot], state.material[slot] = atom_state.id[i] - 1, atom_state.type[i] - 1
+    state.mass_props[0, slot], state.mass_props[1, slot] = radius, mass
+    state.mass_props[2, slot], state.mass_props[3, slot] = 1.0 / mass, 2.5 / (mass * radius * radius)
+    rows[slot, 3], rows[slot, 7] = mass, radius
+    for k in range(3):
+        state.x[k, slot], state.v[k, slot], state.w[k, slot] = (
+            atom_state.x[i, k],
+            atom_state.v[i, k],
+            atom_state.w[i, k],
+        )
+        rows[slot, k], rows[slot, 4 + k] = (
+            atom_state.v[i, k] + atom_state.kick[i, k],
+            atom_state.w[i, k] + atom_state.kick[i, 3 + k],
+        )
+    publish(model, state, slot)
+
+
+@kernel
+def take_atoms(model, state, atom_state, n):
+    """Copy `n` atoms, at the middle of a substep, into the slots, as `take_atom`."""
     bounds = state.pairs.counts[2]
     for c in range(bounds.shape[0]):
         bounds[c] = min(c * model.chunk, n)
     for i in range(n):
-        mass, radius = atom_state.mass[i], atom_state.radius[i]
-        state.ids[i], state.material[i] = atom_state.id[i] - 1, atom_state.type[i] - 1
-        state.mass_props[0, i], state.mass_props[1, i] = radius, mass
-        state.mass_props[2, i], state.mass_props[3, i] = 1.0 / mass, 2.5 / (mass * radius * radius)
-        rows[i, 3], rows[i, 7] = mass, radius
-        for k in range(3):
-            state.x[k, i], state.v[k, i], state.w[k, i] = (
-                atom_state.x[i, k],
-                atom_state.v[i, k],
-                atom_state.w[i, k],
-            )
-            rows[i, k], rows[i, 4 + k] = (
-                atom_state.v[i, k] + atom_state.kick[i, k],
-                atom_state.w[i, k] + atom_state.kick[i, 3 + k],
-            )
-        publish(model, state, i)
+        take_atom(model, state, atom_state, i, i)
 
 
 @kernel
@@ -98,36 +106,72 @@ def finish_atoms(model, state, atom_state, n, dt):
 
 
 @kernel(fast=True)
-def push_chunk(model, state, scratch, atom_state, c, dt, force_out):
-    """Add walls and gravity to the atoms of chunk `c`. Arguments are those of `push_atoms`."""
-    lo, hi = slots_of_chunk(state, c)
+def place_chunk(model, state, x, radius, lo, hi, first, local_out):
+    """Copy the places `x` [m] (m, 3), world, and radii [m] of the atoms `lo` to `hi` to the slots from
+    `first` on, and write two corners around them to `local_out`, for the sphere of `find_walls` about them.
+    """
+    l0, l1, l2 = x[lo, 0], x[lo, 1], x[lo, 2]
+    h0, h1, h2 = l0, l1, l2
+    for i in range(lo, hi):
+        slot, a, b, c = first + i - lo, x[i, 0], x[i, 1], x[i, 2]
+        state.x[0, slot], state.x[1, slot], state.x[2, slot] = a, b, c
+        state.mass_props[0, slot] = radius[i]
+        l0, l1, l2 = min(l0, a), min(l1, b), min(l2, c)
+        h0, h1, h2 = max(h0, a), max(h1, b), max(h2, c)
+    local_out[0, 0] = fixed_point(l0 - model.centre[0], model.scale)
+    local_out[0, 1] = fixed_point(l1 - model.centre[1], model.scale)
+    local_out[0, 2] = fixed_point(l2 - model.centre[2], model.scale)
+    last = min(hi - lo, 2) - 1
+    local_out[last, 0] = fixed_point(h0 - model.centre[0], model.scale)
+    local_out[last, 1] = fixed_point(h1 - model.centre[1], model.scale)
+    local_out[last, 2] = fixed_point(h2 - model.centre[2], model.scale)
+    for l in range(2, hi - lo):
+        for k in range(3):
+            local_out[l, k] = local_out[1, k]
+
+
+@kernel(fast=True)
+def push_walls(model, state, scratch, atom_state, c, lo, hi, dt):
+    """Write the forces of the walls on the atoms `lo` to `hi`, chunk `c`, to ``scratch.forces[0]`` if there
+    are any, and book their works.
+
+    Returns
+    -------
+    number of contacts, number of overlaps beyond their limit
+    """
+    n, n_surfaces = hi - lo, model.surface_kind.shape[0]
+    # the wall list of meshes belongs to slots: there each atom has its own
+    first = lo if scratch.near.bodies.shape[0] > 0 else 0
     rows = state.published_rows[state.clock[PUBLISHED]]
-    forces, work, lanes = scratch.forces[0], scratch.work[c], scratch.lanes[0]
+    forces, work, lanes, local = scratch.forces[0], scratch.work[c], scratch.lanes[0], scratch.local[0]
     real = rows[0, 0]
     now, last = like(stamp_of(state.clock[STEP]), real), like(stamp_of(state.clock[STEP] - 1), real)
-    for l in range(forces.shape[0]):
-        for k in range(8):
-            forces[l, k] = like(0.0, real)
-    for b in range(model.n_bodies):
-        for k in range(6):
-            scratch.sums[c, b, k] = 0.0
-    points = state.published_points[state.clock[PUBLISHED]]
+    place_chunk(model, state, atom_state.x, atom_state.radius, lo, hi, first, local)
     n_walls = find_walls(
         model,
         scratch.near,
         state.x,
         state.mass_props[0],
         0.0,
-        points[lo:hi],
+        local,
         scratch.motion[0],
         scratch.surface_poses[0],
-        lo,
-        hi - lo,
+        first,
+        n,
         0,
         lanes,
         scratch.measured[0],
         scratch.test[0],
     )
+    if n_walls == 0:
+        return 0, 0.0
+    for q in range(n_walls):
+        slot = int(lanes[1, q])
+        take_atom(model, state, atom_state, lo + slot - first, slot)
+        lanes[3, q] += np.uint32((lo - first) * n_surfaces)  # the memory belongs to the atom, not to the slot
+    for l in range(forces.shape[0]):
+        for k in range(8):
+            forces[l, k] = like(0.0, real)
     # a charge with films stays in this engine: their reach is 0, and so is their power
     work[WALL_NORMAL], work[WALL_NORMAL + 1], work[WALL_NORMAL + 2], work[INTERFACE], _, beyond = (
         wall_contacts(
@@ -152,43 +196,75 @@ def push_chunk(model, state, scratch, atom_state, c, dt, force_out):
             state.impacts,
         )
     )
-    left = kick_atoms(model, state, atom_state, rows, forces, lo, hi, dt, force_out, work)
-    scratch.alarms[c] = WALL * int(beyond > 0) + LEFT * int(left > 0)
+    return n_walls, float(beyond)
 
 
-@kernel
-def kick_atoms(model, state, atom_state, rows, forces, lo, hi, dt, force_out, work_out):
-    """Write the forces of walls and gravity on the atoms `lo` to `hi` for the other program.
+@kernel(fast=True)
+def kick_chunk(model, atom_state, forces, touched, lo, hi, dt, force_out, work_out):
+    """Write the forces of walls and gravity on the atoms `lo` to `hi` for the other program, and what all
+    forces add to the velocities.
 
-    Books the works of a substep, all on its mean velocities.
+    Books the works of a substep on its mean velocities.
+
+    Parameters
+    ----------
+    forces : of the walls, as ``ChargeScratch.forces[0]``
+    touched : whether there are any
+    force_out : force of walls and gravity [N] (n, 3), world axes
 
     Returns
     -------
     number of atoms outside the domain
     """
-    missed, falling, pairs = 0.0, 0.0, 0.0
+    falling, pairs, missed = 0.0, 0.0, 0.0
     left, half = 0, 0.5 * dt
     for i in range(lo, hi):
-        mass, per_mass, per_inertia = state.mass_props[1, i], state.mass_props[2, i], state.mass_props[3, i]
+        mass, radius = atom_state.mass[i], atom_state.radius[i]
+        per_mass, per_inertia = 1.0 / mass, 2.5 / (mass * radius * radius)
         inside = True
         for k in range(3):
-            push, moment = float(forces[i - lo, k]), float(forces[i - lo, 4 + k])
-            of_pairs, moment_of_pairs = atom_state.force[i, k], atom_state.moment[i, k]
-            force_out[i, k] = push + mass * model.gravity[k]
-            atom_state.moment[i, k] = moment_of_pairs + moment
-            kick = half * (per_mass * (of_pairs + push) + model.gravity[k])
-            spin_kick = half * per_inertia * (moment_of_pairs + moment)
-            u, z = state.v[k, i] + kick, state.w[k, i] + spin_kick
-            missed += push * (u - rows[i, k]) + moment * (z - rows[i, 4 + k])
-            pairs += of_pairs * u + moment_of_pairs * z
-            falling += mass * model.gravity[k] * u
+            of_pairs, of_moments, weight = (
+                atom_state.force[i, k],
+                atom_state.moment[i, k],
+                mass * model.gravity[k],
+            )
+            push, moment = (float(forces[i - lo, k]), float(forces[i - lo, 4 + k])) if touched else (0.0, 0.0)
+            kick = half * per_mass * (of_pairs + push + weight)
+            spin_kick = half * per_inertia * (of_moments + moment)
+            u, z = atom_state.v[i, k] + kick, atom_state.w[i, k] + spin_kick
+            pairs += of_pairs * u + of_moments * z
+            falling += weight * u
+            force_out[i, k] = push + weight
+            if touched:
+                # what the law has seen is the velocity with the kick before
+                missed += push * (kick - atom_state.kick[i, k]) + moment * (
+                    spin_kick - atom_state.kick[i, 3 + k]
+                )
+                atom_state.moment[i, k] = of_moments + moment
             atom_state.kick[i, k], atom_state.kick[i, 3 + k] = kick, spin_kick
-            inside = inside and abs(state.x[k, i] - model.centre[k]) < model.reach
+            inside = inside and abs(atom_state.x[i, k] - model.centre[k]) < model.reach
         left += 0 if inside else 1
-    work_out[PAIR_NORMAL] = pairs
-    work_out[SCHEME] = missed
-    work_out[GRAVITY] = falling
+    work_out[PAIR_NORMAL], work_out[GRAVITY], work_out[SCHEME] = pairs, falling, missed
     return left
+
+
+@kernel
+def push_chunk(model, state, scratch, atom_state, c, lo, hi, dt, force_out):
+    """Add walls and gravity to the atoms `lo` to `hi`, chunk `c`, and their sums to the state."""
+    work, sums = scratch.work[c], scratch.sums[c]
+    for k in range(work.shape[0]):
+        work[k] = 0.0
+    for b in range(model.n_bodies):
+        for k in range(6):
+            sums[b, k] = 0.0
+    n_walls, beyond = push_walls(model, state, scratch, atom_state, c, lo, hi, dt)
+    left = kick_chunk(model, atom_state, scratch.forces[0], n_walls > 0, lo, hi, dt, force_out, work)
+    scratch.alarms[c] = WALL * int(beyond > 0) + LEFT * int(left > 0)
+    for k in range(state.ledger.size):
+        state.ledger[k] += dt * work[k]
+    for b in range(model.n_bodies):
+        for k in range(6):
+            state.impulse[b, k] += dt * sums[b, k]
 
 
 @kernel
@@ -208,20 +284,16 @@ def push_atoms(model, state, scratch, motions, atom_state, n, since, dt, force_o
     dt : substep [s]
     force_out : force of walls and gravity [N] (n, 3), world axes
     """
-    take_atoms(model, state, atom_state, n)
     move_bodies(motions, since, scratch.motion[0], scratch.twists[0])
     place_surfaces(model, scratch.motion[0], scratch.surface_poses[0])
     alarms = 0
     for c in range(scratch.alarms.shape[0]):
-        lo, hi = slots_of_chunk(state, c)
+        lo, hi = min(c * model.chunk, n), min((c + 1) * model.chunk, n)
+        scratch.alarms[c] = 0
         if hi > lo:
-            push_chunk(model, state, scratch, atom_state, c, dt, force_out)
+            push_chunk(model, state, scratch, atom_state, c, lo, hi, dt, force_out)
             alarms |= scratch.alarms[c]
-            for k in range(state.ledger.size):
-                state.ledger[k] += dt * scratch.work[c, k]
-            for b in range(model.n_bodies):
-                for k in range(6):
-                    state.impulse[b, k] += dt * scratch.sums[c, b, k]
     if alarms > 0 and state.status[0] == 0:
+        take_atoms(model, state, atom_state, n)
         name_the_worst(model, state, scratch)
     state.clock[STEP] += 1

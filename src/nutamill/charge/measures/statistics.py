@@ -15,6 +15,7 @@ those relative to the body.
 """
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -196,10 +197,36 @@ def gathered(sums: ChargeStatistics, impacts: ImpactBook) -> dict[str, np.ndarra
 
 def put_back(sums: ChargeStatistics, impacts: ImpactBook, saved: dict[str, np.ndarray]) -> None:
     """Set the sums to those that `gathered` returned."""
+    clear(sums, impacts)
     for name, array in _by_thread(sums, impacts).items():
-        array[...] = 0
         array[0] = saved[name]
     sums.samples[...] = saved["samples"]
+
+
+def clear(sums: ChargeStatistics, impacts: ImpactBook) -> None:
+    """Set the sums to zero, of the charge on all threads."""
+    for array in _by_thread(sums, impacts).values():
+        array[...] = 0
+
+
+def add_to_first(
+    sums: ChargeStatistics,
+    impacts: ImpactBook,
+    total: Callable[[np.ndarray], np.ndarray],
+    first: bool,
+) -> None:
+    """Add the sums of all processes up on the first, and set those of the others to zero.
+
+    Parameters
+    ----------
+    total : sums an array over all processes, which all call it
+    first : whether this process is the first; it counts the samples
+    """
+    wholes = {name: total(array.sum(axis=0)) for name, array in _by_thread(sums, impacts).items()}
+    clear(sums, impacts)
+    if first:
+        for name, array in _by_thread(sums, impacts).items():
+            array[0] = wholes[name]
 
 
 @kernel(fast=True)
@@ -402,12 +429,20 @@ def sample(
     angle : by which the grid is turned about the z axis of the body [rad]
     plan, sums_out : what is summed, and the sums
     """
-    dt = state.last_dt[0]
     first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
     move_bodies(motions, 0.0, scratch.motion[tid], scratch.twists[tid])
     for c in range(first, end):
         sample_neighbours(model, state, scratch, c, tid, sums_out)
         sample_fields(model, state, scratch, plan, c, angle, tid, sums_out)
+    sample_chunks_at_walls(model, state, scratch, plan, motions, first, end, tid, sums_out)
+
+
+@kernel
+def sample_chunks_at_walls(model, state, scratch, plan, motions, first, end, tid, sums_out):
+    """Add work and load of the chunks `first` to `end` on the walls. The other arguments are those of
+    `sample`.
+    """
+    dt = state.last_dt[0]
     move_bodies(motions, 0.5 * dt, scratch.motion[tid], scratch.twists[tid])
     place_surfaces(model, scratch.motion[tid], scratch.surface_poses[tid])
     points = state.published_points[state.clock[PUBLISHED]]

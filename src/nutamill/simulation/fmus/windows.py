@@ -6,12 +6,11 @@ window as predicted; a foreign machine after the charge, with the mean wrench of
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from nutamill.base.errors import StepError
-from nutamill.base.kernel import JIT
+from nutamill.base.kernel import entry_of
 from nutamill.charge.kernels.copying import copied
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.observe import observe
@@ -94,19 +93,6 @@ def _windows(
             run_team(sample, (*parts, state.statistics), n_threads)
 
     return march_both, write_both
-
-
-def entry_of(function: Any, *arguments: Any) -> Callable[..., Any]:
-    """Return what calls a kernel with arguments of these types, and looks at no type again.
-
-    A call of a kernel looks up the types of its arguments, which takes milliseconds where there are arrays of
-    records: too long for one that is called at every window.
-    """
-    if not JIT:
-        return function
-    types_of = tuple(function.typeof_pyval(argument) for argument in arguments)
-    function.compile(types_of)
-    return function.overloads[types_of].entry_point
 
 
 def _stagger(model: Model, state: State, exchange: Exchange, march: Window) -> None:

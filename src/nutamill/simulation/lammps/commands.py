@@ -1,12 +1,14 @@
 """The input of the LAMMPS that holds the particles of a charge: pairs by its laws, no walls, no gravity."""
 
+import dataclasses
+import itertools
 import math
 
 import numpy as np
 
 from nutamill.case.machine import Machine
 from nutamill.charge.model import ChargeModel
-from nutamill.simulation.setup.kinds import particle_kinds
+from nutamill.simulation.setup.kinds import Kind, particle_kinds
 from nutamill.simulation.setup.regions import region_of
 from nutamill.simulation.setup.touches import granular_words, touches
 from nutamill.simulation.setup.walls import region_corners
@@ -32,12 +34,29 @@ def box_commands(machine: Machine, places: np.ndarray) -> list[str]:
     margin = 2.0 * max(part.size_range[1] for part in machine.charge.parts)
     low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
     extents = " ".join(f"{a:.15g} {b:.15g}" for a, b in zip(low, high, strict=True))
-    return [f"region box block {extents} units box", f"create_box {len(type_materials(machine))} box"]
+    return [f"region box block {extents} units box", f"create_box {len(_types(machine))} box"]
 
 
-def type_materials(machine: Machine) -> list[str]:
-    """Return the material of each type of particle: the kinds of the charge in the order of their numbers."""
-    return [kind.material for kind in particle_kinds(machine).kinds if not math.isnan(kind.diameter)]
+def _types(machine: Machine) -> list[Kind]:
+    """Return the kind of each type of particle: those of the charge in the order of their numbers."""
+    return [kind for kind in particle_kinds(machine).kinds if not math.isnan(kind.diameter)]
+
+
+def pair_words(machine: Machine) -> dict[tuple[int, int], str]:
+    """Return the laws of all pairs of types, from 0 and the lower one first, in the words of LAMMPS.
+
+    A stiffness that grows with the diameters is that of the kinds, each of one diameter.
+    """
+    known, kinds, words = touches(machine), _types(machine), {}
+    pairs = {frozenset((pair.first, pair.second)): pair for pair in machine.touching if not pair.wall}
+    for (i, one), (j, other) in itertools.combinations_with_replacement(enumerate(kinds), 2):
+        pair = pairs[frozenset((one.material, other.material))]
+        # each spring in series has the diameter of its own particle
+        two = (one, other) if one.material == pair.first else (other, one)
+        contact = known[pair.name]
+        touch = dataclasses.replace(contact.touch, diameters=(two[0].diameter, two[1].diameter))
+        words[i, j] = granular_words(dataclasses.replace(contact, touch=touch))
+    return words
 
 
 def start_commands() -> list[str]:
@@ -62,18 +81,7 @@ def memory_commands(surfaces: int) -> list[str]:
 
 def law_commands(machine: Machine, model: ChargeModel, dt: float) -> list[str]:
     """Return the commands that make the particles move and touch: laws and lists."""
-    known, materials = touches(machine), type_materials(machine)
-    words = {
-        frozenset((pair.first, pair.second)): granular_words(known[pair.name])
-        for pair in machine.touching
-        if not pair.wall
-    }
-    pairs = [
-        f"pair_coeff {i} {j} {words[frozenset((first, second))]}"
-        for i, first in enumerate(materials, 1)
-        for j, second in enumerate(materials, 1)
-        if i <= j
-    ]
+    pairs = [f"pair_coeff {i + 1} {j + 1} {words}" for (i, j), words in pair_words(machine).items()]
     return [
         "pair_style granular",
         *pairs,

@@ -2,12 +2,16 @@
 engine.
 """
 
+import math
 from collections.abc import Iterator
+
+import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.case.machine import Machine
 from nutamill.simulation.lammps.ranks import launched
-from nutamill.simulation.setup.particles import particle_count
+from nutamill.simulation.setup.kinds import MOST_CLASSES, particle_kinds
+from nutamill.simulation.setup.particles import charge_parts, particle_count
 from nutamill.simulation.setup.touches import missing_laws, touches
 from nutamill.simulation.setup.walls import wall_surfaces
 
@@ -25,13 +29,25 @@ def charge_faults(machine: Machine) -> Iterator[Fault]:
         if part.kind == "clumps":
             yield Fault(f"{key}.kind", "clumps are not handed to LAMMPS", 'Write kind = "spheres"')
             return
-    sizes = [size for part in machine.charge.parts for size in part.size_range]
-    if machine.contact.stiffness == "young" and machine.contact.normal != "hertz" and min(sizes) < max(sizes):
-        what = "a stiffness that grows with the diameter is not handed to LAMMPS for several sizes"
-        yield Fault("contact.stiffness", what, 'Write "direct", or one diameter')
+    if machine.contact.stiffness == "young" and machine.contact.normal != "hertz" and _mixed(machine):
+        what = "a stiffness that grows with the diameter is handed to LAMMPS for classes of one diameter each"
+        yield Fault("contact.stiffness", what, f'Write "direct", or at most {MOST_CLASSES} diameters')
     for name, contact in touches(machine).items():
         for law in missing_laws(contact.terms("LAMMPS")):
             yield Fault(f"contact.{name}", f"LAMMPS lacks {law}", "nutamill check --dialects has its words")
+
+
+def _mixed(machine: Machine) -> bool:
+    """Return whether a kind of particles has several diameters: LAMMPS has one stiffness for two of its
+    types.
+    """
+    kinds = particle_kinds(machine)
+    diameter = np.concatenate([part.diameter for part in charge_parts(machine)])
+    return any(
+        np.ptp(diameter[kinds.of_particles == number]) > 1e-9 * kind.diameter
+        for number, kind in enumerate(kinds.kinds)
+        if not math.isnan(kind.diameter)
+    )
 
 
 def lammps_faults(machine: Machine) -> list[Fault]:
@@ -45,9 +61,6 @@ def lammps_faults(machine: Machine) -> list[Fault]:
     if run.coupling == "iterated":
         what = f'must be "staggered" or "prescribed" {with_lammps}, got "iterated"'
         faults.append(Fault("run.coupling", what, "LAMMPS cannot go back to the start of a window"))
-    if run.statistics:
-        what = f"must be false {with_lammps}: they need the impacts of pairs"
-        faults.append(Fault("run.statistics", what))
     if run.threads != "auto":
         what = f"has no use {with_lammps}, got {run.threads}"
         faults.append(Fault("run.threads", what, "Start as many processes: mpiexec -n 2 nutamill run ..."))

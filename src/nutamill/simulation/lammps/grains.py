@@ -9,10 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from nutamill.base.kernel import entry_of
 from nutamill.case.machine import Machine
 from nutamill.charge.kernels.dynamics import close_window, open_window
 from nutamill.charge.kernels.foreign_atoms import AtomState, finish_atoms, push_atoms
+from nutamill.charge.measures.foreign_sample import sample_atoms
 from nutamill.charge.measures.observe import ChargeReading, charge_reading, observe
+from nutamill.charge.measures.statistics import (
+    ChargeStatistics,
+    StatisticsPlan,
+    add_to_first,
+    clear,
+)
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock
 from nutamill.charge.saved_state import WHOLE
 from nutamill.simulation.lammps.commands import (
@@ -49,6 +57,7 @@ class Grains:
     ranks : processes
     saved : arrays of a checkpoint to go on from, as `saved_arrays` returns them; None for the particles of
         the state
+    sums : the statistics of the charge, which ``gather`` leaves on the first process; None for none
 
     Attributes
     ----------
@@ -64,8 +73,10 @@ class Grains:
         dt: float,
         ranks: Ranks,
         saved: Mapping[str, np.ndarray] | None = None,
+        sums: ChargeStatistics | None = None,
     ):
         self.model, self.state, self.scratch = charge
+        self.sums = sums
         self.ranks, self.dt = ranks, dt
         self._engine = start_lammps(ranks.communicator)
         self._motions, self._step, self._room = np.zeros((self.model.n_bodies, 19)), -1, 0
@@ -74,6 +85,7 @@ class Grains:
         self._begin_window: Callable[[], np.ndarray] = lambda: self._motions
         self._end_window: Callable[[], bool] = lambda: True
         self._atoms: AtomState | None = None
+        self._push_walls: Callable[..., Any] | None = None
         if saved is not None:
             self._put_back(saved)
         self._begin(machine, None if saved is None else saved["restart"].tobytes())
@@ -137,6 +149,8 @@ class Grains:
             getattr(self.state, name)[...] = saved[name]
         if self.ranks.rank > 0:
             self.state.ledger[:] = 0.0
+            if self.sums is not None:
+                clear(self.sums, self.state.impacts)
 
     def saved_arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays of a checkpoint, from which any number of processes can go on. The first process
@@ -232,10 +246,10 @@ class Grains:
         """
         self.take()
         n, reading = self.count, charge_reading()
-        observe(self.model, self.state, self.scratch, reading, 0, 1)
+        observe(self.model, self._with_memory(), self.scratch, reading, 0, 1)
         mass = self.state.mass_props[1, :n].sum()
         moment = mass * reading.mass_centre if n else np.zeros(3)
-        pairs = 0.5 * self._touching()
+        pairs = 0.5 * float(self._touching().sum())
         counts, ledger = [pairs, reading.contacts[1], mass], self.state.ledger
         sums = self.ranks.total(np.concatenate([reading.energy, counts, moment, reading.momentum, ledger]))
         reading.energy[:], reading.contacts[:] = sums[:8], sums[8:10]
@@ -253,10 +267,14 @@ class Grains:
         finish_atoms(self.model, self.state, atoms, n, self.dt)
 
     def gather(self) -> None:
-        """Copy the particles of all processes into the slots of the first. All processes call it."""
+        """Copy the particles of all processes into the slots of the first, and add their statistics to its.
+        All processes call it.
+        """
         self.take()
         if self.ranks.size == 1:
             return
+        if self.sums is not None:
+            add_to_first(self.sums, self.state.impacts, self.ranks.total, self.ranks.rank == 0)
         n, state = self.count, self.state
         rows = state.published_rows[state.clock[Clock.PUBLISHED]]
         local = [state.ids[:n], state.material[:n], state.mass_props[:, :n].T, state.x[:, :n].T]
@@ -269,10 +287,22 @@ class Grains:
         state.mass_props[:, :m], state.x[:, :m] = whole[:, 2:6].T, whole[:, 6:9].T
         state.v[:, :m], state.w[:, :m], rows[:m] = whole[:, 9:12].T, whole[:, 12:15].T, whole[:, 15:23]
 
-    def _touching(self) -> float:
-        """Return the sum over this process's particles of the particles that each touches [1]."""
+    def sample(self, plan: StatisticsPlan, motions: np.ndarray, angle: float) -> None:
+        """Take one sample of the statistics, of the particles of this process as `read` has left them.
+
+        The arguments are those of `nutamill.charge.measures.statistics.sample`.
+        """
+        state, touching = self._with_memory(), self._touching()
+        sample_atoms(self.model, state, self.scratch, plan, motions, angle, touching, self.sums)
+
+    def _with_memory(self) -> ChargeState:
+        """Return the state with the memory of the walls, which is with the particles in LAMMPS."""
+        return self.state._replace(wall_memory=self._views().wall)
+
+    def _touching(self) -> np.ndarray:
+        """Return how many particles each particle of this process touches [1] (n,)."""
         counts = self._engine.numpy.extract_compute("touching", 1, 1)
-        return float(np.sum(counts[: self.count]))
+        return np.array(counts[: self.count], float)
 
     def _push(self, _caller: Any, _step: int, n: int, _tag: Any, _x: Any, out: np.ndarray) -> None:
         """Add the walls to the forces of a step, or nothing while LAMMPS prepares."""
@@ -293,7 +323,10 @@ class Grains:
             self._motions = self._begin_window()
             open_window(self.model, self.state, self.scratch, 0)
         since, atoms = (self._step + 0.5) * self.dt, self._views()
-        push_atoms(self.model, self.state, self.scratch, self._motions, atoms, n, since, self.dt, out)
+        given = (self.model, self.state, self.scratch, self._motions, atoms, n, since, self.dt, out)
+        if self._push_walls is None:
+            self._push_walls = entry_of(push_atoms, *given)
+        self._push_walls(*given)
         self._step += 1
         if self._step == self._substeps:
             self._close_window()

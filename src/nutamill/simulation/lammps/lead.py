@@ -16,6 +16,7 @@ from nutamill.simulation.lammps.faults import refuse_for_lammps
 from nutamill.simulation.lammps.grains import Grains
 from nutamill.simulation.lammps.ranks import MpiRanks, Ranks, all_ranks, refuse_copies
 from nutamill.simulation.lammps.windows import march_windows
+from nutamill.simulation.warm_up import note_compiled
 
 if TYPE_CHECKING:
     from nutamill.simulation.setup.model import Model, Scratch, State
@@ -83,6 +84,7 @@ def in_lammps(
     state.grains = grains_of(model, state, scratch, ranks, groups)
     try:
         yield
+        note_compiled(model.charge.law, model.machine.charge.engine)
     finally:
         state.grains.close()
 
@@ -94,7 +96,7 @@ def grains_of(
     assert model.charge is not None and state.charge is not None and scratch.charge is not None
     charge = model.charge, state.charge, scratch.charge
     saved = None if groups is None else groups["charge"]
-    return Grains(model.machine, charge, model.clock.substep, ranks, saved)
+    return Grains(model.machine, charge, model.clock.substep, ranks, saved, state.statistics)
 
 
 def follow(machine: Machine, ranks: MpiRanks) -> None:

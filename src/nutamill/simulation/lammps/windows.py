@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nutamill.base.errors import StepError
+from nutamill.base.kernel import entry_of
+from nutamill.mechanism.dynamics import body_motion
 from nutamill.simulation.coupling import finish_window, start_window
 from nutamill.simulation.coupling_model import Outcome
-from nutamill.simulation.fmus.windows import entry_of
 from nutamill.simulation.lammps.overlaps import deepest_pair
 from nutamill.simulation.row import charge_row, mechanism_row
 
@@ -89,3 +90,17 @@ def _write_row(model: "Model", state: "State", scratch: "Scratch", row_out: np.n
     mechanism_row(model.mechanism, state.mechanism, scratch.mechanism, model.sensors, starts, row_out)
     whole = state.charge._replace(ledger=ledger)
     charge_row(whole, reading, state.coupling, model.plan.dt * model.plan.windows_per_row, starts, row_out)
+    if model.survey is not None and model.survey.on:
+        _sample(model, state)
+
+
+def _sample(model: "Model", state: "State") -> None:
+    """Take a sample of the statistics, of the charge whose row has been written."""
+    plan, coupling = model.plan, state.coupling
+    assert state.grains is not None and state.statistics is not None and model.survey is not None
+    for c, carrier in enumerate(plan.carriers):
+        body_motion(state.mechanism, carrier, coupling.row_motions[c])
+    if plan.reference_drive >= 0:
+        coupling.row_angle[0] = state.mechanism.drive_motion[plan.reference_drive, 0]
+    state.statistics.samples[0] += 1
+    state.grains.sample(model.survey, coupling.row_motions, float(coupling.row_angle[0]))

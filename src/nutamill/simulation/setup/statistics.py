@@ -167,10 +167,14 @@ class PairType(NamedTuple):
 
 
 def pair_types(machine: Machine) -> list[PairType]:
-    """Return the pairs of kinds that can touch."""
+    """Return the pairs of kinds that can touch and whose impacts are counted: with LAMMPS, those with walls
+    alone.
+    """
     kinds = particle_kinds(machine)
     n, types = len(kinds.kinds), []
     for pair in machine.touching:
+        if machine.charge.engine is not None and not pair.wall:
+            continue
         others = kinds.numbers(pair.second)
         for a in kinds.numbers(pair.first):
             for b in others[:1] if pair.wall else others:
