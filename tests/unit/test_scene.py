@@ -7,7 +7,7 @@ import pytest
 from matplotlib.image import imread
 
 from nutamill.analysis.replay import chosen_snapshots, replay
-from nutamill.base.errors import CaseError, MillError, ResultError
+from nutamill.base.errors import CaseError, MillError, NotInstalledError, OutputError, ResultError
 from nutamill.case import Case
 from nutamill.view.cameras import camera_of
 from nutamill.view.film import film_scene
@@ -57,6 +57,21 @@ def test_film_of_a_run_is_as_long_as_asked(filmed, tmp_path):
         pytest.skip(str(error))
     # 95 ms, four times slower, 25 pictures a second: 9.5 steps, so 10 or 11 pictures
     assert iio.count_frames_and_secs(str(film))[0] in (10, 11)
+
+
+def test_a_film_that_ffmpeg_cannot_write_to_its_end_is_an_error(filmed, tmp_path):
+    """A short film is in the memory of ffmpeg until its end, so that no picture is refused."""
+    pytest.importorskip("imageio_ffmpeg", reason='needs the extra "view"')
+    resource = pytest.importorskip("resource", reason="limits the size of files")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
+    try:
+        with pytest.raises(OutputError, match=r"a\.mp4: ffmpeg cannot write the film any further"):
+            film_scene(filmed, tmp_path / "a.mp4", slowed=1.0, size=(320, 240))
+    except NotInstalledError as error:
+        pytest.skip(str(error))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def test_film_with_a_trace_has_the_size_that_is_asked_for(filmed, tmp_path):

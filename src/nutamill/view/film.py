@@ -117,6 +117,10 @@ def _writer(path: Path, size: tuple[int, int]) -> Iterator[Callable[[np.ndarray]
     """
     import imageio_ffmpeg
 
+    full = OutputError(
+        f"{path}: ffmpeg cannot write the film any further. Free some room, or choose another folder."
+    )
+    written = 0
     with io_errors(path):
         film = imageio_ffmpeg.write_frames(
             str(path),
@@ -130,14 +134,26 @@ def _writer(path: Path, size: tuple[int, int]) -> Iterator[Callable[[np.ndarray]
         film.send(None)
 
     def write(image: np.ndarray) -> None:
+        nonlocal written
         try:
             film.send(np.ascontiguousarray(image))
         except OSError:  # holds the command line of ffmpeg
-            raise OutputError(
-                f"{path}: ffmpeg cannot write the film any further. Free some room, or choose another folder."
-            ) from None
+            raise full from None
+        written += 1
 
     try:
         yield write
     finally:
         film.close()
+    if _pictures_in(path) < written:  # of what ffmpeg has not written yet it reports no error
+        raise full
+
+
+def _pictures_in(path: Path) -> int:
+    """Return how many pictures of a film can be read [1]."""
+    import imageio_ffmpeg
+
+    try:
+        return imageio_ffmpeg.count_frames_and_secs(str(path))[0]
+    except RuntimeError:  # nothing can be read
+        return 0
