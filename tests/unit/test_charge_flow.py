@@ -269,3 +269,32 @@ def test_figures_of_the_charge_have_labelled_axes(result, draw, labels):
     figure = draw(result, 2.0)
     assert len(figure.axes) == labels
     assert all(axes.get_xlabel() or axes.get_ylabel() or axes.name == "polar" for axes in figure.axes)
+
+
+def test_the_lag_on_the_flow_is_that_of_the_mass_centre_as_on_the_orbit(result):
+    """0.7 rad are 40 deg, while the crest of the surface is 2 rad ahead of the crank."""
+    words = [text.get_text() for text in draw_flow(result, 2.0).legends[0].get_texts()]
+    assert words[1].startswith("lag 40 deg: angle of the crank ahead of the\nmass centre of the charge")
+    assert "lag" not in words[0]
+
+
+def test_spectra_are_drawn_where_there_are_impacts(result, monkeypatch):
+    """A thousand impacts a second in bins 3 to 5 of eight, ten in bin 1, and very many weaker than any bin
+    in the lowest.
+    """
+    from nutamill.analysis.flow import impact_spectra
+    from nutamill.view.figures import charge
+
+    def few(done):
+        spectra = impact_spectra(done)
+        for name, scale in (("rate", 1.0), ("power", AXES["energy"])):
+            per_bin = scale * np.array([1e6, 10.0, 0.0, 1e3, 1e3, 1e3, 0.0, 0.0])
+            if name == "power":
+                per_bin[0] = 0.0
+            spectra[name] = xarray.zeros_like(spectra[name]) + xarray.DataArray(per_bin, dims="energy")
+        return spectra
+
+    monkeypatch.setattr(charge, "impact_spectra", few)
+    low, high = draw_spectra(result, 2.0).axes[0].get_xlim()
+    assert low == pytest.approx(AXES["energy"][3])
+    assert high == pytest.approx(2.0 * AXES["energy"][5])

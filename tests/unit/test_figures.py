@@ -14,9 +14,9 @@ RATE = 1000.0
 
 @pytest.fixture
 def result(tmp_path):
-    """Four seconds: ramp to ten turns a second in two, then steady; sensor ``drive_end``."""
+    """Seven seconds: ramp to ten turns a second in two, then steady; sensor ``drive_end``."""
     names = expand(mounts=1, sensors=("drive_end",))
-    time = np.arange(4001) / RATE
+    time = np.arange(7001) / RATE
     speed = 62.832 * np.minimum(time / 2.0, 1.0)
     angle = np.cumsum(speed) / RATE
     known = {
@@ -84,12 +84,46 @@ def test_stack_of_losses_reaches_the_power_of_the_motor(result):
     assert axes.get_ylabel() == "power (W)"
 
 
+@pytest.fixture
+def short(tmp_path):
+    """Two and a half seconds, 24 turns: the torque steps at 1 s, the motor gives 300 W, 200 W are lost, and
+    0.2 W elsewhere.
+    """
+    names = ["time", "crank_angle", "driveshaft_speed", "driveshaft_torque", "crank_pin_force_resultant"]
+    names += ["motor_work", "pair_normal_loss", "coupling_loss"]
+    time = np.arange(2501) / RATE
+    works = [power * time for power in (300.0, 200.0, 0.2)]
+    columns = [time, 60.0 * time, np.full_like(time, 60.0), 1.0 * (time > 1.0), time, *works]
+    recorder = Recorder.create(tmp_path / "short.h5", "", {}, names, RATE)
+    recorder.append(np.stack(columns, axis=1))
+    recorder.close()
+    with open_result(tmp_path / "short.h5") as opened:
+        yield opened
+
+
+def test_of_few_turns_every_sample_is_drawn_and_no_step_is_widened(short):
+    axes = draw_run(short).axes[1]
+    samples = next(line for line in axes.lines if line.get_label() == "samples")
+    assert np.array_equal(samples.get_ydata(), short.series["driveshaft_torque"].values)
+    assert not axes.collections
+
+
+def test_power_that_is_stored_is_named_and_losses_that_are_none_are_not(short):
+    axes = draw_ledger(short).axes[0]
+    areas = {str(area.get_label()): area.get_paths()[0].get_extents() for area in axes.collections}
+    assert sorted(areas) == ["pellet-pellet", "stored or returned"]
+    gap = areas["stored or returned"]
+    assert (gap.y0, gap.y1) == pytest.approx((200.2, 300.0), rel=1e-9)
+
+
 def test_every_named_figure_names_its_run(filmed):
     from nutamill.view.figures.named import figure_of
 
     for what in ("run", "history:driveshaft_torque"):
         title = figure_of(filmed, what).get_suptitle()
-        assert " ".join(title.split()) == "numill-2026 with mechanism.mounting = rigid"
+        assert " ".join(title.split()) == (
+            "numill-2026 with mechanism.mounting = rigid 573 rpm, 1.347 kg of steel 5 mm"
+        )
 
 
 def test_a_campbell_diagram_marks_the_working_speed():

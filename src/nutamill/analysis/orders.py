@@ -202,7 +202,8 @@ def peaks(history: Orders) -> list[Peak]:
 
 def waterfall(result: Result, name: str, window: float = 1.0, drive: str | None = None) -> Waterfall:
     """Compute amplitude spectra of a recorded series over time.  The Hann window is `window` seconds long, a
-    third of a short record, and moves by a quarter of it.  `drive` is as for `sensor_orders`.
+    third of a short record, and moves by a quarter of it.  The mean in each window is left out: it would hide
+    what is near it.  `drive` is as for `sensor_orders`.
     """
     window = min(window, result.reached / 3.0)
     angle = result.series[drive_angle(result, drive)].values
@@ -217,7 +218,7 @@ def spectra(time: np.ndarray, angle: np.ndarray, value: np.ndarray, window: floa
         hann(length, sym=False), max(length // 4, 1), rate, scale_to="magnitude", fft_mode="onesided2X"
     )
     first, end = transform.lower_border_end[1], transform.upper_border_begin(len(value))[1]
-    amplitude = np.abs(transform.stft(value, p0=first, p1=max(end, first + 1)))
+    amplitude = np.abs(transform.stft_detrend(value, "constant", p0=first, p1=max(end, first + 1)))
     at = time[0] + transform.delta_t * np.arange(first, first + amplitude.shape[1])
     speed = np.interp(at, time, np.gradient(angle, time))
     return Waterfall(at, speed, transform.f, amplitude)

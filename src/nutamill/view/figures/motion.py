@@ -20,10 +20,14 @@ from nutamill.base.steady import Estimate
 from nutamill.base.units import in_unit, shown
 from nutamill.result import Result
 from nutamill.result.fields import Field
-from nutamill.view.figures.style import MARK, MEAN, RMS, STYLE, WIDTH, label_of
+from nutamill.view.figures.style import ENVELOPE, MARK, MEAN, RMS, STYLE, WIDTH, label_of
 
 LABEL = 18
 """Letters in a line of the label of an axis [1]: more are longer than the axis of a panel."""
+FLOOR = 1e-8
+"""Lowest density of a spectrum over its largest [1]."""
+LAG = "angle of the crank ahead of the\nmass centre of the charge, about the driveshaft"
+"""What the phase lag of a charge is."""
 HIGHEST = 500.0
 """Highest frequency drawn [Hz]."""
 
@@ -61,12 +65,15 @@ def draw_spectrum(result: Result, names: Sequence[str], last: float | str = PAPE
         for axes, name in zip(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)), names, strict=True):
             lines = spectrum(result.series[name].values[inside], result.rate)
             shown = (lines.frequency > 0.0) & (lines.frequency <= HIGHEST)
+            largest = lines.density[shown].max(initial=0.0)
             axes.semilogy(
                 lines.frequency[shown],
                 np.where(lines.density[shown] > 0.0, lines.density[shown], math.nan),
                 linewidth=0.7,
             )
             axes.set_xlim(left=0.0)
+            if largest > 0.0:  # below, the leakage of the window and round-off
+                axes.set_ylim(bottom=max(axes.get_ylim()[0], FLOOR * largest))
             for order in (1, 2):
                 axes.axvline(
                     order * steady.turn_rate,
@@ -112,7 +119,7 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 3.2), layout="constrained")
         axes = figure.subplots()
-        axes.plot(path.real, path.imag, linewidth=0.4, color="#A6CEE8", label="path")
+        axes.plot(path.real, path.imag, linewidth=0.6, color=ENVELOPE, label="path")
         axes.plot([0.0, reach], [0.0, 0.0], color=MARK, linewidth=0.9, label="crank")
         if bore is not None:
             axes.plot(bore.real, bore.imag, color=MARK, linewidth=0.6, linestyle="--", label="bore")
@@ -122,7 +129,7 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         axes.plot(0.4 * reach * np.cos(arc), 0.4 * reach * np.sin(arc), color=MEAN, linewidth=0.8)
         middle = -0.5 * orbit.phase_lag
         axes.annotate(
-            shown(orbit.phase_lag, "deg", ".0f"),
+            f"lag {shown(orbit.phase_lag, 'deg', '.0f')}",
             (0.45 * reach * math.cos(middle), 0.45 * reach * math.sin(middle)),
             va="center",
         )
@@ -131,6 +138,7 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         axes.set_ylim(-reach, reach)
         axes.set_xlabel("towards the crank (mm)")
         axes.set_ylabel("in the direction of rotation (mm)")
+        axes.set_title(f"lag: {LAG}", loc="left", fontsize=6.5)
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 

@@ -19,7 +19,7 @@ FIGURES: dict[str, tuple[Callable[[Result], Figure], str]] = {
     "run": (draw_run, "{panels} over the run"),
     "power": (draw_ledger, "where the power goes, turn by turn"),
     "impacts": (draw_spectra, "how many impacts with how much energy"),
-    "wall": (draw_wall, "pressure, shear work and cutting energy on the unrolled bore"),
+    "wall": (draw_wall, "pressure, shear power and cutting power on the unrolled bore"),
     "flow": (draw_flow, "solids fraction and velocity of the charge in axes that turn with the crank"),
     "orbit": (draw_orbit, "path of the charge's mass centre and its phase lag"),
 }

@@ -22,6 +22,10 @@ from nutamill.view.figures.style import PALETTE, STYLE, WIDTH, unit_of
 
 NO_FORCE = 1e-9
 """Share of the largest force below which a joint carries none but round-off [1]."""
+NOISE = 0.1
+"""Share of the largest amplitude of an order below which its phase is noise [1]."""
+FEW = 20
+"""Points up to which a curve shows each of them [1]."""
 TITLE = 20
 """Letters in a line of a title over half a column [1]."""
 FLOOR = 1e-3
@@ -33,7 +37,7 @@ YEAR = 8760.0
 
 
 def draw_orders(history: Orders, falls: Waterfall, field: Field) -> Figure:
-    """Draw amplitude and phase lag of the orders of a series, and its spectra below (logarithmic grey).
+    """Draw amplitude and phase of the orders of a series, and its spectra below (logarithmic grey).
 
     The first two are drawn over speed; over time where the speed hardly changes.
     """
@@ -43,20 +47,23 @@ def draw_orders(history: Orders, falls: Waterfall, field: Field) -> Figure:
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
         size, lag, fall = figure.subplots(3, 1, height_ratios=[1.2, 0.8, 1.4])
+        mark = "-" if len(across) > FEW else "o-"
         for k, order in enumerate(history.orders):
-            size.plot(across, history.amplitude[k], color=PALETTE[k % 7], label=f"{order:g}x")
+            label = "once per turn" if order == 1 else f"{order:g} times per turn"
+            size.plot(across, history.amplitude[k], mark, markersize=3, color=PALETTE[k % 7], label=label)
             drawn = (
-                history.amplitude[k] > 0.02 * history.amplitude[k].max()
+                history.amplitude[k] > NOISE * history.amplitude[k].max()
             )  # of a small amplitude the phase is noise
             degrees = in_unit(history.lag[k][drawn], "deg")
-            lag.plot(across[drawn], degrees, ".", markersize=1.5, color=PALETTE[k % 7])
+            dot = 1.5 if len(across) > FEW else 5.0
+            lag.plot(across[drawn], degrees, ".", markersize=dot, color=PALETTE[k % 7])
         size.set_ylim(bottom=0.0)
         size.set_ylabel(f"amplitude ({unit})")
         size.set_title(f"(a) {field.label}", loc="left")
         lag.set_ylim(-180, 180)
         lag.set_yticks([-180, -90, 0, 90, 180])
-        lag.set_ylabel("lag (°)")
-        lag.set_title("(b) phase lag behind the drive", loc="left")
+        lag.set_ylabel("angle (°)")
+        lag.set_title("(b) phase behind the drive", loc="left")
         _draw_waterfall(figure, fall, falls, unit)
         fall.set_title("(c) spectra", loc="left")
         for axes in (size, lag):

@@ -18,6 +18,12 @@ from nutamill.result.fields import Field
 from nutamill.view.figures.mechanism import draw_reactions
 from nutamill.view.figures.style import BINS, ENVELOPE, MARK, MEAN, RMS, STYLE, WIDTH, unit_of
 
+FEW = 60
+"""Turns that a picture shows one by one [1]: of more, the band between smallest and largest is drawn."""
+LEAST = 0.005
+"""Share of the largest power below which a group of losses is not drawn [1]."""
+GAP = "#DDDDDD"
+"""Colour of the power that goes into storage or comes out of it."""
 STILL = 1e-6
 """Acceleration below which a frame on rigid mounts stands still, round-off apart [m/s^2]."""
 
@@ -26,9 +32,9 @@ def draw_run(result: Result) -> Figure:
     """Draw crank-pin force, driveshaft torque and frame acceleration over the run, with a dashed line at the
     end of the ramp.
 
-    A long series is drawn as the band between its smallest and largest value in each column of the picture,
-    with the mean over a turn (for accelerations: the root mean square over a turn) as a line.  A frame that
-    stands still has no acceleration panels.
+    A series of many turns is drawn as the band between its smallest and largest value in each column of the
+    picture, one of few turns as it is, with the mean over a turn (for accelerations: the root mean square
+    over a turn) as a line.  A frame that stands still has no acceleration panels.
 
     A machine without a crank has the largest forces of its joints and bushings and the torques of its drives
     instead.
@@ -71,8 +77,8 @@ def draw_ledger(result: Result) -> Figure:
     """Draw where the power of motors, drives and given loads goes, turn by turn: losses stacked, what is put
     in as a line over them.
 
-    The gap between the stack and the line goes into kinetic, potential and elastic energy, or comes out of
-    them.
+    The gap between the stack and the line, grey, goes into kinetic, potential and elastic energy, or comes
+    out of them.  Groups that nowhere reach `LEAST` of the whole are not drawn.
 
     Raises
     ------
@@ -84,27 +90,32 @@ def draw_ledger(result: Result) -> Figure:
             f"{result.path}: holds no losses: nothing rubs in this machine, or the run is empty."
         )
     edges = _turns(result)
-    middle = 0.5 * (edges[1:] + edges[:-1])
+    across = np.repeat(edges, 2)[1:-1]  # each turn is a step
 
     def power(names: list[str]) -> np.ndarray:
         energy = sum(result.series[name].values for name in names)
-        return np.diff(np.interp(edges, time, energy)) / np.diff(edges)
+        return np.repeat(np.diff(np.interp(edges, time, energy)) / np.diff(edges), 2)
 
     losses = {group: power(names) for group, names in ledger_groups(result).items() if group != "stored"}
-    supplied = supply_series(result)
+    total = np.sum(list(losses.values()), axis=0)
+    put_in = power(supplied) if (supplied := supply_series(result)) else total
+    largest = max(np.abs(total).max(), np.abs(put_in).max())
+    seen = {name: values for name, values in losses.items() if np.abs(values).max() >= LEAST * largest}
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=(WIDTH, 2.6), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 2.8), layout="constrained")
         axes = figure.subplots()
-        axes.stackplot(middle, list(losses.values()), labels=list(losses), linewidth=0)
+        if np.abs(put_in - total).max() >= LEAST * largest:
+            axes.fill_between(across, total, put_in, color=GAP, linewidth=0, label="stored or returned")
+        axes.stackplot(across, list(seen.values()), labels=list(seen), linewidth=0)
         if supplied:
             label = "motor" if supplied == ["motor_work"] else "put in"
-            axes.plot(middle, power(supplied), color="black", label=label)
+            axes.plot(across, put_in, color="black", label=label)
         axes.set_xlabel("time (s)")
         axes.set_ylabel("power (W)")
         axes.set_xlim(time[0], time[-1])
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
         _mark_ramp([axes], result)
-        _legend(figure, columns=1, position="outside right upper")
+        _legend(figure, columns=3, position="outside lower center")
     return figure
 
 
@@ -117,11 +128,11 @@ def _axis_label(field: Field) -> str:
 def _draw_series(axes: Axes, result: Result, name: str, root_mean_square: bool) -> None:
     """Draw the band of smallest and largest values, and the mean or root mean square over a turn."""
     time, value = result.series["time"].values, result.series[name].values
-    if len(time) > 4 * BINS:
+    turn = math.tau / max(abs(result.series["driveshaft_speed"].values[-1]), math.tau)
+    if len(time) > 4 * BINS and turn * FEW < time[-1] - time[0]:
         starts = np.linspace(0, len(time), BINS + 1).astype(int)[:-1]
         # widened to a turn at the last speed: narrower columns would show the beat of the columns with the
         # turns
-        turn = math.tau / max(abs(result.series["driveshaft_speed"].values[-1]), math.tau)
         width = 1 + 2 * math.ceil(0.5 * turn * BINS / (time[-1] - time[0]))
         low = minimum_filter1d(np.minimum.reduceat(value, starts), width)
         high = maximum_filter1d(np.maximum.reduceat(value, starts), width)
