@@ -64,7 +64,7 @@ def test_all_faults_are_reported_at_once():
         "body 'thin': inertia is not positive definite, got principal values 0, 1, 1 kg m^2",
         "joint 'hinge': unknown body, got 'nowhere'. Known bodies are a, flat, ground, thin",
         "joint 'hinge': a REVOLUTE joint needs an axis of non-zero length, got None",
-        "joint 'weld': a FIXED joint does not rotate and has no friction",
+        "joint 'weld': a FIXED joint does not move and has no friction",
         "bushing 'mount': stiffness or damping is negative, got (1.0, 1.0, -1.0, 0.0)",
         "spring 'spring': the two ends are one point",
         "drive 'motor': joint 'weld' neither turns about an axis nor only slides along it, got a FIXED "

@@ -27,7 +27,7 @@ from nutamill.mechanism.parts import (
 )
 from nutamill.mechanism.system import System
 
-Z = (0.0, 0.0, 1.0)
+X, Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
 class Units(NamedTuple):
@@ -47,19 +47,22 @@ OTHER = Units(2.0**-7, 2.0**11, 2.0**5)
 
 
 def rubbing_machine(units: Units) -> System:
-    """A motor turns a crank that carries a pendulum: friction in both joints, a spring, a mount, gravity."""
+    """A motor turns a crank with a pendulum and a slide: friction in all joints, a spring, a mount."""
     m, kg, inertia = units.of(1), units.of(0, 1), units.of(2, 1)
     force, moment, rate = units.of(1, 1, -2), units.of(2, 1, -2), units.of(0, 0, -1)
     friction = JointFriction(0.05, 0.01 * m, 0.003 * moment, 0.001 * moment / rate)
+    rubbing = JointFriction(0.05, constant_force=0.03 * force, viscous_force=0.01 * force / m / rate)
     end = (0.11 * m, 0.02 * m, 0.0)
     bodies = [
         Body("frame", 5.0 * kg, np.diag([0.3, 0.2, 0.4]) * inertia, (0.0, 0.0, -0.3 * m)),
         Body("crank", 0.7 * kg, np.diag([0.003, 0.004, 0.005]) * inertia, (0.05 * m, 0.0, 0.0)),
         Body("bob", 0.4 * kg, np.diag([0.002, 0.001, 0.002]) * inertia, (0.11 * m, 0.02 * m, -0.13 * m)),
+        Body("slide", 0.1 * kg, np.diag([2e-4, 2e-4, 1e-4]) * inertia, (0.12 * m, 0.02 * m, 0.0)),
     ]
     joints = [
         Joint("bearing", JointKind.REVOLUTE, "frame", "crank", (0.0, 0.0, 0.0), Z, friction=friction),
         Joint("pin", JointKind.SPHERICAL, "crank", "bob", end, friction=friction),
+        Joint("rail", JointKind.PRISMATIC, "crank", "slide", end, X, friction=rubbing),
     ]
     stiff, bend = force / m, moment
     loads = [
@@ -99,7 +102,6 @@ def test_mechanism_in_other_units_gives_the_same_bits():
         "quaternion": 1.0,
         "velocity": OTHER.of(1, 0, -1),
         "angular_velocity": OTHER.of(0, 0, -1),
-        "friction_moment": OTHER.of(2, 1, -2),
         "drive_torque": OTHER.of(2, 1, -2),
         "loss": OTHER.of(2, 1, -2),
     }.items():

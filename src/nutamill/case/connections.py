@@ -7,6 +7,7 @@ from nutamill.base.schema import (
     Coefficient,
     Coordinate,
     Damping,
+    PassiveForce,
     RotationalDamping,
     RotationalStiffness,
     Table,
@@ -46,13 +47,23 @@ class BushingRates(Table):
 
 
 class FrictionEntry(Table):
-    """Friction moment of a joint."""
+    """Friction of a joint: a moment, or in a prismatic joint a force along its axis."""
 
     coefficient: Coefficient = 0.0
     """Coulomb coefficient [1]."""
     radius: Coordinate = 0.0
-    """Radius at which it acts [m]."""
+    """Radius at which it acts [m], in joints that turn."""
     constant: Torque = 0.0
-    """Part that does not depend on the load [N m]."""
+    """Part that does not depend on the load [N m], in joints that turn."""
     viscous: RotationalDamping = 0.0
-    """Part proportional to the speed [N m s/rad]."""
+    """Part proportional to the speed [N m s/rad], in joints that turn."""
+    constant_force: PassiveForce = 0.0
+    """Part that does not depend on the load [N], in prismatic joints."""
+    viscous_force: Damping = 0.0
+    """Part proportional to the speed [N s/m], in prismatic joints."""
+
+    @property
+    def numbers(self) -> tuple[float, float, float, float, float, float]:
+        """All numbers [SI], in the order of the keys."""
+        moment = self.coefficient, self.radius, self.constant, self.viscous
+        return *moment, self.constant_force, self.viscous_force

@@ -92,7 +92,7 @@ class JointEntry(Table):
     second_axis: Direction | None = None
     """Universal: the axis fixed in b, square to the first."""
     friction: FrictionEntry | None = None
-    """Friction, for joints that turn."""
+    """Friction, for all kinds but fixed."""
 
 
 class BushingPlace(Table):

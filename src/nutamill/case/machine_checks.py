@@ -16,13 +16,16 @@ from nutamill.case.record_checks import record_findings
 from nutamill.case.walls import region_findings, wall_findings
 
 if TYPE_CHECKING:
-    from nutamill.case.machine import Machine
+    from nutamill.case.machine import JointEntry, Machine
 
 GROUND = "ground"
 """Name of the body that never moves, as the engine knows it."""
 LISTS = (*MECHANISM, "sensors", "walls", "regions", "quantities")
 """Lists of a machine whose entries have names, each name once."""
 WITHOUT_AXIS = ("fixed", "spherical")
+MOMENT_KEYS: tuple[str, ...] = ("radius", "constant", "viscous")
+FORCE_KEYS: tuple[str, ...] = ("constant_force", "viscous_force")
+"""Keys of the friction of joints that turn, and of prismatic joints."""
 TERMS = {"sum": (1, 1000), "resultant": (2, 1000), "product": (1, 1000), "lag": (5, 5)}
 """Fewest and most series that a quantity is taken of [1]."""
 TAKEN = ("joint_", "bushing_", "drive_", "spring_", "torque_", "force_", "stop_", "gear_", "linear_", "fmu_")
@@ -196,6 +199,23 @@ def _joints(case: "Machine") -> Iterator[Finding]:
                 yield ("joints", number, key), f"has no meaning for a {joint.kind} joint", "Leave it out"
             elif needs and not any(axis):
                 yield ("joints", number, key), "must have a length, got zero", ""
+        yield from _friction(number, joint)
+
+
+def _friction(number: int, joint: "JointEntry") -> Iterator[Finding]:
+    """Yield friction of a joint that cannot move, and keys of it that another kind of joint has."""
+    law, where = joint.friction, ("joints", number, "friction")
+    if law is None:
+        return
+    if joint.kind == "fixed":
+        yield where, "has no meaning for a fixed joint", "Leave it out"
+        return
+    slides = joint.kind == "prismatic"
+    own, foreign = (FORCE_KEYS, MOMENT_KEYS) if slides else (MOMENT_KEYS, FORCE_KEYS)
+    for key in foreign:
+        if getattr(law, key):
+            hint = f"It has coefficient, {', '.join(own)}"
+            yield (*where, key), f"has no meaning for a {joint.kind} joint", hint
 
 
 def _bushings(case: "Machine") -> Iterator[Finding]:

@@ -258,7 +258,7 @@ def new_state(mechanism, placement, bodies) -> MechanismState:
         load=np.zeros((n, 6)),
         multiplier=np.zeros(n_rows),
         reaction=np.zeros(n_rows),
-        friction_moment=np.zeros((n_joints, 3)),
+        friction=np.zeros((n_joints, 3)),
         drive_motion=np.zeros((n_drives, 3)),
         drive_torque=np.zeros(n_drives),
         motor_integral=np.zeros(n_drives),

@@ -175,9 +175,17 @@ def joint_faults(joints):
                 yield Fault(where, f"the two axes are not square to each other, got {angle}")
         if joint.friction is not None:
             law = joint.friction
+            of_force, of_moment = (
+                (law.constant_force, law.viscous_force),
+                (law.radius, law.constant, law.viscous),
+            )
             if not rows.rubs:
-                yield Fault(
-                    where, f"a {joint.kind.name} joint does not rotate and has no friction", "Drop it"
-                )
-            if min(law.coefficient, law.radius, law.constant, law.viscous) < 0.0:
+                yield Fault(where, f"a {joint.kind.name} joint does not move and has no friction", "Drop it")
+            elif rows.slides and any(of_moment):
+                what = "its friction is a force along the axis, got a radius or a part in N m"
+                yield Fault(where, what, "Give coefficient, constant_force and viscous_force")
+            elif not rows.slides and any(of_force):
+                what = "its friction is a moment, got a part in N"
+                yield Fault(where, what, "Give coefficient and radius, constant and viscous")
+            if min(law.coefficient, *of_force, *of_moment) < 0.0:
                 yield Fault(where, f"friction values are negative, got {law}")

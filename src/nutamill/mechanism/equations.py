@@ -180,8 +180,8 @@ def solve_reactions(mechanism, state, scratch):
     apply_loads(mechanism, state, scratch)
     offset = mechanism.bushings.shape[0] + mechanism.springs.shape[0]
     apply_joint_friction(
-        mechanism.joints, state.multiplier, state.quaternion, scratch.twist, offset,
-        scratch.load, state.friction_moment, scratch.power,
+        mechanism.joints, state.multiplier, state.position, state.quaternion, scratch.twist, offset,
+        scratch.load, state.friction, scratch.power,
     )  # fmt: skip
     bias_rows(mechanism.rows, scratch.row_vectors, scratch.twist, scratch.drive_motion, scratch.bias)
     if mechanism.gears.shape[0] > 0:

@@ -220,25 +220,26 @@ def apply_springs(springs, position, quaternion, twist, offset, load_out, power_
 
 
 @kernel
-def friction_per_speed(reaction, speed, coefficient, radius, constant, viscous, inertia):
-    """Return the friction moment over the relative angular velocity [N m s/rad] of a joint that carries the
-    force `reaction` [N].
+def friction_per_speed(joint, reaction, speed):
+    """Return the friction moment over the relative angular velocity [N m s/rad] of a `JOINT` record that
+    carries the force `reaction` [N]; of one that slides, the friction force over the relative speed [N s/m].
 
     ``M tanh(speed / rest) + viscous speed`` with ``M = coefficient radius reaction + constant``, divided by
     `speed` [rad/s]: Coulomb friction, regularised near rest.  The speed ``rest = sqrt(2 FRICTION_ANGLE M /
-    inertia)`` is that from which M stops the `inertia` [kg m^2] within `FRICTION_ANGLE`, so that it follows
-    the scales of the machine.
+    inertia)`` is that from which M stops the inertia [kg m^2] within `FRICTION_ANGLE`, so that it follows
+    the scales of the machine.  In a joint that slides the radius is 1, M a force, and the inertia the braked
+    mass over a length of the bodies, so that M stops it within `FRICTION_ANGLE` times this length.
 
     Source: the load-dependent plus load-independent moment of rolling bearings (Palmgren, Ball and Roller
     Bearing Engineering, 1959), with a viscous term.
     """
-    moment = coefficient * radius * reaction + constant
+    moment = joint.friction_coefficient * joint.friction_radius * reaction + joint.friction_constant
     if moment == 0.0:
-        return viscous
-    rest = math.sqrt(2.0 * FRICTION_ANGLE * moment / inertia)
+        return joint.friction_viscous
+    rest = math.sqrt(2.0 * FRICTION_ANGLE * moment / joint.friction_inertia)
     ratio = speed / rest
     rise = math.tanh(ratio) / ratio if ratio > 1e-6 else 1.0
-    return moment * rise / rest + viscous
+    return moment * rise / rest + joint.friction_viscous
 
 
 @kernel
@@ -253,46 +254,76 @@ def joint_force(joint, multiplier):
 
 
 @kernel
-def apply_joint_friction(joints, multiplier, quaternion, twist, offset, load_out, moment_out, power_out):
-    """Add every joint's friction moment to `load_out`.
-
-    Write the moment on b into `moment_out` (n_joints, 3) [N m] and the power it dissipates [W] into
-    `power_out` from `offset` on.
+def turning_friction(joint, reaction, quaternion, twist, load_out, friction_out):
+    """Add the friction moment of a `JOINT` record that carries the force `reaction` [N] to `load_out`, write
+    that on b into `friction_out` (3,) [N m], and return the power it dissipates [W].
 
     In joints that turn about an axis it acts about the axis, in others against the whole relative angular
-    velocity.  The load-dependent part takes the joint's reaction of the last solve (`multiplier`).
+    velocity.
+    """
+    a, b = joint.body_a, joint.body_b
+    w0, w1, w2 = twist[b, 3] - twist[a, 3], twist[b, 4] - twist[a, 4], twist[b, 5] - twist[a, 5]
+    if joint.turns == 1:
+        e0, e1, e2 = turn_vector(quaternion[a], joint.axis_a[0], joint.axis_a[1], joint.axis_a[2])
+        about = e0 * w0 + e1 * w1 + e2 * w2
+        w0, w1, w2 = about * e0, about * e1, about * e2
+    speed = math.sqrt(w0 * w0 + w1 * w1 + w2 * w2)
+    rate = friction_per_speed(joint, reaction, speed)
+    friction_out[0], friction_out[1], friction_out[2] = -rate * w0, -rate * w1, -rate * w2
+    for k in range(3):
+        load_out[b, 3 + k] += friction_out[k]
+        load_out[a, 3 + k] -= friction_out[k]
+    return rate * speed * speed
+
+
+@kernel
+def sliding_friction(joint, reaction, position, quaternion, twist, load_out, friction_out):
+    """Add the friction force of a `JOINT` record that slides and carries the force `reaction` [N] across its
+    axis to `load_out`, write that on b into `friction_out` (3,) [N], and return the power it dissipates [W].
+
+    It acts along the axis at the joint's point on b, on both bodies.
+    """
+    a, b = joint.body_a, joint.body_b
+    x0, x1, x2 = world_point(position, quaternion, b, joint.point_b)
+    v = point_velocity(twist, position, b, x0, x1, x2)
+    u = point_velocity(twist, position, a, x0, x1, x2)
+    e0, e1, e2 = turn_vector(quaternion[a], joint.axis_a[0], joint.axis_a[1], joint.axis_a[2])
+    speed = e0 * (v[0] - u[0]) + e1 * (v[1] - u[1]) + e2 * (v[2] - u[2])
+    rate = friction_per_speed(joint, reaction, abs(speed))
+    force = -rate * speed
+    friction_out[0], friction_out[1], friction_out[2] = force * e0, force * e1, force * e2
+    add_wrench(position, a, b, x0, x1, x2, force * e0, force * e1, force * e2, 0.0, 0.0, 0.0, load_out)
+    return rate * speed * speed
+
+
+@kernel
+def apply_joint_friction(
+    joints, multiplier, position, quaternion, twist, offset, load_out, friction_out, power_out
+):
+    """Add every joint's friction to `load_out`.
+
+    Write the moment [N m] or, of a joint that slides, the force [N] on b into `friction_out` (n_joints, 3),
+    and the power it dissipates [W] into `power_out` from `offset` on.  The load-dependent part takes the
+    joint's reaction of the last solve (`multiplier`).
     """
     for j in range(joints.shape[0]):
         joint = joints[j]
-        moment_out[j, 0], moment_out[j, 1], moment_out[j, 2], power_out[offset + j] = 0.0, 0.0, 0.0, 0.0
+        friction_out[j, 0], friction_out[j, 1], friction_out[j, 2], power_out[offset + j] = 0.0, 0.0, 0.0, 0.0
         if (
             joint.friction_coefficient == 0.0
             and joint.friction_constant == 0.0
             and joint.friction_viscous == 0.0
         ):
             continue
-        a, b = joint.body_a, joint.body_b
-        w0, w1, w2 = twist[b, 3] - twist[a, 3], twist[b, 4] - twist[a, 4], twist[b, 5] - twist[a, 5]
-        if joint.turns == 1:
-            e0, e1, e2 = turn_vector(quaternion[a], joint.axis_a[0], joint.axis_a[1], joint.axis_a[2])
-            about = e0 * w0 + e1 * w1 + e2 * w2
-            w0, w1, w2 = about * e0, about * e1, about * e2
-        speed = math.sqrt(w0 * w0 + w1 * w1 + w2 * w2)
         force = joint_force(joint, multiplier)
-        rate = friction_per_speed(
-            force,
-            speed,
-            joint.friction_coefficient,
-            joint.friction_radius,
-            joint.friction_constant,
-            joint.friction_viscous,
-            joint.friction_inertia,
-        )
-        moment_out[j, 0], moment_out[j, 1], moment_out[j, 2] = -rate * w0, -rate * w1, -rate * w2
-        power_out[offset + j] = rate * speed * speed
-        for k in range(3):
-            load_out[b, 3 + k] += moment_out[j, k]
-            load_out[a, 3 + k] -= moment_out[j, k]
+        if joint.slides == 1:
+            power_out[offset + j] = sliding_friction(
+                joint, force, position, quaternion, twist, load_out, friction_out[j]
+            )
+        else:
+            power_out[offset + j] = turning_friction(
+                joint, force, quaternion, twist, load_out, friction_out[j]
+            )
 
 
 @kernel

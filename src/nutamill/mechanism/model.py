@@ -55,14 +55,15 @@ JOINT = np.dtype(
         ("end_row", "i8"),  # one past the joint's last row
         ("points", "i8"),  # number of POINT rows, the joint's first; their reactions are forces
         ("turns", "i8"),  # 1: b turns about the joint's axis, and so does its friction; 0: about any axis
+        ("slides", "i8"),  # 1: b slides along the joint's axis alone, and its friction is a force along it
         ("reaction_unique", "i8"),  # 1; 0 where redundant constraints share the reaction arbitrarily
         ("point_b", "f8", (3,)),  # the joint's point from b's mass centre [m], axes of b
         ("axis_a", "f8", (3,)),  # the joint's axis [1], axes of a; zero if it has none
         ("friction_coefficient", "f8"),  # [1]
-        ("friction_radius", "f8"),  # [m]
-        ("friction_constant", "f8"),  # [N m]
-        ("friction_viscous", "f8"),  # [N m s/rad]
-        ("friction_inertia", "f8"),  # moment of inertia that friction brakes [kg m^2]
+        ("friction_radius", "f8"),  # [m]; 1 [1] in a joint that slides
+        ("friction_constant", "f8"),  # [N m], or [N] in a joint that slides
+        ("friction_viscous", "f8"),  # [N m s/rad], or [N s/m]
+        ("friction_inertia", "f8"),  # moment of inertia that friction brakes [kg m^2], or mass/length [kg/m]
     ]
 )
 """A joint: its rows, its point, its friction."""
@@ -259,8 +260,10 @@ class MechanismState(NamedTuple):
     """Reaction of each constraint row to report [N or N m], (n_rows,): `multiplier` with the external wrench
     at `time` in place of its mean over the step (`nutamill.mechanism.dynamics.report_reactions`).
     """
-    friction_moment: np.ndarray
-    """Friction moment each joint exerts on its body b [N m], (n_joints, 3), world axes."""
+    friction: np.ndarray
+    """Friction each joint exerts on its body b, (n_joints, 3), world axes: a moment [N m]; the force [N] of a
+    joint that slides.
+    """
     drive_motion: np.ndarray
     """Angle [rad], speed [rad/s], acceleration [rad/s^2] of each drive, (n_drives, 3); travel [m] and its
     derivatives where it slides.

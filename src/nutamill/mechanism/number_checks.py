@@ -30,7 +30,9 @@ SHAPES: dict[type, dict[str, tuple[int, ...]]] = {
         "angular_velocity": VECTOR,
     },
     Joint: dict.fromkeys(("point", "axis", "second_axis", "point_b"), VECTOR),
-    JointFriction: dict.fromkeys(("coefficient", "radius", "constant", "viscous"), ()),
+    JointFriction: dict.fromkeys(
+        ("coefficient", "radius", "constant", "viscous", "constant_force", "viscous_force"), ()
+    ),
     Bushing: {"point": VECTOR, "axis": VECTOR, "stiffness": (4,), "damping": (4,)},
     Spring: {"point_a": VECTOR, "point_b": VECTOR}
     | dict.fromkeys(("stiffness", "damping", "free_length", "preload"), ()),

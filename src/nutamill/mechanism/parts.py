@@ -61,7 +61,7 @@ JOINTS = {
     JointKind.SPHERICAL: JointRows(points=3, axes=0, turns=False, slides=False, rubs=True),
     JointKind.UNIVERSAL: JointRows(points=3, axes=1, turns=False, slides=False, rubs=True),
     JointKind.CYLINDRICAL: JointRows(points=2, axes=2, turns=True, slides=False, rubs=True),
-    JointKind.PRISMATIC: JointRows(points=2, axes=3, turns=False, slides=True, rubs=False),
+    JointKind.PRISMATIC: JointRows(points=2, axes=3, turns=False, slides=True, rubs=True),
     JointKind.POINT_ON_LINE: JointRows(points=2, axes=0, turns=False, slides=False, rubs=True),
 }
 """The declaration of every joint kind: a new kind is a member of `JointKind` and a line here."""
@@ -89,16 +89,24 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class JointFriction:
-    """Friction moment of a joint: coefficient x radius x reaction, a constant part, and a viscous part."""
+    """Friction of a joint: a part in proportion to its reaction, a constant part, and a viscous part.
+
+    A moment, with coefficient x radius x reaction, in joints that turn; a force along the axis, with
+    coefficient x reaction across the axis, in a PRISMATIC joint.
+    """
 
     coefficient: float
     """Coefficient of friction [1]."""
-    radius: float
-    """Radius at which it acts [m]."""
+    radius: float = 0.0
+    """Radius at which it acts [m], in joints that turn."""
     constant: float = 0.0
-    """Moment that does not depend on the reaction (seals) [N m]."""
+    """Moment that does not depend on the reaction (seals) [N m], in joints that turn."""
     viscous: float = 0.0
-    """Moment per relative angular velocity [N m s/rad]."""
+    """Moment per relative angular velocity [N m s/rad], in joints that turn."""
+    constant_force: float = 0.0
+    """Force that does not depend on the reaction (seals) [N], in a PRISMATIC joint."""
+    viscous_force: float = 0.0
+    """Force per relative speed [N s/m], in a PRISMATIC joint."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +128,7 @@ class Joint:
     second_axis: Vector | None = None
     """UNIVERSAL: the axis fixed in b [1], (3,), square to `axis`."""
     friction: JointFriction | None = None
-    """Friction, for joints that turn."""
+    """Friction, for all kinds but FIXED."""
     point_b: Vector | None = None
     """Joint point of body b [m], (3,), world, as assembled, where it may differ from `point`: a loop that
     may not close.

@@ -22,13 +22,16 @@ from nutamill.mechanism.stops import stop_contact, stop_force
 @kernel
 def joint_reaction(mechanism, state, joint, out):
     """Write the wrench that joint number `joint` exerts on its body b about the joint's point on b, friction
-    moment included: force [N] and moment [N m] into `out` (6,), world axes.
+    included: force [N] and moment [N m] into `out` (6,), world axes.
 
     The torque of a drive of the joint is no part of it (`drive_torque`).
     """
     table = mechanism.joints[joint]
+    rubs = 0 if table.slides == 1 else 3
     for k in range(3):
-        out[k], out[3 + k] = 0.0, state.friction_moment[joint, k]
+        out[k], out[3 + k] = 0.0, 0.0
+    for k in range(3):
+        out[rubs + k] = state.friction[joint, k]
     for i in range(table.first_row, table.end_row):
         row, strength = mechanism.rows[i], state.reaction[i]
         e0, e1, e2 = turn_vector(state.quaternion[row.body_a], row.axis_a[0], row.axis_a[1], row.axis_a[2])

@@ -222,12 +222,22 @@ def joint_record(placement, joint, on_b, first_row, end_row) -> tuple:
         end_row,
         rows.points,
         int(rows.turns),
+        int(rows.slides),
         1,
         placement.local_point(joint.body_b, on_b),
         placement.local_axis(joint.body_a, unit(joint.axis)) if rows.needs_axis else np.zeros(3),
-        *((0.0,) * 4 if law is None else (law.coefficient, law.radius, law.constant, law.viscous)),
-        braked_inertia(placement, joint, rows.turns),
+        *((0.0,) * 4 if law is None else friction_numbers(law, rows.slides)),
+        braked_mass(placement, joint) if rows.slides else braked_inertia(placement, joint, rows.turns),
     )
+
+
+def friction_numbers(law, slides) -> tuple[float, float, float, float]:
+    """Return coefficient, radius, constant and viscous part of the friction of a joint, as in a `JOINT`
+    record.
+    """
+    if slides:
+        return law.coefficient, 1.0, law.constant_force, law.viscous_force
+    return law.coefficient, law.radius, law.constant, law.viscous
 
 
 def braked_inertia(placement, joint, about_axis) -> float:
@@ -237,6 +247,17 @@ def braked_inertia(placement, joint, about_axis) -> float:
     axis = joint.axis if about_axis else None
     bodies = joint.body_a, joint.body_b
     return 1.0 / sum(1.0 / placement.inertia_about(body, joint.point, axis) for body in bodies)
+
+
+def braked_mass(placement, joint) -> float:
+    """Return the mass that the friction of a joint that slides brakes, over a length of its bodies [kg/m]:
+    their masses in series, and the radius of gyration of the lighter.
+    """
+    moving = [name for name in (joint.body_a, joint.body_b) if name != GROUND]
+    bodies = [placement.bodies[placement.index[name]] for name in moving]
+    lighter = min(bodies, key=lambda body: body.mass)
+    length = np.sqrt(np.trace(lighter.inertia) / (2.0 * lighter.mass))
+    return 1.0 / (sum(1.0 / body.mass for body in bodies) * length)
 
 
 def sharing_pairs(rows, ground) -> list[tuple]:

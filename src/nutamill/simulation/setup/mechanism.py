@@ -215,7 +215,7 @@ def _body(entry: BodyEntry) -> Body:
 
 def _joint(entry: JointEntry) -> Joint:
     law = entry.friction
-    friction = None if law is None else JointFriction(law.coefficient, law.radius, law.constant, law.viscous)
+    friction = None if law is None else JointFriction(*law.numbers)
     kind = JointKind[entry.kind.upper()]
     return Joint(
         entry.name, kind, *entry.between, entry.point, entry.axis, entry.second_axis, friction, entry.point_b
