@@ -11,7 +11,7 @@ from steel import STEEL
 from nutamill.base.errors import CaseError
 from nutamill.case import case_of_text, load_case
 from nutamill.simulation.setup.carriers import carriers_of
-from nutamill.simulation.setup.solid_boxes import box_pairs, boxes_met, penetration
+from nutamill.simulation.setup.solid_walls import penetration, solid_pairs, solids_met
 from nutamill.simulation.setup.wall_checks import refuse_walls
 
 HEAD = (
@@ -103,10 +103,10 @@ def test_a_box_that_a_drive_turns_into_another_is_refused_with_the_angle():
 def test_boxes_that_meet_during_the_run_stop_it_and_are_named():
     case = case_of_text(REGION + FLOOR + PADDLE + post(0, 100))
     apart = np.zeros((2, 3)), np.array([[1.0, 0, 0, 0], [1.0, 0, 0, 0]])
-    assert boxes_met(case, *apart, 0.5) is None
+    assert solids_met(case, *apart, 0.5) is None
     quarter = math.sqrt(0.5)
     turned = apart[0], np.array([[quarter, 0, 0, quarter], [1.0, 0, 0, 0]])
-    assert str(boxes_met(case, *turned, 0.5)) == (
+    assert str(solids_met(case, *turned, 0.5)) == (
         'wall "paddle" of rotor and wall "post" of ground reach 10 mm into each other at t = 0.5 s. Walls do '
         "not stop each other: give the bodies a stop, or move the walls."
     )
@@ -126,7 +126,7 @@ def test_depth_of_boxes_across_each_other_is_that_of_their_nearest_edges():
     )
     case = case_of_text(text)
     poses = {carrier.name: (carrier.position, carrier.rotation) for carrier in carriers_of(case)}
-    ((one, two),) = box_pairs(case)
+    ((one, two),) = solid_pairs(case)
     assert penetration(one, two, poses) == pytest.approx(0.02 * math.sqrt(2) - 0.027, abs=1e-12)
 
 

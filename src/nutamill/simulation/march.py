@@ -51,7 +51,7 @@ from nutamill.simulation.setup.charge import contact_law_of
 from nutamill.simulation.setup.clock import run_clock
 from nutamill.simulation.setup.light_carriers import refuse_light_carriers
 from nutamill.simulation.setup.model import Model, Scratch, State, build
-from nutamill.simulation.setup.solid_boxes import boxes_met
+from nutamill.simulation.setup.solid_walls import solids_met
 from nutamill.simulation.setup.statistics import statistics_axes
 from nutamill.simulation.setup.threads import team_size
 from nutamill.simulation.setup.wall_checks import refuse_walls
@@ -384,7 +384,7 @@ def march(
             model, rows, fault = enter(model, state, scratch, count)
             if fault is None and model.charge is not None:
                 moved = state.mechanism
-                fault = boxes_met(model.machine, moved.position, moved.quaternion, float(moved.time[0]))
+                fault = solids_met(model.machine, moved.position, moved.quaternion, float(moved.time[0]))
             if fault is not None:
                 fault = record_state_before(model, before, sums, recorder, ending.plan, row, fault)
             row += len(rows)
