@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+import nutamill as nm
 from nutamill.base.durations import duration
 from nutamill.cli import keys, screen
 from nutamill.cli.screen import Screen, line, offers, panel
@@ -98,8 +99,6 @@ def test_table_shows_phases_and_readings_within_80_columns():
     console.print(panel("numill", PROGRESS, {"ramp": 112.0}))
     text = console.export_text()
     for part in (
-        "settle",
-        "done",
         "47 %",
         "0:01:52",
         "left 0:08:12",
@@ -111,7 +110,46 @@ def test_table_shows_phases_and_readings_within_80_columns():
         "dt = 3.60 µs",
     ):
         assert part in text
+    assert "settle" not in text  # the bed was in the cache
     assert max(map(len, text.splitlines())) <= 80
+
+
+ALONE = PROGRESS._replace(
+    crank_pin_force=math.nan,
+    shaft_torque=math.nan,
+    largest_pair_overlap=math.nan,
+    largest_wall_overlap=math.nan,
+    ledger_residual=math.nan,
+    contacts=0,
+)
+"""A machine without a crank and without a charge."""
+
+
+def test_line_of_a_machine_holds_what_it_has():
+    assert line(ALONE) == "ramp    47 %  t = 4.712 of 13 s  0.0146 s per s  left 0:08:12"
+    filled = ALONE._replace(largest_pair_overlap=0.018, largest_wall_overlap=0.11)
+    assert line(filled) == line(ALONE) + "  overlap 11.0 % wall, 1.8 % pellets"
+
+
+def test_table_of_a_machine_holds_what_it_has():
+    filled = ALONE._replace(largest_pair_overlap=0.018, largest_wall_overlap=0.11)
+    shown = []
+    for progress in (ALONE, filled):
+        console = Console(width=80, record=True, file=io.StringIO())
+        console.print(panel("piston", progress, {"ramp": 1.0}))
+        shown.append(console.export_text())
+    for word in ("crank-pin", "shaft torque", "ledger"):
+        assert word not in shown[0] + shown[1]
+    for word in ("overlap", "contacts", "per particle"):
+        assert word not in shown[0]
+        assert word in shown[1]
+
+
+def test_machine_with_nothing_to_settle_shows_no_settling(tmp_path):
+    machine = nm.load_case("piston", ["charge.kind=none", "run.until=20 ms"])
+    phases = []
+    nm.run(machine, to=tmp_path / "p.h5", progress=lambda now: phases.append(now.phase)).close()
+    assert "settle" not in phases
 
 
 def test_durations_are_hours_minutes_seconds():

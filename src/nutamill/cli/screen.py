@@ -137,19 +137,20 @@ def line(progress: Progress) -> str:
     if progress.phase == PHASES[0]:
         share = f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  the charge comes to rest"
         return f"{share}  left {duration(progress.time_left)}"
-    if not _of_mill(progress):
-        left = duration(progress.time_left)
-        return (
-            f"{progress.phase:6} t = {progress.time:.3f} of {progress.end_time:g} s  {_rate(progress)}  "
-            f"left {left}"
-        )
-    return (
+    shown = (
         f"{progress.phase:6} {100.0 * progress.fraction:3.0f} %  t = {progress.time:.3f} of "
-        f"{progress.end_time:g} s  {_rate(progress)}"
-        f"  left {duration(progress.time_left)}  crank-pin force {_number(progress.crank_pin_force, '.0f')} N"
-        f"  shaft torque {_number(progress.shaft_torque, '.2f')} N m{_means(progress)}  {_overlaps(progress)}"
-        f"  ledger {_percent(progress.ledger_residual, '.3f')} %"
+        f"{progress.end_time:g} s  {_rate(progress)}  left {duration(progress.time_left)}"
     )
+    if _of_mill(progress):
+        shown += (
+            f"  crank-pin force {_number(progress.crank_pin_force, '.0f')} N"
+            f"  shaft torque {_number(progress.shaft_torque, '.2f')} N m{_means(progress)}"
+        )
+    if _has_charge(progress):
+        shown += f"  {_overlaps(progress)}"
+    if math.isfinite(progress.ledger_residual):
+        shown += f"  ledger {_percent(progress.ledger_residual, '.3f')} %"
+    return shown
 
 
 def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = False) -> "Panel":
@@ -170,12 +171,13 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
     bars = Table.grid(padding=(0, 2))
     present = PHASES.index(progress.phase)
     for k, phase in enumerate(PHASES):
+        if k < present and phase not in spent:  # no charge to settle, no ramp, or before this part of the run
+            continue
         fraction = 1.0 if k < present else progress.fraction if k == present else 0.0
-        known = k > present or phase in spent
         time = duration(spent[phase]) if phase in spent else ""
         left = f"left {duration(progress.time_left)}" if k == present else ""
         style = "bold" if k == present else "" if k < present else "dim"
-        share = f"{100.0 * fraction:3.0f} %" if known else "done"
+        share = f"{100.0 * fraction:3.0f} %"
         sign = Spinner(SPINNER) if k == present else ""
         bars.add_row(
             phase, ProgressBar(total=1.0, completed=fraction, width=32), share, time, left, sign, style=style
@@ -188,35 +190,32 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
         f"t = {progress.time:.3f} of {progress.end_time:g} s   {_rate(progress)}   dt = "
         f"{_number(in_unit(progress.dt, 'us'), '.2f')} µs"
     )
-    if not _of_mill(progress):
-        return Panel(
-            Group(bars, "", times), title=named, subtitle=heard, box=box.ROUNDED, expand=False, padding=(0, 1)
-        )
     for _ in range(3):
         readings.add_column(justify="right", min_width=8)
-    readings.add_row("", "now", "mean", "±95 %", "", style="dim")
-    means = (
-        (progress.crank_pin_force, progress.mean_force, progress.mean_force_half_width, ".0f", ".1f"),
-        (progress.shaft_torque, progress.mean_torque, progress.mean_torque_half_width, ".2f", ".2f"),
-    )
-    for name, unit, (now, mean, width, form, fine) in zip(
-        ("crank-pin force", "shaft torque"), ("N", "N m"), means, strict=True
-    ):
-        readings.add_row(name, _number(now, form), _number(mean, fine), _number(width, fine), unit)
-    readings.add_row(
-        "largest overlap", _percent(progress.largest_wall_overlap, ".1f"), "", "", "% of d, wall"
-    )
-    readings.add_row("", _percent(progress.largest_pair_overlap, ".1f"), "", "", "% of d, pellets")
-    readings.add_row(
-        "energy ledger", _percent(progress.ledger_residual, ".3f"), "", "", "% not accounted for"
-    )
-
-    work = (
-        f"{progress.contacts} contacts   {_number(progress.nanoseconds, '.0f')} ns per particle and step   "
-        f"file {megabytes(progress.file_size)}"
-    )
+    if _of_mill(progress):
+        readings.add_row("", "now", "mean", "±95 %", "", style="dim")
+        means = (
+            (progress.crank_pin_force, progress.mean_force, progress.mean_force_half_width, ".0f", ".1f"),
+            (progress.shaft_torque, progress.mean_torque, progress.mean_torque_half_width, ".2f", ".2f"),
+        )
+        for name, unit, (now, mean, width, form, fine) in zip(
+            ("crank-pin force", "shaft torque"), ("N", "N m"), means, strict=True
+        ):
+            readings.add_row(name, _number(now, form), _number(mean, fine), _number(width, fine), unit)
+    if _has_charge(progress):
+        wall, pair = progress.largest_wall_overlap, progress.largest_pair_overlap
+        readings.add_row("largest overlap", _percent(wall, ".1f"), "", "", "% of d, wall")
+        readings.add_row("", _percent(pair, ".1f"), "", "", "% of d, pellets")
+    if _of_mill(progress):
+        residual = _percent(progress.ledger_residual, ".3f")
+        readings.add_row("energy ledger", residual, "", "", "% not accounted for")
+    work = f"file {megabytes(progress.file_size)}"
+    if _has_charge(progress):
+        pace = _number(progress.nanoseconds, ".0f")
+        work = f"{progress.contacts} contacts   {pace} ns per particle and step   {work}"
+    table = Group(readings, "") if readings.row_count else Group()
     return Panel(
-        Group(bars, "", readings, "", times, work),
+        Group(bars, "", table, times, work),
         title=named,
         subtitle=heard,
         box=box.ROUNDED,
@@ -226,12 +225,13 @@ def panel(title: str, progress: Progress, spent: dict[str, float], keys: bool = 
 
 
 def _of_mill(progress: Progress) -> bool:
-    """Return whether what marches is a mill, which has a crank pin, or still settles a charge."""
-    return (
-        progress.phase == PHASES[0]
-        or math.isfinite(progress.crank_pin_force)
-        or math.isfinite(progress.shaft_torque)
-    )
+    """Return whether the run has a crank pin and a driveshaft."""
+    return math.isfinite(progress.crank_pin_force) or math.isfinite(progress.shaft_torque)
+
+
+def _has_charge(progress: Progress) -> bool:
+    """Return whether the run has a charge that moves."""
+    return math.isfinite(progress.largest_wall_overlap) or math.isfinite(progress.largest_pair_overlap)
 
 
 def _number(value: float, form: str) -> str:

@@ -202,9 +202,7 @@ def run_to(
         warm_up(log, None if cached else lambda: settle_apart(machine), contact_law_of(machine))
     else:
         warm_up_mechanism(log)
-    watch.settling(0.0)
     bed = settled_bed(machine, watch.settling)
-    watch.settling(1.0)
     with started(machine) as exchange:
         model, state, scratch = build(machine, bed, exchange)
         with in_lammps(model, state, scratch, bed):

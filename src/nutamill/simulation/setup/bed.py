@@ -91,7 +91,8 @@ def settled_bed(machine: Machine, progress: Callable[[float], None] | None = Non
 
     Parameters
     ----------
-    progress : called while settling with the share of the time it may take at most [1]
+    progress : called while settling, if there is something to settle, with the share of the time it may take
+        at most [1], from 0 to 1
 
     Raises
     ------
@@ -102,7 +103,10 @@ def settled_bed(machine: Machine, progress: Callable[[float], None] | None = Non
         return None
     bed = cached_bed(machine)
     if bed is None:
+        report = progress or (lambda share: None)
+        report(0.0)
         bed = _settle(machine, progress)
+        report(1.0)
         _keep(bed_file(machine), bed)
     return bed
 
