@@ -48,7 +48,7 @@ _FACE = {
     "view.figures.wear": "draw_wear",
     "view.webview": "write_view",
     "view.inline": "view",
-    "design.preflight": "check",
+    "design.check": "check",
     "design.modes": "machine_modes modes_lines campbell avoid_lines",
     "design.sticks": "sticks",
     "design.runup": "default_sensor run_up run_up_lines",
@@ -63,7 +63,7 @@ _FACE = {
 """Module of the package: the public names that it holds."""
 
 _HOME = {name: f"nutamill.{module}" for module, names in _FACE.items() for name in names.split()}
-_NAME_THERE = {"charge_window": "window", "check": "preflight", "view": "inline_view"}
+_NAME_THERE = {"charge_window": "window", "view": "inline_view"}
 
 __all__ = ["__version__", *_HOME]
 

@@ -100,7 +100,8 @@ def test_modes_of_a_mechanism_of_listed_parts(invoke, folder):
     for question in (("--charge",), ("--speed", "700 rpm")):
         reply = invoke("modes", pendulum, *question)
         assert reply.exit_code == 2
-        assert reply.stderr == f"{question[0]}: has no use for a mechanism. Leave it out\n"
+        what = "has no use for a machine given part by part: its modes are those about rest"
+        assert reply.stderr == f"{question[0][2:]}: {what}. Leave it out\n"
 
 
 def test_mechanism_of_listed_parts_is_no_mill(invoke, folder):

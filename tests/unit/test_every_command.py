@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import nutamill as nm
 from nutamill import cli
 from nutamill.analysis.bearings import bearing_life, resting_axis, turns_per_second
 from nutamill.analysis.load_paths import load_paths
@@ -173,7 +174,7 @@ REFUSED = [
     (("isolation", "{name}"), "describes a mechanism part by part"),
     (("balance", "{name}"), "describes a mechanism part by part"),
     (("run", "{name}", "--quick"), "--quick: has no use for a machine given part by part"),
-    (("modes", "{name}", "--speed", "100 rpm"), "--speed: has no use for a mechanism"),
+    (("modes", "{name}", "--speed", "100 rpm"), "speed: has no use for a machine given part by part"),
     (("mounts", "{name}.h5"), "this answer is about the joints and mounts of a mill as drawn"),
     (("plot", "{name}.h5", "orbit"), "has no crank, with which the axes of this figure turn"),
     (
@@ -190,6 +191,22 @@ def test_a_command_that_needs_a_mill_says_so_in_one_line(invoke, name, words, re
     answer = invoke(*(word.format(name=name) for word in words))
     assert answer.exit_code != 0 and not isinstance(answer.exception, (KeyError, ValueError, TypeError))
     assert answer.stderr.count("\n") == 1 and reason in answer.stderr
+
+
+def test_answers_in_python_take_a_machine_or_say_why_not():
+    piston = nm.load_case("piston", ["charge.kind=none"])
+    assert nm.check(piston).lines()[1].startswith("bodies    1, 0.2 kg in all")
+    # 0.2 kg on 2 N/mm
+    assert nm.machine_modes(piston).frequency == pytest.approx([math.sqrt(2000.0 / 0.2) / (2.0 * math.pi)])
+    of_a_mill = (
+        nm.campbell,
+        nm.isolation,
+        lambda case: nm.run_up(case, [1.0]),
+        lambda case: nm.balance_mill(case, [(0.1, 0.1)]),
+    )
+    for answer in of_a_mill:
+        with pytest.raises(CaseError, match="piston: describes a mechanism part by part"):
+            answer(piston)
 
 
 @pytest.mark.parametrize("name", FEW)

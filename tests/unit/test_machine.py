@@ -14,7 +14,7 @@ from nutamill.base.errors import CaseError, StepError
 from nutamill.case import Machine, load_case
 from nutamill.case.charge_checks import Vessel
 from nutamill.design.machine_sheet import machine_sheet
-from nutamill.design.modes import machine_rest_modes
+from nutamill.design.modes import machine_modes
 from nutamill.simulation import march
 from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.particles import particle_count
@@ -346,7 +346,7 @@ def test_a_body_that_nothing_holds_is_named_at_once(file):
     with pytest.raises(
         StepError, match=r"static equilibrium: nothing holds piston. Connect it to the ground"
     ):
-        machine_rest_modes(load_case(file))
+        machine_modes(load_case(file))
 
 
 def test_a_wall_is_called_by_its_name_in_messages(file):

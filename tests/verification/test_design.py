@@ -15,7 +15,7 @@ from nutamill.case import load_case
 from nutamill.design.balancing import Weight, balance_mill, permissible_unbalance, weighted
 from nutamill.design.empty import once_per_turn, steady_series
 from nutamill.design.isolation import isolation, shaking_unbalance, transmissibility
-from nutamill.design.modes import machine_rest_modes
+from nutamill.design.modes import machine_modes
 from nutamill.design.runup import run_up
 from nutamill.design.sticks import sticks
 
@@ -120,7 +120,7 @@ def test_run_up_of_a_series_that_is_not_there_is_refused(rigid):
 def test_modes_of_a_mechanism_are_about_the_place_where_it_hangs_at_rest():
     # the example begins with its arm of 1 m held level, and hangs along -y
     case = load_case(MECHANISMS / "pendulum.toml")
-    vibrations = machine_rest_modes(case)
+    vibrations = machine_modes(case)
     assert vibrations.frequency == pytest.approx([math.sqrt(9.81 / 1.0) / (2.0 * math.pi)], rel=1e-6)
     assert vibrations.label(0) == "bob moves"
     hanging = next(stick for stick in sticks(case) if stick.body == "bob")
@@ -142,7 +142,7 @@ def test_pendulum_held_square_to_gravity_comes_to_rest_hanging(tmp_path, gravity
     )
     text = text.replace('["0 m/s^2", "-9.81 m/s^2", "0 m/s^2"]', str([f"{x!r} m/s^2" for x in gravity]))
     (tmp_path / "held.toml").write_text(text.replace("'", '"'))
-    vibrations = machine_rest_modes(load_case(tmp_path / "held.toml"))
+    vibrations = machine_modes(load_case(tmp_path / "held.toml"))
     # the axis along z takes its share of gravity
     assert vibrations.frequency == pytest.approx(
         [math.sqrt(np.linalg.norm(pull[:2]) / length) / math.tau], rel=1e-6
@@ -178,10 +178,10 @@ def on_springs(folder, stiffness):
 
 
 def test_mode_of_a_mass_on_springs_is_that_of_its_stiffness(tmp_path):
-    vibrations = machine_rest_modes(on_springs(tmp_path, {"shear_stiffness": "3000 N/m"}))
+    vibrations = machine_modes(on_springs(tmp_path, {"shear_stiffness": "3000 N/m"}))
     assert vibrations.frequency == pytest.approx([math.sqrt(3000.0 / 5.0) / (2.0 * math.pi)], rel=1e-6)
 
 
 def test_modes_of_a_mechanism_that_nothing_holds_are_refused(tmp_path):
     with pytest.raises(CaseError, match="no restoring force, got translation of body 'slider' along x"):
-        machine_rest_modes(on_springs(tmp_path, {"axial_stiffness": "1 N/m"}))
+        machine_modes(on_springs(tmp_path, {"axial_stiffness": "1 N/m"}))

@@ -5,6 +5,15 @@ The only room that reads or writes TOML.
 
 from nutamill.base.library import library_file, library_names
 from nutamill.case.machine import Machine
-from nutamill.case.mill import Case, case_of_text, load_case, load_mill
+from nutamill.case.mill import Case, case_of_text, load_case, load_mill, mill_of
 
-__all__ = ["Case", "Machine", "case_of_text", "library_file", "library_names", "load_case", "load_mill"]
+__all__ = [
+    "Case",
+    "Machine",
+    "case_of_text",
+    "library_file",
+    "library_names",
+    "load_case",
+    "load_mill",
+    "mill_of",
+]

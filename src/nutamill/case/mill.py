@@ -171,17 +171,30 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
 
 def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case:
     """Load a case as `load_case` does and raise CaseError for a mechanism described part by part."""
-    case = load_case(name_or_path, overrides)
-    if isinstance(case, Machine):
+    return mill_of(load_case(name_or_path, overrides), str(name_or_path))
+
+
+def mill_of(case: Case | Machine, where: str | None = None) -> Case:
+    """Return the drawing of the mill that a case is.
+
+    Parameters
+    ----------
+    where : what a message calls the case; its name if None
+
+    Raises
+    ------
+    CaseError : a machine described part by part, which has no drawing
+    """
+    if case.drawing is None:
         raise CaseError(
             Fault(
-                str(name_or_path),
+                case.name if where is None else where,
                 "describes a mechanism part by part ([[bodies]]), not a mill",
                 "This answer is about the mounts, the crank and the balance of a mill as drawn. Any machine "
                 "has check, run, resume, show, modes, sweep, fit, plot, picture, movie, view and export",
             )
         )
-    return case
+    return case.drawing
 
 
 def case_of_text(text: str, name: str = "case") -> Case | Machine:

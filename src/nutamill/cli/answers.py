@@ -78,20 +78,12 @@ def modes(
     mechanism at rest.
     """
     from nutamill.design.figures import draw_modes
-    from nutamill.design.modes import machine_modes, machine_rest_modes, modes_lines
+    from nutamill.design.modes import machine_modes, modes_lines
     from nutamill.design.sticks import sticks
 
     loaded, turning = load(case, overrides), quantity("--speed", speed, "speed of rotation")
     picture = _place(to, _picture_name(loaded, "modes", speed if turning else None, charge=charge))
-    mill = loaded.drawing
-    if mill is None:
-        if turning or charge:
-            raise CaseError(
-                Fault("--charge" if charge else "--speed", "has no use for a mechanism", "Leave it out")
-            )
-        answer = machine_rest_modes(loaded.machine)
-    else:
-        answer = machine_modes(mill, turning, charge)
+    answer = machine_modes(loaded, turning, charge)
     _print_answer(modes_lines(answer), draw_modes(sticks(loaded), answer), picture)
 
 

@@ -81,9 +81,8 @@ def check(
     Where kernels are compiled, the case is marched for two seconds to forecast the time of the run.
     """
     loaded = load(case, overrides)
+    from nutamill.design.check import check as checked
     from nutamill.design.dialects import dialect_lines
-    from nutamill.design.machine_sheet import machine_sheet
-    from nutamill.design.preflight import preflight
     from nutamill.simulation.fmus.trust import fmu_lines
     from nutamill.simulation.setup.charge import contact_law_of
     from nutamill.simulation.trial import trial_rate
@@ -91,10 +90,8 @@ def check(
 
     if loaded.charge.parts:
         warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded.machine))
-    mill = loaded.drawing
-    sheet = machine_sheet(loaded.machine, trial_rate) if mill is None else preflight(mill, trial_rate)
     more = fmu_lines(loaded.machine) + (dialect_lines(loaded.machine) if dialects else [])
-    echo_lines(sheet.lines() + more)
+    echo_lines(checked(loaded, trial_rate).lines() + more)
 
 
 @app.command()

@@ -11,7 +11,7 @@ from nutamill.analysis.source import vector
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import Kind, rpm
-from nutamill.case import Case
+from nutamill.case import Case, Machine, mill_of
 from nutamill.case.drawing import FRAME, SHAFT
 from nutamill.design.empty import once_per_turn, steady_series
 from nutamill.design.isolation import shaking_unbalance
@@ -78,7 +78,10 @@ def permissible_unbalance(grade: float, speed: float, mass: float) -> float:
 
 
 def balance_mill(
-    case: Case, planes: Sequence[tuple[float, float]], speed: float | None = None, charge: bool = False
+    case: Case | Machine,
+    planes: Sequence[tuple[float, float]],
+    speed: float | None = None,
+    charge: bool = False,
 ) -> Balancing:
     """Balance masses that minimise the vibration of the frame at a speed, in one plane or two.
 
@@ -94,12 +97,14 @@ def balance_mill(
 
     Raises
     ------
-    CaseError : no plane, more than two, lengths that are none, or two planes of one depth
+    CaseError : a machine given part by part, no plane, more than two, lengths that are none, or two planes of
+        one depth
 
     Source
     ------
     Goodman, J. Eng. Ind. 86(3), 273-279, 1964 (least-squares balancing by influence coefficients)
     """
+    case = mill_of(case)
     _check(planes)
     at = case.drive.speed if speed is None else speed
     bare = weighted(case, ())

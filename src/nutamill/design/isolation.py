@@ -10,7 +10,7 @@ from nutamill.analysis.mounts import floor_series
 from nutamill.analysis.orders import track
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import rpm
-from nutamill.case import Case
+from nutamill.case import Case, Machine, mill_of
 from nutamill.design.empty import empty_series, once_per_turn, steady_series
 from nutamill.design.modes import machine_modes
 
@@ -46,7 +46,7 @@ def transmissibility(ratio: np.ndarray, damping_ratio: float) -> np.ndarray:
     return np.sqrt((1.0 + spread) / ((1.0 - ratio**2) ** 2 + spread))
 
 
-def isolation(case: Case, charge: bool = False) -> Isolation:
+def isolation(case: Case | Machine, charge: bool = False) -> Isolation:
     """Compute the force on the floor of the empty mill on a slow run-up, and the shaking force of the same
     mill bolted down.
 
@@ -56,8 +56,9 @@ def isolation(case: Case, charge: bool = False) -> Isolation:
 
     Raises
     ------
-    CaseError : a mill on rigid mounts
+    CaseError : a machine given part by part, or a mill on rigid mounts
     """
+    case = mill_of(case)
     if case.mechanism.mounting == "rigid":
         raise CaseError(
             Fault(

@@ -11,7 +11,7 @@ from scipy.optimize import linear_sum_assignment
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import rpm
-from nutamill.case import Case, Machine
+from nutamill.case import Case, Machine, mill_of
 from nutamill.case.drawing import FRAME, SHAFT
 from nutamill.design.empty import with_charge_mass
 from nutamill.design.machine_sheet import UNSTABLE
@@ -131,8 +131,9 @@ class Campbell(NamedTuple):
     """Driveshaft speed of the case [rad/s]."""
 
 
-def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> MachineModes:
-    """Compute the modes of a mill with its drive held at rest, or about running at a steady speed.
+def machine_modes(case: Case | Machine, speed: float = 0.0, charge: bool = False) -> MachineModes:
+    """Compute the modes of any machine with its drives held at rest, or of a mill as drawn about running at a
+    steady speed.
 
     At speed the coefficients of the motion are averaged over `ANGLES` crank angles, with the frame at its
     place of rest (`nutamill.mechanism.running_modes`).  Joint friction is left out.
@@ -144,10 +145,19 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
 
     Raises
     ------
-    CaseError : a mill without anything that can vibrate, or with a body that nothing holds
+    CaseError : a machine without anything that can vibrate, or with a body that nothing holds; a speed or a
+        charge of a machine given part by part
+    StepError : there is no equilibrium near the assembled pose
     """
     if speed < 0.0:
         raise CaseError(Fault("speed", f"must be zero or more, got {speed:g} rad/s"))
+    if case.drawing is None:
+        return _rest_modes(case.machine, speed, charge)
+    return _mill_modes(case.drawing, speed, charge)
+
+
+def _mill_modes(case: Case, speed: float, charge: bool) -> MachineModes:
+    """Return the modes of a mill at rest or at a speed [rad/s]."""
     loaded = _frictionless(with_charge_mass(case) if charge else case)
     parts = mechanism_parts(loaded.machine)
     drives = (
@@ -168,14 +178,12 @@ def machine_modes(case: Case, speed: float = 0.0, charge: bool = False) -> Machi
     return _named(vibrations, mass_matrix(mechanism, scratch), names, speed)
 
 
-def machine_rest_modes(case: Machine) -> MachineModes:
-    """Compute the modes of a mechanism about its rest, drives held.
-
-    Raises
-    ------
-    CaseError : faults of the mechanism; a motion that nothing brings back, or that is unstable
-    StepError : there is no equilibrium near the assembled pose
-    """
+def _rest_modes(case: Machine, speed: float, charge: bool) -> MachineModes:
+    """Return the modes of a machine given part by part about its rest. Refuse a speed and a charge."""
+    for key, asked in (("speed", speed != 0.0), ("charge", charge)):
+        if asked:
+            what = "has no use for a machine given part by part: its modes are those about rest"
+            raise CaseError(Fault(key, what, "Leave it out"))
     refuse_unsupported(case)
     mechanism, state, scratch = assemble_machine(case)
     static_equilibrium(mechanism, state, scratch)
@@ -188,7 +196,9 @@ def machine_rest_modes(case: Machine) -> MachineModes:
     return _named(vibrations, mass_matrix(mechanism, scratch), names, 0.0)
 
 
-def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: bool = False) -> Campbell:
+def campbell(
+    case: Case | Machine, fastest: float | None = None, count: int = 8, charge: bool = False
+) -> Campbell:
     """Compute the natural frequencies of a mill from rest to a speed, and the speeds at which it is excited
     once or twice per period.
 
@@ -197,7 +207,12 @@ def campbell(case: Case, fastest: float | None = None, count: int = 8, charge: b
     fastest : highest driveshaft speed [rad/s]; 1.2 times the case's if None
     count : number of speeds
     charge : as in `machine_modes`
+
+    Raises
+    ------
+    CaseError : a machine given part by part, or one of which `machine_modes` has none
     """
+    case = mill_of(case)
     speeds = np.linspace(0.0, 1.2 * case.drive.speed if fastest is None else fastest, count)
     first = machine_modes(case, 0.0, charge)
     n = len(first.frequency)

@@ -7,7 +7,7 @@ from nutamill.analysis.orders import Orders, Waterfall, peaks, spectra, track
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import Kind, in_unit, rpm
-from nutamill.case import Case
+from nutamill.case import Case, Machine, mill_of
 from nutamill.design.empty import empty_series
 from nutamill.result.fields import series_field
 
@@ -27,7 +27,7 @@ class RunUp(NamedTuple):
 
 
 def run_up(
-    case: Case,
+    case: Case | Machine,
     ramps: Sequence[float],
     sensor: str | None = None,
     orders: Sequence[float] = (1.0, 2.0),
@@ -44,8 +44,9 @@ def run_up(
 
     Raises
     ------
-    CaseError : no ramp, a profile in place of one, no such series
+    CaseError : a machine given part by part, no ramp, a profile in place of one, no such series
     """
+    case = mill_of(case)
     name = sensor or default_sensor(case)
     series_field(name)
     if case.drive.profile is not None:

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from nutamill.design.machine_sheet import MachineSheet
     from nutamill.design.preflight import Preflight
 
-OPEN = ("drive", "charge", "run")
-"""Tables of a mill that are shown unfolded: what most users change."""
+OPEN = ("drive", "drives", "charge", "run")
+"""Tables that are shown unfolded: what most users change."""
 INDENT = 10
 """Width of the first column of a check sheet [characters]."""
 
@@ -26,7 +26,7 @@ def case_html(case: Case | Machine) -> str:
     count = len(case.warnings)
     verdict = f"{count} warning{'s' * (count != 1)}" if count else "no warnings"
     folds = "".join(
-        folded(_summary(key, value), table(_rows(value)), isinstance(case, Case) and key in OPEN)
+        folded(_summary(key, value), table(_rows(value)), key in OPEN)
         for key, value in tables.items()
         if isinstance(value, (Mapping, list))
     )

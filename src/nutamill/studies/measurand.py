@@ -14,7 +14,7 @@ from nutamill.base.schema import spelled
 from nutamill.base.steady import NO_ESTIMATE, Estimate
 from nutamill.case import Case, Machine
 from nutamill.case.toml.keys import si_of
-from nutamill.design.modes import machine_rest_modes
+from nutamill.design.modes import machine_modes
 from nutamill.design.preflight import oscillations
 from nutamill.result import open_result
 from nutamill.simulation.setup.model import recorded_fields
@@ -125,5 +125,5 @@ def rest_frequency(case: Case | Machine, number: int) -> float:
     if mill is not None:
         frequencies = [frequency for frequency, _ in oscillations(mill)]
     else:
-        frequencies = [float(frequency) for frequency in machine_rest_modes(case.machine).frequency]
+        frequencies = [float(frequency) for frequency in machine_modes(case).frequency]
     return frequencies[number - 1] if number <= len(frequencies) else float("nan")

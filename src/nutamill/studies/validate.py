@@ -10,7 +10,7 @@ from nutamill.base.atomic_file import io_errors, write_whole
 from nutamill.base.durations import duration
 from nutamill.base.errors import CaseError, DamagedError, Fault, ResultError
 from nutamill.base.notebook_hook import notebook_html
-from nutamill.design.modes import machine_rest_modes
+from nutamill.design.modes import machine_modes
 from nutamill.design.preflight import preflight, wall_time
 from nutamill.result import MISSING, is_finished, open_result
 from nutamill.studies.axes import Member
@@ -132,7 +132,7 @@ def find_modes(runs: Sequence[PlannedRun]) -> None:
         if read_modes(run) is not None:
             continue
         if (mill := run.case.drawing) is None:
-            rest = machine_rest_modes(run.case.machine)
+            rest = machine_modes(run.case)
             write_modes(run, rest.frequency.tolist(), rest.damping_ratio.tolist())
         else:
             crossings = preflight(mill).crossings

@@ -13,8 +13,7 @@ from nutamill.case import Case, Machine, load_case
 from nutamill.case.toml.form import FormKey, form_of
 from nutamill.case.toml.layers import override_layer
 from nutamill.case.toml.write import toml_value
-from nutamill.design.machine_sheet import machine_sheet
-from nutamill.design.preflight import preflight
+from nutamill.design.check import check
 from nutamill.simulation.setup.quick import quick
 from nutamill.ui.folder import Folder
 
@@ -102,7 +101,7 @@ def loaded(what: Asked) -> Case | Machine:
             hint = "Change it in the case file"
             raise CaseError(*(Fault(spelled(key), "is no key of this form", hint) for key in strange))
     case = load_case(what.name, [f"{key}={value}" for key, value in what.changes.items()])
-    return quick(case) if what.quick and isinstance(case, Case) else case
+    return quick(case.drawing) if what.quick and case.drawing is not None else case
 
 
 def sheet(what: Asked) -> Sheet:
@@ -117,18 +116,17 @@ def sheet(what: Asked) -> Sheet:
         case = loaded(what._replace(quick=False))
     except CaseError as error:
         faults = [str(fault).removeprefix("--set ") for fault in error.faults]
-        return Sheet("", faults, [], form_of(what.name, base), isinstance(base, Case))
+        return Sheet("", faults, [], form_of(what.name, base), base.drawing is not None)
     warnings = [str(warning) for warning in case.warnings]
-    return Sheet(case.title or case.name, [], warnings, form_of(what.name, case), isinstance(case, Case))
+    drawn = case.drawing is not None
+    return Sheet(case.title or case.name, [], warnings, form_of(what.name, case), drawn)
 
 
 def check_lines(what: Asked) -> list[str]:
     """Return what is known of a case before it is run, as `nutamill check` prints it with the forecast of its
     table. Raise CaseError for every fault.
     """
-    case = loaded(what)
-    mill = case.drawing
-    return (machine_sheet(case.machine) if mill is None else preflight(mill)).lines()
+    return check(loaded(what)).lines()
 
 
 def save_changes(folder: Folder, what: Asked, name: object) -> str:

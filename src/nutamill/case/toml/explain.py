@@ -9,8 +9,6 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.library import LONGEST_WORD
 from nutamill.base.schema import spelled
 from nutamill.case import load_case
-from nutamill.case.machine import Machine
-from nutamill.case.mill import Case
 from nutamill.case.titles import leaves
 from nutamill.case.toml.addresses import numbered, typed_key
 from nutamill.case.toml.keys import quantity_at
@@ -39,7 +37,7 @@ def explained(key: str, name: str = "numill") -> list[str]:
         path = typed_key(key)
     except ValueError:
         path = ()
-    top = Machine if isinstance(case, Machine) else Case
+    top = type(case)
     field = fields_at(top, path[:-1]).get(path[-1]) if path else None
     if field is None:
         raise _unknown(key, content, top)
