@@ -222,7 +222,9 @@ def apply_springs(springs, position, quaternion, twist, offset, load_out, power_
 @kernel
 def friction_per_speed(joint, reaction, speed):
     """Return the friction moment over the relative angular velocity [N m s/rad] of a `JOINT` record that
-    carries the force `reaction` [N]; of one that slides, the friction force over the relative speed [N s/m].
+    carries the force `reaction` [N].
+
+    Of a joint that slides it is the friction force over the relative speed [N s/m].
 
     ``M tanh(speed / rest) + viscous speed`` with ``M = coefficient radius reaction + constant``, divided by
     `speed` [rad/s]: Coulomb friction, regularised near rest.  The speed ``rest = sqrt(2 FRICTION_ANGLE M /

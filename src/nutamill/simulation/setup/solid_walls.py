@@ -78,8 +78,9 @@ class SolidWall:
 
 
 def meeting(first: SolidWall, second: SolidWall, poses: Poses) -> str:
-    """Return how far two solid walls reach into each other, as text; empty where they do not. The depth is
-    known of boxes.
+    """Return how far two solid walls reach into each other, as text.
+
+    The text is empty where they do not.  The depth is known of boxes alone.
     """
     depth = penetration(first, second, poses)
     if depth <= TOUCH:
@@ -165,7 +166,9 @@ def solid_faults(machine: Machine) -> list[Fault]:
 
 def _way(machine: Machine, one: SolidWall, two: SolidWall, poses: Poses) -> str:
     """Return which drive between the bodies of two solid walls moves them into each other, and how far it has
-    moved then, as text; empty where none does.
+    moved then, as text.
+
+    The text is empty where none does.
     """
     between = {one.carrier.name, two.carrier.name}
     for drive, joint in _drives_between(machine, between):
