@@ -28,6 +28,7 @@ SIZE_EXPONENT = 0.44
 UNREAD = (
     ("single particles in Rocky", "Andre, Potapov, Maliska, Tavares, IMCET 2019"),
     ("batch mill of 30 cm", "Rodriguez, Carvalho, Tavares, Miner. Eng. 127 (2018)"),
+    ("ore with fracture energies", "Tavares, King, Int. J. Miner. Process. 54 (1998)"),
     ("table of t_n over t10", "Napier-Munn et al., Mineral Comminution Circuits (1996)"),
 )
 """Published cases whose numbers could not be read."""
