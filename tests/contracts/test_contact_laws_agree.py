@@ -25,6 +25,9 @@ OTHER_VALUES = {
     "liquid_viscosity": 0.05,
     "film_thickness": 6e-5,
     "film_roughness": 2e-6,
+    "bridge_volume": 2e-12,
+    "surface_tension": 0.05,
+    "contact_angle": 0.1,
 }
 """Values for the numbers of a pair, none of which is that of `numill` or of `GIVEN`."""
 
@@ -38,6 +41,9 @@ GIVEN = {
     "liquid_viscosity": 0.1,
     "film_thickness": 5e-5,
     "film_roughness": 1e-6,
+    "bridge_volume": 1e-12,
+    "surface_tension": 0.07,
+    "contact_angle": 0.3,
 }
 """Values for the numbers that a pair may leave out."""
 
@@ -56,8 +62,8 @@ def test_every_number_of_a_pair_is_read_by_a_law():
 
 def force_and_moment(case):
     """What two contacts of the case do, one that sticks and one that slides and rolls, at an overlap of a
-    hundredth of the diameter, unloading; and what a pair does that comes near for the first time, 30
-    micrometres apart.
+    hundredth of the diameter, unloading; and what pairs do 30 micrometres apart, one that comes near for the
+    first time and one that has touched.
     """
     law, pair = contact_law_of(case), pair_law(case, "steel", "steel")
     numbers, liquid, parts = tuple(law_numbers(law, pair)), tuple(film_numbers(law, pair)), []
@@ -69,6 +75,8 @@ def force_and_moment(case):
         parts += [out[0], out[2]]
     if liquid:
         out = meeting(law.film, law, up, -3e-5, (0.0, 0.0, 30.0), none, none, none, 0.0, 0.0, 0.0, *rest)
+        parts += [out[0]]
+        out = meeting(law.film, law, up, -3e-5, none, none, none, none, 1.0, -2e-6, 1.0, *rest)
         parts += [out[0]]
     return np.hstack(parts)
 

@@ -189,6 +189,12 @@ CONTRADICTIONS = {
         'contact.film = "none". '
         'Write film = "viscous" in [contact], or leave it out',
     ),
+    "bridges without their film": (
+        '[contact.pairs]\nsteel-steel = { bridge_volume = "1 nL" }',
+        "mill.toml:3: contact.pairs.steel-steel.bridge_volume: has no effect with "
+        'contact.film = "none". '
+        'Write film = "capillary" in [contact], or leave it out',
+    ),
     "nutation angle": (
         '[chamber]\nnutation_angle = "9 deg"',
         "mill.toml:3: chamber.nutation_angle: crank_radius 39 mm and nutation_point_to_crank 366 mm "
@@ -309,6 +315,15 @@ def test_a_film_asks_for_its_three_numbers_in_every_pair():
         for number in ("liquid_viscosity", "film_thickness", "film_roughness")
     ]
     assert lines[0].endswith('is missing, with contact.film = "viscous". Add liquid_viscosity to the pair')
+
+
+def test_bridges_ask_for_their_three_numbers_and_not_for_those_of_a_film():
+    lines = refused(f'{BASE}[contact]\nfilm = "capillary"')
+    assert [line.split(": ")[1] for line in lines] == [
+        f"contact.pairs.{pair}.{number}"
+        for pair in ("steel-steel", "steel-acrylic")
+        for number in ("bridge_volume", "surface_tension", "contact_angle")
+    ]
 
 
 # the text ---------------------------------------------------------------------------------------------------

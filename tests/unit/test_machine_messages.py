@@ -11,6 +11,7 @@ from nutamill.base.errors import CaseError, StepError
 from nutamill.case import load_case
 from nutamill.case.toml.layers import Layer
 from nutamill.case.toml.locate import key_parts
+from nutamill.charge.laws.capillary import separation_work
 from nutamill.cli import app
 from nutamill.design import machine_sheet as sheet_room
 from nutamill.design import modes as modes_room
@@ -28,6 +29,7 @@ from nutamill.mechanism.unbalance import UnbalanceMotor
 from nutamill.simulation.coupling_model import Outcome
 from nutamill.simulation.entry import failure
 from nutamill.simulation.setup import model as model_room
+from nutamill.simulation.setup.charge import pair_law
 from nutamill.simulation.setup.clock import run_clock
 from nutamill.simulation.setup.walls import mesh_facts
 
@@ -146,6 +148,57 @@ def test_films_beyond_what_the_law_holds_for_are_refused(numbers, message):
     with pytest.raises(CaseError) as caught:
         run_clock(wet_mill(**numbers))
     assert str(caught.value).splitlines()[0] == message
+
+
+def bridged_mill(**numbers):
+    """The published mill with a drop of water in each contact."""
+    numbers = {"bridge_volume": "10 nL", "surface_tension": "72 mN/m", "contact_angle": "20 deg"} | numbers
+    changes = ["contact.film=capillary"]
+    for pair in ("steel-steel", "steel-acrylic"):
+        changes += [f"contact.pairs.{pair}.{name}={value}" for name, value in numbers.items()]
+    return load_case("numill", changes).machine
+
+
+@pytest.mark.parametrize(
+    ("numbers", "messages"),
+    [
+        (
+            {"bridge_volume": "20 nL"},  # R is the radius 2.5 mm, at a wall 5 mm
+            [
+                "contact.pairs steel-steel: bridge_volume must be at most 0.001 of R^3 of the smallest "
+                "particles, 15.6 nL, got 20 nL. The closed form of the bridge holds for small drops; R is "
+                "the diameter at a wall, else the radius"
+            ],
+        ),
+        (
+            {"contact_angle": "41 deg"},
+            [
+                f"contact.pairs steel-{other}: contact_angle must be from 0 to 40 deg, got 41 deg. The "
+                "closed form of the bridge holds for liquids that wet"
+                for other in ("steel", "acrylic")
+            ],
+        ),
+    ],
+)
+def test_bridges_beyond_what_the_closed_form_holds_for_are_refused(numbers, messages):
+    with pytest.raises(CaseError) as caught:
+        run_clock(bridged_mill(**numbers))
+    assert str(caught.value).splitlines() == messages
+
+
+def test_check_prints_what_the_bridges_do():
+    # pull 2 pi R gamma cos(theta), rupture R (1 + theta/2)(V*^(1/3) + V*^(2/3)/10)
+    machine = bridged_mill()
+    lines = charge_facts(machine).lines(machine)
+    work = [
+        separation_work(pair_law(machine, "steel", other), r)
+        for other, r in (("steel", 1.25e-3), ("acrylic", 2.5e-3))
+    ]
+    assert lines[-3:] == [
+        "bridges   of the quickest particles",
+        f"          steel-steel          pull 1.06 mN, breaks at 255 um, parting takes {work[0]:.2e} J",
+        f"          steel-acrylic wall   pull 2.13 mN, breaks at 254 um, parting takes {work[1]:.2e} J",
+    ]
 
 
 def test_a_thick_liquid_shortens_the_substep():

@@ -40,6 +40,7 @@ SIZES: dict[Kind, tuple[float, float]] = {
     Kind.DENSITY: (1e-2, 1e6),
     Kind.PRESSURE: (1e-3, 1e14),
     Kind.VISCOSITY: (1e-9, 1e9),
+    Kind.SURFACE_TENSION: (1e-6, 1e3),
     Kind.VELOCITY: (1e-9, 1e5),
     Kind.ACCELERATION: (1e-9, 1e5),
     Kind.INERTIA: (1e-20, 1e12),
@@ -207,6 +208,9 @@ Density = Annotated[float, Quantity(Kind.DENSITY)]
 Pressure = Annotated[float, Quantity(Kind.PRESSURE)]
 AddedPressure = Annotated[float, Quantity(Kind.PRESSURE, "zero or more")]
 Viscosity = Annotated[float, Quantity(Kind.VISCOSITY, "zero or more")]
+SurfaceTension = Annotated[float, Quantity(Kind.SURFACE_TENSION)]
+BridgeVolume = Annotated[float, Quantity(Kind.VOLUME, "zero or more")]
+ContactAngle = Annotated[float, Quantity(Kind.ANGLE, "zero or more")]
 Acceleration = Annotated[float, Quantity(Kind.ACCELERATION, "zero or more")]
 AnyAcceleration = Annotated[float, Quantity(Kind.ACCELERATION, "any")]
 Velocity = Annotated[float, Quantity(Kind.VELOCITY, "any")]

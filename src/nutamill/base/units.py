@@ -45,6 +45,7 @@ class Kind(StrEnum):
     DENSITY = "density"
     PRESSURE = "pressure"
     VISCOSITY = "viscosity"
+    SURFACE_TENSION = "surface tension"
     VELOCITY = "velocity"
     ACCELERATION = "acceleration"
     INERTIA = "moment of inertia"
@@ -72,7 +73,7 @@ TURN = 2.0 * math.pi
 
 UNITS: dict[Kind, dict[str, float]] = {
     Kind.LENGTH: {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 25.4e-3},
-    Kind.VOLUME: {"m^3": 1.0, "L": 1e-3, "cm^3": 1e-6, "mm^3": 1e-9},
+    Kind.VOLUME: {"m^3": 1.0, "L": 1e-3, "cm^3": 1e-6, "mm^3": 1e-9, "nL": 1e-12, "pL": 1e-15},
     Kind.MASS: {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "t": 1e3, "lb": 0.45359237},
     Kind.TIME: {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     Kind.ANGLE: {"rad": 1.0, "deg": TURN / 360.0, "mrad": 1e-3, "rev": TURN},
@@ -89,6 +90,7 @@ UNITS: dict[Kind, dict[str, float]] = {
     Kind.DENSITY: {"kg/m^3": 1.0, "g/cm^3": 1e3, "t/m^3": 1e3},
     Kind.PRESSURE: {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm^2": 1e6},
     Kind.VISCOSITY: {"Pa s": 1.0, "mPa s": 1e-3},
+    Kind.SURFACE_TENSION: {"J/m^2": 1.0, "mN/m": 1e-3, "mJ/m^2": 1e-3},
     Kind.VELOCITY: {"m/s": 1.0, "mm/s": 1e-3},
     Kind.ACCELERATION: {"m/s^2": 1.0, "mm/s^2": 1e-3},
     Kind.INERTIA: {"kg m^2": 1.0, "g m^2": 1e-3, "kg mm^2": 1e-6},
@@ -106,6 +108,7 @@ SHOWN: dict[Kind, tuple[str, ...]] = {
     Kind.STIFFNESS: ("N/mm",),
     Kind.PRESSURE: ("GPa", "MPa", "kPa", "Pa"),
     Kind.RAMP: ("rpm/s",),
+    Kind.SURFACE_TENSION: ("mN/m",),
 }
 """Units a value is written with: the first in which it is at least 1, else the last.  Other kinds: their SI
 unit.
@@ -130,6 +133,7 @@ EXAMPLES: dict[Kind, str] = {
     Kind.DENSITY: "7850 kg/m^3",
     Kind.PRESSURE: "200 GPa",
     Kind.VISCOSITY: "50 mPa s",
+    Kind.SURFACE_TENSION: "72 mN/m",
     Kind.VELOCITY: "2 m/s",
     Kind.ACCELERATION: "9.81 m/s^2",
     Kind.INERTIA: "0.02 kg m^2",

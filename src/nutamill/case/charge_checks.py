@@ -12,7 +12,15 @@ from nutamill.base.library import similar
 from nutamill.base.required import required
 from nutamill.base.units import Kind, in_unit, shown, si_value
 from nutamill.case.charge import AMOUNT_KEYS, SIZE_KEYS, Portion, portion_faults
-from nutamill.case.contact_laws import GIVEN_BY, INSTEAD, NEEDS_A_LAW, OPTIONAL, OTHERWISE, READS
+from nutamill.case.contact_laws import (
+    GIVEN_BY,
+    INSTEAD,
+    NEEDS_A_LAW,
+    OPTIONAL,
+    OTHERWISE,
+    READS,
+    is_read,
+)
 
 if TYPE_CHECKING:
     from nutamill.case.machine import Machine
@@ -60,7 +68,11 @@ def idle_numbers(case: "AnyCase") -> list[Fault]:
     A number in a file is meant to be used.
     """
     contact, findings = case.contact, []
-    idle = [(number, law) for number, (law, reader) in OPTIONAL.items() if getattr(contact, law) != reader]
+    idle = [
+        (number, law)
+        for number, (law, _) in OPTIONAL.items()
+        if not is_read(number, law, getattr(contact, law))
+    ]
     for name in filter(None, (_pair_name(case, *pair) for pair in _contacts(case))):
         for number, law in idle:
             if getattr(contact.pairs[name], number) is not None:

@@ -10,7 +10,10 @@ Normal = Literal["linear", "hysteretic", "hertz"]
 Tangential = Literal["displacement", "incremental", "incremental_dashpot"]
 Rolling = Literal["type_a", "type_c", "type_c_direct", "none"]
 Cohesion = Literal["none", "area"]
-Film = Literal["none", "viscous"]
+Film = Literal["none", "viscous", "capillary"]
+
+FILM_NUMBERS = frozenset({"liquid_viscosity", "film_thickness", "film_roughness"})
+"""Numbers of a `ContactPair` that a viscous film reads; beside bridges they may be left out."""
 
 READS: dict[str, dict[str, frozenset[str]]] = {
     "normal": {
@@ -32,7 +35,8 @@ READS: dict[str, dict[str, frozenset[str]]] = {
     "cohesion": {"none": frozenset(), "area": frozenset({"cohesive_pressure"})},
     "film": {
         "none": frozenset(),
-        "viscous": frozenset({"liquid_viscosity", "film_thickness", "film_roughness"}),
+        "viscous": FILM_NUMBERS,
+        "capillary": FILM_NUMBERS | {"bridge_volume", "surface_tension", "contact_angle"},
     },
 }
 """Numbers of a `ContactPair` that each law reads, by the key of ``[contact]`` and the name of the law."""
@@ -55,10 +59,15 @@ OPTIONAL = {
     "liquid_viscosity": ("film", "viscous"),
     "film_thickness": ("film", "viscous"),
     "film_roughness": ("film", "viscous"),
+    "bridge_volume": ("film", "capillary"),
+    "surface_tension": ("film", "capillary"),
+    "contact_angle": ("film", "capillary"),
 }
 """The choice of ``[contact]`` that needs each of the numbers that a pair may leave out."""
 
-NEEDS_A_LAW = {number: OPTIONAL[number] for number in ("cohesive_pressure", "liquid_viscosity")}
+NEEDS_A_LAW = {
+    number: OPTIONAL[number] for number in ("cohesive_pressure", "liquid_viscosity", "bridge_volume")
+}
 """Numbers that a case with no such law at all is refused for."""
 
 INSTEAD = {
@@ -68,3 +77,8 @@ INSTEAD = {
     "hysteretic": "It has no dashpot: its unloading stiffness follows from the restitution of each pair",
 }
 """What a normal law takes in place of a number that it does not read."""
+
+
+def is_read(number: str, law: str, chosen: str) -> bool:
+    """Return whether a number of `OPTIONAL` is read where ``contact.<law>`` is `chosen`."""
+    return number in READS[law][chosen] if law in READS else OPTIONAL[number] == (law, chosen)

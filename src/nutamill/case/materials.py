@@ -9,7 +9,9 @@ from pydantic import Field
 
 from nutamill.base.schema import (
     AddedPressure,
+    BridgeVolume,
     Coefficient,
+    ContactAngle,
     Density,
     Length,
     Number,
@@ -18,6 +20,7 @@ from nutamill.base.schema import (
     RollingStiffness,
     Share,
     Stiffness,
+    SurfaceTension,
     Table,
     Viscosity,
 )
@@ -72,6 +75,14 @@ class ContactPair(Table):
     """
     film_roughness: Length | None = None
     """Separation at which the peaks of the two surfaces touch [m], needed with ``film = "viscous"``."""
+    bridge_volume: BridgeVolume | None = None
+    """Volume of the liquid in each bridge between the two [m^3], needed with ``film = "capillary"``; 0 for a
+    pair without bridges.
+    """
+    surface_tension: SurfaceTension | None = None
+    """Surface tension of the liquid [N/m], needed with ``film = "capillary"``."""
+    contact_angle: ContactAngle | None = None
+    """Contact angle of the liquid on the two [rad], needed with ``film = "capillary"``."""
     overlap_warn: Share = 0.05
     """Overlap that is reported, as a share of the particle diameter [1]."""
     overlap_stop: Share = 0.10
@@ -107,7 +118,9 @@ class ContactLaws(Table):
     cohesion: Cohesion = "none"
     """None, or a pull in proportion to the contact area."""
     film: Film = "none"
-    """None, or a viscous film of liquid between particles, and between particles and walls."""
+    """Liquid between particles, and between particles and walls: none, a viscous film, or capillary bridges,
+    with a viscous film between pairs that have a `liquid_viscosity`.
+    """
     pairs: dict[str, ContactPair]
     """Numbers of each pair of materials, by ``first-second``."""
 

@@ -24,12 +24,13 @@ from nutamill.charge.kernels.film_lanes import film_reach
 from nutamill.charge.laws.composition import (
     STANDARD_LAW,
     ContactLaw,
+    film_gap,
     film_numbers,
     law_faults,
     law_numbers,
 )
 from nutamill.charge.laws.lanes import BATCH
-from nutamill.charge.laws.pair import PairLaw
+from nutamill.charge.laws.pair import FILM_NUMBERS, PairLaw
 from nutamill.charge.model import (
     ChargeModel,
     ChargeScratch,
@@ -69,16 +70,21 @@ def mirrored(law: PairLaw) -> PairLaw:
     )
 
 
-def law_rows(contact_law: ContactLaw, pairs: Sequence[PairLaw]) -> list[list[float]]:
-    """Return the rows of `ChargeModel.laws` of these pairs."""
-    films = [film_numbers(contact_law, pair) for pair in pairs]
-    reaches = [thickness - roughness for _, thickness, roughness in filter(None, films)]
-    reach = [max(reaches)] if reaches else []
-    return [[*law_numbers(contact_law, pair), *film, *reach] for pair, film in zip(pairs, films, strict=True)]
+def law_rows(contact_law: ContactLaw, pairs: Sequence[PairLaw], radius: float) -> list[list[float]]:
+    """Return the rows of `ChargeModel.laws` of these pairs. `radius` is the smallest of the particles [m]."""
+    rows = [law_numbers(contact_law, pair) for pair in pairs]
+    liquids = [film_numbers(contact_law, pair) for pair in pairs]
+    if not any(liquids):
+        return rows
+    reach = max(film_gap(contact_law, pair, radius) for pair in pairs)
+    return [
+        [*row, *liquid[:FILM_NUMBERS], reach, *liquid[FILM_NUMBERS:]]
+        for row, liquid in zip(rows, liquids, strict=True)
+    ]
 
 
 def _law_table(
-    contact_law, pair_laws, materials, surfaces, n_materials
+    contact_law, pair_laws, materials, surfaces, n_materials, radius
 ) -> tuple[list, np.ndarray, list[Fault]]:
     """Return the rows of numbers, the row of each pair, and what is wrong with the pairs."""
     faults = []
@@ -101,7 +107,7 @@ def _law_table(
         if a <= b or (b, a) not in needed:
             faults += [Fault(f"pair_laws[{a}, {b}]", *fault) for fault in law_faults(contact_law, law)]
         table[a, b] = rows.setdefault(law, len(rows))
-    laws = [] if faults else law_rows(contact_law, list(rows))
+    laws = [] if faults else law_rows(contact_law, list(rows), radius)
     return laws, table, faults
 
 
@@ -241,7 +247,7 @@ def charge(
         raise CaseError(*faults)
     n = len(positions)
     n_materials = max([len(densities)] + [s.material + 1 for s in surfaces])
-    rows, law_of, faults = _law_table(law, pair_laws, materials, surfaces, n_materials)
+    rows, law_of, faults = _law_table(law, pair_laws, materials, surfaces, n_materials, float(radii.min()))
     faults += surface_faults(surfaces, n_bodies)
     if precision not in ("single", "double"):
         faults.append(Fault("precision", f'must be "single" or "double", got {precision!r}'))

@@ -106,7 +106,8 @@ class ChargeModel(NamedTuple):
     """The law of all contacts."""
     laws: np.ndarray
     """Numbers of each pair law, real (n_laws, 13), as `LawColumn`.  Of a wet charge (n_laws, 17): there
-    follow those of its film, as `viscous_film.numbers`, and the reach of all films.
+    follow those of its film, as `viscous_film.numbers`, and the reach of all films; with bridges (n_laws,
+    21), behind these the four of its bridge, as `capillary.numbers`.
     """
     law_of: np.ndarray
     """Row of `laws` [1] for (material of the particle, material of the other), int32 (n_materials,
@@ -158,7 +159,8 @@ class PairLists(NamedTuple):
     memory: np.ndarray
     """Tangential spring [m] (StoredForce: [N]) (3), rolling spring [rad] (3), `stamp_of` the last substep in
     contact (negative while sliding, 0 where there is none), history of the normal law [m], or minus the
-    separation where there is a film and no contact; real (2, C, capacity, 8), world axes.
+    separation where there is a film and no contact, and a negative stamp with a bridge; real (2, C, capacity,
+    8), world axes.
     """
     counts: np.ndarray
     """Number of candidate pairs of each chunk in both lists, and its first slot [1], int64 (3, C + 1)."""

@@ -135,7 +135,7 @@ class ChargeFacts:
                 f"{facts.restitution:5.2f} {facts.law.damping_ratio:6.3f} "
                 f"{facts.law.static_friction:5.3g}{soft}"
             )
-        return shown + self._film_lines()
+        return shown + self._film_lines() + self._bridge_lines()
 
     def _film_lines(self) -> list[str]:
         """Return Stokes numbers of the films of a wet charge."""
@@ -151,6 +151,16 @@ class ChargeFacts:
                     f"sticks below {facts.film.sticks_below:.3g}"
                 )
         return ["liquid    films, and Stokes numbers at the same speed", *shown] if shown else []
+
+    def _bridge_lines(self) -> list[str]:
+        """Return pull, reach and work of the bridges of a wet charge."""
+        shown = [
+            f"          {facts.pair:20} pull {units.shown(facts.bridge.pull, 'mN', '.3g')}, breaks at "
+            f"{units.shown(facts.bridge.rupture, 'um', '.3g')}, parting takes {facts.bridge.work:.2e} J"
+            for facts in self.contacts
+            if facts.bridge is not None
+        ]
+        return ["bridges   of the quickest particles", *shown] if shown else []
 
     def _amount_line(self, part: PartFacts, head: str) -> str:
         """Return number, mass, sizes and fill of a part of the charge."""

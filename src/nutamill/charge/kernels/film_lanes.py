@@ -1,15 +1,16 @@
-"""What the loops over contacts do more where the charge is wet: gaps instead of overlaps, the numbers of a
-film, its power.
+"""What the loops over contacts do more where the charge is wet: gaps instead of overlaps, the numbers of film
+and bridge, their power.
 
 Each function is chosen by the film of the charge when the loops are compiled; of a dry charge nothing is left
 of them.
 """
 
 from nutamill.base.kernel import by_type, kernel, like
-from nutamill.charge.kernels.rows import FILM_POWER, LIQUID, WEIGHT
+from nutamill.charge.kernels.rows import BRIDGE, FILM_POWER, LIQUID, WEIGHT
+from nutamill.charge.laws.capillary import CapillaryBridge
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.no_film import NoFilm
-from nutamill.charge.laws.pair import FILM_NUMBERS, FILM_REACH, LAW_NUMBERS
+from nutamill.charge.laws.pair import BRIDGE_NUMBERS, FILM_NUMBERS, FILM_REACH, LAW_NUMBERS
 from nutamill.charge.laws.viscous_film import ViscousFilm
 
 
@@ -52,6 +53,14 @@ def set_liquid(film, laws, law, b, columns_out):
 
 
 @kernel(inline="always")
+def set_bridge(film, laws, law, b, columns_out):
+    """Set the numbers of film and bridge of pair law `law` in lane `b`."""
+    set_liquid(film, laws, law, b, columns_out)
+    for k in range(BRIDGE_NUMBERS):
+        columns_out[(BRIDGE + k) * BATCH + b] = laws[law, FILM_REACH + 1 + k]
+
+
+@kernel(inline="always")
 def load_nothing(film, columns, b, zero):
     """Return zeros (3), which nobody reads."""
     return zero, zero, zero
@@ -61,6 +70,16 @@ def load_nothing(film, columns, b, zero):
 def load_liquid(film, columns, b, zero):
     """Return the numbers of the film of lane `b`, as `viscous_film.numbers` (3). `zero` is not used."""
     return columns[b + LIQUID * BATCH], columns[b + (LIQUID + 1) * BATCH], columns[b + (LIQUID + 2) * BATCH]
+
+
+@kernel(inline="always")
+def load_bridge(film, columns, b, zero):
+    """Return the numbers of film and bridge of lane `b`, as `capillary.numbers` (7). `zero` is not used."""
+    return (
+        columns[b + LIQUID * BATCH], columns[b + (LIQUID + 1) * BATCH], columns[b + (LIQUID + 2) * BATCH],
+        columns[b + BRIDGE * BATCH], columns[b + (BRIDGE + 1) * BATCH], columns[b + (BRIDGE + 2) * BATCH],
+        columns[b + (BRIDGE + 3) * BATCH],
+    )  # fmt: skip
 
 
 @kernel(inline="always")
@@ -113,23 +132,23 @@ def radii_wet(film, radius, reach, lo, hi, wider_out):
     return wider_out
 
 
-film_reach = by_type({NoFilm: reach_dry, ViscousFilm: reach_wet})
+film_reach = by_type({NoFilm: reach_dry, ViscousFilm: reach_wet, CapillaryBridge: reach_wet})
 """Largest gap across which a film acts; as `reach_wet`."""
 
-true_overlap = by_type({NoFilm: overlap_dry, ViscousFilm: overlap_wet})
+true_overlap = by_type({NoFilm: overlap_dry, ViscousFilm: overlap_wet, CapillaryBridge: overlap_wet})
 """Overlap from what was measured, under the film whose tag comes first; as `overlap_wet`."""
 
-set_film = by_type({NoFilm: set_nothing, ViscousFilm: set_liquid})
+set_film = by_type({NoFilm: set_nothing, ViscousFilm: set_liquid, CapillaryBridge: set_bridge})
 """Set the numbers of the film in a lane; as `set_liquid`."""
 
-load_film = by_type({NoFilm: load_nothing, ViscousFilm: load_liquid})
+load_film = by_type({NoFilm: load_nothing, ViscousFilm: load_liquid, CapillaryBridge: load_bridge})
 """Numbers of the film of a lane; as `load_liquid`."""
 
-store_film_power = by_type({NoFilm: store_nothing, ViscousFilm: store_power})
+store_film_power = by_type({NoFilm: store_nothing, ViscousFilm: store_power, CapillaryBridge: store_power})
 """Write the power of the film of a lane; as `store_power`."""
 
-film_power = by_type({NoFilm: no_power, ViscousFilm: sum_power})
+film_power = by_type({NoFilm: no_power, ViscousFilm: sum_power, CapillaryBridge: sum_power})
 """Power of the films of a batch; as `sum_power`."""
 
-measured_radii = by_type({NoFilm: radii_dry, ViscousFilm: radii_wet})
+measured_radii = by_type({NoFilm: radii_dry, ViscousFilm: radii_wet, CapillaryBridge: radii_wet})
 """Radii with which walls are measured; as `radii_wet`."""

@@ -49,6 +49,8 @@ PEAK_RADIUS = 52
 LIQUID = 53
 """First of the three rows with the numbers of the film, as `viscous_film.numbers`; of a wet charge."""
 FILM_POWER = 56
-"""Power of the film on the relative motion [W], after the law; of a wet charge."""
-ROWS = 57
+"""Power of film and bridge on the relative motion [W], after the law; of a wet charge."""
+BRIDGE = 57
+"""First of the four rows with the numbers of the bridge, as `capillary.numbers`; with bridges only."""
+ROWS = 61
 """Rows of `columns` [1]."""

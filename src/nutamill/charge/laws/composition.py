@@ -8,7 +8,7 @@ A law is one file of this folder and one entry of its family here.  Each file ha
   law, ``pull`` of cohesion.  All laws of a family take the same arguments and return the same values;
 * of a normal law also its ``numbers``, ``tangential_ratio``, ``impact``, ``resolve_time``, ``restitution``
   and ``STIFFENS``;
-* of a film its ``numbers``, ``push`` and the separations it acts over (`meeting` joins it to the solids);
+* of a film its ``numbers``, ``reach``, force and the gaps it acts over (`meeting` joins it to the solids);
 * ``faults``: what a pair lacks for the law;
 * ``terms``: the law in the terms of other programs.
 """
@@ -20,6 +20,7 @@ from nutamill.base.frames import dot3, scale3, sub3
 from nutamill.base.kernel import by_type, kernel, like
 from nutamill.charge.laws import (
     area,
+    capillary,
     displacement,
     hertz,
     hysteretic,
@@ -53,7 +54,7 @@ ROLLING = {"none": no_rolling, "type_a": type_a, "type_c": type_c, "type_c_direc
 COHESION = {"none": no_cohesion, "area": area}
 """Cohesive laws by the names of case files."""
 
-FILM = {"none": no_film, "viscous": viscous_film}
+FILM = {"none": no_film, "viscous": viscous_film, "capillary": capillary}
 """Films of liquid by the names of case files."""
 
 FAMILIES = (NORMAL, TANGENTIAL, ROLLING, COHESION, FILM)
@@ -133,6 +134,13 @@ def law_files(law: ContactLaw) -> tuple[ModuleType, ...]:
 def film_numbers(law: ContactLaw, pair: PairLaw) -> list[float]:
     """Return the numbers of a pair that the film of a charge reads. A dry charge has none."""
     return law_files(law)[4].numbers(pair)
+
+
+def film_gap(law: ContactLaw, pair: PairLaw, radius: float) -> float:
+    """Return the largest gap across which the film of a wet charge acts [m] between particles of at least
+    `radius` [m].
+    """
+    return law_files(law)[4].reach(pair, radius)
 
 
 def law_numbers(law: ContactLaw, pair: PairLaw) -> list[float]:

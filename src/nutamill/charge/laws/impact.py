@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from scipy.integrate import solve_ivp
 
-from nutamill.charge.laws import viscous_film
+from nutamill.charge.laws import capillary, no_film, viscous_film
 from nutamill.charge.laws.area import cohesive_softening
 from nutamill.charge.laws.composition import (
     ContactLaw,
@@ -33,8 +33,9 @@ def impact(
 
     In closed form (Hertz: an integral) without cohesion; with cohesion by integration of the law.  A linear
     spring weaker than its cohesion never comes to rest: its overlap is infinite.  A film takes its momentum
-    on the way in and on the way out; where it stops the two, they do not touch.  A rolling spring whose
-    stiffness is given, and the time in which the film brakes near the roughness, have to be resolved, too.
+    on the way in and on the way out; where it stops the two, they do not touch.  A bridge takes the work of
+    its separation, after the film.  A rolling spring whose stiffness is given, and the time in which the film
+    brakes near the roughness, have to be resolved, too.
 
     Parameters
     ----------
@@ -42,10 +43,12 @@ def impact(
     m_eff, r_eff : reduced mass [kg] and radius [m]
     diameter_a, diameter_b : [m]; a wall takes the particle's
     """
-    if law_files(law)[4] is viscous_film:
-        met = _through_film(law, pair, m_eff, r_eff, diameter_a, diameter_b, v)
-    else:
+    if law_files(law)[4] is no_film:
         met = _head_on(law, pair, m_eff, r_eff, diameter_a, diameter_b, v)
+    else:
+        met = _through_film(law, pair, m_eff, r_eff, diameter_a, diameter_b, v)
+    if law_files(law)[4] is capillary and v > 0.0:
+        met = _from_bridge(met, 2.0 * capillary.separation_work(pair, r_eff) / (m_eff * v * v))
     # without a tangential spring, only a rolling stiffness that is given is left
     stiffness = 2.0 * rolling_energy(law.rolling, 1.0, 0.0, r_eff, pair.rolling_stiffness)
     if stiffness == 0.0:
@@ -66,6 +69,11 @@ def _through_film(law, pair, m_eff, r_eff, diameter_a, diameter_b, v) -> Impact:
     left = met.restitution * (v - lost) - lost
     restitution = max(left / v, 0.0) if v > 0.0 else met.restitution
     return replace(met, restitution=restitution, resolve=min(met.resolve, resolve))
+
+
+def _from_bridge(met: Impact, share: float) -> Impact:
+    """Return a contact whose bridge takes `share` of the energy of approach on parting [1]."""
+    return replace(met, restitution=math.sqrt(max(met.restitution**2 - share, 0.0)))
 
 
 def _head_on(law, pair, m_eff, r_eff, diameter_a, diameter_b, v) -> Impact:

@@ -1,8 +1,8 @@
-"""One contact with or without liquid: the law of the solids where they touch, and the film beside it."""
+"""One contact with or without liquid: the law of the solids where they touch, film and bridge beside it."""
 
-from nutamill.base.frames import dot3, scale3, sub3
+from nutamill.base.frames import add3, dot3, scale3, sub3
 from nutamill.base.kernel import by_type, kernel, like
-from nutamill.charge.laws import no_film, viscous_film
+from nutamill.charge.laws import capillary, no_film, viscous_film
 from nutamill.charge.laws.composition import contact
 
 
@@ -71,11 +71,43 @@ def meet_wet(
 
 
 @kernel(inline="always")
+def meet_bridged(
+    film, law, n, overlap, u, w, spring, rolled, sliding, history, alive, m_eff, r_eff, diameters, numbers,
+    liquid, dt,
+):  # fmt: skip
+    """Return what `meet_wet` does of two bodies that touch, have a film between them, or a bridge.
+
+    A bridge forms where the solids touch, and lasts until rupture.  Across a gap, where nothing slides,
+    `sliding` remembers it: 1 with a bridge.  Parameters and values are those of `meet_wet`; `liquid` as
+    `capillary.numbers` (7).  The power is that of film and bridge together.
+    """
+    zero, one = like(0.0, dt), like(1.0, dt)
+    touches = overlap > zero
+    across = history < zero
+    lasted = sliding > zero if across else alive > zero
+    gap = zero if touches else -overlap
+    bridge = liquid[3], liquid[4], liquid[5], liquid[6]
+    joined = touches or (lasted and gap < capillary.rupture(bridge, r_eff))
+    pull = capillary.pull(bridge, gap, r_eff) if joined else zero
+    force, friction, moment, spring, rolled, sliding, history, powers, power, lasts = meet_wet(
+        film, law, n, overlap, u, w, spring, rolled, zero if across else sliding, history, alive, m_eff,
+        r_eff, diameters, numbers, (liquid[0], liquid[1], liquid[2]), dt,
+    )  # fmt: skip
+    remembered = one if joined else zero
+    return (
+        add3(force, scale3(pull, n)), friction, moment, spring, rolled, sliding if touches else remembered,
+        history, powers, power + pull * dot3(u, n), lasts,
+    )  # fmt: skip
+
+
+@kernel(inline="always")
 def only_where(condition, a):
     """Return the vector `a` where the condition holds, else zeros."""
     zero = like(0.0, a[0])
     return a[0] if condition else zero, a[1] if condition else zero, a[2] if condition else zero
 
 
-meeting = by_type({type(no_film.LAW): meet_dry, type(viscous_film.LAW): meet_wet})
+meeting = by_type(
+    {type(no_film.LAW): meet_dry, type(viscous_film.LAW): meet_wet, type(capillary.LAW): meet_bridged}
+)
 """One contact under the film whose tag comes first; as `meet_wet`."""

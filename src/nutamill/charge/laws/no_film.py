@@ -20,10 +20,14 @@ def numbers(pair: PairLaw) -> list[float]:
 
 def faults(pair: PairLaw) -> list[tuple[str, str]]:
     """Return what a pair has that this law does not read, and what to write instead."""
-    if pair.liquid_viscosity == 0.0:
-        return []
-    what = f"liquid_viscosity {pair.liquid_viscosity:g} Pa s has no film"
-    return [(what, "Choose a viscous film, or write 0")]
+    faulty = []
+    if pair.liquid_viscosity != 0.0:
+        what = f"liquid_viscosity {pair.liquid_viscosity:g} Pa s has no film"
+        faulty.append((what, "Choose a viscous film, or write 0"))
+    if pair.bridge_volume != 0.0:
+        what = f"bridge_volume {pair.bridge_volume:g} m^3 has no bridges"
+        faulty.append((what, "Choose capillary bridges, or write 0"))
+    return faulty
 
 
 def terms(touch: Touch) -> dict[str, Terms]:

@@ -38,7 +38,12 @@ FILM_NUMBERS = 3
 """Numbers of the film of a pair [1]: 6 pi times its viscosity [Pa s], its thickness and roughness [m]."""
 
 FILM_REACH = LAW_NUMBERS + FILM_NUMBERS
-"""Column of `ChargeModel.laws` with the largest gap across which a film acts [m]; of a wet charge."""
+"""Column of `ChargeModel.laws` with the largest gap across which a film or a bridge acts [m]; of a wet
+charge.
+"""
+
+BRIDGE_NUMBERS = 4
+"""Numbers of the bridge of a pair behind `FILM_REACH` [1], as `capillary.numbers`; with bridges only."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +73,9 @@ class PairLaw:
     liquid_viscosity : viscous film: dynamic viscosity [Pa s]; 0 where the pair is dry
     film_thickness, film_roughness : viscous film: separation at which it begins, and at which the solids
         touch [m]
+    bridge_volume : capillary: volume of the liquid of each bridge [m^3]; 0 where the pair has none
+    surface_tension : capillary: of the liquid [N/m]
+    contact_angle : capillary: of the liquid on the solids [rad]
     """
 
     stiffness_direct: float
@@ -90,6 +98,9 @@ class PairLaw:
     liquid_viscosity: float = 0.0
     film_thickness: float = 0.0
     film_roughness: float = 0.0
+    bridge_volume: float = 0.0
+    surface_tension: float = 0.0
+    contact_angle: float = 0.0
 
 
 @kernel(inline="always")

@@ -43,6 +43,12 @@ def numbers(pair: PairLaw) -> list[float]:
     return [6.0 * math.pi * pair.liquid_viscosity, pair.film_thickness, pair.film_roughness]
 
 
+def reach(pair: PairLaw, radius: float) -> float:
+    """Return the largest gap across which the film of a pair acts [m]. It is the same at any `radius` [m]."""
+    _, thickness, roughness = numbers(pair)
+    return thickness - roughness
+
+
 def faults(pair: PairLaw) -> list[tuple[str, str]]:
     """Return what is wrong with the film of a pair, and what to write instead."""
     if pair.liquid_viscosity == 0.0:

@@ -67,7 +67,7 @@ def _contact_losses(name: str, label: str) -> tuple[Field, ...]:
             ("normal", "by the normal dashpots"),
             ("tangential", "by sliding"),
             ("rolling", "by rolling resistance"),
-            ("film", "by the films of liquid, with a wet charge"),
+            ("film", "by films and bridges of liquid, with a wet charge"),
         )
     )
 

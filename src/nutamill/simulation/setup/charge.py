@@ -77,6 +77,9 @@ def pair_law(machine: Machine, first: str, second: str) -> PairLaw:
         liquid_viscosity=pair.liquid_viscosity or 0.0,
         film_thickness=pair.film_thickness or 0.0,
         film_roughness=pair.film_roughness or 0.0,
+        bridge_volume=pair.bridge_volume or 0.0,
+        surface_tension=pair.surface_tension or 0.0,
+        contact_angle=pair.contact_angle or 0.0,
     )
 
 

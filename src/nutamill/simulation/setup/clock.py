@@ -17,7 +17,7 @@ from nutamill.charge.laws.area import cohesive_softening
 from nutamill.charge.laws.impact import SUBSTEPS_PER_CONTACT
 from nutamill.charge.laws.pair import PairLaw, spring_stiffness
 from nutamill.simulation.setup.charge import impact_of, pair_law, quickest_meeting
-from nutamill.simulation.setup.liquid import FilmFacts, film_facts, refuse_films
+from nutamill.simulation.setup.liquid import BridgeFacts, FilmFacts, bridge_facts, film_facts, refuse_films
 from nutamill.simulation.setup.walls import region_corners
 
 FEWEST_SUBSTEPS = 10
@@ -48,6 +48,8 @@ class ContactFacts(NamedTuple):
     """The law of the pair."""
     film: FilmFacts | None
     """What its film does to that contact; None where the charge is dry."""
+    bridge: BridgeFacts | None
+    """What its bridge does; None without one."""
 
 
 class Clock(NamedTuple):
@@ -83,7 +85,10 @@ def _facts(machine: Machine, pair: TouchingPair) -> ContactFacts:
     )
     share = met.overlap / min(sizes.diameter, sizes.other_diameter)
     law = pair_law(machine, pair.first, pair.second)
-    return ContactFacts(pair.name, met.stiffness, met.time, met.resolve, share, met.restitution, law, film)
+    return ContactFacts(
+        pair.name, met.stiffness, met.time, met.resolve, share, met.restitution, law, film,
+        bridge_facts(machine, pair),
+    )  # fmt: skip
 
 
 @functools.lru_cache(maxsize=16)
