@@ -12,9 +12,9 @@ from nutamill.base.steady import Estimate
 from nutamill.studies.papers import body, drum
 from nutamill.studies.papers.compare import Key, Measured, compare
 from nutamill.studies.papers.figures import draw_figure
-from nutamill.studies.papers.library import parse_paper
+from nutamill.studies.papers.library import parse_paper, read_paper
 from nutamill.studies.papers.runs import planned_runs, read_modes
-from nutamill.studies.papers.table import title_of
+from nutamill.studies.papers.table import cells, record, title_of
 from nutamill.studies.validate import find_modes
 from validation import morrell
 
@@ -56,6 +56,18 @@ def test_machines_without_a_crank_and_without_a_speed_are_planned(tmp_path):
     assert (ball.name, shaken.name) == ("ball", "shaken-600rpm")
     assert (ball.case.run.end, shaken.case.run.end) == (0.3, 2.0)
     assert shaken.case.unbalance_motors[0].speed == pytest.approx(600.0 * math.pi / 30.0)
+
+
+def test_a_computed_reference_is_called_so_in_table_and_figure():
+    paper = read_paper("sprung-trough")
+    row = paper.rows[0]
+    found = {Key.of(*need): Measured(Estimate.exact(0.0024), math.nan, 1) for need in row.needs}
+    (finding,) = compare([row], found)
+    assert cells(finding, paper)[1] == "2.378 mm (computed)"
+    assert record(finding, paper)["experiment_is"] == "computed"
+    figure = draw_figure(paper.figures[0], paper, [], found)
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "paper, computed" in legend and "paper, measured" not in legend
 
 
 def test_a_row_at_a_time_takes_its_own_number_times_its_factor():

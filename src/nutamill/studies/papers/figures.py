@@ -20,7 +20,7 @@ from nutamill.base.units import Kind, in_unit, parse, rpm
 from nutamill.case.drawing import DrawnMechanism
 from nutamill.result import Result, open_result
 from nutamill.studies.papers.compare import Key, Measured, compare
-from nutamill.studies.papers.model import Curve, FigurePlan, Paper, same_speed
+from nutamill.studies.papers.model import Curve, FigurePlan, Paper, Row, same_speed
 from nutamill.studies.papers.quantities import QUANTITIES
 from nutamill.studies.papers.runs import COMPLETE, PlannedRun, run_name, run_state
 from nutamill.studies.papers.table import unit_of
@@ -87,7 +87,7 @@ def draw_over_place(plan: FigurePlan, paper: Paper, measured: Mapping[Key, Measu
                     places,
                     [math.nan if row.experiment is None else many * row.experiment for row in rows],
                     yerr=[many * (row.absolute or 0.0) for row in rows],
-                    fmt="o", mfc="white", color=PUBLISHED, label="experiment" if not number else None,
+                    fmt="o", mfc="white", color=PUBLISHED, label=None if number else _called(rows),
                 )  # fmt: skip
             axes.set_xlabel(f"{'time' if quantity.at is Kind.TIME else 'place'} ({across})")
             axes.set_ylabel(f"{quantity.label}\n({unit})")
@@ -96,6 +96,11 @@ def draw_over_place(plan: FigurePlan, paper: Paper, measured: Mapping[Key, Measu
             raise ResultError("none of its rows has a result")
         figure.suptitle(f"{paper.short}: {plan.title}", fontsize=8)
         return figure
+
+
+def _called(rows: Sequence[Row]) -> str:
+    """Return what the marks of rows are called."""
+    return "paper, " + " and ".join(sorted({row.experiment_is for row in rows}))
 
 
 def draw_over_speed(
@@ -115,13 +120,13 @@ def draw_over_speed(
     """
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 0.75 + 1.9 * len(plan.panels)), layout="constrained")
-        drawn = 0
+        drawn, published = 0, dict[str, str]()
         all_axes = figure.subplots(len(plan.panels), 1, sharex=True, squeeze=False)[:, 0]
         for k, (axes, panel) in enumerate(zip(all_axes, plan.panels, strict=True)):
             quantity = QUANTITIES[panel.quantity]
             for number, curve in enumerate(panel.curves):
                 drawn += _draw_curve(axes, curve, panel.quantity, number, plan, paper, runs, measured)
-                _draw_published(axes, curve, panel.quantity, number, plan, paper, runs)
+                published |= _draw_published(axes, curve, panel.quantity, number, plan, paper, runs)
             unit, _ = unit_of(quantity.kind)
             axes.set_ylabel(
                 f"{quantity.label} ({unit})"
@@ -140,7 +145,7 @@ def draw_over_speed(
             all_axes[-1].set_xlabel("centrifugal number $\\lambda = L_{12}\\,\\omega^2/g$")
         else:
             all_axes[-1].set_xlabel("speed (rpm)")
-        _legend(figure, all_axes)
+        _legend(figure, all_axes, published)
         figure.align_ylabels()
     return figure
 
@@ -189,11 +194,12 @@ def _draw_published(
     plan: FigurePlan,
     paper: Paper,
     runs: Sequence[PlannedRun],
-) -> None:
-    """Draw the printed numbers of a curve: experiment as a hollow mark, the authors' simulation as a cross,
-    each at its own speed.
+) -> dict[str, str]:
+    """Draw the printed numbers of a curve: what we are compared with as a hollow mark, the authors'
+    simulation as a cross, each at its own speed. Return what the marks are called, and a mark of each.
     """
     _, many = unit_of(QUANTITIES[quantity].kind)
+    published = {}
     for row in paper.rows:
         if (
             row.against is not None
@@ -203,6 +209,7 @@ def _draw_published(
         ):
             continue
         if row.experiment is not None:
+            published[f"paper, {row.experiment_is}"] = "o"
             at = _abscissa([row.speed], plan, runs)
             axes.plot(
                 at,
@@ -215,6 +222,7 @@ def _draw_published(
                 linestyle="none",
             )
         if row.simulation is not None:
+            published["paper, simulated"] = "x"
             at = _abscissa([row.simulation_speed or row.speed], plan, runs)
             axes.plot(
                 at,
@@ -225,6 +233,7 @@ def _draw_published(
                 mew=1.0,
                 linestyle="none",
             )
+    return published
 
 
 def _colour(number: int) -> str:
@@ -274,24 +283,17 @@ def _speed_on_top(axes: Axes, runs: Sequence[PlannedRun]) -> None:
     top.set_xlabel("speed (rpm)")
 
 
-def _legend(figure: Figure, all_axes: np.ndarray) -> None:
-    """Add one legend below: our curves, and what hollow marks and crosses are."""
+def _legend(figure: Figure, all_axes: np.ndarray, published: Mapping[str, str]) -> None:
+    """Add one legend below: our curves, and what hollow marks and crosses are called."""
     handles = {
         label: handle
         for axes in all_axes
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
-    marks = {
-        line.get_marker()
-        for axes in all_axes
-        for line in axes.lines
-        if line.get_linestyle() == "None" and line.get_marker() != "None"
-    }
     hollow: dict[str, Any] = {"color": PUBLISHED, "linestyle": "none", "markerfacecolor": "none"}
-    if marks & {*MARKS}:
-        handles["paper, measured"] = Line2D([], [], marker="o", markersize=6.0, **hollow)
-    if "x" in marks:
-        handles["paper, simulated"] = Line2D([], [], marker="x", markersize=5.0, **hollow)
+    for called, mark in sorted(published.items()):
+        size = 5.0 if mark == "x" else 6.0
+        handles[called] = Line2D([], [], marker=mark, markersize=size, **hollow)
     figure.legend(
         list(handles.values()), list(handles), loc="outside lower center", ncols=min(3, len(handles))
     )

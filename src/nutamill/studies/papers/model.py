@@ -108,7 +108,9 @@ class Row(Table):
     against: Against | None = None
     """If the number is a difference, change or ratio of two runs."""
     experiment: float | None = None
-    """Measured value, SI; in the file text with a unit. None where the paper has only a picture."""
+    """What we are compared with, SI; in the file text with a unit. None where the paper has only a picture."""
+    experiment_is: Literal["measured", "computed"] = "measured"
+    """How that value came about: by a measurement, or by a closed form or another model."""
     simulation: float | None = None
     """The authors' simulated value, SI; in the file text with a unit."""
     simulation_speed: Speed | None = None

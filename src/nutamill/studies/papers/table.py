@@ -149,7 +149,7 @@ def cells(finding: Finding, paper: Paper) -> list[str]:
         simulated += f" at {_speed(row.simulation_speed)}"
     return [
         title_of(row, paper),
-        shown(row.experiment, row),
+        _experiment(row),
         simulated,
         error_text(finding.simulation_error, finding),
         with_uncertainty(finding),
@@ -157,6 +157,12 @@ def cells(finding: Finding, paper: Paper) -> list[str]:
         target_text(row),
         verdict(finding, paper),
     ]
+
+
+def _experiment(row: Row) -> str:
+    """Format what a row is compared with, and whether it was computed."""
+    computed = row.experiment is not None and row.experiment_is == "computed"
+    return shown(row.experiment, row) + (" (computed)" if computed else "")
 
 
 def markdown(findings: Iterable[Finding], paper: Paper, columns: Sequence[str] = HEADINGS) -> str:
@@ -215,6 +221,7 @@ def record(finding: Finding, paper: Paper) -> dict[str, Any]:
         "within": finding.within,
         "steady": finding.steady,
         "calibrated": row.calibrated,
+        "experiment_is": row.experiment_is,
         "source": row.source,
         "derived": row.derived,
         "sensitivity": sensitivity_of(row, paper),
