@@ -12,9 +12,10 @@ from nutamill.base.steady import Estimate
 from nutamill.case import load_case
 from nutamill.studies.identify import identify as room
 from nutamill.studies.identify import members as ran
-from nutamill.studies.identify.emulator import fit_emulator
+from nutamill.studies.identify.emulator import emulator_of_draws, fit_emulator
 from nutamill.studies.identify.identification import identification_of
 from nutamill.studies.identify.indices import settled, total_effects
+from nutamill.studies.identify.points import _file
 from nutamill.studies.identify.posterior import Evidence, implausibility, sample_posterior
 from nutamill.studies.identify.problem import read_problem
 from nutamill.studies.identify.sample import filling_points, points_left
@@ -36,7 +37,7 @@ class Formula:
 
 def emulated(function, count, unknowns=2, doubt=0.0):
     points = filling_points(unknowns, count, 3)
-    return fit_emulator(points, function(points), np.arange(unknowns), *NO_GAINS, "row", doubt)
+    return fit_emulator(points, function(points), np.eye(unknowns), *NO_GAINS, "row", doubt)
 
 
 def wave(points):
@@ -68,7 +69,7 @@ def test_row_with_a_resonance_is_emulated_by_its_logarithm():
 
 def test_gain_multiplies_a_row_without_a_run_of_its_own():
     points = filling_points(2, 20, 3)
-    alone = np.array([0]), np.array([1]), np.array([[0.5, 1.5]])
+    alone = np.array([[1.0], [0.0]]), np.array([1]), np.array([[0.5, 1.5]])
     emulator = fit_emulator(points, 4.0 + points[:, 0], *alone, "row", 0.0)
     mean, _ = emulator.predict(np.array([[0.3, 0.0], [0.3, 1.0]]))
     assert mean == pytest.approx([0.5 * 4.3, 1.5 * 4.3], rel=1e-4)
@@ -107,12 +108,12 @@ def test_points_of_a_later_stage_are_those_that_are_left_and_far_apart():
     def plausible(points):
         return points[:, 0] < 0.25
 
-    chosen = points_left(2, np.arange(2), 20, 1, plausible, "later")
+    chosen = points_left(2, np.arange(2), 20, 1, plausible, "later", np.eye(2))
     assert plausible(chosen).all()
     apart = np.linalg.norm(chosen[:, None] - chosen[None], axis=2) + 9.0 * np.eye(20)
     assert apart.min() > 0.08  # twenty points of an even grid over 0.25 x 1 are 0.11 apart
     with pytest.raises(CaseError, match="stage later: the rows before it rule out all but 0 of 32768"):
-        points_left(2, np.arange(2), 20, 1, lambda points: points[:, 0] < 0.0, "later")
+        points_left(2, np.arange(2), 20, 1, lambda points: points[:, 0] < 0.0, "later", np.eye(2))
 
 
 def test_total_effects_are_those_of_ishigami():
@@ -284,6 +285,38 @@ def test_later_stage_runs_only_what_is_not_ruled_out_and_a_repeated_call_asks_fo
     assert room.machine_at_mode(done).mechanism.joint_friction == pytest.approx(0.0477, abs=0.001)
 
 
+def test_draws_of_the_posterior_predict_as_they_are(bench, tmp_path):
+    path, asked = bench
+    path.write_text(FILE.replace("members = 6", "members = 6\ndraws = true"))
+    problem = read_problem(path)
+    emulators, _ = room.learn(problem, tmp_path, lambda: None)
+    # 0.35 +- 0.02 N m at 700 rpm: friction of 0.048 +- 0.0027
+    frictions = np.array([one.case.mechanism.joint_friction for one in asked[1]])
+    assert (
+        len(frictions) == 6 and np.all(np.abs(frictions - 0.0477) < 5.0 * 0.0027) and np.ptp(frictions) > 0.0
+    )
+    mean, _ = emulators[1].predict(np.zeros((1, 2)))
+    assert mean == pytest.approx(0.30, abs=0.05)  # of 600 rpm, with gains of 0.9 to 1.1
+    done = identification_of(problem, emulators)
+    assert done.inside == [True, False] and np.isnan(done.least[1])
+    assert "| 6 draws" in "\n".join(done.lines())
+    stored = json.loads(room.json_text(done))["rows"][1]
+    assert (stored["draws"], stored["prior_90"]) == (6, None)
+    room.learn(problem, tmp_path, lambda: None)
+    assert len(asked) == 2
+    file = next(tmp_path.glob("points-2-*.json"))
+    file.write_text("[[0.1]]")
+    with pytest.raises(CaseError, match=r"holds no points of a stage .* Delete it and repeat the command"):
+        room.learn(problem, tmp_path, lambda: None)
+
+
+def test_few_draws_have_the_interval_of_student():
+    # s = 1.29099, t(3) = 2.35336 at 95 %, z = 1.64485: s (1 + 1/4)^0.5 t/z
+    emulator = emulator_of_draws(np.array([1.0, 2.0, 3.0, 4.0, np.nan]), 2)
+    mean, error = emulator.predict(np.zeros((1, 2)))
+    assert (mean[0], error[0]) == (2.5, pytest.approx(2.0651, rel=1e-4))
+
+
 def test_members_that_the_drawing_cannot_hold_are_refused_one_by_one_and_counted(bench, tmp_path):
     path, asked = bench
     text = FILE.replace("mechanism.joint_friction", "mechanism.total_mass")
@@ -337,6 +370,9 @@ def test_a_sum_of_two_unknowns_is_what_the_key_holds(bench):
     assert case.driveshaft.inertia_axial == pytest.approx(0.02)
     assert case.driveshaft.inertia_transverse == pytest.approx(0.02 + 1.25)
     assert problem.case_at(problem.rows[0], np.array([0.5, 0.0, 0.25])).digest == case.digest
+    # two numbers decide: the inertia of its own, and the sum, of ranges 0.02 and 1 kg m^2 wide
+    mixed = problem.inputs(problem.rows[:1])
+    np.testing.assert_allclose(mixed[[0, 2]].T, [[1.0, 0.0], [0.02 / 1.02, 1.0 / 1.02]])
 
 
 def test_the_first_stages_alone_leave_out_rows_and_unknowns_of_the_others(bench):
@@ -346,10 +382,11 @@ def test_the_first_stages_alone_leave_out_rows_and_unknowns_of_the_others(bench)
     assert [one.name for one in whole.unknowns] == ["friction", "gain"] and len(whole.rows) == 2
     assert [one.name for one in first.unknowns] == ["friction"] and len(first.rows) == 1
     # the points of a stage are the same, whether later ones follow or not
-    assert room._digest(whole, 0) != room._digest(whole, 1)
+    assert _file(whole, 0, path) != _file(whole, 1, path)
+    assert _file(whole, 0, path) == _file(first, 0, path)
     dear = FILE.replace("[[predict]]", '[[stage]]\nname = "last"\nmembers = 6\n[[predict]]', 1)
     path.write_text(dear.replace('stages = ["dear"]', 'stages = ["dear", "last"]'))
-    assert room._digest(read_problem(path), 1) == room._digest(read_problem(path, "dear"), 1)
+    assert _file(read_problem(path), 1, path) == _file(read_problem(path, "dear"), 1, path)
     with pytest.raises(CaseError, match=r'--until: must be a stage, got "later"\. Stages: cheap, dear'):
         read_problem(path, "later")
 
@@ -388,7 +425,7 @@ def test_rows_whose_runs_fail_are_counted_and_refused(bench, tmp_path, monkeypat
         ("high = 0.1\n", "high = 0.0\n", "must have low below high, got 0 and 0"),
         ("low = 0.0", 'low = "0 N"', "must be a plain number"),
         ("low = 0.9", 'low = "much"', "must be a number without a unit, got"),
-        ('quantity = "driveshaft_torque"\nvalue', "value", "must have either quantity or paper and row"),
+        ('quantity = "driveshaft_torque"\nvalue', "value", "must have quantity, or paper and row"),
         ('value = "0.35 N m"\n', "", "must state what is learned from it, lacks value"),
         ('discrepancy = "0 N m"\n', "", "lacks discrepancy. A model without error is"),
         ('scatter = "20 N mm"\ndis', 'scatter = "0 N m"\ndis', "must have a scatter above zero, got 0"),
@@ -396,6 +433,17 @@ def test_rows_whose_runs_fail_are_counted_and_refused(bench, tmp_path, monkeypat
         ('value = "0.35 N m"', 'record = "a.h5"', "holds no steady mean of the row"),
         ('stages = ["dear"]', 'stages = ["later"]', '"later" is no stage. Stages: cheap, dear'),
         ('stages = ["dear"]', "", 'the stage "dear" runs no row'),
+        ("members = 8", "members = 8\ndraws = true", "there is no posterior before the first stage"),
+        (
+            'discrepancy = "0 N m"\n[[predict]]',
+            'discrepancy = "0 N m"\nstages = ["cheap", "dear"]\n[[predict]]',
+            'cannot learn from rows of a stage of draws, got "driveshaft torque"',
+        ),
+        (
+            'campaign = "second"\nstages = ["dear"]',
+            'campaign = "second"\nstages = ["cheap", "dear"]',
+            "must have rows of its own",
+        ),
         ("members = 8", "members = 4", "too few members for the number of unknowns, got 4 for 1"),
         ('campaign = "second"\nstages', "stages", "acts in no row"),
         ('reason = "bearings"', 'reason = "bearings"\ncampaign = "third"', "the row depends on no unknown"),
@@ -409,7 +457,8 @@ def test_rows_whose_runs_fail_are_counted_and_refused(bench, tmp_path, monkeypat
 def test_wrong_file_is_refused_before_anything_runs(bench, tmp_path, old, new, message):
     path, asked = bench
     assert old in FILE
-    path.write_text(FILE.replace(old, new, 1))
+    given = FILE.replace("members = 6", "members = 6\ndraws = true") if "draws" not in new else FILE
+    path.write_text(given.replace(old, new, 1))
     with pytest.raises(CaseError) as raised:
         room.identify(path, tmp_path)
     assert message in str(raised.value)
@@ -423,6 +472,9 @@ def test_row_of_a_paper_brings_its_case_and_its_value(bench):
     row = read_problem(path).rows[1]
     assert (row.value, row.quantity) == (817.0, "force")
     assert row.case.chamber.bars_mass == pytest.approx(1.347)
+    path.write_text(FILE + learned.format("table7-bars-force") + 'quantity = "radial"\nvalue = "1 N"\n')
+    beside = read_problem(path.with_name("file.toml")).rows[1]
+    assert (beside.value, beside.quantity, beside.case) == (1.0, "radial", row.case)
     path.write_text(FILE + learned.format("bars-increment"))
     with pytest.raises(CaseError, match='must be a row of one run of mca2026, got "bars-increment"'):
         read_problem(path)

@@ -1,10 +1,12 @@
 """A Gaussian process in place of the runs of one row, with its own error and a check of that error."""
 
+import math
 import warnings
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.special import ndtri, stdtrit
 
 from nutamill.base.errors import CaseError, Fault
 
@@ -16,8 +18,6 @@ a row rises so steeply that a smooth process would swing everywhere else.
 """
 POOR = 0.5
 """Error of members left out over the spread of all members, above which an emulator is refused [1]."""
-
-
 LARGEST_LOG = 500.0
 """Largest logarithm of a row, so that extrapolation stays finite [1]."""
 
@@ -39,9 +39,9 @@ class Process(NamedTuple):
     """A fitted Gaussian process of mean zero, with a squared exponential kernel."""
 
     lengths: np.ndarray
-    """Lengths of the kernel, shares of the ranges, (n_columns,)."""
+    """Lengths of the kernel, shares of the ranges, (n_inputs,)."""
     members: np.ndarray
-    """Points of the members over the lengths, (n, n_columns)."""
+    """Points of the members over the lengths, (n, n_inputs)."""
     amplitude: float
     """Variance of the kernel [1]."""
     weights: np.ndarray
@@ -50,7 +50,7 @@ class Process(NamedTuple):
     """Inverse of the Cholesky factor of that covariance, (n, n)."""
 
     def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return mean and variance at points (n, n_columns), each (n,)."""
+        """Return mean and variance at points (n, n_inputs), each (n,)."""
         scaled = points / self.lengths
         squares = np.sum(scaled**2, axis=1)[:, None] + np.sum(self.members**2, axis=1)
         across = self.amplitude * np.exp(scaled @ self.members.T - 0.5 * squares)
@@ -63,8 +63,8 @@ class Emulator(NamedTuple):
 
     process: Process | None
     """The fitted process; None where no unknown changes the runs."""
-    columns: np.ndarray
-    """Indices of the unknowns that the process depends on."""
+    inputs: np.ndarray
+    """Numbers that the process depends on over the unknowns, (n_unknowns, n_inputs), of `Problem.inputs`."""
     logarithmic: bool
     """Whether it is the logarithm of the row that is emulated."""
     offset: float
@@ -77,6 +77,8 @@ class Emulator(NamedTuple):
     """Indices of the unknowns that multiply it."""
     gain_ends: np.ndarray
     """Ends of their ranges, (n_gains, 2)."""
+    alone: float = 0.0
+    """Standard deviation of the row where no process is fitted, SI."""
 
     def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the row and the standard deviation of the emulator's error at points, each (n,), SI.
@@ -91,8 +93,8 @@ class Emulator(NamedTuple):
         low, high = self.gain_ends.T
         gain = np.prod(low + points[:, self.gains] * (high - low), axis=1)
         if self.process is None:
-            return gain * self.offset, np.zeros(len(points))
-        mean, variance = self.process.predict(points[:, self.columns])
+            return gain * self.offset, np.full(len(points), self.alone)
+        mean, variance = self.process.predict(points @ self.inputs)
         middle = self.offset + self.scale * mean
         error = max(1.0, self.check.ratio) * self.scale * np.sqrt(variance)
         if self.logarithmic:
@@ -104,7 +106,7 @@ class Emulator(NamedTuple):
 def fit_emulator(
     points: np.ndarray,
     values: np.ndarray,
-    columns: np.ndarray,
+    inputs: np.ndarray,
     gains: np.ndarray,
     gain_ends: np.ndarray,
     label: str,
@@ -116,7 +118,7 @@ def fit_emulator(
     ----------
     points : shares of the ranges of all unknowns, (n, n_unknowns)
     values : what the members gave, (n,), SI; at least two are finite
-    columns, gains, gain_ends : as in `Emulator`
+    inputs, gains, gain_ends : as in `Emulator`
     label : the row, for messages
     doubt : scatter and discrepancy of the row, SI: an error below it does no harm
 
@@ -132,16 +134,16 @@ def fit_emulator(
     finite = np.isfinite(values)
     points, values = points[finite], values[finite]
     offset, spread = float(values.mean()), float(values.std())
-    if not len(columns):
+    if not inputs.shape[1]:
         alone = CrossCheck(0.0, spread, 0.0, len(values))
-        return Emulator(None, columns, False, offset, 0.0, alone, gains, gain_ends)
+        return Emulator(None, inputs, False, offset, 0.0, alone, gains, gain_ends)
     if spread <= SAME * abs(offset):
         what = f"the row depends on no unknown: all of {len(values)} members give {offset:.6g} (SI)"
         raise CaseError(Fault(label, what, "Leave it out, or name an unknown that acts on it"))
     logarithmic = bool(values.min() > 0.0 and values.max() > STEEP * values.min())
     emulated = np.log(values) if logarithmic else values
     offset, scale = float(emulated.mean()), float(emulated.std())
-    process, error, ratio = _fitted(points[:, columns], (emulated - offset) / scale)
+    process, error, ratio = _fitted(points @ inputs, (emulated - offset) / scale)
     left_out = emulated - scale * error
     off = values - (np.exp(np.minimum(left_out, LARGEST_LOG)) if logarithmic else left_out)
     check = CrossCheck(float(np.sqrt(np.mean(off**2))), spread, ratio, len(values))
@@ -152,7 +154,29 @@ def fit_emulator(
         )
         hint = "Take more members or narrower ranges; with a charge longer runs"
         raise CaseError(Fault(label, what, hint))
-    return Emulator(process, columns, logarithmic, offset, scale, check, gains, gain_ends)
+    return Emulator(process, inputs, logarithmic, offset, scale, check, gains, gain_ends)
+
+
+def emulator_of_draws(values: np.ndarray, unknowns: int) -> Emulator:
+    """Return what draws of a posterior say of a row without a fit: their mean, and a standard deviation with
+    which a normal distribution has the 90 % interval that Student's gives for one more draw.
+
+    Parameters
+    ----------
+    values : what the draws gave, gains included, (n,), SI; at least two are finite
+    unknowns : number of all unknowns [1]
+
+    Source
+    ------
+    G. J. Hahn, W. Q. Meeker, Statistical Intervals, Wiley, 1991, section 4.7 (one more of a normal sample)
+    """
+    values = values[np.isfinite(values)]
+    count, spread = len(values), float(values.std(ddof=1))
+    widened = spread * math.sqrt(1.0 + 1.0 / count) * float(stdtrit(count - 1, 0.95) / ndtri(0.95))
+    none = np.array([], dtype=int)
+    check = CrossCheck(spread, spread, 1.0, count)
+    mean = float(values.mean())
+    return Emulator(None, np.zeros((unknowns, 0)), False, mean, 0.0, check, none, np.zeros((0, 2)), widened)
 
 
 def _fitted(points: np.ndarray, values: np.ndarray) -> tuple[Process, np.ndarray, float]:

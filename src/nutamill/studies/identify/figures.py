@@ -57,7 +57,8 @@ def draw_rows(done: Identification) -> Figure:
         panels = np.atleast_1d(figure.subplots(len(rows), 1))
         for number, (axes, row) in enumerate(zip(panels, rows, strict=True)):
             prior, posterior = done.prior_rows[number], done.posterior_rows[number]
-            axes.plot(prior[[0, 2]], [0, 0], color=ENVELOPE, lw=6, label="over the ranges")
+            if not done.problem.drawn(row):
+                axes.plot(prior[[0, 2]], [0, 0], color=ENVELOPE, lw=6, label="over the ranges")
             axes.plot(posterior[[0, 2]], [0, 0], color=MEAN, lw=3, label="posterior")
             axes.plot(posterior[1], 0, "|", color="white", ms=5)
             if np.isfinite(row.value):

@@ -8,6 +8,7 @@ import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.notebook_hook import notebook_html
+from nutamill.studies.identify.draws import holds
 from nutamill.studies.identify.emulator import Emulator
 from nutamill.studies.identify.indices import settled, total_effects
 from nutamill.studies.identify.posterior import (
@@ -49,7 +50,9 @@ class Identification(NamedTuple):
     (n_rows, n_unknowns).
     """
     least: np.ndarray
-    """Least implausibility of each row by itself over the ranges, (n_rows,); NaN without a measurement."""
+    """Least implausibility of each row by itself over the ranges, (n_rows,); NaN without a measurement, and
+    for rows predicted from draws.
+    """
     refused: int
     """Members that the drawing could not hold [1]."""
     files: list[Path]
@@ -103,7 +106,7 @@ def identification_of(problem: Problem, emulators: Sequence[Emulator], refused: 
     rng = np.random.default_rng(problem.seed)
     least = [
         float(implausibility([Evidence(emulator, row.value, row.doubt or 1e-300)], prior).min())
-        if np.isfinite(row.value)
+        if np.isfinite(row.value) and not problem.drawn(row)
         else np.nan
         for emulator, row in zip(emulators, problem.rows, strict=True)
     ]
@@ -137,15 +140,10 @@ def predictive(
 def _held(problem: Problem, posterior: Posterior, evidence: Sequence[Evidence]) -> Posterior:
     """Return the points of a posterior that the drawing can hold, with the most probable of them."""
     points = posterior.points[:: max(1, len(posterior.points) // CHECKED)]
-    rows = {tuple(problem.columns(row)): row for row in problem.rows}
+    rows = list({tuple(problem.columns(row)): row for row in problem.rows}.values())
 
     def held(point: np.ndarray) -> bool:
-        try:
-            for row in rows.values():
-                problem.case_at(row, point)
-        except CaseError:
-            return False
-        return True
+        return holds(problem, rows, point)
 
     sound = points[[held(point) for point in points]]
     if not len(sound):

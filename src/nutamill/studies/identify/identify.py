@@ -1,8 +1,6 @@
 """`identify`: from a file of unknowns and rows to a posterior, and to what it predicts."""
 
-import hashlib
 import importlib.util
-import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,10 +11,12 @@ from nutamill.base.atomic_file import make_folder, write_whole
 from nutamill.base.errors import CaseError, Fault, missing_extra
 from nutamill.case import Case, Machine
 from nutamill.studies.axes import changed
-from nutamill.studies.identify.emulator import Emulator, fit_emulator
+from nutamill.studies.identify.draws import drawn_points
+from nutamill.studies.identify.emulator import Emulator, emulator_of_draws, fit_emulator
 from nutamill.studies.identify.figures import draw_corner, draw_rows
 from nutamill.studies.identify.identification import Identification, identification_of
 from nutamill.studies.identify.members import Log, refuse_few, run_members
+from nutamill.studies.identify.points import read_points, write_points
 from nutamill.studies.identify.posterior import Evidence, implausibility
 from nutamill.studies.identify.problem import Problem, read_problem
 from nutamill.studies.identify.sample import filling_points, points_left
@@ -102,15 +102,18 @@ def learn(
 
     for number, stage in enumerate(problem.stages):
         seed, deciding = problem.seed + number, problem.deciding(number)
-        stored = folder / f"points-{number + 1}-{_digest(problem, number)}.json"
-        if stored.exists():
-            chosen = np.array(json.loads(stored.read_text(encoding="utf-8")))
+        chosen = read_points(problem, number, folder)
+        if chosen is not None:
+            pass
+        elif stage.draws:
+            chosen = drawn_points(problem, [one for rows, _ in cuts for one in rows], number)
         elif not cuts:
             chosen = np.full((stage.members, unknowns), 0.5)
             chosen[:, deciding] = filling_points(len(deciding), stage.members, seed)
         else:
-            chosen = points_left(unknowns, deciding, stage.members, seed, plausible, stage.name)
-        write_whole(stored, json.dumps(chosen.tolist()))
+            inputs = problem.inputs(problem.rows_of(stage.name))
+            chosen = points_left(unknowns, deciding, stage.members, seed, plausible, stage.name, inputs)
+        write_points(problem, number, folder, chosen)
         if log is not None:
             log(f"stage {stage.name}: {stage.members} members")
         ran = run_members(problem, stage.name, chosen, folder, workers, report, log)
@@ -138,10 +141,15 @@ def emulators_of(
         together = np.concatenate(values)
         try:
             refuse_few(problem, number, together)
+            if problem.drawn(row):
+                shares = np.concatenate(points)[:, gains]
+                together = together * np.prod(ends[gains, 0] + shares * np.ptp(ends[gains], axis=1), axis=1)
+                emulators[number] = emulator_of_draws(together, len(problem.unknowns))
+                continue
             emulators[number] = fit_emulator(
                 np.concatenate(points),
                 together,
-                problem.columns(row),
+                problem.inputs([row]),
                 gains,
                 ends[gains].reshape(-1, 2),
                 row.label,
@@ -161,21 +169,6 @@ def evidence_of(problem: Problem, emulators: dict[int, Emulator]) -> list[Eviden
         for number, emulator in emulators.items()
         if problem.rows[number].learned
     ]
-
-
-def _digest(problem: Problem, stage: int) -> str:
-    """Return a word that is another one when the points of a stage may be others."""
-    before = [one.name for one in problem.stages[:stage]]
-    cutting = [row for row in problem.rows if row.learned and not set(before).isdisjoint(row.stages)]
-    deciding = [int(k) for k in problem.deciding(stage)]
-    asked = [
-        [len(problem.unknowns), deciding],
-        [problem.unknowns[k]._replace(reason="", stages=()) for k in deciding if cutting],
-        [(row.case.digest, row.quantity, row.value, row.doubt) for row in cutting],
-        [(one.name, one.members, one.cut) for one in problem.stages[: stage + 1]],
-        problem.seed,
-    ]
-    return hashlib.sha256(json.dumps(asked).encode()).hexdigest()[:12]
 
 
 def store(done: Identification, folder: Path) -> list[Path]:

@@ -52,7 +52,9 @@ class RowGiven(Table):
     quantity: str = ""
     """A series, ``rms`` or ``swing`` and a series, ``natural_frequency 1``, or a quantity of the papers."""
     paper: str = ""
-    """Paper that holds the row, in place of `quantity`, `value` and `set`."""
+    """Paper that holds the row, in place of `quantity`, `value` and the case; beside a `quantity`, that of
+    the same run.
+    """
     row: str = ""
     """Its name in that paper."""
     value: Given | None = None
@@ -76,9 +78,9 @@ class RowGiven(Table):
 
     @model_validator(mode="after")
     def _one_name(self) -> "RowGiven":
-        if bool(self.quantity) == bool(self.paper) or bool(self.paper) != bool(self.row):
+        if not (self.quantity or self.paper) or bool(self.paper) != bool(self.row):
             example = 'Write e.g. quantity = "driveshaft_torque"'
-            raise refusal("must have either quantity or paper and row", example)
+            raise refusal("must have quantity, or paper and row", example)
         if self.value is not None and self.record:
             raise refusal("must have either value or record, got both", "Leave one out")
         return self
@@ -93,6 +95,10 @@ class StageGiven(Table):
     """Points of the ranges at which its rows are run."""
     cut: Positive = 3.0
     """Implausibility above which a point of the ranges is ruled out for the stages after it [1]."""
+    draws: bool = False
+    """Whether its members are draws of the posterior of the stages before it, and its rows are predicted from
+    them as they are, without an emulator: for runs of which only a few can be afforded.
+    """
 
 
 class IdentifyFile(CampaignFile):

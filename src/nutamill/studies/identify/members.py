@@ -101,7 +101,8 @@ def run_members(
 def refuse_few(problem: Problem, number: int, values: np.ndarray) -> None:
     """Raise CaseError where too few members of a row have a value."""
     row = problem.rows[number]
-    left, unknowns = int(np.sum(np.isfinite(values))), len(problem.columns(row))
+    left, unknowns = int(np.sum(np.isfinite(values))), problem.inputs([row]).shape[1]
+    unknowns = 0 if problem.drawn(row) else unknowns
     if left < max(2, FEWEST_PER_UNKNOWN * unknowns):
         what = (
             f"only {left} of its members have a steady value, {unknowns} unknowns need "
@@ -135,11 +136,12 @@ def sound_cases(
         except CaseError as error:
             reasons.append(str(error.faults[0]))
     _log_reasons(reasons, f"stage {stage}", f"of {len(points)} members refused", log)
-    acting = problem.acting(stage)
-    if len(cases) < max(2, FEWEST_PER_UNKNOWN * len(acting)):
+    acting = problem.inputs(rows).shape[1]
+    acting = 0 if any(problem.drawn(row) for row in rows) else acting
+    least = max(2, FEWEST_PER_UNKNOWN * acting)
+    if len(cases) < least:
         what = (
-            f"the drawing cannot hold {len(reasons)} of {len(points)} members, {len(acting)} unknowns need "
-            f"{max(2, FEWEST_PER_UNKNOWN * len(acting))}"
+            f"the drawing cannot hold {len(reasons)} of {len(points)} members, {acting} unknowns need {least}"
         )
         raise CaseError(Fault(f"stage {stage}", what, f"Narrow the ranges. {reasons[0]}"))
     return cases, held

@@ -1,6 +1,7 @@
 """What an identification asks: unknowns, rows and stages, with every number in SI and every case made."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -129,6 +130,23 @@ class Problem(NamedTuple):
         added = {plus for k in chosen if (plus := self.unknowns[k].plus) is not None}
         return np.array(sorted(chosen | added), dtype=int)
 
+    def inputs(self, rows: Sequence[Row]) -> np.ndarray:
+        """Return how the numbers that the runs of some rows depend on follow from the shares of the unknowns,
+        (n_unknowns, n_inputs): each is an unknown, or the sum of two as a share of both ranges together.
+        """
+        chosen = [
+            k
+            for k, one in enumerate(self.unknowns)
+            if one.keys and any(self.belongs(one, row) for row in rows)
+        ]
+        mixed = np.zeros((len(self.unknowns), len(chosen)))
+        for place, k in enumerate(chosen):
+            plus = self.unknowns[k].plus
+            terms = [k] if plus is None else [k, plus]
+            widths = np.array([self.unknowns[term].high - self.unknowns[term].low for term in terms])
+            mixed[terms, place] = widths / widths.sum()
+        return mixed
+
     def gains(self, row: Row) -> np.ndarray:
         """Return which unknowns multiply the computed values of a row, as indices."""
         chosen = [k for k, one in enumerate(self.unknowns) if one.gain_of and self.belongs(one, row)]
@@ -164,17 +182,29 @@ class Problem(NamedTuple):
         """Return which unknowns decide on the points of a stage, by its number: those that change its runs,
         or a row that earlier stages learn from.
         """
-        before = {one.name for one in self.stages[:number]}
         chosen = {int(k) for k in self.acting(self.stages[number].name)}
-        for row in self.rows:
-            if row.learned and not before.isdisjoint(row.stages):
-                chosen |= {int(k) for k in (*self.columns(row), *self.gains(row))}
-        return np.array(sorted(chosen), dtype=int)
+        if self.stages[number].draws:
+            chosen |= {int(k) for row in self.rows_of(self.stages[number].name) for k in self.gains(row)}
+        return np.array(sorted(chosen | self.learned_before(number)), dtype=int)
+
+    def learned_before(self, number: int) -> set[int]:
+        """Return which unknowns act in a row that the stages before one learn from."""
+        before = {one.name for one in self.stages[:number]}
+        rows = [row for row in self.rows if row.learned and not before.isdisjoint(row.stages)]
+        return {int(k) for row in rows for k in (*self.columns(row), *self.gains(row))}
 
     def acting(self, stage: str) -> np.ndarray:
         """Return which unknowns change the runs of a stage, as indices."""
-        chosen = {int(k) for row in self.rows if stage in row.stages for k in self.columns(row)}
+        chosen = {int(k) for row in self.rows_of(stage) for k in self.columns(row)}
         return np.array(sorted(chosen), dtype=int)
+
+    def drawn(self, row: Row) -> bool:
+        """Return whether a row is predicted from draws of the posterior."""
+        return any(stage.draws and stage.name in row.stages for stage in self.stages)
+
+    def rows_of(self, stage: str) -> list[Row]:
+        """Return the rows that a stage runs."""
+        return [row for row in self.rows if stage in row.stages]
 
 
 def read_problem(name: str | Path, until: str | None = None) -> Problem:
@@ -286,7 +316,8 @@ def _row(
         if row is None or row.against is not None or row.quantity == MODES:
             what = f'must be a row of one run of {given.paper}, got "{given.row}"'
             raise CaseError(Fault(f"{where}.row", what, "Its file has their names as id"))
-        quantity, published = row.quantity, math.nan if row.experiment is None else row.experiment
+        if not given.quantity:
+            quantity, published = row.quantity, math.nan if row.experiment is None else row.experiment
         under = case_of_paper(paper, row.configuration, row.speed, base=case, fixed=fixed)
         under = changed(under, given.set)
         average, label = paper.configurations[row.configuration].average, f"{paper.short} {row.id}"
@@ -358,13 +389,15 @@ def _faults(problem: Problem, file: IdentifyFile, layer: Layer) -> list[Fault]:
             hint = f'Unknowns of its campaign "{row.campaign}" and those without a campaign act in it'
             faults.append(Fault(where, "the row depends on no unknown", hint))
     for number, stage in enumerate(problem.stages):
-        acting = problem.acting(stage.name)
+        acting = problem.inputs(problem.rows_of(stage.name)).shape[1]
         where = position_of(layer, "stage", number)
-        if not any(stage.name in row.stages for row in problem.rows):
+        if not problem.rows_of(stage.name):
             faults.append(Fault(where, f'the stage "{stage.name}" runs no row', "Name it in stages of a row"))
-        if stage.members < FEWEST_PER_UNKNOWN * len(acting):
-            what = f"too few members for the number of unknowns, got {stage.members} for {len(acting)}"
-            least = FEWEST_PER_UNKNOWN * len(acting)
+        if stage.draws:
+            faults += _draws_faults(problem, stage.name, number, where)
+        elif stage.members < FEWEST_PER_UNKNOWN * acting:
+            what = f"too few members for the number of unknowns, got {stage.members} for {acting}"
+            least = FEWEST_PER_UNKNOWN * acting
             hint = f"Take {least} at least, better {2 * least}, or fix unknowns"
             faults.append(Fault(f"{where}.members", what, hint))
     for k, unknown in enumerate(problem.unknowns):
@@ -376,6 +409,20 @@ def _faults(problem: Problem, file: IdentifyFile, layer: Layer) -> list[Fault]:
             hint = "Correct its campaign, stages or gain_of, or leave it out"
             faults.append(Fault(where, "acts in no row", hint))
     return faults
+
+
+def _draws_faults(problem: Problem, stage: str, number: int, where: str) -> list[Fault]:
+    """Return what is wrong with a stage of draws."""
+    rows = problem.rows_of(stage)
+    if number == 0:
+        return [Fault(f"{where}.draws", "there is no posterior before the first stage", "Leave it out")]
+    if learned := [row.label for row in rows if row.learned]:
+        what = f'cannot learn from rows of a stage of draws, got "{learned[0]}"'
+        return [Fault(f"{where}.draws", what, "Put the row under [[predict]], or leave draws out")]
+    if shared := [row.label for row in rows if len(row.stages) > 1]:
+        what = f'must have rows of its own, got "{shared[0]}" of several stages'
+        return [Fault(f"{where}.draws", what, "Give the row one stage")]
+    return []
 
 
 def _plus_faults(problem: Problem, unknown: Unknown, where: str) -> list[Fault]:

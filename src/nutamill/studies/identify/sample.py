@@ -35,17 +35,19 @@ def points_left(
     seed: int,
     plausible: Callable[[np.ndarray], np.ndarray],
     stage: str,
+    inputs: np.ndarray,
 ) -> np.ndarray:
     """Return points that fill what is not ruled out of the unit cube, (count, unknowns).
 
     Of the points of a Sobol sequence that are not ruled out, each next one is the farthest from those chosen
-    before.
+    before, in the numbers that its runs depend on.
 
     Parameters
     ----------
     deciding : which unknowns the points differ in, as indices; the others are in the middle
     plausible : whether points (n, unknowns) are not ruled out, (n,)
     stage : name of the stage, for messages
+    inputs : these numbers over the unknowns, (n_unknowns, n_inputs), as of `Problem.inputs`
 
     Raises
     ------
@@ -58,9 +60,10 @@ def points_left(
         what = f"the rows before it rule out all but {len(left)} of {len(examined)} points of the ranges"
         hint = "Widen the ranges, state a larger discrepancy, or take fewer members"
         raise CaseError(Fault(f"stage {stage}", what, hint))
+    seen = left @ inputs
     chosen = [0]
-    distance = cdist(left[:1], left)[0]
+    distance = cdist(seen[:1], seen)[0]
     while len(chosen) < count:
         chosen.append(int(np.argmax(distance)))
-        distance = np.minimum(distance, cdist(left[chosen[-1] :][:1], left)[0])
+        distance = np.minimum(distance, cdist(seen[chosen[-1] :][:1], seen)[0])
     return left[chosen]

@@ -52,11 +52,11 @@ def lines(done: "Identification") -> list[str]:
 
 
 def members_csv(problem: Problem, ran: Ran) -> str:
-    """Format the members of a stage as CSV: values of the unknowns that change its runs, then of its rows,
-    in SI.
+    """Format the members of a stage as CSV: values of the unknowns that change its rows, then of its rows
+    without gains, in SI.
     """
     rows = [problem.rows[number] for number in ran.values]
-    acting = sorted({int(k) for row in rows for k in problem.columns(row)})
+    acting = sorted({int(k) for row in rows for k in (*problem.columns(row), *problem.gains(row))})
     heads = [f"{problem.unknowns[k].name} ({problem.unknowns[k].unit})" for k in acting]
     heads += [f"{row.label} ({row.measurand.unit})" for row in rows]
     text = io.StringIO()
@@ -107,13 +107,21 @@ def _row_cells(done: "Identification") -> list[list[str]]:
             [
                 row.label,
                 "–" if np.isnan(row.value) else measured,
-                _interval(low, high, unit),
+                "–" if done.problem.drawn(row) else _interval(low, high, unit),
                 _interval(left, right, unit),
                 ", ".join(words),
-                _number(done.emulators[number].check.error, unit, ".2g"),
+                _error(done, number),
             ]
         )
     return cells
+
+
+def _error(done: "Identification", number: int) -> str:
+    """Return the error of a row's emulator, or the number of draws it is predicted from."""
+    row, check = done.problem.rows[number], done.emulators[number].check
+    if done.problem.drawn(row):
+        return f"{check.members} draws"
+    return _number(check.error, row.measurand.unit, ".2g")
 
 
 def _index_cells(labels: Sequence[str], indices: np.ndarray) -> list[list[str]]:
@@ -188,7 +196,10 @@ def json_text(done: "Identification") -> str:
                 "measured": None if np.isnan(row.value) else row.value,
                 "scatter": row.scatter,
                 "discrepancy": row.discrepancy,
-                "prior_90": [float(done.prior_rows[k][0]), float(done.prior_rows[k][2])],
+                "prior_90": None
+                if done.problem.drawn(row)
+                else [float(done.prior_rows[k][0]), float(done.prior_rows[k][2])],
+                "draws": done.emulators[k].check.members if done.problem.drawn(row) else None,
                 "posterior_90": [float(done.posterior_rows[k][0]), float(done.posterior_rows[k][2])],
                 "posterior_median": float(done.posterior_rows[k][1]),
                 "inside": done.inside[k],

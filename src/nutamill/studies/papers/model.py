@@ -108,7 +108,7 @@ class Row(Table):
     against: Against | None = None
     """If the number is a difference, change or ratio of two runs."""
     experiment: float | None = None
-    """What we are compared with, SI; in the file text with a unit. None where the paper has only a picture."""
+    """What ours is compared with, SI; in the file text with a unit. None where there is only a picture."""
     experiment_is: Literal["measured", "computed"] = "measured"
     """How that value came about: by a measurement, or by a closed form or another model."""
     simulation: float | None = None
