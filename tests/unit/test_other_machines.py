@@ -61,11 +61,11 @@ def test_machines_without_a_crank_and_without_a_speed_are_planned(tmp_path):
 def test_a_computed_reference_is_called_so_in_table_and_figure():
     paper = read_paper("sprung-trough")
     row = paper.rows[0]
-    found = {Key.of(*need): Measured(Estimate.exact(0.0024), math.nan, 1) for need in row.needs}
-    (finding,) = compare([row], found)
+    ours = {Key.of(*need): Measured(Estimate.exact(0.0024), math.nan, 1) for need in row.needs}
+    (finding,) = compare([row], ours)
     assert cells(finding, paper)[1] == "2.378 mm (computed)"
     assert record(finding, paper)["experiment_is"] == "computed"
-    figure = draw_figure(paper.figures[0], paper, [], found)
+    figure = draw_figure(paper.figures[0], paper, [], ours)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "paper, computed" in legend and "paper, measured" not in legend
 
