@@ -7,15 +7,44 @@ import shutil
 
 import pytest
 
+from nutamill.analysis.power import PowerSplit
 from nutamill.base.errors import CaseError, ResultError
 from nutamill.case import load_case
 from nutamill.case.differences import swept_axis
-from nutamill.result import open_result
+from nutamill.result import Result, open_result
 from nutamill.view import report
 from nutamill.view.figures.motion import draw_steady_values
 from nutamill.view.figures.named import caption_of
 from nutamill.view.figures.run import draw_run
 from nutamill.view.report import report_page, write_report
+from nutamill.view.scene import opengl_trouble
+
+
+@pytest.fixture(autouse=True)
+def _flat(request, monkeypatch):
+    """Pictures in three dimensions take seconds: only the test of them has one."""
+    if "external" not in request.keywords:
+        monkeypatch.setattr(report, "_machine_picture", lambda result: "")
+
+
+@pytest.mark.external
+def test_a_report_begins_with_a_picture_of_the_machine(filmed, unfilmed):
+    pytest.importorskip("pyvista", reason='needs the extra "view"')
+    page = report_page([filmed.path])
+    if opengl_trouble():
+        pytest.skip("needs OpenGL")
+    picture = page.index('alt="the machine and its charge"')
+    assert picture < page.index("crank-pin force (N)")
+    assert page[picture:].split('src="')[1].startswith("data:image/png;base64,iVBOR")
+    assert 'alt="the machine' not in report_page([unfilmed.path])
+
+
+def test_numbers_of_a_report_are_rounded_and_zero_has_no_sign(filmed, monkeypatch):
+    split = PowerSplit(600.0, {"joints": 600.01, "coupling": -0.01}, -0.001)
+    monkeypatch.setattr(report, "power_split", lambda result: split)
+    monkeypatch.setattr(Result, "provenance", property(lambda self: {"wall_time": 100.97840734199997}))
+    page = report_page([filmed.path])
+    assert "-0.00<" not in page and "<td>wall_time</td><td>101</td>" in page
 
 
 def test_page_of_a_run_holds_means_ledger_figures_motion_and_case(filmed):
@@ -136,9 +165,11 @@ def test_folder_of_a_sweep_is_reported_with_its_table_pictures_and_runs(filmed, 
     )
     (folder / "table.png").write_bytes(b"picture")
     page = report_page([folder])
+    assert page.index(base64.b64encode(b"picture").decode()) < page.index("<td>700 rpm</td>")
+    assert "<th>force (N)</th>" in page
     assert "<td>700 rpm</td><td>complete</td><td>717.3 ± 4.3</td></tr>" in page
     assert "<td>723 rpm</td><td>waiting</td><td>–</td></tr>" in page
-    assert "lag" not in page.split("<h2>Pictures")[0]  # a column without any number
+    assert "lag" not in page.split("<h2>Runs")[0]  # a column without any number
     assert base64.b64encode(b"picture").decode() in page
     assert page.index("speeds-9.h5") < page.index("speeds-10.h5")
     assert "<td>seed</td>" in page

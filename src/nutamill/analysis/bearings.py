@@ -219,15 +219,16 @@ def _geared(machine: Machine, joint: str) -> dict[str, float]:
 
 def bearings_lines(lives: list[BearingLife]) -> list[str]:
     """Format the lives of bearings as a table."""
+    width = max([len("bearing"), *(len(one.joint) for one in lives)])
     rows = [
-        f"{'bearing':27} {'Fr (N)':>9} {'Fa (N)':>9} {'P (N)':>9} {'L10 (turns)':>12} "
-        f"{'L10 (h)':>11} {'C0/P max':>9}"
+        f"{'bearing':{width}} {'Fr (N)':>7} {'Fa (N)':>7} {'P (N)':>7} {'L10 turns':>9} "
+        f"{'L10 (h)':>11} {'C0/P':>5}"
     ]
     for one in lives:
         numbers = (
-            f"{one.radial:9.4g} {one.axial:9.4g} {one.equivalent:9.4g} {one.turns:12.4g} "
+            f"{one.radial:7.1f} {one.axial:7.1f} {one.equivalent:7.1f} {one.turns:9.3g} "
             f"{hours_text(one.time)}"
         )
         safety = "-" if math.isnan(one.static_safety) else f"{one.static_safety:.3g}"
-        rows.append(f"{one.joint:27} {numbers} {safety:>9}")
+        rows.append(f"{one.joint:{width}} {numbers} {safety:>5}")
     return rows

@@ -144,12 +144,13 @@ def section_life(
 
 def sections_lines(lives: list[SectionLife]) -> list[str]:
     """Format the lives of sections as a table."""
+    width = max([len("section"), *(len(one.name) for one in lives)])
     rows = [
-        f"{'section':20} {'peak (MPa)':>11} {'amplitude':>10} {'mean':>10} {'damage per turn':>16} "
+        f"{'section':{width}} {'peak (MPa)':>10} {'amplitude':>9} {'mean':>9} {'damage/turn':>11} "
         f"{'life (h)':>11}"
     ]
     for one in lives:
         peak, amplitude, mean = (in_unit(value, "MPa") for value in (one.peak, one.amplitude, one.mean))
-        stresses = f"{peak:11.4g} {amplitude:10.4g} {mean:10.4g}"
-        rows.append(f"{one.name:20} {stresses} {one.damage:16.4g} {hours_text(one.time)}")
+        stresses = f"{peak:10.4g} {amplitude:9.4g} {mean:9.4g}"
+        rows.append(f"{one.name:{width}} {stresses} {one.damage:11.3g} {hours_text(one.time)}")
     return rows

@@ -7,6 +7,7 @@ The page is `data/pages/report.html`; here it is filled.  It holds everything it
 """
 
 import base64
+import tempfile
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
@@ -23,7 +24,7 @@ from nutamill.analysis.summary import warning_lines
 from nutamill.analysis.windows import turn_series
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
 from nutamill.base.citation import PAPERS, SOFTWARE
-from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.errors import CaseError, Fault, NotInstalledError, ResultError
 from nutamill.base.files import is_folder
 from nutamill.base.steady import Estimate
 from nutamill.base.units import rpm
@@ -32,9 +33,12 @@ from nutamill.result import Result, open_result
 from nutamill.view.figures.motion import draw_steady_values
 from nutamill.view.figures.named import FIGURES, caption_of, figure_of
 from nutamill.view.figures.saving import png_of
-from nutamill.view.report_folder import CampaignFolder, read_campaign
+from nutamill.view.report_folder import fact, read_campaign
+from nutamill.view.scene import draw_scene
 from nutamill.view.webview import view_page
 
+PICTURE = (800, 600)
+"""Pixels of the picture of the machine, across and down."""
 FRAMES = 60
 """Moments of each run shown in motion: about a megabyte each for pellets."""
 
@@ -78,6 +82,10 @@ class RunPage(NamedTuple):
     """Means by label and unit; none without a whole turn at constant speed."""
     ledger: list[Sink]
     """Where the power goes."""
+    machine: str
+    """Picture of the machine and its charge in three dimensions; empty without snapshots, PyVista or
+    OpenGL.
+    """
     figures: list[Drawn]
     """Pictures that could be drawn."""
     warnings: list[str]
@@ -119,8 +127,16 @@ def report_page(paths: Sequence[str | Path]) -> str:
             if count
             else "tables and pictures of this folder"
         )
+        names = {table.name for table in campaign.tables}
+        pictures = [file for file in campaign.pictures if file.stem not in names]
+        curves = {file.stem: _address(file.read_bytes()) for file in campaign.pictures if file.stem in names}
         return _filled(
-            title=campaign.name, about=about, campaign=campaign, pictures=_drawn(campaign), runs=[]
+            title=campaign.name,
+            about=about,
+            campaign=campaign,
+            curves=curves,
+            pictures=[Drawn(file.stem, _address(file.read_bytes())) for file in pictures],
+            runs=[],
         )
     runs, cases = [], []
     for path in paths:
@@ -161,11 +177,6 @@ def _filled(**fields: object) -> str:
     )
 
 
-def _drawn(campaign: CampaignFolder) -> list[Drawn]:
-    """Return the pictures of a folder."""
-    return [Drawn(file.stem, _address(file.read_bytes())) for file in campaign.pictures]
-
-
 def _run_page(result: Result) -> RunPage:
     """Return the content of the page for one result, without the figures and means it has no data for."""
     if not result.case_text:
@@ -193,12 +204,22 @@ def _run_page(result: Result) -> RunPage:
         table.heading,
         {label_of(reading): mean for reading, mean in table.means.items()},
         _ledger(result),
+        _machine_picture(result),
         figures,
         warning_lines(result),
         view,
-        [(key, str(value)) for key, value in result.provenance.items()],
+        [(key, fact(value)) for key, value in result.provenance.items()],
         result.case_text,
     )
+
+
+def _machine_picture(result: Result) -> str:
+    """Return the machine and its charge at the last snapshot, or "" where they cannot be drawn."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return _address(draw_scene(result, Path(folder) / "machine.png", size=PICTURE).read_bytes())
+        except (NotInstalledError, ResultError):
+            return ""
 
 
 def _last_speed(result: Result) -> str:
@@ -224,9 +245,14 @@ def _ledger(result: Result) -> list[Sink]:
         ("put in" if "motor_work" not in result.series else "motor", split.motor),
     ]
     return [
-        Sink(name, f"{power:.4g}", f"{100.0 * power / split.motor:.2f}" if split.motor else "-")
+        Sink(name, f"{power:.4g}", _two_decimals(100.0 * power / split.motor) if split.motor else "-")
         for name, power in rows
     ]
+
+
+def _two_decimals(number: float) -> str:
+    """Return a number to two decimals, zero without a sign."""
+    return f"{round(number, 2) + 0.0:.2f}"
 
 
 def _image(figure: Figure) -> str:

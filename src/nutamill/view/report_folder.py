@@ -74,7 +74,7 @@ def read_campaign(folder: Path) -> CampaignFolder:
         try:
             with open_result(file) as result:
                 runs.append(RunLine(file.name, result.state))
-                provenance = provenance or [(key, str(value)) for key, value in result.provenance.items()]
+                provenance = provenance or [(key, fact(value)) for key, value in result.provenance.items()]
         except (ResultError, DamagedError) as error:
             runs.append(RunLine(file.name, str(error)))
     if not tables and not runs:
@@ -116,10 +116,29 @@ def _sweep_table(file: Path) -> Table | None:
         width = row[widths[heads[k]]] if heads[k] in widths else NO_NUMBER
         if row[k] == NO_NUMBER:
             return NOTHING
-        return row[k] if width in (NO_NUMBER, "inf") else f"{row[k]} ± {float(width):.2g}"
+        if heads[k] not in widths:
+            return row[k].strip('"')
+        return _rounded(row[k]) if width in (NO_NUMBER, "inf") else f"{_rounded(row[k])} ± {float(width):.2g}"
 
     known = [k for k in shown if any(cell(row, k) != NOTHING for row in lines[1:])]
-    return Table(file.stem, [heads[k] for k in known], [[cell(row, k) for k in known] for row in lines[1:]])
+    words = [_words(heads[k]) if heads[k] in widths else heads[k] for k in known]
+    return Table(file.stem, words, [[cell(row, k) for k in known] for row in lines[1:]])
+
+
+def fact(value: object) -> str:
+    """Return a value of the provenance as text, numbers with a decimal point rounded."""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _rounded(number: str) -> str:
+    """Return a number of a table with five digits."""
+    return f"{float(number):.5g}"
+
+
+def _words(head: str) -> str:
+    """Return the head of a column of readings as words: ``driveshaft torque (N m)``."""
+    name, _, unit = head.rpartition(" [")
+    return f"{name.replace('_', ' ')} ({unit.rstrip(']')})" if name else head
 
 
 def _markdown_table(file: Path) -> Table | None:

@@ -92,7 +92,7 @@ def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     """Draw the bore unrolled, in chamber axes, as high as the charge reaches: mean pressure, and shear work
     and cutting energy of impacts per area and time.
 
-    Where the chamber is a mesh, the patch with the largest area stands for the bore.
+    Where the chamber is a mesh, or no cylinder, the wall with the largest area stands for the bore.
     """
     table = wear_table(window(result, last))
     number = np.unique(table["patch_surface"].values, return_inverse=True)[1]
@@ -100,7 +100,11 @@ def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     table = table.isel(patch=np.flatnonzero(number == largest))
     columns = int(table["patch_column"].max()) + 1
     azimuth, along = (table[name].values.reshape(columns, -1) for name in ("patch_azimuth", "patch_along"))
+    upright = len(np.unique(np.round(azimuth[:, 0], 6))) == columns
+    if not upright:  # a wall that is no upright cylinder counts in its own angle
+        azimuth = np.repeat((np.arange(columns) + 0.5)[:, None] * math.tau / columns, along.shape[1], axis=1)
     order = np.argsort(azimuth[:, 0])  # a wall may begin anywhere
+    surface = str(table["patch_surface"].values[0])
     panels = (
         ("pressure", "pressure (Pa)"),
         ("shear_intensity", "shear power (W/m$^2$)"),
@@ -122,11 +126,11 @@ def draw_wall(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
             )
             axes.set_ylim(along[0, 0] - 0.5 * step, highest)
             axes.grid(False)
-            axes.set_ylabel("height (m)")
-            axes.set_title(f"({'abc'[k]}) {label.split(' (')[0]}", loc="left")
+            axes.set_ylabel("height (m)" if upright else "along the\nwall (m)")
+            axes.set_title(f"({'abc'[k]}) {label.split(' (')[0]} on {surface}", loc="left")
             figure.colorbar(drawn, ax=axes, label=label)
         axes.set_xticks(range(0, 361, 90))
-        axes.set_xlabel("azimuth in the chamber (°)")
+        axes.set_xlabel("azimuth in the chamber (°)" if upright else "angle about the middle of the wall (°)")
     return figure
 
 
