@@ -1,7 +1,7 @@
 """A force law of your own in a script: a spring that hardens with the cube of its length.
 
-Laws of contacts are chosen in a case, and CONTRIBUTING.md has what a new one takes. A force on a body can
-follow any Python function, which is called before each step.
+A law of contacts is a file in a clone of the package: docs/guides/contact-law.md writes one. A force on a
+body can follow any Python function, which is called before each step.
 Checked: the period against the closed form of the cubic spring, T = 4 K(1/2) / sqrt(c a^2 / m), with the
 parameter m = 1/2 of the elliptic integral K.
 """

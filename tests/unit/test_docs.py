@@ -3,7 +3,9 @@
 import ast
 import importlib
 import importlib.util
+import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -80,6 +82,43 @@ def test_the_worked_translation_is_what_the_program_prints():
     page = (ROOT / "docs/guides/coming-from.md").read_text(encoding="utf-8")
     printed = re.findall(r"^(?:pair_coeff|PFC|Rocky|LIGGGHTS| {10})(.+)$", page, re.MULTILINE)
     assert len(printed) == 6 and all(text.strip() in lines for text in printed)
+
+
+def test_the_law_of_the_guide_is_a_law_of_a_clone_and_meets_its_closed_form(tmp_path):
+    """The three steps of the page, done in a copy of the package, and its script as plain Python."""
+    page = (ROOT / "docs/guides/contact-law.md").read_text(encoding="utf-8")
+    law, entry, name, script = (block.partition("\n")[2] for block in page.split("```")[1::2])
+    package = tmp_path / "nutamill"
+    shutil.copytree(ROOT / "src/nutamill", package, ignore=shutil.ignore_patterns("__pycache__"))
+    (package / "charge/laws/viscous_rolling.py").write_text(law, encoding="utf-8")
+    line, family = entry.splitlines()
+    literal, reads = name.splitlines()
+    for file, changes in (
+        ("charge/laws/composition.py", {"    viscous_film,\n": f"    viscous_film,\n{line}\n"}),
+        ("case/contact_laws.py", {}),
+    ):
+        text = (package / file).read_text(encoding="utf-8")
+        changes = changes or {
+            next(row for row in text.splitlines() if row.startswith("Rolling =")): literal,
+            '        "type_a": frozenset': f'{reads}\n        "type_a": frozenset',
+        }
+        if "composition" in file:
+            given = next(row for row in text.splitlines() if row.startswith("ROLLING ="))
+            changes[given] = family.replace("...", given.partition("{")[2].rstrip("}"))
+        for old, new in changes.items():
+            assert text.count(old) == 1
+            text = text.replace(old, new)
+        (package / file).write_text(text, encoding="utf-8")
+    script += 'nm.load_case("numill").with_(**{"contact.rolling": "viscous"})\nprint(nm.__file__)\n'
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    assert str(tmp_path) in done.stdout
 
 
 def test_the_worked_case_file_has_the_contact_of_the_numill():
