@@ -27,8 +27,19 @@ CASE_TAKES_FROM_CHARGE = "nutamill.charge.particles"
 ENGINES = ("nutamill.mechanism", "nutamill.charge", "nutamill.simulation", "numba", "llvmlite")
 
 HOMES = {
-    "numba": {"base/kernel.py", "base/object_code.py", "charge/kernels/simd.py", "charge/kernels/team.py"},
-    "llvmlite": {"base/kernel.py", "base/object_code.py", "charge/kernels/simd.py", "charge/kernels/team.py"},
+    "numba": {
+        "base/compiled_forms.py",
+        "base/kernel.py",
+        "base/object_code.py",
+        "charge/kernels/simd.py",
+        "charge/kernels/team.py",
+    },
+    "llvmlite": {
+        "base/compiled_forms.py",
+        "base/object_code.py",
+        "charge/kernels/simd.py",
+        "charge/kernels/team.py",
+    },
     "h5py": {"result", "view/vtkhdf.py"},
     "matplotlib": {
         "export/fmu/picture.py",

@@ -1,4 +1,4 @@
-"""Compile the hot loops: the only room that imports Numba.
+"""Compile the hot loops: how a function becomes a kernel, and when what was compiled is used again.
 
 Every compiled function of the package is decorated with `kernel`.  The decorator
 
@@ -6,20 +6,13 @@ Every compiled function of the package is decorated with `kernel`.  The decorato
   `kernel_digest` part of the cache key.  Numba's own key looks at the file of the function alone: after a
   change of a law in one file, a loop in another file would go on running the old physics from the cache
   (`tests/contracts/test_stale_cache.py`), and a second installation would compile everything anew;
-* makes the machine code of each kernel complete in itself.  Numba leaves copies of all that a kernel calls
-  beside it under public names, and the copy that was loaded first is the one that all kernels run: fast-math
-  copies differ in their last bits, so that results would depend on what else a process has compiled or loaded
-  before (`tests/contracts/test_same_bits.py`);
+* makes machine code of what Python calls only, complete in itself (`nutamill.base.compiled_forms`);
 * releases the GIL, so that a team of Python threads can run the same kernel;
 * counts no references to arrays: kernels allocate nothing, and counting a slice of a shared array is an
   atomic operation that two threads fight over;
 * obeys ``NUMBA_DISABLE_JIT=1`` (plain Python, for debugging) and ``NUMBA_BOUNDSCHECK=1``.
-
-Checked with Numba 0.61 to 0.68: private to Numba are `_index_key`, `_impl` and `_cache_path` of its
-`FunctionCache`, and `_finalize_final_module` of `JITCodeLibrary`.
 """
 
-import contextlib
 import functools
 import hashlib
 import inspect
@@ -29,17 +22,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
-from llvmlite.binding import Linkage
 from numba import types
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
 from numba.core.registry import cpu_target
-from numba.core.serialize import dumps
 from numba.extending import overload
 
 from nutamill.base.cache_folder import cache_folder
-from nutamill.base.compiled_files import CompiledFiles
+from nutamill.base.compiled_forms import Kernel
 from nutamill.base.source_code import PACKAGE, code_digest, compiled_definitions, reached
 
 JIT = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # Numba sets it while it is imported
@@ -78,83 +66,16 @@ def compiled_mark(*names: str) -> pathlib.Path:
     )
 
 
-class _CompiledForm(CompileResultCacheImpl):
-    """How Numba turns a compiled function into something to store, and back; not where it stores it."""
-
-    def __init__(self):
-        pass
-
-
-class _KernelCache(FunctionCache):
-    """The compiled code of one kernel in `CompiledFiles`. What cannot be loaded or stored is compiled."""
-
-    def __init__(self, function):
-        self._py_func = function
-        self._impl = _CompiledForm()
-        self._cache_path = str(cache_folder())
-        self._cache_file = CompiledFiles(  # type: ignore[assignment]  # it has the methods of Numba's class
-            cache_folder(), f"{function.__module__}.{function.__qualname__}"
-        )
-        self._source = _source_outside(function)
-        self.enable()
-
-    def _index_key(self, sig, codegen):
-        versions = (sys.version, numba.__version__, kernel_digest())
-        return (*super()._index_key(sig, codegen), self._source, versions)
-
-    def load_overload(self, sig, target_context):
-        target_context.refresh()
-        try:
-            stored = self._cache_file.load(self._index_key(sig, target_context.codegen()))
-            return self._impl.rebuild(target_context, stored) if stored is not None else None
-        except Exception:  # what another version has stored fails in any way
-            return None
-
-    def save_overload(self, sig, data):
-        if self._impl.check_cachable(data):
-            with contextlib.suppress(OSError):
-                self._cache_file.save(self._index_key(sig, data.codegen), dumps(self._impl.reduce(data)))
-
-
-def _source_outside(function):
-    """Return the state of a kernel's file outside this package, which `kernel_digest` does not know, else
-    None.
+def _source(function):
+    """Return what differs between states of a kernel's source: versions, `kernel_digest`, and the state of
+    its file if that is outside this package.
     """
+    versions = (sys.version, numba.__version__, kernel_digest())
     file = pathlib.Path(inspect.getfile(function))
     if file.resolve().is_relative_to(PACKAGE.resolve()) or not file.is_file():
-        return None
+        return versions
     state = file.stat()
-    return str(file), state.st_mtime_ns, state.st_size
-
-
-class _CompleteLibrary(JITCodeLibrary):
-    """Machine code of a kernel that calls its own copies of other kernels, and no copy that another one
-    brought along.
-    """
-
-    def _finalize_final_module(self):
-        self._shared_module = (
-            self._final_module.clone()
-        )  # for kernels that call this one: as Numba makes it, once and later
-        for module, before, after in (
-            (self._shared_module, Linkage.external, Linkage.linkonce_odr),
-            (self._final_module, Linkage.linkonce_odr, Linkage.internal),
-        ):
-            for function in module.functions:
-                if not function.is_declaration and function.linkage == before:
-                    function.linkage = after
-        super()._finalize_final_module()
-
-
-class _KernelCompiler(Compiler):
-    """Numba's compiler of a function, into a `_CompleteLibrary`."""
-
-    def define_pipelines(self):
-        self.state.library = _CompleteLibrary(
-            self.state.targetctx.codegen(), self.state.func_id.func_qualname
-        )
-        self.state.library.enable_object_caching()
-        return super().define_pipelines()
+    return *versions, str(file), state.st_mtime_ns, state.st_size
 
 
 def kernel(function=None, *, fast=False, inline="never"):
@@ -170,12 +91,8 @@ def kernel(function=None, *, fast=False, inline="never"):
         "inline": inline,
         "no_cfunc_wrapper": True,
         "_nrt": False,
-        "pipeline_class": _KernelCompiler,
     }
-    compiled = numba.njit(**options)(function)
-    if JIT:
-        compiled._cache = _KernelCache(function)
-    return compiled
+    return Kernel(function, options, functools.partial(_source, function)) if JIT else function
 
 
 def entry_of(function: Any, *arguments: Any) -> Callable[..., Any]:
