@@ -24,7 +24,7 @@ from nutamill.charge.kernels.rows import ROWS
 from nutamill.charge.kernels.simd import WIDTH, negated_radii
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
 from nutamill.charge.laws.lanes import BATCH
-from nutamill.charge.model import Clock, stamp_of
+from nutamill.charge.model import Clock, stamp_of, without_law
 from nutamill.cli.bench import developed_case, developed_flow
 from nutamill.simulation.coupling import start_window
 from nutamill.simulation.warm_up import warm_up
@@ -102,7 +102,8 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
                 continue
             surface_poses, measured = scratch.surface_poses[0], scratch.measured[0]
             n_walls = find_walls(
-                model,
+                model.law.film,
+                without_law(model),
                 scratch.near,
                 state.x,
                 state.mass_props[0],
@@ -143,7 +144,7 @@ def substeps(model, state, scratch, reference, dt, last_stage, n, counts):
             )
             if last_stage < 5:
                 continue
-            integrate_spheres(model, state, scratch, forces, reference, lo, hi, dt, 0, work)
+            integrate_spheres(without_law(model), state, scratch, forces, reference, lo, hi, dt, 0, work)
 
 
 @kernel(fast=True)
@@ -238,7 +239,7 @@ def rebuild_times(charge, state, scratch, reference) -> list[float]:
     times = []
     for _ in range(PIECES):
         begun = time.perf_counter()
-        rebuild(charge, state, scratch, reference, 0.0, 0, 1)
+        rebuild(charge._replace(law=None), state, scratch, reference, 0.0, 0, 1)
         times.append(time.perf_counter() - begun)
     return times
 

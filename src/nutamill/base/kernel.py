@@ -140,14 +140,11 @@ def copy_arrays(sources, targets_out):
 
 @overload(copy_arrays, jit_options={"nogil": True, "_nrt": False})  # type: ignore[typeddict-unknown-key]
 def _copy_arrays(sources, targets_out):
-    if len(sources) == 0:
-        return lambda sources, targets_out: None
-
-    def copy(sources, targets_out):
-        copy_numbers(sources[0], targets_out[0])
-        copy_arrays(sources[1:], targets_out[1:])
-
-    return copy
+    # one function for all of them: a step from each array to the next would compile a function for each
+    lines = [f"    copy_numbers(sources[{k}], targets_out[{k}])" for k in range(len(sources))]
+    space = {"copy_numbers": copy_numbers}
+    exec("\n".join(["def copy(sources, targets_out):", *lines, "    return None"]), space)
+    return space["copy"]
 
 
 def by_type(kernels):

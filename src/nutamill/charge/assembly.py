@@ -20,7 +20,6 @@ from nutamill.charge.checks import (
 from nutamill.charge.filling.relax import size_octaves
 from nutamill.charge.kernels.chunks import cut_chunks
 from nutamill.charge.kernels.clumps import CLUMP, COLUMNS, OFFSET, ClumpColumn
-from nutamill.charge.kernels.film_lanes import film_reach
 from nutamill.charge.laws.composition import (
     STANDARD_LAW,
     ContactLaw,
@@ -30,7 +29,7 @@ from nutamill.charge.laws.composition import (
     law_numbers,
 )
 from nutamill.charge.laws.lanes import BATCH
-from nutamill.charge.laws.pair import FILM_NUMBERS, PairLaw
+from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.model import (
     ChargeModel,
     ChargeScratch,
@@ -70,23 +69,17 @@ def mirrored(law: PairLaw) -> PairLaw:
     )
 
 
-def law_rows(contact_law: ContactLaw, pairs: Sequence[PairLaw], radius: float) -> list[list[float]]:
-    """Return the rows of `ChargeModel.laws` of these pairs. `radius` is the smallest of the particles [m]."""
-    rows = [law_numbers(contact_law, pair) for pair in pairs]
-    liquids = [film_numbers(contact_law, pair) for pair in pairs]
-    if not any(liquids):
-        return rows
-    reach = max(film_gap(contact_law, pair, radius) for pair in pairs)
-    return [
-        [*row, *liquid[:FILM_NUMBERS], reach, *liquid[FILM_NUMBERS:]]
-        for row, liquid in zip(rows, liquids, strict=True)
-    ]
+def law_rows(contact_law: ContactLaw, pairs: Sequence[PairLaw]) -> list[list[float]]:
+    """Return the rows of `ChargeModel.laws` of these pairs."""
+    return [[*law_numbers(contact_law, pair), *film_numbers(contact_law, pair)] for pair in pairs]
 
 
 def _law_table(
     contact_law, pair_laws, materials, surfaces, n_materials, radius
-) -> tuple[list, np.ndarray, list[Fault]]:
-    """Return the rows of numbers, the row of each pair, and what is wrong with the pairs."""
+) -> tuple[list, np.ndarray, float, list[Fault]]:
+    """Return the rows of numbers, the row of each pair, the largest gap across which a film acts [m] between
+    particles of at least `radius` [m], and what is wrong with the pairs.
+    """
     faults = []
     table = np.zeros((n_materials, n_materials), np.int32)
     present = sorted({int(m) for m in materials})
@@ -107,8 +100,10 @@ def _law_table(
         if a <= b or (b, a) not in needed:
             faults += [Fault(f"pair_laws[{a}, {b}]", *fault) for fault in law_faults(contact_law, law)]
         table[a, b] = rows.setdefault(law, len(rows))
-    laws = [] if faults else law_rows(contact_law, list(rows), radius)
-    return laws, table, faults
+    if faults:
+        return [], table, 0.0, faults
+    reach = max((film_gap(contact_law, law, radius) for law in rows), default=0.0)
+    return law_rows(contact_law, list(rows)), table, reach, faults
 
 
 def body_poses(n_bodies: int, poses=None) -> np.ndarray:
@@ -247,7 +242,8 @@ def charge(
         raise CaseError(*faults)
     n = len(positions)
     n_materials = max([len(densities)] + [s.material + 1 for s in surfaces])
-    rows, law_of, faults = _law_table(law, pair_laws, materials, surfaces, n_materials, float(radii.min()))
+    smallest = float(radii.min())
+    rows, law_of, gap, faults = _law_table(law, pair_laws, materials, surfaces, n_materials, smallest)
     faults += surface_faults(surfaces, n_bodies)
     if precision not in ("single", "double"):
         faults.append(Fault("precision", f'must be "single" or "double", got {precision!r}'))
@@ -266,13 +262,14 @@ def charge(
         else (np.array(domain[0], float), float(domain[1]))
     )
     laws = np.array(rows, real)
-    gap = film_reach(law.film, laws)
+    gap = float(real(gap))
     model = ChargeModel(
         n_particles=n,
         chunk=chunk_size(n, longest),
         n_bodies=n_bodies,
         law=law,
         laws=laws,
+        film_reach=gap,
         law_of=law_of,
         surface_kind=np.array([int(s.kind) for s in surfaces], np.int64),
         surface_body=np.array([s.body for s in surfaces], np.int64),

@@ -103,12 +103,14 @@ class ChargeModel(NamedTuple):
     n_bodies: int
     """Bodies that may carry surfaces [1]."""
     law: ContactLaw
-    """The law of all contacts."""
+    """The law of all contacts; None for kernels that read none, see `without_law`."""
     laws: np.ndarray
-    """Numbers of each pair law, real (n_laws, 13), as `LawColumn`.  Of a wet charge (n_laws, 17): there
-    follow those of its film, as `viscous_film.numbers`, and the reach of all films; with bridges (n_laws,
-    21), behind these the four of its bridge, as `capillary.numbers`.
+    """Numbers of each pair law, real (n_laws, 13), as `LawColumn`.  Of a wet charge (n_laws, 16): there
+    follow those of its film, as `viscous_film.numbers`; with bridges (n_laws, 20), behind these the four of
+    its bridge, as `capillary.numbers`.
     """
+    film_reach: float
+    """Largest gap across which a film acts [m]; 0 in a dry charge."""
     law_of: np.ndarray
     """Row of `laws` [1] for (material of the particle, material of the other), int32 (n_materials,
     n_materials).
@@ -147,6 +149,39 @@ class ChargeModel(NamedTuple):
     """Largest radius of each class of sizes [m] (n_classes,), rising; in a class they differ by less than a
     factor of two.
     """
+
+
+@kernel(inline="always")
+def without_law(model):
+    """Return the constants without the law, for kernels that read none: they are compiled once for all laws.
+
+    A kernel is compiled for the types of its arguments, and the law is a type.
+    """
+    return ChargeModel(
+        model.n_particles,
+        model.chunk,
+        model.n_bodies,
+        None,  # type: ignore[arg-type]
+        model.laws,
+        model.film_reach,
+        model.law_of,
+        model.surface_kind,
+        model.surface_body,
+        model.surface_material,
+        model.surface_origin,
+        model.surface_rotation,
+        model.surface_size,
+        model.mesh,
+        model.patches,
+        model.per_cut,
+        model.gravity,
+        model.centre,
+        model.reach,
+        model.scale,
+        model.skin,
+        model.largest_radius,
+        model.class_radius,
+    )
 
 
 class PairLists(NamedTuple):

@@ -12,7 +12,6 @@ import numpy as np
 from nutamill.charge.arrays import grow
 from nutamill.charge.kernels.chunks import cut_chunks
 from nutamill.charge.kernels.clumps import CLUMP, OFFSET, POSE, ClumpColumn
-from nutamill.charge.kernels.film_lanes import film_reach
 from nutamill.charge.kernels.neighbours import make_lists
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
 from nutamill.charge.pebbles import rotation_matrices
@@ -145,7 +144,7 @@ def _with_lists(model, state, scratch, saved, reference):
     state.saved.starts[saved["ids"][owners[::-1]]] = (chunk * state.saved.partners.shape[1] + place)[::-1]
     state.saved.partners[chunk, place] = saved["ids"][partners]
     state.saved.memory[chunk, place] = memory
-    while make_lists(model, state, scratch, reference, int(state.clock[Clock.LIST]), 0, 1):
+    while make_lists(model._replace(law=None), state, scratch, reference, int(state.clock[Clock.LIST]), 0, 1):
         model, state, scratch = grow(model, state, scratch)
     return model, state, scratch
 
@@ -206,7 +205,7 @@ def _points(model, state):
     numbers = np.column_stack(
         [
             state.x[:, :n].T - model.centre,
-            state.mass_props[0, :n] + 0.5 * film_reach(model.law.film, model.laws),
+            state.mass_props[0, :n] + 0.5 * model.film_reach,
         ]
     )
     return np.floor(numbers * model.scale + 0.5).astype(state.published_points.dtype)

@@ -31,7 +31,6 @@ from nutamill.charge.kernels.clumps import (
     clump_end,
     spin_of,
 )
-from nutamill.charge.kernels.film_lanes import film_reach
 from nutamill.charge.kernels.neighbours import largest_drift_squared
 from nutamill.charge.kernels.publish import fixed_point
 from nutamill.charge.laws.lanes import BATCH
@@ -290,7 +289,7 @@ def publish_pebbles(model, state, lo, hi, lanes, rotation, point, per_dt):
     reach, scale, slack = (
         model.reach,
         model.scale,
-        largest_drift_squared(model.skin - film_reach(model.law.film, model.laws)),
+        largest_drift_squared(model.skin - model.film_reach),
     )
     first = int(mass_props[CLUMP, lo])
     moved, gone = 0, 0

@@ -22,7 +22,7 @@ from nutamill.charge.kernels.chunks import (
 )
 from nutamill.charge.kernels.clump_integration import integrate_clumps
 from nutamill.charge.kernels.clumps import start_clumps
-from nutamill.charge.kernels.film_lanes import film_reach, measured_radii, set_film
+from nutamill.charge.kernels.film_lanes import measured_radii, set_film
 from nutamill.charge.kernels.integration import integrate_spheres
 from nutamill.charge.kernels.neighbours import rebuild, rotation_about
 from nutamill.charge.kernels.pair_contacts import filter_pairs, pair_contacts
@@ -33,7 +33,15 @@ from nutamill.charge.kernels.team import barrier
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.pair import LAW_NUMBERS
-from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, Ledger, stamp_of
+from nutamill.charge.model import (
+    ChargeModel,
+    ChargeScratch,
+    ChargeState,
+    Clock,
+    Ledger,
+    stamp_of,
+    without_law,
+)
 from nutamill.charge.walls.surfaces import place_surfaces
 
 STEP, PUBLISHED, LIST = int(Clock.STEP), int(Clock.PUBLISHED), int(Clock.LIST)
@@ -59,13 +67,13 @@ def start(model: ChargeModel, state: ChargeState, scratch: ChargeScratch, dt: fl
         rows[i, 3] = state.mass_props[1, i]
         rows[i, 7] = state.mass_props[0, i]
     if state.clumps.shape[0] > 0:
-        start_clumps(model, state, dt)
+        start_clumps(without_law(model), state, dt)
     for i in range(model.n_particles):
         for k in range(3 if state.clumps.shape[0] == 0 else 0):
             state.x[k, i] += 0.5 * dt * state.v[k, i]
             rows[i, k] = state.v[k, i] + 0.5 * dt * model.gravity[k]
             rows[i, 4 + k] = state.w[k, i]
-        publish(model, state, i)
+        publish(without_law(model), state, i)
     state.clock[REBUILD] = 1
     state.last_dt[0] = dt
 
@@ -139,9 +147,10 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         for k in range(6):
             sums[b, k] = 0.0
     measured, motion, surface_poses = scratch.measured[tid], scratch.motion[tid], scratch.surface_poses[tid]
-    radius, reach = state.mass_props[0], film_reach(model.law.film, model.laws)
+    space, radius, reach = without_law(model), state.mass_props[0], model.film_reach
     n_walls = find_walls(
-        model,
+        model.law.film,
+        space,
         scratch.near,
         state.x,
         measured_radii(model.law.film, radius, reach, lo, hi, scratch.lists.moved),
@@ -178,9 +187,9 @@ def chunk_substep(model, state, scratch, c, reference, dt, tid):
         state.impacts,
     )
     if state.clumps.shape[0] > 0:
-        moved, gone = integrate_clumps(model, state, scratch, forces, reference, lo, hi, dt, tid, work)
+        moved, gone = integrate_clumps(space, state, scratch, forces, reference, lo, hi, dt, tid, work)
     else:
-        moved, gone = integrate_spheres(model, state, scratch, forces, reference, lo, hi, dt, tid, work)
+        moved, gone = integrate_spheres(space, state, scratch, forces, reference, lo, hi, dt, tid, work)
     scratch.alarms[c] = (
         MOVED * int(moved > 0)
         + LEFT * int(gone > 0)
@@ -280,7 +289,7 @@ def window(
     dt : substep [s]
     tid, n_threads : number of this thread and size of the team
     """
-    clock = state.clock
+    clock, space = state.clock, without_law(model)
     barrier(scratch.barrier, n_threads)
     done = clock[DONE]
     halted = state.status[0]
@@ -294,7 +303,7 @@ def window(
     for j in range(done, n_substeps):
         if clock[REBUILD] == 1:
             rebuild(
-                model, state, scratch, reference, reference[6] + (j + 0.5) * dt * reference[7], tid, n_threads
+                space, state, scratch, reference, reference[6] + (j + 0.5) * dt * reference[7], tid, n_threads
             )
             if state.status[0] != 0:
                 if tid == 0:
@@ -302,7 +311,7 @@ def window(
                 break
             first, end = share_groups(scratch.group_work, tid, n_threads)
         move_bodies(motions, (j + 0.5) * dt, scratch.motion[tid], scratch.twists[tid])
-        place_surfaces(model, scratch.motion[tid], scratch.surface_poses[tid])
+        place_surfaces(space, scratch.motion[tid], scratch.surface_poses[tid])
         rotation_about(
             reference,
             reference[6] + (j + 1.5) * dt * reference[7] - state.list_angle[0],
@@ -315,9 +324,9 @@ def window(
             sum_group(scratch, g)
         barrier(scratch.barrier, n_threads)
         if tid == 0:
-            close_substep(model, state, scratch, dt)
+            close_substep(space, state, scratch, dt)
             clock[DONE] = j + 1 if j + 1 < n_substeps else 0
         barrier(scratch.barrier, n_threads)
         if state.status[0] != 0:
             break
-    close_window(model, state, scratch, motions, n_substeps, dt, tid, n_threads)
+    close_window(space, state, scratch, motions, n_substeps, dt, tid, n_threads)

@@ -10,20 +10,8 @@ from nutamill.charge.kernels.rows import BRIDGE, FILM_POWER, LIQUID, WEIGHT
 from nutamill.charge.laws.capillary import CapillaryBridge
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.laws.no_film import NoFilm
-from nutamill.charge.laws.pair import BRIDGE_NUMBERS, FILM_NUMBERS, FILM_REACH, LAW_NUMBERS
+from nutamill.charge.laws.pair import BRIDGE_NUMBERS, FILM_NUMBERS, LAW_NUMBERS
 from nutamill.charge.laws.viscous_film import ViscousFilm
-
-
-@kernel(inline="always")
-def reach_dry(film, laws):
-    """Return the gap across which a film acts, 0 [m]."""
-    return 0.0
-
-
-@kernel(inline="always")
-def reach_wet(film, laws):
-    """Return the largest gap across which a film acts [m], of the rows `laws` of a charge."""
-    return float(laws[0, FILM_REACH])
 
 
 @kernel(inline="always")
@@ -57,7 +45,7 @@ def set_bridge(film, laws, law, b, columns_out):
     """Set the numbers of film and bridge of pair law `law` in lane `b`."""
     set_liquid(film, laws, law, b, columns_out)
     for k in range(BRIDGE_NUMBERS):
-        columns_out[(BRIDGE + k) * BATCH + b] = laws[law, FILM_REACH + 1 + k]
+        columns_out[(BRIDGE + k) * BATCH + b] = laws[law, LAW_NUMBERS + FILM_NUMBERS + k]
 
 
 @kernel(inline="always")
@@ -131,9 +119,6 @@ def radii_wet(film, radius, reach, lo, hi, wider_out):
         wider_out[i] = radius[i] + reach
     return wider_out
 
-
-film_reach = by_type({NoFilm: reach_dry, ViscousFilm: reach_wet, CapillaryBridge: reach_wet})
-"""Largest gap across which a film acts; as `reach_wet`."""
 
 true_overlap = by_type({NoFilm: overlap_dry, ViscousFilm: overlap_wet, CapillaryBridge: overlap_wet})
 """Overlap from what was measured, under the film whose tag comes first; as `overlap_wet`."""

@@ -17,7 +17,7 @@ from nutamill.charge.kernels.alarm import name_the_worst
 from nutamill.charge.kernels.dynamics import LEFT, WALL, move_bodies
 from nutamill.charge.kernels.publish import fixed_point, publish
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
-from nutamill.charge.model import Clock, Ledger, stamp_of
+from nutamill.charge.model import Clock, Ledger, stamp_of, without_law
 from nutamill.charge.walls.surfaces import place_surfaces
 
 STEP, PUBLISHED = int(Clock.STEP), int(Clock.PUBLISHED)
@@ -75,7 +75,7 @@ def take_atom(model, state, atom_state, i, slot):
             atom_state.v[i, k] + atom_state.kick[i, k],
             atom_state.w[i, k] + atom_state.kick[i, 3 + k],
         )
-    publish(model, state, slot)
+    publish(without_law(model), state, slot)
 
 
 @kernel
@@ -102,7 +102,7 @@ def finish_atoms(model, state, atom_state, n, dt):
             state.x[k, i] += dt * state.v[k, i]
             rows[i, k] += atom_state.kick[i, k]
             rows[i, 4 + k] += atom_state.kick[i, 3 + k]
-        publish(model, state, i)
+        publish(without_law(model), state, i)
 
 
 @kernel(fast=True)
@@ -148,7 +148,8 @@ def push_walls(model, state, scratch, atom_state, c, lo, hi, dt):
     now, last = like(stamp_of(state.clock[STEP]), real), like(stamp_of(state.clock[STEP] - 1), real)
     place_chunk(model, state, atom_state.x, atom_state.radius, lo, hi, first, local)
     n_walls = find_walls(
-        model,
+        model.law.film,
+        without_law(model),
         scratch.near,
         state.x,
         state.mass_props[0],
@@ -285,7 +286,7 @@ def push_atoms(model, state, scratch, motions, atom_state, n, since, dt, force_o
     force_out : force of walls and gravity [N] (n, 3), world axes
     """
     move_bodies(motions, since, scratch.motion[0], scratch.twists[0])
-    place_surfaces(model, scratch.motion[0], scratch.surface_poses[0])
+    place_surfaces(without_law(model), scratch.motion[0], scratch.surface_poses[0])
     alarms = 0
     for c in range(scratch.alarms.shape[0]):
         lo, hi = min(c * model.chunk, n), min((c + 1) * model.chunk, n)
@@ -295,5 +296,5 @@ def push_atoms(model, state, scratch, motions, atom_state, n, since, dt, force_o
             alarms |= scratch.alarms[c]
     if alarms > 0 and state.status[0] == 0:
         take_atoms(model, state, atom_state, n)
-        name_the_worst(model, state, scratch)
+        name_the_worst(without_law(model), state, scratch)
     state.clock[STEP] += 1

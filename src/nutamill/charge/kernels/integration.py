@@ -6,7 +6,6 @@ Everything the vector loop touches is first copied into flat arrays of rows of `
 import numpy as np
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.kernels.film_lanes import film_reach
 from nutamill.charge.kernels.neighbours import largest_drift_squared
 from nutamill.charge.kernels.simd import WIDTH, copy_lanes, gather_rows, set_points, set_rows
 from nutamill.charge.laws.lanes import BATCH
@@ -173,7 +172,7 @@ def integrate_spheres(model, state, scratch, forces, point, lo, hi, dt, tid, wor
         scratch.rotation[tid],
         scratch.slots,
     )
-    slack = largest_drift_squared(model.skin - film_reach(model.law.film, model.laws))
+    slack = largest_drift_squared(model.skin - model.film_reach)
     m = state.x.shape[1]
     x, v, w = state.x.reshape(3 * m), state.v.reshape(3 * m), state.w.reshape(3 * m)
     listed_at, mass_props = state.listed_at.reshape(3 * m), state.mass_props.reshape(4 * m)

@@ -6,7 +6,7 @@ import numpy as np
 
 from nutamill.base.kernel import kernel, like
 from nutamill.charge.kernels.columns import pair_batch
-from nutamill.charge.kernels.film_lanes import film_power, film_reach, set_film
+from nutamill.charge.kernels.film_lanes import film_power, set_film
 from nutamill.charge.kernels.impacts import note_pair_impacts
 from nutamill.charge.kernels.rows import HELD, LAW, MEMORY, WEIGHT, A, B
 from nutamill.charge.kernels.simd import WIDTH, add_rows, gather_differences, gather_rows, set_rows, touching
@@ -127,7 +127,7 @@ def pair_contacts(
     limit
     """
     real = columns_out[0]
-    unit, reach = like(1.0 / model.scale, real), like(film_reach(model.law.film, model.laws), real)
+    unit, reach = like(1.0 / model.scale, real), like(model.film_reach, real)
     zero, half, one = like(0.0, real), like(0.5, real), like(1.0, real)
     across = np.uint32(forces_out.shape[0] - 1)
     several = model.laws.shape[0] > 1

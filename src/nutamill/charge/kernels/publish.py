@@ -7,7 +7,6 @@ half a metre a unit is about 1e-10 m, where a float32 position would be wrong by
 import math
 
 from nutamill.base.kernel import kernel
-from nutamill.charge.kernels.film_lanes import film_reach
 from nutamill.charge.model import Clock
 
 PUBLISHED = int(Clock.PUBLISHED)
@@ -27,6 +26,4 @@ def publish(model, state, i):
     points = state.published_points[state.clock[PUBLISHED]]
     for k in range(3):
         points[i, k] = fixed_point(state.x[k, i] - model.centre[k], model.scale)
-    points[i, 3] = fixed_point(
-        state.mass_props[0, i] + 0.5 * film_reach(model.law.film, model.laws), model.scale
-    )
+    points[i, 3] = fixed_point(state.mass_props[0, i] + 0.5 * model.film_reach, model.scale)

@@ -16,6 +16,7 @@ from nutamill.charge.kernels.pair_contacts import set_law
 from nutamill.charge.kernels.rows import ARM, BODY, BODY_V, MEMORY, WEIGHT, A
 from nutamill.charge.kernels.simd import WIDTH, add_rows, copy_lanes, gather_rows, set_rows
 from nutamill.charge.laws.lanes import BATCH
+from nutamill.charge.model import without_law
 from nutamill.charge.walls.surface import SurfaceKind
 from nutamill.charge.walls.surfaces import surface_near, surface_overlap
 from nutamill.charge.walls.touching import touch_surface
@@ -59,8 +60,9 @@ def chunk_sphere(model, local, n):
 
 
 @kernel(inline="always")
-def measure(kind, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out):
-    """Compute normal, overlap and position of the particles ``slots[start:end]`` at surface `s` of `kind`.
+def measure(kind, film, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out):
+    """Compute normal, overlap and position of the particles ``slots[start:end]`` at surface `s` of `kind`,
+    under the `film` of the law.
 
     `radius` [m] (M,) may exceed that of the particles by `reach` [m]: then gaps up to that are measured as
     negative overlaps.  Called with a constant kind, it becomes a vector loop.  Rows of `measured_out`: normal
@@ -78,7 +80,7 @@ def measure(kind, model, surface_poses, s, centre, x, radius, reach, slots, star
         overlap, n0, n1, n2 = surface_overlap(
             kind, model.surface_size, surface_poses, s, x0, x1, x2, radius[slot]
         )
-        overlap = true_overlap(model.law.film, overlap, reach)
+        overlap = true_overlap(film, overlap, reach)
         measured_out[0, q], measured_out[1, q], measured_out[2, q], measured_out[3, q] = n0, n1, n2, overlap
         measured_out[4, q], measured_out[5, q], measured_out[6, q] = x0 - c0, x1 - c1, x2 - c2
         least = min(least, overlap)
@@ -86,18 +88,20 @@ def measure(kind, model, surface_poses, s, centre, x, radius, reach, slots, star
 
 
 @kernel(fast=True)
-def measure_walls(model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out):
+def measure_walls(film, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out):
     """Measure the contacts with a surface of any kind but a mesh, as `measure`."""
     kind = model.surface_kind[s]
     if kind == PLANE:
         return measure(
-            PLANE, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out
+            PLANE, film, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out
         )
     if kind == CYLINDER:
         return measure(
-            CYLINDER, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out
+            CYLINDER, film, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out
         )
-    return measure(kind, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out)
+    return measure(
+        kind, film, model, surface_poses, s, centre, x, radius, reach, slots, start, end, measured_out
+    )
 
 
 @kernel
@@ -118,7 +122,7 @@ def remove_apart(start, end, reach, lanes_out, measured_out):
 
 @kernel
 def take_mesh_contacts(
-    model, near_scratch, x, s, n_surfaces, body, centre, lo, reach, tid, count, lanes_out, measured_out
+    film, model, near_scratch, x, s, n_surfaces, body, centre, lo, reach, tid, count, lanes_out, measured_out
 ):
     """Append the contacts with surface `s`, a patch of a mesh, to the lists, and return the new end.
 
@@ -134,7 +138,7 @@ def take_mesh_contacts(
         for k in range(3):
             measured_out[k, count] = near_scratch.contact[tid, q, k]
         overlap = near_scratch.contact[tid, q, 3]
-        measured_out[OVERLAP, count] = true_overlap(model.law.film, overlap, reach)
+        measured_out[OVERLAP, count] = true_overlap(film, overlap, reach)
         for k in range(3):
             measured_out[FROM_BODY + k, count] = x[k, slot] - centre[k]
         q = near_scratch.link[tid, 0, q]
@@ -144,6 +148,7 @@ def take_mesh_contacts(
 
 @kernel(inline="always")
 def find_walls(
+    film,
     model,
     near_scratch,
     x,
@@ -163,6 +168,7 @@ def find_walls(
 
     Parameters
     ----------
+    film : the film of the law
     near_scratch : the wall list, brought up to date
     x : of all slots [m]
     radius, reach : as `measure`
@@ -195,6 +201,7 @@ def find_walls(
         if model.surface_kind[s] == MESH_PATCH:
             if near_scratch.head[tid, s] >= 0:
                 count = take_mesh_contacts(
+                    film,
                     model,
                     near_scratch,
                     x,
@@ -237,7 +244,18 @@ def find_walls(
                 memories[q] = slot * n_surfaces + s
             if (
                 measure_walls(
-                    model, surface_poses, s, motion[body], x, radius, reach, slots, start, count, measured_out
+                    film,
+                    model,
+                    surface_poses,
+                    s,
+                    motion[body],
+                    x,
+                    radius,
+                    reach,
+                    slots,
+                    start,
+                    count,
+                    measured_out,
                 )
                 <= -reach
             ):
@@ -350,7 +368,7 @@ def wall_contacts(
         power_n, power_t, power_r, power_i, over, begun = wall_batch(model.law, columns_out, last, now, dt)
         if begun > 0.0:
             note_wall_impacts(
-                model,
+                without_law(model),
                 columns_out,
                 lanes_out,
                 measured,

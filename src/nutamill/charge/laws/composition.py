@@ -137,7 +137,7 @@ def film_numbers(law: ContactLaw, pair: PairLaw) -> list[float]:
 
 
 def film_gap(law: ContactLaw, pair: PairLaw, radius: float) -> float:
-    """Return the largest gap across which the film of a wet charge acts [m] between particles of at least
+    """Return the largest gap across which the film of a charge acts [m] between particles of at least
     `radius` [m].
     """
     return law_files(law)[4].reach(pair, radius)

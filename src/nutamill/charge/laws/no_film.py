@@ -18,6 +18,11 @@ def numbers(pair: PairLaw) -> list[float]:
     return []
 
 
+def reach(pair: PairLaw, radius: float) -> float:
+    """Return the largest gap across which a film acts, 0 [m]."""
+    return 0.0
+
+
 def faults(pair: PairLaw) -> list[tuple[str, str]]:
     """Return what a pair has that this law does not read, and what to write instead."""
     faulty = []

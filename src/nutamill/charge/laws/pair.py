@@ -37,13 +37,8 @@ LAW_NUMBERS = len(LawColumn) + NORMAL_NUMBERS - 1
 FILM_NUMBERS = 3
 """Numbers of the film of a pair [1]: 6 pi times its viscosity [Pa s], its thickness and roughness [m]."""
 
-FILM_REACH = LAW_NUMBERS + FILM_NUMBERS
-"""Column of `ChargeModel.laws` with the largest gap across which a film or a bridge acts [m]; of a wet
-charge.
-"""
-
 BRIDGE_NUMBERS = 4
-"""Numbers of the bridge of a pair behind `FILM_REACH` [1], as `capillary.numbers`; with bridges only."""
+"""Numbers of the bridge of a pair behind those of its film [1], as `capillary.numbers`; with bridges only."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from nutamill.base.kernel import kernel
 from nutamill.charge.kernels.chunks import slots_of_chunk
 from nutamill.charge.kernels.dynamics import move_bodies
 from nutamill.charge.measures.statistics import MOST_NEIGHBOURS, sample_chunks_at_walls, sample_fields
+from nutamill.charge.model import without_law
 
 
 @kernel
@@ -24,5 +25,5 @@ def sample_atoms(model, state, scratch, plan, motions, angle, touching, sums_out
         for i in range(lo, hi):
             counts[i] = int(touching[i])
             sums_out.neighbours[0, min(counts[i], MOST_NEIGHBOURS - 1)] += 1
-        sample_fields(model, state, scratch, plan, c, angle, 0, sums_out)
+        sample_fields(without_law(model), state, scratch, plan, c, angle, 0, sums_out)
     sample_chunks_at_walls(model, state, scratch, plan, motions, 0, chunks, 0, sums_out)

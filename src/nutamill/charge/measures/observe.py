@@ -9,7 +9,7 @@ from nutamill.charge.kernels.chunks import chunks_of_group, slots_of_chunk
 from nutamill.charge.kernels.clumps import CENTRE, CLUMP, MASS, SPIN_ENERGY, VELOCITY
 from nutamill.charge.kernels.team import barrier, thread_share
 from nutamill.charge.laws.composition import stored_energy
-from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of
+from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, stamp_of, without_law
 from nutamill.charge.walls.surfaces import place_surfaces
 from nutamill.charge.walls.walls import wall_overlap
 
@@ -91,7 +91,7 @@ def observe_walls(model, state, c, surface_poses, back, last, out):
         for s in range(n_surfaces):
             overlap, _, _, _ = wall_overlap(
                 model.surface_kind[s],
-                model,
+                without_law(model),
                 surface_poses,
                 s,
                 x[0, i] - back * v[0, i],
@@ -170,7 +170,7 @@ def observe(
     back = 0.5 * state.last_dt[0]
     last = like(stamp_of(state.clock[STEP] - 1), state.published_rows[0, 0, 0])
     poses = scratch.surface_poses[tid]
-    place_surfaces(model, state.poses, poses)
+    place_surfaces(without_law(model), state.poses, poses)
     groups = scratch.group_work.shape[0]
     begin, behind = thread_share(groups, tid, n_threads)
     for g in range(begin, behind):

@@ -25,14 +25,21 @@ from nutamill.charge.kernels.chunks import slots_of_chunk
 from nutamill.charge.kernels.clumps import CLUMP
 from nutamill.charge.kernels.columns import wall_batch
 from nutamill.charge.kernels.dynamics import move_bodies
-from nutamill.charge.kernels.film_lanes import film_reach
 from nutamill.charge.kernels.pair_contacts import filter_pairs
 from nutamill.charge.kernels.publish import fixed_point
 from nutamill.charge.kernels.rows import ACT, HELD, A
 from nutamill.charge.kernels.team import thread_share
 from nutamill.charge.kernels.wall_contacts import OVERLAP, find_walls, load_walls
 from nutamill.charge.laws.lanes import BATCH
-from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock, ImpactBook, stamp_of
+from nutamill.charge.model import (
+    ChargeModel,
+    ChargeScratch,
+    ChargeState,
+    Clock,
+    ImpactBook,
+    stamp_of,
+    without_law,
+)
 from nutamill.charge.walls.patches import part_of, patch_of, sector_of, whole
 from nutamill.charge.walls.surfaces import place_surfaces
 
@@ -241,7 +248,8 @@ def sample_walls(model, state, scratch, plan, c, dt, tid, sums_out):
     now, last = like(stamp_of(state.clock[STEP]), real), like(stamp_of(state.clock[STEP] - 1), real)
     walls, per, patches = sums_out.walls[tid], plan.per_wall, model.patches
     n_walls = find_walls(
-        model,
+        model.law.film,
+        without_law(model),
         scratch.near,
         state.x,
         state.mass_props[0],
@@ -314,7 +322,7 @@ def sample_neighbours(model, state, scratch, c, tid, sums_out):
     lo, hi = slots_of_chunk(state, c)
     points, lst = state.published_points[state.clock[PUBLISHED]], state.clock[LIST]
     local, lanes, counts = scratch.local[tid], scratch.lanes[tid], scratch.lists.cell
-    reach = fixed_point(film_reach(model.law.film, model.laws), model.scale)
+    reach = fixed_point(model.film_reach, model.scale)
     for l in range(hi - lo):
         i = lo + l
         counts[i] = 0
@@ -432,8 +440,8 @@ def sample(
     first, end = thread_share(scratch.alarms.shape[0], tid, n_threads)
     move_bodies(motions, 0.0, scratch.motion[tid], scratch.twists[tid])
     for c in range(first, end):
-        sample_neighbours(model, state, scratch, c, tid, sums_out)
-        sample_fields(model, state, scratch, plan, c, angle, tid, sums_out)
+        sample_neighbours(without_law(model), state, scratch, c, tid, sums_out)
+        sample_fields(without_law(model), state, scratch, plan, c, angle, tid, sums_out)
     sample_chunks_at_walls(model, state, scratch, plan, motions, first, end, tid, sums_out)
 
 
@@ -444,7 +452,7 @@ def sample_chunks_at_walls(model, state, scratch, plan, motions, first, end, tid
     """
     dt = state.last_dt[0]
     move_bodies(motions, 0.5 * dt, scratch.motion[tid], scratch.twists[tid])
-    place_surfaces(model, scratch.motion[tid], scratch.surface_poses[tid])
+    place_surfaces(without_law(model), scratch.motion[tid], scratch.surface_poses[tid])
     points = state.published_points[state.clock[PUBLISHED]]
     local, columns = scratch.local[tid], scratch.columns[tid, 1]
     for k in range(columns.shape[0]):
