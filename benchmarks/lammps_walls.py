@@ -25,7 +25,7 @@ from nutamill.simulation.setup.charge import contact_law_of, pair_laws
 from nutamill.simulation.setup.particles import charge_particles
 from nutamill.simulation.setup.touches import granular_words, touches
 
-DIAMETER, SUBSTEP, STEPS = 2e-3, 1e-6, 10
+DIAMETER, SUBSTEP, STEPS = 1e-3, 5e-7, 10
 
 
 class Timed(Grains):
@@ -46,8 +46,8 @@ def asked() -> argparse.Namespace:
     parser.add_argument(
         "--apart", type=float, default=0.998, help="distance of neighbours, over the diameter"
     )
-    parser.add_argument("--windows", type=int, default=12, help=f"windows of {STEPS} steps that are timed")
-    parser.add_argument("--rounds", type=int, default=3, help="times both are timed, in turn")
+    parser.add_argument("--windows", type=int, default=6, help=f"windows of {STEPS} steps that are timed")
+    parser.add_argument("--rounds", type=int, default=2, help="times both are timed, in turn")
     return parser.parse_args()
 
 

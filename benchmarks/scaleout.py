@@ -46,9 +46,14 @@ class Costs:
     """Excess of the busiest process [1], at which particles are shared anew."""
     memory: float = 400.0
     """Assumed: bandwidth of the memory of one big machine [GB/s]."""
-    touched: float = 350.0
-    """What our engine moves through memory for a particle and substep [bytes] (stages.txt: state and
-    lists)."""
+    base: float = 0.5
+    """Measured: memory of a process without particles [GB] (lammps-walls.txt)."""
+    own_memory: float = 1.0
+    """Measured: memory of a process for a particle of its own [kB] (lammps-walls.txt)."""
+    all_memory: float = 0.3
+    """Measured: memory of every process for a particle of the whole charge [kB] (lammps-walls.txt)."""
+    touched: float = 495.0
+    """What our engine moves through memory for a particle and substep [bytes] (stages.txt)."""
 
 
 def ghosts(costs: Costs, particles: float) -> float:
@@ -64,6 +69,11 @@ def lammps_step(costs: Costs, particles: float, ranks: int) -> tuple[float, floa
     halo = 6.0 * costs.latency + ghosts(costs, own) * costs.halo_bytes / costs.bandwidth * 1e-3
     window = (costs.reduction * math.log2(ranks) + 1e3 * costs.window) / costs.substeps
     return work, halo, window, work + halo + window
+
+
+def process_memory(costs: Costs, particles: float, ranks: int) -> float:
+    """Return the memory of a process [GB]."""
+    return costs.base + 1e-6 * (costs.own_memory * particles / ranks + costs.all_memory * particles)
 
 
 def own_step(costs: Costs, particles: float, cores: int) -> tuple[float, float]:
@@ -99,15 +109,18 @@ def main() -> None:
     costs = Costs(**vars(parser.parse_args()))
     print("costs: " + ", ".join(f"{name} {value:g}" for name, value in vars(costs).items()))
     print("times of a step in us")
-    print("| particles | processes | of each | work | halo | window | step | efficiency |")
-    print("|---|---|---|---|---|---|---|---|")
+    print(
+        "| particles | processes | of each | work | halo | window | step | efficiency | memory of each [GB] |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|")
     for particles in CHARGES:
         first = lammps_step(costs, particles, RANKS[0])[3] * RANKS[0]
         for ranks in RANKS:
             work, halo, window, step = lammps_step(costs, particles, ranks)
             share = first / (step * ranks)
             parts = f"{work:.0f} | {halo:.0f} | {window:.0f} | {step:.0f} | {100 * share:.0f} %"
-            print(f"| {particles:.0e} | {ranks} | {particles / ranks:.0f} | {parts} |")
+            size = process_memory(costs, particles, ranks)
+            print(f"| {particles:.0e} | {ranks} | {particles / ranks:.0f} | {parts} | {size:.1f} |")
         most = largest_useful(costs, particles)
         print(f"{particles:.0e} particles: beyond {most} processes, twice as many save less than a third")
     print("| particles | cores of one machine | our substep [us] | as fast as LAMMPS on |")

@@ -41,6 +41,8 @@ ARRAYS = {"x": 3, "v": 3, "omega": 3, "radius": 1, "rmass": 1, "f": 3, "torque":
 """Arrays of LAMMPS in the order of `AtomState`, behind id and type: numbers for each atom, 0 as many as the
 walls need [1].
 """
+BLOCK = 50_000
+"""Particles that are created at once [1]."""
 
 
 class Grains:
@@ -122,7 +124,11 @@ class Grains:
         x = state.x[:, :n].T - self.dt * state.v[:, :n].T
         motion = np.hstack([state.v[:, :n].T, state.w[:, :n].T]) - kick
         types = (state.material[:n] + 1).astype(np.int32)
-        made = self._engine.create_atoms(n, (ids + 1).tolist(), types.tolist(), x.ravel().tolist())
+        made = 0
+        for lo in range(0, n, BLOCK):  # it takes lists, which are five times as large as arrays
+            part = slice(lo, min(lo + BLOCK, n))
+            given = ((ids[part] + 1).tolist(), types[part].tolist(), x[part].ravel().tolist())
+            made += self._engine.create_atoms(part.stop - lo, *given)
         assert made == n
         atoms = self._views()
         slot = np.empty(n, np.int64)
