@@ -51,8 +51,15 @@ def asked() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def made(given: argparse.Namespace, ranks) -> tuple[Timed, int, float]:
-    """Return the particles, their number, and half the edge of the box [m]."""
+def memory() -> float:
+    """Return the largest memory of this process so far [GB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2
+
+
+def made(given: argparse.Namespace, ranks) -> tuple[Timed, int, float, str, float]:
+    """Return the particles, their number, half the edge of the box [m], the words of LAMMPS for its walls,
+    and the memory with the arrays of all particles, before LAMMPS has its own [GB].
+    """
     side = round(given.spheres ** (1 / 3))
     n = side**3
     words = ["charge.engine=lammps", f"charge.count={n}", f"charge.diameter={1e3 * DIAMETER:g} mm"]
@@ -78,10 +85,11 @@ def made(given: argparse.Namespace, ranks) -> tuple[Timed, int, float]:
         precision="double",
     )
     start(*charge, SUBSTEP)
+    arrays = memory()
     grains = Timed(machine, charge, SUBSTEP, ranks)
     contact = next(contact for contact in touches(machine).values() if contact.touch.wall)
     # LAMMPS takes the mass of the particle itself, so its words for a wall are those of a pair
-    return grains, n, half, granular_words(contact)
+    return grains, n, half, granular_words(contact), arrays
 
 
 def at_rest() -> np.ndarray:
@@ -112,7 +120,8 @@ def walls_of_lammps(grains: Grains, half: float, words: str, windows: int) -> fl
 
 def main() -> None:
     given, ranks = asked(), all_ranks()
-    grains, n, half, words = made(given, ranks)
+    empty = memory()
+    grains, n, half, words, arrays = made(given, ranks)
     motion = at_rest()
     grains.window(motion, STEPS)
     ours, walls, theirs = [], [], []
@@ -132,8 +141,7 @@ def main() -> None:
         grains.saved_arrays()
     else:
         grains.part_of_save()
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2
-    best = np.array([min(ours), walls[int(np.argmin(ours))], min(theirs), memory])
+    best = np.array([min(ours), walls[int(np.argmin(ours))], min(theirs), memory()])
     all_of = ranks.gathered(best[None, :])
     if ranks.rank > 0:
         return
@@ -144,7 +152,8 @@ def main() -> None:
     print(f"a step {whole * per:.0f} ns per sphere and process, our walls in it {part * per:.1f} ns", end=" ")
     print(f"({100 * part / whole:.1f} %), with walls of LAMMPS {alone * per:.0f} ns", end=" ")
     print(f"(ours {whole / alone:.3f} of it), a run beside its steps {1e3 * window:.1f} ms")
-    print("memory " + " and ".join(f"{row[3]:.2f} GB" for row in all_of))
+    sizes = " and ".join(f"{row[3]:.2f} GB" for row in all_of)
+    print(f"memory {sizes}, of the first {empty:.2f} without particles, {arrays:.2f} before LAMMPS")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
 """One charge twice, in this engine and in LAMMPS, within walls that nutate: both in double precision."""
 
+import dataclasses
+
 import numpy as np
 
 from nutamill.case import load_case
@@ -11,6 +13,7 @@ from nutamill.charge.walls.surface import Surface, SurfaceKind, plane
 from nutamill.simulation.lammps.grains import Grains
 from nutamill.simulation.lammps.ranks import Ranks, all_ranks
 from nutamill.simulation.setup.charge import contact_law_of, pair_laws
+from nutamill.simulation.setup.kinds import particle_kinds
 from nutamill.simulation.setup.particles import charge_particles
 
 TILT, SPEED = 0.106, 73.0
@@ -67,8 +70,11 @@ class Both:
             "numill", ["charge.engine=lammps", f"charge.count={len(places)}", *changes]
         ).machine
         self.dt, self.windows, self.nutates = dt, 0, nutates
-        particles = charge_particles(machine).placed(np.array(places, float), None)
-        densities = [machine.materials[name].density for name in machine.charge.materials]
+        kinds = particle_kinds(machine)
+        particles = dataclasses.replace(
+            charge_particles(machine).placed(np.array(places, float), None), material=kinds.of_particles
+        )
+        densities = [machine.materials[kind.material].density for kind in kinds.kinds]
         given = {
             "velocities": np.array(velocities, float),
             "spins": np.array(spins, float),

@@ -51,6 +51,19 @@ def test_a_pellet_at_a_nutating_wall_has_the_trajectory_of_this_engine(kind):
     both.close()
 
 
+def test_pellets_of_two_sizes_have_the_stiffness_of_both():
+    sizes = ["charge.sizes=[['4 mm', 0.3], ['6 mm', 0.7]]", "contact.stiffness=young"]
+    at_rest = [[0.0, 0.0, 0.0]] * 2
+    motions = [[0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]]
+    both = lammps_bench.Both([[0, 0, 0], [0.0052, 0, 0]], motions, at_rest, [], 4e-7, False, sizes)
+    both.march(80)
+    ours, theirs = both.column("x")
+    # a stiffness of 400 instead of 480 kN/m would make the contact longer by 5 us and more, at 1 m/s
+    assert np.abs(ours - theirs).max() < 1e-6
+    assert both.column("v")[0][0, 0] < 0.0
+    both.close()
+
+
 DAMPER = ["-s", "charge.engine=lammps", "-s", "charge.count=200"]
 DAMPER += ["-s", "run.until=4 ms", "-s", "run.checkpoint=2 ms"]
 

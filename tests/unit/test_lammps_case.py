@@ -234,3 +234,24 @@ def test_check_says_when_lammps_pays(monkeypatch, theirs, ours, line):
 def test_check_is_silent_on_lammps_where_nobody_asks_for_it():
     assert engine_lines(load_case("numill").machine, 1.0, lambda machine: 2.0) == []
     assert engine_lines(machine_with(), None, None) == []
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        (ImportError("no module"), "a run on several processes needs mpi4py, which is not installed"),
+        (RuntimeError("cannot load MPI library"), "needs a library of MPI (cannot load MPI library)"),
+    ],
+)
+def test_several_processes_without_mpi_are_a_line(monkeypatch, started_by_mpi, fault, message):
+    started_by_mpi(2)
+
+    class Missing:
+        def __getattr__(self, name):
+            raise fault
+
+    monkeypatch.setitem(__import__("sys").modules, "mpi4py", Missing())
+    with pytest.raises(NotInstalledError) as missing:
+        ranks.all_ranks.__wrapped__()
+    assert message in str(missing.value)
+    assert "\n" not in str(missing.value)
