@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 
 import nutamill as nm
 from nutamill.base.provenance import processor
+from nutamill.charge.particles.particles import clumps
 from nutamill.charge.particles.shapes import clump_shape
 from nutamill.simulation.lammps.library import start_lammps
 
@@ -148,13 +149,13 @@ def bounced_ours(dt: float, velocity: np.ndarray, spin: np.ndarray) -> tuple[np.
     """Return the same by our engine, in double precision."""
     lowest = float((SHAPE.offsets[:, 2] - SHAPE.radii).min()) - GAP
     charge = nm.Charge(
-        nm.clumps([SHAPE], [SHAPE.equivalent_diameter]).placed([[0.0, 0.0, 0.0]], [[1.0, 0.0, 0.0, 0.0]]),
+        clumps([SHAPE], np.array([SHAPE.equivalent_diameter])).placed(np.zeros((1, 3)), np.eye(1, 4)),
         [DENSITY],
         nm.linear_pair(STIFFNESS, RESTITUTION, friction=FRICTION),
         [nm.plane("floor", (0.0, 0.0, lowest))],
         dt=dt,
-        velocities=[velocity],
-        spins=[spin],
+        velocities=velocity[None, :],
+        spins=spin[None, :],
         gravity=(0.0, 0.0, 0.0),
         precision="double",
     )

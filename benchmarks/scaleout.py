@@ -20,10 +20,11 @@ class Costs:
 
     particle: float = 347.0
     """Measured: LAMMPS `granular`, one process, wall time per particle and step [ns] (peers-sand.txt)."""
-    walls: float = 90.8
+    walls: float = 43.4
     """Measured: our walls beside it, per particle and step [ns] (lammps-walls.txt)."""
     window: float = 0.4
-    """Assumed: Python at both ends of a window and in its ten callbacks [ms]."""
+    """Python in a window [ms]: measured 0.3 in its ten callbacks (lammps-walls.txt, 8 spheres, 29 us a step
+    beside LAMMPS), assumed 0.1 at its ends."""
     substeps: float = 10.0
     """Steps in a window [1], the default of a case."""
     own: float = 88.9
@@ -46,11 +47,11 @@ class Costs:
     """Excess of the busiest process [1], at which particles are shared anew."""
     memory: float = 400.0
     """Assumed: bandwidth of the memory of one big machine [GB/s]."""
-    base: float = 0.5
+    base: float = 0.18
     """Measured: memory of a process without particles [GB] (lammps-walls.txt)."""
-    own_memory: float = 1.0
+    own_memory: float = 2.8
     """Measured: memory of a process for a particle of its own [kB] (lammps-walls.txt)."""
-    all_memory: float = 0.3
+    all_memory: float = 0.42
     """Measured: memory of every process for a particle of the whole charge [kB] (lammps-walls.txt)."""
     touched: float = 495.0
     """What our engine moves through memory for a particle and substep [bytes] (stages.txt)."""

@@ -1,9 +1,9 @@
 """A charge in LAMMPS beside our engine: what both are meant to share.
 
-    python -m validation.many_processes            all parts, and write the table
+    python -m validation.many_processes            pairs and processes, and write the table
     python -m validation.many_processes pairs      one part, printed only
     python -m validation.many_processes processes
-    python -m validation.many_processes mill [REVOLUTIONS]
+    python -m validation.many_processes mill [REVOLUTIONS]      some minutes a turn
 
 ``pairs``: two pellets that collide obliquely, without walls, with shorter and shorter substeps of both.
 ``processes``: a particle damper with 200 balls on one process and on two. ``mill``: the NuMill with its 2618
@@ -202,7 +202,7 @@ def main() -> None:
             print(line, flush=True)
         return
     lines = ["$ python -m validation.many_processes", processor()]
-    for part in PARTS.values():
+    for part in (pairs, processes):
         for line in ("", *part()):
             lines.append(line)
             print(line, flush=True)
