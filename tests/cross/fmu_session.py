@@ -92,3 +92,19 @@ def rows_in_host(path, folder, names, count, step):
     host = [str(folder / "host"), *arguments]
     done = subprocess.run(host, cwd=folder, capture_output=True, env={}, check=True)
     return np.frombuffer(done.stdout).reshape(count + 1, len(names))
+
+
+class States:
+    """What FMPy does with states, by the same names for both versions of FMI."""
+
+    def __init__(self, unit):
+        if isinstance(unit, FMU2Slave):
+            self.get, self.set, self.free = unit.getFMUstate, unit.setFMUstate, unit.freeFMUstate
+            self._store, self.load = unit.serializeFMUstate, unit.deSerializeFMUstate
+        else:
+            self.get, self.set, self.free = unit.getFMUState, unit.setFMUState, unit.freeFMUState
+            self._store, self.load = unit.serializeFMUState, unit.deserializeFMUState
+
+    def store(self, state):
+        """Return the bytes of a state."""
+        return bytes(self._store(state))
