@@ -9,8 +9,8 @@ SOURCE = r"""
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-typedef struct { double r[24]; int fault; double t; } Instance;
-enum { W, U, M, I, R, L, K, FX, FY, FZ, PX, PY, PZ, VX, VY, VZ, AX, AY, AZ, STIFF, MASS, LATE, GAIN, DAMP, AT_ONCE };
+typedef struct { double r[26], load[3], before[3]; int fault; double t; } Instance;
+enum { W, U, M, I, R, L, K, FX, FY, FZ, PX, PY, PZ, VX, VY, VZ, AX, AY, AZ, STIFF, MASS, LATE, GAIN, DAMP, AT_ONCE, HELD };
 #define API __attribute__((visibility("default")))
 API const char* fmi2GetTypesPlatform(void) { return "default"; }
 API const char* fmi2GetVersion(void) { return "2.0"; }
@@ -23,7 +23,7 @@ API void fmi2FreeInstance(void* c) { free(c); }
 API int fmi2SetupExperiment(void* c, int a, double b, double t, int d, double e) { return 0; }
 API int fmi2EnterInitializationMode(void* c) { return 0; }
 static void forces(Instance* s) { for (int k = 0; k < 3; k++)
-  s->r[AX + k] = (s->r[GAIN] * s->r[FX + k] - s->r[STIFF] * s->r[PX + k] - s->r[DAMP] * s->r[VX + k]) / s->r[MASS]; }
+  s->r[AX + k] = (s->r[GAIN] * s->load[k] - s->r[STIFF] * s->r[PX + k] - s->r[DAMP] * s->r[VX + k]) / s->r[MASS]; }
 API int fmi2ExitInitializationMode(void* c) { forces(c); return 0; }
 API int fmi2Terminate(void* c) { return 0; }
 API int fmi2Reset(void* c) { return 0; }
@@ -48,6 +48,7 @@ API int fmi2DoStep(void* c, double t, double h, int none) {
   Instance* s = c; double* r = s->r; int n = 20;
   if (t >= r[LATE] && s->fault == 2) return 2;
   if (t >= r[LATE] && s->fault == 3) *(volatile int*)0 = 1;
+  for (int k = 0; k < 3; k++) { s->load[k] = r[HELD] ? s->before[k] : r[FX + k]; s->before[k] = r[FX + k]; }
   for (int j = 0; j < n; j++) r[I] += h / n * (r[U] - r[R] * r[I] - r[K] * r[W]) / r[L];
   r[M] = r[K] * r[I];
   double old[3] = { r[AX], r[AY], r[AZ] }; forces(s);
@@ -61,7 +62,8 @@ API int fmi2DoStep(void* c, double t, double h, int none) {
 """
 """Motor: torque k i, winding L di/dt = U - R i - k w in 20 explicit steps.  Body: a mass on springs that gets
 exactly the impulse of the force held over the step; it drifts with its last acceleration, as our own bodies do,
-or with ``at_once`` with that of the new force.
+or with ``at_once`` with that of the new force.  With ``held`` it gets the force of the step before, as from a
+master that steps both programs at a time.
 """
 
 INPUTS = {"w": "rad/s", "U": "V", "fx": "N", "fy": "N", "fz": "N"}
@@ -78,11 +80,12 @@ PARAMETERS = {
     "gain": 1.0,
     "damping": 0.0,
     "at_once": 0.0,
+    "held": 0.0,
 }
 ORDER = (
     *("w", "U", "M", "I", "R", "L", "k", "fx", "fy", "fz"),
     *(f"{name}{axis}" for name in "pva" for axis in "xyz"),
-    *("stiffness", "mass", "late", "gain", "damping", "at_once"),
+    *("stiffness", "mass", "late", "gain", "damping", "at_once", "held"),
 )
 UNITS = {
     "rad/s": 'rad="1" s="-1"',

@@ -5,29 +5,17 @@ Both are written in Python and run where that is the Python of the run:
 ``pip install --no-deps crane-fmu gemseo-fmu`` and ``pip install component-model pythonfmu``.
 """
 
-import importlib.metadata
-import shutil
-
 import numpy as np
 import pytest
 from box_and_ball import BALL, BOX, rows_of
 from motor_on_shaft import SHAFT
+from packaged_fmu import packaged
 
 from nutamill.case import load_case
 from nutamill.simulation.march import run
 
 pytest.importorskip("fmpy", reason="needs the extra fmu")
 pytestmark = pytest.mark.external
-
-
-def packaged(package, name, folder, *needs):
-    """Copy an FMU that an installed package carries to a folder."""
-    try:
-        files, *_ = (importlib.metadata.files(one) or [] for one in (package, *needs))
-    except importlib.metadata.PackageNotFoundError as error:
-        pytest.skip(f"needs the package {error.name}")
-    path = next(file for file in files if file.name == name and "win" not in file.parts[-2])
-    shutil.copyfile(path.locate(), folder / name)
 
 
 OSCILLATOR = BOX.replace('"2 kg"', '"1 kg"').replace('"0.01 kg m^2"', '"1 kg m^2"').replace("0.02 kg", "1 kg")
