@@ -133,6 +133,8 @@ def test_every_file_among_the_examples_is_recognised(path):
         "joint-friction": FileKind.FIT,
         "empty-mill-identified": FileKind.IDENTIFY,
         "spring-identified": FileKind.IDENTIFY,
+        "trough-identified": FileKind.IDENTIFY,
+        "trough-channels": FileKind.MAPPING,
         "wet-pellets": FileKind.SWEEP,
     }
     assert file_kind(path) is wanted.get(path.stem, FileKind.MECHANISM)

@@ -1,6 +1,7 @@
 """Identification: emulators, posterior and indices against closed forms, and files from faults to results."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from nutamill.studies.identify.problem import read_problem
 from nutamill.studies.identify.sample import filling_points, points_left
 from nutamill.studies.table import Outcome
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 NO_GAINS = np.array([], dtype=int), np.zeros((0, 2))
 TORQUE = Reading("driveshaft_torque")
 
@@ -478,6 +480,35 @@ def test_row_of_a_paper_brings_its_case_and_its_value(bench):
     path.write_text(FILE + learned.format("bars-increment"))
     with pytest.raises(CaseError, match='must be a row of one run of mca2026, got "bars-increment"'):
         read_problem(path)
+
+
+def test_a_record_of_another_machine_identifies_it(tmp_path, monkeypatch):
+    """The example of the trough, its runs replaced by the closed form of J. P. Den Hartog, section 2.11."""
+    for name in ("trough-identified.toml", "trough-channels.toml", "trough-test.csv"):
+        (tmp_path / name).write_text((EXAMPLES / name).read_text())
+    import_test(tmp_path / "trough-test.csv", tmp_path / "trough-channels.toml", tmp_path / "trough-test.h5")
+
+    def run_all(planned, folder, workers, readings, report, log):
+        def amplitude(case):
+            motor, spring = case.unbalance_motors[0], case.springs[0]
+            force = motor.mass * motor.eccentricity * motor.speed**2
+            return force / np.hypot(spring.stiffness - 2.0 * motor.speed**2, spring.damping * motor.speed)
+
+        return [
+            Outcome(one, folder, "complete", {readings[0]: Estimate.exact(float(amplitude(one.case)))})
+            for one in planned
+        ]
+
+    monkeypatch.setattr(ran, "run_all", run_all)
+    problem = read_problem(tmp_path / "trough-identified.toml")
+    emulators, _ = room.learn(problem, tmp_path, lambda: None)
+    done = identification_of(problem, emulators)
+    # made for 1400 N/m and an eccentricity of 36 mm
+    (low, _, high), (least, _, largest) = done.unknowns
+    assert low < 1400.0 < high and least < 0.036 < largest
+    assert largest - least < 0.001  # of a range of 0.02
+    # 1.933 mm at 960 rpm by the closed form
+    assert done.posterior_rows[2][0] < 1.9333e-3 < done.posterior_rows[2][2]
 
 
 def test_a_users_own_signals_are_a_row(bench, tmp_path):

@@ -25,7 +25,7 @@ from nutamill.studies.papers.figures import draw_over_speed, draw_particles
 from nutamill.studies.papers.library import paper_names, parse_paper, read_paper
 from nutamill.studies.papers.quantities import QUANTITIES, charge_at_pin
 from nutamill.studies.papers.runs import chosen, planned_runs
-from nutamill.studies.papers.table import csv_text, json_text, markdown, tally, verdict
+from nutamill.studies.papers.table import csv_text, json_text, markdown, read_identified, tally, verdict
 
 RATE = 2000.0
 RPM = math.pi / 30.0
@@ -416,6 +416,16 @@ def test_short_table_replaces_what_stands_between_its_marks_and_names_what_is_no
     room.write_tables(readme, room.validate("paper", folder=tmp_path, start=False, log=str), "paper")
     short, everything = readme.read_text().split("<!-- validate paper all -->")
     assert "its error" in everything and "its error" not in short
+    identified = tmp_path / "identify.json"
+    rows = [{"published": "paper/force", "posterior_90": [571.4, 612.0]}]
+    rows += [{"published": name, "posterior_90": [0.0, 1.0]} for name in ("other/force", None)]
+    identified.write_text(json.dumps({"rows": rows}))
+    readme.write_text("<!-- validate paper -->\n<!-- end paper -->\n")
+    room.write_tables(readme, done, "paper", read_identified(identified, "paper"))
+    assert readme.read_text().splitlines()[1].endswith("| error | identified, 90 % |")
+    assert readme.read_text().splitlines()[3].endswith("| 571 to 612 N |")
+    with pytest.raises(CaseError, match=r"is no identify\.json of an identification"):
+        read_identified(readme, "paper")
     readme.write_text("<!-- validate paper -->\nno end")
     with pytest.raises(CaseError, match=r"has no line .* Add that line"):
         room.write_tables(readme, done, "paper")

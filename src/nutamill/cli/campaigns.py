@@ -146,17 +146,26 @@ def validate(
             help="Write headline rows, or all rows, between the marks of this file.",
         ),
     ] = None,
+    identified: Annotated[
+        Path | None,
+        typer.Option(
+            "--identified",
+            metavar="FILE",
+            help="identify.json of an identification: its 90 % intervals are a column of --markdown.",
+        ),
+    ] = None,
 ) -> None:
     """Compare a published paper with runs of all its configurations, row by row."""
     from nutamill.studies import validate as room
-    from nutamill.studies.papers.table import print_table
+    from nutamill.studies.papers.table import print_table, read_identified
     from nutamill.studies.workers import cluster_client
 
+    intervals = None if identified is None else read_identified(identified, Path(paper).stem)
     client = None if cluster is None or stored else cluster_client(cluster, jobs)
     done = room.validate(paper, quick, only or [], to, not stored, jobs, client, typer.echo)
     print_table(done.findings, done.paper)
     for line in (*done.failures, *done.undrawn):
         typer.echo(line, err=True)
     if short is not None:
-        room.write_tables(short, done, paper)
+        room.write_tables(short, done, paper, intervals)
     typer.echo(f"{', '.join(str(file) for file in done.files)}")

@@ -1,7 +1,7 @@
 """`nutamill validate`: run, resume or read what a paper needs, compare row by row, store and draw it."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,7 +29,7 @@ from nutamill.studies.papers.runs import (
     wants_modes,
     write_modes,
 )
-from nutamill.studies.papers.table import HEADINGS, SHORT, csv_text, json_text, markdown
+from nutamill.studies.papers.table import HEADINGS, SHORT, Interval, csv_text, json_text, markdown
 from nutamill.studies.sweep import log_other_kernels, run_all
 from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.view.figures.saving import save_figure
@@ -210,7 +210,9 @@ def store(
     return files, undrawn
 
 
-def write_tables(file: Path, done: Comparison, name: str) -> None:
+def write_tables(
+    file: Path, done: Comparison, name: str, identified: Mapping[str, Interval] | None = None
+) -> None:
     """Write the tables of a paper into a file of Markdown: headline rows, all rows, or both.
 
     What stands between the lines ``<!-- validate NAME -->`` and ``<!-- end NAME -->`` is replaced by the
@@ -221,14 +223,16 @@ def write_tables(file: Path, done: Comparison, name: str) -> None:
     Parameters
     ----------
     name : what the paper is called on the command line
+    identified : predictive intervals by the name of the row, for a column of their own
 
     Raises
     ------
     CaseError : a first line without its last
     ResultError : the file cannot be written
     """
-    headline = _table([finding for finding in done.findings if finding.row.headline], done.paper, name, SHORT)
-    tables = {name: headline, f"{name} all": _table(done.findings, done.paper, name, HEADINGS)}
+    short = [finding for finding in done.findings if finding.row.headline]
+    headline = _table(short, done.paper, name, SHORT, identified)
+    tables = {name: headline, f"{name} all": _table(done.findings, done.paper, name, HEADINGS, identified)}
     with io_errors(file):
         try:
             text = file.read_text(encoding="utf-8") if file.exists() else ""
@@ -247,10 +251,16 @@ def write_tables(file: Path, done: Comparison, name: str) -> None:
     write_whole(file, text if marked else headline)
 
 
-def _table(findings: Sequence[Finding], paper: Paper, name: str, columns: Sequence[str]) -> str:
+def _table(
+    findings: Sequence[Finding],
+    paper: Paper,
+    name: str,
+    columns: Sequence[str],
+    identified: Mapping[str, Interval] | None = None,
+) -> str:
     """Return the rows that have a result as Markdown, and how many have none."""
     present = [finding for finding in findings if not math.isnan(finding.value)]
-    text = markdown(present, paper, columns)
+    text = markdown(present, paper, columns, identified)
     if lacking := len(findings) - len(present):
         text += f"\n{lacking} more rows have no result yet; `nutamill validate {name}` makes them.\n"
     return text

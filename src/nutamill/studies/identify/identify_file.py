@@ -75,6 +75,10 @@ class RowGiven(Table):
     """Stages that run it; the first if not given."""
     source: str = ""
     """Where the number comes from."""
+    published: str = ""
+    """Row of a paper that its interval stands beside, as ``mca2026/table7-empty-force``; that of `paper` and
+    `row` if not given.
+    """
 
     @model_validator(mode="after")
     def _one_name(self) -> "RowGiven":

@@ -90,6 +90,8 @@ class Row(NamedTuple):
     """Stages that run it."""
     average: float
     """Length of the averaging window at the end of its run [s], for quantities of the papers."""
+    published: str = ""
+    """Paper and name of the row that its interval stands beside, parted by a slash; none if empty."""
 
     @property
     def reading(self) -> str:
@@ -347,6 +349,7 @@ def _row(
         campaign=given.campaign,
         stages=given.stages or (first,),
         average=average,
+        published=given.published or (f"{given.paper}/{given.row}" if not math.isnan(published) else ""),
     )
 
 

@@ -191,6 +191,7 @@ def json_text(done: "Identification") -> str:
         "rows": [
             {
                 "row": row.label,
+                "published": row.published or None,
                 "unit": row.measurand.unit,
                 "learned": row.learned,
                 "measured": None if np.isnan(row.value) else row.value,

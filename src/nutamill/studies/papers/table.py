@@ -6,11 +6,13 @@ import json
 import math
 import sys
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nutamill import __version__
 from nutamill.base import units
+from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import UNITS, Kind, in_unit, rpm
 from nutamill.studies.papers.compare import Finding
 from nutamill.studies.papers.model import Paper, Row, same_speed
@@ -18,6 +20,9 @@ from nutamill.studies.papers.quantities import QUANTITIES
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+Interval = tuple[float, float]
+"""Ends of an interval, SI."""
 
 WIDTH = 160
 """Columns of the printed table without a terminal [1]."""
@@ -27,6 +32,8 @@ TINY = 1e-3
 
 HEADINGS = ("quantity", "experiment", "paper's simulation", "its error", "nutamill", "error", "target", "")
 """Columns of the printed and the Markdown table."""
+IDENTIFIED = "identified, 90 %"
+"""Column of predictive intervals of an identification."""
 SHORT = ("quantity", "experiment", "paper's simulation", "nutamill", "error")
 """Columns of the table of headline rows."""
 NARROW = 120
@@ -159,19 +166,60 @@ def cells(finding: Finding, paper: Paper) -> list[str]:
     ]
 
 
+def _interval(interval: Interval | None, row: Row) -> str:
+    """Format an interval of a row with its unit, empty if there is none."""
+    if interval is None:
+        return ""
+    unit, many = unit_of(row.kind)
+    return f"{interval[0] * many:.3g} to {interval[1] * many:.3g} {unit}".rstrip()
+
+
+def read_identified(file: Path, paper: str) -> dict[str, Interval]:
+    """Return the 90 % intervals of the rows of a paper by their names, from the ``identify.json`` of an
+    identification.
+
+    Raises
+    ------
+    CaseError : a file that is none
+    """
+    try:
+        rows = json.loads(file.read_text(encoding="utf-8"))["rows"]
+        named = [(row["published"], row["posterior_90"]) for row in rows if row["published"]]
+        parted = [(*name.split("/"), (float(low), float(high))) for name, (low, high) in named]
+        return {row: interval for of, row, interval in parted if of == paper}
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        what = f"is no identify.json of an identification ({error})"
+        raise CaseError(Fault(str(file), what, "Name the one that nutamill identify wrote")) from None
+
+
 def _experiment(row: Row) -> str:
     """Format what a row is compared with, and whether it was computed."""
     computed = row.experiment is not None and row.experiment_is == "computed"
     return shown(row.experiment, row) + (" (computed)" if computed else "")
 
 
-def markdown(findings: Iterable[Finding], paper: Paper, columns: Sequence[str] = HEADINGS) -> str:
-    """Format the table in Markdown, with those of the columns of `HEADINGS` that are asked for."""
+def markdown(
+    findings: Iterable[Finding],
+    paper: Paper,
+    columns: Sequence[str] = HEADINGS,
+    identified: Mapping[str, Interval] | None = None,
+) -> str:
+    """Format the table in Markdown, with those of the columns of `HEADINGS` that are asked for, and a column
+    with the predictive intervals of an identification where there are any.
+
+    Parameters
+    ----------
+    identified : intervals by the name of the row
+    """
     chosen = [HEADINGS.index(column) for column in columns]
-    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+    heads = [*columns, IDENTIFIED] if identified else columns
+    lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
     for finding in findings:
         row = cells(finding, paper)
-        lines.append("| " + " | ".join(row[number] for number in chosen) + " |")
+        taken = [row[number] for number in chosen]
+        if identified:
+            taken.append(_interval(identified.get(finding.row.id), finding.row))
+        lines.append("| " + " | ".join(taken) + " |")
     return "\n".join(lines) + "\n"
 
 
