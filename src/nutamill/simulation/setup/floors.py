@@ -33,7 +33,13 @@ def _fault(machine: Machine, region: RegionEntry) -> Fault | None:
             what = f'is outside of the walls: all of it is behind wall "{surface.name}"'
             return Fault(f"regions.{region.name}", what, "Move it to the charge's side of that wall")
     down = np.array(machine.gravity, float)
-    if not down.any() or _have_floor(surfaces, points, down / np.linalg.norm(down)):
+    if not down.any():
+        return None
+    down /= np.linalg.norm(down)
+    if lid := _lid_below(surfaces, points, down):
+        what = f'is outside of the walls: wall "{lid}" is below it and faces away'
+        return Fault(f"regions.{region.name}", what, "Move it to the charge's side of that wall")
+    if _have_floor(surfaces, points, down):
         return None
     what = "has no floor: no wall is below it, and the charge would fall out"
     return Fault(f"regions.{region.name}", what, "Add a wall below it, or turn the one there around")
@@ -46,6 +52,35 @@ def _have_floor(surfaces: Sequence[Surface], points: np.ndarray, down: np.ndarra
         for surface in sorted(surfaces, key=lambda one: one.kind == SurfaceKind.MESH_PATCH)
         for axes in [np.asarray(surface.rotation, float)]
     )
+
+
+def _lid_below(surfaces: Sequence[Surface], points: np.ndarray, down: np.ndarray) -> str:
+    """Return the name of a disc that faces away from all points [m] (n, 3), world, which have nothing but it
+    below them before another disc.
+
+    The name is empty where there is none.
+    """
+    discs = [surface for surface in surfaces if surface.kind == SurfaceKind.DISC]
+    others = [surface for surface in surfaces if surface.kind != SurfaceKind.DISC]
+    if not discs or _have_floor(others, points, down):
+        return ""
+    ways = np.stack([_way_to_disc(disc, points, down) for disc in discs])
+    nearest = ways.argmin(axis=0)
+    first = discs[nearest[0]]
+    alone = bool((nearest == nearest[0]).all() and np.isfinite(ways.min(axis=0)).all())
+    return first.name if alone and np.asarray(first.rotation)[:, 2] @ down > 0.0 else ""
+
+
+def _way_to_disc(disc: Surface, points: np.ndarray, down: np.ndarray) -> np.ndarray:
+    """Return how far it is down to a disc [m] (n,), infinite where it is not below a point."""
+    axes = np.asarray(disc.rotation, float)
+    start, way = (points - np.asarray(disc.origin)) @ axes, down @ axes
+    if way[2] == 0.0:
+        return np.full(len(points), np.inf)
+    far = -start[:, 2] / way[2]
+    foot = start + far[:, None] * way
+    met = (far > 0.0) & (np.hypot(foot[:, 0], foot[:, 1]) <= disc.size[0])
+    return np.where(met, far, np.inf)
 
 
 def crosses(surface: Surface, start: np.ndarray, way: np.ndarray) -> np.ndarray:
