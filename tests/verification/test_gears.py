@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from nutamill import CaseError, System
 from nutamill.mechanism.parts import GROUND, Body, Drive, Gear, Joint, JointFriction, JointKind, Motor, Torque
@@ -104,6 +105,34 @@ def test_jars_of_a_planetary_mill_turn_relative_to_their_disc():
     assert system.angular_velocity("disc")[2] == pytest.approx(housing + disc, rel=1e-6)
     assert system.angular_velocity("jar_1")[2] == pytest.approx(housing - disc, rel=1e-6)
     assert system.energy().kinetic == pytest.approx(system.state.drive_work[0], rel=1e-6)
+
+
+def test_bevel_gears_in_a_free_housing_turn_it_the_other_way_about_both_axes():
+    # all mass centres in one point, all inertias those of balls, everything at rest: angular momentum stays
+    # zero, so that in axes of the housing W = -(I1 w z + I2 r w y)/I, whatever attitude it has come to
+    ratio, torque, inertias = -0.5, 0.4, {"housing": 2.0, "motor": 0.1, "load": 0.6}
+    bodies = [wheel(name, inertia, O) for name, inertia in inertias.items()]
+    joints = [hinge("in", "housing", "motor", O, Z), hinge("out", "housing", "load", O, Y)]
+    constant = Motor(1e9, 0.0, torque_limit=torque)
+    whole, own = sum(inertias.values()), 0.1 + 0.6 * ratio**2
+    turned = (0.1**2 + (0.6 * ratio) ** 2) / whole
+    misses = []
+    for dt in (2e-3, 1e-3):
+        system = System(
+            bodies,
+            joints,
+            drives=[Drive("drive", "in", (0.0,), (1e9,), constant)],
+            gravity=O,
+            gears=[Gear("bevel", "in", "out", ratio)],
+        )
+        system.march(2.0, dt)
+        speed = torque * 2.0 / (own - turned)
+        q = system.attitude("housing")
+        w = Rotation.from_quat(np.roll(q, -1)).inv().apply(system.angular_velocity("housing"))
+        closed = -speed / whole * np.array([0.0, 0.6 * ratio, 0.1])
+        misses.append(np.abs(w - closed).max())
+        assert w == pytest.approx(closed, abs=(speed * dt) ** 2 * speed)
+    assert misses[1] < max(misses[0] / 3.5, 1e-10)
 
 
 def test_bearings_of_a_driven_planetary_mill_carry_the_jars_centrifugal_force():
