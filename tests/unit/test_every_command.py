@@ -198,6 +198,8 @@ def test_answers_in_python_take_a_machine_or_say_why_not():
     assert nm.check(piston).lines()[1].startswith("bodies    1, 0.2 kg in all")
     # 0.2 kg on 2 N/mm
     assert nm.machine_modes(piston).frequency == pytest.approx([math.sqrt(2000.0 / 0.2) / (2.0 * math.pi)])
+    with pytest.raises(CaseError, match="modes: nothing is free to vibrate with the drives held"):
+        nm.machine_modes(nm.load_case("planetary-mill", ["charge.kind=none"]))
     of_a_mill = (
         nm.campbell,
         nm.isolation,

@@ -104,3 +104,17 @@ def test_a_line_for_a_file_or_another_program_is_left_whole(capsys):
     assert not sys.stdout.isatty()
     echo_lines([LINE, "x" * 300])
     assert capsys.readouterr().out == f"{LINE}\n{'x' * 300}\n"
+
+
+def test_a_list_of_parts_names_them_and_the_keys_of_each():
+    bodies = explained("bodies", "planetary-mill")
+    assert bodies[1] == "  3 in planetary-mill: sun, jar_1, jar_2"
+    assert any(line.startswith("  bodies.sun.mass ") and "Mass [kg]" in line for line in bodies)
+    assert explained("gears", "piston")[1] == "  none in piston"
+    assert explained("charge.part", "planetary-mill")[1] == "  2 in planetary-mill: 0, 1"
+    assert "  value   0.2 kg in piston" in explained("bodies.0.mass", "piston")
+    guide = explained("joints.guide", "piston")
+    assert guide[0] == "joints.guide: an entry of joints"
+    assert any(line.startswith("  joints.guide.axis ") for line in guide)
+    with pytest.raises(CaseError, match="is no key of this case"):
+        explained("joints.gide", "piston")

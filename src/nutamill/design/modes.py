@@ -275,6 +275,9 @@ def _named(vibrations: Modes, mass: np.ndarray, names: tuple[str, ...], speed: f
                 "Give mounts and shaft_coupling stiffness in that direction",
             )
         )
+    if not len(chosen):
+        what = "nothing is free to vibrate with the drives held"
+        raise CaseError(Fault("modes", what, "Modes are those of bodies on springs or bushings"))
     shape = vibrations.shape[:, :, chosen]
     flat = shape.reshape(-1, len(chosen))
     energy = (flat.conj() * (mass @ flat)).real.reshape(len(names), 2, 3, -1).sum(axis=2)

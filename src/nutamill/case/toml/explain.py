@@ -10,10 +10,13 @@ from nutamill.base.library import LONGEST_WORD
 from nutamill.base.schema import spelled
 from nutamill.case import load_case
 from nutamill.case.titles import leaves
-from nutamill.case.toml.addresses import numbered, typed_key
+from nutamill.case.toml.addresses import entry_label, labelled, numbered, typed_key
 from nutamill.case.toml.keys import quantity_at
 from nutamill.case.toml.messages import fields_at
 from nutamill.case.toml.notes import Notes
+
+ENTRY = "NAME"
+"""Stands for the name of an entry of a list of tables."""
 
 LISTED = 40
 """Keys of a table that are listed before the rest is counted [1]."""
@@ -40,14 +43,23 @@ def explained(key: str, name: str = "numill") -> list[str]:
     top = type(case)
     field = fields_at(top, path[:-1]).get(path[-1]) if path else None
     if field is None:
+        if path and (own := fields_at(top, path)) and _at(content, path):
+            return [f"{key}: an entry of {'.'.join(path[:-1])}", *_listed(key, own)]
         raise _unknown(key, content, top)
-    inner = fields_at(top, path)
     lines = [f"{key}: {plain_text(field.description) or 'a table'}"]
-    if inner:
-        listed = [f"  {key}.{part:20} {plain_text(one.description)}" for part, one in inner.items()]
-        return lines + listed[:LISTED]
+    entries = fields_at(top, (*path, ENTRY))
+    if inner := fields_at(top, path) or entries:
+        if entries:
+            tables = _at(content, path)
+            labels = (
+                tables if isinstance(tables, dict) else (entry_label(tables, n) for n in range(len(tables)))
+            )
+            named = [str(label) for label in labels]
+            lines.append(f"  {len(named)} in {name}: {', '.join(named)}" if named else f"  none in {name}")
+            key = f"{key}.{named[0] if named else ENTRY}"
+        return lines + _listed(key, inner)
     lines.append(f"  takes   {_takes(key, field)}")
-    value = dict(leaves(content)).get(key)
+    value = dict(leaves(content)).get(".".join(map(str, labelled(content, path))))
     if value is not None:
         lines.append(f"  value   {value if isinstance(value, str) else spelled(value)} in {name}")
     mark, note = Notes(name).of(numbered(content, path))
@@ -56,6 +68,23 @@ def explained(key: str, name: str = "numill") -> list[str]:
     if note:
         lines.append(f"  note    {note}")
     return lines
+
+
+def _listed(key: str, fields: dict[str, Any]) -> list[str]:
+    """Return a line for each key of a table."""
+    listed = [f"  {key}.{part:20} {plain_text(one.description)}" for part, one in fields.items()]
+    return listed[:LISTED]
+
+
+def _at(content: dict[str, Any], path: tuple[str, ...]) -> Any:
+    """Return what a case holds under a key, or nothing where it has no such key."""
+    inner: Any = content
+    for part in numbered(content, path):
+        try:
+            inner = inner[part]
+        except (KeyError, IndexError, TypeError):
+            return ()
+    return inner
 
 
 def _takes(key: str, field: Any) -> str:
