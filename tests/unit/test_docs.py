@@ -15,6 +15,7 @@ import pytest
 
 import nutamill as nm
 from nutamill.base.errors import ExitCode
+from nutamill.base.library import library_file
 from nutamill.case import load_case
 from nutamill.design.dialects import dialect_lines
 from nutamill.result.fields import SERIES, SNAPSHOT
@@ -153,3 +154,19 @@ def test_site_builds_without_a_warning(tmp_path):
     outcome = subprocess.run(build, capture_output=True, text=True, timeout=300)
     assert outcome.returncode == 0, outcome.stderr
     assert (tmp_path / "site/generated/gallery.html").stat().st_size > 5000
+
+
+def test_the_tables_of_the_guide_to_machines_are_those_of_the_package():
+    guide = (ROOT / "docs/guides/build-your-own-machine.md").read_text(encoding="utf-8")
+    box, balls, drive, gear = re.findall(r"```toml\n(.*?)```", guide, re.DOTALL)
+    damper, empty, filled = load_case("particle-damper"), *map(nm.Machine.from_toml, (box, box + balls))
+    for part in ("bodies", "joints", "springs", "run"):
+        assert getattr(empty, part) == getattr(filled, part) == getattr(damper, part), part
+    for part in ("walls", "regions", "charge", "materials", "contact"):
+        assert getattr(filled, part) == getattr(damper, part), part
+    tumbling, planetary = (library_file(name).read_text() for name in ("tumbling-mill", "planetary-mill"))
+    assert tomllib.loads(drive)["drives"] == tomllib.loads(tumbling)["drives"]
+    assert tomllib.loads(gear)["gears"] == tomllib.loads(planetary)["gears"][:1]
+    sheet = "\n".join(nm.check(empty).lines())
+    printed = re.search(r"```\n(bodies.*?)```", guide, re.DOTALL)
+    assert printed and all(line in sheet for line in printed.group(1).splitlines())

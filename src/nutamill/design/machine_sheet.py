@@ -88,10 +88,9 @@ class MachineSheet:
             f"bodies    {len(self.masses)}, {sum(self.masses.values()):.5g} kg in all, mass centre "
             f"at ({centre}) mm",
             f"          masses in kg: {masses}",
-            f"joints    {len(case.joints)} joints, {len(case.drives)} drives, {self.rows} "
-            f"constraints; loops close within {self.gap:.1e}",
-            f"freedom   {self.freedoms} degree{'s' * (self.freedoms != 1)} of freedom, {self.driven} "
-            "of them driven",
+            f"joints    {_counted(len(case.joints), 'joint')}, {_counted(len(case.drives), 'drive')}, "
+            f"{_counted(self.rows, 'constraint')}; loops close within {self.gap:.1e}",
+            f"freedom   {_counted(self.freedoms, 'degree')} of freedom, {self.driven} of them driven",
         ]
         lines += [f"redundant {text}" for text in self.redundant]
         if self.not_unique:
@@ -132,6 +131,11 @@ class MachineSheet:
             file_key="A lower run.series_rate",
             by_trial=self.rate is not None,
         )
+
+
+def _counted(number: int, noun: str) -> str:
+    """Return a number of things, with the plural where it is needed."""
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def machine_sheet(case: Machine, trial: Callable[[Machine], float | None] | None = None) -> MachineSheet:
