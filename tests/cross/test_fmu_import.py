@@ -243,7 +243,10 @@ speed     = "w"
 def test_an_fmu_that_gives_no_torque_gets_the_motion_and_feeds_the_next(case, tmp_path):
     """Its torque is the voltage of the motor below it."""
     chain = CONTROLLER + MOTOR.replace("start = { U = 24.0 }", 'links = { U = "controller.M" }')
-    with run(case(SHAFT + chain), to=tmp_path / "a.h5", trust_fmu=True) as result:
+    with pytest.raises(CaseError, match=r'fmus.motor.links.U: "U" has the unit V, "M" has N.m'):
+        fmu_plans(case(SHAFT + chain))
+    plain = description(units={"M": "1"})
+    with run(case(SHAFT + chain, text=plain), to=tmp_path / "a.h5", trust_fmu=True) as result:
         torque = result.series.drive_shaft_torque.values
     with run(case(SHAFT + MOTOR), to=tmp_path / "b.h5", trust_fmu=True) as result:
         alone = result.series.drive_shaft_torque.values

@@ -73,7 +73,7 @@ def test_a_case_with_an_fmu_is_known_by_the_content_of_the_fmu_and_not_by_its_pl
         ),
         (
             SHAFT + MOTOR.replace("start = {", 'links = { U = "controller.y" }\nstart = {'),
-            'no FMU above this one gives "controller.y"',
+            'no other FMU gives "controller.y"',
         ),
         (SHAFT.replace("[run]", '[run]\nstart = "rest"') + MOTOR + BODY, '"rest" cannot be computed'),
         (

@@ -114,7 +114,9 @@ class FmuEntry(Table):
     start: dict[str, StartValue] = Field(default_factory=dict)
     """Start values and parameters by the FMU's names, in its units."""
     links: dict[str, Variable] = Field(default_factory=dict)
-    """Inputs by name, each with the output of an FMU above it, "controller.y", that it is set to."""
+    """Inputs by name, each with the output of another FMU, "controller.y", that it is set to.  One below it
+    gives what it gave in the window before.
+    """
     units: dict[str, str] = Field(default_factory=dict)
     """Units of mapped variables for which the FMU declares none; SI without either."""
     drives: tuple[FmuDrive, ...] = ()
@@ -176,11 +178,11 @@ def fmu_findings(fmus: tuple[FmuEntry, ...], drives: dict[str, bool], bodies: li
                 if len(moving.attitude) != needed:
                     what = f"needs {needed} names for {moving.attitude_as}, got {len(moving.attitude)}"
                     yield (*place, "attitude"), what, ""
-        earlier = [other.name for other in fmus[:number]]
+        others = [other.name for other in fmus if other.name != fmu.name]
         for name, source in fmu.links.items():
-            if source.lstrip("-").partition(".")[0] not in earlier:
-                what = f'no FMU above this one gives "{source}"'
-                yield (*key, "links", name), what, 'Write e.g. "controller.y", and put controller first'
+            if source.lstrip("-").partition(".")[0] not in others:
+                what = f'no other FMU gives "{source}"'
+                yield (*key, "links", name), what, 'Write e.g. "controller.y", with the name of another FMU'
 
 
 def linked(fmu: FmuEntry, source: str) -> bool:

@@ -41,9 +41,11 @@ class Exchange:
             # the last of inputs and outputs stands for what an FMU does not have
             self._inputs = [np.zeros(len(plan.inputs) + 1) for plan in plans]
             self._outputs = [np.zeros(len(plan.outputs) + 1) for plan in plans]
-            for number, session in enumerate(self._sessions):
-                self._link(number)
-                self._outputs[number][:-1] = session.read(self._inputs[number][:-1])
+            back = any(link.fmu > number for number, plan in enumerate(plans) for link in plan.links)
+            for _ in range(1 + back):  # what one further down gives is known the second time
+                for number, session in enumerate(self._sessions):
+                    self._link(number)
+                    self._outputs[number][:-1] = session.read(self._inputs[number][:-1])
         except BaseException:
             self.close()
             raise

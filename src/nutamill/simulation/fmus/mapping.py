@@ -64,7 +64,7 @@ class BodyPlan(NamedTuple):
 
 
 class LinkPlan(NamedTuple):
-    """An input that is set to an output of an FMU above."""
+    """An input that is set to an output of another FMU."""
 
     input: int
     """Place of the input [1]."""
@@ -96,7 +96,7 @@ class FmuPlan(NamedTuple):
     bodies: list[BodyPlan]
     """Bodies that it moves."""
     links: list[LinkPlan]
-    """Inputs from FMUs above."""
+    """Inputs from other FMUs."""
 
 
 def fmu_plans(machine: Machine) -> list[FmuPlan]:
@@ -159,6 +159,7 @@ def _plan(machine: Machine, entry: FmuEntry, description: FmuDescription, names:
         sign, key = "-" if source.startswith("-") else "", f"{where}.links.{target}"
         if fmu in names:
             at = names[fmu].output(sign + output, None, key)
+            own.check_link(target, names[fmu], output, key)
             index = [other.name for other in machine.fmus].index(fmu)
             links.append(LinkPlan(own.input(target, None, key), index, at))
     starts = [own.start(name, value, f"{where}.start.{name}") for name, value in entry.start.items()]

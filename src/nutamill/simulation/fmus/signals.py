@@ -95,6 +95,15 @@ class Names:
         """Return the place of an output among the exchanged ones, -1 for an empty name or a fault."""
         return self._signal(name, kind, where, self.outputs, ("output", "local"))
 
+    def check_link(self, name: str, source: "Names", output: str, where: str) -> None:
+        """Add a fault if an input and the output of another FMU that it is set to have different units."""
+        given, wanted = (names._fmu.variables.get(key) for names, key in ((source, output), (self, name)))
+        if given is None or wanted is None or given.unit is None or wanted.unit is None:
+            return
+        if given.unit[1:] != wanted.unit[1:] or (given.unit[1] is None and given.unit != wanted.unit):
+            what = f'"{name}" has the unit {wanted.unit.name}, "{output}" has {given.unit.name}'
+            self.faults.append(Fault(where, what, "Link variables of the same unit"))
+
     def start(self, name: str, value: bool | int | float | str, where: str) -> Start | None:
         """Return a start value, or None with a fault."""
         if (known := self.variable(name, where)) is None:
