@@ -34,7 +34,7 @@ NUMBER = np.round(1e6 * np.exp(-np.arange(40) / 3.0))
 POWER = 400.0
 
 
-def write(path, factors=(1.0, 1.0, 1.0, 1.0), numbers=NUMBER, statistics=True, **rates):
+def write(path, factors=(1.0, 1.0, 1.0, 1.0), numbers=NUMBER, statistics=True, axes=AXES, **rates):
     """Write such a run, with `factors` times as much in each turn; `rates` per second of other statistics."""
     sizes = {name: len(AXES[name]) for name in ("pair", "part", "energy", "radius", "azimuth", "height")}
     sizes |= {"neighbours": 16, "patch": 2}
@@ -49,7 +49,7 @@ def write(path, factors=(1.0, 1.0, 1.0, 1.0), numbers=NUMBER, statistics=True, *
         "ledger_residual": zero,
     }
     case = load_case("numill", ["run.statistics=true"])
-    recorder = Recorder.create(path, case.to_toml(), {}, list(columns), 1000.0, axes=AXES)
+    recorder = Recorder.create(path, case.to_toml(), {}, list(columns), 1000.0, axes=axes)
     recorder.append(np.stack(list(columns.values()), axis=1))
     total = np.cumsum((0.0, *factors))
     for k in range(5 if statistics else 0):

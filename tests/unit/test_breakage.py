@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from ground_run import ENERGY, NUMBER, POWER, write
+from ground_run import AXES, ENERGY, NUMBER, POWER, write
 from scipy.special import stdtrit
 from typer.testing import CliRunner
 
@@ -33,6 +33,13 @@ def folder(tmp_path_factory):
 def invoke(folder, monkeypatch):
     monkeypatch.chdir(folder)
     return lambda *words: CliRunner().invoke(cli.app, words)
+
+
+def test_impacts_at_walls_alone_break_nothing(tmp_path):
+    axes = AXES | {"pair_second": np.full(len(AXES["pair_second"]), np.nan)}
+    write(tmp_path / "walls.h5", axes=axes)
+    with pytest.raises(ResultError, match=r"walls\.h5: holds no impacts of particles with each other"):
+        grinding(tmp_path, "walls")
 
 
 def grinding(folder, name, last=4.0):
