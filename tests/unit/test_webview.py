@@ -21,6 +21,7 @@ from nutamill.case import load_case
 from nutamill.case.drawing import BODIES
 from nutamill.result import open_result
 from nutamill.result.checksums import Checksums
+from nutamill.view import webview
 from nutamill.view.cameras import VIEWS, camera_of
 from nutamill.view.drawing import box, machine_parts, ring
 from nutamill.view.webview import view_page, write_view
@@ -71,6 +72,23 @@ def test_page_holds_every_place_to_sixteen_bits(filmed):
     speeds = np.cumsum(rows[:, 6 * n :], axis=0) % 256 / 255.0 * facts["speed"]
     taken = np.minimum(np.linalg.norm(filmed.snapshots[-1]["velocities"], axis=1), facts["speed"])
     assert np.abs(speeds[-1] - taken).max() <= 0.51 / 255.0 * facts["speed"]
+
+
+def test_page_holds_forces_sizes_and_materials_to_colour_by(filmed, monkeypatch):
+    """Forces of a known spread; a step of eight bits is a 255th of the end of the bar, their 99.9 %
+    quantile.
+    """
+    snapshots = filmed.snapshots
+    frames, n = len(snapshots), len(snapshots[0]["radii"])
+    given = np.random.default_rng(3).uniform(0.0, 40.0, (frames, n))
+    monkeypatch.setattr(webview, "_forces", lambda result, chosen: given)
+    page = view_page(filmed)
+    facts = json.loads(block(page, "facts"))
+    raw = np.frombuffer(zlib.decompress(base64.b64decode(block(page, "packed"))), np.uint8)
+    shares = np.cumsum(raw.reshape(frames, 8 * n)[:, 7 * n :].astype(np.uint32), axis=0) % 256 / 255.0
+    assert facts["force"] == pytest.approx(np.quantile(given, 0.999))
+    assert np.abs(shares * facts["force"] - np.minimum(given, facts["force"])).max() <= 0.51 / 255 * 40.0
+    assert facts["sizes"] == pytest.approx([0.005, 0.005])
 
 
 def test_two_hundred_frames_of_2618_pellets_stay_under_six_megabytes(tmp_path, film):
@@ -224,4 +242,28 @@ def test_a_person_moves_in_time_resets_and_asks_for_help(tmp_path, film):
         assert browser.value("document.querySelector('#help').getClientRects().length > 0")
         browser.press("Escape")
         assert browser.value("document.querySelector('#help').getClientRects().length === 0")
+        assert browser.trouble == []
+
+
+@pytest.mark.external
+@pytest.mark.skipif(CHROMIUM is None, reason="needs chromium to click in")
+def test_without_the_machine_the_vessel_is_in_the_middle_and_larger(tmp_path, film):
+    """The chamber reaches from 122 to 350 mm below the nutation point, and its middle, 236 mm, swings on a
+    cone of 6.08 deg.
+    """
+    with open_result(film(tmp_path / "a.h5", snapshots=5, pellets=20)) as result:
+        page = write_view(result, tmp_path / "a.html")
+    with Browser(tmp_path) as browser:
+        browser.open(page.as_uri())
+        browser.wait("document.body.dataset.drawn === 'yes'")
+        whole = browser.value("camera.distance")
+        browser.click("#machine")
+        assert browser.value("camera.distance") < 0.7 * whole
+        assert browser.value("camera.target[2]") == pytest.approx(-0.236 * math.cos(0.1061), abs=2e-3)
+        browser.click("#machine")
+        assert browser.value("camera.distance") == whole
+        names = "[...document.querySelector('#colour').options].map((option) => option.text).join()"
+        assert browser.value(names) in ("speed,height,size", "speed,height,material,size")
+        browser.value("element('colour').value = 'size'; legend(); 0")
+        assert browser.value("element('what').textContent") == "diameter (mm)"
         assert browser.trouble == []

@@ -59,7 +59,7 @@ ColourBy = Annotated[
         "--colour",
         "--color",
         metavar="NAME",
-        help="What colours the charge: speed, height, force or material.",
+        help="What colours the charge: speed, height, force, material or size.",
     ),
 ]
 Size = Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="Size of the picture in pixels.")]

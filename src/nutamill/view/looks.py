@@ -13,8 +13,8 @@ from nutamill.base.schema import spelled
 from nutamill.base.units import Kind
 from nutamill.view.cameras import VIEWS, Camera, View
 
-Colour = Literal["speed", "height", "force", "material"]
-KINDS = {"speed": Kind.VELOCITY, "height": Kind.LENGTH, "force": Kind.FORCE}
+Colour = Literal["speed", "height", "force", "material", "size"]
+KINDS = {"speed": Kind.VELOCITY, "height": Kind.LENGTH, "force": Kind.FORCE, "size": Kind.LENGTH}
 """What each colour bar measures."""
 AXES = "xyz"
 """Normals of planes that cut a picture."""

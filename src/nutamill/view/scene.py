@@ -40,6 +40,7 @@ BARS = {
     "height": "height over the floor (m)",
     "force": "contact force (N)",
     "material": "material",
+    "size": "diameter (m)",
 }
 
 MATERIALS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
@@ -278,6 +279,8 @@ def _values(result: Result, number: int, frame: Frame, colour: str, floor: float
         return np.linalg.norm(frame.velocities, axis=1)
     if colour == "height":
         return frame.at_home()[:, 2] - floor
+    if colour == "size":
+        return 2.0 * frame.radii
     array = "contact_forces" if colour == "force" else "materials"
     snapshot = result.snapshots[number]
     if array not in snapshot and len(frame.positions):
@@ -295,6 +298,8 @@ def _limits(result: Result, colour: str, numbers: list[int], floor: float) -> tu
     shown = sorted(set(numbers))[:: max(1, len(set(numbers)) // 20)]
     values = [_values(result, number, next(replay(result, [number])), colour, floor) for number in shown]
     together = np.concatenate(values)
+    if colour == "size" and len(together) and np.ptp(together) > 0.0:
+        return float(together.min()), float(together.max())
     return 0.0, float(np.quantile(together, 0.999)) if len(together) else 1.0
 
 

@@ -10,6 +10,7 @@ import html
 import json
 import math
 import zlib
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -52,17 +53,23 @@ def write_view(result: Result, path: str | Path, frames: int = MOST_FRAMES) -> P
 
 def view_page(result: Result, frames: int = MOST_FRAMES) -> str:
     """Return the page as text. Parameters and errors are those of `write_view`."""
-    moments = list(replay(result, chosen_snapshots(result, frames)))
+    chosen = chosen_snapshots(result, frames)
+    moments = list(replay(result, chosen))
     case = any_case_of(result)
     machine = drawn(case, 0.75 * math.pi, result.walls)
-    packed, scales = _packed(moments)
+    packed, scales = _packed(moments, _forces(result, chosen))
+    radii = moments[0].radii
+    materials = np.asarray(result.snapshots[chosen[0]].get("materials", np.empty(0)), np.uint8)
     facts = {
         "frames": len(moments),
         "particles": len(moments[0].radii),
         "times": [round(moment.time, 7) for moment in moments],
         "bodies": _moves(moments),
         "parts": [_part(part) for part in machine.parts],
-        "radii": _coded(moments[0].radii.astype("<f4")),
+        "radii": _coded(radii.astype("<f4")),
+        "sizes": [2.0 * float(radii.min()), 2.0 * float(radii.max())] if len(radii) else [0.0, 0.0],
+        "material": _coded(materials),
+        "materials": list(case.charge.materials) if len(materials) else [],
         "views": {view: _view(camera) for view, camera in machine.cameras.items()},
         "reach": machine.reach,
         "home": moments[0].home,
@@ -86,30 +93,43 @@ def _coded(array: np.ndarray | bytes) -> str:
     return base64.b64encode(array if isinstance(array, bytes) else array.tobytes()).decode("ascii")
 
 
-def _packed(moments: list[Frame]) -> tuple[str, dict]:
-    """Return positions in chamber axes and speeds of all frames, deflated, and what turns them back into m
-    and m/s.
+def _forces(result: Result, chosen: Sequence[int]) -> np.ndarray | None:
+    """Return the contact forces of the particles in the chosen snapshots [N] (frames, n), or None where they
+    are not recorded.
+    """
+    forces = [result.snapshots[number].get("contact_forces") for number in chosen]
+    known = [np.asarray(force, float) for force in forces if force is not None]
+    return np.stack(known) if len(known) == len(forces) and known[0].size else None
+
+
+def _packed(moments: list[Frame], forces: np.ndarray | None) -> tuple[str, dict]:
+    """Return positions in chamber axes, speeds and forces of all frames, deflated, and what turns them back
+    into m, m/s and N.
     """
     places = np.stack([moment.at_home() for moment in moments])
     speeds = np.stack([np.linalg.norm(moment.velocities, axis=1) for moment in moments])
     none = places.size == 0
     low = np.zeros(3) if none else places.min(axis=(0, 1))
     span = np.ones(3) if none else np.maximum(places.max(axis=(0, 1)) - low, 1e-9)
-    fastest = (
-        1.0 if none else max(float(np.quantile(speeds, 0.999)), 1e-9)
-    )  # one that flies must not darken all others
+    fastest = 1.0 if none else _end(speeds)
+    strongest = 0.0 if forces is None else _end(forces)
     whole = np.round((places - low) / span * 65535.0).astype(np.uint16)
-    rates = np.round(np.minimum(speeds / fastest, 1.0) * 255.0).astype(np.uint8)
+    scaled = [(speeds, fastest)] + ([] if forces is None else [(forces, strongest)])
+    rates = [np.round(np.minimum(values / end, 1.0) * 255.0).astype(np.uint8) for values, end in scaled]
     change = np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])).reshape(len(moments), -1)
-    change_of_rate = np.diff(rates, axis=0, prepend=np.zeros_like(rates[:1]))
-    rows = np.concatenate(
-        [(change >> 8).astype(np.uint8), (change & 255).astype(np.uint8), change_of_rate], axis=1
-    )
+    changes = [np.diff(one, axis=0, prepend=np.zeros_like(one[:1])) for one in rates]
+    rows = np.concatenate([(change >> 8).astype(np.uint8), (change & 255).astype(np.uint8), *changes], axis=1)
     return _coded(zlib.compress(rows.tobytes(), 9)), {
         "low": low.tolist(),
         "span": span.tolist(),
         "speed": fastest,
+        "force": strongest,
     }
+
+
+def _end(values: np.ndarray) -> float:
+    """Return the upper end of a colour bar: one particle that flies must not darken all others."""
+    return max(float(np.quantile(values, 0.999)), 1e-9)
 
 
 def _moves(moments: list[Frame]) -> dict[str, list[list[float]]]:

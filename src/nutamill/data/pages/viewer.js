@@ -2,6 +2,7 @@
 // Plays a replay of a mill: the charge as ray-cut spheres in axes of the body facts.home, the machine as triangles on its bodies.
 const facts = JSON.parse(document.getElementById("facts").textContent);
 const VIRIDIS = ["440154", "482878", "3e4989", "31688e", "26828e", "1f9e89", "35b779", "6ece58", "b5de2b", "fde725"];
+const MATERIALS = ["0072B2", "E69F00", "009E73", "CC79A7", "56B4E9", "D55E00"];
 const element = (id) => document.getElementById(id);
 
 function fail(text) {
@@ -12,13 +13,14 @@ function fail(text) {
 
 const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 
-// Positions and speeds are differences from frame to frame, high bytes before low ones: this undoes it.
+// Positions, speeds and forces are differences from frame to frame, high bytes before low ones: this undoes it.
 async function unpacked() {
   if (typeof DecompressionStream === "undefined") fail("This browser is too old to unpack the data; any browser of 2023 or later can.");
   const stream = new Blob([bytesOf(element("packed").textContent)]).stream().pipeThrough(new DecompressionStream("deflate"));
   const raw = new Uint8Array(await new Response(stream).arrayBuffer());
   const { frames, particles } = facts, numbers = 3 * particles;
   const places = new Uint16Array(frames * numbers), speeds = new Uint8Array(frames * particles);
+  const forces = facts.force ? new Uint8Array(frames * particles) : null;
   let at = 0;
   for (let f = 0; f < frames; f++) {
     for (let k = 0; k < numbers; k++) {
@@ -28,8 +30,11 @@ async function unpacked() {
     at += 2 * numbers;
     for (let k = 0; k < particles; k++) speeds[f * particles + k] = (f ? speeds[(f - 1) * particles + k] : 0) + raw[at + k];
     at += particles;
+    if (!forces) continue;
+    for (let k = 0; k < particles; k++) forces[f * particles + k] = (f ? forces[(f - 1) * particles + k] : 0) + raw[at + k];
+    at += particles;
   }
-  return { places, speeds };
+  return { places, speeds, forces };
 }
 
 // Matrices are 16 numbers, column after column, as WebGL takes them.
@@ -68,14 +73,14 @@ const SHADE = `
   }`;
 const SPHERE = [`#version 300 es
   layout(location = 0) in vec3 here; layout(location = 1) in vec3 next;
-  layout(location = 2) in float speed; layout(location = 3) in float speedNext; layout(location = 4) in float radius;
-  uniform mat4 toEye, lens; uniform vec3 low, span; uniform float between, pixels; uniform vec2 heights; uniform bool byHeight;
+  layout(location = 2) in float speed; layout(location = 3) in float speedNext; layout(location = 4) in float radius; layout(location = 5) in float given;
+  uniform mat4 toEye, lens; uniform vec3 low, span; uniform float between, pixels; uniform vec2 heights; uniform int by;
   out vec3 centre; out float size, value;
   void main() {
     vec3 place = low + span * mix(here, next, between);
     vec4 eye = toEye * vec4(place, 1.0);
     centre = eye.xyz; size = radius;
-    value = byHeight ? clamp((place.z - heights.x) / heights.y, 0.0, 1.0) : mix(speed, speedNext, between);
+    value = by == 2 ? given : by == 1 ? clamp((place.z - heights.x) / heights.y, 0.0, 1.0) : mix(speed, speedNext, between);
     gl_Position = lens * eye;
     gl_PointSize = 1.06 * pixels * radius / max(-eye.z, 1e-3);
   }`, `#version 300 es
@@ -122,6 +127,28 @@ const rgb = (hex) => [0, 2, 4].map((k) => parseInt(hex.slice(k, k + 2), 16) / 25
 const camera = { view: "front", azimuth: 0, height: 0, distance: 1, target: [0, 0, 0], angle: 0 };
 const playing = { on: true, frame: 0, stamp: 0 };
 
+// Without the machine the camera looks at the vessel, from where its middle is on the mean, and comes nearer.
+function frameVessel() {
+  if (element("machine").checked || facts.home === "ground" || camera.rides) return choose(camera.view);
+  const own = facts.parts.filter((part) => part.body === facts.home), walls = own.filter((part) => part.opacity < 1);
+  const low = [Infinity, Infinity, Infinity], high = low.map((x) => -x);
+  for (const part of own) {  // stubs make it longer than its wall, and the wall is cut open and not as wide
+    const corners = new Float32Array(bytesOf(part.vertices).buffer);
+    corners.forEach((x, k) => {
+      if (k % 3 === 2 && walls.length && !walls.includes(part)) return;
+      low[k % 3] = Math.min(low[k % 3], x);
+      high[k % 3] = Math.max(high[k % 3], x);
+    });
+  }
+  const middle = low.map((x, k) => (x + high[k]) / 2), radius = 0.5 * Math.hypot(...low.map((x, k) => high[k] - x));
+  const target = [0, 0, 0];
+  for (let frame = 0; frame < facts.frames; frame++) {
+    const m = poseAt(facts.home, frame, 0);
+    for (let i = 0; i < 3; i++) target[i] += (m[i] * middle[0] + m[4 + i] * middle[1] + m[8 + i] * middle[2] + m[12 + i]) / facts.frames;
+  }
+  Object.assign(camera, { target, distance: 1.15 * radius / Math.sin(camera.angle / 2) });
+}
+
 // The views of facts.views: place of the camera about its target, in world axes or riding on the chamber.
 function choose(name) {
   Object.assign(camera, facts.views[name], { view: name });
@@ -129,8 +156,11 @@ function choose(name) {
 }
 
 function buffers(gl, data) {
-  const spheres = { places: gl.createBuffer(), speeds: gl.createBuffer(), radii: gl.createBuffer() };
-  for (const [buffer, numbers] of [[spheres.places, data.places], [spheres.speeds, data.speeds], [spheres.radii, new Float32Array(bytesOf(facts.radii).buffer)]]) {
+  const spheres = { places: gl.createBuffer(), speeds: gl.createBuffer(), forces: gl.createBuffer(), radii: gl.createBuffer(), materials: gl.createBuffer(), sizes: gl.createBuffer() };
+  const radii = new Float32Array(bytesOf(facts.radii).buffer), [small, large] = facts.sizes;
+  const sizes = radii.map((radius) => (large > small ? (2 * radius - small) / (large - small) : 1));
+  const materials = Float32Array.from(bytesOf(facts.material), (number) => Math.min(number, MATERIALS.length - 1) / 9);
+  for (const [buffer, numbers] of [[spheres.places, data.places], [spheres.speeds, data.speeds], [spheres.forces, data.forces || data.speeds], [spheres.radii, radii], [spheres.materials, materials], [spheres.sizes, sizes]]) {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     gl.bufferData(gl.ARRAY_BUFFER, numbers, gl.STATIC_DRAW);
   }
@@ -208,9 +238,11 @@ function drawSpheres(gl, sphere, made, frame, between, toEye, lens, height) {
   };
   stream(0, made.spheres.places, 3, gl.UNSIGNED_SHORT, 6 * particles * frame, true);
   stream(1, made.spheres.places, 3, gl.UNSIGNED_SHORT, 6 * particles * next, true);
-  stream(2, made.spheres.speeds, 1, gl.UNSIGNED_BYTE, particles * frame, true);
-  stream(3, made.spheres.speeds, 1, gl.UNSIGNED_BYTE, particles * next, true);
+  const by = element("colour").value, rates = by === "force" ? made.spheres.forces : made.spheres.speeds;
+  stream(2, rates, 1, gl.UNSIGNED_BYTE, particles * frame, true);
+  stream(3, rates, 1, gl.UNSIGNED_BYTE, particles * next, true);
   stream(4, made.spheres.radii, 1, gl.FLOAT, 0, false);
+  stream(5, by === "material" ? made.spheres.materials : made.spheres.sizes, 1, gl.FLOAT, 0, false);
   gl.uniformMatrix4fv(sphere.uniforms.toEye, false, toEye);
   gl.uniformMatrix4fv(sphere.uniforms.lens, false, lens);
   gl.uniform3fv(sphere.uniforms.low, facts.low);
@@ -218,8 +250,8 @@ function drawSpheres(gl, sphere, made, frame, between, toEye, lens, height) {
   gl.uniform2fv(sphere.uniforms.heights, facts.heights);
   gl.uniform1f(sphere.uniforms.between, between);
   gl.uniform1f(sphere.uniforms.pixels, height * lens[5]);
-  gl.uniform1i(sphere.uniforms.byHeight, Number(element("colour").value));
-  gl.uniform3fv(sphere.uniforms.palette, VIRIDIS.flatMap(rgb));
+  gl.uniform1i(sphere.uniforms.by, { height: 1, material: 2, size: 2 }[by] || 0);
+  gl.uniform3fv(sphere.uniforms.palette, paletteOf(by).flatMap(rgb));
   gl.drawArrays(gl.POINTS, 0, particles);
   gl.bindVertexArray(null);
 }
@@ -287,14 +319,34 @@ function ticks(low, high, count) {
   return found;
 }
 
+function paletteOf(by) {
+  return by === "material" ? [...MATERIALS, ...VIRIDIS].slice(0, 10) : VIRIDIS;
+}
+
 function legend() {
-  const byHeight = element("colour").value === "1", pen = element("bar").getContext("2d"), fill = pen.createLinearGradient(0, 0, 160, 0);
+  const by = element("colour").value, pen = element("bar").getContext("2d"), fill = pen.createLinearGradient(0, 0, 160, 0);
   VIRIDIS.forEach((colour, k) => fill.addColorStop(k / 9, "#" + colour));
   pen.fillStyle = fill;
   pen.fillRect(0, 0, 160, 10);
-  element("what").textContent = byHeight ? "height over the floor (m)" : "speed (m/s)";
-  element("low").textContent = "0";
-  element("high").textContent = (byHeight ? facts.heights[1] : facts.speed).toPrecision(3);
+  const bars = {
+    speed: ["speed (m/s)", 0, facts.speed], height: ["height over the floor (m)", 0, facts.heights[1]],
+    force: ["contact force (N)", 0, facts.force], size: ["diameter (mm)", 1000 * facts.sizes[0], 1000 * facts.sizes[1]],
+  };
+  element("bar").hidden = element("ends").hidden = by === "material";
+  if (by === "material") {
+    const names = facts.materials.map((name, k) => {
+      const word = document.createElement("span");
+      word.textContent = name;
+      word.style.borderLeft = "12px solid #" + MATERIALS[Math.min(k, MATERIALS.length - 1)];
+      return word;
+    });
+    element("what").replaceChildren(...names);
+  } else {
+    const [words, low, high] = bars[by];
+    element("what").textContent = words;
+    element("low").textContent = low ? low.toPrecision(3) : "0";
+    element("high").textContent = high.toPrecision(3);
+  }
   element("legend").style.display = facts.particles ? "block" : "none";
 }
 
@@ -328,8 +380,9 @@ function listen() {
   };
   seek.max = facts.frames - 1;
   seek.oninput = () => { playing.frame = Number(seek.value); };
-  element("view").onchange = (event) => choose(event.target.value);
+  element("view").onchange = (event) => { choose(event.target.value); frameVessel(); };
   element("colour").onchange = legend;
+  element("machine").onchange = frameVessel;
   scene.onpointerdown = (event) => scene.setPointerCapture(event.pointerId);
   scene.onpointermove = (event) => {
     if (!event.buttons) return;
@@ -354,6 +407,8 @@ async function begin() {
   gl.enable(gl.DEPTH_TEST);
   gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
   for (const option of [...element("view").options]) if (!(option.text in facts.views)) option.remove();
+  const missing = { force: !facts.force, material: !facts.materials.length };
+  for (const option of [...element("colour").options]) if (missing[option.value]) option.remove();
   choose("front");
   legend();
   listen();
