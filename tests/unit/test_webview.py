@@ -258,7 +258,9 @@ def test_without_the_machine_the_vessel_is_in_the_middle_and_larger(tmp_path, fi
         browser.wait("document.body.dataset.drawn === 'yes'")
         whole = browser.value("camera.distance")
         browser.click("#machine")
-        assert browser.value("camera.distance") < 0.7 * whole
+        # half of 228 mm and of two lids of 4.9 mm, 15 % more, in half of the lens of 28 deg
+        near = 1.15 * (0.114 + 0.0049) / math.sin(math.radians(14.0))
+        assert browser.value("camera.distance") == pytest.approx(near, rel=1e-3) and near < 0.6 * whole
         assert browser.value("camera.target[2]") == pytest.approx(-0.236 * math.cos(0.1061), abs=2e-3)
         browser.click("#machine")
         assert browser.value("camera.distance") == whole

@@ -140,7 +140,7 @@ function frameVessel() {
       high[k % 3] = Math.max(high[k % 3], x);
     });
   }
-  const middle = low.map((x, k) => (x + high[k]) / 2), radius = 0.5 * Math.hypot(...low.map((x, k) => high[k] - x));
+  const middle = low.map((x, k) => (x + high[k]) / 2), radius = 0.5 * Math.max(...low.map((x, k) => high[k] - x));
   const target = [0, 0, 0];
   for (let frame = 0; frame < facts.frames; frame++) {
     const m = poseAt(facts.home, frame, 0);
