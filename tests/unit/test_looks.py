@@ -10,11 +10,13 @@ from typer.testing import CliRunner
 from nutamill import cli
 from nutamill.analysis.replay import between, chosen_snapshots, replay
 from nutamill.base.errors import CaseError
-from nutamill.case import Case
+from nutamill.case import Case, load_case
 from nutamill.view.cameras import camera_of
+from nutamill.view.drawing import DARK
 from nutamill.view.film import caption, film_times
 from nutamill.view.film_trace import FilmTrace
 from nutamill.view.looks import Cut, Look, check_look, cut_of, range_of
+from nutamill.view.machine_drawing import machine_solids
 
 
 def test_between_two_snapshots_the_driveshaft_turns_and_pellets_stay_in_the_chamber(filmed):
@@ -114,6 +116,13 @@ def test_faults_of_a_look_are_reported_at_once():
     with pytest.raises(CaseError, match="cannot be transparent in a film"):
         check_look(Look(background="transparent"), film=True)
     assert (Look().ink, Look(background="#202830").ink) == ("black", "white")
+
+
+def test_nothing_floats_between_the_walls_of_a_body_without_joints_elsewhere():
+    """The guide of the damper is at the mass centre of its box; the crank of a planetary mill is drawn."""
+    parts = {part.name for part in machine_solids(load_case("particle-damper").machine)}
+    assert parts == {"enclosure"}
+    assert any(part.colour == DARK for part in machine_solids(load_case("planetary-mill").machine))
 
 
 def test_options_of_pictures_are_those_of_films():

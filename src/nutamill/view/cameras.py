@@ -83,7 +83,7 @@ def camera_of(view: View, case: Case) -> Camera:
         lowest = case.mechanism.nutation_point_to_crank + 0.5 * chamber.inner_diameter
         target = np.array([0.0, 0.0, -0.5 * lowest])
         away = np.array([math.cos(SIDE), math.sin(SIDE), 0.3])
-        eye = target + 2.45 * lowest * away / np.linalg.norm(away)
+        eye = target + 2.3 * lowest * away / np.linalg.norm(away)
         return Camera(eye, target, np.array([0.0, 0.0, 1.0]), math.radians(28.0), (), rides=False)
     if view == "axis":
         eye = floor + np.array([0.0, 0.0, 4.5 * chamber.inner_diameter])

@@ -59,7 +59,9 @@ def machine_solids(
         parts.append(Part(wall.name, wall.body, (world - origin) @ rotation, solid.triangles, *look))
     names = {"charge", *(wall.name for wall in machine.walls)}
     for body in machine.bodies:
-        if rods := _rods(machine, body.name, 0.5 * THICKNESS * size):
+        rods = _rods(machine, body.name, 0.5 * THICKNESS * size)
+        walled = any(wall.body == body.name for wall in machine.walls)
+        if len(rods) > 1 or not walled:  # a hub alone would float between its walls
             origin, rotation = poses[body.name]
             solid = joined(*rods)
             name = f"{body.name}_body" if body.name in names else body.name

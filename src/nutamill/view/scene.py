@@ -18,7 +18,7 @@ from nutamill.base.errors import NotInstalledError, ResultError, missing_extra
 from nutamill.base.units import in_unit
 from nutamill.result import Result
 from nutamill.view.cameras import Camera
-from nutamill.view.drawing import Part
+from nutamill.view.drawing import BRASS, DARK, GLASS, RUBBER, STEEL, Part
 from nutamill.view.drawn import Appearance, camera_called, drawn
 from nutamill.view.looks import CLEAR, Look, check_look
 
@@ -29,6 +29,14 @@ SIZE = (1280, 960)
 """Pixels of a picture, across and down."""
 SURFACE = {"ambient": 0.25, "specular": 0.35, "specular_power": 20.0}
 """Share of light that comes from everywhere, and the gloss, of all surfaces [1]."""
+FINISH: dict[str, dict[str, float]] = {
+    STEEL: {"ambient": 0.3, "diffuse": 0.8, "specular": 0.55, "specular_power": 40.0},
+    DARK: {"ambient": 0.3, "diffuse": 0.8, "specular": 0.45, "specular_power": 30.0},
+    RUBBER: {"ambient": 0.4, "diffuse": 0.7, "specular": 0.03, "specular_power": 2.0},
+    GLASS: {"ambient": 0.4, "diffuse": 0.6, "specular": 1.0, "specular_power": 90.0},
+    BRASS: {"ambient": 0.3, "diffuse": 0.8, "specular": 0.7, "specular_power": 40.0},
+}
+"""How the materials of a machine shine, by their colour: steel is bright in a spot, rubber nowhere."""
 NEAR = 0.04
 """Distance within which surfaces shade each other, share of the size of the machine [1]."""
 OPENING = 0.9 * math.pi
@@ -146,7 +154,10 @@ class Stage:
             )
 
     def shade(self) -> None:
-        """Make surfaces that are near each other darker, which takes too long for a film."""
+        """Make surfaces that are near each other darker, which takes too long for a film.
+
+        Cast shadows are left out: they fall on the charge, whose colours are to be read.
+        """
         near = NEAR * self._machine.reach
         self._plotter.enable_ssao(radius=near, bias=0.1 * near, kernel_size=64)
 
@@ -258,6 +269,8 @@ class Stage:
             scalar_bar_args={**BAR, **self._bar(), "color": self._look.ink},
             render=False,
         )
+        for bar in self._plotter.scalar_bars.values():
+            bar.SetVerticalTitleSeparation(BAR_LETTERS)  # else the title touches the largest number
 
 
 @contextmanager
@@ -324,7 +337,7 @@ def _style(part: Part) -> dict:
         "opacity": part.opacity,
         "smooth_shading": True,
         "split_sharp_edges": True,
-        **SURFACE,
+        **FINISH.get(part.colour, SURFACE),
         "render": False,
     }
 
