@@ -67,7 +67,8 @@ def test_machines_and_case_files_are_completed(tmp_path, monkeypatch):
     for name in ("numbers.toml", "numbers.h5", "other.toml"):
         (tmp_path / name).touch()
     (tmp_path / "numerics").mkdir()
-    assert completion.cases("num") == ["numill", "numill-2025", "numill-2026", "numbers.toml", "numerics/"]
+    mills = ["numill", "numill-2025", "numill-2026", "numill-identified"]
+    assert completion.cases("num") == [*mills, "numbers.toml", "numerics/"]
     (tmp_path / "numerics" / "a.toml").touch()
     assert completion.cases("numerics/") == ["numerics/a.toml"]
 

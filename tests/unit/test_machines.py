@@ -1,10 +1,15 @@
 """The machines that come with the package."""
 
+import json
+from pathlib import Path
+
 import pytest
 
 from nutamill.case import Machine, library_names, load_case
+from nutamill.case.toml.keys import held
 from nutamill.simulation.setup.wall_checks import refuse_walls
 
+RESULTS = Path(__file__).parents[2] / "validation" / "results"
 SCALE = 500 / 140
 """Size of the illustrative industrial mill over that of the laboratory mill."""
 LAWS = {
@@ -64,6 +69,18 @@ def test_the_industrial_mill_says_that_it_is_no_real_machine():
     assert [str(warning) for warning in case.warnings] == [
         str(warning) for warning in load_case("numill").warnings
     ]
+
+
+def test_the_identified_mill_has_the_mode_of_its_identification_and_is_not_the_default():
+    stored = json.loads((RESULTS / "identify" / "numill" / "identify.json").read_text(encoding="utf-8"))
+    modes = {one["name"]: one["mode"] for one in stored["unknowns"] if one["campaign"] != "2025"}
+    keys = {one["name"]: one["keys"] for one in stored["unknowns"]}
+    modes["floor_above_bars"] += modes["bars_depth"]
+    case = load_case("numill-identified")
+    for name in modes:
+        for key in keys[name]:
+            assert held(case, key) == pytest.approx(modes[name], rel=1e-3), key
+    assert load_case("numill").digest == load_case("numill-2026").digest != case.digest
 
 
 def test_only_a_year_or_a_size_is_left_out_of_a_name():

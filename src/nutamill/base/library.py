@@ -30,7 +30,7 @@ def library_file(name: str) -> Path | None:
     if name not in library_names():
         return None
     exact = FOLDER / f"{name}.toml"
-    return exact if exact.is_file() else max(FOLDER.glob(f"{name}-*.toml"))
+    return exact if exact.is_file() else max(FOLDER.glob(f"{name}-[0-9]*.toml"))
 
 
 def mount_sets() -> list[str]:

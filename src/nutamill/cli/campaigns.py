@@ -91,11 +91,15 @@ def identify(
     jobs: Jobs = None,
     cluster: Cluster = None,
     to: Annotated[Path | None, to("Folder for results; else identified/<file>.", "FOLDER")] = None,
+    steps: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=100, help="Steps of the posterior's chain at most; else 20000."),
+    ] = None,
 ) -> None:
     """Identify unknown numbers with their posterior, and predict other rows with intervals."""
     from nutamill.studies.command import run_identification
 
-    typer.echo("\n".join(run_identification(file, until, jobs, cluster, to)))
+    typer.echo("\n".join(run_identification(file, until, jobs, cluster, to, steps)))
 
 
 @app.command("mount-test")

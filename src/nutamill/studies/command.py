@@ -128,7 +128,7 @@ def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) 
 
 
 def run_identification(
-    file: Path, until: str | None, jobs: int | None, cluster: str | None, to: Path | None
+    file: Path, until: str | None, jobs: int | None, cluster: str | None, to: Path | None, steps: int | None
 ) -> list[str]:
     """Identify, and return the lines to print. Parameters are as typed, errors those of
     `nutamill.studies.identify.identify.identify`.
@@ -137,5 +137,5 @@ def run_identification(
     client = None if cluster is None else cluster_client(cluster, jobs)
     with Board(DEFAULT) as board:
         board.message(f"runs into {folder}")
-        done = identify(file, folder, until, jobs, client, board, board.message)
+        done = identify(file, folder, until, jobs, client, board, board.message, steps)
     return [*done.lines(), "", ", ".join(map(str, done.files))]

@@ -12,6 +12,7 @@ from nutamill.studies.identify.draws import holds
 from nutamill.studies.identify.emulator import Emulator
 from nutamill.studies.identify.indices import settled, total_effects
 from nutamill.studies.identify.posterior import (
+    MOST_STEPS,
     Evidence,
     Posterior,
     implausibility,
@@ -26,7 +27,7 @@ LEVELS = (0.05, 0.5, 0.95)
 """Quantiles of intervals and their middle [1]."""
 PRIOR = 11
 """Binary logarithm of the number of points that stand for the ranges [1]."""
-CHECKED = 1000
+CHECKED = 300
 """Points of the posterior of which the case is made where members were refused, at most [1]."""
 
 
@@ -79,7 +80,9 @@ class Identification(NamedTuple):
         return notebook_html("campaigns.identification_html", self)
 
 
-def identification_of(problem: Problem, emulators: Sequence[Emulator], refused: int = 0) -> Identification:
+def identification_of(
+    problem: Problem, emulators: Sequence[Emulator], refused: int = 0, steps: int = MOST_STEPS
+) -> Identification:
     """Sample the posterior, predict all rows and compute the indices.
 
     Parameters
@@ -87,6 +90,7 @@ def identification_of(problem: Problem, emulators: Sequence[Emulator], refused: 
     emulators : the emulator of each row
     refused : members that the drawing could not hold [1]: where there are any, points of the posterior that
         it cannot hold are left out
+    steps : steps of the chain at most [1]
 
     Raises
     ------
@@ -98,7 +102,7 @@ def identification_of(problem: Problem, emulators: Sequence[Emulator], refused: 
         if row.learned
     ]
     unknowns = len(problem.unknowns)
-    posterior = sample_posterior(evidence, unknowns, problem.seed)
+    posterior = sample_posterior(evidence, unknowns, problem.seed, steps)
     if refused:
         posterior = _held(problem, posterior, evidence)
     prior = cube(unknowns, PRIOR, problem.seed)

@@ -17,7 +17,7 @@ from nutamill.studies.identify.figures import draw_corner, draw_rows
 from nutamill.studies.identify.identification import Identification, identification_of
 from nutamill.studies.identify.members import Log, refuse_few, run_members
 from nutamill.studies.identify.points import read_points, write_points
-from nutamill.studies.identify.posterior import Evidence, implausibility
+from nutamill.studies.identify.posterior import MOST_STEPS, Evidence, implausibility
 from nutamill.studies.identify.problem import Problem, read_problem
 from nutamill.studies.identify.sample import filling_points, points_left
 from nutamill.studies.identify.table import json_text, lines, members_csv
@@ -40,6 +40,7 @@ def identify(
     client: "distributed.Client | None" = None,
     report: Report | None = None,
     log: Log | None = None,
+    steps: int | None = None,
 ) -> Identification:
     """Identify the unknowns of a file from its rows, and predict its other rows.
 
@@ -52,6 +53,7 @@ def identify(
     folder : for results, tables and figures; ``identified/<file>`` if None
     until : the last stage to take, with its rows and unknowns; all if None
     jobs, client, report, log : as for `nutamill.studies.sweep.sweep`
+    steps : steps of the chain of the posterior at most [1]; 20 000 if None
 
     Raises
     ------
@@ -70,7 +72,7 @@ def identify(
         return ClusterWorkers(client) if client else LocalProcesses(jobs)
 
     emulators, refused = learn(problem, directory, workers, report, log)
-    done = identification_of(problem, emulators, refused)
+    done = identification_of(problem, emulators, refused, steps or MOST_STEPS)
     files = store(done, directory)
     return done._replace(files=files)
 
