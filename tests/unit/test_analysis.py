@@ -7,8 +7,9 @@ import pytest
 
 from nutamill.analysis.power import power_split
 from nutamill.analysis.summary import summary_lines
+from nutamill.analysis.values import reading_of
 from nutamill.analysis.windows import ramp_end, steady_mean, steady_window
-from nutamill.base.errors import ResultError
+from nutamill.base.errors import CaseError, ResultError
 from nutamill.result import Recorder, open_result
 
 RATE = 1000.0
@@ -145,3 +146,20 @@ def test_last_lines_of_a_run_give_force_torque_power_and_shares(tmp_path):
     assert lines[1] == "crank-pin force 981 N   shaft torque 9.05 N m   power 663 W"
     assert lines[2] == "last 3 s (30 whole turns), plain mean: 981 N, 9.05 N m"
     assert lines[-1] == "where the power goes: pellet-pellet 75 %  pellet-wall 25 %  | closes to 0.02 %"
+
+
+@pytest.mark.parametrize("last", ["bogus", "3 mm", "3", "-3 s", "0 s", 0.0, math.nan])
+def test_a_window_without_a_length_is_refused_in_one_sentence(tmp_path, last):
+    with record(tmp_path / "a.h5", 3.0, driveshaft_torque=lambda t, a: t) as result:
+        for answer in (
+            lambda: steady_window(result, last),
+            lambda: steady_mean(result, "driveshaft_torque", last=last),
+        ):
+            with pytest.raises(CaseError, match="^last: "):
+                answer()
+
+
+@pytest.mark.parametrize("text", ["", "  "])
+def test_an_empty_reading_is_refused_in_one_sentence(text):
+    with pytest.raises(CaseError, match='^reading: must be a series, or "rms" or "swing" and a series'):
+        reading_of(text)

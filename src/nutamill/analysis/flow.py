@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from nutamill.analysis.replay import particle_snapshots, rotation_of
-from nutamill.analysis.windows import PAPER_WINDOW, steady_window
+from nutamill.analysis.windows import PAPER_WINDOW, steady_window, window_length
 from nutamill.base.errors import ResultError
 from nutamill.base.steady import BATCHES
-from nutamill.base.units import Kind, parse
 from nutamill.result import Result
 from nutamill.result.fields import STATISTICS, STATISTICS_AXES
 
@@ -85,10 +84,11 @@ def window(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset"
 
     Raises
     ------
+    CaseError : as `window_length`
     ResultError : an empty chamber, no statistics, or only at one time
     """
     refuse_empty(result)
-    length = parse(last, Kind.TIME) if isinstance(last, str) else last
+    length = window_length(last)
     sums = result.statistics
     missing = [field.name for field in (*STATISTICS, *STATISTICS_AXES) if field.name not in sums.variables]
     if missing:

@@ -7,7 +7,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from nutamill.analysis.source import any_case_of
-from nutamill.base.errors import ResultError
+from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.schema import spelled
 from nutamill.base.steady import (
     FEWEST_TURNS,
     Estimate,
@@ -16,7 +17,7 @@ from nutamill.base.steady import (
     turn_swings,
     whole_turns,
 )
-from nutamill.base.units import Kind, parse
+from nutamill.base.units import Kind, UnitError, parse
 from nutamill.case.machine import DriveEntry
 from nutamill.result import Result
 
@@ -154,10 +155,11 @@ def steady_window(result: Result, last: float | str = PAPER_WINDOW) -> SteadyWin
 
     Raises
     ------
+    CaseError : as `window_length`
     ResultError : the run has not made one turn at its last speed
     """
     time = result.series["time"].values
-    since = float(time[-1]) - _seconds(last) if len(time) else math.nan
+    since = float(time[-1]) - window_length(last) if len(time) else math.nan
     inside, turns = turns_at_speed(result, since)
     if len(turns) < 2:
         raise _no_turn(result)
@@ -191,6 +193,7 @@ def steady_mean(
 
     Raises
     ------
+    CaseError : as `window_length`
     ResultError : no such series in the result, or no whole turn at the last speed
     """
     if isinstance(series, str) and series not in result.series:
@@ -206,7 +209,7 @@ def steady_mean(
         each = np.sqrt(turn_means(time, values**2, turns))
     else:
         each = turn_means(time, values, turns)
-    begin = time[-1] - _seconds(last)
+    begin = time[-1] - window_length(last)
     recent = values[time >= begin] if by == "mean" else each[turns[:-1] >= begin - 1e-9]
     plain_mean = float(recent.mean()) if len(recent) else math.nan
     if len(each) < FEWEST_TURNS:
@@ -245,6 +248,18 @@ def _no_turn(result: Result) -> ResultError:
     )
 
 
-def _seconds(last: float | str) -> float:
-    """Return the length of a window [s]."""
-    return parse(last, Kind.TIME) if isinstance(last, str) else last
+def window_length(last: float | str) -> float:
+    """Return the length of a window at the end of a run [s], given so or as a text with a unit.
+
+    Raises
+    ------
+    CaseError : a text that is no time, or a length that is not positive
+    """
+    try:
+        length = parse(last, Kind.TIME) if isinstance(last, str) else last
+    except UnitError as error:
+        raise CaseError(Fault("last", error.what, error.hint)) from None
+    if not length > 0.0:
+        given = spelled(last) if isinstance(last, str) else f"{last:g} s"
+        raise CaseError(Fault("last", f"must be positive, got {given}", 'Write e.g. "3 s"'))
+    return length
