@@ -155,11 +155,11 @@ def test_a_window_without_a_length_is_refused_in_one_sentence(tmp_path, last):
             lambda: steady_window(result, last),
             lambda: steady_mean(result, "driveshaft_torque", last=last),
         ):
-            with pytest.raises(CaseError, match="^last: "):
+            with pytest.raises(CaseError, match=r"^last: "):
                 answer()
 
 
 @pytest.mark.parametrize("text", ["", "  "])
 def test_an_empty_reading_is_refused_in_one_sentence(text):
-    with pytest.raises(CaseError, match='^reading: must be a series, or "rms" or "swing" and a series'):
+    with pytest.raises(CaseError, match=r'^reading: must be a series, or "rms" or "swing" and a series'):
         reading_of(text)

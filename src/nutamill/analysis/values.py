@@ -73,8 +73,8 @@ def reading_of(text: str, where: str = "reading", machine: Machine | None = None
     ------
     CaseError : no such series, or no such way to read it
     """
-    *ways, series = text.split()
-    if len(ways) > 1 or any(way not in get_args(How) for way in ways):
+    *ways, series = text.split() or [""]
+    if not series or len(ways) > 1 or any(way not in get_args(How) for way in ways):
         raise CaseError(
             Fault(
                 where,
