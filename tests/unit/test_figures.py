@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from nutamill.case import load_case
 from nutamill.design.figures import draw_campbell
 from nutamill.design.modes import Campbell
 from nutamill.result import Recorder, open_result
 from nutamill.result.fields import expand
+from nutamill.simulation import march
 from nutamill.view.figures.run import draw_ledger, draw_run
 
 RATE = 1000.0
@@ -114,6 +116,14 @@ def test_power_that_is_stored_is_named_and_losses_that_are_none_are_not(short):
     assert sorted(areas) == ["pellet-pellet", "stored or returned"]
     gap = areas["stored or returned"]
     assert (gap.y0, gap.y1) == pytest.approx((200.2, 300.0), rel=1e-9)
+
+
+def test_losses_that_are_none_beside_what_is_stored_leave_the_line_alone(tmp_path):
+    # the bearings of a drum take less than a thousandth of what the motor puts into it in its first 40 ms
+    drum = load_case("tumbling-mill", ["charge.kind=none", "run.until=40 ms"])
+    with march.run(drum, tmp_path / "ramp.h5") as result:
+        axes = draw_ledger(result).axes[0]
+    assert [str(area.get_label()) for area in axes.collections] == ["stored or returned"]
 
 
 def test_every_named_figure_names_its_run(filmed):

@@ -106,7 +106,8 @@ def draw_ledger(result: Result) -> Figure:
         axes = figure.subplots()
         if np.abs(put_in - total).max() >= LEAST * largest:
             axes.fill_between(across, total, put_in, color=GAP, linewidth=0, label="stored or returned")
-        axes.stackplot(across, list(seen.values()), labels=list(seen), linewidth=0)
+        if seen:  # at the start of a ramp next to nothing is lost yet
+            axes.stackplot(across, list(seen.values()), labels=list(seen), linewidth=0)
         if supplied:
             label = "motor" if supplied == ["motor_work"] else "put in"
             axes.plot(across, put_in, color="black", label=label)
