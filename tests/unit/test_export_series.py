@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from nutamill import cli
-from nutamill.base.errors import CaseError, NotInstalledError, ResultError
+from nutamill.base.errors import CaseError, ExitCode, NotInstalledError, ResultError
 from nutamill.view import series_table
 
 
@@ -57,3 +57,13 @@ def test_the_command_writes_beside_the_result_and_refuses_series_for_paraview(fi
     reply = CliRunner().invoke(cli.app, ["export", "vtkhdf", str(filmed.path), "--series", "time"])
     assert reply.exit_code == 2
     assert "--series: has no use for vtkhdf, which holds snapshots" in reply.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("export", "csv", "FILE", "-s", "a=1"), ("show", "FILE", "-s", "a=1"), ("show", "FILE", "--expanded")],
+)
+def test_an_option_that_a_result_cannot_obey_is_refused(filmed, words):
+    given = [str(filmed.path) if word == "FILE" else word for word in words]
+    reply = CliRunner().invoke(cli.app, given)
+    assert reply.exit_code == ExitCode.BAD_INPUT and "has no use for" in reply.stderr

@@ -263,6 +263,9 @@ def export(
     ] = Platforms.THIS,
 ) -> None:
     """Write a result for ParaView, a spreadsheet, pandas or LAMMPS, or the machine of a case as an FMU."""
+    if form is not Form.FMU and overrides:
+        refused = f"has no use for {form}, which writes a run as it was"
+        raise CaseError(Fault("--set", refused, "Leave it out, or run the case with it first"))
     if form is Form.FMU:
         from nutamill.export.fmu.write import export_machine
 

@@ -213,6 +213,10 @@ def show(
     if Path(case).suffix in RESULTS:
         from nutamill.result import open_result
 
+        for option, given in (("--set", overrides), ("--expanded", expanded)):
+            if given:
+                what = "has no use for a result, whose case is as it was run"
+                raise CaseError(Fault(option, what, "Leave it out, or give the case"))
         with open_result(case) as result:
             summary, warnings = _summary(result)
             echo_lines([*summary, *warnings, *_facts(result)])
