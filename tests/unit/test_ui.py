@@ -15,10 +15,11 @@ from nutamill.base.errors import CaseError, ExitCode
 from nutamill.case import load_case
 from nutamill.case.toml.form import form_of
 from nutamill.design.machine_sheet import machine_sheet
-from nutamill.result import open_result
+from nutamill.result import Recorder, open_result
 from nutamill.ui import runs as runs_room
 from nutamill.ui.folder import Folder
 from nutamill.ui.guard import MOST_BODY
+from nutamill.ui.results import listed
 from nutamill.ui.server import Server
 
 JSON = {"Content-Type": "application/json"}
@@ -343,3 +344,9 @@ def test_pages_of_a_result_work_although_they_may_load_nothing(server, film, tmp
         browser.wait("document.readyState === 'complete'")
         time.sleep(1.0)
         assert browser.trouble == []
+
+
+def test_the_page_lists_results_of_both_suffixes(tmp_path):
+    for name in ("a.h5", "b.hdf5"):
+        Recorder.create(tmp_path / name, "", {}, ["time"], 1.0).close()
+    assert sorted(row["file"] for row in listed(Folder(tmp_path))) == ["a.h5", "b.hdf5"]

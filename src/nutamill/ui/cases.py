@@ -57,7 +57,7 @@ def catalogue(folder: Folder) -> list[dict[str, str]]:
     short = {name for name, file in files.items() if file is not None and file.stem != name}
     machines = [{"name": name, "title": load_case(name).title} for name in files if name not in short]
     kinds = (FileKind.CASE, FileKind.MECHANISM)
-    own = [name for name in folder.listed(CASES[0]) if file_kind(folder.root / name) in kinds]
+    own = [name for name in folder.listed(*CASES) if file_kind(folder.root / name) in kinds]
     return machines + [{"name": name, "title": ""} for name in own]
 
 

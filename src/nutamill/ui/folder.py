@@ -80,9 +80,12 @@ class Folder:
             raise CaseError(Fault(spelled(name), f"must end with {', '.join(suffixes)}"))
         return path
 
-    def listed(self, suffix: str) -> list[str]:
-        """Return the files with a suffix, newest first: those of the folder and of the folders in it."""
-        files = [path for path in islice(self._walked(suffix), 10 * MOST_FILES) if self._safe(path, suffix)]
+    def listed(self, *suffixes: str) -> list[str]:
+        """Return the files with one of the suffixes, newest first: those of the folder and of the folders in
+        it.
+        """
+        walked = islice(self._walked(*suffixes), 10 * MOST_FILES)
+        files = [path for path in walked if self._safe(path, *suffixes)]
         files.sort(key=lambda path: path.stat().st_mtime, reverse=True)
         return [self.name_of(path) for path in files[:MOST_FILES]]
 
@@ -90,16 +93,17 @@ class Folder:
         """Return the name of a path relative to the folder, with forward slashes."""
         return path.relative_to(self.root).as_posix()
 
-    def _walked(self, suffix: str) -> Iterator[Path]:
-        for pattern in (f"*{suffix}", f"*/*{suffix}"):
-            yield from self.root.glob(pattern)
+    def _walked(self, *suffixes: str) -> Iterator[Path]:
+        for suffix in suffixes:
+            for pattern in (f"*{suffix}", f"*/*{suffix}"):
+                yield from self.root.glob(pattern)
 
-    def _safe(self, path: Path, suffix: str) -> bool:
+    def _safe(self, path: Path, *suffixes: str) -> bool:
         """Return whether a path is a visible file inside the folder."""
         try:
             name = self.name_of(path)
             return not any(part.startswith(".") for part in Path(name).parts) and bool(
-                self.file(name, suffix)
+                self.file(name, *suffixes)
             )
         except (CaseError, OSError):
             return False

@@ -26,7 +26,7 @@ ASIDE = ("title", "changed_from", "run.threads")
 def listed(folder: Folder) -> list[dict[str, Any]]:
     """Return name, title, state and end [s] of every result of the folder, the newest first."""
     rows = []
-    for name in folder.listed(ENDS[0]):
+    for name in folder.listed(*ENDS):
         try:
             with open_result(folder.root / name) as result:
                 title = any_case_of(result).title if result.case_text else "measured data"
@@ -76,7 +76,8 @@ def compared(paths: list[Path]) -> dict[str, Any]:
     """
     if not 1 <= len(paths) <= MOST_COMPARED:
         what = f"takes one result to {MOST_COMPARED}, got {len(paths)}"
-        raise CaseError(Fault("compare", what, "Mark fewer"))
+        hint = "Mark fewer" if paths else "Mark one or more"
+        raise CaseError(Fault("compare", what, hint))
     tables, cases, warnings, verdicts = [], [], [], []
     for path in paths:
         with open_result(path) as result:
