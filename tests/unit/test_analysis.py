@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from nutamill.analysis.measured_comparison import series_in_window
+from nutamill.analysis.orders import sensor_orders
 from nutamill.analysis.power import power_split
 from nutamill.analysis.summary import summary_lines
 from nutamill.analysis.values import reading_of
@@ -163,3 +165,13 @@ def test_a_window_without_a_length_is_refused_in_one_sentence(tmp_path, last):
 def test_an_empty_reading_is_refused_in_one_sentence(text):
     with pytest.raises(CaseError, match=r'^reading: must be a series, or "rms" or "swing" and a series'):
         reading_of(text)
+
+
+def test_a_record_without_a_sample_is_refused_in_one_sentence(tmp_path):
+    names = ["time", "crank_angle", "driveshaft_speed", "driveshaft_torque"]
+    Recorder.create(tmp_path / "a.h5", "", {}, names, RATE).close()
+    with open_result(tmp_path / "a.h5") as result:
+        with pytest.raises(ResultError, match="orders: the record is empty"):
+            sensor_orders(result, "driveshaft_torque")
+        with pytest.raises(CaseError, match="fewer than one whole turn"):
+            series_in_window(result, "driveshaft_torque", 3.0, None)

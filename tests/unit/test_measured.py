@@ -212,3 +212,22 @@ def test_damaged_file_and_unknown_kind_are_refused(tmp_path, ending):
     path.write_bytes(b"no such thing\n" * 5)
     with pytest.raises((CaseError, MillError), match=r"test\.(tdms|uff|mat|xls)"):
         import_test(path, mapping(tmp_path, UNCLOCKED), tmp_path / "m.h5")
+
+
+@pytest.mark.parametrize("separator", ["", ";;", "\\n"])
+def test_a_separator_that_is_not_one_character_is_refused(tmp_path, separator):
+    with pytest.raises(CaseError, match="separator: must"):
+        load_mapping(mapping(tmp_path, f'separator = "{separator}"' + MAPPING))
+
+
+def test_a_csv_file_with_an_open_quote_is_refused(tmp_path):
+    path = tmp_path / "test.csv"
+    path.write_text('t,Mz,F\n0,"' + "1,2\n" * 50_000)  # a cell longer than the reader takes
+    with pytest.raises(CaseError, match=r"must be a whole \.csv file"):
+        import_test(path, mapping(tmp_path), tmp_path / "a.h5")
+
+
+def test_a_record_too_short_for_the_filter_is_refused():
+    assert len(low_pass(np.ones(16), 100.0, 10.0)) == 16
+    with pytest.raises(CaseError, match="--filter: needs 16 samples, got 15"):
+        low_pass(np.ones(15), 100.0, 10.0)

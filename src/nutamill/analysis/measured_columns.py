@@ -76,7 +76,7 @@ def read_columns(path: str | Path, mapping: Mapping) -> dict[str, Column]:
 
 def _csv(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
     """Read a text file: a line of names, then numbers. Non-numeric cells become NaN."""
-    with path.open(encoding="utf-8-sig", newline="", errors="replace") as file:
+    with _whole(path), path.open(encoding="utf-8-sig", newline="", errors="replace") as file:
         rows = list(csv.reader(file, delimiter=mapping.separator))[mapping.skip :]
     if not rows:
         raise CaseError(

@@ -11,6 +11,10 @@ from nutamill.result import Result
 
 ORDER = 4
 """Order of the low-pass filter, each way."""
+FEWEST_FILTERED = 3 * (ORDER + 1) + 1
+"""Samples below which a record is too short for the filter [1]: its ends are continued by three times the
+coefficients of the filter.
+"""
 
 
 class Compared(NamedTuple):
@@ -99,7 +103,8 @@ def series_in_window(
     """
     series = result.series
     time = series["time"].values
-    turns = turns_at_speed(result, float(time[-1]) - last - 1e-9, MEASURED_SPEED)[1]
+    since = float(time[-1]) - last - 1e-9 if len(time) else 0.0
+    turns = turns_at_speed(result, since, MEASURED_SPEED)[1]
     if len(turns) < 2:
         raise CaseError(
             Fault(
@@ -118,9 +123,14 @@ def low_pass(values: np.ndarray, rate: float, cut: float) -> np.ndarray:
 
     Raises
     ------
-    CaseError : a cut-off that is not between zero and half of `rate` [Hz]
+    CaseError : a cut-off that is not between zero and half of `rate` [Hz], or fewer than `FEWEST_FILTERED`
+        samples
     """
     from scipy.signal import butter, sosfiltfilt
+
+    if len(values) < FEWEST_FILTERED:
+        what = f"needs {FEWEST_FILTERED} samples, got {len(values)}"
+        raise CaseError(Fault("--filter", what, "Take a longer record, or leave it out"))
 
     if not 0.0 < cut < 0.5 * rate:
         raise CaseError(

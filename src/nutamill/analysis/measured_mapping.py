@@ -3,13 +3,13 @@
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault, reason
 from nutamill.base.file_kind import FileKind, refuse_other_kind
 from nutamill.base.files import MOST_CASE_TEXT, exists, read_text
-from nutamill.base.schema import Count, Frequency, Number, Quantity, Speed, Table
+from nutamill.base.schema import Count, Frequency, Number, Quantity, Speed, Table, refusal, spelled
 from nutamill.base.units import UNITS, Kind
 from nutamill.case import load_case
 from nutamill.case.machine import Machine, drive_series
@@ -19,6 +19,13 @@ from nutamill.case.toml.merge import merge
 from nutamill.case.toml.messages import checked
 from nutamill.result.fields import Field as SeriesField
 from nutamill.result.fields import series_field
+
+
+def _one_character(separator: str) -> str:
+    """Return a separator of columns. Refuse one that a reader of CSV files does not take."""
+    if len(separator) != 1 or separator in '\r\n"':
+        raise refusal(f"must be one character, got {spelled(separator)}", 'Write e.g. ";" or "\\t"')
+    return separator
 
 
 class Channel(Table):
@@ -51,7 +58,7 @@ class Mapping(Table):
     """
     skip: Annotated[Count, Field(ge=0)] = 0
     """Lines of a CSV file before the one with the names of its columns."""
-    separator: str = ","
+    separator: Annotated[str, AfterValidator(_one_character)] = ","
     """What parts the columns of a CSV file."""
     channel: dict[str, Channel]
     """By the name of the series."""

@@ -89,12 +89,14 @@ def track(
 
     Raises
     ------
-    ResultError : fewer turns than the window has
+    ResultError : fewer turns than the window has, or no samples
 
     Source
     ------
     Fyfe and Munck, Mechanical Systems and Signal Processing 11(2), 187-205, 1997 (computed order tracking)
     """
+    if not len(time):
+        raise ResultError("orders: the record is empty. Run longer")
     moving = np.concatenate(([True], np.diff(angle) > 0.0))
     time, angle, value = time[moving], angle[moving], value[moving]
     step, length = 2.0 * np.pi / PER_TURN, turns * PER_TURN
