@@ -122,6 +122,21 @@ def test_the_law_of_the_guide_is_a_law_of_a_clone_and_meets_its_closed_form(tmp_
     assert str(tmp_path) in done.stdout
 
 
+def test_the_titles_in_the_top_bar_of_the_site_fit_one_line():
+    """The bar shows four of them, and 40 letters are half of a page of 1400 pixels."""
+    pages = re.search(
+        r"```{toctree}.*?\n\n(.*?)```", (ROOT / "docs/index.md").read_text(encoding="utf-8"), re.S
+    )
+    titles = []
+    for entry in pages[1].split("\n")[:4]:
+        title, _, _ = entry.partition(" <")
+        file = ROOT / f"docs/{entry}.md"
+        titles.append(
+            file.read_text(encoding="utf-8").splitlines()[0].strip("# ") if file.exists() else title
+        )
+    assert len(" ".join(titles)) <= 40, titles
+
+
 def test_the_worked_case_file_has_the_contact_of_the_numill():
     page = (ROOT / "docs/guides/coming-from.md").read_text(encoding="utf-8")
     given = tomllib.loads(re.search(r"```toml\n(.*?)```", page, re.DOTALL)[1])["contact"]
