@@ -192,6 +192,10 @@ class Kernel(CPUDispatcher):
         """Return what stands for the code that another kernel calls with these types."""
         return self._parts[tuple(sig)].description
 
+    def compile_for_kernels(self, *arguments: Any) -> None:
+        """Compile the part for arguments like these, so that kernels which call it find it in the cache."""
+        self._compile_part(tuple(self.typeof_pyval(argument) for argument in arguments))
+
     @global_compiler_lock
     def _compile_part(self, args: tuple) -> None:
         if args in self._parts:

@@ -18,6 +18,7 @@ from nutamill.base.kernel import JIT, compiled_mark
 from nutamill.charge.assembly import charge as charge_arrays
 from nutamill.charge.face import Charge, at_rest
 from nutamill.charge.kernels.dynamics import start
+from nutamill.charge.kernels.neighbours import rebuild
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.laws.composition import STANDARD_LAW, ContactLaw, contact_law, law_names
 from nutamill.charge.laws.pair import PairLaw
@@ -68,6 +69,7 @@ def warm_up(
             "from nutamill.simulation.warm_up import compile_charge; compile_charge()", names
         )
         children.enter_context(ended(charge_compiler))
+        list_balls(names)  # first: the other process needs them a little later
         march_turntable()
         read_ball(names)
         charge_compiler.wait()
@@ -145,7 +147,9 @@ def turntable():
     return *built, sensors
 
 
-def ball(names: Sequence[str], started: bool = True) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
+def ball(
+    names: Sequence[str], started: bool = True, floors: int = 1
+) -> tuple[ChargeModel, ChargeState, ChargeScratch]:
     """Build two balls over a floor, their law by name: model, state, scratch. `started` is ready to march."""
     pair = PairLaw(
         1e4,
@@ -170,7 +174,7 @@ def ball(names: Sequence[str], started: bool = True) -> tuple[ChargeModel, Charg
         np.zeros(2, int),
         [1e3],
         {(0, 0): pair},
-        [floor],
+        [floor] * floors,
         1,
         law=contact_law(*names),
     )
@@ -190,6 +194,13 @@ def march_turntable() -> None:
     starts = RowTable(row_groups(mechanism, sensors)).starts
     rows = np.empty((1, starts.columns))
     march_mechanism(mechanism, state, scratch, coupling_state(1), sensors, plan(), starts, 1, rows)
+
+
+def list_balls(names: Sequence[str]) -> None:
+    """Compile the neighbour lists, as a part of the charge's window."""
+    model, state, scratch = ball(names, started=False, floors=0)
+    no_law = model._replace(law=None)  # type: ignore[arg-type]  # as `without_law`
+    rebuild.compile_for_kernels(no_law, state, scratch, np.zeros(8), 0.0, 0, 1)
 
 
 def march_ball(names: Sequence[str]) -> None:
