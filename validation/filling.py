@@ -1,6 +1,6 @@
 """Fill cylinders as densely as the rule of `charge/filling/room.py` allows, and settle a crowded bed.
 
-    python -m validation.filling             cylinders and the chamber of a mill, and write the table
+    python -m validation.filling             all of it, and write the table
     python -m validation.filling 12 49       cylinders of these diameters, printed only
     python -m validation.filling settle      settle a crowded bed of the mill, printed only
 
@@ -87,6 +87,7 @@ def main(words: list[str]) -> int:
         )
         good &= fine
         _say(lines, f"{'mill, 5 mm, 0.99 of a bed of 0.62':34} {row}")
+        _say(lines, f"\n{settled()}")
         head = [
             "python -m validation.filling",
             f"nutamill {__version__}, {time.strftime('%Y-%m-%d', time.gmtime())}, {processor()}, "
