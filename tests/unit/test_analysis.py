@@ -175,3 +175,18 @@ def test_a_record_without_a_sample_is_refused_in_one_sentence(tmp_path):
             sensor_orders(result, "driveshaft_torque")
         with pytest.raises(CaseError, match="fewer than one whole turn"):
             series_in_window(result, "driveshaft_torque", 3.0, None)
+
+
+def test_the_work_of_the_machine_of_an_fmu_is_power_put_in(tmp_path):
+    # 7 W by the FMU, of which 2 W are lost in the contacts and the rest is stored
+    works = {
+        "fmu_shaker_work": lambda t, a: 7.0 * t,
+        "pair_normal_loss": lambda t, a: 2.0 * t,
+        "kinetic_energy_charge": lambda t, a: 5.0 * t,
+        "ledger_residual": lambda t, a: 0.0 * t,
+    }
+    with record(tmp_path / "a.h5", 3.0, **works) as result:
+        split = power_split(result)
+    # rounding of sums of two numbers near 20 J over 2 s
+    assert split.motor == pytest.approx(7.0, abs=1e-12)
+    assert sum(split.sinks.values()) == pytest.approx(split.motor, abs=1e-12)

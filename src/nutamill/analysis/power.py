@@ -29,8 +29,15 @@ SINKS: dict[str, tuple[str, ...]] = {
     "stored": ("kinetic_energy_mechanism", "kinetic_energy_charge", "potential_energy", "elastic_energy"),
 }
 """Where the work that is put in can go: series of the power ledger in groups, ``*`` for every part."""
-SUPPLIES = ("motor_work", "drive_*_work", "linear_drive_*_work", "force_*_work", "torque_*_work")
-"""Series of the works that motors, drives and given loads do."""
+SUPPLIES = (
+    "motor_work",
+    "drive_*_work",
+    "linear_drive_*_work",
+    "force_*_work",
+    "torque_*_work",
+    "fmu_*_work",
+)
+"""Series of the works that motors, drives, given loads and the machines of FMUs do."""
 
 LEDGER_LIMIT = 0.005
 """Share of the motor's work in the steady window that the ledger may leave open [1]."""
@@ -40,8 +47,8 @@ class PowerSplit(NamedTuple):
     """Mean power over the whole turns of the steady window."""
 
     motor: float
-    """Power of motors, drives and given loads [W].  A prescribed motion, which the charge does not slow,
-    supplies power too, which is included.
+    """Power of motors, drives, given loads and the machines of FMUs [W].  A prescribed motion, which the
+    charge does not slow, supplies power too, which is included.
     """
     sinks: dict[str, float]
     """Where it goes [W], by the groups of `SINKS`; stored energy that is given off is negative."""
@@ -68,7 +75,8 @@ def power_split(result: Result, last: float | str = PAPER_WINDOW) -> PowerSplit:
 
     sinks = {group: sum(map(power, names)) for group, names in ledger_groups(result).items()}
     supplied = sum(map(power, supply_series(result)))
-    supplied += power("interface_work") if _prescribed(result) else 0.0
+    if _prescribed(result) and not _recorded(result, ("fmu_*_work",)):
+        supplied += power("interface_work")
     return PowerSplit(supplied, sinks, power("ledger_residual"))
 
 
