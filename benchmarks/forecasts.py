@@ -18,7 +18,7 @@ import numpy as np
 
 import nutamill as nm
 from nutamill.base.provenance import git_commit, processor
-from nutamill.simulation import march
+from nutamill.simulation import runs
 from nutamill.simulation.setup.bed import loose_bed
 from nutamill.simulation.trial import trial_rate
 
@@ -73,17 +73,17 @@ def case_of(name: str, folder: Path) -> nm.Case:
 def measured(case: nm.Case, path: Path) -> float:
     """Run a case and return the processor time from its first row to its end [s]."""
     begun = []
-    record_first_row = march.record_first_row
+    record_first_row = runs.record_first_row
 
     def first_row(*arguments):
         record_first_row(*arguments)
         begun.append(time.process_time())
 
-    march.record_first_row = first_row
+    runs.record_first_row = first_row
     try:
-        march.run(case, path).close()
+        runs.run(case, path).close()
     finally:
-        march.record_first_row = record_first_row
+        runs.record_first_row = record_first_row
     return time.process_time() - begun[0]
 
 
@@ -91,11 +91,11 @@ def main(names: list[str]) -> None:
     """Run the cases `names` and print a line for each."""
     print(f"{datetime.date.today()}, {processor()}, commit {git_commit()}")
     print(f"{'case':12} {'simulated':>9} {'forecast':>9} {'measured':>9} {'forecast/measured':>18}")
-    settled_bed = march.settled_bed
+    settled_bed = runs.settled_bed
     for name in names or CASES:
         with tempfile.TemporaryDirectory() as folder:
             case = case_of(name, Path(folder))
-            march.settled_bed = (lambda machine, _: loose_bed(machine)) if name in LOOSE else settled_bed
+            runs.settled_bed = (lambda machine, _: loose_bed(machine)) if name in LOOSE else settled_bed
             settled_bed(case.machine) if name not in LOOSE else None
             rate = trial_rate(case.machine, time.process_time)
             took = measured(case, Path(folder) / "run.h5")

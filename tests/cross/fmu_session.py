@@ -9,7 +9,7 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
-from nutamill.simulation.march import run
+from nutamill.simulation.runs import run
 
 HOST = r"""
 #include <stdio.h>

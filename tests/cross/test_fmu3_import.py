@@ -10,7 +10,7 @@ from nutamill.base.errors import StepError
 from nutamill.case import load_case
 from nutamill.export.fmu.write import export_machine
 from nutamill.simulation.fmus.trust import fmu_lines
-from nutamill.simulation.march import resume, run
+from nutamill.simulation.runs import resume, run
 
 pytestmark = [
     pytest.mark.external,

@@ -18,7 +18,7 @@ from nutamill.base.errors import CaseError, ResultError, StepError
 from nutamill.case import load_case
 from nutamill.simulation.fmus.mapping import fmu_plans
 from nutamill.simulation.fmus.trust import fmu_lines
-from nutamill.simulation.march import resume, run
+from nutamill.simulation.runs import resume, run
 from nutamill.simulation.setup.model import build
 
 pytestmark = [

@@ -12,7 +12,7 @@ from motor_on_shaft import SHAFT
 from packaged_fmu import packaged
 
 from nutamill.case import load_case
-from nutamill.simulation.march import run
+from nutamill.simulation.runs import run
 
 pytest.importorskip("fmpy", reason="needs the extra fmu")
 pytestmark = pytest.mark.external

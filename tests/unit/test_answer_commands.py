@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from nutamill import cli
 from nutamill.case import load_case
-from nutamill.simulation import march
+from nutamill.simulation import runs
 
 MECHANISMS = Path(__file__).parents[2] / "examples" / "mechanisms"
 RATINGS = """
@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
     case = load_case(
         "numill-2025", ["charge.kind=none", "drive.speed=700 rpm", "drive.ramp=7000 rpm/s", "run.until=0.6 s"]
     )
-    march.run(case, place / "empty.h5").close()
+    runs.run(case, place / "empty.h5").close()
     (place / "ratings.toml").write_text(RATINGS)
     return place
 
@@ -110,7 +110,7 @@ def test_mechanism_of_listed_parts_is_no_mill(invoke, folder):
     assert (
         reply.exit_code == 2 and "describes a mechanism part by part ([[bodies]]), not a mill" in reply.stderr
     )
-    march.run(load_case(crank, ["run.until=5 ms"]), folder / "crank.h5").close()
+    runs.run(load_case(crank, ["run.until=5 ms"]), folder / "crank.h5").close()
     reply = invoke("mounts", "crank.h5")
     assert reply.exit_code == 2 and "crank.h5: the run of a machine given part by part" in reply.stderr
 

@@ -56,9 +56,9 @@ def engine(monkeypatch):
         return path
 
     monkeypatch.setitem(
-        sys.modules, "nutamill.simulation.march", types.SimpleNamespace(run=run, resume=resume)
+        sys.modules, "nutamill.simulation.runs", types.SimpleNamespace(run=run, resume=resume)
     )
-    monkeypatch.setattr("nutamill.simulation.march", sys.modules["nutamill.simulation.march"], raising=False)
+    monkeypatch.setattr("nutamill.simulation.runs", sys.modules["nutamill.simulation.runs"], raising=False)
     figures = {"run": "picture", "power": "power"}
     drawn = types.SimpleNamespace(figure_of=lambda result, what: figures[what])
     monkeypatch.setitem(sys.modules, "nutamill.view.figures.named", drawn)

@@ -13,7 +13,7 @@ from nutamill import cli
 from nutamill.analysis.measured_import import import_test
 from nutamill.base.errors import ExitCode
 from nutamill.case import load_case
-from nutamill.simulation import march
+from nutamill.simulation import runs
 
 PENDULUM = Path(__file__).parents[2] / "examples/mechanisms/pendulum.toml"
 EMPTY = (
@@ -88,8 +88,8 @@ def folder(tmp_path_factory, film):
         "numill-2025",
         ["charge.kind=none", "drive.speed=700 rpm", "drive.ramp=70000 rpm/s", "run.until=0.2 s"],
     )
-    march.run(case, place / "empty.h5").close()
-    march.run(load_case(PENDULUM, ["run.until=50 ms"]), place / "pendulum.h5").close()
+    runs.run(case, place / "empty.h5").close()
+    runs.run(load_case(PENDULUM, ["run.until=50 ms"]), place / "pendulum.h5").close()
     import_test(place / "test.csv", place / "map.toml", place / "measured.h5")
     (place / "a_folder.png").mkdir()
     return place

@@ -22,7 +22,7 @@ from nutamill.base.library import library_file
 from nutamill.case import load_case
 from nutamill.case.machine import Machine
 from nutamill.result import open_result
-from nutamill.simulation import march
+from nutamill.simulation import runs
 from nutamill.studies.axes import members
 from nutamill.studies.fit import read_fit
 from nutamill.studies.measurand import refuse_unrecorded
@@ -48,7 +48,7 @@ def folder(tmp_path_factory):
     """A run of 40 ms of each machine, and ratings."""
     place = tmp_path_factory.mktemp("machines")
     for name, few in FEW.items():
-        march.run(load_case(name, [*few, *TINY]), place / f"{name}.h5").close()
+        runs.run(load_case(name, [*few, *TINY]), place / f"{name}.h5").close()
         rated = RATED.get(name, "guide")
         text = f'schema = 1\n[bearings.{rated}]\nkind = "ball"\ndynamic_rating = "10 kN"\n'
         (place / f"{name}-ratings.toml").write_text(text)
@@ -106,7 +106,7 @@ def test_a_resumed_machine_ends_with_the_bits_of_a_whole_run(invoke, folder, nam
     answer = invoke("resume", f"{name}-longer.h5", "--until", "60 ms")
     assert answer.exit_code == 0, answer.output
     case = load_case(name, [*FEW[name], *TINY, "run.until=60 ms"])
-    march.run(case, folder / f"{name}-whole.h5").close()
+    runs.run(case, folder / f"{name}-whole.h5").close()
     with (
         open_result(folder / f"{name}-longer.h5") as longer,
         open_result(folder / f"{name}-whole.h5") as whole,

@@ -8,7 +8,7 @@ from nutamill.design.figures import draw_campbell
 from nutamill.design.modes import Campbell
 from nutamill.result import Recorder, open_result
 from nutamill.result.fields import expand
-from nutamill.simulation import march
+from nutamill.simulation import runs
 from nutamill.view.figures.run import draw_ledger, draw_run
 
 RATE = 1000.0
@@ -121,7 +121,7 @@ def test_power_that_is_stored_is_named_and_losses_that_are_none_are_not(short):
 def test_losses_that_are_none_beside_what_is_stored_leave_the_line_alone(tmp_path):
     # the bearings of a drum take less than a thousandth of what the motor puts into it in its first 40 ms
     drum = load_case("tumbling-mill", ["charge.kind=none", "run.until=40 ms"])
-    with march.run(drum, tmp_path / "ramp.h5") as result:
+    with runs.run(drum, tmp_path / "ramp.h5") as result:
         axes = draw_ledger(result).axes[0]
     assert [str(area.get_label()) for area in axes.collections] == ["stored or returned"]
 

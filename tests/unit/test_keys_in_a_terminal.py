@@ -18,7 +18,7 @@ pty = pytest.importorskip("pty", reason="needs a system with pseudo-terminals")
 
 PROGRAM = """
 import sys, time
-import nutamill.simulation.march as march
+import nutamill.simulation.runs as runs
 from nutamill.cli import app
 
 def settle(case, progress):
@@ -28,8 +28,8 @@ def settle(case, progress):
         time.sleep(0.05)
         progress(0.5)
 
-march.warm_up = lambda *args: None
-march.settled_bed = settle
+runs.warm_up = lambda *args: None
+runs.settled_bed = settle
 app(["run", "numill", "-s", "charge.kind=none", "-s", "mechanism.mounting=rigid", "-s", "run.until=1000 s",
      "-s", "run.checkpoint=1000 s", "-s", "run.snapshots.rate=0.1 Hz", "--to", "a.h5"])
 """

@@ -11,7 +11,7 @@ from nutamill.design.engine_choice import engine_lines
 from nutamill.simulation.lammps import commands, faults, library, ranks, windows
 from nutamill.simulation.lammps.faults import lammps_faults, refuse_for_lammps
 from nutamill.simulation.lammps.lead import led
-from nutamill.simulation.march import run
+from nutamill.simulation.runs import run
 from nutamill.simulation.setup.charge import pair_laws
 from nutamill.simulation.setup.statistics import pair_types
 

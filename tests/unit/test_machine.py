@@ -15,7 +15,7 @@ from nutamill.case import Machine, load_case
 from nutamill.case.charge_checks import Vessel
 from nutamill.design.machine_sheet import machine_sheet
 from nutamill.design.modes import machine_modes
-from nutamill.simulation import march
+from nutamill.simulation import march, runs
 from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.particles import particle_count
 from nutamill.simulation.setup.regions import free_volume, walls_within
@@ -151,7 +151,7 @@ def dropped(monkeypatch):
         grid = np.stack(np.meshgrid(heights, rows, rows, indexing="ij"), axis=-1).reshape(-1, 3)[:, [1, 2, 0]]
         return grid[:n]
 
-    monkeypatch.setattr(march, "settled_bed", bed)
+    monkeypatch.setattr(runs, "settled_bed", bed)
 
 
 def series_of(case, path):
@@ -180,7 +180,7 @@ def test_the_mill_with_its_charge_runs_to_the_same_bits_as_its_drawing(tmp_path,
             : particle_count(machine)
         ]
 
-    monkeypatch.setattr(march, "settled_bed", layer)
+    monkeypatch.setattr(runs, "settled_bed", layer)
     keys = ["charge.mass=0.03 kg", "run.until=10 ms", "drive.ramp=10000 rpm/s", "run.threads=1"]
     case = load_case("numill", keys)
     parts = Machine.from_toml(case.machine.to_toml())

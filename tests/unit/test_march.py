@@ -13,7 +13,7 @@ import pytest
 from nutamill.analysis.replay import chosen_snapshots, replay
 from nutamill.base.errors import CaseError, ResultError, StepError
 from nutamill.case import load_case
-from nutamill.simulation import entry, march
+from nutamill.simulation import entry, march, runs
 from nutamill.simulation.setup.particles import particle_count
 
 OVERRIDES = [
@@ -42,7 +42,7 @@ def bed(case, *_):
 
 def quick_start(patch):
     """Begin runs with that layer, and report at every entry."""
-    patch.setattr(march, "settled_bed", bed)
+    patch.setattr(runs, "settled_bed", bed)
     patch.setattr("nutamill.simulation.progress.PAUSE", 0.0)
 
 
@@ -58,14 +58,14 @@ def whole_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("whole") / "whole.h5"
     with pytest.MonkeyPatch.context() as patch:
         quick_start(patch)
-        march.run(load_case("numill", OVERRIDES), path).close()
+        runs.run(load_case("numill", OVERRIDES), path).close()
     return path
 
 
 @pytest.fixture(scope="module")
 def whole(whole_file):
     """Series, last state and end of the run that never stopped."""
-    return numbers(march.open_result(whole_file))
+    return numbers(runs.open_result(whole_file))
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def interrupted(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         quick_start(patch)
         with pytest.raises(KeyboardInterrupt):
-            march.run(load_case("numill", OVERRIDES), path, while_marching(interrupt))
+            runs.run(load_case("numill", OVERRIDES), path, while_marching(interrupt))
     return path, asked[0]
 
 
@@ -88,7 +88,7 @@ def interrupted(tmp_path_factory):
 def resumed(interrupted):
     """The file of the run that was interrupted and went on to its end."""
     path = shutil.copy(interrupted[0], interrupted[0].with_name("resumed.h5"))
-    march.resume(path).close()
+    runs.resume(path).close()
     return path
 
 
@@ -100,7 +100,7 @@ def while_marching(act):
 @pytest.fixture
 def states(monkeypatch):
     """The states that `run` builds, for a test to meddle with."""
-    built, build = [], march.build
+    built, build = [], runs.build
 
     def keep(*args):
         model, state, scratch = build(*args)
@@ -135,11 +135,11 @@ class Stop(BaseException):
 
 def test_run_that_is_interrupted_and_resumed_is_the_run_that_was_not(interrupted, resumed, whole):
     path, asked = interrupted
-    with march.open_result(path) as parts:
+    with runs.open_result(path) as parts:
         assert parts.state == "interrupted"
         assert 0 < parts.series.sizes["time"] < whole[0].shape[1]
         assert parts.checkpoint().time == parts.series["time"][-1] == asked
-    assert same(numbers(march.open_result(resumed)), whole)
+    assert same(numbers(runs.open_result(resumed)), whole)
     assert whole[0].shape[1] == 97  # 20 ms at 4800 Hz, and the start
 
 
@@ -151,16 +151,16 @@ def test_run_that_is_killed_goes_on_from_its_last_checkpoint(case, whole, tmp_pa
         raise Stop
 
     with pytest.raises(Stop):
-        march.run(case, tmp_path / "killed.h5", while_marching(die))
-    with march.open_result(tmp_path / "killed.h5") as killed:
+        runs.run(case, tmp_path / "killed.h5", while_marching(die))
+    with runs.open_result(tmp_path / "killed.h5") as killed:
         assert killed.state == "running"
         assert killed.checkpoint().time == pytest.approx(5e-3, abs=1e-9)
-    assert same(numbers(march.resume(tmp_path / "killed.h5")), whole)
+    assert same(numbers(runs.resume(tmp_path / "killed.h5")), whole)
 
 
 def test_slow_run_that_is_killed_loses_no_more_than_the_longest_time_unsaved(case, tmp_path, monkeypatch):
     seldom = case.with_("run.checkpoint", 1.0)
-    whole = march.run(seldom, tmp_path / "whole.h5")
+    whole = runs.run(seldom, tmp_path / "whole.h5")
     for name, value in (("recorder.FIRST_PAUSE", 0.0), ("recorder.COMMIT_SHARE", np.inf)):
         monkeypatch.setattr(f"nutamill.result.{name}", value)
     monkeypatch.setattr(march, "LONGEST_UNSAVED", 0.0)
@@ -170,18 +170,18 @@ def test_slow_run_that_is_killed_loses_no_more_than_the_longest_time_unsaved(cas
             raise Stop
 
     with pytest.raises(Stop):
-        march.run(seldom, tmp_path / "killed.h5", while_marching(die))
-    with march.open_result(tmp_path / "killed.h5") as killed:
+        runs.run(seldom, tmp_path / "killed.h5", while_marching(die))
+    with runs.open_result(tmp_path / "killed.h5") as killed:
         # the run is entered for 10 ms at a time
         assert killed.checkpoint().time == pytest.approx(10e-3, abs=1e-9)
     times = whole.statistics["time"].values
-    assert same(numbers(march.resume(tmp_path / "killed.h5")), numbers(whole))
-    with march.open_result(tmp_path / "killed.h5") as resumed:
+    assert same(numbers(runs.resume(tmp_path / "killed.h5")), numbers(whole))
+    with runs.open_result(tmp_path / "killed.h5") as resumed:
         assert np.array_equal(resumed.statistics["time"].values, times)
 
 
 def test_statistics_of_a_run_that_was_resumed_are_those_of_the_whole_run(resumed, whole_file):
-    with march.open_result(whole_file) as whole, march.open_result(resumed) as parts:
+    with runs.open_result(whole_file) as whole, runs.open_result(resumed) as parts:
         one, other = whole.statistics, parts.statistics
     assert one.drop_attrs().identical(other.drop_attrs())
     assert one["time"].values == pytest.approx([0.0, 0.005, 0.010, 0.015, 0.020])
@@ -191,7 +191,7 @@ def test_statistics_of_a_run_that_was_resumed_are_those_of_the_whole_run(resumed
 
 
 def test_run_without_statistics_is_the_same_run(case, whole, tmp_path):
-    without = march.run(case.with_(run__statistics=False), tmp_path / "without.h5")
+    without = runs.run(case.with_(run__statistics=False), tmp_path / "without.h5")
     with pytest.raises(ResultError, match="holds no statistics of the charge"):
         _ = without.statistics
     assert np.array_equal(numbers(without)[0], whole[0])
@@ -202,10 +202,10 @@ def test_repeated_windows_book_their_impacts_once(tmp_path):
     # and counts once.
     # The mounts must give, or nothing moves; booked in every pass, the impacts here would be twice as many.
     violent = load_case("numill", [*OVERRIDES, "mechanism.mounting=flexible", "drive.ramp=100000 rpm/s"])
-    with march.run(violent.with_(run__coupling="iterated"), tmp_path / "a.h5") as iterated:
+    with runs.run(violent.with_(run__coupling="iterated"), tmp_path / "a.h5") as iterated:
         impacts = float(iterated.statistics["impact_number"][-1].sel(part="normal").sum())
         assert iterated.summary["passes"] > 1.1 * iterated.summary["windows"]
-    with march.run(violent, tmp_path / "b.h5") as staggered:
+    with runs.run(violent, tmp_path / "b.h5") as staggered:
         once = float(staggered.statistics["impact_number"][-1].sel(part="normal").sum())
     # the two motions differ by the coupling's error: a tenth of the impacts is far more, and far less than
     # twice
@@ -217,8 +217,8 @@ def test_run_whose_callback_raises_keeps_what_it_has_recorded(case, tmp_path):
         raise ValueError("the screen is gone")
 
     with pytest.raises(ValueError, match="the screen is gone"):
-        march.run(case, tmp_path / "a.h5", while_marching(trip))
-    with march.open_result(tmp_path / "a.h5") as partial:
+        runs.run(case, tmp_path / "a.h5", while_marching(trip))
+    with runs.open_result(tmp_path / "a.h5") as partial:
         assert partial.state == "failed: the screen is gone"
         assert partial.series.sizes["time"] > 1
 
@@ -234,46 +234,46 @@ def test_signal_keeps_a_checkpoint_at_once_and_the_run_goes_on(case, tmp_path):
 
     def ask(progress):
         if asked and not times:
-            with march.open_result(path) as so_far:
+            with runs.open_result(path) as so_far:
                 times.append(so_far.checkpoint().time)
         elif not asked:
             asked.append(progress.time)
             signal.raise_signal(signal.SIGUSR1)
 
-    whole = numbers(march.run(seldom, tmp_path / "whole.h5"))
-    assert same(numbers(march.run(seldom, path, while_marching(ask))), whole)
+    whole = numbers(runs.run(seldom, tmp_path / "whole.h5"))
+    assert same(numbers(runs.run(seldom, path, while_marching(ask))), whole)
     assert times == [pytest.approx(asked[0], abs=1e-9)]
 
 
 def test_an_end_before_the_checkpoint_is_refused_and_the_file_stays(whole, whole_file, tmp_path):
     path = shutil.copy(whole_file, tmp_path / "a.h5")
     with pytest.raises(CaseError, match=r"not later than the checkpoint at 0\.02 s, got 0\.01 s"):
-        march.resume(path, until=0.010)
-    assert same(numbers(march.open_result(path)), whole)
+        runs.resume(path, until=0.010)
+    assert same(numbers(runs.open_result(path)), whole)
 
 
 def test_a_prescribed_motion_feels_nothing_of_the_charge(case, states, tmp_path):
-    march.run(case.with_(run__coupling="prescribed"), tmp_path / "a.h5").close()
+    runs.run(case.with_(run__coupling="prescribed"), tmp_path / "a.h5").close()
     assert not states[0].mechanism.wrench.any()
     assert not states[0].coupling.mechanism_impulse.any()
     assert states[0].coupling.charge_impulse.any()
 
 
 def test_run_that_is_continued_beyond_its_end_is_the_longer_run(case, whole, tmp_path):
-    march.run(case.with_(run__until=0.010), tmp_path / "short.h5").close()
-    assert same(numbers(march.resume(tmp_path / "short.h5", until=0.020)), whole)
+    runs.run(case.with_(run__until=0.010), tmp_path / "short.h5").close()
+    assert same(numbers(runs.resume(tmp_path / "short.h5", until=0.020)), whole)
 
 
 def test_series_do_not_depend_on_the_number_of_threads(case, whole, tmp_path):
-    two = numbers(march.run(case.with_(run__threads=2), tmp_path / "2.h5"))
+    two = numbers(runs.run(case.with_(run__threads=2), tmp_path / "2.h5"))
     assert np.array_equal(whole[0], two[0])
 
 
 def test_run_of_other_kernels_is_not_continued(whole_file, tmp_path, monkeypatch):
     old = shutil.copy(whole_file, tmp_path / "old.h5")
-    monkeypatch.setattr(march, "kernel_digest", lambda: "0" * 64)
+    monkeypatch.setattr(runs, "kernel_digest", lambda: "0" * 64)
     with pytest.raises(ResultError, match="the run was begun with other kernels"):
-        march.resume(old, until=0.030)
+        runs.resume(old, until=0.030)
 
 
 def test_ledger_and_interface_of_a_run_close(case, whole_file):
@@ -282,7 +282,7 @@ def test_ledger_and_interface_of_a_run_close(case, whole_file):
     # 98 pellets rounds its few contacts once a substep, 2^-24 of a force; together the forces carry the
     # weight and the swing,
     # m (g t + v) with the crank's speed.
-    with march.open_result(whole_file) as result:
+    with runs.open_result(whole_file) as result:
         series = result.series
         received = np.abs(series["motor_work"]).max() + np.ptp(series["potential_energy"].values)
         assert np.abs(series["ledger_residual"]).max() < 1e-3 * received
@@ -296,8 +296,8 @@ def failed(case, path, meddle):
     file.
     """
     with pytest.raises(StepError) as raised:
-        march.run(case, path, while_marching(meddle))
-    with march.open_result(path) as result:
+        runs.run(case, path, while_marching(meddle))
+    with runs.open_result(path) as result:
         assert result.state == f"failed: {raised.value}"
         return str(raised.value), result.series
 
@@ -340,7 +340,7 @@ def test_state_before_a_failure_is_in_the_file_and_runs_into_the_same_failure_ag
 
     message, series = failed(case, path, shoot)
     bad = float(re.search(r"t = (\S+) s", message)[1])
-    with march.open_result(path) as result:
+    with runs.open_result(path) as result:
         checkpoint = result.checkpoint()
         at = checkpoint.time
         snapshot = result.snapshots[-1]
@@ -352,9 +352,9 @@ def test_state_before_a_failure_is_in_the_file_and_runs_into_the_same_failure_ag
     )
     assert snapshot["velocities"][55, 2] == pytest.approx(-25.0, abs=1e-5)
     with pytest.raises(StepError) as again:
-        march.resume(path)
+        runs.resume(path)
     assert str(again.value) == message
-    with march.open_result(path) as result:
+    with runs.open_result(path) as result:
         assert np.array_equal(result.series["time"], series["time"])
 
 
@@ -377,7 +377,7 @@ def test_lists_that_grow_during_a_run_do_not_change_it(case, whole, tmp_path, mo
     monkeypatch.setattr(entry, "grow", count)
     monkeypatch.setattr("nutamill.charge.arrays.PADDING", 0)
     monkeypatch.setattr("nutamill.charge.assembly.CANDIDATES_PER_PARTICLE", 1)
-    tight = numbers(march.run(case, tmp_path / "tight.h5"))
+    tight = numbers(runs.run(case, tmp_path / "tight.h5"))
     assert grown
     assert np.array_equal(tight[0], whole[0])
 
@@ -388,7 +388,7 @@ def test_snapshot_says_that_the_floor_pushes_a_resting_pellet_by_its_weight(case
     so: 2^-24 x 2/dt x v x m, and a hundredth left over.
     """
     still = case.with_(drive__speed="1 rpm", drive__ramp="1 rpm/s")
-    with march.run(still, tmp_path / "rest.h5") as result:
+    with runs.run(still, tmp_path / "rest.h5") as result:
         snapshot = result.snapshots[-1]
         weight = 7863.7 * 4 / 3 * np.pi * 0.0025**3 * 9.81
         assert np.abs(snapshot["contact_forces"] / weight - 1.0).max() < 0.02

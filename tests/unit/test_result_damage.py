@@ -16,7 +16,7 @@ from nutamill.cli import app
 from nutamill.result import Recorder, open_result, verify
 from nutamill.result.checksums import COPIES, Checksums
 from nutamill.result.fields import expand
-from nutamill.simulation import march
+from nutamill.simulation import runs
 
 NAMES = ["time", "crank_angle", "driveshaft_torque"]
 CASE = 'title = "a mill"\nschema = 1\n' + "# every word of the case counts\n" * 40
@@ -248,16 +248,16 @@ def test_run_is_resumed_from_the_older_checkpoint_to_the_bits_it_would_have_had(
         "run.checkpoint=5 ms",
     ]
     case = load_case("numill", [*settings, "run.until=10 ms"])
-    march.run(case, tmp_path / "whole.h5").close()
+    runs.run(case, tmp_path / "whole.h5").close()
     true = (tmp_path / "whole.h5").read_bytes()
-    march.resume(tmp_path / "whole.h5", until=0.015).close()
+    runs.resume(tmp_path / "whole.h5", until=0.015).close()
     broken = tmp_path / "broken.h5"
     broken.write_bytes(true)
     with h5py.File(broken, "r") as file:
         newest = max("ab", key=lambda slot: file[f"checkpoints/{slot}"].attrs["time"])
     flip(broken, places_of(broken, f"checkpoints/{newest}/mechanism/velocity")[0][0] + 3)
     lines = []
-    march.resume(broken, until=0.015, log=lines.append).close()
+    runs.resume(broken, until=0.015, log=lines.append).close()
     assert any("velocity is damaged" in line and OLDER in line for line in lines), lines
     with open_result(broken) as one, open_result(tmp_path / "whole.h5") as other:
         assert one.state == other.state == "complete"
@@ -269,7 +269,7 @@ def test_run_is_resumed_from_the_older_checkpoint_to_the_bits_it_would_have_had(
     flip(broken, places_of(broken, f"checkpoints/{newest}/mechanism/velocity")[0][0] + 3)
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
-        march.resume(broken, until=0.015).close()  # without a listener it is a warning
+        runs.resume(broken, until=0.015).close()  # without a listener it is a warning
     assert "older checkpoint" in str(heard[0].message)
 
 

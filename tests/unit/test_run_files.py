@@ -17,7 +17,7 @@ from nutamill.base.errors import CaseError, Interrupted, NotSteadyError, OutputE
 from nutamill.case import load_case
 from nutamill.result import Recorder, open_result, recorder
 from nutamill.result.one_writer import one_writer
-from nutamill.simulation import march, signals
+from nutamill.simulation import runs, signals
 
 PENDULUM = """
 schema = 1
@@ -132,7 +132,7 @@ def test_picture_that_cannot_be_written_is_reported_after_the_summary(case_file,
 
 def test_complete_result_of_other_kernels_is_returned_and_called_so(case, path, monkeypatch):
     nm.run(case, path).close()
-    monkeypatch.setattr(march, "kernel_digest", lambda: "0" * 64)
+    monkeypatch.setattr(runs, "kernel_digest", lambda: "0" * 64)
     heard = []
     nm.run(case, path, log=heard.append).close()
     assert "made by other kernels than this version has" in heard[0]
@@ -144,7 +144,7 @@ def test_complete_result_is_returned_from_a_folder_that_cannot_be_written(case, 
     def refused(path):
         raise OutputError(f"{path}: cannot be written")
 
-    monkeypatch.setattr(march, "one_writer", refused)
+    monkeypatch.setattr(runs, "one_writer", refused)
     nm.run(case, path).close()
     nm.resume(path).close()
 
@@ -312,8 +312,8 @@ def test_run_takes_a_name_or_a_file_and_refuses_what_is_no_case(case_file, path,
     with nm.run(str(case_file), path) as result:
         assert result.reached == pytest.approx(2.0)
     ran = []
-    monkeypatch.setattr(march, "run_to", lambda case, *args: ran.append(case))
-    monkeypatch.setattr(march, "ended_result", lambda path: None)
+    monkeypatch.setattr(runs, "run_to", lambda case, *args: ran.append(case))
+    monkeypatch.setattr(runs, "ended_result", lambda path: None)
     nm.run("numill", path.with_name("b.h5"))
     assert ran == [load_case("numill")]
     with pytest.raises(CaseError, match="case: not a case, the name of a mill, or a case file, got dict"):
@@ -322,7 +322,7 @@ def test_run_takes_a_name_or_a_file_and_refuses_what_is_no_case(case_file, path,
 
 def test_too_little_room_is_reported_before_the_charge_settles(path, monkeypatch):
     mill = load_case("numill", ["charge.mass=2 kg"])
-    monkeypatch.setattr(march, "warm_up", lambda *args: pytest.fail("the kernels were compiled first"))
+    monkeypatch.setattr(runs, "warm_up", lambda *args: pytest.fail("the kernels were compiled first"))
     monkeypatch.setattr(
         "nutamill.base.atomic_file.shutil.disk_usage",
         lambda folder: type("Usage", (), {"free": SPARE + 1000})(),

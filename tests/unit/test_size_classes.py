@@ -6,7 +6,7 @@ from test_march import OVERRIDES, bed
 
 from nutamill.case import load_case
 from nutamill.result import open_result
-from nutamill.simulation import march
+from nutamill.simulation import runs
 from nutamill.simulation.setup import kinds
 from nutamill.simulation.setup.kinds import particle_kinds, size_classes
 from nutamill.simulation.setup.statistics import pair_types
@@ -46,13 +46,13 @@ def test_pairs_are_named_by_material_and_class_and_have_the_sizes_of_both():
 
 
 def test_classes_change_no_bit_and_their_impacts_add_up_to_those_without(tmp_path, monkeypatch):
-    monkeypatch.setattr(march, "settled_bed", bed)
+    monkeypatch.setattr(runs, "settled_bed", bed)
     case = load_case("numill", TWO_SIZES)
-    march.run(case, tmp_path / "classes.h5").close()
+    runs.run(case, tmp_path / "classes.h5").close()
     assert len(particle_kinds(case.machine).kinds) == 3
     monkeypatch.setattr(kinds, "NARROW", 10.0)
     particle_kinds.cache_clear()
-    march.run(case, tmp_path / "one.h5").close()
+    runs.run(case, tmp_path / "one.h5").close()
     particle_kinds.cache_clear()
     with open_result(tmp_path / "classes.h5") as classes, open_result(tmp_path / "one.h5") as one:
         assert classes.series.drop_attrs().identical(one.series.drop_attrs())

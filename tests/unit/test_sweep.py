@@ -370,7 +370,7 @@ def test_worker_whose_campaign_has_died_saves_and_ends(tmp_path):
     case = load_case("numill", [*EMPTY, "run.until=100 s"]).with_("run.threads", 1)
     task = Task("run", case.to_toml(), "numill", str(tmp_path / "a.h5"))
     program = (
-        "import nutamill.simulation.march as m; m.warm_up = lambda *a, **k: None\nfrom "
+        "import nutamill.simulation.runs as m; m.warm_up = lambda *a, **k: None\nfrom "
         "nutamill.studies.member import main; main()"
     )
     process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, text=True)

@@ -12,7 +12,7 @@ import pytest
 
 from nutamill.base.errors import CaseError, NotSteadyError
 from nutamill.case import load_case
-from nutamill.simulation import march
+from nutamill.simulation import runs
 from nutamill.simulation.record import Ending
 
 OVERRIDES = [
@@ -35,7 +35,7 @@ def case():
 
 
 def test_steady_mill_ends_soon_after_five_turns_and_the_time_of_its_snapshots(case, tmp_path):
-    with march.run(case, tmp_path / "a.h5") as result:
+    with runs.run(case, tmp_path / "a.h5") as result:
         assert result.state == "complete"
         # ramp 0.07 s and five turns of 0.0857 s: at the checkpoint of 0.5 s at the earliest; then snapshots
         # for 0.05 s
@@ -47,16 +47,16 @@ def test_steady_mill_ends_soon_after_five_turns_and_the_time_of_its_snapshots(ca
 
 def test_run_that_stops_and_goes_on_ends_where_the_run_that_never_stopped_does(case, tmp_path, monkeypatch):
     monkeypatch.setattr("nutamill.simulation.progress.PAUSE", 0.0)
-    march.run(case, tmp_path / "whole.h5").close()
+    runs.run(case, tmp_path / "whole.h5").close()
 
     def interrupt(progress):
         if progress.time > 0.31:
             os.kill(os.getpid(), signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):
-        march.run(case, tmp_path / "parts.h5", interrupt)
-    march.resume(tmp_path / "parts.h5").close()
-    with march.open_result(tmp_path / "whole.h5") as whole, march.open_result(tmp_path / "parts.h5") as parts:
+        runs.run(case, tmp_path / "parts.h5", interrupt)
+    runs.resume(tmp_path / "parts.h5").close()
+    with runs.open_result(tmp_path / "whole.h5") as whole, runs.open_result(tmp_path / "parts.h5") as parts:
         assert whole.series.drop_attrs().identical(parts.series.drop_attrs())
         assert list(whole.snapshots.time) == list(parts.snapshots.time)
 
@@ -67,18 +67,18 @@ def test_a_run_that_is_never_steady_ends_with_a_message_and_can_go_on(case, tmp_
         NotSteadyError,
         match=r"not steady after 0\.3 s: fewer than 5 whole turns at full speed\. Go on with: nutamill",
     ) as raised:
-        march.run(short, tmp_path / "a.h5")
+        runs.run(short, tmp_path / "a.h5")
     assert raised.value.exit_code == 3
-    with march.open_result(tmp_path / "a.h5") as result:
+    with runs.open_result(tmp_path / "a.h5") as result:
         assert result.state == "not steady: fewer than 5 whole turns at full speed"
-    with march.resume(tmp_path / "a.h5", until=2.0) as result, march.run(case, tmp_path / "b.h5") as whole:
+    with runs.resume(tmp_path / "a.h5", until=2.0) as result, runs.run(case, tmp_path / "b.h5") as whole:
         assert result.state == "complete"
         assert np.array_equal(result.series["driveshaft_torque"], whole.series["driveshaft_torque"])
 
 
 def test_a_steady_run_goes_on_to_a_later_end(case, tmp_path):
-    march.run(case, tmp_path / "a.h5").close()
-    with march.resume(tmp_path / "a.h5", until=0.7) as result:
+    runs.run(case, tmp_path / "a.h5").close()
+    with runs.resume(tmp_path / "a.h5", until=0.7) as result:
         assert result.state == "complete"
         assert result.series["time"].values[-1] == pytest.approx(0.7, abs=1e-9)
 

@@ -17,7 +17,7 @@ from nutamill.charge.laws.oscillator import scaled_contact_time
 from nutamill.charge.walls.mesh import on_charge_side
 from nutamill.design.preflight import preflight
 from nutamill.result import Recorder, open_result
-from nutamill.simulation import march
+from nutamill.simulation import runs
 from nutamill.simulation.setup import walls
 from nutamill.simulation.setup.bed import settled_bed
 from nutamill.simulation.setup.charge import pair_law
@@ -362,7 +362,7 @@ def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_pat
         places = np.stack(np.meshgrid(rows, rows, [0.240 - 0.3475]), axis=-1).reshape(-1, 3)
         return places[: particle_count(case.machine)]
 
-    monkeypatch.setattr(march, "settled_bed", bed)
+    monkeypatch.setattr(runs, "settled_bed", bed)
     monkeypatch.setattr("nutamill.simulation.progress.PAUSE", 0.0)
     case = case_of(
         folder, MESHED, ["drive.ramp=10000 rpm/s", "run.until=15 ms", "run.checkpoint=5 ms", "run.threads=1"]
@@ -372,18 +372,18 @@ def test_a_run_in_a_meshed_chamber_goes_on_from_where_it_stopped(folder, tmp_pat
         if progress.phase in ("ramp", "steady"):
             os.kill(os.getpid(), signal.SIGINT)
 
-    with march.run(case, tmp_path / "whole.h5") as whole:
+    with runs.run(case, tmp_path / "whole.h5") as whole:
         assert whole.provenance["chamber.mesh.sha256"] == case.chamber.mesh.sha256
         expected = {name: whole.series[name].values for name in whole.series}
     with pytest.raises(KeyboardInterrupt):
-        march.run(case, tmp_path / "parts.h5", interrupt)
+        runs.run(case, tmp_path / "parts.h5", interrupt)
     content = (folder / "tube.stl").read_text()
     stl(folder / "tube.stl", tube(36))
     for cached in (walls._read, walls.world_surfaces, walls.region_corners):
         cached.cache_clear()  # as in another process
-    assert "has changed" in refusal(march.resume, tmp_path / "parts.h5")
+    assert "has changed" in refusal(runs.resume, tmp_path / "parts.h5")
     (folder / "tube.stl").write_text(content)
-    with march.resume(tmp_path / "parts.h5") as parts:
+    with runs.resume(tmp_path / "parts.h5") as parts:
         assert parts.state == "complete"
         assert all(np.array_equal(parts.series[name].values, values) for name, values in expected.items())
 

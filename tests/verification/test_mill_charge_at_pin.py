@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nutamill.case import load_case
-from nutamill.simulation import march
+from nutamill.simulation import runs
 from nutamill.simulation.setup.particles import particle_count
 from nutamill.studies.papers.quantities import charge_at_pin, superposed
 
@@ -31,8 +31,8 @@ def record(tmp_path, monkeypatch, name, *changes):
         places = np.stack(np.meshgrid(rows, rows, [0.240 - 0.3475]), axis=-1).reshape(-1, 3)
         return places[: particle_count(case.machine)] if case.charge.parts else None
 
-    monkeypatch.setattr(march, "settled_bed", bed)
-    return march.run(load_case("numill", [*SETUP, *changes]), to=tmp_path / f"{name}.h5")
+    monkeypatch.setattr(runs, "settled_bed", bed)
+    return runs.run(load_case("numill", [*SETUP, *changes]), to=tmp_path / f"{name}.h5")
 
 
 @pytest.fixture

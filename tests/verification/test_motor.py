@@ -12,8 +12,8 @@ from nutamill.mechanism.dynamics import march, start
 from nutamill.mechanism.energy import energies
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointFriction, JointKind, Motor
-from nutamill.simulation.march import resume
-from nutamill.simulation.march import run as march_run
+from nutamill.simulation.runs import resume
+from nutamill.simulation.runs import run as march_run
 
 O, Z, INERTIA, DT = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.02, 1e-4
 FAST = ((0.0,), (100.0,))

@@ -12,7 +12,7 @@ from nutamill import CaseError, System
 from nutamill.case import case_of_text
 from nutamill.mechanism.loads import FRICTION_ANGLE
 from nutamill.mechanism.parts import GROUND, Body, Drive, Joint, JointFriction, JointKind
-from nutamill.simulation import march
+from nutamill.simulation import runs
 
 O, X, Z = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 MASS, INERTIA, G, MU = 3.0, 0.02, 9.81, 0.25
@@ -164,7 +164,7 @@ until = "0.2 s"
 
 
 def test_the_loss_of_a_sled_in_a_file_closes_its_ledger(tmp_path):
-    with march.run(case_of_text(SLED), tmp_path / "sled.h5") as result:
+    with runs.run(case_of_text(SLED), tmp_path / "sled.h5") as result:
         loss = result.series["joint_rail_loss"].values
         residual = result.series["ledger_residual"].values
         across = result.series["joint_rail_force_z"].values

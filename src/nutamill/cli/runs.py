@@ -144,13 +144,13 @@ def _run(
         echo_lines([f"warning: {warning}"], err=True)
     path = to or loaded.file_in()
     refuse_suffix(path, RESULTS)
-    from nutamill.simulation import march
+    from nutamill.simulation import runs
 
     trusted = _trusted(loaded, trust_fmu)
     _run_on_screen(
         loaded.title or loaded.name,
         path,
-        lambda screen: march.run(
+        lambda screen: runs.run(
             loaded, to=path, progress=screen, log=screen.message, again=again, trust_fmu=trusted
         ),
     )
@@ -177,14 +177,14 @@ def resume(
 ) -> None:
     """Continue a run from its last checkpoint."""
     with stop_at_once():
-        from nutamill.simulation import march
+        from nutamill.simulation import runs
 
         trusted = _trusted_earlier(file, trust_fmu) if exists(file) and not is_folder(file) else False
 
         _run_on_screen(
             file.stem,
             file,
-            lambda screen: march.resume(
+            lambda screen: runs.resume(
                 file, until=until, progress=screen, log=screen.message, trust_fmu=trusted
             ),
         )

@@ -18,7 +18,7 @@ from nutamill.base.kernel import compiled_mark
 from nutamill.base.provenance import processor
 from nutamill.case import load_case
 from nutamill.charge.laws.composition import STANDARD_LAW, law_names
-from nutamill.simulation.march import run
+from nutamill.simulation.runs import run
 from nutamill.simulation.setup.threads import usable_cores
 from nutamill.view.film import ffmpeg_trouble
 from nutamill.view.scene import opengl_trouble

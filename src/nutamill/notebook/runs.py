@@ -1,4 +1,4 @@
-"""`run` and `resume` of the public face: those of the march, with live progress in a notebook."""
+"""`run` and `resume` of the public face: those of the simulation, with live progress in a notebook."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from nutamill.case import Case, Machine
 from nutamill.notebook.live import LiveProgress, in_notebook
 from nutamill.result import Result
-from nutamill.simulation import march
+from nutamill.simulation import runs
 from nutamill.simulation.progress_report import Progress
 
 Report = Callable[[Progress], None]
@@ -47,11 +47,11 @@ def run(
     KeyboardInterrupt : after an interrupt before the first step
     Interrupted : after an interrupt of the march, with everything saved
     """
-    case = march.asked_case(case)
+    case = runs.asked_case(case)
     if progress is not None or not in_notebook():
-        return march.run(case, to, progress, log, again, trust_fmu)
+        return runs.run(case, to, progress, log, again, trust_fmu)
     with LiveProgress(case.title or case.name) as live:
-        return march.run(case, to, live, log or live.message, again, trust_fmu)
+        return runs.run(case, to, live, log or live.message, again, trust_fmu)
 
 
 def resume(
@@ -76,6 +76,6 @@ def resume(
     ResultError, DamagedError, StepError, NotSteadyError, KeyboardInterrupt : as for `run`
     """
     if progress is not None or not in_notebook():
-        return march.resume(path, until=until, progress=progress, log=log, trust_fmu=trust_fmu)
+        return runs.resume(path, until=until, progress=progress, log=log, trust_fmu=trust_fmu)
     with LiveProgress(Path(path).stem) as live:
-        return march.resume(path, until=until, progress=live, log=log or live.message, trust_fmu=trust_fmu)
+        return runs.resume(path, until=until, progress=live, log=log or live.message, trust_fmu=trust_fmu)

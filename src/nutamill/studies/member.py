@@ -14,7 +14,7 @@ from nutamill.base.child import tasks_of_parent
 from nutamill.base.errors import ExitCode, MillError, NotSteadyError
 from nutamill.case import case_of_text
 from nutamill.result import is_finished, open_result, state_of
-from nutamill.simulation.march import resume, run
+from nutamill.simulation.runs import resume, run
 from nutamill.simulation.setup.bed import settled_bed
 
 DONE = "done"

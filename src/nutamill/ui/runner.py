@@ -15,8 +15,8 @@ from nutamill.base.child import task_of_parent
 from nutamill.base.errors import ExitCode, MillError
 from nutamill.case import case_of_text
 from nutamill.result import is_finished, state_of
-from nutamill.simulation.march import resume, run
 from nutamill.simulation.progress_report import Progress
+from nutamill.simulation.runs import resume, run
 from nutamill.studies.member import holds_checkpoint
 
 PROGRAM = "from nutamill.ui.runner import main; main()"
