@@ -98,7 +98,7 @@ def terminal(tmp_path):
 def test_checkpoint_while_settling_does_no_harm_later_it_is_saved_and_a_closed_terminal_saves_all(
     terminal, tmp_path
 ):
-    screen = terminal.wait_for("50 %.*nothing to save yet")
+    screen = terminal.wait_for(r"50 %.*nothing to save yet\)")
     assert "q stop (nothing to save yet)" in screen
     assert "c checkpoint" not in screen
     terminal.press("c")

@@ -107,7 +107,7 @@ def states(monkeypatch):
         built.append(state)
         return model, state, scratch
 
-    monkeypatch.setattr(march, "build", keep)
+    monkeypatch.setattr(runs, "build", keep)
     return built
 
 
