@@ -80,6 +80,10 @@ def test_stiffening_mount_shows_its_distortion_and_the_stiffness_of_the_first_ha
             lambda t: MountTest(*(column[::20] for column in t)),
             "test: needs 12 samples in a cycle, got 6.3",
         ),
+        (
+            lambda t: MountTest(*(np.delete(column, slice(400, 650)) for column in t)),
+            "test: has a gap: 0 samples in cycle 5 of 15",
+        ),
         (lambda t: t._replace(time=t.time[::-1]), "time: does not rise after sample 1"),
         (lambda t: t._replace(displacement=np.zeros_like(t.time)), "displacement: is constant"),
         (
@@ -91,7 +95,7 @@ def test_stiffening_mount_shows_its_distortion_and_the_stiffness_of_the_first_ha
             "force: must be finite numbers, sample 6 is not",
         ),
     ],
-    ids=["sign", "short", "coarse", "backwards", "still", "two frequencies", "nan"],
+    ids=["sign", "short", "coarse", "gap", "backwards", "still", "two frequencies", "nan"],
 )
 def test_record_that_is_no_such_test_is_refused(spoiled, message):
     with pytest.raises(CaseError) as raised:

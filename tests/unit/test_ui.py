@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import socket
 import threading
 import time
 from pathlib import Path
@@ -115,6 +116,14 @@ def test_a_body_needs_a_length_and_json(server):
     assert status == 415 and "the body must be JSON" in text
     for body in ("{", "[]", "3", "[" * 5000):
         assert "must be a table in JSON" in refused(server, "case", body)
+
+
+def test_an_address_that_cannot_be_read_is_refused(server):
+    assert refused(server, "check?" + "&".join(f"a{k}=1" for k in range(50))) == "the address cannot be read"
+    with socket.create_connection(server.server_address) as one:
+        host = f"127.0.0.1:{server.guard.port}"
+        one.sendall(f"GET http://[x HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
+        assert one.recv(4096).startswith(b"HTTP/1.1 400")
 
 
 def test_an_address_of_nothing_is_an_error(server):

@@ -1,6 +1,7 @@
 """Wear of walls in units of a workshop, and worn meshes for the next run."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from test_wall_files import MESHED, stl, tube
 from typer.testing import CliRunner
 
 from nutamill import cli
-from nutamill.analysis.wear import by_surface, life_of, liner_of, wall_wear, wear_lines
+from nutamill.analysis.wear import by_surface, friction_at, life_of, liner_of, wall_wear, wear_lines
 from nutamill.base.errors import CaseError
 from nutamill.base.units import in_unit
 from nutamill.case import load_case
@@ -50,6 +51,15 @@ def worn(folder, name="run", last=4.0, **liner):
 def test_a_sliding_block_wears_by_coefficient_load_and_distance_over_hardness(folder):
     wear = worn(folder, coefficient=K)
     assert wear.depth == pytest.approx(np.array([1.0, 3.0]) * K * LOAD * SPEED / HARDNESS, rel=1e-12, abs=0.0)
+
+
+def test_a_surface_has_the_friction_of_its_own_wall_and_of_none_whose_name_it_begins_with():
+    walls = [SimpleNamespace(name=name, material=name, file=None) for name in ("lid", "lid_top")]
+    friction = {"lid": 0.5, "lid_top": 0.2}
+    contact = SimpleNamespace(pair=lambda own, wall: SimpleNamespace(sliding_friction=friction[wall]))
+    machine = SimpleNamespace(walls=walls, contact=contact, charge=SimpleNamespace(materials=["steel"]))
+    frictions = [friction_at(machine, surface) for surface in ("lid", "lid side", "lid top", "lid_top face")]
+    assert frictions == [0.5, 0.5, 0.2, 0.2]
 
 
 def test_impacts_cut_their_weighed_energy_over_twice_the_hardness(folder):

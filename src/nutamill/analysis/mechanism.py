@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.analysis.power import LEDGER_LIMIT
 from nutamill.base.wrench import WRENCH
 from nutamill.result import Result
 
@@ -94,10 +95,6 @@ def mechanism_summary_lines(result: Result) -> list[str]:
     if not math.isnan(share := ledger_share(result)):
         lines.append(f"energy ledger closes to {100.0 * share:.2g} % of the energy that moved")
     return lines
-
-
-LEDGER_LIMIT = 0.005
-"""Share of the energy that moved which the ledger may leave open [1]."""
 
 
 def mechanism_warning_lines(result: Result) -> list[str]:

@@ -169,12 +169,17 @@ def _each_cycle(
     time: np.ndarray, displacement: np.ndarray, force: np.ndarray, omega: float, cycles: int
 ) -> np.ndarray:
     """Return the complex stiffness of each cycle, (cycles,)."""
-    number = np.minimum(((time - time[0]) * omega / math.tau).astype(int), cycles - 1)
+    number = _cycle_numbers(time, omega, cycles)
     ratios = []
     for k in range(cycles):
         one = number == k
         ratios.append(_sine(time[one], force[one], omega)[0] / _sine(time[one], displacement[one], omega)[0])
     return np.array(ratios)
+
+
+def _cycle_numbers(time: np.ndarray, omega: float, cycles: int) -> np.ndarray:
+    """Return the number of the cycle that each sample is in (n,), from 0; what follows the last is in it."""
+    return np.minimum(((time - time[0]) * omega / math.tau).astype(int), cycles - 1)
 
 
 def _frequency(test: MountTest) -> float:
@@ -246,6 +251,10 @@ def _refuse_short(test: MountTest, omega: float, cycles: int) -> None:
                 "Sample faster",
             )
         )
+    counts = np.bincount(_cycle_numbers(test.time, omega, cycles), minlength=cycles)
+    if counts.min() < FEWEST_SAMPLES // 2:
+        what = f"has a gap: {counts.min()} samples in cycle {counts.argmin() + 1} of {cycles}"
+        raise CaseError(Fault("test", what, "Give a record without gaps"))
 
 
 def read_mount_test(path: str | Path) -> MountTest:

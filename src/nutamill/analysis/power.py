@@ -40,7 +40,9 @@ SUPPLIES = (
 """Series of the works that motors, drives, given loads and the machines of FMUs do."""
 
 LEDGER_LIMIT = 0.005
-"""Share of the motor's work in the steady window that the ledger may leave open [1]."""
+"""Share that the ledger may leave open [1]: of the motor's work in the steady window, or of the energy that
+moved where there is none.
+"""
 
 
 class PowerSplit(NamedTuple):

@@ -15,6 +15,7 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.steady import batch_half_width
 from nutamill.base.units import in_unit, shown, si_value
 from nutamill.case.machine import Machine
+from nutamill.case.walls import WallEntry
 from nutamill.result import Result
 
 if TYPE_CHECKING:
@@ -171,16 +172,21 @@ def friction_at(machine: Machine, surface: str) -> float:
 
     It turns a work of friction into load times sliding distance; infinite where nothing rubs.
     """
-    wall = next(
-        wall
-        for wall in machine.walls
-        if surface == wall.name.replace("_", " ")
-        or surface.startswith(f"{wall.name} ")
-        or (wall.file and surface.startswith(f"{_file_name(wall.file)} patch "))
-    )
+    # the longest name that fits: a wall "lid" has no part in the wall "lid_top"
+    wall = max(machine.walls, key=lambda wall: _fit(wall, surface))
     pairs = [machine.contact.pair(own, wall.material) for own in machine.charge.materials]
     smallest = min(pair.sliding_friction for pair in pairs)
     return smallest if smallest > 0.0 else math.inf
+
+
+def _fit(wall: WallEntry, surface: str) -> int:
+    """Return the length of the name under which a surface belongs to a wall, 0 if it does not."""
+    plain = wall.name.replace("_", " ")
+    names = [plain] if surface == plain else []
+    names += [name for name in (wall.name, plain) if surface.startswith(f"{name} ")]
+    if wall.file and surface.startswith(f"{_file_name(wall.file)} patch "):
+        names.append(surface)
+    return max(map(len, names), default=0)
 
 
 def _file_name(file: str) -> str:

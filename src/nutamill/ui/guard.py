@@ -4,12 +4,14 @@ import hmac
 from email.message import Message
 from http import HTTPStatus
 from typing import NamedTuple
-from urllib.parse import urlsplit
+from urllib.parse import parse_qsl, urlsplit
 
 HOSTS = ("127.0.0.1", "localhost")
 """Names under which a browser on this machine reaches the page."""
 MOST_BODY = 2**18
 """Longest body of a request [bytes]."""
+MOST_FIELDS = 20
+"""Most fields of the query of an address [1]."""
 SAME_SITE = ("same-origin", "none")
 """What a browser reports of requests that come from the page itself, or from its address line."""
 
@@ -48,7 +50,12 @@ class Guard(NamedTuple):
             return Refusal(HTTPStatus.FORBIDDEN, "the request comes from another page")
         if headers.get("Sec-Fetch-Site", "none") not in SAME_SITE:
             return Refusal(HTTPStatus.FORBIDDEN, "the request comes from another page")
-        given = urlsplit(target).path.lstrip("/").partition("/")[0].encode()
+        try:
+            path = urlsplit(target).path
+            parse_qsl(urlsplit(target).query, max_num_fields=MOST_FIELDS)
+        except ValueError:
+            return Refusal(HTTPStatus.BAD_REQUEST, "the address cannot be read")
+        given = path.lstrip("/").partition("/")[0].encode()
         if not hmac.compare_digest(given, self.token.encode()):
             return Refusal(HTTPStatus.FORBIDDEN, "the token in the address is wrong")
         return self._refused_body(headers) if method == "POST" else None

@@ -122,8 +122,10 @@ class Run:
             report = json.loads(line)
         except ValueError:
             report = {"message": line.rstrip()}
-        if not isinstance(report, dict) or "progress" not in report:
-            self._lines.append(str(report["message"] if isinstance(report, dict) else report))
+        if not isinstance(report, dict):
+            report = {"message": report}
+        if "progress" not in report:
+            self._lines.append(str(report.get("message", line.rstrip())))
             return
         self._progress = report["progress"]
         if all(name in self._progress for name in READINGS):

@@ -114,7 +114,7 @@ class Handler(BaseHTTPRequestHandler):
         if method == "POST":
             answer = answers.performed(name, body)
         else:
-            answer = answers.asked(name, dict(parse_qsl(parts.query, max_num_fields=20)))
+            answer = answers.asked(name, dict(parse_qsl(parts.query)))
         return answer or json_answer({"error": "there is nothing here"}, HTTPStatus(404))
 
     def _send(self, answer: Answer) -> None:
