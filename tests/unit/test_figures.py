@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
+from nutamill.base.errors import ResultError
 from nutamill.case import load_case
 from nutamill.design.figures import draw_campbell
 from nutamill.design.modes import Campbell
 from nutamill.result import Recorder, open_result
 from nutamill.result.fields import expand
 from nutamill.simulation import runs
+from nutamill.view.figures.named import figure_of
 from nutamill.view.figures.run import draw_ledger, draw_run
 
 RATE = 1000.0
@@ -143,3 +145,10 @@ def test_a_campbell_diagram_marks_the_working_speed():
     (line,) = (line for line in axes.lines if str(line.get_label()).startswith("working speed"))
     assert line.get_label() == "working speed, 700 rpm"
     assert line.get_xdata()[0] == pytest.approx(700.0)
+
+
+@pytest.mark.parametrize("what", ["run", "power", "history:time"])
+def test_a_result_without_a_sample_has_no_figure(what, tmp_path):
+    Recorder.create(tmp_path / "a.h5", "", {}, ["time", "driveshaft_torque"], RATE).close()
+    with open_result(tmp_path / "a.h5") as result, pytest.raises(ResultError, match="holds no sample to draw"):
+        figure_of(result, what)

@@ -6,7 +6,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from nutamill.analysis.orders import sensor_orders, waterfall
-from nutamill.base.errors import CaseError, Fault
+from nutamill.base.errors import CaseError, Fault, ResultError
 from nutamill.result import Result
 from nutamill.view.figures.charge import draw_flow, draw_spectra, draw_wall
 from nutamill.view.figures.motion import draw_histories, draw_orbit, draw_spectrum
@@ -48,6 +48,8 @@ def figure_of(result: Result, what: str) -> Figure:
     CaseError : no figure or series of this name
     ResultError : the result does not hold what the figure needs
     """
+    if not len(result.series["time"]):
+        raise ResultError(f"{result.path}: holds no sample to draw. Run the case again")
     kind, _, names = what.partition(":")
     if not names and kind in FIGURES:
         return named_after(FIGURES[kind][0](result), result)
