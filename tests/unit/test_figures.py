@@ -150,5 +150,5 @@ def test_a_campbell_diagram_marks_the_working_speed():
 @pytest.mark.parametrize("what", ["run", "power", "history:time"])
 def test_a_result_without_a_sample_has_no_figure(what, tmp_path):
     Recorder.create(tmp_path / "a.h5", "", {}, ["time", "driveshaft_torque"], RATE).close()
-    with open_result(tmp_path / "a.h5") as result, pytest.raises(ResultError, match="holds no sample to draw"):
+    with open_result(tmp_path / "a.h5") as result, pytest.raises(ResultError, match="no sample to draw"):
         figure_of(result, what)
