@@ -247,6 +247,14 @@ def test_orbit_of_the_mass_centre_is_its_circle_behind_the_crank(result):
     assert orbit == pytest.approx((0.05, 0.7, -0.25, 0.0), abs=1e-9)
 
 
+@pytest.mark.parametrize("answer", [mass_centre_orbit, crest_history])
+def test_a_machine_without_a_crank_has_no_axes_that_turn_with_it(tmp_path, answer):
+    names = ["time", *(f"charge_mass_centre_{axis}" for axis in "xyz")]
+    Recorder.create(tmp_path / "a.h5", "", {}, names, 1.0).close()
+    with open_result(tmp_path / "a.h5") as result, pytest.raises(ResultError, match="has no crank"):
+        answer(result)
+
+
 @pytest.mark.parametrize(
     ("names", "advice"),
     [

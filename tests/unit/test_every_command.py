@@ -176,7 +176,7 @@ REFUSED = [
     (("run", "{name}", "--quick"), "--quick: has no use for a machine given part by part"),
     (("modes", "{name}", "--speed", "100 rpm"), "speed: has no use for a machine given part by part"),
     (("mounts", "{name}.h5"), "this answer is about the joints and mounts of a mill as drawn"),
-    (("plot", "{name}.h5", "orbit"), "has no crank, with which the axes of this figure turn"),
+    (("plot", "{name}.h5", "orbit"), "has no crank, with which the axes of this answer turn"),
     (
         ("loads", "{name}.h5", "--axes", "moon"),
         "axes moon: must be those of a body whose attitude is recorded",

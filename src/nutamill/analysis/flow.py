@@ -131,6 +131,15 @@ def refuse_empty(result: Result) -> None:
         )
 
 
+def refuse_without_crank(result: Result) -> None:
+    """Raise ResultError for a machine without a crank, with which axes turn."""
+    if "crank_angle" not in result.series:
+        raise ResultError(
+            f"{result.path}: has no crank, with which the axes of this answer turn. Take the series "
+            "charge_mass_centre_x and charge_mass_centre_y instead."
+        )
+
+
 def impact_spectra(done: "xarray.Dataset") -> "xarray.Dataset":
     """Return the rates of impacts by pair, part of the velocity and energy: ``rate`` [1/s] and ``power`` [W]
     of each bin. A pair is one of materials, and of classes of size where a material has several.
@@ -261,8 +270,9 @@ def crest_history(result: Result) -> CrestHistory:
 
     Raises
     ------
-    ResultError : no snapshots of particles
+    ResultError : no snapshots of particles, or a machine without a crank
     """
+    refuse_without_crank(result)
     snapshots, angles = particle_snapshots(result)
     azimuth = (np.arange(SECTORS) + 0.5) * math.tau / SECTORS
     crests = [
@@ -278,8 +288,10 @@ def mass_centre_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Orbit
     """Return the mean position of the charge's mass centre over the whole turns of the steady window, in axes
     that turn with the crank.
 
-    Raises ResultError as `steady_window` does.
+    Raises ResultError for an empty chamber, a machine without a crank, and as `steady_window`.
     """
+    refuse_empty(result)
+    refuse_without_crank(result)
     turns = steady_window(result, last).turns
     series = result.series
     inside = (series["time"].values >= turns[0]) & (series["time"].values <= turns[-1])

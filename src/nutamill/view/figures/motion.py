@@ -11,11 +11,11 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from nutamill.analysis.flow import mass_centre_orbit, refuse_empty
+from nutamill.analysis.flow import mass_centre_orbit
 from nutamill.analysis.source import drawing_of
 from nutamill.analysis.spectra import spectrum
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
-from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.errors import CaseError, Fault
 from nutamill.base.steady import Estimate
 from nutamill.base.units import in_unit, shown
 from nutamill.result import Result
@@ -96,12 +96,6 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
     Raises ResultError for an empty chamber, a machine without a crank, and as `steady_window`.
     """
-    refuse_empty(result)
-    if "crank_angle" not in result.series:
-        raise ResultError(
-            f"{result.path}: has no crank, with which the axes of this figure turn. Draw "
-            "history:charge_mass_centre_x,charge_mass_centre_y instead."
-        )
     orbit = mass_centre_orbit(result, last)
     start = steady_window(result, last).turns[0]
     inside = result.series["time"].values >= start
