@@ -122,7 +122,7 @@ def test_show_prints_a_case_that_is_the_case(invoke):
 def test_check_says_the_contacts_in_other_programs_when_asked(invoke, monkeypatch):
     sheet = types.SimpleNamespace(lines=lambda: ["the sheet"])
     monkeypatch.setattr("nutamill.simulation.warm_up.warm_up", lambda log, law: None)
-    monkeypatch.setattr("nutamill.design.preflight.preflight", lambda case, trial: sheet)
+    monkeypatch.setattr("nutamill.design.check.check", lambda case, trial: sheet)
     assert invoke("check", "numill").stdout == "the sheet\n"
     reply = invoke("check", "numill", "--dialects").stdout
     assert reply.startswith("the sheet\nsteel-steel: linear x displacement x type_c x none")

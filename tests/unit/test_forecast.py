@@ -118,7 +118,7 @@ def slow_rows(monkeypatch):
 
     monkeypatch.setattr(trial, "enter", slow)
     monkeypatch.setattr(trial, "TRIAL_TIME", 2.0)
-    monkeypatch.setattr(trial, "is_compiled", lambda law: True)
+    monkeypatch.setattr(trial, "is_compiled", lambda law, engine: True)
     return lambda: now[0]
 
 
@@ -136,7 +136,7 @@ def test_a_trial_marches_at_the_largest_speed_of_the_drives(slow_rows):
 
 def test_nothing_is_tried_where_nothing_is_compiled(monkeypatch):
     monkeypatch.setattr(trial, "TRIAL_TIME", 2.0)
-    monkeypatch.setattr(trial, "is_compiled", lambda law: False)
+    monkeypatch.setattr(trial, "is_compiled", lambda law, engine: False)
     monkeypatch.setattr(trial, "build", None)  # not reached
     assert trial.trial_rate(EMPTY.machine) is None
 

@@ -26,7 +26,7 @@ def twins():
     """The posterior of each seed: the drawn point, and points of the posterior."""
     points = filling_points(2, 30, 1)
     values = model(points)
-    both = np.arange(2)
+    both = np.eye(2)
     emulators = [
         fit_emulator(points, values[:, k], both, *NO_GAINS, f"row {k}", NOISE[k]) for k in range(len(NOISE))
     ]

@@ -185,7 +185,7 @@ def test_a_run_in_a_notebook_shows_its_progress_unless_the_caller_does(monkeypat
         log("compiling kernels")
         progress(PROGRESS)
 
-    monkeypatch.setattr(runs.march, "run", march)
+    monkeypatch.setattr(runs.runs, "run", march)
     assert in_notebook()
     runs.run(empty_mill)
     runs.run(empty_mill, progress=lambda report: None, log=str)

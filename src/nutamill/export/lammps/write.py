@@ -23,7 +23,7 @@ from nutamill.export.lammps.script import (
     script_text,
 )
 from nutamill.result import Result
-from nutamill.simulation.lammps.faults import charge_faults
+from nutamill.simulation.lammps.faults import charge_faults, diameters, grows_with_diameter
 from nutamill.simulation.setup.carriers import Carrier, carriers_of
 from nutamill.simulation.setup.clock import run_clock
 from nutamill.simulation.setup.touches import granular_words, touches
@@ -73,6 +73,10 @@ def refuse_without_counterpart(machine: Machine) -> None:
         what = "the chamber is empty"
         raise CaseError(Fault("charge", what, "Export the run of a machine with a charge"))
     faults = list(charge_faults(machine))
+    if not faults and grows_with_diameter(machine) and len(np.unique(diameters(machine))) > 1:
+        # the script has one type of particle for each material
+        what = "a stiffness that grows with the diameter is not handed to LAMMPS for several sizes"
+        faults.append(Fault("contact.stiffness", what, 'Write "direct", or one diameter'))
     names = [carrier.name for carrier in carriers_of(machine)]
     if len(names) > 1:
         what = f"walls on several bodies are not exported to LAMMPS, got {', '.join(names)}"

@@ -29,7 +29,7 @@ def charge_faults(machine: Machine) -> Iterator[Fault]:
         if part.kind == "clumps":
             yield Fault(f"{key}.kind", "clumps are not handed to LAMMPS", 'Write kind = "spheres"')
             return
-    if machine.contact.stiffness == "young" and machine.contact.normal != "hertz" and _mixed(machine):
+    if grows_with_diameter(machine) and _mixed(machine):
         what = "a stiffness that grows with the diameter is handed to LAMMPS for classes of one diameter each"
         yield Fault("contact.stiffness", what, f'Write "direct", or at most {MOST_CLASSES} diameters')
     for name, contact in touches(machine).items():
@@ -37,12 +37,22 @@ def charge_faults(machine: Machine) -> Iterator[Fault]:
             yield Fault(f"contact.{name}", f"LAMMPS lacks {law}", "nutamill check --dialects has its words")
 
 
+def grows_with_diameter(machine: Machine) -> bool:
+    """Return whether the stiffness of a contact grows with the diameters; that of LAMMPS is a number."""
+    return machine.contact.stiffness == "young" and machine.contact.normal != "hertz"
+
+
+def diameters(machine: Machine) -> np.ndarray:
+    """Return the diameter of each particle of a charge of spheres [m] (n,)."""
+    return np.concatenate([part.diameter for part in charge_parts(machine)])
+
+
 def _mixed(machine: Machine) -> bool:
     """Return whether a kind of particles has several diameters: LAMMPS has one stiffness for two of its
     types.
     """
     kinds = particle_kinds(machine)
-    diameter = np.concatenate([part.diameter for part in charge_parts(machine)])
+    diameter = diameters(machine)
     return any(
         np.ptp(diameter[kinds.of_particles == number]) > 1e-9 * kind.diameter
         for number, kind in enumerate(kinds.kinds)
