@@ -178,7 +178,7 @@ def _each_cycle(
 
 
 def _cycle_numbers(time: np.ndarray, omega: float, cycles: int) -> np.ndarray:
-    """Return the number of the cycle that each sample is in (n,), from 0; what follows the last is in it."""
+    """Return the number of the cycle that each sample is in (n,), from 0. What follows the last is in it."""
     return np.minimum(((time - time[0]) * omega / math.tau).astype(int), cycles - 1)
 
 

@@ -38,7 +38,7 @@ def charge_faults(machine: Machine) -> Iterator[Fault]:
 
 
 def grows_with_diameter(machine: Machine) -> bool:
-    """Return whether the stiffness of a contact grows with the diameters; that of LAMMPS is a number."""
+    """Return whether the stiffness of a contact grows with the diameters. In LAMMPS it is one number."""
     return machine.contact.stiffness == "young" and machine.contact.normal != "hertz"
 
 
