@@ -279,6 +279,18 @@ def test_damaged_series_are_not_continued(path):
         Recorder.reopen(path, 3.0)
 
 
+@pytest.mark.parametrize("group", ["snapshots", "statistics"])
+def test_a_length_that_the_file_cannot_hold_is_not_cut_off_number_by_number(path, group):
+    """HDF5 looks for each of the claimed numbers, for hours, where no checksum has noticed the length."""
+    with h5py.File(path, "r+") as file:
+        name, data = next(
+            (n, d) for n, d in file[group].items() if isinstance(d, h5py.Dataset) and d.ndim > 1
+        )
+        data.resize(10**6, axis=0)
+    with pytest.raises(DamagedError, match=f"{group}/{name} is damaged: the numbers of its shape"):
+        Recorder.reopen(path, 3.0)
+
+
 @pytest.mark.parametrize("group", ["", "series"])
 def test_a_name_that_is_no_text_is_damage(path, group):
     """HDF5 stores names as bytes; these are no UTF-8."""

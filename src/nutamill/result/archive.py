@@ -213,7 +213,7 @@ class Archive:
                     )
             if shape is None or (dtype.kind not in "fiubS" and h5py.check_string_dtype(dtype) is None):
                 raise self.damaged(path, f"it holds {dtype.str}, neither numbers nor text")
-            if not _stored(data):
+            if not all_stored(data):
                 raise self.damaged(path, f"the numbers of its shape {shape} are not all in the file")
         return data
 
@@ -258,7 +258,7 @@ def _lacks(file: h5py.File, path: str) -> bool:
         return False
 
 
-def _stored(data: h5py.Dataset) -> bool:
+def all_stored(data: h5py.Dataset) -> bool:
     """Return whether the file has space for all numbers that the shape of a dataset claims."""
     if data.size == 0:
         return True

@@ -13,7 +13,7 @@ import numpy as np
 from nutamill.base.atomic_file import make_folder, replace_file, tidy
 from nutamill.base.errors import CaseError, DamagedError, Fault, MillError, ResultError
 from nutamill.base.files import exists
-from nutamill.result.archive import Archive
+from nutamill.result.archive import Archive, all_stored
 from nutamill.result.checkpoints import WholeCheckpoint, whole_at, whole_until
 from nutamill.result.checksums import GROWING, Checksums, array_bytes, new_hash
 from nutamill.result.fields import Field, series_field, snapshot_field, statistics_field
@@ -188,9 +188,13 @@ class Recorder:
 
         def cut_off(file: h5py.File) -> None:
             for group, length in zip(("series", "snapshots", "statistics"), last.before, strict=True):
-                for data in file[group].values():
-                    if isinstance(data, h5py.Dataset):
-                        data.resize(length, axis=0)
+                for name, data in file[group].items():
+                    if not isinstance(data, h5py.Dataset):
+                        continue
+                    if not all_stored(data):  # HDF5 would look for every number that is claimed
+                        what = f"the numbers of its shape {data.shape} are not all in the file"
+                        raise DamagedError(path, f"/{group}/{name}", what)
+                    data.resize(length, axis=0)
             for slot in set(file["checkpoints"]) - slots_left:
                 with contextlib.suppress(
                     Exception
