@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from steel import STEEL
+from test_wall_checks import FLOOR, REGION
 
 from nutamill.base.errors import CaseError
 from nutamill.case import load_case
@@ -19,44 +19,8 @@ from nutamill.simulation.setup.solid_triangles import (
 from nutamill.simulation.setup.solid_walls import solids_met
 from nutamill.simulation.setup.wall_checks import refuse_walls
 
-HEAD = (
-    """
-schema = 1
-[[bodies]]
-name     = "rotor"
-mass     = "1 kg"
-inertia  = ["1e-3 kg m^2", "1e-3 kg m^2", "1e-3 kg m^2"]
-position = ["0 mm", "0 mm", "0 mm"]
-[[joints]]
-name    = "shaft"
-kind    = "KIND"
-between = ["ground", "rotor"]
-point   = ["0 mm", "0 mm", "0 mm"]
-axis    = [AXIS]
-[charge]
-kind     = "spheres"
-diameter = "5 mm"
-count    = 1
-material = "steel"
-"""
-    + STEEL
-    + """
-[run]
-until = "1 s"
-[[regions]]
-name  = "tub"
-shape = "box"
-size  = ["300 mm", "300 mm", "100 mm"]
-point = ["0 mm", "0 mm", "200 mm"]
-[[walls]]
-name     = "floor"
-shape    = "plane"
-material = "steel"
-point    = ["0 mm", "0 mm", "-50 mm"]
-"""
-)
-TURNING = HEAD.replace("KIND", "revolute").replace("AXIS", "0, 0, 1")
-SLIDING = HEAD.replace("KIND", "prismatic").replace("AXIS", "1, 0, 0")
+TURNING = REGION + FLOOR
+SLIDING = TURNING.replace("revolute", "prismatic").replace("[0, 0, 1]", "[1, 0, 0]")
 DRIVE = '[[drives]]\nname = "motor"\njoint = "shaft"\nspeed = "60 rpm"\nramp = "600 rpm/s"\n'
 RAM = '[[linear_drives]]\nname = "ram"\njoint = "shaft"\nspeeds = [["0 s", "0.1 m/s"], ["1 s", "0.1 m/s"]]\n'
 
