@@ -16,6 +16,7 @@ from nutamill.studies.identify import members as ran
 from nutamill.studies.identify.emulator import emulator_of_draws, fit_emulator
 from nutamill.studies.identify.identification import identification_of
 from nutamill.studies.identify.indices import settled, total_effects
+from nutamill.studies.identify.inputs import Inputs
 from nutamill.studies.identify.points import _file
 from nutamill.studies.identify.posterior import Evidence, implausibility, sample_posterior
 from nutamill.studies.identify.problem import read_problem
@@ -39,7 +40,7 @@ class Formula:
 
 def emulated(function, count, unknowns=2, doubt=0.0):
     points = filling_points(unknowns, count, 3)
-    return fit_emulator(points, function(points), np.eye(unknowns), *NO_GAINS, "row", doubt)
+    return fit_emulator(points, function(points), Inputs(np.eye(unknowns)), *NO_GAINS, "row", doubt)
 
 
 def wave(points):
@@ -71,10 +72,34 @@ def test_row_with_a_resonance_is_emulated_by_its_logarithm():
 
 def test_gain_multiplies_a_row_without_a_run_of_its_own():
     points = filling_points(2, 20, 3)
-    alone = np.array([[1.0], [0.0]]), np.array([1]), np.array([[0.5, 1.5]])
+    alone = Inputs(np.array([[1.0], [0.0]])), np.array([1]), np.array([[0.5, 1.5]])
     emulator = fit_emulator(points, 4.0 + points[:, 0], *alone, "row", 0.0)
     mean, _ = emulator.predict(np.array([[0.3, 0.0], [0.3, 1.0]]))
     assert mean == pytest.approx([0.5 * 4.3, 1.5 * 4.3], rel=1e-4)
+
+
+def test_what_the_inputs_leave_out_is_part_of_the_error():
+    points = filling_points(2, 60, 3)
+    seen = Inputs(np.array([[1.0], [0.0]]))
+    emulator = fit_emulator(
+        points, 4.0 + points[:, 0] + 0.3 * points[:, 1], seen, *NO_GAINS, "row", 0.0, True
+    )
+    mean, error = emulator.predict(points)
+    # the other unknown is even over a width of 0.3: 0.3/12^0.5, known from 60 members within some 20 %
+    assert error.mean() == pytest.approx(0.3 / 12.0**0.5, rel=0.2)
+    assert mean == pytest.approx(4.15 + points[:, 0], abs=0.06)
+
+
+def test_row_is_emulated_through_a_row_of_an_earlier_stage():
+    # twelve members cannot separate eight unknowns, but follow the one number that these make
+    weights = np.linspace(0.5, 1.5, 8)
+    earlier = emulated(lambda points: points @ weights, 60, 8)
+    points = filling_points(8, 12, 5)
+    through = Inputs(np.zeros((8, 0)), (earlier.score,))
+    emulator = fit_emulator(points, (points @ weights) ** 2, through, *NO_GAINS, "row", 0.0, True)
+    there = np.random.default_rng(1).random((200, 8))
+    mean, _ = emulator.predict(there)
+    assert np.abs(mean - (there @ weights) ** 2).max() < 0.02 * np.ptp((there @ weights) ** 2)
 
 
 def test_row_that_depends_on_no_unknown_is_refused():
@@ -110,12 +135,17 @@ def test_points_of_a_later_stage_are_those_that_are_left_and_far_apart():
     def plausible(points):
         return points[:, 0] < 0.25
 
-    chosen = points_left(2, np.arange(2), 20, 1, plausible, "later", np.eye(2))
+    chosen = points_left(2, np.arange(2), 20, 1, plausible, "later", Inputs(np.eye(2)))
     assert plausible(chosen).all()
     apart = np.linalg.norm(chosen[:, None] - chosen[None], axis=2) + 9.0 * np.eye(20)
     assert apart.min() > 0.08  # twenty points of an even grid over 0.25 x 1 are 0.11 apart
-    with pytest.raises(CaseError, match="stage later: the rows before it rule out all but 0 of 32768"):
-        points_left(2, np.arange(2), 20, 1, lambda points: points[:, 0] < 0.0, "later", np.eye(2))
+    # one point in 2000: twenty are not among the first 32768, and are looked for further on
+    scarce = points_left(
+        2, np.arange(2), 20, 1, lambda points: points.max(axis=1) < 2000.0**-0.5, "later", Inputs(np.eye(2))
+    )
+    assert len(scarce) == 20 and scarce.max() < 2000.0**-0.5
+    with pytest.raises(CaseError, match="stage later: the rows before it rule out all but 0 of 524288"):
+        points_left(2, np.arange(2), 20, 1, lambda points: points[:, 0] < 0.0, "later", Inputs(np.eye(2)))
 
 
 def test_total_effects_are_those_of_ishigami():
@@ -310,6 +340,43 @@ def test_draws_of_the_posterior_predict_as_they_are(bench, tmp_path):
     file.write_text("[[0.1]]")
     with pytest.raises(CaseError, match=r"holds no points of a stage .* Delete it and repeat the command"):
         room.learn(problem, tmp_path, lambda: None)
+
+
+def test_stage_that_names_what_is_active_needs_members_for_that_only(bench, tmp_path):
+    path, _ = bench
+    idle = '[unknown.mass]\nkeys = ["carriage.mass"]\nlow = "0.1 kg"\nhigh = "1 kg"\nreason = "a"\n'
+    idle += 'stages = ["dear"]\n'
+    both = FILE.replace("[[stage]]", f"{idle}[[stage]]", 1)
+    path.write_text(both)
+    with pytest.raises(CaseError, match="too few members for the number of unknowns, got 6 for 2"):
+        read_problem(path)
+    path.write_text(both.replace("members = 6", 'members = 6\nactive = ["driveshaft torque"]'))
+    problem = read_problem(path)
+    emulators, _ = room.learn(problem, tmp_path, lambda: None)
+    # torque goes with friction times speed, and so with the torque of the stage before it
+    mean, _ = emulators[1].predict(np.array([[0.5, 0.5, 0.0], [0.5, 0.5, 1.0]]))
+    slow, _ = emulators[0].predict(np.array([[0.5, 0.5, 0.0]]))
+    assert mean == pytest.approx(slow[0] * 6.0 / 7.0, rel=1e-3)
+    path.write_text(both.replace("members = 6", 'members = 6\nactive = ["mess"]\ndraws = true'))
+    with pytest.raises(CaseError) as raised:
+        read_problem(path)
+    assert 'a row of earlier stages, got "mess". Unknowns: friction, mass' in str(raised.value)
+    assert "active: has no use with draws" in str(raised.value)
+
+
+def test_row_to_predict_is_learned_from_where_it_is_asked(bench, tmp_path):
+    path, _ = bench
+    path.write_text(FILE.replace("[[predict]]", '[[predict]]\ntitle = "fast"\ndiscrepancy = "0 N m"'))
+    before, after = read_problem(path), read_problem(path, None, ["fast"])
+    assert [row.learned for row in before.rows] == [True, False]
+    assert [row.learned for row in after.rows] == [True, True]
+    with pytest.raises(
+        CaseError, match=r'--learn: must be the title of a row to predict, got "fat"\. Titles: fast'
+    ):
+        read_problem(path, None, ["fat"])
+    path.write_text(path.read_text().replace('title = "fast"\ndiscrepancy = "0 N m"', 'title = "fast"'))
+    with pytest.raises(CaseError, match="must state what is learned from it, lacks discrepancy"):
+        read_problem(path, None, ["fast"])
 
 
 def test_few_draws_have_the_interval_of_student():

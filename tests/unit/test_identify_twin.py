@@ -5,6 +5,7 @@ import pytest
 from scipy import stats
 
 from nutamill.studies.identify.emulator import fit_emulator
+from nutamill.studies.identify.inputs import Inputs
 from nutamill.studies.identify.posterior import Evidence, sample_posterior
 from nutamill.studies.identify.sample import filling_points
 
@@ -26,7 +27,7 @@ def twins():
     """The posterior of each seed: the drawn point, and points of the posterior."""
     points = filling_points(2, 30, 1)
     values = model(points)
-    both = np.eye(2)
+    both = Inputs(np.eye(2))
     emulators = [
         fit_emulator(points, values[:, k], both, *NO_GAINS, f"row {k}", NOISE[k]) for k in range(len(NOISE))
     ]

@@ -95,11 +95,15 @@ def identify(
         int | None,
         typer.Option(metavar="N", min=100, help="Steps of the posterior's chain at most; else 20000."),
     ] = None,
+    learn: Annotated[
+        list[str] | None,
+        typer.Option(metavar="TITLE", help="Learn from a row to predict. May be given several times."),
+    ] = None,
 ) -> None:
     """Identify unknown numbers with their posterior, and predict other rows with intervals."""
     from nutamill.studies.command import run_identification
 
-    typer.echo("\n".join(run_identification(file, until, jobs, cluster, to, steps)))
+    typer.echo("\n".join(run_identification(file, until, jobs, cluster, to, steps, learn or [])))
 
 
 @app.command("mount-test")

@@ -1,6 +1,6 @@
 """What the commands of a campaign do between the typed words and the calls of the package."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -128,7 +128,13 @@ def run_fit(file: Path, jobs: int | None, cluster: str | None, to: Path | None) 
 
 
 def run_identification(
-    file: Path, until: str | None, jobs: int | None, cluster: str | None, to: Path | None, steps: int | None
+    file: Path,
+    until: str | None,
+    jobs: int | None,
+    cluster: str | None,
+    to: Path | None,
+    steps: int | None,
+    learned: Sequence[str],
 ) -> list[str]:
     """Identify, and return the lines to print. Parameters are as typed, errors those of
     `nutamill.studies.identify.identify.identify`.
@@ -137,5 +143,5 @@ def run_identification(
     client = None if cluster is None else cluster_client(cluster, jobs)
     with Board(DEFAULT) as board:
         board.message(f"runs into {folder}")
-        done = identify(file, folder, until, jobs, client, board, board.message, steps)
+        done = identify(file, folder, until, jobs, client, board, board.message, steps, learned)
     return [*done.lines(), "", ", ".join(map(str, done.files))]

@@ -9,6 +9,7 @@ from scipy.linalg import solve_triangular
 from scipy.special import ndtri, stdtrit
 
 from nutamill.base.errors import CaseError, Fault
+from nutamill.studies.identify.inputs import Inputs
 
 SAME = 1e-9
 """Spread of the members over their size below which they are the same number [1]."""
@@ -63,8 +64,8 @@ class Emulator(NamedTuple):
 
     process: Process | None
     """The fitted process; None where no unknown changes the runs."""
-    inputs: np.ndarray
-    """Numbers that the process depends on over the unknowns, (n_unknowns, n_inputs), of `Problem.inputs`."""
+    inputs: Inputs
+    """Numbers that the process depends on."""
     logarithmic: bool
     """Whether it is the logarithm of the row that is emulated."""
     offset: float
@@ -79,12 +80,14 @@ class Emulator(NamedTuple):
     """Ends of their ranges, (n_gains, 2)."""
     alone: float = 0.0
     """Standard deviation of the row where no process is fitted, SI."""
+    unseen: float = 0.0
+    """Variance of what the inputs leave open, over the square of `scale` [1]."""
 
     def predict(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the row and the standard deviation of the emulator's error at points, each (n,), SI.
 
-        The scatter of single runs is in neither.  Where members that were left out missed by more than was
-        stated, the error is widened in the same ratio.
+        The scatter of single runs is in neither, unless the inputs leave unknowns out.  Where members that
+        were left out missed by more than was stated, the error is widened in the same ratio.
 
         Parameters
         ----------
@@ -94,23 +97,32 @@ class Emulator(NamedTuple):
         gain = np.prod(low + points[:, self.gains] * (high - low), axis=1)
         if self.process is None:
             return gain * self.offset, np.full(len(points), self.alone)
-        mean, variance = self.process.predict(points @ self.inputs)
+        mean, variance = self.process.predict(self.inputs.at(points))
         middle = self.offset + self.scale * mean
-        error = max(1.0, self.check.ratio) * self.scale * np.sqrt(variance)
+        error = max(1.0, self.check.ratio) * self.scale * np.sqrt(variance + self.unseen)
         if self.logarithmic:
             middle = np.exp(np.minimum(middle, LARGEST_LOG))
             error = middle * error
         return gain * middle, np.abs(gain) * error
 
+    def score(self, points: np.ndarray) -> np.ndarray:
+        """Return the row without its gains as an input of other emulators: in standard deviations of its
+        members, or of their logarithms, (n,).
+        """
+        if self.process is None:
+            return np.zeros(len(points))
+        return self.process.predict(self.inputs.at(points))[0]
+
 
 def fit_emulator(
     points: np.ndarray,
     values: np.ndarray,
-    inputs: np.ndarray,
+    inputs: Inputs,
     gains: np.ndarray,
     gain_ends: np.ndarray,
     label: str,
     doubt: float,
+    partial: bool = False,
 ) -> Emulator:
     """Fit a Gaussian process with one length for each unknown, and the scatter of single runs, to members.
 
@@ -121,6 +133,8 @@ def fit_emulator(
     inputs, gains, gain_ends : as in `Emulator`
     label : the row, for messages
     doubt : scatter and discrepancy of the row, SI: an error below it does no harm
+    partial : whether the inputs leave out numbers that change the runs: what these change is then part of the
+        error (the active variables of P. S. Craig et al., J. Am. Stat. Assoc. 96(454), 717-729, 2001)
 
     Raises
     ------
@@ -134,7 +148,7 @@ def fit_emulator(
     finite = np.isfinite(values)
     points, values = points[finite], values[finite]
     offset, spread = float(values.mean()), float(values.std())
-    if not inputs.shape[1]:
+    if not inputs.number:
         alone = CrossCheck(0.0, spread, 0.0, len(values))
         return Emulator(None, inputs, False, offset, 0.0, alone, gains, gain_ends)
     if spread <= SAME * abs(offset):
@@ -143,7 +157,7 @@ def fit_emulator(
     logarithmic = bool(values.min() > 0.0 and values.max() > STEEP * values.min())
     emulated = np.log(values) if logarithmic else values
     offset, scale = float(emulated.mean()), float(emulated.std())
-    process, error, ratio = _fitted(points @ inputs, (emulated - offset) / scale)
+    process, error, ratio, noise = _fitted(inputs.at(points), (emulated - offset) / scale)
     left_out = emulated - scale * error
     off = values - (np.exp(np.minimum(left_out, LARGEST_LOG)) if logarithmic else left_out)
     check = CrossCheck(float(np.sqrt(np.mean(off**2))), spread, ratio, len(values))
@@ -154,7 +168,8 @@ def fit_emulator(
         )
         hint = "Take more members or narrower ranges; with a charge longer runs"
         raise CaseError(Fault(label, what, hint))
-    return Emulator(process, inputs, logarithmic, offset, scale, check, gains, gain_ends)
+    unseen = noise if partial else 0.0
+    return Emulator(process, inputs, logarithmic, offset, scale, check, gains, gain_ends, unseen=unseen)
 
 
 def emulator_of_draws(values: np.ndarray, unknowns: int) -> Emulator:
@@ -176,12 +191,13 @@ def emulator_of_draws(values: np.ndarray, unknowns: int) -> Emulator:
     none = np.array([], dtype=int)
     check = CrossCheck(spread, spread, 1.0, count)
     mean = float(values.mean())
-    return Emulator(None, np.zeros((unknowns, 0)), False, mean, 0.0, check, none, np.zeros((0, 2)), widened)
+    open_ = Inputs(np.zeros((unknowns, 0)))
+    return Emulator(None, open_, False, mean, 0.0, check, none, np.zeros((0, 2)), widened)
 
 
-def _fitted(points: np.ndarray, values: np.ndarray) -> tuple[Process, np.ndarray, float]:
+def _fitted(points: np.ndarray, values: np.ndarray) -> tuple[Process, np.ndarray, float, float]:
     """Return the process of greatest likelihood, by how much it misses each member where it is fitted to all
-    others (n,), and the root mean square of that over what it states.
+    others (n,), the root mean square of that over what it states, and the variance that it takes for scatter.
     """
     # these load for a second, and are part of an extra
     from sklearn.exceptions import ConvergenceWarning
@@ -200,4 +216,5 @@ def _fitted(points: np.ndarray, values: np.ndarray) -> tuple[Process, np.ndarray
     process = Process(lengths, points / lengths, chosen.k1.constant_value, regressor.alpha_, root)
     precision = np.sum(root**2, axis=0)  # diagonal of the inverse covariance
     error = process.weights / precision
-    return process, error, float(np.sqrt(np.mean(error**2 * precision)))
+    ratio = float(np.sqrt(np.mean(error**2 * precision)))
+    return process, error, ratio, float(regressor.kernel_.k2.noise_level)

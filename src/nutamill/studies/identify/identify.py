@@ -15,10 +15,11 @@ from nutamill.studies.identify.draws import drawn_points
 from nutamill.studies.identify.emulator import Emulator, emulator_of_draws, fit_emulator
 from nutamill.studies.identify.figures import draw_corner, draw_rows
 from nutamill.studies.identify.identification import Identification, identification_of
+from nutamill.studies.identify.inputs import Inputs
 from nutamill.studies.identify.members import Log, refuse_few, run_members
 from nutamill.studies.identify.points import read_points, write_points
 from nutamill.studies.identify.posterior import MOST_STEPS, Evidence, implausibility
-from nutamill.studies.identify.problem import Problem, read_problem
+from nutamill.studies.identify.problem import Problem, Row, read_problem
 from nutamill.studies.identify.sample import filling_points, points_left
 from nutamill.studies.identify.table import json_text, lines, members_csv
 from nutamill.studies.sweep import Report
@@ -41,6 +42,7 @@ def identify(
     report: Report | None = None,
     log: Log | None = None,
     steps: int | None = None,
+    learned: Sequence[str] = (),
 ) -> Identification:
     """Identify the unknowns of a file from its rows, and predict its other rows.
 
@@ -54,6 +56,7 @@ def identify(
     until : the last stage to take, with its rows and unknowns; all if None
     jobs, client, report, log : as for `nutamill.studies.sweep.sweep`
     steps : steps of the chain of the posterior at most [1]; 20 000 if None
+    learned : titles of rows to predict that are learned from instead
 
     Raises
     ------
@@ -64,7 +67,7 @@ def identify(
     for module, name in NEEDED.items():
         if importlib.util.find_spec(module) is None:
             raise missing_extra("nutamill identify", name, "study")
-    problem = read_problem(file, until)
+    problem = read_problem(file, until, learned)
     directory = Path("identified") / Path(file).stem if folder is None else Path(folder)
     make_folder(directory / "identify.md")
 
@@ -113,7 +116,7 @@ def learn(
             chosen = np.full((stage.members, unknowns), 0.5)
             chosen[:, deciding] = filling_points(len(deciding), stage.members, seed)
         else:
-            inputs = problem.inputs(problem.rows_of(stage.name))
+            inputs = inputs_of(problem, problem.rows_of(stage.name), emulators)
             chosen = points_left(unknowns, deciding, stage.members, seed, plausible, stage.name, inputs)
         write_points(problem, number, folder, chosen)
         if log is not None:
@@ -124,7 +127,7 @@ def learn(
         for row, column in ran.values.items():
             points[row].append(ran.points)
             values[row].append(column)
-        new = emulators_of(problem, {row: (points[row], values[row]) for row in ran.values})
+        new = emulators_of(problem, {row: (points[row], values[row]) for row in ran.values}, emulators)
         emulators |= new
         if evidence := evidence_of(problem, new):
             cuts.append((evidence, stage.cut))
@@ -132,9 +135,13 @@ def learn(
 
 
 def emulators_of(
-    problem: Problem, members: dict[int, tuple[Sequence[np.ndarray], Sequence[np.ndarray]]]
+    problem: Problem,
+    members: dict[int, tuple[Sequence[np.ndarray], Sequence[np.ndarray]]],
+    known: dict[int, Emulator],
 ) -> dict[int, Emulator]:
-    """Fit the emulator of each row to its members. Raises CaseError with the faults of all rows."""
+    """Fit the emulator of each row to its members, through those of earlier stages, `known`, where it depends
+    on these. Raises CaseError with the faults of all rows.
+    """
     emulators: dict[int, Emulator] = {}
     faults: list[Fault] = []
     ends = np.array([[one.low, one.high] for one in problem.unknowns])
@@ -151,17 +158,23 @@ def emulators_of(
             emulators[number] = fit_emulator(
                 np.concatenate(points),
                 together,
-                problem.inputs([row]),
+                inputs_of(problem, [row], known),
                 gains,
                 ends[gains].reshape(-1, 2),
                 row.label,
                 row.doubt,
+                bool(problem.active(row)),
             )
         except CaseError as error:
             faults += error.faults
     if faults:
         raise CaseError(*faults)
     return emulators
+
+
+def inputs_of(problem: Problem, rows: Sequence[Row], known: dict[int, Emulator]) -> Inputs:
+    """Return what the emulators of some rows depend on, of which rows of earlier stages have emulators."""
+    return Inputs(problem.inputs(rows), tuple(known[number].score for number in problem.through(rows)))
 
 
 def evidence_of(problem: Problem, emulators: dict[int, Emulator]) -> list[Evidence]:

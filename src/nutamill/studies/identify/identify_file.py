@@ -103,6 +103,10 @@ class StageGiven(Table):
     """Whether its members are draws of the posterior of the stages before it, and its rows are predicted from
     them as they are, without an emulator: for runs of which only a few can be afforded.
     """
+    active: tuple[str, ...] = ()
+    """Unknowns, and rows of earlier stages, that the emulators of its rows depend on. All unknowns that act
+    if empty. What they leave open is part of the emulators' error.
+    """
 
 
 class IdentifyFile(CampaignFile):

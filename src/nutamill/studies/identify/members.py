@@ -101,7 +101,7 @@ def run_members(
 def refuse_few(problem: Problem, number: int, values: np.ndarray) -> None:
     """Raise CaseError where too few members of a row have a value."""
     row = problem.rows[number]
-    left, unknowns = int(np.sum(np.isfinite(values))), problem.inputs([row]).shape[1]
+    left, unknowns = int(np.sum(np.isfinite(values))), problem.count_inputs([row])
     unknowns = 0 if problem.drawn(row) else unknowns
     if left < max(2, FEWEST_PER_UNKNOWN * unknowns):
         what = (
@@ -136,7 +136,7 @@ def sound_cases(
         except CaseError as error:
             reasons.append(str(error.faults[0]))
     _log_reasons(reasons, f"stage {stage}", f"of {len(points)} members refused", log)
-    acting = problem.inputs(rows).shape[1]
+    acting = problem.count_inputs(rows)
     acting = 0 if any(problem.drawn(row) for row in rows) else acting
     least = max(2, FEWEST_PER_UNKNOWN * acting)
     if len(cases) < least:

@@ -47,7 +47,7 @@ def _file(problem: Problem, stage: int, folder: Path) -> Path:
         [one.name for one in deciding],
         [one._replace(reason="", stages=(), plus=None) for one in deciding if cutting],
         [(row.case.digest, row.quantity, row.value, row.doubt) for row in cutting],
-        [(one.name, one.members, one.cut, one.draws) for one in problem.stages[: stage + 1]],
+        [(one.name, one.members, one.cut, one.draws, *one.active) for one in problem.stages[: stage + 1]],
         problem.seed,
     ]
     word = hashlib.sha256(json.dumps(asked).encode()).hexdigest()[:12]

@@ -135,11 +135,13 @@ class Problem(NamedTuple):
     def inputs(self, rows: Sequence[Row]) -> np.ndarray:
         """Return how the numbers that the runs of some rows depend on follow from the shares of the unknowns,
         (n_unknowns, n_inputs): each is an unknown, or the sum of two as a share of both ranges together.
+        Where a stage names what its emulators depend on, only the unknowns among it are taken.
         """
         chosen = [
             k
             for k, one in enumerate(self.unknowns)
-            if one.keys and any(self.belongs(one, row) for row in rows)
+            if one.keys
+            and any(self.belongs(one, row) and one.name in (self.active(row) or [one.name]) for row in rows)
         ]
         mixed = np.zeros((len(self.unknowns), len(chosen)))
         for place, k in enumerate(chosen):
@@ -148,6 +150,22 @@ class Problem(NamedTuple):
             widths = np.array([self.unknowns[term].high - self.unknowns[term].low for term in terms])
             mixed[terms, place] = widths / widths.sum()
         return mixed
+
+    def active(self, row: Row) -> list[str]:
+        """Return the unknowns and rows that the emulator of a row depends on, by name, none if it depends
+        on all unknowns that change its runs.
+        """
+        named = [stage.active for stage in self.stages if stage.name in row.stages]
+        return [name for names in named for name in names] if all(named) else []
+
+    def through(self, rows: Sequence[Row]) -> list[int]:
+        """Return the rows of earlier stages that the emulators of some rows depend on, by their numbers."""
+        names = {name for row in rows for name in self.active(row)}
+        return [number for number, one in enumerate(self.rows) if one.label in names]
+
+    def count_inputs(self, rows: Sequence[Row]) -> int:
+        """Return how many numbers the emulators of some rows depend on [1]."""
+        return self.inputs(rows).shape[1] + len(self.through(rows))
 
     def gains(self, row: Row) -> np.ndarray:
         """Return which unknowns multiply the computed values of a row, as indices."""
@@ -209,12 +227,13 @@ class Problem(NamedTuple):
         return [row for row in self.rows if stage in row.stages]
 
 
-def read_problem(name: str | Path, until: str | None = None) -> Problem:
+def read_problem(name: str | Path, until: str | None = None, learned: Sequence[str] = ()) -> Problem:
     """Read an identification file.
 
     Parameters
     ----------
     until : the last stage to take, with its rows and unknowns; all if None
+    learned : titles of rows to predict that are learned from instead
 
     Raises
     ------
@@ -234,16 +253,21 @@ def read_problem(name: str | Path, until: str | None = None) -> Problem:
             unknowns.append(_unknown(called, unknown, base, list(file.unknown), where))
         except CaseError as error:
             faults += error.faults
-    for learned, table, given in [
+    for is_learned, table, given in [
         *((True, "learn", one) for one in enumerate(file.learn)),
         *((False, "predict", one) for one in enumerate(file.predict)),
     ]:
         try:
             where = position_of(layer, table, given[0])
             under, _ = case_of(file.model_copy(update={"case": given[1].case or file.case}), layer)
-            rows.append(_row(given[1], learned, under, fixed, layer.folder, file.stage[0].name, where))
+            is_learned = is_learned or given[1].title in learned
+            rows.append(_row(given[1], is_learned, under, fixed, layer.folder, file.stage[0].name, where))
         except CaseError as error:
             faults += error.faults
+    titles = [one.title for one in file.predict if one.title]
+    for title in [one for one in learned if one not in titles]:
+        what = f'must be the title of a row to predict, got "{title}"'
+        faults.append(Fault("--learn", what, f"Titles: {'; '.join(titles)}"))
     problem = Problem(base, unknowns, rows, list(file.stage), file.seed)
     if not faults:
         faults = _faults(problem, file, layer)
@@ -392,10 +416,12 @@ def _faults(problem: Problem, file: IdentifyFile, layer: Layer) -> list[Fault]:
             hint = f'Unknowns of its campaign "{row.campaign}" and those without a campaign act in it'
             faults.append(Fault(where, "the row depends on no unknown", hint))
     for number, stage in enumerate(problem.stages):
-        acting = problem.inputs(problem.rows_of(stage.name)).shape[1]
+        acting = problem.count_inputs(problem.rows_of(stage.name))
         where = position_of(layer, "stage", number)
         if not problem.rows_of(stage.name):
             faults.append(Fault(where, f'the stage "{stage.name}" runs no row', "Name it in stages of a row"))
+        if stage.active:
+            faults += _active_faults(problem, number, where)
         if stage.draws:
             faults += _draws_faults(problem, stage.name, number, where)
         elif stage.members < FEWEST_PER_UNKNOWN * acting:
@@ -411,6 +437,21 @@ def _faults(problem: Problem, file: IdentifyFile, layer: Layer) -> list[Fault]:
         elif not any(k in {*problem.columns(row), *problem.gains(row)} for row in problem.rows):
             hint = "Correct its campaign, stages or gain_of, or leave it out"
             faults.append(Fault(where, "acts in no row", hint))
+    return faults
+
+
+def _active_faults(problem: Problem, number: int, where: str) -> list[Fault]:
+    """Return what is wrong with what the emulators of a stage shall depend on."""
+    stage, faults = problem.stages[number], []
+    acting = [problem.unknowns[k].name for k in problem.acting(stage.name)]
+    before = {one.name for one in problem.stages[:number] if not one.draws}
+    known = [row.label for row in problem.rows if before.issuperset(row.stages)]
+    for name in stage.active:
+        if name not in acting and name not in known:
+            what = f'must be an unknown that changes its runs or a row of earlier stages, got "{name}"'
+            faults.append(Fault(f"{where}.active", what, f"Unknowns: {', '.join(acting)}"))
+    if stage.draws:
+        faults.append(Fault(f"{where}.active", "has no use with draws", "Leave one of the two out"))
     return faults
 
 

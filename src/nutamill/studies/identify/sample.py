@@ -7,9 +7,14 @@ from scipy.spatial.distance import cdist
 from scipy.stats import qmc
 
 from nutamill.base.errors import CaseError, Fault
+from nutamill.studies.identify.inputs import Inputs
 
 CANDIDATES = 15
-"""Binary logarithm of the number of points that are examined for what is not ruled out [1]."""
+"""Binary logarithm of the number of points that are examined at once for what is not ruled out [1]."""
+MOST_BLOCKS = 16
+"""Such blocks of points that are examined where too few are left, at most [1]."""
+SPARE = 4
+"""Points that are then looked for, for each that is asked for, so that they can be chosen far apart [1]."""
 
 
 def filling_points(unknowns: int, count: int, seed: int) -> np.ndarray:
@@ -35,7 +40,7 @@ def points_left(
     seed: int,
     plausible: Callable[[np.ndarray], np.ndarray],
     stage: str,
-    inputs: np.ndarray,
+    inputs: Inputs,
 ) -> np.ndarray:
     """Return points that fill what is not ruled out of the unit cube, (count, unknowns).
 
@@ -47,20 +52,25 @@ def points_left(
     deciding : which unknowns the points differ in, as indices; the others are in the middle
     plausible : whether points (n, unknowns) are not ruled out, (n,)
     stage : name of the stage, for messages
-    inputs : these numbers over the unknowns, (n_unknowns, n_inputs), as of `Problem.inputs`
+    inputs : these numbers
 
     Raises
     ------
     CaseError : fewer points are left than are asked for
     """
-    examined = np.full((2**CANDIDATES, unknowns), 0.5)
-    examined[:, deciding] = cube(len(deciding), CANDIDATES, seed)
-    left = examined[plausible(examined)]
+    sequence = qmc.Sobol(len(deciding), rng=seed)
+    left, enough, blocks = np.zeros((0, unknowns)), count, 0
+    while len(left) < enough and blocks < MOST_BLOCKS:
+        block = np.full((2**CANDIDATES, unknowns), 0.5)
+        block[:, deciding] = sequence.random(len(block))
+        left, blocks = np.vstack([left, block[plausible(block)]]), blocks + 1
+        enough = count if len(left) >= count and blocks == 1 else SPARE * count
     if len(left) < count:
-        what = f"the rows before it rule out all but {len(left)} of {len(examined)} points of the ranges"
+        examined = blocks * 2**CANDIDATES
+        what = f"the rows before it rule out all but {len(left)} of {examined} points of the ranges"
         hint = "Widen the ranges, state a larger discrepancy, or take fewer members"
         raise CaseError(Fault(f"stage {stage}", what, hint))
-    seen = left @ inputs
+    seen = inputs.at(left)
     chosen = [0]
     distance = cdist(seen[:1], seen)[0]
     while len(chosen) < count:
