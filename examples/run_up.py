@@ -12,10 +12,9 @@ import nutamill as nm
 RPM = math.pi / 30.0
 
 case = nm.load_case("numill")
-name = nm.default_sensor(case)
-runs = nm.run_up(case, [35.0 * RPM, 70.0 * RPM, 140.0 * RPM, 350.0 * RPM], name)
-print("\n".join(nm.run_up_lines(runs, name)))
-nm.draw_run_up(runs, name).savefig("run_up.png")
+runs = nm.run_up(case, [35.0 * RPM, 70.0 * RPM, 140.0 * RPM, 350.0 * RPM])
+print("\n".join(nm.run_up_lines(runs)))
+nm.draw_run_up(runs).savefig("run_up.png")
 
 once = [nm.peaks(run.orders)[0] for run in runs]
 assert all(

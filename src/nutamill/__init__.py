@@ -51,7 +51,7 @@ _FACE = {
     "design.check": "check",
     "design.modes": "machine_modes modes_lines campbell avoid_lines",
     "design.sticks": "sticks",
-    "design.runup": "default_sensor run_up run_up_lines",
+    "design.runup": "run_up run_up_lines",
     "design.isolation": "isolation isolation_lines",
     "design.balancing": "balance_mill balance_lines",
     "design.figures": "draw_balancing draw_modes draw_campbell draw_isolation draw_run_up",

@@ -80,7 +80,17 @@ def test_answer_prints_its_table_and_saves_a_picture(invoke, folder, words, expe
             ("balance", "numill", "--plane", "80 mm"),
             '--plane: must be a radius and a depth, got "80 mm". Write e.g.',
         ),
-        (("isolation", "numill-2025"), 'mechanism.mounting: must be "flexible", got "rigid"'),
+        (("isolation", "numill-2025"), "numill-2025: must stand on bushings, nothing else is between"),
+        (
+            ("balance", "numill", "--speed", "0 rpm"),
+            "--speed: must be positive, got 0 rpm. A machine at rest has no unbalance to take away",
+        ),
+        (
+            ("runup", "numill", "--sensor", "bogus"),
+            '--sensor: no series of this machine without its charge is called "bogus". Known: '
+            "frame_corner_acceleration_x, frame_corner_acceleration_y, frame_corner_acceleration_z",
+        ),
+        (("mounts", "empty.h5", "--ring", "nan mm", "330 mm"), "--ring: "),
     ],
     ids=lambda value: value[0] if isinstance(value, tuple) else "",
 )
@@ -97,22 +107,20 @@ def test_modes_of_a_mechanism_of_listed_parts(invoke, folder):
     # an arm of 1 m under 9.81 m/s^2 swings at 0.4985 Hz
     assert reply.exit_code == 0 and "0.498" in reply.stdout and "bob moves" in reply.stdout
     assert (folder / "modes.png").stat().st_size > 10_000
-    for question in (("--charge",), ("--speed", "700 rpm")):
-        reply = invoke("modes", pendulum, *question)
-        assert reply.exit_code == 2
-        what = "has no use for a machine given part by part: its modes are those about rest"
-        assert reply.stderr == f"{question[0][2:]}: {what}. Leave it out\n"
+    reply = invoke("modes", pendulum, "--speed", "700 rpm")
+    assert reply.exit_code == 2 and reply.stderr.startswith("pendulum: no drive turns this machine")
+    reply = invoke("modes", pendulum, "--charge")
+    assert reply.exit_code == 2
+    assert reply.stderr.startswith("chamber.bars: is missing, so that the mass of the charge has no position")
 
 
-def test_mechanism_of_listed_parts_is_no_mill(invoke, folder):
+def test_a_machine_on_joints_has_a_force_on_the_floor_and_no_mounts(invoke, folder):
     crank = MECHANISMS / "slider-crank.toml"
-    reply = invoke("balance", str(crank))
-    assert (
-        reply.exit_code == 2 and "describes a mechanism part by part ([[bodies]]), not a mill" in reply.stderr
-    )
-    runs.run(load_case(crank, ["run.until=5 ms"]), folder / "crank.h5").close()
+    reply = invoke("balance", str(crank), "--plane", "80 mm, 420 mm")
+    assert reply.exit_code == 2 and "must stand on bushings: a fixed joint has no corners" in reply.stderr
+    runs.run(load_case(crank, ["run.until=0.3 s"]), folder / "crank.h5").close()
     reply = invoke("mounts", "crank.h5")
-    assert reply.exit_code == 2 and "crank.h5: the run of a machine given part by part" in reply.stderr
+    assert reply.exit_code == 0 and reply.stdout.startswith("force on the floor (N)")
 
 
 def test_picture_of_a_changed_case_or_of_another_option_leaves_the_earlier_one(invoke, folder):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from nutamill.analysis.mounts import floor_series
 from nutamill.base.errors import CaseError, StepError
 from nutamill.case import load_case
 from nutamill.case.toml.layers import Layer
@@ -15,8 +16,8 @@ from nutamill.charge.laws.capillary import separation_work
 from nutamill.cli import app
 from nutamill.design import machine_sheet as sheet_room
 from nutamill.design import modes as modes_room
+from nutamill.design.altered import with_charge_mass
 from nutamill.design.charge_facts import charge_facts
-from nutamill.design.empty import with_charge_mass
 from nutamill.design.modes import campbell, machine_modes
 from nutamill.design.runup import run_up
 from nutamill.mechanism import modes as rest_room
@@ -213,8 +214,8 @@ def test_the_mass_of_a_charge_needs_a_ring_to_be_put_on():
     with pytest.raises(CaseError) as caught:
         with_charge_mass(bare)
     assert str(caught.value) == (
-        "chamber.bars: is missing, so that the mass of the charge has no position. Give radius and depth of "
-        "a ring"
+        "chamber.bars: is missing, so that the mass of the charge has no position. Leave the mass of the "
+        "charge out, or give the drawing of a mill radius and depth of a ring"
     )
 
 
@@ -238,7 +239,73 @@ def test_a_mesh_file_without_triangles_is_refused(tmp_path, name, content, messa
     assert str(caught.value).startswith(message)
 
 
+def test_a_force_on_the_floor_that_is_not_recorded_is_refused():
+    machine = load_case("numill", [EMPTY]).machine
+    with pytest.raises(CaseError) as caught:
+        floor_series({"time": np.zeros(3)}, machine)
+    assert str(caught.value) == (
+        "run.series: leaves out joint_intermediate_shaft_bearing_force_x, which this answer needs. Add it"
+    )
+
+
 # vibrations -------------------------------------------------------------------------------------------------
+
+
+CRANK_ON_A_SPRING = """
+schema = 1
+gravity = ["0 m/s^2", "0 m/s^2", "0 m/s^2"]
+drives = [{ name = "motor", joint = "pin", speed = "100 rpm", ramp = "100 rpm/s" }]
+
+[[bodies]]
+name     = "crank"
+mass     = "1 kg"
+inertia  = ["1 kg m^2", "1 kg m^2", "1 kg m^2"]
+position = ["0 m", "0 m", "0 m"]
+
+[[bodies]]
+name     = "bob"
+mass     = "1 kg"
+inertia  = ["1 kg m^2", "1 kg m^2", "1 kg m^2"]
+position = ["2 m", "0 m", "0 m"]
+
+[[joints]]
+name    = "pin"
+kind    = "revolute"
+between = ["ground", "crank"]
+point   = ["0 m", "0 m", "0 m"]
+axis    = [0, 0, 1]
+
+[[springs]]
+name        = "spring"
+between     = ["ground", "crank"]
+point_a     = ["1 m", "1 m", "0 m"]
+point_b     = ["1 m", "0 m", "0 m"]
+stiffness   = "1 N/mm"
+free_length = "1 m"
+
+[[bushings]]
+name              = "foot"
+between           = ["ground", "bob"]
+point             = ["2 m", "0 m", "0 m"]
+axis              = [0, 0, 1]
+shear_stiffness   = "1 N/mm"
+axial_stiffness   = "1 N/mm"
+bending_stiffness = "1 N m/rad"
+torsion_stiffness = "1 N m/rad"
+
+[run]
+until = "1 s"
+"""
+
+
+def test_a_drive_that_strains_a_spring_leaves_no_steady_motion_to_vibrate_about(tmp_path):
+    (tmp_path / "crank.toml").write_text(CRANK_ON_A_SPRING)
+    with pytest.raises(StepError) as caught:
+        machine_modes(load_case(tmp_path / "crank.toml"), 10.0)
+    assert str(caught.value) == (
+        "running modes: the drives strain bushings or springs, so that there is no steady motion to vibrate "
+        "about. Take the modes at rest."
+    )
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nutamill.base.errors import CaseError, Fault, ResultError
+from nutamill.base.errors import CaseError, Fault
 from nutamill.case import Case, Machine, case_of_text
-from nutamill.result import Result, open_result
+from nutamill.result import Result
 
 CASES_IN_MEMORY = 32
 """Cases of results that stay in memory [1]."""
@@ -56,33 +55,14 @@ def _parsed(text: str) -> Case | Machine:
     return case_of_text(text)
 
 
-def open_mill_result(path: str | Path) -> Result:
-    """Open a result file of a mill, with its crank angle and joint reactions.
+def machine_of(result: Result) -> Machine:
+    """Return the machine of a run, of a mill as drawn the one that its drawing describes. It is made once.
 
     Raises
     ------
-    ResultError : no such file, or the result of a mechanism of listed parts, or of a version that recorded no
-        reactions
+    CaseError : measured data, or a case that this version cannot read
     """
-    result = open_result(path)
-    try:
-        series = result.series
-    except BaseException:
-        result.close()
-        raise
-    if "crank_angle" not in series or "pin_joint_reaction_force_x" not in series:
-        parts = bool(result.case_text) and drawing_of(result) is None
-        result.close()
-        if parts:
-            raise ResultError(
-                f"{path}: the run of a machine given part by part, and this answer is about the joints and "
-                "mounts of a mill as drawn. `nutamill show` prints its loads, `nutamill plot` its series."
-            )
-        raise ResultError(
-            f"{path}: not the run of a mill with the joint reactions that this version records. Run the case "
-            "again."
-        )
-    return result
+    return any_case_of(result).machine
 
 
 def vector(series: Mapping[Any, Any], name: str) -> np.ndarray:

@@ -337,5 +337,10 @@ class Machine(CaseFile):
 
 def drive_series(machine: Machine, drive: str, what: str) -> str:
     """Return the series with the angle or the speed of a drive: a quantity that is just that, or its own."""
-    own = f"drive_{drive}_{what}"
-    return next((entry.name for entry in machine.quantities if entry.of == (own,)), own)
+    return series_called(machine, f"drive_{drive}_{what}")
+
+
+def series_called(machine: Machine, own: str) -> str:
+    """Return what a series of a part is called in a record: a quantity that is just that, or its own name."""
+    same = (entry.name for entry in machine.quantities if entry.of == (own,) and not entry.zeroed)
+    return next(same, own)

@@ -9,9 +9,12 @@ a ramp.
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from nutamill.base.required import required
 from nutamill.base.wrench import WRENCH
 from nutamill.case.drawing import CHAMBER
-from nutamill.case.machine import QuantityEntry
+from nutamill.case.machine import Machine, QuantityEntry
 from nutamill.result.fields import JOINTS, expand
 
 if TYPE_CHECKING:
@@ -75,6 +78,19 @@ def mill_series(case: "Case") -> tuple[str, ...]:
     absent: tuple[str, ...] = () if case.charge.parts else OF_THE_CHARGE
     absent += OF_THE_FILM if case.contact.film == "none" else ()
     return tuple(name for name in names if not name.startswith(absent))
+
+
+def crank_radius(machine: Machine) -> float:
+    """Return the distance of the crank pin from the axis of the driveshaft [m], 0 in a machine without this
+    joint or this drive.
+    """
+    joints = {joint.name: joint for joint in machine.joints}
+    drive = next((drive for drive in machine.drives if drive.name == DRIVE), None)
+    if drive is None or PIN_JOINT not in joints or drive.joint not in joints:
+        return 0.0
+    bearing = joints[drive.joint]
+    axis, arm = np.array(required(bearing.axis)), np.subtract(joints[PIN_JOINT].point, bearing.point)
+    return float(np.linalg.norm(np.cross(axis, arm)) / np.linalg.norm(axis))
 
 
 def mounts_of(case: "Case") -> list[str]:

@@ -14,7 +14,6 @@ from nutamill.cli.common import (
     ResultFile,
     app,
     load,
-    load_mill,
     quantity,
     reports_errors,
     to,
@@ -70,13 +69,13 @@ def _picture_name(
 def modes(
     case: CaseName,
     overrides: Overrides = None,
-    speed: Annotated[str, typer.Option(metavar="SPEED", help='Driveshaft speed, e.g. "700 rpm".')] = "0 rpm",
+    speed: Annotated[
+        str, typer.Option(metavar="SPEED", help='Speed of the drive, e.g. "700 rpm".')
+    ] = "0 rpm",
     charge: ChargeMass = False,
     to: Picture = None,
 ) -> None:
-    """Print natural frequencies, damping and shapes of a mill on its mounts, at rest or at speed, or of a
-    mechanism at rest.
-    """
+    """Print natural frequencies, damping and shapes of a machine on its mounts, at rest or at speed."""
     from nutamill.design.figures import draw_modes
     from nutamill.design.modes import machine_modes, modes_lines
     from nutamill.design.sticks import sticks
@@ -92,12 +91,12 @@ def modes(
 def campbell(
     case: CaseName, overrides: Overrides = None, charge: ChargeMass = False, to: Picture = None
 ) -> None:
-    """Draw the Campbell diagram of the mill, and print the speeds to avoid."""
+    """Draw the Campbell diagram of a machine, and print the speeds to avoid."""
     from nutamill.design.figures import draw_campbell
     from nutamill.design.modes import avoid_lines
     from nutamill.design.modes import campbell as diagram
 
-    loaded = load_mill(case, overrides)
+    loaded = load(case, overrides)
     picture = _place(to, _picture_name(loaded, "campbell", charge=charge))
     with working("modes over the speed"):
         answer = diagram(loaded, charge=charge)
@@ -120,22 +119,21 @@ def runup(
     charge: ChargeMass = False,
     to: Picture = None,
 ) -> None:
-    """Print how far the empty mill shakes on its way through the resonances, for several ramps."""
+    """Print how far the empty machine shakes on its way through the resonances, for several ramps."""
     from nutamill.design.figures import draw_run_up
-    from nutamill.design.runup import default_sensor, run_up, run_up_lines
+    from nutamill.design.runup import run_up, run_up_lines
 
-    loaded = load_mill(case, overrides)
+    loaded = load(case, overrides)
     picture = _place(to, _picture_name(loaded, "runup", *(ramp or ()), sensor, charge=charge))
     rates = [
         quantity("--ramp", text, "ramp of speed")
         for text in ramp or ("35 rpm/s", "70 rpm/s", "140 rpm/s", "350 rpm/s")
     ]
-    name = sensor or default_sensor(loaded)
     runs = []
     for number, rate in enumerate(rates, start=1):
         with working(f"run-up {number} of {len(rates)}"):
-            runs += run_up(loaded, [rate], name, charge=charge)
-    _print_answer(run_up_lines(runs, name), draw_run_up(runs, name), picture)
+            runs += run_up(loaded, [rate], sensor, charge=charge)
+    _print_answer(run_up_lines(runs), draw_run_up(runs), picture)
 
 
 @app.command()
@@ -148,7 +146,7 @@ def isolation(
     from nutamill.design.isolation import isolation as passed_on
     from nutamill.design.isolation import isolation_lines
 
-    loaded = load_mill(case, overrides)
+    loaded = load(case, overrides)
     picture = _place(to, _picture_name(loaded, "isolation", charge=charge))
     with working("a slow run-up through all speeds"):
         answer = passed_on(loaded, charge)
@@ -181,7 +179,7 @@ def balance(
     from nutamill.design.balancing import balance_lines, balance_mill
     from nutamill.design.figures import draw_balancing
 
-    loaded = load_mill(case, overrides)
+    loaded = load(case, overrides)
     picture = _place(to, _picture_name(loaded, "balance", *(plane or ()), speed, charge=charge))
     given = [
         [quantity("--plane", length.strip(), "length") for length in text.split(",")] for text in plane or ()
@@ -194,7 +192,9 @@ def balance(
                 'Write e.g. --plane "80 mm, 420 mm"',
             )
         )
-    planes = [(radius, depth) for radius, depth in given] or [(loaded.balance.radius, loaded.balance.depth)]
+    planes = [(radius, depth) for radius, depth in given]
+    if not planes and (mill := loaded.drawing) is not None:
+        planes = [(mill.balance.radius, mill.balance.depth)]
     turning = None if speed is None else quantity("--speed", speed, "speed of rotation")
     with working("runs with trial masses"):
         answer = balance_mill(loaded, planes, turning, charge)
@@ -287,11 +287,11 @@ def mounts(
 ) -> None:
     """Print travel and force of the mounts, the force on the floor, and the clearance of the chamber."""
     from nutamill.analysis.mounts import chamber_clearance, clearance_line, mounts_lines
-    from nutamill.analysis.source import open_mill_result
+    from nutamill.result import open_result
     from nutamill.view.figures.reading import draw_floor
 
     lengths = [quantity("--ring", text, "length") for text in ring or ()]
-    with open_mill_result(file) as result:
+    with open_result(file) as result:
         picture = _place(to, _picture_name(file, "mounts", last), file.parent)
         lines = mounts_lines(result, last)
         if lengths:

@@ -114,12 +114,3 @@ def load(name: str, overrides: list[str] | None) -> "Case | Machine":
     from nutamill.case import load_case
 
     return load_case(name, overrides or [])
-
-
-def load_mill(name: str, overrides: list[str] | None) -> "Case":
-    """Return the mill of a name or file with the overrides of the command line. Refuse a mechanism of listed
-    parts.
-    """
-    from nutamill.case import load_mill
-
-    return load_mill(name, overrides or [])

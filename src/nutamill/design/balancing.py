@@ -11,8 +11,18 @@ from nutamill.analysis.source import vector
 from nutamill.base import units
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import Kind, rpm
-from nutamill.case import Case, Machine, mill_of
-from nutamill.case.drawing import FRAME, SHAFT
+from nutamill.case import Case, Machine
+from nutamill.case.mill_quantities import FRAME_FIX
+from nutamill.design.altered import (
+    Weight,
+    angle_series,
+    driven_bodies,
+    supports,
+    turning_drive,
+    weighted,
+    weighted_body,
+    with_charge_mass,
+)
 from nutamill.design.empty import once_per_turn, steady_series
 from nutamill.design.isolation import shaking_unbalance
 
@@ -28,19 +38,6 @@ what they act on.
 
 GRADE = 16.0
 """Balance quality grade of crushing machines, G 16 [mm/s], ISO 21940-11:2016."""
-
-
-class Weight(NamedTuple):
-    """A balance mass on the driveshaft."""
-
-    mass: float
-    """Mass [kg]."""
-    radius: float
-    """Distance from the driveshaft axis [m]."""
-    depth: float
-    """Below the nutation point [m]."""
-    azimuth: float
-    """From the crank pin in the direction of rotation [rad], in [0, 2 pi)."""
 
 
 class Balancing(NamedTuple):
@@ -83,11 +80,12 @@ def balance_mill(
     speed: float | None = None,
     charge: bool = False,
 ) -> Balancing:
-    """Balance masses that minimise the vibration of the frame at a speed, in one plane or two.
+    """Balance masses that minimise the vibration of a machine at a speed, in one plane or two.
 
-    The mill runs without weights, then with a trial mass in each plane; as the vibration is linear in the
-    unbalances, the best ones follow by least squares over the travel of all mounts (on rigid mounts: over the
-    force of each corner on the floor). The mill is then run with them.
+    The machine runs without weights, then with a trial mass in each plane; as the vibration is linear in the
+    unbalances, the best ones follow by least squares over the travel of all supports (of a mill on rigid
+    mounts: over the force of each corner on the floor). The machine is then run with them.  Of a mill as
+    drawn the masses take the place of its own, on any other machine they are added to what its drive turns.
 
     Parameters
     ----------
@@ -97,64 +95,69 @@ def balance_mill(
 
     Raises
     ------
-    CaseError : a machine given part by part, no plane, more than two, lengths that are none, or two planes of
-        one depth
+    CaseError : a machine without supports or without a drive that turns a body, a speed that is not
+        positive, no plane, more than two, lengths that are none, or two planes of one depth
 
     Source
     ------
     Goodman, J. Eng. Ind. 86(3), 273-279, 1964 (least-squares balancing by influence coefficients)
     """
-    case = mill_of(case)
-    _check(planes)
-    at = case.drive.speed if speed is None else speed
-    bare = weighted(case, ())
-    unbalance = shaking_unbalance(bare, at, charge)
-    start = readings(bare, at, charge)
+    loaded = with_charge_mass(case) if charge else case
+    turning = turning_drive(case.machine).speed
+    at = turning if speed is None else speed
+    _check(planes, at)
+    if not supports(case.machine):
+        _half_spacing(case)
+    bare = weighted(loaded, ())
+    unbalance = shaking_unbalance(bare, at)
+    start = readings(case, bare, at)
     trial = -TRIAL * abs(unbalance)
     influence = np.empty((len(start), len(planes)), complex)
     for k, plane in enumerate(planes):
-        influence[:, k] = (readings(weighted(case, [_weight(trial, plane)]), at, charge) - start) / trial
+        influence[:, k] = (readings(case, weighted(loaded, [_weight(trial, plane)]), at) - start) / trial
     best, end = np.zeros(len(planes), complex), start
     for _ in range(1 + TRIMS):
         best = best + np.linalg.lstsq(influence, -end, rcond=None)[0]
         weights = tuple(_weight(complex(u), plane) for u, plane in zip(best, planes, strict=True))
-        balanced = weighted(case, weights)
-        end = readings(balanced, at, charge)
-    mass = sum(body.mass for body in balanced.machine.bodies if body.name not in (FRAME, SHAFT))
+        balanced = weighted(loaded, weights)
+        end = readings(case, balanced, at)
+    moved = driven_bodies(balanced)
+    mass = sum(body.mass for body in balanced.bodies if body.name in moved)
     before, after = (float(np.sqrt((np.abs(part) ** 2).mean())) for part in (start, end))
-    return Balancing(at, weights, before, after, unbalance, shaking_unbalance(balanced, at, charge), mass)
+    return Balancing(at, weights, before, after, unbalance, shaking_unbalance(balanced, at), mass)
 
 
-def weighted(case: Case, weights: Sequence[Weight]) -> Case:
-    """Return the case with these balance masses, two at most, in place of its own."""
-    none = Weight(0.0, case.balance.radius, case.balance.depth, np.pi)
-    first, second = [*weights, none, none][:2]
-    changes = {f"balance__{name}": value for name, value in first._asdict().items()}
-    return case.with_(**changes, balance__second=second._asdict())
+def readings(case: Case | Machine, machine: Machine, speed: float) -> np.ndarray:
+    """Return the complex amplitudes once per period that balancing makes small: travel of the supports [m],
+    or on rigid mounts the force of each corner [N].
 
-
-def readings(case: Case, speed: float, charge: bool) -> np.ndarray:
-    """Return the complex amplitudes once per period that balancing makes small: travel of the mounts [m], or
-    force of each corner [N].
+    `machine` is that of the case with other weights. Raises CaseError for a machine that stands on neither.
     """
-    series = steady_series(case, speed, charge)
-    if case.mechanism.mounting == "flexible":
-        travel = np.hstack(
-            [vector(series, f"mount_{number}_travel") for number in range(1, case.mounts.count + 1)]
-        )
-        return once_per_turn(series["crank_angle"], travel)
+    feet, series = supports(machine), steady_series(machine, speed)
+    angle = series[angle_series(machine)]
+    if feet:
+        return once_per_turn(angle, np.hstack([vector(series, f"bushing_{name}_travel") for name in feet]))
+    half_spacing = _half_spacing(case)
     # the fixing's force and moment as vertical forces of four corners and shares of the horizontal ones
-    force = once_per_turn(series["crank_angle"], vector(series, "frame_fix_reaction_force"))
-    moment = once_per_turn(series["crank_angle"], vector(series, "frame_fix_reaction_moment"))
-    upright = [moment[axis] / (4.0 * case.mounts.half_spacing) for axis in (0, 1)]
+    force = once_per_turn(angle, vector(series, f"joint_{FRAME_FIX}_force"))
+    moment = once_per_turn(angle, vector(series, f"joint_{FRAME_FIX}_moment"))
+    upright = [moment[axis] / (4.0 * half_spacing) for axis in (0, 1)]
     return np.array([*force[:2] / 4.0, *upright])
 
 
-def balance_lines(balancing: Balancing, case: Case, grade: float = GRADE) -> list[str]:
+def _half_spacing(case: Case | Machine) -> float:
+    """Return the distance of the corners of a bolted mill [m], which its drawing alone knows."""
+    if case.drawing is None:
+        what = "must stand on bushings: a fixed joint has no corners to read forces from"
+        raise CaseError(Fault(case.name, what, "Describe what it stands on as [[bushings]]"))
+    return case.drawing.mounts.half_spacing
+
+
+def balance_lines(balancing: Balancing, case: Case | Machine, grade: float = GRADE) -> list[str]:
     """Format weights, vibration and residual unbalance as a table, and the keys that put the weights into a
     case.
     """
-    unit, factor = ("mm", 1e3) if case.mechanism.mounting == "flexible" else ("N", 1.0)
+    unit, factor = ("mm", 1e3) if supports(case.machine) else ("N", 1.0)
     what = "travel of the mounts" if unit == "mm" else "force of each corner on the floor"
     rows = [
         f"balancing at {rpm(balancing.speed):.4g} rpm: "
@@ -177,13 +180,28 @@ def balance_lines(balancing: Balancing, case: Case, grade: float = GRADE) -> lis
         f"of {balancing.turning_mass:.4g} kg: G {balancing.grade:.3g}"
     )
     rows.append(f"{left}; G {grade:g} allows {units.shown(allowed, 'kg mm')}")
-    keys = [
-        f'balance.{"second." if k else ""}{name}="{value}"'
-        for k, weight in enumerate(balancing.weights)
-        for name, value in _texts(weight)
-    ]
-    rows.append("in a case: " + " ".join(f"-s {key}" for key in keys))
+    rows.append("in a case: " + " ".join(f"-s {key}" for key in _keys(balancing.weights, case)))
     return rows
+
+
+def _keys(weights: Sequence[Weight], case: Case | Machine) -> list[str]:
+    """Return the keys that put weights into a case: of a mill as drawn its balance masses, else mass, mass
+    centre and inertia of the body that carries them.
+    """
+    if case.drawing is not None:
+        return [
+            f'balance.{"second." if k else ""}{name}="{value}"'
+            for k, weight in enumerate(weights)
+            for name, value in _texts(weight)
+        ]
+    body = weighted_body(case.machine, weights)
+    position = ", ".join(f'"{units.shown(value, "mm", ".7g")}"' for value in body.position)
+    inertia = ", ".join(f'"{value:.6g} kg m^2"' for value in body.inertia)
+    return [
+        f'bodies.{body.name}.mass="{body.mass:.7g} kg"',
+        f"'bodies.{body.name}.position=[{position}]'",
+        f"'bodies.{body.name}.inertia=[{inertia}]'",
+    ]
 
 
 def _texts(weight: Weight) -> list[tuple[str, str]]:
@@ -199,8 +217,11 @@ def _weight(unbalance: complex, plane: tuple[float, float]) -> Weight:
     return Weight(abs(unbalance) / plane[0], *plane, float(np.angle(unbalance) % (2.0 * np.pi)))
 
 
-def _check(planes: Sequence[tuple[float, float]]) -> None:
-    """Refuse planes that make no sense."""
+def _check(planes: Sequence[tuple[float, float]], speed: float) -> None:
+    """Refuse planes and a speed that make no sense."""
+    if not speed > 0.0:
+        what = f"must be positive, got {units.format(speed, Kind.SPEED)}"
+        raise CaseError(Fault("--speed", what, "A machine at rest has no unbalance to take away"))
     if not 1 <= len(planes) <= 2:
         raise CaseError(
             Fault(
@@ -208,7 +229,7 @@ def _check(planes: Sequence[tuple[float, float]]) -> None:
             )
         )
     given = " and ".join(", ".join(units.format(length, Kind.LENGTH) for length in plane) for plane in planes)
-    if min(min(plane) for plane in planes) <= 0.0:
+    if not all(length > 0.0 for plane in planes for length in plane):
         raise CaseError(Fault("--plane", f"radius and depth must be positive, got {given}"))
     if len(planes) == 2 and abs(planes[0][1] - planes[1][1]) < 1e-3:
         raise CaseError(

@@ -8,13 +8,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
 from nutamill.base.units import in_unit, rpm, shown, si_value
-from nutamill.case import Case
+from nutamill.case import Case, Machine
+from nutamill.case.mill_quantities import crank_radius
+from nutamill.design.altered import supports
 from nutamill.design.balancing import Balancing
 from nutamill.design.isolation import Isolation
 from nutamill.design.modes import ORDERS, Campbell, MachineModes
 from nutamill.design.runup import RunUp
 from nutamill.design.sticks import Stick
-from nutamill.result.fields import series_field
 from nutamill.view.figures.style import PALETTE, STYLE, WIDTH, unit_of
 
 GREY, MOVED, ORBIT = "#B8B8B8", "#0072B2", "#D55E00"
@@ -111,11 +112,12 @@ def draw_campbell(diagram: Campbell) -> Figure:
     return figure
 
 
-def draw_run_up(runs: list[RunUp], name: str) -> Figure:
+def draw_run_up(runs: list[RunUp]) -> Figure:
     """Draw the amplitude of each order over speed, one line for each ramp, and the phase lag of the first
     order.
     """
-    unit = unit_of(series_field(name))
+    field = runs[0].field
+    unit = unit_of(field)
     orders = runs[0].orders.orders
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 1.5 * (len(orders) + 1)), layout="constrained")
@@ -125,10 +127,12 @@ def draw_run_up(runs: list[RunUp], name: str) -> Figure:
             for k in range(len(orders)):
                 panels[k].plot(rpm(run.orders.speed), run.orders.amplitude[k], **style)
             visible = run.orders.amplitude[0] > 0.02 * run.orders.amplitude[0].max()
-            lag = in_unit(np.unwrap(run.orders.lag[0][visible]), "deg")
-            panels[-1].plot(rpm(run.orders.speed[visible]), lag - 360.0 * round(lag.mean() / 360.0), **style)
+            if visible.any():
+                lag = in_unit(np.unwrap(run.orders.lag[0][visible]), "deg")
+                whole = 360.0 * round(lag.mean() / 360.0)
+                panels[-1].plot(rpm(run.orders.speed[visible]), lag - whole, **style)
         for k, order in enumerate(orders):
-            panels[k].set_title(f"({'abcdefg'[k]}) {series_field(name).label}, {order:g}x", loc="left")
+            panels[k].set_title(f"({'abcdefg'[k]}) {field.label}, {order:g}x", loc="left")
             panels[k].set_ylabel(f"amplitude ({unit})")
             panels[k].set_ylim(bottom=0.0)
         panels[-1].set_title(f"({'abcdefg'[len(orders)]}) phase lag, {orders[0]:g}x", loc="left")
@@ -164,9 +168,9 @@ def draw_isolation(answer: Isolation) -> Figure:
     return figure
 
 
-def draw_balancing(balancing: Balancing, case: Case) -> Figure:
+def draw_balancing(balancing: Balancing, case: Case | Machine) -> Figure:
     """Draw vibration before and after, and the driveshaft seen from above with pin and weights."""
-    unit = "mm" if case.mechanism.mounting == "flexible" else "N"
+    unit = "mm" if supports(case.machine) else "N"
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.0), layout="constrained")
         bars, view = figure.subplots(1, 2)
@@ -180,8 +184,8 @@ def draw_balancing(balancing: Balancing, case: Case) -> Figure:
         bars.set_title("(a) once per turn", loc="left")
         bars.grid(axis="x", visible=False)
         view.plot([0.0], [0.0], "+", color="black", markersize=6)
-        crank = in_unit(case.mechanism.crank_radius, "mm")
-        view.plot([crank], [0.0], "o", color="black", markersize=4, label="crank pin")
+        if crank := in_unit(crank_radius(case.machine), "mm"):
+            view.plot([crank], [0.0], "o", color="black", markersize=4, label="crank pin")
         for k, weight in enumerate(balancing.weights):
             direction = np.array([math.cos(weight.azimuth), math.sin(weight.azimuth)])
             position = in_unit(weight.radius, "mm") * direction

@@ -1,5 +1,5 @@
-"""Isolation: which share of the shaking force of the mill its mounts and shaft coupling pass on to the floor,
-over speed.
+"""Isolation: which share of the shaking force of a machine what it stands on passes on to the floor, over
+speed.
 """
 
 from typing import NamedTuple
@@ -10,7 +10,15 @@ from nutamill.analysis.mounts import floor_series
 from nutamill.analysis.orders import track
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import rpm
-from nutamill.case import Case, Machine, mill_of
+from nutamill.case import Case, Machine
+from nutamill.design.altered import (
+    angle_series,
+    bolted,
+    driven,
+    supports,
+    turning_drive,
+    with_charge_mass,
+)
 from nutamill.design.empty import empty_series, once_per_turn, steady_series
 from nutamill.design.modes import machine_modes
 
@@ -47,8 +55,8 @@ def transmissibility(ratio: np.ndarray, damping_ratio: float) -> np.ndarray:
 
 
 def isolation(case: Case | Machine, charge: bool = False) -> Isolation:
-    """Compute the force on the floor of the empty mill on a slow run-up, and the shaking force of the same
-    mill bolted down.
+    """Compute the force on the floor of the empty machine on a slow run-up, and the shaking force of the same
+    machine bolted down.
 
     Parameters
     ----------
@@ -56,37 +64,34 @@ def isolation(case: Case | Machine, charge: bool = False) -> Isolation:
 
     Raises
     ------
-    CaseError : a machine given part by part, or a mill on rigid mounts
+    CaseError : a machine without bushings to the ground, or without a drive that turns
     """
-    case = mill_of(case)
-    if case.mechanism.mounting == "rigid":
-        raise CaseError(
-            Fault(
-                "mechanism.mounting",
-                'must be "flexible", got "rigid"',
-                "Rigid mounts pass on the whole force: set mechanism.mounting=flexible",
-            )
-        )
-    full = case.drive.speed
-    shaking = shaking_unbalance(case, full, charge)
-    series = empty_series(case.with_(drive__ramp=full / SLOW, run__until=SLOW), charge)
-    force = floor_series(series)
-    sides = [track(series["time"], series["crank_angle"], force[:, k], (1.0,)) for k in (0, 1)]
+    machine = (with_charge_mass(case) if charge else case).machine
+    if not supports(machine):
+        what = "must stand on bushings, nothing else is between it and the ground"
+        hint = "A machine bolted down passes on the whole force. Set mechanism.mounting=flexible for a mill"
+        raise CaseError(Fault(machine.name, what, hint))
+    full = turning_drive(machine).speed
+    shaking = shaking_unbalance(machine, full)
+    series = empty_series(driven(machine, SLOW, ramp=full / SLOW))
+    force, angle = floor_series(series, machine), series[angle_series(machine)]
+    sides = [track(series["time"], angle, force[:, k], (1.0,)) for k in (0, 1)]
     transmitted = np.sqrt(0.5 * (sides[0].amplitude[0] ** 2 + sides[1].amplitude[0] ** 2))
     speed = sides[0].speed
-    lowest = machine_modes(case, charge=charge)
+    lowest = machine_modes(machine)
     single = transmissibility(speed / (2.0 * np.pi * lowest.frequency[0]), float(lowest.damping_ratio[0]))
     return Isolation(speed, transmitted, abs(shaking) * speed**2, single)
 
 
-def shaking_unbalance(case: Case, speed: float, charge: bool = False) -> complex:
-    """Compute the unbalance of the whole mill [kg m]: force on the floor once per period, bolted down, over
-    speed squared. Its direction towards the pin is real.
+def shaking_unbalance(machine: Machine, speed: float) -> complex:
+    """Compute the unbalance of a whole machine [kg m]: force on the floor once per period, bolted down, over
+    speed squared. Its direction towards the pin of a mill is real.
 
     ``F_x = Re(U speed^2 exp(i angle))`` for a mass on the side of the crank pin.
     """
-    series = steady_series(case.with_("mechanism.mounting", "rigid"), speed, charge)
-    c = once_per_turn(series["crank_angle"], floor_series(series))
+    fixed = bolted(machine)
+    series = steady_series(fixed, speed)
+    c = once_per_turn(series[angle_series(fixed)], floor_series(series, fixed))
     return complex(0.5 * (c[0] + 1j * c[1]) / speed**2)  # the part that turns forward
 
 

@@ -1,7 +1,5 @@
-"""Natural frequencies of a mill on its mounts: at rest, at speed, with the charge's mass, and the speeds to
+"""Natural frequencies of a machine: at rest, at speed, with the charge's mass of a mill, and the speeds to
 avoid.
-
-Of any mechanism, its modes at rest.
 """
 
 from typing import NamedTuple
@@ -11,10 +9,11 @@ from scipy.optimize import linear_sum_assignment
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import rpm
-from nutamill.case import Case, Machine, mill_of
+from nutamill.case import Case, Machine
 from nutamill.case.drawing import FRAME, SHAFT
-from nutamill.design.empty import with_charge_mass
+from nutamill.design.altered import turning_drive, with_charge_mass, without_friction
 from nutamill.design.machine_sheet import UNSTABLE
+from nutamill.mechanism.free_motion import free_motion
 from nutamill.mechanism.modes import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running_modes import running_modes
@@ -132,88 +131,76 @@ class Campbell(NamedTuple):
 
 
 def machine_modes(case: Case | Machine, speed: float = 0.0, charge: bool = False) -> MachineModes:
-    """Compute the modes of any machine with its drives held at rest, or of a mill as drawn about running at a
-    steady speed.
+    """Compute the modes of any machine with its drives held at rest, or about running at a steady speed.
 
-    At speed the coefficients of the motion are averaged over `ANGLES` crank angles, with the frame at its
-    place of rest (`nutamill.mechanism.running_modes`).  Joint friction is left out.
+    At speed the coefficients of the motion are averaged over `ANGLES` angles of the drive, with what stands
+    on springs at its place of rest (`nutamill.mechanism.running_modes`).  Joint friction is left out.
 
     Parameters
     ----------
-    speed : driveshaft speed [rad/s]
+    speed : speed of the drive [rad/s], of a mill of its driveshaft
     charge : add the mass of the charge as a ring fixed to the chamber's base
 
     Raises
     ------
-    CaseError : a machine without anything that can vibrate, or with a body that nothing holds; a speed or a
-        charge of a machine given part by part
-    StepError : there is no equilibrium near the assembled pose
+    CaseError : a machine without anything that can vibrate, with a body that nothing holds, or without a
+        drive that turns; an equilibrium that is unstable
+    StepError : there is no equilibrium near the assembled pose, or no steady motion to vibrate about
     """
-    if speed < 0.0:
+    if not speed >= 0.0:
         raise CaseError(Fault("speed", f"must be zero or more, got {speed:g} rad/s"))
-    if case.drawing is None:
-        return _rest_modes(case.machine, speed, charge)
-    return _mill_modes(case.drawing, speed, charge)
-
-
-def _mill_modes(case: Case, speed: float, charge: bool) -> MachineModes:
-    """Return the modes of a mill at rest or at a speed [rad/s]."""
-    loaded = _frictionless(with_charge_mass(case) if charge else case)
-    parts = mechanism_parts(loaded.machine)
-    drives = (
-        parts.drives
-        if speed == 0.0
-        else (Drive(parts.drives[0].name, parts.drives[0].joint, (0.0, 1.0), (speed, speed)),)
-    )
-    mechanism, state, scratch = assemble_machine(loaded.machine, drives)
-    static_equilibrium(mechanism, state, scratch)
-    names = tuple(body.name for body in parts.bodies)
-    if speed == 0.0:
+    machine = without_friction((with_charge_mass(case) if charge else case).machine)
+    refuse_unsupported(machine)
+    drives = _at_speed(machine, speed) if speed > 0.0 else None
+    mechanism, state, scratch = assemble_machine(machine, drives)
+    names = tuple(body.name for body in mechanism_parts(machine).bodies)
+    if drives is None:
+        static_equilibrium(mechanism, state, scratch)
         vibrations = modes(mechanism, state, scratch)
     else:
+        free, rate = free_motion(mechanism, state, scratch)
+        static_equilibrium(mechanism, state, scratch)
         times = np.arange(ANGLES) / ANGLES * 2.0 * np.pi / speed
-        free = _free(loaded, names)
-        rate = np.where(free == free[-1], speed, 0.0)  # the intermediate shaft turns with the driveshaft
         vibrations, _ = running_modes(mechanism, state, scratch, free, rate, times)
-    return _named(vibrations, mass_matrix(mechanism, scratch), names, speed)
-
-
-def _rest_modes(case: Machine, speed: float, charge: bool) -> MachineModes:
-    """Return the modes of a machine given part by part about its rest. Refuse a speed and a charge."""
-    for key, asked in (("speed", speed != 0.0), ("charge", charge)):
-        if asked:
-            what = "has no use for a machine given part by part: its modes are those about rest"
-            raise CaseError(Fault(key, what, "Leave it out"))
-    refuse_unsupported(case)
-    mechanism, state, scratch = assemble_machine(case)
-    static_equilibrium(mechanism, state, scratch)
-    vibrations = modes(mechanism, state, scratch)
-    names = tuple(body.name for body in mechanism_parts(case).bodies)
     if np.any(vibrations.damping_ratio <= UNSTABLE):
         raise CaseError(
             Fault("modes", "the equilibrium is unstable", "Assemble the mechanism near a stable one")
         )
-    return _named(vibrations, mass_matrix(mechanism, scratch), names, 0.0)
+    return _named(vibrations, mass_matrix(mechanism, scratch), names, speed)
+
+
+def _at_speed(machine: Machine, speed: float) -> list[Drive]:
+    """Return the drives of a machine with the one that turns it at a steady speed [rad/s].
+
+    Raises
+    ------
+    CaseError : no drive, or others beside it, whose speed the answer does not know
+    """
+    turning, drives = turning_drive(machine), mechanism_parts(machine).drives
+    if others := [drive.name for drive in drives if drive.name != turning.name]:
+        what = f"must be the speed of all that moves, and {', '.join(others)} moves beside {turning.name}"
+        raise CaseError(Fault("speed", what, "Leave it out for the modes at rest"))
+    return [Drive(turning.name, drives[0].joint, (0.0, 1.0), (speed, speed))]
 
 
 def campbell(
     case: Case | Machine, fastest: float | None = None, count: int = 8, charge: bool = False
 ) -> Campbell:
-    """Compute the natural frequencies of a mill from rest to a speed, and the speeds at which it is excited
-    once or twice per period.
+    """Compute the natural frequencies of a machine from rest to a speed, and the speeds at which it is
+    excited once or twice per period.
 
     Parameters
     ----------
-    fastest : highest driveshaft speed [rad/s]; 1.2 times the case's if None
+    fastest : highest speed of the drive [rad/s]; 1.2 times the case's if None
     count : number of speeds
     charge : as in `machine_modes`
 
     Raises
     ------
-    CaseError : a machine given part by part, or one of which `machine_modes` has none
+    CaseError : a machine without a drive that turns, or one of which `machine_modes` has none
     """
-    case = mill_of(case)
-    speeds = np.linspace(0.0, 1.2 * case.drive.speed if fastest is None else fastest, count)
+    working = turning_drive(case.machine).speed
+    speeds = np.linspace(0.0, 1.2 * working if fastest is None else fastest, count)
     first = machine_modes(case, 0.0, charge)
     n = len(first.frequency)
     frequency, damping = np.empty((count, n)), np.empty((count, n))
@@ -247,21 +234,8 @@ def campbell(
         damping,
         labels,
         tuple(sorted(_crossings(speeds, frequency, damping, labels))),
-        case.drive.speed,
+        working,
     )
-
-
-def _frictionless(case: Case) -> Case:
-    keys = ("joint_friction", "joint_friction_constant", "joint_friction_viscous")
-    return case.with_(**{f"mechanism__{key}": 0.0 for key in keys})
-
-
-def _free(case: Case, names: tuple[str, ...]) -> np.ndarray:
-    """Return the free coordinates: six of a frame on mounts, and the rotation of the intermediate shaft."""
-    frame = (
-        6 * names.index(FRAME) + np.arange(6) if case.mechanism.mounting == "flexible" else np.array([], int)
-    )
-    return np.append(frame, 6 * names.index(SHAFT) + 5)
 
 
 def _named(vibrations: Modes, mass: np.ndarray, names: tuple[str, ...], speed: float) -> MachineModes:

@@ -12,8 +12,8 @@ from nutamill.base.notebook_hook import notebook_html
 from nutamill.base.units import rpm
 from nutamill.case import Case, Machine
 from nutamill.case.charge import SIZE_KEYS
+from nutamill.design.altered import with_charge_mass
 from nutamill.design.charge_facts import SPHERE_MEMORY, ChargeFacts, charge_facts, charge_seconds
-from nutamill.design.empty import with_charge_mass
 from nutamill.design.engine_choice import engine_lines
 from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.design.mesh_drawing import chamber_volume, distance_from_drawing

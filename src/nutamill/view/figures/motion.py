@@ -12,12 +12,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nutamill.analysis.flow import mass_centre_orbit
-from nutamill.analysis.source import drawing_of
+from nutamill.analysis.source import any_case_of
 from nutamill.analysis.spectra import spectrum
 from nutamill.analysis.windows import PAPER_WINDOW, steady_window
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.steady import Estimate
 from nutamill.base.units import in_unit, shown
+from nutamill.case.mill_quantities import crank_radius
 from nutamill.result import Result
 from nutamill.result.fields import Field
 from nutamill.view.figures.style import ENVELOPE, MARK, MEAN, RMS, STYLE, WIDTH, label_of
@@ -117,6 +118,7 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         axes.plot([0.0, reach], [0.0, 0.0], color=MARK, linewidth=0.9, label="crank")
         if bore is not None:
             axes.plot(bore.real, bore.imag, color=MARK, linewidth=0.6, linestyle="--", label="bore")
+        if pin:
             axes.plot([pin], [0.0], color=MARK, marker="+", markersize=7, linestyle="none", label="crank pin")
         axes.plot([0.0, mean.real], [0.0, mean.imag], color=RMS, marker="o", markersize=3, label="mean")
         arc = np.linspace(0.0, -orbit.phase_lag, 40)
@@ -139,15 +141,17 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
 
 def _bore_and_pin(result: Result, height: float) -> tuple[np.ndarray | None, float]:
     """Return the bore at a height [m] and the distance of the crank pin from the axis, in axes that turn with
-    the crank [mm]. The chamber leans towards the crank. None and zero without the drawing of a mill.
+    the crank [mm]. The chamber leans towards the crank. None without a round region, zero without a pin.
     """
-    mill = drawing_of(result)
-    if mill is None:
+    machine = any_case_of(result).machine if result.case_text else None
+    region = None if machine is None else next(iter(machine.regions), None)
+    if machine is None or region is None or region.radius is None or not region.axis[2]:
         return None, 0.0
-    lean = mill.mechanism.crank_radius / mill.mechanism.nutation_point_to_crank
+    across, along = np.array(region.axis[:2]), region.axis[2]
+    middle = np.array(region.point[:2]) + (height - region.point[2]) / along * across
     around = np.exp(1j * np.linspace(0.0, math.tau, 121))
-    bore = in_unit(0.5 * mill.chamber.inner_diameter, "mm") * around - in_unit(height, "mm") * lean
-    return bore, in_unit(mill.mechanism.crank_radius, "mm")
+    bore = in_unit(region.radius, "mm") * around + complex(*in_unit(middle, "mm"))
+    return bore, in_unit(crank_radius(machine), "mm")
 
 
 def draw_steady_values(

@@ -11,11 +11,13 @@ from matplotlib.figure import Figure
 from nutamill.analysis.bearings import BearingLife
 from nutamill.analysis.fatigue import SectionLife
 from nutamill.analysis.load_paths import hodograph, joints_of
-from nutamill.analysis.mounts import floor_series
+from nutamill.analysis.mounts import floor_series, recorded_vector
 from nutamill.analysis.orders import Orders, Waterfall
+from nutamill.analysis.source import machine_of
 from nutamill.analysis.summary import LONGEST, hours_text
 from nutamill.analysis.windows import PAPER_WINDOW
 from nutamill.base.units import in_unit, rpm
+from nutamill.case.drawing import GROUND
 from nutamill.result import Result
 from nutamill.result.fields import Field
 from nutamill.view.figures.style import PALETTE, STYLE, WIDTH, unit_of
@@ -150,11 +152,12 @@ def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     length = last if isinstance(last, float) else PAPER_WINDOW
     time = result.series["time"].values
     inside = time >= time[-1] - min(length, 0.5 * time[-1])
-    force = floor_series(result.series)[inside]
+    machine = machine_of(result)
+    force = floor_series(result.series, machine)[inside]
     paths = [("force on the floor", force[:, 0], force[:, 1], "N")]
-    if "mount_1_travel_x" in result.series:
-        travel = [in_unit(result.series[f"mount_1_travel_{axis}"].values[inside], "mm") for axis in "xy"]
-        paths.append(("travel of mount 1", *travel, "mm"))
+    if foot := next((entry.name for entry in machine.bushings if GROUND in entry.between), ""):
+        travel = in_unit(recorded_vector(result, machine, f"bushing_{foot}_travel")[inside], "mm")
+        paths.append((f"travel of {foot.replace('_', ' ')}", travel[:, 0], travel[:, 1], "mm"))
     with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=(WIDTH, 2.0 if len(paths) == 2 else 3.2), layout="constrained")
         for panel, (title, x, y, unit) in zip(

@@ -1,0 +1,80 @@
+"""The mill as bodies, joints and walls answers every command as its drawing does."""
+
+import shlex
+
+import pytest
+from typer.testing import CliRunner
+
+from nutamill import cli
+from nutamill.case import load_case
+from nutamill.simulation import runs
+
+BRIEF = [
+    "charge.mass=20 g",
+    "drive.ramp=9000 rpm/s",
+    "run.until=0.4 s",
+    'run.snapshots={ rate = "50 Hz", last = "60 ms" }',
+    "run.threads=1",
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A brief run of the NuMill, and one of the file that its drawing expands into."""
+    place = tmp_path_factory.mktemp("expanded")
+    drawn = load_case("numill", BRIEF)
+    (place / "drawn.toml").write_text(drawn.to_toml())
+    (place / "parts.toml").write_text(drawn.machine.to_toml())
+    for name in ("drawn", "parts"):
+        runs.run(load_case(place / f"{name}.toml"), place / f"{name}.h5").close()
+    return place
+
+
+@pytest.fixture
+def invoke(folder, monkeypatch):
+    """Run a command in that folder."""
+    monkeypatch.chdir(folder)
+    return lambda *words: CliRunner().invoke(cli.app, words)
+
+
+SAME = [
+    ("modes", "{}.toml"),
+    ("modes", "{}.toml", "--speed", "700 rpm"),
+    ("runup", "{}.toml", "--ramp", "2000 rpm/s"),
+    ("isolation", "{}.toml"),
+    ("mounts", "{}.h5", "--last", "0.1 s"),
+    ("mounts", "{}.h5", "--ring", "80 mm", "330 mm", "--opening", "125 mm", "--fixed-to", "ground"),
+    ("loads", "{}.h5"),
+    ("orders", "{}.h5"),
+    ("wear", "{}.h5", "--hardness", "6 GPa", "--coefficient", "1e-4"),
+]
+"""Commands whose answers are the same."""
+
+
+@pytest.mark.parametrize("words", SAME, ids=lambda words: "-".join(words[::2]))
+def test_the_parts_of_a_mill_answer_as_its_drawing_does(invoke, words):
+    answers = [invoke(*(word.format(name) for word in words)) for name in ("drawn", "parts")]
+    for answer in answers:
+        assert answer.exit_code == 0, answer.output
+    drawn, parts = (
+        [line for line in one.stdout.splitlines() if ".h5" not in line and ".png" not in line]
+        for one in answers
+    )
+    assert drawn == parts and len(drawn) > 2
+
+
+def test_balance_masses_of_the_parts_of_a_mill_are_those_of_its_drawing(invoke, folder):
+    drawn, parts = (
+        invoke("balance", f"{name}.toml", "--plane", "80 mm, 300 mm").stdout.splitlines()
+        for name in ("drawn", "parts")
+    )
+    assert drawn[:-2] == parts[:-2] and len(drawn) == 7
+    # the keys that each prints put the same mass on the driveshaft
+    of_drawing, of_parts = (
+        load_case(folder / f"{name}.toml", shlex.split(lines[-2])[4::2]).machine
+        for name, lines in (("drawn", drawn), ("parts", parts))
+    )
+    for ours, theirs in zip(of_drawing.bodies, of_parts.bodies, strict=True):
+        assert ours.mass == pytest.approx(theirs.mass, rel=1e-5)
+        assert ours.position == pytest.approx(theirs.position, abs=1e-6)
+        assert ours.inertia == pytest.approx(theirs.inertia, abs=1e-6)
