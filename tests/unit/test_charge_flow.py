@@ -17,6 +17,8 @@ from nutamill.analysis.flow import (
     wear_table,
     window,
 )
+from nutamill.analysis.steady_table import steady
+from nutamill.analysis.windows import steady_mean
 from nutamill.base.errors import ResultError
 from nutamill.result import Recorder, open_result
 from nutamill.result.fields import STATISTICS
@@ -64,8 +66,14 @@ TILT = 0.08 + 0.03 * np.cos(AZIMUTH - 2.0)
 
 @pytest.fixture
 def result(tmp_path):
-    """Four seconds at one turn a second; a bed of solids fraction 0.5 up to `TILT`, turning at 2 rad/s with
-    some agitation.
+    """A run whose mass centre is 0.7 rad behind the crank."""
+    with open_result(recorded(tmp_path / "a.h5", 0.7)) as opened:
+        yield opened
+
+
+def recorded(path, lag):
+    """Write four seconds at one turn a second; a bed of solids fraction 0.5 up to `TILT`, turning at 2 rad/s
+    with some agitation. The mass centre is behind the crank by `lag` [rad], a number or a function of time.
     """
     filled = np.clip((TILT[:, None] - (HEIGHT - 0.005)) / 0.01, 0.0, 1.0) * np.ones((3, 1, 1))
     volume = 0.5 * AXES["cell_volume"][:, None, :] * filled
@@ -87,21 +95,23 @@ def result(tmp_path):
     time = np.arange(4001) / 1000.0
     angle = math.tau * time
     names = ["time", "crank_angle", "driveshaft_speed", *(f"charge_mass_centre_{axis}" for axis in "xyz")]
+    behind = lag(time) if callable(lag) else np.full_like(time, lag)
     columns = [
         time,
         angle,
         np.full_like(time, math.tau),
-        0.05 * np.cos(angle - 0.7),
-        0.05 * np.sin(angle - 0.7),
+        0.05 * np.cos(angle - behind),
+        0.05 * np.sin(angle - behind),
         np.full_like(time, -0.25),
     ]
-    recorder = Recorder.create(tmp_path / "a.h5", "", {}, names, 1000.0, axes=AXES)
+    if callable(lag):
+        names, columns = [*names, "charge_phase_lag"], [*columns, np.pi - np.mod(np.pi - behind, math.tau)]
+    recorder = Recorder.create(path, "", {}, names, 1000.0, axes=AXES)
     recorder.append(np.stack(columns, axis=1))
     for k in range(5):
         recorder.statistics(float(k), sums(float(k), **rates))
     recorder.close()
-    with open_result(tmp_path / "a.h5") as opened:
-        yield opened
+    return path
 
 
 def test_statistics_come_back_with_units_and_axes(result):
@@ -284,6 +294,29 @@ def test_the_lag_on_the_flow_is_that_of_the_mass_centre_as_on_the_orbit(result):
     words = [text.get_text() for text in draw_flow(result, 2.0).legends[0].get_texts()]
     assert words[1].startswith("lag 40 deg: angle of the crank ahead of the\nmass centre of the charge")
     assert "lag" not in words[0]
+
+
+@pytest.fixture
+def drifting(tmp_path):
+    """A run whose lag passes from pi to -pi and back, and drifts."""
+    with open_result(
+        recorded(tmp_path / "b.h5", lambda time: 3.0 + 0.3 * np.sin(9.0 * time) + 0.1 * time)
+    ) as run:
+        yield run
+
+
+def test_the_lag_on_the_flow_and_in_the_table_is_one_number_in_one_unit(drifting):
+    ((label, text),) = steady(drifting, "charge_phase_lag").rows()
+    words = draw_flow(drifting, 2.0).legends[0].get_texts()[1].get_text()
+    assert label == "charge phase lag (deg)"
+    assert words.startswith(f"lag {float(text.partition(' ')[0]):.0f} deg")
+
+
+def test_the_mean_of_a_lag_that_steps_from_pi_to_minus_pi_is_near_pi(drifting):
+    # 3 + 0.1 t on average over 4 s, and not the mean of numbers on both sides of the step
+    mean = steady_mean(drifting, "charge_phase_lag").mean
+    assert mean % math.tau == pytest.approx(3.2, abs=0.1)
+    assert mass_centre_orbit(drifting).phase_lag == mean
 
 
 def test_spectra_are_drawn_where_there_are_impacts(result, monkeypatch):

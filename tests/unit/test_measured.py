@@ -90,6 +90,17 @@ def write_uff(folder):
     return path, UNCLOCKED
 
 
+@pytest.mark.external
+def test_a_spectrum_in_a_uff_file_is_refused_as_no_record_over_time(tmp_path):
+    pyuff = pytest.importorskip("pyuff", reason='needs pyuff, of the extra "daq"')
+    path, text = write_uff(tmp_path)
+    given = pyuff.UFF(str(path)).read_sets(1)
+    given |= {"ord_data_type": 5, "data": given["data"] * (1.0 + 1.0j)}
+    pyuff.UFF(str(path)).write_sets(given, "overwrite")
+    with pytest.raises(CaseError, match="F: must be a record over time, got complex numbers"):
+        import_test(path, mapping(tmp_path, text), tmp_path / "m.h5")
+
+
 @pytest.mark.parametrize(
     "write",
     [

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from nutamill.analysis.bearings import basic_life, bearing_life, cycle_mean, swing_share
+from nutamill.analysis.bearings import basic_life, bearing_life, cycle_mean, static_load, swing_share
 from nutamill.analysis.fatigue import cycles, goodman, miner, section_life
 from nutamill.analysis.mounts import chamber_clearance, floor_force, mount_readings
-from nutamill.analysis.ratings import load_ratings
+from nutamill.analysis.ratings import Bearing, load_ratings
 from nutamill.base.errors import CaseError
 from nutamill.case import load_case
 from nutamill.result import Recorder, open_result
@@ -86,6 +86,17 @@ def test_life_of_a_bearing_under_a_steady_turning_load(result, ratings):
     assert life.turns == pytest.approx(1e6 * 28.0**3, rel=6e-4)
     assert life.time == pytest.approx(life.turns / 10.0)
     assert life.static_safety == pytest.approx(12.0, rel=2e-4)
+
+
+def test_static_safety_is_of_the_static_equivalent_load_of_the_standard():
+    # ISO 76, deep-groove ball bearing: 0.6 Fr + 0.5 Fa, at least Fr; rollers without a contact angle: Fr
+    radial, axial = np.array([100.0, 100.0]), np.array([400.0, 10.0])
+    ball = Bearing(kind="ball", dynamic_rating=1e4)
+    assert static_load(radial, axial, ball) == pytest.approx([260.0, 100.0])
+    roller = Bearing(kind="roller", dynamic_rating=1e4)
+    assert static_load(radial, axial, roller) == pytest.approx([100.0, 100.0])
+    tapered = Bearing(kind="roller", dynamic_rating=1e4, static_radial_factor=0.5, static_axial_factor=0.9)
+    assert static_load(radial, axial, tapered) == pytest.approx([410.0, 100.0])
 
 
 def test_life_of_a_bearing_that_swings_is_counted_in_swings(result, ratings):

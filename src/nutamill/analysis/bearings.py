@@ -21,6 +21,9 @@ from nutamill.result import Result
 EXPONENT = {"ball": 3.0, "roller": 10.0 / 3.0}
 """Exponent of the load in the life, ISO 281:2007."""
 
+STATIC_FACTORS = {"ball": (0.6, 0.5), "roller": (1.0, 0.0)}
+"""Factors X0, Y0 of deep-groove ball bearings and of roller bearings without a contact angle, ISO 76:2006."""
+
 PARALLEL = 1e-9
 """How far the cosine of the angle between parallel axes may be from 1, from numbers that were typed [1]."""
 TURN = ("revolute", "cylindrical", "point_on_line")
@@ -43,7 +46,7 @@ class BearingLife(NamedTuple):
     time: float
     """The same at the speed of the run [s]."""
     static_safety: float
-    """C0 over the largest load [1]; NaN without a static rating."""
+    """Static safety: C0 over the largest static equivalent load P0 [1]; NaN without a static rating."""
 
 
 def basic_life(dynamic_rating: float, load: float, kind: str) -> float:
@@ -57,6 +60,14 @@ def equivalent_load(radial: np.ndarray, axial: np.ndarray, bearing: Bearing) -> 
     """
     both = bearing.radial_factor * radial + bearing.axial_factor * axial
     return np.where((axial > bearing.axial_limit * radial) & (bearing.axial_factor > 0.0), both, radial)
+
+
+def static_load(radial: np.ndarray, axial: np.ndarray, bearing: Bearing) -> np.ndarray:
+    """Return the static equivalent load of each sample [N], ISO 76:2006: ``X0 Fr + Y0 Fa``, at least Fr."""
+    x, y = STATIC_FACTORS[bearing.kind]
+    x = x if bearing.static_radial_factor is None else bearing.static_radial_factor
+    y = y if bearing.static_axial_factor is None else bearing.static_axial_factor
+    return np.maximum(radial, x * radial + y * axial)
 
 
 def cycle_mean(load: np.ndarray, kind: str) -> float:
@@ -108,7 +119,8 @@ def bearing_life(
     turns = bearing.life_factor * basic_life(bearing.dynamic_rating, equivalent, bearing.kind)
     if bearing.swing is not None:
         turns /= swing_share(bearing.swing)
-    safety = bearing.static_rating / load.max() if bearing.static_rating else math.nan
+    largest = float(static_load(radial, axial, bearing).max())
+    safety = bearing.static_rating / largest if bearing.static_rating and largest > 0.0 else math.nan
     return BearingLife(
         joint,
         float(radial.mean()),
@@ -222,7 +234,7 @@ def bearings_lines(lives: list[BearingLife]) -> list[str]:
     width = max([len("bearing"), *(len(one.joint) for one in lives)])
     rows = [
         f"{'bearing':{width}} {'Fr (N)':>7} {'Fa (N)':>7} {'P (N)':>7} {'L10 turns':>9} "
-        f"{'L10 (h)':>11} {'C0/P':>5}"
+        f"{'L10 (h)':>11} {'C0/P0':>5}"
     ]
     for one in lives:
         numbers = (

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from nutamill.analysis.replay import particle_snapshots, rotation_of
-from nutamill.analysis.windows import PAPER_WINDOW, steady_window, window_length
+from nutamill.analysis.windows import PAPER_WINDOW, phase_lag, steady_mean, steady_window, window_length
 from nutamill.base.errors import ResultError
 from nutamill.base.steady import BATCHES
 from nutamill.result import Result
@@ -63,7 +63,9 @@ class Orbit(NamedTuple):
     radius: float
     """Distance of the mean place from the driveshaft's axis [m]."""
     phase_lag: float
-    """Angle by which the mean place is behind the crank [rad], in (-pi, pi]."""
+    """Steady mean of the angle by which the mass centre is behind the crank [rad]: that of the series
+    ``charge_phase_lag`` in the table of steady means.
+    """
     height: float
     """Mean height over the nutation point as assembled [m]; negative below it."""
     scatter: float
@@ -299,4 +301,4 @@ def mass_centre_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Orbit
     place = (x + 1j * y) * np.exp(-1j * series["crank_angle"].values[inside])
     mean = complex(place.mean())
     scatter = math.sqrt(float(np.mean(np.abs(place - mean) ** 2 + (z - z.mean()) ** 2)))
-    return Orbit(abs(mean), -math.atan2(mean.imag, mean.real), float(z.mean()), scatter)
+    return Orbit(abs(mean), steady_mean(result, phase_lag(result), last=last).mean, float(z.mean()), scatter)

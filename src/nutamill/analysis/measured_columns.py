@@ -160,12 +160,23 @@ def _uff(path: Path, mapping: Mapping, wanted: list[str]) -> dict[str, Column]:
     with _whole(path):
         sets = pyuff.UFF(str(path)).read_sets()
     sets = sets if isinstance(sets, list) else [sets]
+    held = {str(each["id1"]).strip(): each for each in sets if each["type"] == 58}
+    faults = [
+        Fault(f"{path}: {name}", "must be a record over time, got complex numbers", NO_SPECTRA)
+        for name, each in held.items()
+        if name in wanted and np.iscomplexobj(each["data"])
+    ]
+    if faults:
+        raise CaseError(*faults)
     return {
-        str(each["id1"]).strip(): Column(np.asarray(each["data"], float), np.asarray(each["x"], float))
-        for each in sets
-        if each["type"] == 58
+        name: Column(np.asarray(each["data"], float), np.asarray(each["x"], float))
+        for name, each in held.items()
+        if not np.iscomplexobj(each["data"])
     }
 
+
+NO_SPECTRA = "Spectra and frequency responses are not read; export the time record"
+"""What to do about a channel that is no record over time."""
 
 READERS: dict[str, Callable[[Path, Mapping, list[str]], dict[str, Column]]] = {
     ".csv": _csv,

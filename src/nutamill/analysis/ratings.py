@@ -51,6 +51,12 @@ class Bearing(Table):
     """Share Y of the axial load in the equivalent one where it counts."""
     axial_limit: Coefficient = 0.0
     """Ratio e of axial to radial load above which it counts."""
+    static_radial_factor: Coefficient | None = None
+    """Share X0 of the radial load in the static equivalent one; of ball bearings 0.6, of roller bearings 1 if
+    left out.
+    """
+    static_axial_factor: Coefficient | None = None
+    """Share Y0 of the axial load in it; of ball bearings 0.5, of roller bearings 0 if left out."""
     swing: Angle | None = None
     """Half of the angle it swings through, once to and fro per turn of the drive [rad]; a bearing that
     turns if left out.

@@ -8,6 +8,7 @@ from nutamill.analysis.values import Reading, default_readings, reading_of
 from nutamill.analysis.windows import SteadyPart, steady_mean, turns_at_speed
 from nutamill.base.notebook_hook import notebook_html
 from nutamill.base.steady import FEWEST_TURNS, Estimate
+from nutamill.base.units import in_unit
 from nutamill.result import Result
 
 OF_A_MILL = (
@@ -35,7 +36,9 @@ class SteadyTable(NamedTuple):
 
     def rows(self) -> list[tuple[str, str]]:
         """Return label with unit, and mean with interval, of each reading."""
-        return [(label_of(reading), mean_text(mean)) for reading, mean in self.means.items()]
+        return [
+            (label_of(reading), mean_text(shown_mean(reading, mean))) for reading, mean in self.means.items()
+        ]
 
     def __str__(self) -> str:
         """Return verdict and means, one line each."""
@@ -82,9 +85,18 @@ def steady(result: Result, *readings: str) -> SteadyTable:
 
 
 def label_of(reading: Reading) -> str:
-    """Return the label of a reading with its unit."""
+    """Return the label of a reading with the unit of `shown_mean`."""
     how = "" if reading.by == "mean" else f", {reading.by}"
-    return f"{reading.field.label}{how} ({reading.field.unit})"
+    unit = "deg" if reading.field.unit == "rad" else reading.field.unit
+    return f"{reading.field.label}{how} ({unit})"
+
+
+def shown_mean(reading: Reading, mean: Estimate) -> Estimate:
+    """Return the mean of a reading as tables show it: angles in degrees, as in figures."""
+    if reading.field.unit != "rad":
+        return mean
+    numbers = ("mean", "half_width", "plain_mean", "drift")
+    return mean._replace(**{name: in_unit(getattr(mean, name), "deg") for name in numbers})
 
 
 def mean_text(estimate: Estimate) -> str:

@@ -39,6 +39,9 @@ are taken; without them those of a crank.
 How = Literal["mean", "rms", "swing"]
 """Mean, root mean square, or half the range, of each turn."""
 
+PHASE_LAG = "charge_phase_lag"
+"""Series of the angle of the crank ahead of the charge's mass centre, about the driveshaft."""
+
 
 class SteadyWindow(NamedTuple):
     """The last seconds of a run, cut where the speed was still changing."""
@@ -198,7 +201,10 @@ def steady_mean(
     """
     if isinstance(series, str) and series not in result.series:
         raise ResultError(f"{result.path}: has no series {series}. `nutamill info fields` lists all series.")
-    values = result.series[series].values if isinstance(series, str) else series
+    if isinstance(series, str):
+        values = phase_lag(result, series) if _is_lag(result, series) else result.series[series].values
+    else:
+        values = series
     inside, turns = turns_at_speed(result, scatter=scatter)
     if len(turns) < 2:
         raise _no_turn(result)
@@ -215,6 +221,31 @@ def steady_mean(
     if len(each) < FEWEST_TURNS:
         return Estimate(float(each.mean()), math.nan, plain_mean, len(each), False)
     return estimate_of_turns(each)._replace(plain_mean=plain_mean)
+
+
+def phase_lag(result: Result, name: str = PHASE_LAG) -> np.ndarray:
+    """Return a phase lag at every sample without its steps from pi to -pi [rad], (n,): within half a turn of
+    its mean direction.
+
+    A machine that does not record the lag of its charge has that of the mass centre about the vertical
+    through the origin.
+    """
+    series = result.series
+    if name in series:
+        values = series[name].values
+    else:
+        place = series["charge_mass_centre_x"].values + 1j * series["charge_mass_centre_y"].values
+        values = np.angle(np.exp(1j * series["crank_angle"].values) * place.conj())
+    if not len(values) or np.ptp(values) <= math.pi:
+        return values
+    middle = float(np.angle(np.exp(1j * values).mean()))
+    return middle + np.angle(np.exp(1j * (values - middle)))
+
+
+def _is_lag(result: Result, name: str) -> bool:
+    """Return whether a series is the lag of one angle behind another."""
+    quantities = any_case_of(result).machine.quantities if result.case_text else ()
+    return name == PHASE_LAG or any(entry.name == name and entry.take == "lag" for entry in quantities)
 
 
 def steady_part(result: Result, names: Sequence[str]) -> SteadyPart:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nutamill.analysis.steady_table import label_of, mean_text
+from nutamill.analysis.steady_table import label_of, mean_text, shown_mean
 from nutamill.base.steady import NO_ESTIMATE
 from nutamill.notebook.html import escaped, heading, picture, table, warnings_html
 from nutamill.result import is_finished
@@ -33,7 +33,10 @@ def campaign_html(campaign: "Campaign") -> str:
     rows = [
         (
             *outcome.member.values.values(),
-            *(mean_text(outcome.values.get(reading, NO_ESTIMATE)).replace("nan", "–") for reading in known),
+            *(
+                mean_text(shown_mean(reading, outcome.values.get(reading, NO_ESTIMATE))).replace("nan", "–")
+                for reading in known
+            ),
             outcome.state,
         )
         for outcome in outcomes

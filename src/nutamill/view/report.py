@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from nutamill import __version__
 from nutamill.analysis.power import power_split
 from nutamill.analysis.source import any_case_of
-from nutamill.analysis.steady_table import label_of, mean_text, steady
+from nutamill.analysis.steady_table import label_of, mean_text, shown_mean, steady
 from nutamill.analysis.summary import warning_lines
 from nutamill.analysis.windows import turn_series
 from nutamill.base.atomic_file import PAGES, check_writable, write_whole
@@ -202,7 +202,7 @@ def _run_page(result: Result) -> RunPage:
         _last_speed(result),
         table.verdict,
         table.heading,
-        {label_of(reading): mean for reading, mean in table.means.items()},
+        {label_of(reading): shown_mean(reading, mean) for reading, mean in table.means.items()},
         _ledger(result),
         _machine_picture(result),
         figures,

@@ -105,7 +105,7 @@ def draw_orbit(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         for name in ("charge_mass_centre_x", "charge_mass_centre_y", "crank_angle")
     )
     path = (in_unit(x, "mm") + 1j * in_unit(y, "mm")) * np.exp(-1j * angle)
-    mean = in_unit(orbit.radius, "mm") * np.exp(-1j * orbit.phase_lag)
+    mean = complex(path.mean())
     reach = 1.15 * float(np.abs(path).max())
     heights = result.series["charge_mass_centre_z"].values[inside]
     bore, pin = _bore_and_pin(result, float(heights.mean()))
