@@ -9,8 +9,14 @@ from scipy.optimize import minimize
 from nutamill.studies.identify.emulator import Emulator
 from nutamill.studies.identify.sample import cube
 
-BLOCK, MOST_STEPS = 500, 20_000
-"""Steps of the chain between two looks at its memory, and steps at which it is ended [1]."""
+BLOCK, SHARE = 500, 0.1
+"""Steps of the chain between two looks at its memory, at least, and as a share of its length, with which the
+work of a look grows [1].
+"""
+MOST_STEPS = 20_000
+"""Steps at which the chain is ended [1]."""
+SNOOKER = 0.2
+"""Share of steps along the line through another walker; the others are along differences of two [1]."""
 MEMORIES = 50
 """Autocorrelation times that a chain has to hold [1]."""
 MOST_POINTS = 4000
@@ -93,6 +99,8 @@ def sample_posterior(
     Source
     ------
     D. Foreman-Mackey, D. W. Hogg, D. Lang, J. Goodman, Publ. Astron. Soc. Pac. 125, 306-312, 2013
+    (ensemble); C. J. F. ter Braak, J. A. Vrugt, Stat. Comput. 18(4), 435-446, 2008 (steps along
+    differences of walkers, which go along narrow ridges of many unknowns)
     """
     import emcee  # part of an extra
 
@@ -101,11 +109,15 @@ def sample_posterior(
     density = log_posterior(rows, examined)
     rng = np.random.default_rng(seed)
     best = np.argsort(-(density + rng.gumbel(size=len(density))))[:walkers]  # drawn by their probability
-    sampler = emcee.EnsembleSampler(walkers, unknowns, lambda x: log_posterior(rows, x), vectorize=True)
+    moves = [(emcee.moves.DEMove(), 1.0 - SNOOKER), (emcee.moves.DESnookerMove(), SNOOKER)]
+    sampler = emcee.EnsembleSampler(
+        walkers, unknowns, lambda x: log_posterior(rows, x), moves=moves, vectorize=True
+    )
     sampler.random_state = np.random.RandomState(seed).get_state()
     state, memory = examined[best], np.inf
     while sampler.iteration < most_steps and sampler.iteration < MEMORIES * memory:
-        state = sampler.run_mcmc(state, min(BLOCK, most_steps - sampler.iteration))
+        block = max(BLOCK, int(SHARE * sampler.iteration))
+        state = sampler.run_mcmc(state, min(block, most_steps - sampler.iteration))
         memory = float(np.max(sampler.get_autocorr_time(tol=0)))
         memory = memory if np.isfinite(memory) else np.inf
     steps = sampler.iteration
