@@ -100,6 +100,47 @@ def test_a_box_that_a_drive_turns_into_another_is_refused_with_the_angle():
     refuse_walls(case_of_text((REGION + FLOOR + PADDLE + post(40, 100) + DRIVE).replace('"1 s"', '"0.1 s"')))
 
 
+ARM = """
+[[bodies]]
+name     = "arm"
+mass     = "1 kg"
+inertia  = ["1 kg m^2", "1 kg m^2", "1 kg m^2"]
+position = ["50 mm", "0 mm", "0 mm"]
+[[joints]]
+name    = "wrist"
+kind    = "KIND"
+between = ["rotor", "arm"]
+point   = ["0 mm", "0 mm", "0 mm"]
+"""
+ON_ARM = PADDLE.replace('"rotor"', '"arm"')
+GEARED = (
+    ARM.replace("KIND", "revolute")
+    + 'axis = [0, 0, 1]\n[[gears]]\nname = "belt"\ninput = "shaft"\noutput = "wrist"\nratio = -0.5\n'
+)
+
+
+def test_a_box_that_a_drive_moves_through_another_body_is_refused_with_the_time():
+    # the paddle of the test above on an arm that is fixed to the rotor: it meets the post at the same angle
+    angle = math.asin(90 / math.hypot(100, 5)) - math.atan2(5, 100)
+    text = REGION + FLOOR + ON_ARM + post(40, 100) + DRIVE
+    # 60 rpm after a ramp of 0.1 s, in which it makes half a turn less of 0.05 s
+    for arm, share in ((ARM.replace("KIND", "fixed"), 1.0), (GEARED, 0.5)):
+        message = refusal(text + arm)
+        time = float(message.partition("t = ")[2].partition(" s,")[0])
+        begin = angle / share / math.tau + 0.05
+        assert begin - 0.001 <= time <= begin + 0.005
+        assert message == (
+            f'walls.post: moves into wall "paddle" of arm at t = {time:.3g} s, moved by the drives. Move one '
+            "of the two, or end the run earlier"
+        )
+        refuse_walls(case_of_text((text + arm).replace('"1 s"', '"0.1 s"')))
+
+
+def test_a_box_on_an_arm_that_swings_freely_is_looked_at_during_the_run_alone():
+    arm = ARM.replace("KIND", "revolute") + "axis = [0, 0, 1]\n"
+    refuse_walls(case_of_text(REGION + FLOOR + ON_ARM + post(40, 100) + DRIVE + arm))
+
+
 def test_boxes_that_meet_during_the_run_stop_it_and_are_named():
     case = case_of_text(REGION + FLOOR + PADDLE + post(0, 100))
     apart = np.zeros((2, 3)), np.array([[1.0, 0, 0, 0], [1.0, 0, 0, 0]])

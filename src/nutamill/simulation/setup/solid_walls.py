@@ -189,6 +189,17 @@ def _way(machine: Machine, one: SolidWall, two: SolidWall, poses: Poses) -> str:
     return ""
 
 
+def indirect_pairs(machine: Machine) -> list[tuple[SolidWall, SolidWall]]:
+    """Return the pairs of solid walls that are apart as assembled and between whose bodies no drive acts."""
+    poses = {carrier.name: (carrier.position, carrier.rotation) for carrier in carriers_of(machine)}
+    return [
+        (one, two)
+        for one, two in solid_pairs(machine)
+        if not meeting(one, two, poses)
+        and not any(_drives_between(machine, {one.carrier.name, two.carrier.name}))
+    ]
+
+
 def _drives_between(machine: Machine, bodies: set[str]) -> Iterator[tuple[AnyDrive, JointEntry]]:
     """Yield the drives of joints between two bodies, with their joints."""
     joints = {joint.name: joint for joint in machine.joints if set(joint.between) == bodies}
