@@ -33,7 +33,7 @@ _FACE = {
     "analysis.ratings": "load_ratings",
     "analysis.bearings": "bearing_life bearings_lines",
     "analysis.fatigue": "section_life sections_lines",
-    "analysis.flow": "charge_window wear_table",
+    "analysis.flow": "charge_window loading_spectra wear_table",
     "analysis.orders": "peaks",
     "analysis.breakage.ore": "load_ore",
     "analysis.breakage.impacts": "grinding_of",

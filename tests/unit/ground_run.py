@@ -16,7 +16,8 @@ AXES = {
     "pair_materials": np.array(["steel-steel", "steel-acrylic wall"]),
     "pair_first": np.array([0.005, 0.005]),
     "pair_second": np.array([0.005, np.nan]),
-    "part": np.array(["normal", "tangential"]),
+    "pair_share": np.array([0.5, 0.2]),
+    "part": np.array(["normal", "tangential", "loading"]),
     "energy": ENERGY,
     "radius": np.array([0.01, 0.03]),
     "azimuth": np.array([1.0, 4.0]),
@@ -36,7 +37,7 @@ POWER = 400.0
 
 def write(path, factors=(1.0, 1.0, 1.0, 1.0), numbers=NUMBER, statistics=True, axes=AXES, **rates):
     """Write such a run, with `factors` times as much in each turn; `rates` per second of other statistics."""
-    sizes = {name: len(AXES[name]) for name in ("pair", "part", "energy", "radius", "azimuth", "height")}
+    sizes = {name: len(axes[name]) for name in ("pair", "part", "energy", "radius", "azimuth", "height")}
     sizes |= {"neighbours": 16, "patch": 2}
     time = np.arange(4001) / 1000.0
     zero = np.zeros_like(time)

@@ -11,6 +11,7 @@ from nutamill.analysis.flow import (
     crest_history,
     flow_fields,
     impact_spectra,
+    loading_spectra,
     mass_centre_orbit,
     snapshot_heights,
     surface_heights,
@@ -32,7 +33,8 @@ AXES = {
     "pair_materials": np.array(["steel-steel", "steel-acrylic wall"]),
     "pair_first": np.array([0.005, 0.005]),
     "pair_second": np.array([0.005, np.nan]),
-    "part": np.array(["normal", "tangential"]),
+    "pair_share": np.array([0.5, 0.2]),
+    "part": np.array(["normal", "tangential", "loading"]),
     "energy": 2.0 ** (np.arange(8) - 20.0),
     "radius": RADII,
     "azimuth": AZIMUTH,
@@ -137,9 +139,9 @@ def test_window_begins_at_a_recorded_time_at_least_as_long_ago_as_asked(result, 
 def test_spectra_wear_and_fields_are_rates_per_area_volume_and_mass(result):
     done = window(result, 2.0)
     spectra = impact_spectra(done)
-    assert float(spectra["rate"].sum()) == pytest.approx(2 * 2 * 8 * 10.0)
+    assert float(spectra["rate"].sum()) == pytest.approx(2 * 3 * 8 * 10.0)
     assert (spectra["power"] / spectra["rate"]).values == pytest.approx(
-        np.broadcast_to(AXES["energy"], (2, 2, 8))
+        np.broadcast_to(AXES["energy"], (2, 3, 8))
     )
     wear = wear_table(done)
     assert wear["pressure"].values[:8] == pytest.approx(np.full(8, 2.0))
@@ -280,6 +282,17 @@ def test_a_result_without_statistics_says_how_to_get_them(tmp_path, names, advic
         pytest.raises(ResultError, match=advice.replace(".", r"\.")),
     ):
         window(result)
+
+
+def test_two_bodies_share_the_work_of_loading_inversely_to_their_stiffness(result):
+    # 0.2 and 0.8 of the energies of a pair of half-octave bins: 4.6 and 0.6 bins lower
+    shared = loading_spectra(result, 2.0)
+    whole = 10.0 * AXES["energy"].sum()
+    power = shared["power"].sum("energy").sel(pair="steel-acrylic wall").values
+    assert power == pytest.approx([0.2 * whole, 0.8 * whole])
+    assert shared["rate"].sum("energy").values == pytest.approx(80.0 * np.ones((2, 2)))
+    halves = shared["power"].sel(pair="steel-steel").values
+    assert halves[0] == pytest.approx(halves[1])
 
 
 @pytest.mark.parametrize(("draw", "labels"), [(draw_spectra, 2), (draw_wall, 6), (draw_flow, 4)])

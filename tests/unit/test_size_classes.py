@@ -65,3 +65,27 @@ def test_classes_change_no_bit_and_their_impacts_add_up_to_those_without(tmp_pat
             assert sums.sel(pair_materials=materials).values == pytest.approx(exact, rel=1e-14, abs=0.0)
     seen = by_class["impact_number"].sel(part="normal").sum("energy")
     assert (seen > 0.0).sum() >= 2
+
+
+def test_bodies_share_the_work_of_loading_inversely_to_their_stiffness():
+    # springs in series, E d each, a wall with the particle's diameter; Hertz: (1 - nu^2)/E, at any size
+    machine = load_case("numill", [*TWO_SIZES, "contact.stiffness=young"]).machine
+    steel, acrylic = machine.materials["steel"], machine.materials["acrylic"]
+    shares = {pair.name: pair.share for pair in pair_types(machine)}
+    assert shares["steel 4 mm-steel 4 mm"] == pytest.approx(0.5)
+    small, large = (kind.diameter for kind in particle_kinds(machine).kinds[:2])
+    assert shares["steel 4 mm-steel 5 mm"] == pytest.approx(large / (small + large))
+    soft = acrylic.young_modulus / (acrylic.young_modulus + steel.young_modulus)
+    for name in ("steel 4 mm-acrylic wall", "steel 5 mm-acrylic wall"):
+        assert shares[name] == pytest.approx(soft)
+    hertz = load_case(
+        "numill", [*TWO_SIZES, "contact.normal=hertz", "contact.tangential=incremental"]
+    ).machine
+    a, b = ((1 - one.poisson_ratio**2) / one.young_modulus for one in (steel, acrylic))
+    shares = {pair.name: pair.share for pair in pair_types(hertz)}
+    assert shares["steel 4 mm-steel 5 mm"] == pytest.approx(0.5)
+    assert shares["steel 5 mm-acrylic wall"] == pytest.approx(a / (a + b))
+    # a machine that gives one stiffness for a pair says nothing of the two
+    pairs = [f"contact.pairs.steel-{other}.normal_stiffness=1e5 N/m" for other in ("steel", "acrylic")]
+    direct = load_case("numill", [*TWO_SIZES, "contact.stiffness=direct", *pairs]).machine
+    assert {pair.share for pair in pair_types(direct)} == {0.5}

@@ -9,14 +9,14 @@ from charge_bench import FLOOR, Bench, law, sphere_mass
 from nutamill.charge.face import at_rest
 from nutamill.charge.kernels.impacts import FINE, LOWEST, cutting_energy
 from nutamill.charge.kernels.team import run_team
+from nutamill.charge.measures.sampling import sample
 from nutamill.charge.measures.statistics import (
     FIELD_SUMS,
     WALL_SUMS,
     charge_statistics,
-    gathered,
-    sample,
     statistics_plan,
 )
+from nutamill.charge.measures.totals import gathered
 from nutamill.charge.model import Ledger
 from nutamill.charge.walls.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, patch_table
 from nutamill.charge.walls.surface import Surface, SurfaceKind

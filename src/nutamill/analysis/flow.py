@@ -25,6 +25,8 @@ BARE = 0.5
 """Sectors with less solid volume than this share of the mean sector's are bare: a few flying particles make
 no surface [1].
 """
+LATER = ("pair_share",)
+"""Statistics that results of earlier versions lack, and most answers can do without."""
 SECTORS = 36
 """Sectors around the chamber in which a snapshot's surface is sought [1]."""
 
@@ -92,7 +94,8 @@ def window(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset"
     refuse_empty(result)
     length = window_length(last)
     sums = result.statistics
-    missing = [field.name for field in (*STATISTICS, *STATISTICS_AXES) if field.name not in sums.variables]
+    needed = [field.name for field in (*STATISTICS, *STATISTICS_AXES) if field.name not in LATER]
+    missing = [name for name in needed if name not in sums.variables]
     if missing:
         raise ResultError(
             f"{result.path}: lacks the statistics {', '.join(missing[:3])}. Run the case again."
@@ -143,13 +146,60 @@ def refuse_without_crank(result: Result) -> None:
 
 
 def impact_spectra(done: "xarray.Dataset") -> "xarray.Dataset":
-    """Return the rates of impacts by pair, part of the velocity and energy: ``rate`` [1/s] and ``power`` [W]
-    of each bin. A pair is one of materials, and of classes of size where a material has several.
+    """Return the rates of impacts by pair, part and energy: ``rate`` [1/s] and ``power`` [W] of each bin. A
+    pair is one of materials, and of classes of size where a material has several.
 
     `done` is a `window`.  Sums over ``energy`` are totals; power over rate is the mean energy of an impact.
+    The part ``loading`` counts contacts by the work that loads them; one that is pressed deeper in this
+    window than before leaves its old bin, whose rate may then be negative.
     """
     rates = done[["impact_number", "impact_energy"]] / done["sampled_time"]
     return rates.rename(impact_number="rate", impact_energy="power")
+
+
+def refuse_without_loading(result: Result, done: "xarray.Dataset") -> None:
+    """Raise ResultError where the impacts of a `window` have no work of loading."""
+    if "loading" not in done["part"].values or "pair_share" not in done.variables:
+        raise ResultError(
+            f"{result.path}: holds no work of loading of its contacts, as it was made by an earlier version. "
+            "Run the case again."
+        )
+
+
+def loading_spectra(result: Result, last: float | str = PAPER_WINDOW) -> "xarray.Dataset":
+    """Return how much of the work of loading the bodies of each pair take, by pair, partner (``first`` or
+    ``second``) and energy: ``rate`` [1/s] and ``power`` [W] of each bin.
+
+    Two bodies are springs in series, and share the work of a contact inversely to their stiffness:
+    ``k_j/(k_i + k_j)`` to i.  The part of each counts in the bin of its own energy.
+
+    Raises
+    ------
+    ResultError : as `window`; a result of an earlier version
+    """
+    import xarray
+
+    done = window(result, last)
+    refuse_without_loading(result, done)
+    number, work = (
+        done[name].sel(part="loading", drop=True).values for name in ("impact_number", "impact_energy")
+    )
+    share = done["pair_share"].values
+    octaves = np.log2(done["energy"].values)
+    rates = np.zeros((2, 2, *number.shape))
+    for partner, part in enumerate((share, 1.0 - share)):
+        for pair, of_pair in enumerate(part):
+            bins = np.arange(number.shape[1])
+            seen = number[pair] > 0.0
+            mean = np.log2(of_pair * work[pair, seen] / number[pair, seen])
+            place = (mean - octaves[0]) / (octaves[1] - octaves[0])
+            bins[seen] = np.clip(np.rint(place), 0, len(octaves) - 1).astype(int)
+            np.add.at(rates[0, partner, pair], bins, number[pair])
+            np.add.at(rates[1, partner, pair], bins, of_pair * work[pair])
+    names = {"pair": done["pair"].values, "partner": ["first", "second"], "energy": done["energy"].values}
+    dims = ("partner", "pair", "energy")
+    rates /= float(done["sampled_time"])
+    return xarray.Dataset({"rate": (dims, rates[0]), "power": (dims, rates[1])}, names)
 
 
 def wear_table(done: "xarray.Dataset") -> "xarray.Dataset":

@@ -193,9 +193,9 @@ class PairLists(NamedTuple):
     """Position within the chunk of the first particle of each candidate pair [1], uint32 (2, C, capacity)."""
     memory: np.ndarray
     """Tangential spring [m] (StoredForce: [N]) (3), rolling spring [rad] (3), `stamp_of` the last substep in
-    contact (negative while sliding, 0 where there is none), history of the normal law [m], or minus the
-    separation where there is a film and no contact, and a negative stamp with a bridge; real (2, C, capacity,
-    8), world axes.
+    contact (negative while sliding, 0 where there is none), history of the normal law [m], with the deepest
+    overlap that has been booked, or minus the separation where there is a film and no contact, and a negative
+    stamp with a bridge; real (2, C, capacity, 8), world axes.
     """
     counts: np.ndarray
     """Number of candidate pairs of each chunk in both lists, and its first slot [1], int64 (3, C + 1)."""
@@ -219,7 +219,12 @@ class SavedContacts(NamedTuple):
 
 
 class ImpactBook(NamedTuple):
-    """Contacts begun since the start, by thread; the sum over threads is the same for any number of them."""
+    """Contacts begun since the start, and their loading, by thread; the sum over threads is the same for any
+    number of them.
+    """
+
+    on: np.ndarray
+    """1: book contacts, 0: book nothing [1], int64 (1,).  The march has the same bits either way."""
 
     spectra: np.ndarray
     """Number, and energy in `FINE` parts of the bin's lower edge, by type, part and bin, int64 (T, types,
@@ -294,7 +299,7 @@ class ChargeState(NamedTuple):
     `status` [diameter] (3,).
     """
     impacts: ImpactBook
-    """Contacts begun since the start."""
+    """Contacts begun since the start, and their loading."""
     halt_speeds: np.ndarray
     """Speeds of what `status` names: of the particle and of the other particle or of the surface where they
     touch, at mid-substep, and how fast they close (positive) along the normal [m/s] (3,).

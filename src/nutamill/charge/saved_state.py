@@ -47,7 +47,7 @@ STAMP = 6
 def saved_arrays(model: ChargeModel, state: ChargeState) -> dict[str, np.ndarray]:
     """Return the arrays from which `put_back` makes this state again.
 
-    Impacts are left out: `nutamill.charge.measures.statistics.gathered` sums them over the threads.
+    Impacts are left out: `nutamill.charge.measures.totals.gathered` sums them over the threads.
     """
     n, spheres = model.n_particles, len(state.clumps) == 0
     current = state.clock[Clock.PUBLISHED]

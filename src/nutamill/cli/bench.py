@@ -91,10 +91,11 @@ def statistics_cost(model: Model, state: State, scratch: Scratch) -> tuple[Model
     ratios = []
     model = on_threads(model, 1)
     survey = model.survey
-    assert survey is not None  # the case has a charge
+    assert survey is not None and state.charge is not None  # the case has a charge
     for _ in range(REPEATS):
         times = []
         for on in (0, 1):
+            state.charge.impacts.on[0] = on
             model, seconds = piece(dataclasses.replace(model, survey=survey._replace(on=on)), state, scratch)
             times.append(seconds)
         ratios.append(times[1] / times[0] - 1)

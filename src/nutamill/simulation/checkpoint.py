@@ -6,8 +6,8 @@ import numpy as np
 
 from nutamill.case.machine import Machine
 from nutamill.charge.kernels.copying import copied, state_arrays
-from nutamill.charge.measures.statistics import gathered
-from nutamill.charge.measures.statistics import put_back as put_back_sums
+from nutamill.charge.measures.totals import gathered
+from nutamill.charge.measures.totals import put_back as put_back_sums
 from nutamill.charge.saved_state import put_back, saved_arrays, saved_poses
 from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.charge import bed_in_carriers

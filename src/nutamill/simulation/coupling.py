@@ -26,7 +26,7 @@ from nutamill.charge.kernels.copying import copy_state
 from nutamill.charge.kernels.dynamics import window
 from nutamill.charge.kernels.team import barrier
 from nutamill.charge.measures.observe import observe
-from nutamill.charge.measures.statistics import sample
+from nutamill.charge.measures.sampling import sample
 from nutamill.charge.model import Status
 from nutamill.mechanism.dynamics import OK, body_motion, drift, finish, solve_again
 from nutamill.simulation.coupling_model import Outcome, Scheme

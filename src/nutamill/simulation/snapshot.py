@@ -3,7 +3,7 @@
 import numpy as np
 
 from nutamill.base.frames import rotation_matrix
-from nutamill.charge.measures.statistics import gathered
+from nutamill.charge.measures.totals import gathered
 from nutamill.charge.readout import attitudes, contact_forces, positions, spins, velocities
 from nutamill.simulation.setup.model import Model, State
 from nutamill.simulation.setup.particles import charge_particles

@@ -23,7 +23,8 @@ from nutamill.charge.kernels.team import run_team
 from nutamill.charge.laws.composition import STANDARD_LAW, ContactLaw, contact_law, law_names
 from nutamill.charge.laws.pair import PairLaw
 from nutamill.charge.measures.observe import charge_reading, observe
-from nutamill.charge.measures.statistics import charge_statistics, sample, statistics_plan
+from nutamill.charge.measures.sampling import sample
+from nutamill.charge.measures.statistics import charge_statistics, statistics_plan
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.mechanism.assembly import assemble

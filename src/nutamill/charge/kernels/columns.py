@@ -24,6 +24,7 @@ from nutamill.charge.kernels.rows import (
     MASS_B,
     NORMAL,
     OVERLAP,
+    PARTING,
     PEAK,
     PEAK_RADIUS,
     RADIUS_A,
@@ -123,8 +124,13 @@ def note_depth(columns, b, deep, r, limit, one, zero):
 
 
 @kernel(inline="always")
-def book_impact(columns, b, m_eff, u, n, begins):
-    """Write the energies of the relative motion `u` of lane `b`, and whether its contact `begins` [1]."""
+def book_impact(columns, b, m_eff, u, n, overlap, begins):
+    """Write the energies of the relative motion `u` of lane `b`, whether its contact `begins` [1], and its
+    `overlap` [m], 0 in an unused lane, with the sign of `PARTING`.
+    """
+    zero = like(0.0, overlap)
+    deep = overlap if overlap > zero else zero
+    columns[b + PARTING * BATCH] = deep if dot3(u, n) <= zero else -deep
     normal, tangential = impact_energies(m_eff, u[0], u[1], u[2], n[0], n[1], n[2])
     columns[b + ENERGY_N * BATCH] = normal
     columns[b + ENERGY_T * BATCH] = tangential
@@ -195,7 +201,7 @@ def pair_batch(law, columns, unit, reach, last, now, dt):
         deep = half * overlap if counts else zero
         beyond += note_depth(columns, b, deep, ra if ra < rb else rb, numbers[LIMIT], one, zero)
         begins = one - lasts if counts else zero
-        book_impact(columns, b, m_eff, u, n, begins)
+        book_impact(columns, b, m_eff, u, n, overlap if counts else zero, begins)
         begun += begins
     return sum_n, sum_t, sum_r, beyond, begun
 
@@ -250,6 +256,6 @@ def wall_batch(law, columns, last, now, dt):
         deep = half * overlap if counts else zero
         beyond += note_depth(columns, b, deep, r, numbers[LIMIT], one, zero)
         begins = one - lasts if counts else zero
-        book_impact(columns, b, m, u, n, begins)
+        book_impact(columns, b, m, u, n, overlap if counts else zero, begins)
         begun += begins
     return sum_n, sum_t, sum_r, sum_i, beyond, begun

@@ -19,7 +19,7 @@ def copied(part: Any) -> Any:
 def state_arrays(state: ChargeState) -> dict[str, np.ndarray]:
     """Return all arrays of a state by name, those of a struct within it as ``saved_memory``.
 
-    Impacts are left out: they are booked by thread, and `nutamill.charge.measures.statistics.gathered` sums
+    Impacts are left out: they are booked by thread, and `nutamill.charge.measures.totals.gathered` sums
     them.
     """
     arrays = {}

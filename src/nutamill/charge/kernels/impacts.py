@@ -1,7 +1,8 @@
 """Collision energy spectra: the energy of each contact when it begins, counted in bins.
 
 A contact begins in the first substep in which two bodies touch.  The velocities it meets then are those
-before the impact, as none of its own forces has acted yet.  Counts and energies are whole numbers: they add
+before the impact, as none of its own forces has acted yet.  The work of loading is booked where a contact
+turns (`nutamill.charge.kernels.loading`).  Counts and energies are whole numbers: they add
 up to the same sum in any order, so that every thread fills its own spectra and the sum has the same bits for
 any number of threads.
 """
@@ -21,8 +22,8 @@ BINS = 128
 """Bins of half an octave [1], 6.6 to a decade; the last ends at 256 J, and what is higher is counted
 there.
 """
-PARTS = 2
-"""Normal and tangential part of an impact [1]."""
+PARTS, LOADING = 3, 2
+"""Parts of a contact [1]: normal and tangential energy of approach, and the last, the work of loading."""
 FINE = 65536.0
 """Parts into which the lower edge of a bin is cut for its sum of energies [1]: an impact is rounded by less
 than 1.6e-5 of its energy.
@@ -40,7 +41,7 @@ def bin_edges() -> np.ndarray:
 def impact_book(n_threads: int, n_materials: int, n_patches: int) -> ImpactBook:
     """Return a book without impacts."""
     spectra = np.zeros((n_threads, 2 * n_materials * n_materials, PARTS, BINS, 2), np.int64)
-    return ImpactBook(spectra, np.zeros((n_threads, n_patches), np.int64))
+    return ImpactBook(np.ones(1, np.int64), spectra, np.zeros((n_threads, n_patches), np.int64))
 
 
 @kernel(inline="always")
@@ -57,8 +58,8 @@ def impact_energies(m_eff, u0, u1, u2, n0, n1, n2):
 
 
 @kernel
-def count_energy(energy, spectrum_out):
-    """Count one `energy` [J] in a spectrum, int64 (BINS, 2)."""
+def count_energy(energy, times, spectrum_out):
+    """Count one `energy` [J] so many `times` in a spectrum, int64 (BINS, 2): 1, or -1 to take it back."""
     octave, upper = 0, 0
     if energy >= 2.0**LOWEST:
         mantissa, exponent = math.frexp(energy)
@@ -66,8 +67,9 @@ def count_energy(energy, spectrum_out):
         # above the last bin everything is the last bin's
         upper = int((mantissa >= 0.7071067811865476) | (exponent - 1 - LOWEST > octave))
     share = energy * 2.0**-LOWEST * math.ldexp(FINE, -octave)
-    spectrum_out[2 * octave + upper, 0] += 1
-    spectrum_out[2 * octave + upper, 1] += int(share * (0.7071067811865476 if upper == 1 else 1.0) + 0.5)
+    share *= 0.7071067811865476 if upper == 1 else 1.0
+    spectrum_out[2 * octave + upper, 0] += times
+    spectrum_out[2 * octave + upper, 1] += times * int(share + 0.5)
 
 
 @kernel
@@ -112,8 +114,8 @@ def note_pair_impacts(columns, lanes, material, first, across, n_materials, tid,
             # a pair across two chunks is met in both, and counted by its first particle
             if lanes[3, first + b] != across or i < j:
                 spectra = book_out.spectra[tid, material[i] * n_materials + material[j]]
-                count_energy(float(columns[ENERGY_N * BATCH + b]), spectra[0])
-                count_energy(float(columns[ENERGY_T * BATCH + b]), spectra[1])
+                count_energy(float(columns[ENERGY_N * BATCH + b]), 1, spectra[0])
+                count_energy(float(columns[ENERGY_T * BATCH + b]), 1, spectra[1])
 
 
 @kernel
@@ -132,8 +134,8 @@ def note_wall_impacts(
             spectra = book_out.spectra[
                 tid, (n_materials + material[slot]) * n_materials + model.surface_material[s]
             ]
-            count_energy(normal, spectra[0])
-            count_energy(tangential, spectra[1])
+            count_energy(normal, 1, spectra[0])
+            count_energy(tangential, 1, spectra[1])
             arm = radius[slot] - 0.5 * float(measured[3, q])
             p = patch_of(
                 model.patches,

@@ -8,6 +8,7 @@ from nutamill.base.kernel import kernel, like
 from nutamill.charge.kernels.columns import pair_batch
 from nutamill.charge.kernels.film_lanes import film_power, set_film
 from nutamill.charge.kernels.impacts import note_pair_impacts
+from nutamill.charge.kernels.loading import count_turned, note_pair_loading
 from nutamill.charge.kernels.rows import HELD, LAW, MEMORY, WEIGHT, A, B
 from nutamill.charge.kernels.simd import WIDTH, add_rows, gather_differences, gather_rows, set_rows, touching
 from nutamill.charge.laws.lanes import BATCH
@@ -106,7 +107,7 @@ def pair_contacts(
     book_out,
 ):
     """Add the forces of all touching pairs of a chunk to `forces_out`, bring their memory up to date, and
-    book the contacts that begin.
+    book the contacts that begin and those that turn.
 
     Parameters
     ----------
@@ -131,6 +132,7 @@ def pair_contacts(
     zero, half, one = like(0.0, real), like(0.5, real), like(1.0, real)
     across = np.uint32(forces_out.shape[0] - 1)
     several = model.laws.shape[0] > 1
+    books = book_out.on[0] > 0
     first_in_chunk, second, listed, second_in_chunk, first_slot = (
         lanes[0],
         lanes[1],
@@ -165,9 +167,24 @@ def pair_contacts(
         power_n, power_t, power_r, over, begun = pair_batch(
             model.law, columns_out, unit, reach, last, now, dt
         )
-        if begun > 0.0:
+        if books and begun > 0.0:
             note_pair_impacts(
                 columns_out, lanes, material, first, across, model.law_of.shape[0], tid, book_out
+            )
+        if books and count_turned(model.law.normal, columns_out) > 0.0:
+            note_pair_loading(
+                model.law.normal,
+                lanes,
+                rows,
+                material,
+                memory_out,
+                first,
+                across,
+                model.law_of.shape[0],
+                dt,
+                tid,
+                columns_out,
+                book_out,
             )
         sum_n += power_n
         sum_t += power_t

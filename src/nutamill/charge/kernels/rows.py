@@ -52,5 +52,9 @@ FILM_POWER = 56
 """Power of film and bridge on the relative motion [W], after the law; of a wet charge."""
 BRIDGE = 57
 """First of the four rows with the numbers of the bridge, as `capillary.numbers`; with bridges only."""
-ROWS = 61
+PARTING = 61
+"""Overlap of a contact that opens, minus the overlap of one that closes [m], after the law; 0 where nothing
+touches.
+"""
+ROWS = 62
 """Rows of `columns` [1]."""

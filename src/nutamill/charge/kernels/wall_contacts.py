@@ -11,6 +11,7 @@ from nutamill.base.kernel import kernel, like
 from nutamill.charge.kernels.columns import wall_batch
 from nutamill.charge.kernels.film_lanes import film_power, true_overlap
 from nutamill.charge.kernels.impacts import note_wall_impacts
+from nutamill.charge.kernels.loading import count_turned, note_wall_loading
 from nutamill.charge.kernels.near_meshes import find_mesh_contacts
 from nutamill.charge.kernels.pair_contacts import set_law
 from nutamill.charge.kernels.rows import ARM, BODY, BODY_V, MEMORY, WEIGHT, A
@@ -329,7 +330,7 @@ def wall_contacts(
     book_out,
 ):
     """Add the forces of all touching walls of a chunk to `forces_out` and their reactions to `sums_out`, and
-    book the contacts that begin.
+    book the contacts that begin and those that turn.
 
     Parameters
     ----------
@@ -360,13 +361,14 @@ def wall_contacts(
             wall_memory_out.shape[0] - 1,
             model.n_bodies,
         )
+    books = book_out.on[0] > 0
     sum_n, sum_t, sum_r, sum_i, sum_f = 0.0, 0.0, 0.0, 0.0, 0.0
     beyond = 0.0
     for first in range(0, n, BATCH):
         m = min(BATCH, n - first)
         load_walls(model, rows, wall_memory_out, material, twists, lanes_out, measured, first, m, columns_out)
         power_n, power_t, power_r, power_i, over, begun = wall_batch(model.law, columns_out, last, now, dt)
-        if begun > 0.0:
+        if books and begun > 0.0:
             note_wall_impacts(
                 without_law(model),
                 columns_out,
@@ -378,6 +380,20 @@ def wall_contacts(
                 surface_poses,
                 first,
                 tid,
+                book_out,
+            )
+        if books and count_turned(model.law.normal, columns_out) > 0.0:
+            note_wall_loading(
+                model.law.normal,
+                without_law(model),
+                lanes_out,
+                rows,
+                material,
+                wall_memory_out,
+                first,
+                dt,
+                tid,
+                columns_out,
                 book_out,
             )
         sum_n += power_n

@@ -15,6 +15,7 @@ mid-substep; forces and moments act on the first particle.
 | `composition` | registry of the laws; the whole law of one contact |
 | `pair` | numbers of two materials, their row in the table of the charge, two springs in series |
 | `spring` | spring with a limit, for friction and rolling |
+| `deepest` | deepest overlap of a contact, whose work of loading is booked |
 | `oscillator` | restitution, duration and overlap of a damped oscillator |
 | `terms` | what the files state about their laws, in the terms of other programs |
 | `impact` | head-on contact under any law, cohesion included |

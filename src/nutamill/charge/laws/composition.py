@@ -7,7 +7,7 @@ A law is one file of this folder and one entry of its family here.  Each file ha
 * its kernels: ``force`` and ``energy`` of a normal or tangential law, ``moment`` and ``energy`` of a rolling
   law, ``pull`` of cohesion.  All laws of a family take the same arguments and return the same values;
 * of a normal law also its ``numbers``, ``tangential_ratio``, ``impact``, ``resolve_time``, ``restitution``
-  and ``STIFFENS``;
+  and ``STIFFENS``, and for its work of loading the kernels ``loading``, ``turned`` and ``to_book``;
 * of a film its ``numbers``, ``reach``, force and the gaps it acts over (`meeting` joins it to the solids);
 * ``faults``: what a pair lacks for the law;
 * ``terms``: the law in the terms of other programs.
@@ -65,6 +65,15 @@ normal_force = by_type({type(file.LAW): file.force for file in NORMAL.values()})
 
 normal_energy = by_type({type(file.LAW): file.energy for file in NORMAL.values()})
 """Energy stored along the normal by the law whose tag comes first, and the stiffness; as `linear.energy`."""
+
+loading_work = by_type({type(file.LAW): file.loading for file in NORMAL.values()})
+"""Work of loading, and force, of the law whose tag comes first; as `linear.loading`."""
+
+loading_turned = by_type({type(file.LAW): file.turned for file in NORMAL.values()})
+"""Whether work of loading is to be booked under the law whose tag comes first; as `deepest.turned`."""
+
+loading_to_book = by_type({type(file.LAW): file.to_book for file in NORMAL.values()})
+"""What of it is to be booked under the law whose tag comes first; as `deepest.to_book`."""
 
 friction_force = by_type({type(file.LAW): file.force for file in TANGENTIAL.values()})
 """Friction of the law whose tag comes first; as `displacement.force`."""

@@ -6,6 +6,8 @@ from typing import NamedTuple
 from scipy.integrate import quad
 
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.laws.deepest import to_book as to_book
+from nutamill.charge.laws.deepest import turned as turned
 from nutamill.charge.laws.leapfrog import dashpot_share
 from nutamill.charge.laws.oscillator import (
     Impact,
@@ -78,11 +80,11 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     Parameters
     ----------
     as `linear.force`, but
-    history, diameters : not used
+    diameters : not used
 
     Returns
     -------
-    F_n [N]; S [N/m]; history, 0
+    F_n [N]; S [N/m]; the history
 
     Source
     ------
@@ -99,7 +101,7 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     damping *= dashpot_share(deep_stiffness * dt * dt / m_eff)
     dashpot = damping * math.sqrt(m_eff * deep_stiffness) * share
     push = like(2.0 / 3.0, dt) * stiffness * depth + dashpot * v_n
-    return push if push > floor else floor, stiffness, like(0.0, dt)
+    return push if push > floor else floor, stiffness, history
 
 
 @kernel(inline="always")
@@ -110,6 +112,16 @@ def energy(law, p, overlap, history, r_eff, diameters):
     modulus, _, _, _, _ = p
     stiffness = 2.0 * modulus * math.sqrt(r_eff * max(overlap, 0.0))
     return 4.0 / 15.0 * stiffness * overlap * overlap, stiffness
+
+
+@kernel(inline="always")
+def loading(law, p, overlap, r_eff, diameters):
+    """Return the work of loading Hertz's spring up to an overlap, ``8/15 E* sqrt(R*) d^(5/2)`` [J], and its
+    force there [N]. Parameters are those of `linear.loading`.
+    """
+    modulus, _, _, _, _ = p
+    force = 4.0 / 3.0 * modulus * math.sqrt(r_eff * overlap) * overlap
+    return 0.4 * force * overlap, force
 
 
 def contact_duration(

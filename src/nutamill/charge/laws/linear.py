@@ -4,6 +4,8 @@ import math
 from typing import NamedTuple
 
 from nutamill.base.kernel import kernel, like
+from nutamill.charge.laws.deepest import to_book as to_book
+from nutamill.charge.laws.deepest import turned as turned
 from nutamill.charge.laws.leapfrog import dashpot_share
 from nutamill.charge.laws.oscillator import (
     Impact,
@@ -89,15 +91,15 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     p : `numbers` of the pair (5)
     overlap : [m], positive in contact
     v_n : approach speed [m/s], positive when closing
-    history : not used
+    history : deepest overlap that has been booked [m], see `deepest.to_book`; not used
     m_eff, r_eff : reduced mass [kg], reduced radius [m]
     diameters : of the two particles [m] (2); a wall takes the particle's
     dt : substep [s], for `dashpot_speed`
 
     Returns
     -------
-    F_n [N], positive pushing apart; k, the stiffness that the tangential one is a multiple of [N/m]; history,
-    0
+    F_n [N], positive pushing apart; k, the stiffness that the tangential one is a multiple of [N/m]; the
+    history
 
     Source
     ------
@@ -111,7 +113,7 @@ def force(law, p, overlap, v_n, history, m_eff, r_eff, diameters, dt):
     turned = k * dt * inverse
     damping = dashpot_share(turned * turned) * twice_zeta * m_eff * k * inverse
     push = k * overlap + damping * dashpot_speed(overlap, v_n, dt)
-    return push if push > floor else floor, k, like(0.0, dt)
+    return push if push > floor else floor, k, history
 
 
 @kernel(inline="always")
@@ -122,6 +124,16 @@ def energy(law, p, overlap, history, r_eff, diameters):
     compliance, compliance_a, compliance_b, _, _ = p
     k = pair_stiffness(compliance, compliance_a, compliance_b, diameters)
     return 0.5 * k * overlap * overlap, k
+
+
+@kernel(inline="always")
+def loading(law, p, overlap, r_eff, diameters):
+    """Return the work of loading a linear spring up to an overlap [J], and its force there [N]. Parameters
+    are those of `energy`.
+    """
+    compliance, compliance_a, compliance_b, _, _ = p
+    force = pair_stiffness(compliance, compliance_a, compliance_b, diameters) * overlap
+    return 0.5 * force * overlap, force
 
 
 def impact(pair: PairLaw, m_eff: float, r_eff: float, diameters: tuple[float, float], v: float) -> Impact:

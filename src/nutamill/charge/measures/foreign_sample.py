@@ -3,14 +3,16 @@
 from nutamill.base.kernel import kernel
 from nutamill.charge.kernels.chunks import slots_of_chunk
 from nutamill.charge.kernels.dynamics import move_bodies
-from nutamill.charge.measures.statistics import MOST_NEIGHBOURS, sample_chunks_at_walls, sample_fields
+from nutamill.charge.measures.field_sample import sample_fields
+from nutamill.charge.measures.statistics import MOST_NEIGHBOURS
+from nutamill.charge.measures.wall_sample import sample_chunks_at_walls
 from nutamill.charge.model import without_law
 
 
 @kernel
 def sample_atoms(model, state, scratch, plan, motions, angle, touching, sums_out):
     """Take one sample of the atoms that `finish_atoms` has copied, as
-    `nutamill.charge.measures.statistics.sample`.
+    `nutamill.charge.measures.sampling.sample`.
 
     Parameters
     ----------

@@ -139,7 +139,8 @@ STATISTICS: tuple[Field, ...] = (
         "n",
         "1",
         "impacts",
-        "contacts begun so far, by pair of materials, part and energy",
+        "contacts begun so far, by pair of materials, part and energy; of the part loading, contacts that "
+        "have turned, once each",
         shape=SPECTRUM,
     ),
     Field(
@@ -148,7 +149,7 @@ STATISTICS: tuple[Field, ...] = (
         "J",
         "impact energy",
         "sum of m_eff v^2/2 of the normal or tangential relative velocity with which contacts have "
-        "begun so far",
+        "begun so far; of the part loading, sum of the work that has loaded their springs at their deepest",
         shape=SPECTRUM,
     ),
     _patch(
@@ -238,7 +239,22 @@ STATISTICS_AXES: tuple[Field, ...] = (
         "the same of the second; not a number for a wall",
         shape="(pair)",
     ),
-    Field("part", "", "1", "part", "part of the relative velocity", shape="(part)"),
+    Field(
+        "pair_share",
+        "",
+        "1",
+        "share of the first",
+        "share of the work of loading that the first of a pair takes: k_second/(k_first + k_second)",
+        shape="(pair)",
+    ),
+    Field(
+        "part",
+        "",
+        "1",
+        "part",
+        "normal and tangential part of the approach, and loading",
+        shape="(part)",
+    ),
     Field("energy", "E", "J", "impact energy", "middle of the bin, half an octave wide", shape="(energy)"),
     Field(
         "radius",

@@ -14,7 +14,7 @@ from nutamill.base.kernel import entry_of
 from nutamill.charge.kernels.copying import copied
 from nutamill.charge.kernels.team import run_team
 from nutamill.charge.measures.observe import observe
-from nutamill.charge.measures.statistics import sample
+from nutamill.charge.measures.sampling import sample
 from nutamill.simulation.coupling import (
     MAX_PASSES,
     PASS_TOLERANCE,

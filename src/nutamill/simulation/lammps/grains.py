@@ -15,12 +15,8 @@ from nutamill.charge.kernels.dynamics import close_window, open_window
 from nutamill.charge.kernels.foreign_atoms import AtomState, finish_atoms, push_atoms
 from nutamill.charge.measures.foreign_sample import sample_atoms
 from nutamill.charge.measures.observe import ChargeReading, charge_reading, observe
-from nutamill.charge.measures.statistics import (
-    ChargeStatistics,
-    StatisticsPlan,
-    add_to_first,
-    clear,
-)
+from nutamill.charge.measures.statistics import ChargeStatistics, StatisticsPlan
+from nutamill.charge.measures.totals import add_to_first, clear
 from nutamill.charge.model import ChargeModel, ChargeScratch, ChargeState, Clock
 from nutamill.charge.saved_state import WHOLE
 from nutamill.simulation.lammps.commands import (
@@ -296,7 +292,7 @@ class Grains:
     def sample(self, plan: StatisticsPlan, motions: np.ndarray, angle: float) -> None:
         """Take one sample of the statistics, of the particles of this process as `read` has left them.
 
-        The arguments are those of `nutamill.charge.measures.statistics.sample`.
+        The arguments are those of `nutamill.charge.measures.sampling.sample`.
         """
         state, touching = self._with_memory(), self._touching()
         sample_atoms(self.model, state, self.scratch, plan, motions, angle, touching, self.sums)

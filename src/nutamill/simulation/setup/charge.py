@@ -83,6 +83,29 @@ def pair_law(machine: Machine, first: str, second: str) -> PairLaw:
     )
 
 
+def loading_share(machine: Machine, first: str, second: str, diameters: tuple[float, float]) -> float:
+    """Return the share of the work of loading that the first of two bodies takes [1]: of two springs in
+    series ``k_second/(k_first + k_second)``, half where one stiffness is given for both.
+
+    Parameters
+    ----------
+    first, second : their materials
+    diameters : of the two [m]; a wall takes the particle's
+    """
+    if machine.contact.normal == "hertz":
+        softness = [
+            (1.0 - machine.materials[name].poisson_ratio ** 2) / machine.materials[name].young_modulus
+            for name in (first, second)
+        ]
+        return softness[0] / sum(softness)
+    if machine.contact.stiffness == "direct":
+        return 0.5
+    stiffness = [
+        machine.materials[name].young_modulus * d for name, d in zip((first, second), diameters, strict=True)
+    ]
+    return stiffness[1] / sum(stiffness)
+
+
 def contact_moduli(young: list[float], poisson: list[float]) -> tuple[float, float]:
     """Return contact modulus E* and contact shear modulus G* [Pa] of two solids with these moduli [Pa] and
     Poisson's ratios [1].

@@ -182,6 +182,7 @@ def build(
         )
         survey = charge_survey(machine, charge, cstate, clock.substep)
         sums = charge_statistics(survey, cstate)
+        cstate.impacts.on[0] = survey.on
     readout = machine_readout(machine, mechanism, mstate, [carrier.name for carrier in carriers])
     model = Model(machine, clock, mechanism, sensors, charge, survey, plan, readout)
     coupling = coupling_state(len(carriers), reference_axis(machine))

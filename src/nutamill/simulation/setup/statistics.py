@@ -24,6 +24,7 @@ from nutamill.charge.model import ChargeModel, ChargeState
 from nutamill.charge.walls.patches import ANGLE_HEIGHT, ANGLE_RADIUS, FACE_HEIGHT, PatchTable, patch_table
 from nutamill.charge.walls.surface import Surface, SurfaceKind
 from nutamill.simulation.setup.carriers import carrier_index, carriers_of
+from nutamill.simulation.setup.charge import loading_share
 from nutamill.simulation.setup.kinds import particle_kinds
 from nutamill.simulation.setup.particles import charge_particles
 from nutamill.simulation.setup.walls import region_corners, seen_from, world_surfaces
@@ -162,6 +163,8 @@ class PairType(NamedTuple):
     """Name of the pair of materials."""
     diameters: tuple[float, float]
     """Diameters of the particles of mean volume [m]; not a number for a wall."""
+    share: float
+    """Share of the work of loading that the first takes [1]."""
     types: list[int]
     """Its types in `nutamill.charge.kernels.impacts`."""
 
@@ -189,7 +192,9 @@ def pair_types(machine: Machine) -> list[PairType]:
                     )
                 else:
                     continue
-                types.append(PairType(name, pair.name, (one.diameter, far), numbers))
+                near = one.diameter, one.diameter if pair.wall else far
+                share = loading_share(machine, pair.first, pair.second, near)
+                types.append(PairType(name, pair.name, (one.diameter, far), share, numbers))
     return types
 
 
@@ -205,7 +210,8 @@ def statistics_axes(machine: Machine, plan: StatisticsPlan) -> dict[str, np.ndar
         "pair_materials": np.array([pair.materials for pair in pairs]),
         "pair_first": np.array([pair.diameters[0] for pair in pairs]),
         "pair_second": np.array([pair.diameters[1] for pair in pairs]),
-        "part": np.array(["normal", "tangential"]),
+        "pair_share": np.array([pair.share for pair in pairs]),
+        "part": np.array(["normal", "tangential", "loading"]),
         "energy": np.sqrt(edges[1:] * edges[:-1]),
         "radius": 0.5 * (radius[1:] + radius[:-1]),
         "azimuth": 0.5 * (angle[1:] + angle[:-1]),
@@ -301,7 +307,7 @@ def _box_areas(surface: Surface, steps: np.ndarray) -> np.ndarray:
 def recorded_sums(
     machine: Machine, plan: StatisticsPlan, per_cut: float, sums: dict[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Return sums in small units (`nutamill.charge.measures.statistics.gathered`) as recorded quantities in
+    """Return sums in small units (`nutamill.charge.measures.totals.gathered`) as recorded quantities in
     SI, named as in `nutamill.result.fields.STATISTICS`. `per_cut` [1/J] are the small units of the cutting
     energy.
     """

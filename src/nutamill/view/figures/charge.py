@@ -34,14 +34,14 @@ LEAST = 1e-3
 """Share of the power of the impacts, of the strongest ones, that may be right of it [1]."""
 ARROWS = 10.0
 """Length of the longest arrow over the width of the picture, inverted [1]."""
-PATTERN = {"normal": "-", "tangential": (0, (3, 1.2))}
+PATTERN = {"normal": "-", "tangential": (0, (3, 1.2)), "loading": (0, (1, 1))}
 
 
 def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     """Draw how many contacts begin with how much energy, and the power they bring along, in bins of half an
-    octave.
+    octave, and the same of the work that loads them.
 
-    One line for each pair of materials and part of the relative velocity.
+    One line for each pair of materials, part of the relative velocity and loading.
     """
     spectra = impact_spectra(window(result, last))
     energy = spectra["energy"].values
@@ -52,6 +52,8 @@ def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         materials = spectra["pair_materials"].values.astype(str)
         for k, pair in enumerate(dict.fromkeys(materials)):
             for part, line in PATTERN.items():
+                if part not in spectra["part"].values:
+                    continue
                 one = spectra.sel(part=part).isel(pair=np.flatnonzero(materials == pair)).sum("pair")
                 style = {
                     "color": f"C{k}",
@@ -60,7 +62,7 @@ def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
                     "label": f"{pair}, {part}",
                 }
                 rate = one["rate"].values.copy()
-                rate[rate == 0.0] = math.nan  # a logarithm has no place for it
+                rate[rate <= 0.0] = math.nan  # a logarithm has no place for it
                 number.plot(energy, rate, **style)
                 power.plot(energy, one["power"].values, **style)
         number.set_yscale("log")
@@ -71,7 +73,7 @@ def draw_spectra(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
         power.set_ylim(bottom=0.0)
         power.set_xlabel("impact energy (J)")
         number.set_title("(a) number, in bins of half an octave", loc="left")
-        power.set_title("(b) their kinetic energy per second", loc="left")
+        power.set_title("(b) their energy per second", loc="left")
         figure.legend(*number.get_legend_handles_labels(), loc="outside lower center", ncols=2)
         figure.align_ylabels()
     return figure
