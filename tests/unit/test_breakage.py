@@ -12,6 +12,7 @@ from nutamill import cli
 from nutamill.analysis.breakage.answer import breakage, comparison_lines
 from nutamill.analysis.breakage.impacts import captured_mass, grinding_of, reduced_radii
 from nutamill.analysis.breakage.ore import load_ore
+from nutamill.analysis.flow import impact_spectra, window
 from nutamill.base.errors import CaseError, ResultError
 from nutamill.base.library import ore_names
 from nutamill.result import open_result
@@ -40,6 +41,26 @@ def test_impacts_at_walls_alone_break_nothing(tmp_path):
     write(tmp_path / "walls.h5", axes=axes)
     with pytest.raises(ResultError, match=r"walls\.h5: holds no impacts of particles with each other"):
         grinding(tmp_path, "walls")
+
+
+def test_a_result_of_an_earlier_version_lacks_the_work_of_loading_and_nothing_else(tmp_path):
+    axes = {name: values for name, values in AXES.items() if name != "pair_share"}
+    write(tmp_path / "old.h5", axes=axes | {"part": np.array(["normal", "tangential"])})
+    with pytest.raises(
+        ResultError, match=r"old\.h5: holds no work of loading of its contacts.*Run the case again"
+    ):
+        grinding(tmp_path, "old")
+    with open_result(tmp_path / "old.h5") as result:
+        assert float(impact_spectra(window(result, 4.0))["rate"].sum()) == pytest.approx(4.0 * NUMBER.sum())
+
+
+def test_what_leaves_a_bin_counts_as_no_impact(tmp_path):
+    # contacts of an earlier time that were pressed deeper in this window
+    numbers = np.where(np.arange(40) == 7, -3.0, NUMBER)
+    write(tmp_path / "deeper.h5", numbers=numbers)
+    whole = grinding(tmp_path, "deeper").whole
+    assert whole.number[0, 7] == 0.0 and whole.rate[0, 7] == 0.0
+    assert np.all((whole.energy >= whole.edges[:-1]) & (whole.energy <= whole.edges[1:]))
 
 
 def grinding(folder, name, last=4.0):

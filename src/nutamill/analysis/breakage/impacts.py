@@ -1,5 +1,5 @@
-"""What a run does to whatever is between its balls: the energies of its impacts, how much ore each captures,
-and the power that all this takes.
+"""What a run does to whatever is between its balls: the work that loads its contacts, how much ore each
+captures, and the power that all this takes.
 
 The charge of the run is the grinding media.  Ore is not simulated: each impact loads a layer of it, one
 particle thick, that two balls, or a ball and a wall, close upon.
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from nutamill.analysis.flow import window, window_parts
+from nutamill.analysis.flow import refuse_without_loading, window, window_parts
 from nutamill.analysis.power import power_split
 from nutamill.analysis.source import any_case_of
 from nutamill.analysis.windows import PAPER_WINDOW
@@ -25,14 +25,16 @@ DENSEST = math.pi / math.sqrt(12.0)
 
 
 class Impacts(NamedTuple):
-    """Energies of the impacts of a run, by pair of classes of balls and bin of energy (n_pairs, n_bins)."""
+    """Contacts of a run by the work that loads them, by pair of classes of balls and bin of energy
+    (n_pairs, n_bins).
+    """
 
     edges: np.ndarray
     """Edges of the bins [J] (n_bins + 1,)."""
     number: np.ndarray
     """Impacts [1]."""
     energy: np.ndarray
-    """Mean normal energy of those of a bin [J]; its middle where it is empty."""
+    """Mean work of those of a bin [J]; its middle where it is empty."""
     rate: np.ndarray
     """Impacts per energy that the mill takes up [1/J]."""
     reduced_radius: np.ndarray
@@ -65,9 +67,11 @@ def grinding_of(result: Result, last: float | str = PAPER_WINDOW) -> Grinding:
 
     Raises
     ------
-    ResultError : an empty chamber, no statistics, no power put in, or no turn at the last speed
+    ResultError : an empty chamber, no statistics or those of an earlier version, no power put in, or no turn
+        at the last speed
     """
     done = window(result, last)
+    refuse_without_loading(result, done)
     power = power_split(result, last).motor
     if not power > 0.0:
         raise ResultError(
@@ -95,14 +99,20 @@ def grinding_of(result: Result, last: float | str = PAPER_WINDOW) -> Grinding:
 def _impacts_of(done: "xarray.Dataset", power: float, reduced: np.ndarray) -> Impacts:
     """Return the impacts of a window, at a `power` of the mill [W], with the `reduced` radius of each pair
     [m].
+
+    A contact that was booked before the window and is pressed deeper within it leaves its old bin: what then
+    is below zero counts as none.
     """
-    number, energy = (done[name].sel(part="normal").values for name in ("impact_number", "impact_energy"))
+    number, energy = (done[name].sel(part="loading").values for name in ("impact_number", "impact_energy"))
+    number = np.maximum(number, 0.0)
     centre = done["energy"].values
     ratio = math.sqrt(centre[1] / centre[0])
+    edges = np.append(centre / ratio, centre[-1] * ratio)
+    mean = np.clip(energy / np.maximum(number, 1.0), edges[:-1], np.append(edges[1:-1], np.inf))
     return Impacts(
-        np.append(centre / ratio, centre[-1] * ratio),
+        edges,
         number,
-        np.where(number > 0.0, energy / np.maximum(number, 1.0), centre),
+        np.where(number > 0.0, mean, centre),
         number / (float(done["sampled_time"]) * power),
         reduced[:, None],
     )
