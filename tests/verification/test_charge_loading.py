@@ -1,6 +1,7 @@
 """Work of loading of contacts at their deepest, against closed forms, and what it must leave alone."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from charge_bench import FLOOR, Bench, law, sphere_mass
 from scipy.integrate import solve_ivp
 
 from nutamill.charge.kernels.impacts import FINE, LOADING, LOWEST
+from nutamill.charge.laws import viscous_film
 from nutamill.charge.laws.composition import contact_law
 from nutamill.charge.laws.oscillator import largest_overlap
 from nutamill.charge.laws.pair import PairLaw, spring_stiffness
@@ -200,6 +202,34 @@ def test_booking_leaves_every_bit_of_the_motion_as_it_is(normal):
     assert not off.state.impacts.spectra.any() and not off.state.impacts.cut.any()
     for name in ("x", "v", "w", "published_rows", "ledger"):
         assert np.array_equal(getattr(on.state, name), getattr(off.state, name))
+
+
+@pytest.mark.parametrize("normal", ["linear", "hysteretic"])
+def test_of_a_wet_contact_the_solids_alone_are_loaded(normal):
+    # the film brakes the ball before it touches, and again on its way out
+    v, dt = 0.7, 2e-6
+    pair_law = replace(
+        law(K) if normal == "linear" else hysteretic(),
+        liquid_viscosity=0.1,
+        film_thickness=2e-5,
+        film_roughness=1e-6,
+    )
+    benches = []
+    for on in (1, 0):
+        bench = Bench(
+            [0, 0, R + 4e-5], pair_law, dt, [FLOOR], velocities=[0, 0, -v],
+            law=contact_law(normal, film="viscous"),
+        )  # fmt: skip
+        bench.state.impacts.on[0] = on
+        benches.append(bench.step(300))
+    number, work = loading(benches[0], WALL)
+    slowed = v - viscous_film.lost_momentum(pair_law, R) / M
+    assert number == 1
+    # the start of the contact and the deepest sample, each as in the dry test
+    assert work == pytest.approx(0.5 * M * slowed**2, rel=turn(M, v, dt) + ROUNDED)
+    assert work < 0.9 * 0.5 * M * v * v
+    assert np.array_equal(benches[0].state.x, benches[1].state.x)
+    assert np.array_equal(benches[0].state.v, benches[1].state.v)
 
 
 def test_of_a_crowd_every_contact_that_has_ended_is_booked_once():
