@@ -19,9 +19,9 @@ import numpy as np
 
 import nutamill as nm
 from nutamill.base.provenance import processor
-from nutamill.cli.bench import mechanism_step
 from nutamill.simulation.setup.model import build
 from nutamill.simulation.setup.threads import usable_cores
+from nutamill.simulation.speed import mechanism_step
 from nutamill.simulation.warm_up import warm_up
 
 SPEEDS = np.linspace(100.0, 700.0, 11)

@@ -21,14 +21,14 @@ import numpy as np
 
 import nutamill as nm
 from nutamill.base.provenance import git_commit, processor
-from nutamill.case import load_mill
+from nutamill.case import load_case
 from nutamill.charge.filling.fill import random_fill
 from nutamill.charge.model import Clock
 from nutamill.charge.walls.mesh import closed_mesh
 from nutamill.charge.walls.mesh_patches import mesh_surfaces
 from nutamill.charge.walls.surface import Surface, SurfaceKind
-from nutamill.cli.bench import ROWS, developed_flow, on_threads, piece
 from nutamill.simulation.setup.bed import settled_bed
+from nutamill.simulation.speed import ROWS, developed_flow, on_threads, piece
 from nutamill.simulation.warm_up import warm_up
 
 BORE, FLOOR, CEILING = 70.0, -350.0, -122.0
@@ -81,10 +81,10 @@ class Mill:
 
     def __init__(self, name: str, until: float, overrides: tuple[str, ...] = ()) -> None:
         settings = ["mechanism.mounting=rigid", "drive.ramp=7000 rpm/s", f"run.until={until} s"]
-        bed = settled_bed(load_mill("numill", settings).machine)
+        bed = settled_bed(load_case("numill", settings).machine)
         self.name = name
         self.model, self.state, self.scratch = developed_flow(
-            load_mill("numill", [*settings, *overrides]), bed
+            load_case("numill", [*settings, *overrides]), bed
         )
         self.model = on_threads(self.model, 1)
         self.particles = self.model.charge.n_particles

@@ -13,7 +13,7 @@ import numpy as np
 from nutamill.base.provenance import processor
 from nutamill.charge.kernels.chunks import chunks_of_group, share_groups, slots_of_chunk, weigh_groups
 from nutamill.charge.model import ChargeScratch, ChargeState, Clock
-from nutamill.cli.bench import developed_case, developed_flow
+from nutamill.simulation.speed import developed_case, developed_flow
 from nutamill.simulation.warm_up import warm_up
 
 TEAMS = (1, 2, 4, 8, 12, 16)

@@ -25,8 +25,8 @@ from nutamill.charge.kernels.simd import WIDTH, negated_radii
 from nutamill.charge.kernels.wall_contacts import find_walls, wall_contacts
 from nutamill.charge.laws.lanes import BATCH
 from nutamill.charge.model import Clock, stamp_of, without_law
-from nutamill.cli.bench import developed_case, developed_flow
 from nutamill.simulation.coupling import start_window
+from nutamill.simulation.speed import developed_case, developed_flow
 from nutamill.simulation.warm_up import warm_up
 
 STAGES = (

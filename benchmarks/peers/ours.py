@@ -10,13 +10,13 @@ from scene import Law, Record, Scene
 
 from nutamill.case import Case, load_case
 from nutamill.charge.readout import positions, spins, velocities
-from nutamill.cli.bench import developed_case, developed_flow, on_threads
 from nutamill.simulation.coupling import march_mechanism
 from nutamill.simulation.coupling_model import coupling_state
 from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.setup.clock import ContactFacts, contact_facts
 from nutamill.simulation.setup.model import Model, Scratch, State, build
 from nutamill.simulation.setup.particles import particle_count
+from nutamill.simulation.speed import developed_case, developed_flow, on_threads
 
 SAND = (
     "mechanism.mounting=rigid",

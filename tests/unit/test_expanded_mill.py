@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 from nutamill import cli
 from nutamill.case import load_case
 from nutamill.simulation import runs
+from nutamill.simulation.setup.quick import quick
 
 BRIEF = [
     "charge.mass=20 g",
@@ -61,6 +62,16 @@ def test_the_parts_of_a_mill_answer_as_its_drawing_does(invoke, words):
         for one in answers
     )
     assert drawn == parts and len(drawn) > 2
+
+
+def test_the_demonstration_of_the_parts_of_a_mill_is_that_of_its_drawing(folder):
+    drawn, parts = (quick(load_case(folder / f"{name}.toml")).machine for name in ("drawn", "parts"))
+    assert drawn.run.until == pytest.approx(parts.run.until) and drawn.drives == parts.drives
+    assert drawn.contact == parts.contact
+    assert [joint.name for joint in drawn.joints] == [joint.name for joint in parts.joints]
+    assert set(parts.run.series) == set(drawn.run.series) - {
+        name for name in drawn.run.series if name.startswith("frame_fix_")
+    }
 
 
 def test_balance_masses_of_the_parts_of_a_mill_are_those_of_its_drawing(invoke, folder):

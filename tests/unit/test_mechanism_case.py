@@ -11,7 +11,7 @@ import nutamill as nm
 from nutamill.analysis.mechanism import ledger_share, mechanism_summary_lines, part_loads
 from nutamill.analysis.source import drawing_of
 from nutamill.base.errors import CaseError, MillError
-from nutamill.case import Machine, case_of_text, load_case, load_mill
+from nutamill.case import Machine, case_of_text, load_case
 from nutamill.design.machine_sheet import machine_sheet
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.result import open_result
@@ -251,11 +251,6 @@ def test_a_loop_that_does_not_close_is_refused_before_a_step(file):
     case = load_case(file).with_("joints.pin.point_b", ("0 mm", "0 mm", "2 mm"))
     with pytest.raises(CaseError, match=r"joint 'pin'.*gap of 2 mm"):
         build(case, None)
-
-
-def test_what_only_a_mill_can_do_refuses_a_mechanism(file):
-    with pytest.raises(CaseError, match=r"describes a mechanism part by part \(\[\[bodies\]\]\), not a mill"):
-        load_mill(file)
 
 
 def test_forces_preloads_and_motors_of_a_file_are_built_and_recorded(tmp_path):

@@ -12,13 +12,13 @@ from nutamill.analysis.mounts import floor_series
 from nutamill.analysis.orders import peaks
 from nutamill.base.errors import CaseError
 from nutamill.case import load_case
-from nutamill.design.altered import Weight, weighted
 from nutamill.design.balancing import balance_mill, permissible_unbalance
 from nutamill.design.empty import once_per_turn, steady_series
 from nutamill.design.isolation import isolation, shaking_unbalance, transmissibility
 from nutamill.design.modes import machine_modes
 from nutamill.design.runup import run_up
 from nutamill.design.sticks import sticks
+from nutamill.design.weights import Weight, weighted
 
 SPEED = 40.0
 MECHANISMS = Path(__file__).parents[2] / "examples" / "mechanisms"

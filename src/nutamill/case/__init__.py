@@ -5,7 +5,7 @@ The only room that reads or writes TOML.
 
 from nutamill.base.library import library_file, library_names
 from nutamill.case.machine import Machine
-from nutamill.case.mill import Case, case_of_text, load_case, load_mill, mill_of
+from nutamill.case.mill import Case, case_of_text, load_case
 
 __all__ = [
     "Case",
@@ -14,6 +14,4 @@ __all__ = [
     "library_file",
     "library_names",
     "load_case",
-    "load_mill",
-    "mill_of",
 ]

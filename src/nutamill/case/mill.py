@@ -169,34 +169,6 @@ def load_case(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] =
     return case if origin is None else titled(case, origin)
 
 
-def load_mill(name_or_path: str | Path, overrides: list[str] | tuple[str, ...] = ()) -> Case:
-    """Load a case as `load_case` does and raise CaseError for a mechanism described part by part."""
-    return mill_of(load_case(name_or_path, overrides), str(name_or_path))
-
-
-def mill_of(case: Case | Machine, where: str | None = None) -> Case:
-    """Return the drawing of the mill that a case is.
-
-    Parameters
-    ----------
-    where : what a message calls the case; its name if None
-
-    Raises
-    ------
-    CaseError : a machine described part by part, which has no drawing
-    """
-    if case.drawing is None:
-        raise CaseError(
-            Fault(
-                case.name if where is None else where,
-                "describes a mechanism part by part ([[bodies]]), not a mill",
-                "This answer is about the mounts, the crank and the balance of a mill as drawn. Any machine "
-                "has check, run, resume, show, modes, sweep, fit, plot, picture, movie, view and export",
-            )
-        )
-    return case.drawing
-
-
 def case_of_text(text: str, name: str = "case") -> Case | Machine:
     """Return the case, a mill or a machine, that a result file stores as TOML text.
 

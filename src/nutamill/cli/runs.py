@@ -125,19 +125,16 @@ def _run(
 ) -> None:
     from nutamill.simulation.lammps.ranks import follows
 
-    mill = loaded.drawing
     if threads is not None and not loaded.charge.parts:
         raise CaseError(Fault("--threads", "has no use for a machine without a charge", "Leave it out"))
-    if quick and mill is None:
-        what = "has no use for a machine given part by part: it shortens the ramp of a mill as drawn"
-        raise CaseError(Fault("--quick", what, 'Leave it out, or write e.g. -s run.until="0.1 s"'))
-    if quick and mill is not None:
+    if quick:
         from nutamill.simulation.setup.quick import banner
         from nutamill.simulation.setup.quick import quick as quickened
 
+        shorter = quickened(loaded)
         if not follows():
-            typer.echo(banner(mill))
-        loaded = quickened(mill)
+            typer.echo(banner(loaded))
+        loaded = shorter
     if threads is not None:
         loaded = loaded.with_("run.threads", threads)
     for warning in () if follows() else loaded.warnings:
@@ -300,7 +297,7 @@ def schema(
 @reports_errors
 def bench() -> None:
     """Measure the speed of this version on this machine. It takes about two minutes."""
-    from nutamill.cli.bench import measure
+    from nutamill.simulation.speed import measure
 
     for line in measure():
         typer.echo(line)

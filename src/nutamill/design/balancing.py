@@ -13,18 +13,10 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import Kind, rpm
 from nutamill.case import Case, Machine
 from nutamill.case.mill_quantities import FRAME_FIX
-from nutamill.design.altered import (
-    Weight,
-    angle_series,
-    driven_bodies,
-    supports,
-    turning_drive,
-    weighted,
-    weighted_body,
-    with_charge_mass,
-)
 from nutamill.design.empty import once_per_turn, steady_series
 from nutamill.design.isolation import shaking_unbalance
+from nutamill.design.weights import Weight, driven_bodies, weighted, weighted_body, with_charge_mass
+from nutamill.simulation.setup.altered import angle_series, supports, turning_drive
 
 TRIAL = 0.2
 """Share of the shaking unbalance that a trial mass has [1]; the mill answers linearly within a per cent or

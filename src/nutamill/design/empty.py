@@ -3,8 +3,8 @@
 import numpy as np
 
 from nutamill.case import Machine
-from nutamill.design.altered import angle_series, driven, supports, without_charge
 from nutamill.simulation.entry import enter, record_first_row
+from nutamill.simulation.setup.altered import angle_series, driven, supports, without_charge
 from nutamill.simulation.setup.model import build
 
 RAMP_TIME, TAKEN = 0.5, 1.0

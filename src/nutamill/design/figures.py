@@ -10,12 +10,12 @@ from matplotlib.ticker import LogFormatter
 from nutamill.base.units import in_unit, rpm, shown, si_value
 from nutamill.case import Case, Machine
 from nutamill.case.mill_quantities import crank_radius
-from nutamill.design.altered import supports
 from nutamill.design.balancing import Balancing
 from nutamill.design.isolation import Isolation
 from nutamill.design.modes import ORDERS, Campbell, MachineModes
 from nutamill.design.runup import RunUp
 from nutamill.design.sticks import Stick
+from nutamill.simulation.setup.altered import supports
 from nutamill.view.figures.style import PALETTE, STYLE, WIDTH, unit_of
 
 GREY, MOVED, ORBIT = "#B8B8B8", "#0072B2", "#D55E00"

@@ -11,16 +11,10 @@ from nutamill.analysis.orders import track
 from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import rpm
 from nutamill.case import Case, Machine
-from nutamill.design.altered import (
-    angle_series,
-    bolted,
-    driven,
-    supports,
-    turning_drive,
-    with_charge_mass,
-)
 from nutamill.design.empty import empty_series, once_per_turn, steady_series
 from nutamill.design.modes import machine_modes
+from nutamill.design.weights import with_charge_mass
+from nutamill.simulation.setup.altered import angle_series, bolted, driven, supports, turning_drive
 
 SLOW = 20.0
 """Time of the ramp to full speed [s]: slow beside the decay of the vibrations of soft mounts."""

@@ -11,12 +11,13 @@ from nutamill.base.errors import CaseError, Fault
 from nutamill.base.units import rpm
 from nutamill.case import Case, Machine
 from nutamill.case.drawing import FRAME, SHAFT
-from nutamill.design.altered import turning_drive, with_charge_mass, without_friction
 from nutamill.design.machine_sheet import UNSTABLE
+from nutamill.design.weights import with_charge_mass
 from nutamill.mechanism.free_motion import free_motion
 from nutamill.mechanism.modes import Modes, mass_matrix, modes, static_equilibrium
 from nutamill.mechanism.parts import Drive
 from nutamill.mechanism.running_modes import running_modes
+from nutamill.simulation.setup.altered import turning_drive, without_friction
 from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts, refuse_unsupported
 
 ANGLES = 6

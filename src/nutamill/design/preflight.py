@@ -12,11 +12,11 @@ from nutamill.base.notebook_hook import notebook_html
 from nutamill.base.units import rpm
 from nutamill.case import Case, Machine
 from nutamill.case.charge import SIZE_KEYS
-from nutamill.design.altered import with_charge_mass
 from nutamill.design.charge_facts import SPHERE_MEMORY, ChargeFacts, charge_facts, charge_seconds
 from nutamill.design.engine_choice import engine_lines
 from nutamill.design.forecast import RUN_MEMORY, Forecast
 from nutamill.design.mesh_drawing import chamber_volume, distance_from_drawing
+from nutamill.design.weights import with_charge_mass
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.result.fields import expand
 from nutamill.simulation.lammps.faults import refuse_for_lammps

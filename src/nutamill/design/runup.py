@@ -10,9 +10,10 @@ from nutamill.base.library import similar
 from nutamill.base.units import Kind, in_unit, rpm
 from nutamill.case import Case, Machine
 from nutamill.case.series_fields import machine_field
-from nutamill.design.altered import angle_series, driven, turning_drive, with_charge_mass, without_charge
 from nutamill.design.empty import empty_series
+from nutamill.design.weights import with_charge_mass
 from nutamill.result.fields import Field
+from nutamill.simulation.setup.altered import angle_series, driven, turning_drive, without_charge
 from nutamill.simulation.setup.model import recorded_fields
 
 AFTER = 1.0

@@ -6,7 +6,7 @@ from typing import Any
 
 from nutamill.analysis.values import DEFAULT, default_readings, reading_of
 from nutamill.base.errors import CaseError, Fault
-from nutamill.case import Case, Machine, load_case, load_mill
+from nutamill.case import Case, Machine, load_case
 from nutamill.result import is_finished
 from nutamill.simulation.setup.quick import banner
 from nutamill.simulation.setup.quick import quick as quickened
@@ -85,10 +85,10 @@ def run_sweep(
         settings = [*fixed, *(f"{key}={value}" for key, value in values.items())]
         if not quick:
             return load_case(name, settings)
-        mill = load_mill(name, settings)
+        case = load_case(name, settings)
         if not notices:
-            notices.append(banner(mill))
-        return quickened(mill)
+            notices.append(banner(case))
+        return quickened(case)
 
     planned = members(axes, made)
     first = planned[0].case

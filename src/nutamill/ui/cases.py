@@ -14,6 +14,7 @@ from nutamill.case.toml.form import FormKey, form_of
 from nutamill.case.toml.layers import override_layer
 from nutamill.case.toml.write import toml_value
 from nutamill.design.check import check
+from nutamill.simulation.setup.altered import turning_drive
 from nutamill.simulation.setup.quick import quick
 from nutamill.ui.folder import Folder
 
@@ -47,8 +48,8 @@ class Sheet(NamedTuple):
     """What is possible but odd."""
     entries: list[FormKey]
     """Keys of the form, with the changes where there are no faults."""
-    drawn: bool
-    """Whether it is the drawing of a mill, which has a demonstration."""
+    demonstration: bool
+    """Whether it has one: a drive whose ramp is shortened."""
 
 
 def catalogue(folder: Folder) -> list[dict[str, str]]:
@@ -101,7 +102,7 @@ def loaded(what: Asked) -> Case | Machine:
             hint = "Change it in the case file"
             raise CaseError(*(Fault(spelled(key), "is no key of this form", hint) for key in strange))
     case = load_case(what.name, [f"{key}={value}" for key, value in what.changes.items()])
-    return quick(case.drawing) if what.quick and case.drawing is not None else case
+    return quick(case) if what.quick else case
 
 
 def sheet(what: Asked) -> Sheet:
@@ -116,10 +117,18 @@ def sheet(what: Asked) -> Sheet:
         case = loaded(what._replace(quick=False))
     except CaseError as error:
         faults = [str(fault).removeprefix("--set ") for fault in error.faults]
-        return Sheet("", faults, [], form_of(what.name, base), base.drawing is not None)
+        return Sheet("", faults, [], form_of(what.name, base), _has_demonstration(base))
     warnings = [str(warning) for warning in case.warnings]
-    drawn = case.drawing is not None
-    return Sheet(case.title or case.name, [], warnings, form_of(what.name, case), drawn)
+    return Sheet(case.title or case.name, [], warnings, form_of(what.name, case), _has_demonstration(case))
+
+
+def _has_demonstration(case: Case | Machine) -> bool:
+    """Return whether a case has a drive whose ramp a demonstration shortens."""
+    try:
+        turning_drive(case.machine)
+    except CaseError:
+        return False
+    return True
 
 
 def check_lines(what: Asked) -> list[str]:

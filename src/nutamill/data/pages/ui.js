@@ -1,7 +1,7 @@
 "use strict";
 // The page of `nutamill ui`: shows what the server answers and sends what is typed; it computes nothing.
 const element = (id) => document.getElementById(id);
-const state = { name: "", entries: [], changes: {}, drawn: false, asked: 0, runs: [], traces: {}, compared: null };
+const state = { name: "", entries: [], changes: {}, demonstration: false, asked: 0, runs: [], traces: {}, compared: null };
 const PAUSE = 350, LOOK = 1000;
 const FRONT = ["drive", "drives", "linear_drives", "unbalance_motors", "charge", "run"];
 
@@ -48,7 +48,7 @@ function choose(tab) {
 }
 
 // The form
-const asked = () => ({ case: state.name, changes: state.changes, quick: element("quick").checked && state.drawn });
+const asked = () => ({ case: state.name, changes: state.changes, quick: element("quick").checked && state.demonstration });
 const markOf = (entry) => (entry.key in state.changes ? "changed" : entry.mark.split(" ")[0]);
 
 function control(entry) {
@@ -139,8 +139,8 @@ async function check() {
   element("sheet").classList.add("old");
   element("checking").hidden = bad > 0;
   if (bad) return;
-  state.drawn = sheet.drawn;
-  element("demonstration").hidden = !state.drawn;
+  state.demonstration = sheet.demonstration;
+  element("demonstration").hidden = !state.demonstration;
   try {
     const { lines } = await ask("check", asked());
     if (number === state.asked) showSheet(lines);
@@ -165,7 +165,7 @@ function showSheet(lines) {
 async function take(name) {
   Object.assign(state, { name, changes: {} });
   const sheet = await ask("case", { case: name, changes: {} });
-  Object.assign(state, { entries: sheet.entries, given: new Map(sheet.entries.map((entry) => [entry.key, entry.value])), drawn: sheet.drawn });
+  Object.assign(state, { entries: sheet.entries, given: new Map(sheet.entries.map((entry) => [entry.key, entry.value])), demonstration: sheet.demonstration });
   element("tables").replaceChildren();
   element("sheet").replaceChildren();
   showForm();

@@ -12,7 +12,7 @@ import numpy as np
 
 from nutamill.base.provenance import processor
 from nutamill.base.units import in_unit, shown
-from nutamill.case import Case, load_mill
+from nutamill.case import Case, Machine, load_case
 from nutamill.charge.kernels.copying import copied
 from nutamill.simulation.coupling import march_mechanism
 from nutamill.simulation.coupling_model import coupling_state
@@ -29,12 +29,12 @@ REPEATS = 7
 """Measured pieces of each kind [1]; the median counts."""
 
 
-def developed_case() -> Case:
+def developed_case() -> Case | Machine:
     """Return the published mill with pellets at 700 rpm on rigid mounts, 0.5 s after a fast ramp."""
-    return load_mill("numill", ["mechanism.mounting=rigid", "drive.ramp=1750 rpm/s", "run.until=0.9 s"])
+    return load_case("numill", ["mechanism.mounting=rigid", "drive.ramp=1750 rpm/s", "run.until=0.9 s"])
 
 
-def developed_flow(case: Case, bed: np.ndarray | None = None) -> tuple[Model, State, Scratch]:
+def developed_flow(case: Case | Machine, bed: np.ndarray | None = None) -> tuple[Model, State, Scratch]:
     """March a case to its end without a file, from another `bed` than its own if that is given."""
     model, state, scratch = build(case.machine, settled_bed(case.machine) if bed is None else bed)
     record_first_row(model, state, scratch)
@@ -114,7 +114,7 @@ def process_time(*command: str) -> float:
 
 def first_step() -> None:
     """Import, build and march the published mill through its first row, with kernels and bed cached."""
-    case = load_mill("numill")
+    case = load_case("numill")
     model, state, scratch = build(case.machine, settled_bed(case.machine))
     record_first_row(model, state, scratch)
     enter(model, state, scratch, 1)
@@ -156,7 +156,7 @@ def measure() -> Iterator[str]:
     yield f"nutamill --help {process_time('-m', 'nutamill', '--help'):.2f} s"
     yield (
         "second start to the first row "
-        f"{process_time('-c', 'from nutamill.cli.bench import first_step; first_step()'):.2f} s"
+        f"{process_time('-c', 'from nutamill.simulation.speed import first_step; first_step()'):.2f} s"
     )
     peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     yield f"peak memory {peak / 1024:.0f} MB"
