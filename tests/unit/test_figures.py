@@ -5,8 +5,8 @@ import pytest
 
 from nutamill.base.errors import ResultError
 from nutamill.case import load_case
+from nutamill.design.campbell import Campbell
 from nutamill.design.figures import draw_campbell
-from nutamill.design.modes import Campbell
 from nutamill.result import Recorder, open_result
 from nutamill.result.fields import expand
 from nutamill.simulation import runs

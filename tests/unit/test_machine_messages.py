@@ -16,8 +16,9 @@ from nutamill.charge.laws.capillary import separation_work
 from nutamill.cli import app
 from nutamill.design import machine_sheet as sheet_room
 from nutamill.design import modes as modes_room
+from nutamill.design.campbell import campbell
 from nutamill.design.charge_facts import charge_facts
-from nutamill.design.modes import campbell, machine_modes
+from nutamill.design.modes import machine_modes
 from nutamill.design.runup import run_up
 from nutamill.design.weights import with_charge_mass
 from nutamill.mechanism import modes as rest_room

@@ -10,11 +10,12 @@ import xarray
 from nutamill.base.errors import CaseError, ResultError
 from nutamill.base.steady import Estimate
 from nutamill.studies.papers import body, drum
+from nutamill.studies.papers.cells import cells, title_of
 from nutamill.studies.papers.compare import Key, Measured, compare
 from nutamill.studies.papers.figures import draw_figure
 from nutamill.studies.papers.library import parse_paper, read_paper
 from nutamill.studies.papers.runs import planned_runs, read_modes
-from nutamill.studies.papers.table import cells, record, title_of
+from nutamill.studies.papers.table import record
 from nutamill.studies.validate import find_modes
 from validation import morrell
 

@@ -20,12 +20,14 @@ from nutamill.cli import app
 from nutamill.result import Recorder, open_result
 from nutamill.result.checksums import Checksums
 from nutamill.studies import validate as room
+from nutamill.studies.papers.cells import verdict
 from nutamill.studies.papers.compare import Key, Measured, _together, compare
-from nutamill.studies.papers.figures import draw_over_speed, draw_particles
+from nutamill.studies.papers.figures import draw_over_speed
 from nutamill.studies.papers.library import paper_names, parse_paper, read_paper
+from nutamill.studies.papers.particle_views import draw_particles
 from nutamill.studies.papers.quantities import QUANTITIES, charge_at_pin
 from nutamill.studies.papers.runs import chosen, planned_runs
-from nutamill.studies.papers.table import csv_text, json_text, markdown, read_identified, tally, verdict
+from nutamill.studies.papers.table import csv_text, json_text, markdown, read_identified, tally
 
 RATE = 2000.0
 RPM = math.pi / 30.0

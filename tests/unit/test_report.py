@@ -16,8 +16,8 @@ from nutamill.view import report
 from nutamill.view.figures.motion import draw_steady_values
 from nutamill.view.figures.named import caption_of
 from nutamill.view.figures.run import draw_run
+from nutamill.view.renderer import opengl_trouble
 from nutamill.view.report import report_page, write_report
-from nutamill.view.scene import opengl_trouble
 
 
 @pytest.fixture(autouse=True)

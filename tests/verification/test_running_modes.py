@@ -5,7 +5,8 @@ import pytest
 
 from nutamill.base.errors import CaseError
 from nutamill.case import load_case
-from nutamill.design.modes import campbell, machine_modes
+from nutamill.design.campbell import campbell
+from nutamill.design.modes import machine_modes
 from nutamill.mechanism.assembly import assemble
 from nutamill.mechanism.modes import static_equilibrium
 from nutamill.mechanism.parts import GROUND, Body, Bushing, Drive, Joint, JointKind

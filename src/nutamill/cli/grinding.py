@@ -7,7 +7,7 @@ import typer
 
 from nutamill.base.errors import CaseError, Fault
 from nutamill.cli import completion
-from nutamill.cli.answers import Picture, _picture_name, _place, _print_answer
+from nutamill.cli.answer_picture import Picture, picture_name, picture_place, print_answer
 from nutamill.cli.common import Last, ResultFile, app, quantity, reports_errors
 
 if TYPE_CHECKING:
@@ -59,7 +59,8 @@ def breakage(
 
     rock = load_ore(ore)
     up_to = None if energy is None else _positive("--energy", energy, "specific energy")
-    picture = _place(to, _picture_name(files[0], "breakage", Path(ore).stem, energy, last), files[0].parent)
+    stem = picture_name(files[0], "breakage", Path(ore).stem, energy, last)
+    picture = picture_place(to, stem, files[0].parent)
     answers: list[Breakage] = []
     for file in files:
         with open_result(file) as result:
@@ -68,7 +69,7 @@ def breakage(
     lines = [line for one in answers for line in breakage_lines(one)]
     if len(answers) > 1:
         lines += comparison_lines(answers)
-    _print_answer(lines, draw_breakage(answers), picture)
+    print_answer(lines, draw_breakage(answers), picture)
 
 
 @app.command()
@@ -104,12 +105,12 @@ def wear(
     liner = liner_of(quantity("--hardness", hardness, "pressure"), coefficient, cutting)
     thick = None if thickness is None else _positive("--thickness", thickness, "length")
     time = None if after is None else _positive("--after", after, "time")
-    picture = _place(to, _picture_name(file, "wear", last), file.parent)
+    picture = picture_place(to, picture_name(file, "wear", last), file.parent)
     with open_result(file) as result:
         worn = wall_wear(result, liner, last)
         case = any_case_of(result)
     surfaces = by_surface(worn)
-    _print_answer(wear_lines(surfaces, thick), draw_wear(worn, surfaces), picture)
+    print_answer(wear_lines(surfaces, thick), draw_wear(worn, surfaces), picture)
     if time is not None:
         from nutamill.export.worn import write_worn
 

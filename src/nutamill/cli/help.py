@@ -7,10 +7,12 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 HEADINGS = {
+    "cases": "Run a case",
     "runs": "Run a case",
     "page": "In a browser",
     "campaigns": "Many runs",
     "answers": "Answers for a designer",
+    "readings": "Answers for a designer",
     "grinding": "Grinding and wear",
     "pictures": "Look at results",
     "measured": "Measured data",

@@ -1,5 +1,6 @@
-"""Commands about the installation, the keys of a case, and how to cite."""
+"""Commands about the installation, its speed, the keys and schemas of files, and how to cite."""
 
+import json
 from typing import Annotated
 
 import typer
@@ -54,3 +55,29 @@ def cite(
     from nutamill.base.citation import citation_lines
 
     echo_lines(citation_lines(bibtex))
+
+
+@app.command()
+@reports_errors
+def schema(
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="KIND", help="mill, mechanism, sweep, fit, identify, ratings, ore or mapping."
+        ),
+    ] = "mill",
+) -> None:
+    """Print the JSON schema of a kind of file, for completion in editors."""
+    from nutamill.studies.new_file import schema_of
+
+    typer.echo(json.dumps(schema_of(kind), indent=2))
+
+
+@app.command()
+@reports_errors
+def bench() -> None:
+    """Measure the speed of this version on this machine. It takes about two minutes."""
+    from nutamill.simulation.speed import measure
+
+    for line in measure():
+        typer.echo(line)

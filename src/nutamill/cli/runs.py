@@ -1,23 +1,14 @@
-"""Commands about one case: write, check, run, resume, show; and lists of what the package contains."""
+"""Commands that run a case: run, resume; and lists of what the package contains."""
 
-import json
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from nutamill.base.atomic_file import RESULTS, refuse_suffix
-from nutamill.base.errors import (
-    CaseError,
-    ExitCode,
-    Fault,
-    Interrupted,
-    NotSteadyError,
-    ResultError,
-    printable,
-)
+from nutamill.base.errors import CaseError, ExitCode, Fault, Interrupted, NotSteadyError, ResultError
 from nutamill.base.files import exists, is_folder
 from nutamill.cli import completion
 from nutamill.cli.common import CaseName, Overrides, Quick, app, load, reports_errors, to
@@ -30,68 +21,14 @@ if TYPE_CHECKING:
     from nutamill.cli.screen import Screen
     from nutamill.result import Result
     from nutamill.result.fields import Field
+from nutamill.cli.cases import _summary
 
 info_app = App(no_args_is_help=True, rich_markup_mode=None, help="List what the package contains.")
 app.add_typer(info_app, name="info")
-MEASURED = "measured"
-"""State of a file that holds a test, as `nutamill.analysis.measured_import` writes it."""
 TrustFmu = Annotated[
     bool, typer.Option("--trust-fmu", help="Run the FMUs of the case, native code, without asking.")
 ]
 Threads = Annotated[int | None, typer.Option(min=1, metavar="N", help="Threads of the charge.")]
-
-
-@app.command()
-@reports_errors
-def new(
-    file: Annotated[Path, typer.Argument(metavar="FILE.toml", help="The file to write.")],
-    base: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            metavar="CASE",
-            help="The case that it begins with; else numill.",
-            autocompletion=completion.cases,
-        ),
-    ] = None,
-    kind: Annotated[
-        str,
-        typer.Option(metavar="KIND", help="mill, mechanism, sweep, fit, identify, ratings, ore or mapping."),
-    ] = "mill",
-) -> None:
-    """Write a first file to change, and beside it the schema by which an editor completes and checks it."""
-    from nutamill.studies.new_file import NEXT, write_new
-
-    schema = write_new(kind, file, base)
-    typer.echo(f"{file} written, with {schema.name} for editors. Next: {NEXT[kind].format(file)}")
-
-
-@app.command()
-@reports_errors
-def check(
-    case: CaseName,
-    overrides: Overrides = None,
-    dialects: Annotated[
-        bool,
-        typer.Option("--dialects", help="Also the contacts as Rocky, PFC, LAMMPS and LIGGGHTS take them."),
-    ] = False,
-) -> None:
-    """Check a case and print what is known before a run.
-
-    Where kernels are compiled, the case is marched for two seconds to forecast the time of the run.
-    """
-    loaded = load(case, overrides)
-    from nutamill.design.check import check as checked
-    from nutamill.design.dialects import dialect_lines
-    from nutamill.simulation.fmus.trust import fmu_lines
-    from nutamill.simulation.setup.charge import contact_law_of
-    from nutamill.simulation.trial import trial_rate
-    from nutamill.simulation.warm_up import warm_up
-
-    if loaded.charge.parts:
-        warm_up(lambda text: typer.echo(text, err=True), law=contact_law_of(loaded.machine))
-    more = fmu_lines(loaded.machine) + (dialect_lines(loaded.machine) if dialects else [])
-    echo_lines(checked(loaded, trial_rate).lines() + more)
 
 
 @app.command()
@@ -187,41 +124,6 @@ def resume(
         )
 
 
-@app.command()
-@reports_errors
-def show(
-    case: Annotated[
-        str,
-        typer.Argument(
-            metavar="CASE|RESULT.h5",
-            help="A case or a result.",
-            autocompletion=completion.cases_and_results,
-        ),
-    ],
-    overrides: Overrides = None,
-    expanded: Annotated[
-        bool,
-        typer.Option(
-            "--expanded", help="The machine part by part: bodies, joints, walls, quantities of its drawing."
-        ),
-    ] = False,
-) -> None:
-    """Print a case with every default written out, or the summary of a result."""
-    if Path(case).suffix in RESULTS:
-        from nutamill.result import open_result
-
-        for option, given in (("--set", overrides), ("--expanded", expanded)):
-            if given:
-                what = "has no use for a result, whose case is as it was run"
-                raise CaseError(Fault(option, what, "Leave it out, or give the case"))
-        with open_result(case) as result:
-            summary, warnings = _summary(result)
-            echo_lines([*summary, *warnings, *_facts(result)])
-    else:
-        loaded = load(case, overrides)
-        typer.echo((loaded.machine if expanded else loaded).to_toml(), nl=False)
-
-
 @info_app.command()
 @reports_errors
 def fields(
@@ -277,32 +179,6 @@ def mills() -> None:
         typer.echo(f"{name:{max(map(len, names))}}  {load_case(name).title}{also}")
 
 
-@app.command()
-@reports_errors
-def schema(
-    kind: Annotated[
-        str,
-        typer.Argument(
-            metavar="KIND", help="mill, mechanism, sweep, fit, identify, ratings, ore or mapping."
-        ),
-    ] = "mill",
-) -> None:
-    """Print the JSON schema of a kind of file, for completion in editors."""
-    from nutamill.studies.new_file import schema_of
-
-    typer.echo(json.dumps(schema_of(kind), indent=2))
-
-
-@app.command()
-@reports_errors
-def bench() -> None:
-    """Measure the speed of this version on this machine. It takes about two minutes."""
-    from nutamill.simulation.speed import measure
-
-    for line in measure():
-        typer.echo(line)
-
-
 def _trusted(case: "Case | Machine", trusted: bool) -> bool:
     """Show the FMUs of a case and ask once whether to run them, where a terminal can answer."""
     if trusted or not case.machine.fmus:
@@ -353,33 +229,6 @@ def _run_on_screen(title: str, path: Path, march: Callable[["Screen"], "Result"]
     typer.echo(f"{path}   picture{'s' * (len(pictures) > 1)} {', '.join(map(str, pictures))}")
     if not_steady is not None:
         raise not_steady
-
-
-def _summary(result: "Result") -> tuple[list[str], list[str]]:
-    """Return the summary lines of a result, and its warnings."""
-    if result.state == MEASURED:
-        from nutamill.analysis.measured_import import measured_lines
-
-        return measured_lines(result), []
-    from nutamill.analysis.summary import summary_lines, warning_lines
-
-    return summary_lines(result), warning_lines(result)
-
-
-def _facts(result: "Result") -> list[str]:
-    """Return title, state, steps and provenance of a result, one fact a line."""
-    from nutamill.base.units import shown
-    from nutamill.case import case_of_text
-
-    facts: dict[str, Any] = {"title": case_of_text(result.case_text).title} if result.case_text else {}
-    if not result.verifiable:
-        facts["checksums"] = "none, the file is of format 1: what it holds cannot be verified"
-    facts |= {"state": result.state, **result.summary, **result.provenance}
-    facts |= {key: shown(facts[key], "us") for key in ("substep", "mechanism_step") if key in facts}
-    if "wall_time" in facts:
-        facts["wall_time"] = f"{facts['wall_time']:.1f} s"
-    width = max(map(len, facts))
-    return [printable(f"{key:{width}}  {value}") for key, value in facts.items()]
 
 
 def _draw(result: "Result", path: Path) -> list[Path]:

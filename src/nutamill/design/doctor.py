@@ -21,7 +21,7 @@ from nutamill.charge.laws.composition import STANDARD_LAW, law_names
 from nutamill.simulation.runs import run
 from nutamill.simulation.setup.threads import usable_cores
 from nutamill.view.film import ffmpeg_trouble
-from nutamill.view.scene import opengl_trouble
+from nutamill.view.renderer import opengl_trouble
 
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "pydantic", "xarray", "matplotlib")
 """Libraries that decide what an installation does."""

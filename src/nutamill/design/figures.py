@@ -11,8 +11,9 @@ from nutamill.base.units import in_unit, rpm, shown, si_value
 from nutamill.case import Case, Machine
 from nutamill.case.mill_quantities import crank_radius
 from nutamill.design.balancing import Balancing
+from nutamill.design.campbell import ORDERS, Campbell
 from nutamill.design.isolation import Isolation
-from nutamill.design.modes import ORDERS, Campbell, MachineModes
+from nutamill.design.modes import MachineModes
 from nutamill.design.runup import RunUp
 from nutamill.design.sticks import Stick
 from nutamill.simulation.setup.altered import supports

@@ -2,8 +2,9 @@
 
 from typing import NamedTuple
 
+from nutamill.base.durations import rough_duration
 from nutamill.base.errors import Fault
-from nutamill.base.units import shown, si_value
+from nutamill.base.units import si_value
 
 RUN_MEMORY = 425e6
 """Largest memory of a run from its start to its pictures, without particles [bytes]: peak of a process of its
@@ -38,7 +39,7 @@ class Forecast(NamedTuple):
         """``2 min (by a trial), 441 MB memory, 65 MB file``."""
         source = "trial" if self.by_trial else "table"
         sizes = f"{_size(self.memory)} memory, {_size(self.file_size)} file"
-        return f"{duration(self.wall_time)} (by a {source}), {sizes}"
+        return f"{rough_duration(self.wall_time)} (by a {source}), {sizes}"
 
     def warnings(self, memory: float | None, disk: float | None) -> list[Fault]:
         """Return what is too much for a machine with this total memory and this free disk [bytes], if they
@@ -46,7 +47,7 @@ class Forecast(NamedTuple):
         """
         warnings = []
         if self.wall_time > LONG:
-            what = f"the run takes about {duration(self.wall_time)}, more than a day"
+            what = f"the run takes about {rough_duration(self.wall_time)}, more than a day"
             warnings.append(Fault("forecast", what, f"{self.time_key} brings it down"))
         for what, needed, there, place, key in (
             ("memory", self.memory, memory, "of memory", self.memory_key),
@@ -56,13 +57,6 @@ class Forecast(NamedTuple):
                 text = f"the {what} takes about {_size(needed)}, more than half of the {_size(there)} {place}"
                 warnings.append(Fault("forecast", text, f"{key} brings it down"))
         return warnings
-
-
-def duration(seconds: float) -> str:
-    """Return a wall time with the unit that suits it."""
-    if seconds < 5400.0:
-        return f"{seconds:.0f} s" if seconds < 90.0 else shown(seconds, "min", ".0f")
-    return shown(seconds, "h", ".1f") if seconds < 2.0 * LONG else f"{seconds / LONG:.0f} days"
 
 
 def _size(size: float) -> str:

@@ -10,7 +10,8 @@ from nutamill.notebook.html import escaped, heading, picture, table, warnings_ht
 from nutamill.result import is_finished
 from nutamill.studies.figures import draw_sweep
 from nutamill.studies.identify.figures import draw_corner, draw_rows
-from nutamill.studies.papers.table import HEADINGS, cells, tally, trouble_lines
+from nutamill.studies.papers.cells import HEADINGS, cells
+from nutamill.studies.papers.table import tally, trouble_lines
 
 if TYPE_CHECKING:
     from nutamill.studies.fit import Fit

@@ -15,6 +15,7 @@ from nutamill.design.preflight import preflight, wall_time
 from nutamill.result import MISSING, is_finished, open_result
 from nutamill.studies.axes import Member
 from nutamill.studies.board import Board
+from nutamill.studies.papers.cells import HEADINGS, Interval
 from nutamill.studies.papers.compare import Finding, Key, Measured, compare, keys_of, measure
 from nutamill.studies.papers.figures import draw_figure
 from nutamill.studies.papers.library import read_paper
@@ -29,7 +30,7 @@ from nutamill.studies.papers.runs import (
     wants_modes,
     write_modes,
 )
-from nutamill.studies.papers.table import HEADINGS, SHORT, Interval, csv_text, json_text, markdown
+from nutamill.studies.papers.table import SHORT, csv_text, json_text, markdown
 from nutamill.studies.sweep import log_other_kernels, run_all
 from nutamill.studies.workers import ClusterWorkers, LocalProcesses, Workers
 from nutamill.view.figures.saving import save_figure

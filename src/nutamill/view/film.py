@@ -16,7 +16,8 @@ from nutamill.base.units import rpm
 from nutamill.result import Result
 from nutamill.view.film_trace import FilmTrace
 from nutamill.view.looks import Look, check_look
-from nutamill.view.scene import LOOK, SIZE, open_stage
+from nutamill.view.renderer import SIZE
+from nutamill.view.scene import LOOK, open_stage
 
 FILMS = (".mp4",)
 """Suffixes of films."""

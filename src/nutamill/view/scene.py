@@ -14,29 +14,17 @@ import numpy as np
 from nutamill.analysis.replay import Frame, between, chosen_snapshots, replay
 from nutamill.analysis.source import any_case_of
 from nutamill.base.atomic_file import check_writable, io_errors
-from nutamill.base.errors import NotInstalledError, ResultError, missing_extra
+from nutamill.base.errors import ResultError
 from nutamill.base.units import in_unit
 from nutamill.result import Result
 from nutamill.view.cameras import Camera
-from nutamill.view.drawing import BRASS, DARK, GLASS, RUBBER, STEEL, Part
 from nutamill.view.drawn import Appearance, camera_called, drawn
 from nutamill.view.looks import CLEAR, Look, check_look
 
 if TYPE_CHECKING:
     import pyvista
+from nutamill.view.renderer import SIZE, SURFACE, offscreen_plotter, part_mesh, part_style
 
-SIZE = (1280, 960)
-"""Pixels of a picture, across and down."""
-SURFACE = {"ambient": 0.25, "specular": 0.35, "specular_power": 20.0}
-"""Share of light that comes from everywhere, and the gloss, of all surfaces [1]."""
-FINISH: dict[str, dict[str, float]] = {
-    STEEL: {"ambient": 0.3, "diffuse": 0.8, "specular": 0.55, "specular_power": 40.0},
-    DARK: {"ambient": 0.3, "diffuse": 0.8, "specular": 0.45, "specular_power": 30.0},
-    RUBBER: {"ambient": 0.4, "diffuse": 0.7, "specular": 0.03, "specular_power": 2.0},
-    GLASS: {"ambient": 0.4, "diffuse": 0.6, "specular": 1.0, "specular_power": 90.0},
-    BRASS: {"ambient": 0.3, "diffuse": 0.8, "specular": 0.7, "specular_power": 40.0},
-}
-"""How the materials of a machine shine, by their colour: steel is bright in a spot, rubber nowhere."""
 NEAR = 0.04
 """Distance within which surfaces shade each other, share of the size of the machine [1]."""
 OPENING = 0.9 * math.pi
@@ -143,7 +131,9 @@ class Stage:
         self._plotter, self._result, self._look, self._machine = plotter, result, look, machine
         self._limits = limits
         self._camera = look.aimed(camera_called(machine, look.view))
-        self._parts = [(part, plotter.add_mesh(_mesh(part), **_style(part))) for part in machine.parts]
+        self._parts = [
+            (part, plotter.add_mesh(part_mesh(part), **part_style(part))) for part in machine.parts
+        ]
         self._pair: tuple[int, Moment, Moment] | None = None
         self._actor: Any = None
         self._names = any_case_of(result).charge.materials if look.colour == "material" else ()
@@ -279,7 +269,7 @@ def open_stage(result: Result, look: Look, numbers: list[int], size: tuple[int, 
     machine = drawn(any_case_of(result), OPENING if look.view == "front" else 0.0, result.walls)
     camera_called(machine, look.view)
     limits = look.limits or _limits(result, look.colour, numbers, machine.floor)
-    with _plotter() as plotter:
+    with offscreen_plotter() as plotter:
         plotter.window_size = list(size)
         if look.background != CLEAR:
             plotter.set_background(look.background)
@@ -322,62 +312,3 @@ def _angle_in(angle: float, size: Sequence[int]) -> float:
     """
     narrower = max(1.0, SIZE[0] / SIZE[1] * size[1] / size[0])
     return 2.0 * math.atan(narrower * math.tan(0.5 * angle))
-
-
-def _mesh(part: Part) -> "pyvista.PolyData":
-    import pyvista
-
-    faces = np.column_stack([np.full(len(part.triangles), 3), part.triangles])
-    return pyvista.PolyData(part.vertices, faces.ravel())
-
-
-def _style(part: Part) -> dict:
-    return {
-        "color": part.colour,
-        "opacity": part.opacity,
-        "smooth_shading": True,
-        "split_sharp_edges": True,
-        **FINISH.get(part.colour, SURFACE),
-        "render": False,
-    }
-
-
-def opengl_trouble() -> str:
-    """Return why no picture can be drawn in three dimensions, or "" if one can."""
-    try:
-        with _plotter() as plotter:
-            import pyvista
-
-            plotter.add_mesh(pyvista.Sphere())
-            plotter.screenshot(None, return_img=True)
-    except NotInstalledError as error:
-        return str(error)
-    return ""
-
-
-@contextmanager
-def _plotter() -> "Iterator[pyvista.Plotter]":
-    """Open an off-screen plotter.
-
-    Raises
-    ------
-    NotInstalledError : PyVista or OpenGL is missing
-    """
-    try:
-        import pyvista
-    except ImportError as fault:
-        raise missing_extra("a picture in three dimensions", "PyVista", "view") from fault
-    pyvista.vtk_verbosity("off")  # silences VTK's warning of a missing screen
-    try:
-        plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="light kit")
-    except Exception as fault:
-        raise NotInstalledError(
-            f"pictures in three dimensions need OpenGL, which is not available here ({fault})."
-            " Install libegl1 or libosmesa6, or use `nutamill view`, which needs neither."
-        ) from fault
-    plotter.set_background("white")
-    plotter.enable_anti_aliasing("ssaa")
-    try:
-        yield plotter
-    finally:
-        plotter.close()
