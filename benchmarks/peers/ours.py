@@ -1,6 +1,5 @@
 """This package: it makes the states that all engines start from, and runs them."""
 
-import statistics
 import time as wall
 from collections import defaultdict
 from dataclasses import dataclass, field
@@ -10,13 +9,11 @@ from scene import Law, Record, Scene
 
 from nutamill.case import Case, load_case
 from nutamill.charge.readout import positions, spins, velocities
-from nutamill.simulation.coupling import march_mechanism
-from nutamill.simulation.coupling_model import coupling_state
 from nutamill.simulation.entry import enter, record_first_row
 from nutamill.simulation.setup.clock import ContactFacts, contact_facts
 from nutamill.simulation.setup.model import Model, Scratch, State, build
 from nutamill.simulation.setup.particles import particle_count
-from nutamill.simulation.speed import developed_case, developed_flow, on_threads
+from nutamill.simulation.speed import developed_case, developed_flow, mechanism_step, on_threads
 
 SAND = (
     "mechanism.mounting=rigid",
@@ -154,7 +151,7 @@ def _ours(name: str, model: Model, state: State, scratch: Scratch, rows: int) ->
         substep=model.clock.substep,
         particles=particles(model, state),
     )
-    mechanism_time = _mechanism_window(model, state, scratch)
+    mechanism_time = mechanism_step(model, state, scratch)
     return Ours(scene, rows, model, state, scratch, float(state.mechanism.time[0]), mechanism_time)
 
 
@@ -182,29 +179,3 @@ def particles(model: Model, state: State) -> np.ndarray:
             spins(model.charge, charge),
         ]
     )
-
-
-def _mechanism_window(model: Model, state: State, scratch: Scratch) -> float:
-    """Wall time of one window of the mechanism alone with its share of the record [s], median: no part of a
-    charge engine.
-    """
-    rows = 48
-    windows = rows * model.plan.windows_per_row
-    out = np.empty((rows, model.readout.n_columns))
-    apart = state.mechanism._make(np.copy(array) for array in state.mechanism)
-    times = []
-    for _ in range(5):
-        begun = wall.perf_counter()
-        march_mechanism(
-            model.mechanism,
-            apart,
-            scratch.mechanism,
-            coupling_state(1),
-            model.sensors,
-            model.plan,
-            model.readout.table.starts,
-            windows,
-            out,
-        )
-        times.append((wall.perf_counter() - begun) / windows)
-    return statistics.median(times)

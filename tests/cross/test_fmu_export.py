@@ -9,6 +9,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from motor_on_shaft import SHAFT
 
 from nutamill.base.errors import CaseError, NotInstalledError, OutputError
 from nutamill.case import load_case
@@ -139,35 +140,8 @@ def test_two_instances_do_not_disturb_each_other(mill):
 
 
 def shaft(folder):
-    (folder / "shaft.toml").write_text(
-        """
-schema = 1
-title = "shaft"
-
-[[bodies]]
-name     = "shaft"
-mass     = "2 kg"
-inertia  = ["0.01 kg m^2", "0.01 kg m^2", "0.02 kg m^2"]
-position = ["0 mm", "0 mm", "0 mm"]
-
-[[joints]]
-name    = "bearing"
-kind    = "revolute"
-between = ["ground", "shaft"]
-point   = ["0 mm", "0 mm", "0 mm"]
-axis    = [0, 0, 1]
-
-[[drives]]
-name  = "shaft"
-joint = "bearing"
-speed = "300 rpm"
-ramp  = "3000 rpm/s"
-
-[run]
-until = "20 ms"
-""",
-        encoding="utf-8",
-    )
+    without_drag = SHAFT.replace('friction = { viscous = "0.02 N m s/rad" }\n', "")
+    (folder / "shaft.toml").write_text(without_drag, encoding="utf-8")
     return load_case(folder / "shaft.toml").machine
 
 

@@ -64,29 +64,9 @@ def run(
     again: bool = False,
     trust_fmu: bool = False,
 ) -> Result:
-    """Run a case from rest to its end and return the opened result. An existing complete result is returned
-    unchanged.
+    """Run a case from rest to its end and return the opened result, with no display of its own.
 
-    Parameters
-    ----------
-    case : a case of a mill or of any mechanism, or the name of a mill, or a case file
-    to : result file; in the folder `results`, as `Case.file_in` names it, if None
-    progress : called about twice a second with the progress of the run
-    log : called with a line of text when something takes time before the first step, or when a requested
-        checkpoint is saved
-    again : run the case even if the file exists; the file there stays until the new run has ended
-    trust_fmu : run the native code of the FMUs that the case names
-
-    Raises
-    ------
-    CaseError : bad input, before a step is run
-    ResultError : the file holds another case or an incomplete run, another run writes it now, or it cannot be
-        written
-    DamagedError : a result in the file is damaged
-    StepError : the run cannot go on; what was recorded is in the file
-    NotSteadyError : the run should end when steady, and was not within `run.max`; the file has it all
-    KeyboardInterrupt : after an interrupt before the first step
-    Interrupted : after an interrupt of the march, with everything saved
+    Arguments and errors are those of `nutamill.notebook.runs.run`, the public face.
     """
     case = asked_case(case)
     path = Path(case.file_in() if to is None else to)

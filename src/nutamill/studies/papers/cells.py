@@ -163,5 +163,5 @@ def _speed(speed: float) -> str:
 
 
 def rounded_rpm(speed: float) -> float:
-    """Return a speed [rad/s] in whole rpm, as rows are named by."""
+    """Return a speed [rad/s] in rpm, rounded to six digits."""
     return float(f"{rpm(speed):.6g}")
