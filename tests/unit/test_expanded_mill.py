@@ -2,9 +2,11 @@
 
 import shlex
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import nutamill as nm
 from nutamill import cli
 from nutamill.case import load_case
 from nutamill.simulation import runs
@@ -62,6 +64,18 @@ def test_the_parts_of_a_mill_answer_as_its_drawing_does(invoke, words):
         for one in answers
     )
     assert drawn == parts and len(drawn) > 2
+
+
+def test_the_sheet_of_the_parts_of_a_mill_has_the_numbers_of_its_drawing(folder):
+    drawn, parts = (nm.check(load_case(folder / f"{name}.toml")) for name in ("drawn", "parts"))
+    assert drawn.clock == parts.clock and list(drawn.parts.values()) == list(parts.masses.values())
+    charge = drawn.charge.lines(drawn.case.machine)
+    assert charge == parts.charge.lines(parts.case) and len(charge) > 2
+    # the numbers of the file have 17 digits, and modes are taken from central differences
+    assert np.array(parts.modes)[:, 0] == pytest.approx(np.array(drawn.empty_modes)[:, 0], rel=1e-8)
+    # the drawing alone knows where the mass of the charge sits, which lowers its modes by a per cent
+    speeds = [[one.speed for one in sheet.crossings] for sheet in (drawn, parts)]
+    assert speeds[1] == pytest.approx(speeds[0], rel=0.01)
 
 
 def test_the_demonstration_of_the_parts_of_a_mill_is_that_of_its_drawing(folder):

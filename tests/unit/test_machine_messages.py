@@ -14,6 +14,7 @@ from nutamill.case.toml.layers import Layer
 from nutamill.case.toml.locate import key_parts
 from nutamill.charge.laws.capillary import separation_work
 from nutamill.cli import app
+from nutamill.design import campbell as campbell_room
 from nutamill.design import machine_sheet as sheet_room
 from nutamill.design import modes as modes_room
 from nutamill.design.campbell import campbell
@@ -337,7 +338,7 @@ def test_a_number_of_modes_that_changes_with_the_speed_is_refused(monkeypatch):
         shapes = np.ones((1, 6, n), complex)
         return modes_room.MachineModes(speed, np.ones(n), np.zeros(n), shapes, np.ones((1, 2, n)), ("frame",))
 
-    monkeypatch.setattr(modes_room, "machine_modes", modes_at)
+    monkeypatch.setattr(campbell_room, "machine_modes", modes_at)
     with pytest.raises(CaseError) as caught:
         campbell(load_case("numill", [EMPTY]), np.pi * 20.0, 2)
     assert str(caught.value) == (

@@ -5,6 +5,8 @@ from typing import NamedTuple
 from nutamill.base.durations import rough_duration
 from nutamill.base.errors import Fault
 from nutamill.base.units import si_value
+from nutamill.case.run import RunPlan
+from nutamill.simulation.setup.threads import usable_cores
 
 RUN_MEMORY = 425e6
 """Largest memory of a run from its start to its pictures, without particles [bytes]: peak of a process of its
@@ -62,3 +64,12 @@ class Forecast(NamedTuple):
 def _size(size: float) -> str:
     """Return a number of bytes with the unit that suits it."""
     return f"{size / 1e6:.0f} MB" if size < 1e10 else f"{size / 1e9:.0f} GB"
+
+
+def idle_threads(run: RunPlan) -> list[Fault]:
+    """Return a warning where a case asks for more threads than there are cores."""
+    cores = usable_cores()
+    if isinstance(run.threads, str) or run.threads <= cores:
+        return []
+    what = f"asks for {run.threads} threads on a machine with {cores} core{'s' * (cores > 1)}"
+    return [Fault("run.threads", what, 'More threads than cores slow a run down: write threads = "auto"')]

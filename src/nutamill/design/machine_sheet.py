@@ -12,19 +12,22 @@ from nutamill.base.units import in_unit, shown
 from nutamill.case import Machine
 from nutamill.case.machine_checks import series_count
 from nutamill.design.charge_facts import SPHERE_MEMORY, ChargeFacts, charge_facts, charge_seconds
+from nutamill.design.crossings import Crossing, crossing_lines, crossings
 from nutamill.design.engine_choice import engine_lines
-from nutamill.design.forecast import RUN_MEMORY, Forecast
+from nutamill.design.forecast import RUN_MEMORY, Forecast, idle_threads
 from nutamill.mechanism.constraints import redundancies
 from nutamill.mechanism.dynamics import OK, start
 from nutamill.mechanism.modes import modes, static_equilibrium
 from nutamill.mechanism.rows import Placement, constraint_tables
 from nutamill.simulation.lammps.faults import refuse_for_lammps
+from nutamill.simulation.setup.altered import turning_drive
 from nutamill.simulation.setup.carriers import carriers_of
 from nutamill.simulation.setup.clock import Clock, run_clock
 from nutamill.simulation.setup.light_carriers import light_carrier_warnings
 from nutamill.simulation.setup.mechanism import assemble_machine, mechanism_parts, refuse_unsupported
 from nutamill.simulation.setup.model import machine_readout
 from nutamill.simulation.setup.wall_checks import refuse_walls
+from nutamill.simulation.setup.walls import MeshFacts, mesh_facts
 
 ROW_MICROSECONDS = 0.5
 """Wall time per constraint row and step that forecasts count with [us]."""
@@ -60,6 +63,10 @@ class MachineSheet:
     """Natural frequencies [Hz] and damping ratios [1] about rest, slowest first."""
     modes_missing: str
     """Why there are none; empty if there are."""
+    crossings: list[Crossing]
+    """Natural frequencies that the ramp of its drive passes; none without one drive that turns it."""
+    meshes: list[MeshFacts]
+    """Facts of each mesh."""
     clock: Clock
     """Substep of the charge, window and row."""
     charge: ChargeFacts | None
@@ -80,11 +87,9 @@ class MachineSheet:
         masses = ", ".join(f"{name} {mass:.4g}" for name, mass in self.masses.items())
         centre = ", ".join(f"{in_unit(value, 'mm'):.4g}" for value in self.mass_centre)
         forecast = self._forecast()
-        warnings = forecast.warnings(total_memory(), free_disk(case.file_in()))
-        sizes = self.charge.warnings if self.charge is not None else []
         lines = [
             f"{case.title or case.name}: ok",
-            *(f"  warning: {warning}" for warning in (*case.warnings, *self.light, *sizes, *warnings)),
+            *(f"  warning: {warning}" for warning in self._warnings()),
             f"bodies    {len(self.masses)}, {sum(self.masses.values()):.5g} kg in all, mass centre "
             f"at ({centre}) mm",
             f"          masses in kg: {masses}",
@@ -100,8 +105,12 @@ class MachineSheet:
             lines.append("modes     " + (", ".join(stable) or "none that swing") + " about rest, drives held")
             if len(stable) < len(self.modes):
                 lines.append("          this equilibrium is unstable")
+            lines += crossing_lines(self.crossings, "as it is")
         else:
             lines.append(f"modes     none: {self.modes_missing}")
+        for k, mesh in enumerate(self.meshes):
+            shape = f"{mesh.triangles} triangles, {mesh.patches} smooth patches"
+            lines.append(f"{'' if k else 'mesh':10}{mesh.name}: {shape}, {shown(mesh.volume, 'L')}")
         if self.charge is not None:
             lines += self.charge.lines(self.case)
         steps = case.run.end / self.clock.substep
@@ -114,6 +123,12 @@ class MachineSheet:
         )
         lines.append(f"forecast  about {forecast.text}")
         return lines + self.engine
+
+    def _warnings(self) -> list[Fault]:
+        """Return what is possible but odd about the machine, and what is too much for this computer."""
+        sizes = self.charge.warnings if self.charge is not None else []
+        large = self._forecast().warnings(total_memory(), free_disk(self.case.file_in()))
+        return [*self.case.warnings, *self.light, *sizes, *idle_threads(self.case.run), *large]
 
     def _forecast(self) -> Forecast:
         """Return the forecast of wall time and file size."""
@@ -188,12 +203,22 @@ def machine_sheet(case: Machine, trial: Callable[[Machine], float | None] | None
         gap=gap,
         modes=vibrations,
         modes_missing=missing,
+        crossings=_passed(case, vibrations),
+        meshes=mesh_facts(case),
         clock=run_clock(case),
         charge=charge_facts(case),
         light=light_carrier_warnings(case),
         rate=rate,
         engine=engine_lines(case, rate, trial),
     )
+
+
+def _passed(case: Machine, vibrations: list[tuple[float, float]]) -> list[Crossing]:
+    """Return the modes that the drive of a machine passes, none where no single drive turns it."""
+    try:
+        return crossings([mode for mode in vibrations if mode[1] > UNSTABLE], turning_drive(case))
+    except CaseError:
+        return []
 
 
 def _modes(case: Machine, mechanism, state, scratch) -> tuple[list[tuple[float, float]], str]:

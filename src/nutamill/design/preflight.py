@@ -9,12 +9,12 @@ from nutamill.base import units
 from nutamill.base.errors import Fault
 from nutamill.base.host import free_disk, total_memory
 from nutamill.base.notebook_hook import notebook_html
-from nutamill.base.units import rpm
 from nutamill.case import Case, Machine
 from nutamill.case.charge import SIZE_KEYS
 from nutamill.design.charge_facts import SPHERE_MEMORY, ChargeFacts, charge_facts, charge_seconds
+from nutamill.design.crossings import Crossing, crossing_lines, crossings
 from nutamill.design.engine_choice import engine_lines
-from nutamill.design.forecast import RUN_MEMORY, Forecast
+from nutamill.design.forecast import RUN_MEMORY, Forecast, idle_threads
 from nutamill.design.mesh_drawing import chamber_volume, distance_from_drawing
 from nutamill.design.weights import with_charge_mass
 from nutamill.mechanism.modes import modes, static_equilibrium
@@ -25,7 +25,7 @@ from nutamill.simulation.setup.clock import Clock, run_clock
 from nutamill.simulation.setup.light_carriers import light_carrier_warnings
 from nutamill.simulation.setup.mechanism import assemble_machine
 from nutamill.simulation.setup.particles import charge_parts
-from nutamill.simulation.setup.threads import team_size, usable_cores
+from nutamill.simulation.setup.threads import team_size
 from nutamill.simulation.setup.wall_checks import refuse_walls
 from nutamill.simulation.setup.walls import MeshFacts, mesh_facts
 
@@ -38,20 +38,6 @@ FEWER = "Fewer or coarser particles ({})"
 """What brings down all that grows with the charge, with the key of its size."""
 PACKED = 0.65
 """Share of its size to which a series is compressed [1], for forecasts."""
-
-
-@dataclass(frozen=True, slots=True)
-class Crossing:
-    """A natural frequency that the ramp passes."""
-
-    frequency: float
-    """Undamped natural frequency [Hz]."""
-    damping_ratio: float
-    """Share of critical damping [1]."""
-    speed: float
-    """Driveshaft speed at which the unbalance excites it [rad/s]."""
-    time: float
-    """When the ramp passes that speed [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,18 +139,7 @@ class Preflight:
             return []
         listed = ", ".join(f"{frequency:.2f}" for frequency, _ in self.empty_modes)
         loaded = "with charge" if self.charge is not None and self.case.chamber.bars else "as it is"
-        shown = [f"modes     empty: {listed} Hz"]
-        last = ""
-        for crossing in self.crossings:
-            place = f"{crossing.frequency:.2f} Hz = {rpm(crossing.speed):.0f} rpm"
-            if place == last:  # the two sways of a machine that is alike in x and y
-                continue
-            last = place
-            shown.append(
-                f"          {loaded}: {place} (damping {100 * crossing.damping_ratio:.1f} %)"
-                f" is passed at t = {crossing.time:.1f} s; the largest motion comes later"
-            )
-        return shown
+        return [f"modes     empty: {listed} Hz", *crossing_lines(self.crossings, loaded)]
 
 
 def preflight(case: Case, trial: Callable[[Machine], float | None] | None = None) -> Preflight:
@@ -191,6 +166,7 @@ def preflight(case: Case, trial: Callable[[Machine], float | None] | None = None
     static_equilibrium(mechanism, state, scratch)
     charge = charge_facts(machine)
     rate = None if trial is None else trial(machine)
+    loaded = with_charge_mass(case) if case.chamber.bars else case
     forecast = _forecast(case, clock, charge, rate)
     return Preflight(
         case=case,
@@ -202,26 +178,17 @@ def preflight(case: Case, trial: Callable[[Machine], float | None] | None = None
         off_drawing=distance_from_drawing(case) if case.chamber.mesh is not None else None,
         clock=clock,
         empty_modes=oscillations(case.with_("chamber.bars.mass", 0.0) if case.chamber.bars else case),
-        crossings=_crossings(case),
+        crossings=crossings(oscillations(loaded), case.drive),
         forecast=forecast,
         engine=engine_lines(machine, rate, trial),
         warnings=[
             *case.warnings,
             *light_carrier_warnings(machine),
             *(charge.warnings if charge is not None else []),
-            *_idle_threads(case),
+            *idle_threads(case.run),
             *forecast.warnings(total_memory(), free_disk(case.file_in())),
         ],
     )
-
-
-def _idle_threads(case: Case) -> list[Fault]:
-    """Return a warning where a case asks for more threads than there are cores."""
-    cores = usable_cores()
-    if isinstance(case.run.threads, str) or case.run.threads <= cores:
-        return []
-    what = f"asks for {case.run.threads} threads on a machine with {cores} core{'s' * (cores > 1)}"
-    return [Fault("run.threads", what, 'More threads than cores slow a run down: write threads = "auto"')]
 
 
 def _forecast(case: Case, clock: Clock, charge: ChargeFacts | None, rate: float | None) -> Forecast:
@@ -270,25 +237,6 @@ def oscillations(case: Case) -> list[tuple[float, float]]:
         for f, z in zip(vibrations.frequency, vibrations.damping_ratio, strict=True)
         if z < 1.0
     ]
-
-
-def _crossings(case: Case) -> list[Crossing]:
-    """Return the modes between rest and full speed, with the charge as a rigid mass at the chamber's base if
-    it has one, and when the drive passes them.
-    """
-    loaded = with_charge_mass(case) if case.chamber.bars else case
-    times, speeds = case.drive.breakpoints()
-    crossings = []
-    for frequency, damping in oscillations(loaded):
-        speed = 2 * np.pi * frequency
-        above = np.flatnonzero(speeds >= speed)
-        if above.size and above[0] > 0:
-            k = above[0]
-            time = times[k - 1] + (speed - speeds[k - 1]) / (speeds[k] - speeds[k - 1]) * (
-                times[k] - times[k - 1]
-            )
-            crossings.append(Crossing(frequency, damping, speed, float(time)))
-    return crossings
 
 
 def _wall_time(case: Case | Machine, clock: Clock, pebbles: int) -> float:
