@@ -113,8 +113,9 @@ def balance_mill(
         weights = tuple(_weight(complex(u), plane) for u, plane in zip(best, planes, strict=True))
         balanced = weighted(loaded, weights)
         end = readings(case, balanced, at)
-    moved = driven_bodies(balanced)
-    mass = sum(body.mass for body in balanced.bodies if body.name in moved)
+    parts = weighted(case, weights)  # without the charge
+    moved = driven_bodies(parts)
+    mass = sum(body.mass for body in parts.bodies if body.name in moved)
     before, after = (float(np.sqrt((np.abs(part) ** 2).mean())) for part in (start, end))
     return Balancing(at, weights, before, after, unbalance, shaking_unbalance(balanced, at), mass)
 
