@@ -8,9 +8,12 @@ from typer.testing import CliRunner
 
 import nutamill as nm
 from nutamill import cli
+from nutamill.analysis.replay import replay
 from nutamill.case import load_case
+from nutamill.result import open_result
 from nutamill.simulation import runs
 from nutamill.simulation.setup.quick import quick
+from nutamill.view.drawn import drawn
 
 BRIEF = [
     "charge.mass=20 g",
@@ -76,6 +79,19 @@ def test_the_sheet_of_the_parts_of_a_mill_has_the_numbers_of_its_drawing(folder)
     # the drawing alone knows where the mass of the charge sits, which lowers its modes by a per cent
     speeds = [[one.speed for one in sheet.crossings] for sheet in (drawn, parts)]
     assert speeds[1] == pytest.approx(speeds[0], rel=0.01)
+
+
+def test_the_charge_is_shown_in_axes_of_the_chamber_of_either(folder):
+    depths = []
+    for name in ("drawn", "parts"):
+        with open_result(folder / f"{name}.h5") as result:
+            (frame,) = replay(result, [0])
+            floor = drawn(load_case(folder / f"{name}.toml")).floor
+        assert frame.home == "chamber" and len(frame.positions) > 10
+        depths.append(frame.at_home()[:, 2] - floor)
+    # the drawing counts from the nutation point, the parts from the mass centre: heights over the floor agree
+    assert depths[0] == pytest.approx(depths[1], abs=1e-9)
+    assert 0.0 < depths[0].min() < 0.01
 
 
 def test_the_demonstration_of_the_parts_of_a_mill_is_that_of_its_drawing(folder):

@@ -42,7 +42,9 @@ class Frame(NamedTuple):
     radii: np.ndarray
     """Their radii [m] (n,), of a clump that of the sphere of its volume."""
     home: str
-    """The body in whose axes the charge is shown: the chamber of a mill, the ground elsewhere."""
+    """The body in whose axes the charge is shown: that of its fields, of a mill the chamber; the ground where
+    the file names none.
+    """
 
     def at_home(self) -> np.ndarray:
         """Return the positions in axes of the body `home`, from the point its parts are drawn from [m]
@@ -137,7 +139,7 @@ def replay(result: Result, numbers: list[int]) -> Iterator[Frame]:
         rotations = rotation_of(np.asarray(snapshot["body_attitudes"], float))
         places = np.asarray(snapshot["body_positions"], float)
         if case.drawing is None:
-            names, home = [body.name for body in case.machine.bodies], GROUND
+            names, home = [body.name for body in case.machine.bodies], case.machine.fields.body or GROUND
             names += [motor.name for motor in case.machine.unbalance_motors]
             origins = list(places)
         else:

@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.analysis.replay import rotation_of
 from nutamill.base.errors import CaseError, Fault
 from nutamill.case import Case, Machine
+from nutamill.case.placement import quaternion_of, shape_corners
 from nutamill.result import WallMesh
 from nutamill.view.cameras import VIEWS, Camera, View, camera_of
 from nutamill.view.drawing import Part, machine_parts
@@ -74,4 +76,17 @@ def _part_by_part(machine: Machine, opening: float, walls: Mapping[str, WallMesh
         "front": Camera(eye, middle, upright, LENS, (), rides=False),
         "axis": Camera(middle + away * above, middle, across, LENS, (), rides=False),
     }
-    return Appearance(machine_solids(machine, opening, walls), cameras, float(low[2]), size)
+    return Appearance(machine_solids(machine, opening, walls), cameras, _floor(machine, corners), size)
+
+
+def _floor(machine: Machine, corners: np.ndarray) -> float:
+    """Return the height from which those of the charge count [m]: of the lowest corner of the regions, or of
+    `corners` [m] (n, 3), world, in axes of the body in whose axes the charge is shown.
+    """
+    home = next((body for body in machine.bodies if body.name == machine.fields.body), None)
+    if home is None:
+        return float(corners[:, 2].min())
+    regions = [shape_corners(region) for region in machine.regions if region.body == home.name]
+    inside = np.concatenate([known for known in regions if known is not None] or [corners])
+    own = (inside - np.array(home.position)) @ rotation_of(quaternion_of(home.turn))
+    return float(own[:, 2].min())
