@@ -94,6 +94,11 @@ def run(film, tmp_path_factory):
             'must be of the "frame" or the "ground", got',
         ),
         (
+            lambda result: chamber_clearance(result, (np.nan, 0.4), 0.2),
+            CaseError,
+            r"radii and depth must be positive, got ring \(nan, 0.4\) m and opening 0.2 m",
+        ),
+        (
             lambda result: sensor_orders(result, "mount_1_travel_x"),
             CaseError,
             "must be recorded, this run did not",
