@@ -7,6 +7,11 @@ particle has not moved from there by that distance less the largest radius, the 
 is, the search begins at that triangle.  (The largest one, for a centre behind a mesh is pushed out from as
 deep as that, however small its particle.)
 
+Most particles at a wall touch one patch, far from any edge, and slide a thousandth of a triangle in a
+substep.
+So what their triangle needs to decide again is kept beside the list, in two lines of the cache: a walk
+through the arrays of a fine mesh costs several times its arithmetic.
+
 The list decides what is computed and never the result: each entry is a statement about the mesh that is true
 wherever the particle is and whichever it is.  So it is work space that no checkpoint needs, and each chunk
 brings it up to date for its own particles.
@@ -16,8 +21,15 @@ import math
 
 from nutamill.base.kernel import kernel
 from nutamill.charge.walls.mesh_contact import (
+    EDGES,
+    MARGIN,
+    NEAR_MARGIN,
     cell_of,
     contact_from,
+    contact_over,
+    decides_alone,
+    from_edge,
+    height_over,
     patch_in_cell,
     to_surface,
     to_world,
@@ -29,6 +41,14 @@ AWAY = 3
 
 SAFE = 1.0 - 1e-9
 """Factor by which distances are taken smaller, against rounding [1]."""
+
+ROOM = 3
+"""Column of `NearMeshes.cover` behind the place of the test (3): square of what the particle may move."""
+
+SINGLE = 1e-6
+"""Bound of what coordinates stored in single precision change a distance by, by their sum [1]: a rounding of
+6e-8 each.
+"""
 
 
 @kernel(fast=True)
@@ -151,6 +171,55 @@ def test_all(model, near_scratch, body, surface_poses, x0, x1, x2, r, tid, l, co
     return count
 
 
+@kernel
+def keep_decider(model, near_scratch, d, slot, s, face, u0, u1, u2, room):
+    """Keep that triangle `face`, of surface `s`, is nearest to the particle of a slot, for `decided_again`.
+
+    Parameters
+    ----------
+    u0, u1, u2 : place of the particle [m], body axes
+    room : what it may move before another patch may touch it [m]
+    """
+    cover, decider = near_scratch.cover[d, slot], near_scratch.decider[d, slot]
+    rows, origin = model.mesh.faces.rows, model.surface_origin[s]
+    size = abs(u0) + abs(u1) + abs(u2) + abs(origin[0]) + abs(origin[1]) + abs(origin[2])
+    cover[0], cover[1], cover[2] = u0, u1, u2
+    room = max(room - SINGLE * size, 0.0)
+    cover[ROOM] = room * room * (1.0 - SINGLE)
+    if decider[0] != s or decider[1] != face:
+        decider[0], decider[1] = s, face
+        plane = near_scratch.plane[d, slot]
+        for k in range(EDGES):
+            plane[k] = rows[face, k]
+        for k in range(EDGES, MARGIN):
+            cover[k] = rows[face, k]
+        for k in range(3):
+            rounding = SINGLE * (size + abs(rows[face, EDGES + 4 * k + 3]))
+            cover[MARGIN + k] = rows[face, NEAR_MARGIN + k] * (1.0 + SINGLE) + rounding
+
+
+@kernel(inline="always")
+def decided_again(near_scratch, d, slot, u0, u1, u2, a, b, c):
+    """Return whether the triangle that is kept for a slot decides alone for the particle there, if its height
+    over it is at most `MeshGrid.behind`: no other patch may touch it, and its foot is within the margins.
+
+    Parameters
+    ----------
+    u0, u1, u2 : place of the particle [m], body axes
+    a, b, c : the same in the axes of the triangle's surface [m]
+    """
+    cover = near_scratch.cover[d]
+    d0, d1, d2 = u0 - cover[slot, 0], u1 - cover[slot, 1], u2 - cover[slot, 2]
+    return d0 * d0 + d1 * d1 + d2 * d2 < cover[slot, ROOM] and decides_alone(
+        cover,
+        slot,
+        MARGIN,
+        from_edge(cover, slot, 0, a, b, c),
+        from_edge(cover, slot, 1, a, b, c),
+        from_edge(cover, slot, 2, a, b, c),
+    )
+
+
 @kernel(inline="always")
 def test_particle(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, tid, l, count):
     """Test a particle that may touch a mesh of body number `d` of the list, bring its entries up to date, and
@@ -182,8 +251,10 @@ def test_particle(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, ti
     near_scratch.at[d, 0, slot], near_scratch.at[d, 1, slot], near_scratch.at[d, 2, slot] = u0, u1, u2
     if near_scratch.listed[d, slot] < 0:
         near_scratch.clear[d, slot] = 0.0
+        near_scratch.decider[d, slot, 0] = -1
         return test_all(model, near_scratch, body, surface_poses, x0, x1, x2, r, tid, l, count)
     clear = near_scratch.limit[d, slot] - moved
+    rest, touched, which = clear, 0, -1
     for k in range(n):
         away = tested[k, AWAY]
         if away > largest:
@@ -198,8 +269,38 @@ def test_particle(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, ti
                 w0, w1, w2 = to_world(surface_poses, s, n0, n1, n2)
                 count = note_contact(near_scratch, tid, l, s, count, overlap, w0, w1, w2)
         clear = min(clear, away)
+        if away <= largest:
+            touched, which = touched + 1, k
+        else:
+            rest = min(rest, away)
     near_scratch.clear[d, slot] = clear
+    if touched == 1:
+        keep_decider(model, near_scratch, d, slot, surface[which], face[which], u0, u1, u2, rest - largest)
+    else:
+        near_scratch.decider[d, slot, 0] = -1
     return count
+
+
+@kernel(inline="always")
+def find_contacts(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, tid, l, count):
+    """Do what `test_particle` does, by the triangle that decided last where that is enough."""
+    s = near_scratch.decider[d, slot, 0]
+    if s >= 0:
+        u0, u1, u2 = (
+            near_scratch.place[tid, 0, l],
+            near_scratch.place[tid, 1, l],
+            near_scratch.place[tid, 2, l],
+        )
+        a, b, c = to_surface(surface_poses, s, x0, x1, x2)
+        if decided_again(near_scratch, d, slot, u0, u1, u2, a, b, c):
+            height = height_over(near_scratch.plane[d], slot, a, b, c)
+            if height > 0.0 and height <= model.mesh.grid.behind:
+                overlap, n0, n1, n2, _ = contact_over(near_scratch.plane[d], slot, height, r)
+                if overlap > 0.0:
+                    w0, w1, w2 = to_world(surface_poses, s, n0, n1, n2)
+                    count = note_contact(near_scratch, tid, l, s, count, overlap, w0, w1, w2)
+                return count
+    return test_particle(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, tid, l, count)
 
 
 @kernel(inline="always")
@@ -240,7 +341,7 @@ def find_mesh_contacts(model, near_scratch, x, radius, motion, surface_poses, lo
             l = n - 1 - k
             slot = lo + l
             if not (due[l] <= 0.0):
-                count = test_particle(
+                count = find_contacts(
                     model,
                     near_scratch,
                     d,

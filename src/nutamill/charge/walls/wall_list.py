@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nutamill.charge.walls.mesh_model import FaceColumn
+
 MOST_NEAR = 6
 """Patches that are listed for a particle [1]; where there are more, it tests all of them in every substep."""
 
@@ -36,6 +38,17 @@ class NearMeshes(NamedTuple):
     tested: np.ndarray
     """Place of the last test [m] (3), body axes, and distance the patch had there at least [m] (D, M, K,
     4).
+    """
+    decider: np.ndarray
+    """Where one patch alone was near at the last test, its surface and the triangle nearest there, else -1
+    and -1 [1], int32 (D, M, 2).
+    """
+    plane: np.ndarray
+    """Corner [m] (3) and normal [1] (3) of that triangle, surface axes, as in `MeshFaces.rows` (D, M, 6)."""
+    cover: np.ndarray
+    """Where that triangle decides: place of the test [m] (3), body axes, and the square of what the particle
+    may move before another patch may touch [m^2]; edges and margins, these for what touches, at their columns
+    of `FaceColumn`.  float32 (D, M, 21).
     """
     place: np.ndarray
     """Of each thread: places of the chunk's particles [m] (T, 3, chunk), body axes."""
@@ -74,6 +87,9 @@ def near_meshes(model, slots: int, threads: int) -> NearMeshes:
         surface=np.zeros((d, slots, k), np.int32),
         face=np.zeros((d, slots, k), np.int32),
         tested=np.zeros((d, slots, k, 4)),
+        decider=np.full((d, slots, 2), -1, np.int32),
+        plane=np.zeros((d, slots, FaceColumn.EDGES)),
+        cover=np.zeros((d, slots, FaceColumn.NEAR_MARGIN), np.float32),
         place=np.zeros((threads, 3, model.chunk)),
         due=np.zeros((threads, model.chunk)),
         head=np.full((threads, len(model.surface_kind)), -1, np.int32),
