@@ -83,9 +83,9 @@ def find_due(x, largest, at, clear, lo, n, pose, place_out, due_out):
 
 
 @kernel
-def list_patches(model, instance, u0, u1, u2, n, surface_out, face_out, tested_out):
+def list_patches(model, instance, u0, u1, u2, n, stayed, surface_out, face_out, tested_out):
     """Append the patches of a mesh at one place that are near (u0, u1, u2) [m], axes of its body, to a list
-    of `n`.
+    of `n`.  With `stayed`, a patch that is there already keeps the triangle its next search begins at.
 
     Returns
     -------
@@ -126,7 +126,8 @@ def list_patches(model, instance, u0, u1, u2, n, surface_out, face_out, tested_o
         s = places.surface[first + grid.patch[q] - mesh.first_patch[g]]
         if s >= 0:
             if n < MOST_NEAR:
-                surface_out[n], face_out[n] = s, grid.face[q]
+                if not (stayed and surface_out[n] == s):
+                    surface_out[n], face_out[n] = s, grid.face[q]
                 tested_out[n, 0], tested_out[n, 1], tested_out[n, 2] = u0, u1, u2
                 tested_out[n, AWAY] = 0.0
             n += 1
@@ -183,9 +184,8 @@ def keep_decider(model, near_scratch, d, slot, s, face, u0, u1, u2, room):
     cover, decider = near_scratch.cover[d, slot], near_scratch.decider[d, slot]
     rows, origin = model.mesh.faces.rows, model.surface_origin[s]
     size = abs(u0) + abs(u1) + abs(u2) + abs(origin[0]) + abs(origin[1]) + abs(origin[2])
-    cover[0], cover[1], cover[2] = u0, u1, u2
     room = max(room - SINGLE * size, 0.0)
-    cover[ROOM] = room * room * (1.0 - SINGLE)
+    cover[0], cover[1], cover[2], cover[ROOM] = u0, u1, u2, room * room * (1.0 - SINGLE)
     if decider[0] != s or decider[1] != face:
         decider[0], decider[1] = s, face
         plane = near_scratch.plane[d, slot]
@@ -194,8 +194,9 @@ def keep_decider(model, near_scratch, d, slot, s, face, u0, u1, u2, room):
         for k in range(EDGES, MARGIN):
             cover[k] = rows[face, k]
         for k in range(3):
-            rounding = SINGLE * (size + abs(rows[face, EDGES + 4 * k + 3]))
-            cover[MARGIN + k] = rows[face, NEAR_MARGIN + k] * (1.0 + SINGLE) + rounding
+            size = max(size, abs(rows[face, EDGES + 4 * k + 3]))
+        for k in range(NEAR_MARGIN - MARGIN):
+            cover[MARGIN + k] = rows[face, NEAR_MARGIN + k] * (1.0 + SINGLE) + 4.0 * SINGLE * size
 
 
 @kernel(inline="always")
@@ -240,10 +241,11 @@ def test_particle(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, ti
     n = near_scratch.listed[d, slot]
     # also true where the particle's place is not a number
     if n < 0 or not (moved + largest < near_scratch.limit[d, slot]):
+        stayed = n > 0 and moved < mesh.grid.reach  # otherwise it may be another particle
         n, limit = 0, math.inf
         for instance in range(places.body.shape[0]):
             if places.body[instance] == body:
-                n, others = list_patches(model, instance, u0, u1, u2, n, surface, face, tested)
+                n, others = list_patches(model, instance, u0, u1, u2, n, stayed, surface, face, tested)
                 limit = min(limit, others * SAFE)
         listed_at[0], listed_at[1], listed_at[2] = u0, u1, u2
         near_scratch.limit[d, slot], near_scratch.listed[d, slot] = limit, n if n <= MOST_NEAR else -1

@@ -206,11 +206,18 @@ def from_edge(rows, face, k, x, y, z):
 
 
 @kernel(inline="always")
-def decides_alone(rows, face, column, a, b, c):
-    """Return whether a triangle is the nearest of its patch to a point over it, whose foot is `a`, `b` and
-    `c` [m] from its edges. `column` is that of the margins.
+def decides_alone(rows, row, column, a, b, c):
+    """Return whether a foot that is `a`, `b` and `c` [m] from the edges of a triangle keeps the distances, as
+    of `FaceColumn.MARGIN`, that stand in a row from `column` on.
     """
-    return a >= rows[face, column] and b >= rows[face, column + 1] and c >= rows[face, column + 2]
+    return (
+        a >= rows[row, column]
+        and b >= rows[row, column + 1]
+        and c >= rows[row, column + 2]
+        and -a >= rows[row, column + 3]
+        and -b >= rows[row, column + 4]
+        and -c >= rows[row, column + 5]
+    )
 
 
 @kernel
@@ -310,7 +317,7 @@ def beats_rivals(faces, over, height, near, a, b, c, x, y, z):
     begin, end = faces.rivals_begin[over], faces.rivals_begin[over + 1]
     for q in range(begin, end):
         rival = faces.rivals[q]
-        cleared = near and a >= margins[q, 0] and b >= margins[q, 1] and c >= margins[q, 2]
+        cleared = near and decides_alone(margins, q, 0, a, b, c)
         if cleared or rival == over:
             continue
         if abs(height_over(faces.rows, rival, x, y, z)) < height + faces.edge_width:

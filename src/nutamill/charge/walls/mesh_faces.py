@@ -25,8 +25,14 @@ from nutamill.charge.walls.mesh_model import FaceColumn, MeshFaces, MeshGrid, Me
 
 CORNER, NORMAL, EDGES, MARGIN, NEAR_MARGIN = (int(column) for column in FaceColumn)
 
-COLUMNS = 24
-"""Numbers of a row of `MeshFaces` [1]."""
+COLUMNS = 32
+"""Numbers of a row of `MeshFaces` [1], the last two of which are not used: four lines of the cache."""
+
+MARGINS = 6
+"""Margins of a triangle [1]: from its edges, and from its corners towards the edges opposite."""
+
+FROM_CORNERS = 4
+"""Column of a polygon behind its height and its distances from three edges: from three corners."""
 
 EDGE_WIDTH = 2e-6
 """Feet nearer to an edge count as on it, and every margin is at least this, over the reach [1]: it is more
@@ -56,20 +62,21 @@ def cut_polygon(polygon, n, column, other, level, out):
         a = polygon[k, column] - (polygon[k, other] if other >= 0 else level)
         b = polygon[following, column] - (polygon[following, other] if other >= 0 else level)
         if a >= 0.0:
-            for e in range(4):
+            for e in range(polygon.shape[1]):
                 out[m, e] = polygon[k, e]
             m += 1
         if (a > 0.0 and b < 0.0) or (a < 0.0 and b > 0.0):
             share = a / (a - b)
-            for e in range(4):
+            for e in range(polygon.shape[1]):
                 out[m, e] = polygon[k, e] + share * (polygon[following, e] - polygon[k, e])
             m += 1
     return m
 
 
 @kernel
-def margin_against(polygon, n, edge, offsets, slopes):
-    """Return the margin [m] from an edge that keeps feet clear of a polygon, corners as in `rival_margins`.
+def margin_against(polygon, n, way, offsets, slopes):
+    """Return the margin [m] from an edge or corner, number `way` of them, that keeps feet clear of a polygon,
+    corners as in `rival_margins`.
 
     `offsets` [m] and `slopes` [1] are those of the tangents to the half circle.
     """
@@ -77,9 +84,55 @@ def margin_against(polygon, n, edge, offsets, slopes):
     for k in range(offsets.shape[0]):
         most = -math.inf
         for q in range(n):
-            most = max(most, offsets[k] + slopes[k] * polygon[q, 0] + polygon[q, 1 + edge])
+            most = max(most, offsets[k] + slopes[k] * polygon[q, 0] + polygon[q, 1 + way])
         least = min(least, most)
     return least
+
+
+@kernel
+def clear_of_rival(shape, corners, f, whole, n, offsets, slopes, work_scratch, margins_out):
+    """Raise margins of triangle `f` so that feet inside of them are clear of the polygon `whole` of a rival.
+
+    It is cleared by one edge, by one corner, or by each edge for the points that are farthest beyond it:
+    whatever leaves the most of the triangle.
+
+    Parameters
+    ----------
+    whole, n : corners of the polygon as in `rival_margins`, and their number
+    offsets, slopes : as in `margin_against`
+    margins_out : from edges and corners [m] (6,)
+    """
+    part, rest, by_edges = work_scratch[1], work_scratch[2], work_scratch[3, 3]
+    least, which, best, lost = math.inf, 0, 0.0, 0.0
+    for k in range(3):
+        length = shape.edge_length[shape.triangle_edges[f, k]]
+        margin = margin_against(whole, n, k, offsets, slopes)
+        if margin * length < least:
+            least, which, best = margin * length, k, margin
+        margin = margin_against(whole, n, 3 + k, offsets, slopes)
+        # the corner opposite is cut off along a line parallel to the edge
+        area = 0.5 * margin * abs(margin) * length / height_over_edge(shape, corners, f, k)
+        if area < least:
+            least, which, best = area, 3 + k, margin
+        m = cut_polygon(whole, n, 1 + (k + 1) % 3, 1 + k, 0.0, part)
+        m = cut_polygon(part, m, 1 + (k + 2) % 3, 1 + k, 0.0, rest)
+        by_edges[k] = margin_against(rest, m, k, offsets, slopes) if m > 0 else -math.inf
+        lost += max(by_edges[k], 0.0) * length
+    if least <= lost:
+        margins_out[which] = max(margins_out[which], best)
+    else:
+        for k in range(3):
+            margins_out[k] = max(margins_out[k], by_edges[k])
+
+
+@kernel(inline="always")
+def height_over_edge(shape, corners, f, k):
+    """Return the distance of the corner opposite edge `k` of triangle `f` from that edge [m]."""
+    most = 0.0
+    for q in range(3):
+        v, e = shape.vertices[corners[f, q]], shape.triangle_edges[f, k]
+        most = max(most, beside(shape, e, shape.triangle_side[f, k], v[0], v[1], v[2]))
+    return most
 
 
 @kernel
@@ -94,12 +147,12 @@ def rival_margins(
     shape, corners : triangles, and the corners of each [1] (T, 3)
     reach : largest distance of a point from `f` [m]
     offsets, near_offsets, slopes : as in `margin_against`, for `reach` and for a sphere that touches
-    work_scratch : space for three polygons (4, 12, 4): height over `f` [m], distances on the inner side of
-        its edges [m] (3) of each corner
-    margins_out : for points within reach [m] (3,)
-    near_out : for spheres that touch, against this rival alone [m] (3,); -inf at first
+    work_scratch : space for three polygons and some rows (4, 12, 7): height over `f` [m], distances on the
+        inner side of its edges and of the parallels to them through the corners [m] (3 each) of each corner
+    margins_out : for points within reach [m] (6,)
+    near_out : for spheres that touch, against this rival alone [m] (6,); -inf at first
     """
-    whole, part, rest = work_scratch[0], work_scratch[1], work_scratch[2]
+    whole, part = work_scratch[0], work_scratch[1]
     v = shape.edge_ends[shape.triangle_edges[f, 0], 0]
     highest = -math.inf
     for q in range(3):
@@ -118,17 +171,14 @@ def rival_margins(
     for k in range(3):
         if max(part[0, 1 + k], max(part[1, 1 + k], part[2, 1 + k])) < -reach:
             return False
+        for q in range(3):
+            part[q, FROM_CORNERS + k] = height_over_edge(shape, corners, f, k) - part[q, 1 + k]
     n = cut_polygon(part, 3, 0, -1, LEVEL * reach, whole)
-    for k in range(3):
-        if margin_against(whole, n, k, offsets, slopes) <= 0.0:
+    for way in range(MARGINS):
+        if margin_against(whole, n, way, offsets, slopes) <= 0.0:
             return False
-    # the margin of an edge clears the points of the rival that are farthest beyond that edge
-    for k in range(3):
-        m = cut_polygon(whole, n, 1 + (k + 1) % 3, 1 + k, 0.0, part)
-        m = cut_polygon(part, m, 1 + (k + 2) % 3, 1 + k, 0.0, rest)
-        if m > 0:
-            margins_out[k] = max(margins_out[k], margin_against(rest, m, k, offsets, slopes))
-            near_out[k] = margin_against(rest, m, k, near_offsets, slopes)
+    clear_of_rival(shape, corners, f, whole, n, offsets, slopes, work_scratch, margins_out)
+    clear_of_rival(shape, corners, f, whole, n, near_offsets, slopes, work_scratch, near_out)
     return True
 
 
@@ -163,7 +213,7 @@ def find_rivals(
     rows_out : margins are added to `MeshFaces.rows`
     counts_out : number of rivals of each triangle [1] (T,); 0 where there are too many
     rivals_out : rivals of one triangle after the other, as many as there is room for, (room,)
-    margins_out : margins of each of them, as `MeshFaces.rival_margins` (room, 3)
+    margins_out : margins of each of them, as `MeshFaces.rival_margins` (room, 6)
 
     Returns
     -------
@@ -197,7 +247,7 @@ def find_rivals(
                             if mark_scratch[t] == f:
                                 continue
                             mark_scratch[t] = f
-                            for e in range(3):
+                            for e in range(MARGINS):
                                 near[e] = math.inf if t == f else -math.inf
                             rival = t == f or rival_margins(
                                 shape,
@@ -213,7 +263,7 @@ def find_rivals(
                                 near,
                             )
                             if rival and t != f:
-                                for e in range(3):
+                                for e in range(MARGINS):
                                     rows_out[f, NEAR_MARGIN + e] = max(rows_out[f, NEAR_MARGIN + e], near[e])
                             if rival and not crowded:
                                 # in ascending order
@@ -222,16 +272,16 @@ def find_rivals(
                                 if total <= room:
                                     while place > start and rivals_out[place - 1] > t:
                                         rivals_out[place] = rivals_out[place - 1]
-                                        for e in range(3):
+                                        for e in range(MARGINS):
                                             margins_out[place, e] = margins_out[place - 1, e]
                                         place -= 1
                                     rivals_out[place] = t
-                                    for e in range(3):
+                                    for e in range(MARGINS):
                                         margins_out[place, e] = near[e]
                                 crowded = total - start > MOST_RIVALS
         if crowded:
             total = start
-            for k in range(3):
+            for k in range(MARGINS):
                 rows_out[f, MARGIN + k] = rows_out[f, NEAR_MARGIN + k] = math.inf
         counts_out[f] = total - start
     return total
@@ -257,12 +307,12 @@ def mesh_faces(shape: MeshShape, grid: MeshGrid, patch: np.ndarray, meshes: Sequ
     for k in range(3):
         rows[:, EDGES + 4 * k : EDGES + 4 * k + 3] = wings[:, k]
         rows[:, EDGES + 4 * k + 3] = (wings[:, k] * shape.vertices[begin[:, k]]).sum(axis=1)
-    rows[:, MARGIN:COLUMNS] = EDGE_WIDTH * grid.reach
+    rows[:, MARGIN : NEAR_MARGIN + MARGINS] = EDGE_WIDTH * grid.reach
     corners = np.concatenate([np.zeros((0, 3), int), *_numbered_corners(meshes)])
     counts, room = np.zeros(n, np.int32), 24 * n + MOST_RIVALS
-    rivals, margins, listed = np.zeros(room, np.int32), np.zeros((room, 3), np.float32), 0
+    rivals, margins, listed = np.zeros(room, np.int32), np.zeros((room, MARGINS), np.float32), 0
     tangents = np.tan(SLOPES / 2.0), 1.0 / np.tan(SLOPES)
-    mark_scratch, work_scratch = np.full(n, -1, np.int32), np.zeros((4, 12, 4))
+    mark_scratch, work_scratch = np.full(n, -1, np.int32), np.zeros((4, 12, 1 + MARGINS))
     first = 0
     for k, mesh in enumerate(meshes):
         end = first + len(mesh.faces)
@@ -285,14 +335,18 @@ def mesh_faces(shape: MeshShape, grid: MeshGrid, patch: np.ndarray, meshes: Sequ
         more = find_rivals(*fixed, rivals[listed:], margins[listed:])
         if listed + more > len(rivals):
             rivals = np.concatenate([rivals[:listed], np.zeros(more + room, np.int32)])
-            margins = np.concatenate([margins[:listed], np.zeros((more + room, 3), np.float32)])
+            margins = np.concatenate([margins[:listed], np.zeros((more + room, MARGINS), np.float32)])
             mark_scratch[first:end] = -1
             find_rivals(*fixed, rivals[listed:], margins[listed:])
         listed += more
         first = end
     # a margin to spare against rounding, also to single precision
-    rows[:, MARGIN:COLUMNS] += EDGE_WIDTH * grid.reach
+    rows[:, MARGIN : NEAR_MARGIN + MARGINS] += EDGE_WIDTH * grid.reach
     spared = margins[:listed] + np.float32(EDGE_WIDTH * grid.reach)
+    heights = _heights_over_edges(shape, corners, rows)
+    for column in (MARGIN, NEAR_MARGIN):
+        rows[:, column + 3 : column + 6] -= heights
+    spared[:, 3:] -= heights[np.repeat(np.arange(n), counts)]
     return MeshFaces(
         rows=rows,
         rivals_begin=np.concatenate([[0], np.cumsum(counts)]).astype(np.int32),
@@ -303,8 +357,16 @@ def mesh_faces(shape: MeshShape, grid: MeshGrid, patch: np.ndarray, meshes: Sequ
     )
 
 
+def _heights_over_edges(shape, corners, rows) -> np.ndarray:
+    """Return the distance of the corner opposite each edge of the triangles from that edge [m] (T, 3)."""
+    at = shape.vertices[corners]
+    wings = rows[:, EDGES:MARGIN].reshape(-1, 3, 4)
+    from_edges = np.einsum("tqx,tkx->tqk", at, wings[:, :, :3]) - wings[:, None, :, 3]
+    return from_edges.max(axis=1)
+
+
 def _rows_on_lines(n) -> np.ndarray:
-    """Return empty rows of `MeshFaces`, each of which takes three cache lines and no part of a fourth."""
+    """Return empty rows of `MeshFaces`, each in four lines of the cache."""
     raw = np.zeros(n * COLUMNS + 8)
     offset = -raw.ctypes.data % 64 // raw.itemsize
     return raw[offset : offset + n * COLUMNS].reshape(n, COLUMNS)

@@ -61,18 +61,19 @@ class FaceColumn(IntEnum):
     EDGES = 6
     """For each of the three edges, its wing [1] (3) and the coordinate of the edge along it [m]."""
     MARGIN = 18
-    """Distance from each edge beyond which no other triangle of the patch can be nearer to a point at most
-    `MeshGrid.reach` above this one [m] (3).
+    """Where no other triangle of the patch can be nearer to a point at most `MeshGrid.reach` above this one:
+    the least distances of its foot from the edges [m] (3), and the largest ones, negative [m] (3), which keep
+    it clear of the corners opposite.
     """
-    NEAR_MARGIN = 21
-    """The same for a point at most `MeshGrid.behind` above [m] (3): that of a sphere that touches."""
+    NEAR_MARGIN = 24
+    """The same for a point at most `MeshGrid.behind` above [m] (6): that of a sphere that touches."""
 
 
 class MeshFaces(NamedTuple):
     """What one triangle alone decides: where a point above it needs no look at its neighbours."""
 
     rows: np.ndarray
-    """A row for each triangle, as `FaceColumn` (T, 24)."""
+    """A row for each triangle, as `FaceColumn` (T, 32)."""
     across: np.ndarray
     """Triangle of the same patch across each edge [1], -1 where there is none, int32 (T, 3)."""
     rivals_begin: np.ndarray
@@ -82,8 +83,8 @@ class MeshFaces(NamedTuple):
     ascending order [1], int32; none where there are too many.
     """
     rival_margins: np.ndarray
-    """Of each rival: distances from the edges of the triangle, such that it is no nearer to a point at most
-    `MeshGrid.behind` above if the foot of the point has them all [m], float32, (rivals, 3).
+    """Of each rival: distances as `FaceColumn.NEAR_MARGIN`, where it alone is no nearer [m], float32,
+    (rivals, 6).
     """
     edge_width: float
     """A foot nearer than this to an edge counts as on it [m]."""

@@ -48,7 +48,7 @@ class NearMeshes(NamedTuple):
     cover: np.ndarray
     """Where that triangle decides: place of the test [m] (3), body axes, and the square of what the particle
     may move before another patch may touch [m^2]; edges and margins, these for what touches, at their columns
-    of `FaceColumn`.  float32 (D, M, 21).
+    of `FaceColumn.MARGIN`.  float32 (D, M, 24).
     """
     place: np.ndarray
     """Of each thread: places of the chunk's particles [m] (T, 3, chunk), body axes."""
