@@ -83,9 +83,10 @@ def find_due(x, largest, at, clear, lo, n, pose, place_out, due_out):
 
 
 @kernel
-def list_patches(model, instance, u0, u1, u2, n, stayed, surface_out, face_out, tested_out):
+def list_patches(model, instance, u0, u1, u2, n, surface_out, face_out, tested_out):
     """Append the patches of a mesh at one place that are near (u0, u1, u2) [m], axes of its body, to a list
-    of `n`.  With `stayed`, a patch that is there already keeps the triangle its next search begins at.
+    of `n`.  A patch that is there already, last tested near this place, keeps the triangle its next search
+    begins at.
 
     Returns
     -------
@@ -119,19 +120,17 @@ def list_patches(model, instance, u0, u1, u2, n, stayed, surface_out, face_out, 
     if cell < 0:
         # the grid ends its reach from the mesh
         return n, grid.reach + math.sqrt(outside)
-    begin, end = grid.begin[cell], grid.begin[cell + 1]
-    if begin == end:
-        return n, max(grid.reach, float(grid.apart[cell]))
-    for q in range(begin, end):
+    for q in range(grid.begin[cell], grid.begin[cell + 1]):
         s = places.surface[first + grid.patch[q] - mesh.first_patch[g]]
         if s >= 0:
             if n < MOST_NEAR:
-                if not (stayed and surface_out[n] == s):
+                moved = distance(u0, u1, u2, tested_out[n, 0], tested_out[n, 1], tested_out[n, 2])
+                if surface_out[n] != s or moved > grid.reach:
                     surface_out[n], face_out[n] = s, grid.face[q]
                 tested_out[n, 0], tested_out[n, 1], tested_out[n, 2] = u0, u1, u2
                 tested_out[n, AWAY] = 0.0
             n += 1
-    return n, grid.reach
+    return n, max(grid.reach, float(grid.apart[cell]))
 
 
 @kernel(inline="always")
@@ -241,11 +240,10 @@ def test_particle(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, ti
     n = near_scratch.listed[d, slot]
     # also true where the particle's place is not a number
     if n < 0 or not (moved + largest < near_scratch.limit[d, slot]):
-        stayed = n > 0 and moved < mesh.grid.reach  # otherwise it may be another particle
         n, limit = 0, math.inf
         for instance in range(places.body.shape[0]):
             if places.body[instance] == body:
-                n, others = list_patches(model, instance, u0, u1, u2, n, stayed, surface, face, tested)
+                n, others = list_patches(model, instance, u0, u1, u2, n, surface, face, tested)
                 limit = min(limit, others * SAFE)
         listed_at[0], listed_at[1], listed_at[2] = u0, u1, u2
         near_scratch.limit[d, slot], near_scratch.listed[d, slot] = limit, n if n <= MOST_NEAR else -1

@@ -14,7 +14,12 @@ MOST_CELLS = 2_000_000
 """Cells in the grid of one mesh [1]; beyond, they are made larger than a particle."""
 
 LIST_GAP = 0.5
-"""How far a particle may move before the patches near it are listed anew, over the largest radius [1]."""
+"""How far a particle may move at least before the patches near it are listed anew, over the largest radius
+[1].
+"""
+
+RINGS = 12
+"""How far around a cell others are looked for that list another patch, in cells [1]."""
 
 
 @kernel
@@ -136,7 +141,34 @@ def _one_grid(mesh, shape, first_triangle, first_patch, low, size, cells, reach)
     # each triangle is in core cells; two points of two cells are nearer than their middles by a diagonal at
     # most
     apart = np.maximum(size * ndimage.distance_transform_edt(~core.reshape(cells)).ravel() - 2.0 * half, 0.0)
+    apart = np.where(
+        np.diff(begin) == 0, apart, _others_apart(begin, key[first] % mesh.n_patches, size, cells, reach)
+    )
     return begin, patch, face, np.append(first, n), triangle, apart * (1.0 - 1e-6)
+
+
+def _others_apart(begin, patch, size, cells, reach) -> np.ndarray:
+    """Return a distance [m] that all patches but the one which a cell lists have at least from every point of
+    it; 0 for cells that list several or none.
+
+    A straight way from a cell to a patch that none of the cells around it lists leaves them first, and is
+    still out of reach of the patch there.
+    """
+    listed = np.diff(begin)
+    sole = np.where(listed == 1, patch[np.minimum(begin[:-1], len(patch) - 1)] + 1, 0).reshape(cells)
+    listed, away = listed.reshape(cells), np.zeros(cells)
+    for number, box in enumerate(ndimage.find_objects(sole), 1):
+        if box is None:
+            continue
+        around = tuple(slice(max(0, s.start - RINGS), s.stop + RINGS) for s in box)
+        own = sole[around] == number
+        others = (listed[around] > 0) & ~own
+        steps = np.full(own.shape, RINGS + 1)
+        if others.any():
+            to_others = ndimage.distance_transform_cdt(~others, "chessboard")
+            steps = np.minimum(steps, to_others)
+        away[around][own] = reach + size * (steps[own] - 1)
+    return away.ravel()
 
 
 def _joined(parts) -> tuple[np.ndarray, ...]:

@@ -119,7 +119,9 @@ class MeshGrid(NamedTuple):
     triangles: np.ndarray
     """Triangles of each of them, in ascending order [1], int32."""
     apart: np.ndarray
-    """A distance the mesh has at least from every point of a cell [m], float32 (N,)."""
+    """A distance that all patches which are not listed near a cell have at least from every point of it [m],
+    float32 (N,); `reach` is one, too.
+    """
 
 
 class MeshPlaces(NamedTuple):

@@ -86,7 +86,7 @@ def near_meshes(model, slots: int, threads: int) -> NearMeshes:
         listed=np.zeros((d, slots), np.int32),
         surface=np.zeros((d, slots, k), np.int32),
         face=np.zeros((d, slots, k), np.int32),
-        tested=np.zeros((d, slots, k, 4)),
+        tested=np.full((d, slots, k, 4), NEVER),
         decider=np.full((d, slots, 2), -1, np.int32),
         plane=np.zeros((d, slots, FaceColumn.EDGES)),
         cover=np.zeros((d, slots, FaceColumn.NEAR_MARGIN), np.float32),
