@@ -148,7 +148,10 @@ def test_a_campbell_diagram_marks_the_working_speed():
 
 
 @pytest.mark.parametrize("what", ["run", "power", "history:time"])
-def test_a_result_without_a_sample_has_no_figure(what, tmp_path):
-    Recorder.create(tmp_path / "a.h5", "", {}, ["time", "driveshaft_torque"], RATE).close()
-    with open_result(tmp_path / "a.h5") as result, pytest.raises(ResultError, match="no sample to draw"):
+@pytest.mark.parametrize(("samples", "held"), [(0, "no sample"), (1, "one sample")])
+def test_a_curve_needs_two_samples(what, samples, held, tmp_path):
+    recorder = Recorder.create(tmp_path / "a.h5", "", {}, ["time", "driveshaft_torque"], RATE)
+    recorder.append(np.zeros((samples, 2)))
+    recorder.close()
+    with open_result(tmp_path / "a.h5") as result, pytest.raises(ResultError, match=f"holds {held} to draw"):
         figure_of(result, what)

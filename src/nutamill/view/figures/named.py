@@ -48,8 +48,10 @@ def figure_of(result: Result, what: str) -> Figure:
     CaseError : no figure or series of this name
     ResultError : the result does not hold what the figure needs
     """
-    if not len(result.series["time"]):
-        raise ResultError(f"{result.path}: holds no sample to draw. Run the case again")
+    samples = len(result.series["time"])
+    if samples < 2:
+        held = "one sample" if samples else "no sample"
+        raise ResultError(f"{result.path}: holds {held} to draw, a curve needs two. Run the case again")
     kind, _, names = what.partition(":")
     if not names and kind in FIGURES:
         return named_after(FIGURES[kind][0](result), result)
