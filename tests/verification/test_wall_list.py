@@ -186,10 +186,12 @@ def decided_alone(rows, across, column, start, points, out):
 @pytest.mark.parametrize(("column", "radius"), [(MARGIN, 1.5 * R), (NEAR_MARGIN, R)])
 @pytest.mark.parametrize("n", [32, 130])
 def test_one_triangle_decides_for_most_balls_on_a_bore_of_any_fineness(n, column, radius):
-    # faces are 2 BORE tan(pi/n) wide; margins of radius tan(pi/n) are at both seams and at both sides of the
-    # diagonal, and larger by the step from tangent to tangent, 1.14: a share that does not depend on n
+    # faces are 2 BORE tan(pi/n) wide; margins of radius tan(pi/n) are at both seams, and larger by the step
+    # from tangent to tangent, 1.14: a share that does not depend on n. The diagonal has none: what lies
+    # beyond its ends takes corners off the triangles, whose share is the square of that of a margin
     bore = 0.07
-    undecided = 4.0 * 1.14 * radius / (2.0 * bore)
+    margin = 1.14 * radius / (2.0 * bore)
+    undecided = 2.0 * margin + 3.0 * margin**2
     mesh = cylinder(bore, 0.0, 0.1, n)
     walls = mesh_walls(mesh_surfaces(mesh, 0, 0), R)
     angle = 2.0 * np.pi * (np.arange(2000 if JIT else 50) + 0.5) / (2000 if JIT else 50)
