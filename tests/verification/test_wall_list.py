@@ -13,13 +13,13 @@ from nutamill.charge.filling.fill import random_fill
 from nutamill.charge.kernels.near_meshes import find_mesh_contacts
 from nutamill.charge.walls.mesh import closed_mesh
 from nutamill.charge.walls.mesh_contact import (
-    beats_rivals,
     contact_from,
     contact_in_cell,
     decides_alone,
     face_below,
     height_over,
     mesh_overlap,
+    nearest_plane,
 )
 from nutamill.charge.walls.mesh_faces import MARGIN, NEAR_MARGIN
 from nutamill.charge.walls.mesh_patches import mesh_surfaces, mesh_walls
@@ -212,7 +212,7 @@ def nearer_than_rivals(faces, start, points, out):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         face, a, b, c = face_below(faces.rows, faces.across, start[i], x, y, z)
         height = height_over(faces.rows, face, x, y, z)
-        out[i] = beats_rivals(faces, face, height, False, a, b, c, x, y, z)
+        out[i] = nearest_plane(faces, face, height, False, a, b, c, x, y, z) == face
 
 
 def test_in_a_bore_no_rival_of_the_triangle_below_a_ball_is_searched():

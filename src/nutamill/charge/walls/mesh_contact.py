@@ -275,7 +275,16 @@ def contact_from(walls, patch, face, x, y, z, r):
         overlap, n0, n1, n2, away = contact_over(walls.faces.rows, over, height, r)
         return overlap, n0, n1, n2, away, over
     if within and min(a, min(b, c)) >= walls.faces.edge_width:
-        if beats_rivals(walls.faces, over, height, near, a, b, c, x, y, z):
+        first = nearest_plane(walls.faces, over, height, near, a, b, c, x, y, z)
+        if first != over and first >= 0:  # the foot has crossed a seam
+            height = height_over(walls.faces.rows, first, x, y, z)
+            a = from_edge(walls.faces.rows, first, 0, x, y, z)
+            b = from_edge(walls.faces.rows, first, 1, x, y, z)
+            c = from_edge(walls.faces.rows, first, 2, x, y, z)
+            touches = height > 0.0 and height <= walls.grid.behind
+            if touches and decides_alone(walls.faces.rows, first, NEAR_MARGIN, a, b, c):
+                over = first
+        if first == over:
             overlap, n0, n1, n2, away = contact_over(walls.faces.rows, over, height, r)
             return overlap, n0, n1, n2, away, over
         overlap, n0, n1, n2, away, nearest = contact_among_rivals(
@@ -307,22 +316,25 @@ def contact_over(rows, face, height, r):
 
 
 @kernel
-def beats_rivals(faces, over, height, near, a, b, c, x, y, z):
-    """Return whether triangle `over` is nearer to (x, y, z), which is `height` [m] over it, than its rivals.
+def nearest_plane(faces, over, height, near, a, b, c, x, y, z):
+    """Return which of triangle `over` and its rivals has the plane nearest to (x, y, z), a point `height` [m]
+    over it, or -1 where no rivals are listed.
 
     A rival whose plane is farther away is no nearer. With `near`, the height is at most
     `MeshGrid.behind`, and margins hold: `a`, `b` and `c` are the distances of the foot from the edges [m].
     """
     margins = faces.rival_margins
     begin, end = faces.rivals_begin[over], faces.rivals_begin[over + 1]
+    first, least = over if end > begin else -1, height + faces.edge_width
     for q in range(begin, end):
         rival = faces.rivals[q]
         cleared = near and decides_alone(margins, q, 0, a, b, c)
         if cleared or rival == over:
             continue
-        if abs(height_over(faces.rows, rival, x, y, z)) < height + faces.edge_width:
-            return False
-    return end > begin
+        away = abs(height_over(faces.rows, rival, x, y, z))
+        if away < least:
+            first, least = rival, away
+    return first
 
 
 @kernel
