@@ -187,8 +187,8 @@ def decided_alone(rows, across, column, start, points, out):
 @pytest.mark.parametrize("n", [32, 130])
 def test_one_triangle_decides_for_most_balls_on_a_bore_of_any_fineness(n, column, radius):
     # faces are 2 BORE tan(pi/n) wide; margins of radius tan(pi/n) are at both seams, and larger by the step
-    # from tangent to tangent, 1.14: a share that does not depend on n. The diagonal has none: what lies
-    # beyond its ends takes corners off the triangles, whose share is the square of that of a margin
+    # from tangent to tangent, 1.14: a share that does not depend on n. The diagonal has none: rivals beyond
+    # its ends take corners off the triangles, whose share is the square of that of a margin
     bore = 0.07
     margin = 1.14 * radius / (2.0 * bore)
     undecided = 2.0 * margin + 3.0 * margin**2

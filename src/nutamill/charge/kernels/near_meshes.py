@@ -8,8 +8,7 @@ is, the search begins at that triangle.  (The largest one, for a centre behind a
 deep as that, however small its particle.)
 
 Most particles at a wall touch one patch, far from any edge, and slide a thousandth of a triangle in a
-substep.
-So what their triangle needs to decide again is kept beside the list, in two lines of the cache: a walk
+substep.  What their triangle needs to decide again stands beside the list, in one line of the cache: a walk
 through the arrays of a fine mesh costs several times its arithmetic.
 
 The list decides what is computed and never the result: each entry is a statement about the mesh that is true
@@ -21,15 +20,13 @@ import math
 
 from nutamill.base.kernel import kernel
 from nutamill.charge.walls.mesh_contact import (
-    EDGES,
-    MARGIN,
     NEAR_MARGIN,
     cell_of,
     contact_from,
     contact_over,
-    decides_alone,
     from_edge,
     height_over,
+    margin_left,
     patch_in_cell,
     to_surface,
     to_world,
@@ -42,13 +39,8 @@ AWAY = 3
 SAFE = 1.0 - 1e-9
 """Factor by which distances are taken smaller, against rounding [1]."""
 
-ROOM = 3
-"""Column of `NearMeshes.cover` behind the place of the test (3): square of what the particle may move."""
-
-SINGLE = 1e-6
-"""Bound of what coordinates stored in single precision change a distance by, by their sum [1]: a rounding of
-6e-8 each.
-"""
+PLACE, ROOM = 4, 7
+"""Columns of `NearMeshes.held` behind the plane: place of the particle (3), square of what it may move."""
 
 
 @kernel(fast=True)
@@ -172,52 +164,32 @@ def test_all(model, near_scratch, body, surface_poses, x0, x1, x2, r, tid, l, co
 
 
 @kernel
-def keep_decider(model, near_scratch, d, slot, s, face, u0, u1, u2, room):
-    """Keep that triangle `face`, of surface `s`, is nearest to the particle of a slot, for `decided_again`.
+def keep_decider(model, near_scratch, d, slot, s, face, u0, u1, u2, a, b, c, room):
+    """Keep that triangle `face`, of surface `s`, decides for the particle of a slot.
 
     Parameters
     ----------
     u0, u1, u2 : place of the particle [m], body axes
+    a, b, c : the same in the axes of the surface [m]
     room : what it may move before another patch may touch it [m]
     """
-    cover, decider = near_scratch.cover[d, slot], near_scratch.decider[d, slot]
-    rows, origin = model.mesh.faces.rows, model.surface_origin[s]
-    size = abs(u0) + abs(u1) + abs(u2) + abs(origin[0]) + abs(origin[1]) + abs(origin[2])
-    room = max(room - SINGLE * size, 0.0)
-    cover[0], cover[1], cover[2], cover[ROOM] = u0, u1, u2, room * room * (1.0 - SINGLE)
+    held, decider, rows = near_scratch.held[d, slot], near_scratch.decider[d, slot], model.mesh.faces.rows
     if decider[0] != s or decider[1] != face:
         decider[0], decider[1] = s, face
-        plane = near_scratch.plane[d, slot]
-        for k in range(EDGES):
-            plane[k] = rows[face, k]
-        for k in range(EDGES, MARGIN):
-            cover[k] = rows[face, k]
-        for k in range(3):
-            size = max(size, abs(rows[face, EDGES + 4 * k + 3]))
-        for k in range(NEAR_MARGIN - MARGIN):
-            cover[MARGIN + k] = rows[face, NEAR_MARGIN + k] * (1.0 + SINGLE) + 4.0 * SINGLE * size
-
-
-@kernel(inline="always")
-def decided_again(near_scratch, d, slot, u0, u1, u2, a, b, c):
-    """Return whether the triangle that is kept for a slot decides alone for the particle there, if its height
-    over it is at most `MeshGrid.behind`: no other patch may touch it, and its foot is within the margins.
-
-    Parameters
-    ----------
-    u0, u1, u2 : place of the particle [m], body axes
-    a, b, c : the same in the axes of the triangle's surface [m]
-    """
-    cover = near_scratch.cover[d]
-    d0, d1, d2 = u0 - cover[slot, 0], u1 - cover[slot, 1], u2 - cover[slot, 2]
-    return d0 * d0 + d1 * d1 + d2 * d2 < cover[slot, ROOM] and decides_alone(
-        cover,
-        slot,
-        MARGIN,
-        from_edge(cover, slot, 0, a, b, c),
-        from_edge(cover, slot, 1, a, b, c),
-        from_edge(cover, slot, 2, a, b, c),
+        for k in range(PLACE):
+            held[k] = rows[face, k]
+    # a move changes no distance by more than itself
+    margin = margin_left(
+        rows,
+        face,
+        NEAR_MARGIN,
+        from_edge(rows, face, 0, a, b, c),
+        from_edge(rows, face, 1, a, b, c),
+        from_edge(rows, face, 2, a, b, c),
     )
+    held[PLACE], held[PLACE + 1], held[PLACE + 2] = u0, u1, u2
+    room = max(min(room, margin - model.mesh.faces.edge_width), 0.0)
+    held[ROOM] = room * room * SAFE
 
 
 @kernel(inline="always")
@@ -275,7 +247,9 @@ def test_particle(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, ti
             rest = min(rest, away)
     near_scratch.clear[d, slot] = clear
     if touched == 1:
-        keep_decider(model, near_scratch, d, slot, surface[which], face[which], u0, u1, u2, rest - largest)
+        s = surface[which]
+        a, b, c = to_surface(surface_poses, s, x0, x1, x2)
+        keep_decider(model, near_scratch, d, slot, s, face[which], u0, u1, u2, a, b, c, rest - largest)
     else:
         near_scratch.decider[d, slot, 0] = -1
     return count
@@ -284,18 +258,16 @@ def test_particle(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, ti
 @kernel(inline="always")
 def find_contacts(model, near_scratch, d, surface_poses, x0, x1, x2, r, slot, tid, l, count):
     """Do what `test_particle` does, by the triangle that decided last where that is enough."""
-    s = near_scratch.decider[d, slot, 0]
+    s, held, place = near_scratch.decider[d, slot, 0], near_scratch.held[d], near_scratch.place[tid]
     if s >= 0:
-        u0, u1, u2 = (
-            near_scratch.place[tid, 0, l],
-            near_scratch.place[tid, 1, l],
-            near_scratch.place[tid, 2, l],
-        )
-        a, b, c = to_surface(surface_poses, s, x0, x1, x2)
-        if decided_again(near_scratch, d, slot, u0, u1, u2, a, b, c):
-            height = height_over(near_scratch.plane[d], slot, a, b, c)
+        d0 = place[0, l] - held[slot, PLACE]
+        d1 = place[1, l] - held[slot, PLACE + 1]
+        d2 = place[2, l] - held[slot, PLACE + 2]
+        if d0 * d0 + d1 * d1 + d2 * d2 < held[slot, ROOM]:
+            a, b, c = to_surface(surface_poses, s, x0, x1, x2)
+            height = height_over(held, slot, a, b, c)
             if height > 0.0 and height <= model.mesh.grid.behind:
-                overlap, n0, n1, n2, _ = contact_over(near_scratch.plane[d], slot, height, r)
+                overlap, n0, n1, n2, _ = contact_over(held, slot, height, r)
                 if overlap > 0.0:
                     w0, w1, w2 = to_world(surface_poses, s, n0, n1, n2)
                     count = note_contact(near_scratch, tid, l, s, count, overlap, w0, w1, w2)

@@ -23,7 +23,7 @@ from nutamill.charge.walls.shapes import APART
 
 FACE, EDGE, VERTEX = 0, 1, 2
 
-CORNER, NORMAL, EDGES, MARGIN, NEAR_MARGIN = (int(column) for column in FaceColumn)
+NORMAL, HEIGHT, EDGES, MARGIN, NEAR_MARGIN = (int(column) for column in FaceColumn)
 
 LONGEST_WALK = 16
 """Triangles a walk over a patch passes at most [1]."""
@@ -83,13 +83,9 @@ def nearest_on_triangle(shape, t, x, y, z):
                 feature, index, best = (EDGE, e, square) if inner else (VERTEX, v, square)
                 b0, b1, b2 = d0, d1, d2
     if feature == FACE:
-        n, v = shape.triangle_normal, shape.edge_ends[shape.triangle_edges[t, 0], 0]
+        n = shape.triangle_normal
         n0, n1, n2 = n[t, 0], n[t, 1], n[t, 2]
-        height = (
-            (x - shape.vertices[v, 0]) * n0
-            + (y - shape.vertices[v, 1]) * n1
-            + (z - shape.vertices[v, 2]) * n2
-        )
+        height = x * n0 + y * n1 + z * n2 - shape.triangle_height[t]
         b0, b1, b2 = height * n0, height * n1, height * n2
     return feature, index, b0, b1, b2
 
@@ -220,6 +216,14 @@ def decides_alone(rows, row, column, a, b, c):
     )
 
 
+@kernel(inline="always")
+def margin_left(rows, row, column, a, b, c):
+    """Return by how much a foot keeps the distances as of `decides_alone` [m], negative where it does not."""
+    least = min(a - rows[row, column], min(b - rows[row, column + 1], c - rows[row, column + 2]))
+    most = max(a + rows[row, column + 3], max(b + rows[row, column + 4], c + rows[row, column + 5]))
+    return min(least, -most)
+
+
 @kernel
 def search(shape, patch, triangles, begin, end, x, y, z, r):
     """Find the contact of a sphere of radius `r` at (x, y, z) [m] among ``triangles[begin:end]`` of a patch.
@@ -298,8 +302,8 @@ def contact_from(walls, patch, face, x, y, z, r):
 @kernel(inline="always")
 def height_over(rows, face, x, y, z):
     """Return the height of (x, y, z) over the plane of a triangle [m]."""
-    d0, d1, d2 = x - rows[face, CORNER], y - rows[face, CORNER + 1], z - rows[face, CORNER + 2]
-    return d0 * rows[face, NORMAL] + d1 * rows[face, NORMAL + 1] + d2 * rows[face, NORMAL + 2]
+    n0, n1, n2 = rows[face, NORMAL], rows[face, NORMAL + 1], rows[face, NORMAL + 2]
+    return x * n0 + y * n1 + z * n2 - rows[face, HEIGHT]
 
 
 @kernel(inline="always")

@@ -21,12 +21,12 @@ import numpy as np
 from nutamill.base.kernel import kernel
 from nutamill.charge.walls.mesh import Mesh
 from nutamill.charge.walls.mesh_contact import beside
-from nutamill.charge.walls.mesh_model import FaceColumn, MeshFaces, MeshGrid, MeshShape
+from nutamill.charge.walls.mesh_model import FaceColumn, MeshFaces, MeshGrid, MeshShape, rows_on_lines
 
-CORNER, NORMAL, EDGES, MARGIN, NEAR_MARGIN = (int(column) for column in FaceColumn)
+NORMAL, HEIGHT, EDGES, MARGIN, NEAR_MARGIN = (int(column) for column in FaceColumn)
 
 COLUMNS = 32
-"""Numbers of a row of `MeshFaces` [1], the last two of which are not used: four lines of the cache."""
+"""Numbers of a row of `MeshFaces` [1], the last four of which are not used: four lines of the cache."""
 
 MARGINS = 6
 """Margins of a triangle [1]: from its edges, and from its corners towards the edges opposite."""
@@ -301,9 +301,9 @@ def mesh_faces(shape: MeshShape, grid: MeshGrid, patch: np.ndarray, meshes: Sequ
     begin = shape.edge_ends[edges][:, :, 0]
     wings = shape.edge_wing[edges, side]
     others = shape.edge_triangles[edges, 1 - side]
-    rows = _rows_on_lines(n)
-    rows[:, CORNER : CORNER + 3] = shape.vertices[begin[:, 0]]
-    rows[:, NORMAL : NORMAL + 3] = shape.triangle_normal
+    rows = rows_on_lines(n, COLUMNS)
+    rows[:, NORMAL:HEIGHT] = shape.triangle_normal
+    rows[:, HEIGHT] = shape.triangle_height
     for k in range(3):
         rows[:, EDGES + 4 * k : EDGES + 4 * k + 3] = wings[:, k]
         rows[:, EDGES + 4 * k + 3] = (wings[:, k] * shape.vertices[begin[:, k]]).sum(axis=1)
@@ -363,13 +363,6 @@ def _heights_over_edges(shape, corners, rows) -> np.ndarray:
     wings = rows[:, EDGES:MARGIN].reshape(-1, 3, 4)
     from_edges = np.einsum("tqx,tkx->tqk", at, wings[:, :, :3]) - wings[:, None, :, 3]
     return from_edges.max(axis=1)
-
-
-def _rows_on_lines(n) -> np.ndarray:
-    """Return empty rows of `MeshFaces`, each in four lines of the cache."""
-    raw = np.zeros(n * COLUMNS + 8)
-    offset = -raw.ctypes.data % 64 // raw.itemsize
-    return raw[offset : offset + n * COLUMNS].reshape(n, COLUMNS)
 
 
 def _numbered_corners(meshes) -> list[np.ndarray]:

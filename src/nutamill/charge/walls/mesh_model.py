@@ -49,24 +49,33 @@ class MeshShape(NamedTuple):
     """Whether it is the first or the second triangle of each of its edges [1], int32 (T, 3)."""
     triangle_normal: np.ndarray
     """Unit normal [1] (T, 3), surface axes."""
+    triangle_height: np.ndarray
+    """Height of the triangle's plane over the origin, along the normal [m] (T,)."""
 
 
 class FaceColumn(IntEnum):
     """Columns of `MeshFaces.rows`."""
 
-    CORNER = 0
-    """A corner [m] (3), surface axes."""
-    NORMAL = 3
+    NORMAL = 0
     """Unit normal [1] (3), surface axes."""
-    EDGES = 6
+    HEIGHT = 3
+    """Height of the plane over the origin, along the normal [m]."""
+    EDGES = 4
     """For each of the three edges, its wing [1] (3) and the coordinate of the edge along it [m]."""
-    MARGIN = 18
+    MARGIN = 16
     """Where no other triangle of the patch can be nearer to a point at most `MeshGrid.reach` above this one:
     the least distances of its foot from the edges [m] (3), and the largest ones, negative [m] (3), which keep
     it clear of the corners opposite.
     """
-    NEAR_MARGIN = 24
+    NEAR_MARGIN = 22
     """The same for a point at most `MeshGrid.behind` above [m] (6): that of a sphere that touches."""
+
+
+def rows_on_lines(n: int, columns: int) -> np.ndarray:
+    """Return rows (n, columns) of zeros, each of whole lines of the cache if `columns` is a multiple of 8."""
+    raw = np.zeros(n * columns + 8)
+    offset = -raw.ctypes.data % 64 // raw.itemsize
+    return raw[offset : offset + n * columns].reshape(n, columns)
 
 
 class MeshFaces(NamedTuple):

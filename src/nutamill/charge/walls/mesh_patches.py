@@ -127,6 +127,7 @@ EMPTY = MeshShape(
     np.zeros((0, 3), np.int32),
     np.zeros((0, 3), np.int32),
     np.zeros((0, 3)),
+    np.zeros(0),
 )
 """No triangles."""
 
@@ -176,6 +177,7 @@ def _shape(mesh: Mesh, first_patch: int) -> MeshShape:
         triangle_edges=of_side.astype(np.int32),
         triangle_side=side.reshape(-1, 3),
         triangle_normal=normals,
+        triangle_height=(normals * corners[:, 0]).sum(axis=1),
     )
 
 

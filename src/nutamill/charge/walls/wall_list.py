@@ -4,10 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.charge.walls.mesh_model import FaceColumn
+from nutamill.charge.walls.mesh_model import rows_on_lines
 
 MOST_NEAR = 6
 """Patches that are listed for a particle [1]; where there are more, it tests all of them in every substep."""
+
+HELD = 8
+"""Numbers of `NearMeshes.held` [1], a line of the cache."""
 
 NEVER = 1e30
 """A coordinate at which nothing has been listed [m]."""
@@ -43,12 +46,10 @@ class NearMeshes(NamedTuple):
     """Where one patch alone was near at the last test, its surface and the triangle nearest there, else -1
     and -1 [1], int32 (D, M, 2).
     """
-    plane: np.ndarray
-    """Corner [m] (3) and normal [1] (3) of that triangle, surface axes, as in `MeshFaces.rows` (D, M, 6)."""
-    cover: np.ndarray
-    """Where that triangle decides: place of the test [m] (3), body axes, and the square of what the particle
-    may move before another patch may touch [m^2]; edges and margins, these for what touches, at their columns
-    of `FaceColumn.MARGIN`.  float32 (D, M, 24).
+    held: np.ndarray
+    """Plane of that triangle as in `MeshFaces.rows`, normal [1] (3) and height over the origin [m], surface
+    axes; place of the particle at the test [m] (3), body axes; square of what it may move from there while
+    the triangle decides alone, if it touches [m^2].  (D, M, 8).
     """
     place: np.ndarray
     """Of each thread: places of the chunk's particles [m] (T, 3, chunk), body axes."""
@@ -88,8 +89,7 @@ def near_meshes(model, slots: int, threads: int) -> NearMeshes:
         face=np.zeros((d, slots, k), np.int32),
         tested=np.full((d, slots, k, 4), NEVER),
         decider=np.full((d, slots, 2), -1, np.int32),
-        plane=np.zeros((d, slots, FaceColumn.EDGES)),
-        cover=np.zeros((d, slots, FaceColumn.NEAR_MARGIN), np.float32),
+        held=rows_on_lines(d * slots, HELD).reshape(d, slots, HELD),
         place=np.zeros((threads, 3, model.chunk)),
         due=np.zeros((threads, model.chunk)),
         head=np.full((threads, len(model.surface_kind)), -1, np.int32),
