@@ -149,7 +149,7 @@ def _one_grid(mesh, shape, first_triangle, first_patch, low, size, cells, reach)
 
 def _others_apart(begin, patch, size, cells, reach) -> np.ndarray:
     """Return a distance [m] that all patches but the one which a cell lists have at least from every point of
-    it; 0 for cells that list several or none.
+    it, 0 for cells that list several or none.
 
     A straight way from a cell to a patch that none of the cells around it lists leaves them first, and is
     still out of reach of the patch there.
