@@ -13,6 +13,7 @@ from nutamill.base.errors import CaseError
 from nutamill.case import load_case
 from nutamill.result import Recorder, open_result
 from nutamill.result.fields import expand
+from nutamill.view.figures.reading import draw_floor
 
 RATE, SPEED, FORCE = 2000.0, 20.0 * math.pi, 500.0
 RATINGS = """
@@ -208,3 +209,8 @@ def test_clearance_of_a_nutating_ring_is_its_farthest_reach(result):
 def test_clearance_from_the_moon_is_refused(result):
     with pytest.raises(CaseError, match="frame"):
         chamber_clearance(result, (0.08, 0.33), 0.12, "moon")
+
+
+def test_the_path_on_the_floor_is_drawn_over_the_window_that_is_asked_for(result):
+    # 2000 samples a second
+    assert [len(axes.lines[0].get_xdata()) for axes in draw_floor(result, "0.25 s").axes] == [501, 501]

@@ -15,7 +15,7 @@ from nutamill.analysis.mounts import floor_series, recorded_vector
 from nutamill.analysis.orders import Orders, Waterfall
 from nutamill.analysis.source import machine_of
 from nutamill.analysis.summary import LONGEST, hours_text
-from nutamill.analysis.windows import PAPER_WINDOW
+from nutamill.analysis.windows import PAPER_WINDOW, window_length
 from nutamill.base.units import in_unit, rpm
 from nutamill.case.drawing import GROUND
 from nutamill.result import Result
@@ -149,7 +149,7 @@ def draw_floor(result: Result, last: float | str = PAPER_WINDOW) -> Figure:
     """Draw the path of the first mount's foot and of the force on the floor, in the plane of the floor, over
     the steady end of the run.
     """
-    length = last if isinstance(last, float) else PAPER_WINDOW
+    length = window_length(last)
     time = result.series["time"].values
     inside = time >= time[-1] - min(length, 0.5 * time[-1])
     machine = machine_of(result)
