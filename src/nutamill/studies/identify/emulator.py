@@ -133,8 +133,8 @@ def fit_emulator(
     inputs, gains, gain_ends : as in `Emulator`
     label : the row, for messages
     doubt : scatter and discrepancy of the row, SI: an error below it does no harm
-    partial : whether the inputs leave out numbers that change the runs: what these change is then part of the
-        error (the active variables of P. S. Craig et al., J. Am. Stat. Assoc. 96(454), 717-729, 2001)
+    partial : whether the inputs leave out numbers that change the runs: the error is then at least that of
+        members left out (active variables: P. S. Craig et al., J. Am. Stat. Assoc. 96(454), 717-729, 2001)
 
     Raises
     ------
@@ -168,7 +168,8 @@ def fit_emulator(
         )
         hint = "Take more members or narrower ranges; with a charge longer runs"
         raise CaseError(Fault(label, what, hint))
-    unseen = noise if partial else 0.0
+    # few members let a process pass through scatter: those left out show it
+    unseen = max(noise, float(np.mean(error**2))) if partial else 0.0
     return Emulator(process, inputs, logarithmic, offset, scale, check, gains, gain_ends, unseen=unseen)
 
 
