@@ -166,7 +166,7 @@ def mill(revolutions: float = 1.0) -> Iterator[str]:
     read: dict[str, dict[str, np.ndarray]] = {}
     with tempfile.TemporaryDirectory() as folder:
         for name, changes in (("our engine", ()), ("LAMMPS", ("charge.engine=lammps",))):
-            file = Path(folder, "run.h5")
+            file = Path(folder, f"{name}.h5")
             asked = ["drive.speed=700 rpm", *MILL, *changes, f"run.until={end:.6f} s"]
             done(1, "run", "numill", "--to", str(file), *(w for change in asked for w in ("-s", change)))
             with nm.open_result(file) as result:

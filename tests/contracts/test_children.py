@@ -57,7 +57,7 @@ def test_every_child_is_started_without_the_working_folder_on_its_path():
         if re.search(r"sys\.executable|multiprocessing|ProcessPool", line)
     ]
     assert len(starts) == 2
-    assert {name for name, _ in starts} == {"child.py", "bench.py"}
+    assert {name for name, _ in starts} == {"child.py", "speed.py"}
     assert all('[sys.executable, "-P", ' in line for _, line in starts)
 
 
