@@ -43,8 +43,8 @@ class NearMeshes(NamedTuple):
     4).
     """
     decider: np.ndarray
-    """Where one patch alone was near at the last test, its surface and the triangle nearest there, else -1
-    and -1 [1], int32 (D, M, 2).
+    """Where one patch alone was near at the last test, its surface, else -1; and the triangle that `held` is
+    of, -1 at first [1].  int32 (D, M, 2).
     """
     held: np.ndarray
     """Plane of that triangle as in `MeshFaces.rows`, normal [1] (3) and height over the origin [m], surface
