@@ -10,6 +10,8 @@ Source: W. R. Hamilton's algebra in the form of Diebel, "Representing Attitude",
 
 import math
 
+import numpy as np
+
 from nutamill.base.kernel import kernel
 
 
@@ -101,6 +103,13 @@ def rotation_matrix(q, R_out):
         R_out[2, 1],
         R_out[2, 2],
     ) = rotation_numbers(q[0], q[1], q[2], q[3])
+
+
+def rotation_matrix_of(quaternion: np.ndarray) -> np.ndarray:
+    """Return the rotation matrix ``R_WB`` (3, 3) of a unit quaternion ``q_WB`` (4,)."""
+    rotation = np.empty((3, 3))
+    rotation_matrix(quaternion, rotation)
+    return rotation
 
 
 @kernel(inline="always")

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.base.frames import rotation_matrix
+from nutamill.base.frames import rotation_matrix_of
 from nutamill.base.required import required
 from nutamill.case import Case, Machine
 from nutamill.case.machine import BodyEntry, DriveEntry, JointEntry
@@ -82,8 +82,7 @@ def weighted_body(machine: Machine, weights: Sequence[Weight]) -> BodyEntry:
     body = next(body for body in machine.bodies if body.name == joint.between[1])
     axes, point = axes_along(required(joint.axis)), np.array(joint.point)
     foot = point - axes[:, 2] * (point @ axes[:, 2])  # of the axis, next to the origin
-    rotation = np.empty((3, 3))
-    rotation_matrix(quaternion_of(body.turn), rotation)
+    rotation = rotation_matrix_of(quaternion_of(body.turn))
     inertia = np.diag(body.inertia[:3])
     for (i, j), product in zip(((0, 1), (0, 2), (1, 2)), body.inertia[3:], strict=False):
         inertia[i, j] = inertia[j, i] = product

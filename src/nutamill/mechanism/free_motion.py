@@ -4,7 +4,7 @@ import numpy as np
 from scipy.linalg import null_space, qr
 
 from nutamill.base.errors import StepError
-from nutamill.base.frames import rotation_matrix
+from nutamill.base.frames import rotation_matrix_of
 from nutamill.mechanism.constraints import dense_jacobian
 from nutamill.mechanism.loads import world_point
 from nutamill.mechanism.model import Mechanism, MechanismScratch, MechanismState
@@ -92,7 +92,7 @@ def strain_rates(mechanism: Mechanism, state: MechanismState) -> np.ndarray:
     n = 6 * len(mechanism.bodies)
     rows = [np.zeros((0, n))]
     for bushing in mechanism.bushings:
-        axes = rotation_of(state.quaternion[bushing.body_a]) @ rotation_of(bushing.attitude_a)
+        axes = rotation_matrix_of(state.quaternion[bushing.body_a]) @ rotation_matrix_of(bushing.attitude_a)
         at = np.array(world_point(state.position, state.quaternion, bushing.body_b, bushing.point_b))
         both = _relative(state, n, bushing.body_a, bushing.body_b, at)
         local = np.vstack([axes.T @ both[:3], axes.T @ both[3:]])
@@ -106,13 +106,6 @@ def strain_rates(mechanism: Mechanism, state: MechanismState) -> np.ndarray:
         # the far end alone decides: the lever of a spring between two turning ends is that of its line
         rows.append(along[None, :] @ _relative(state, n, spring.body_a, spring.body_b, end)[:3])
     return np.vstack(rows)[:, : n - 6]
-
-
-def rotation_of(quaternion: np.ndarray) -> np.ndarray:
-    """Return the rotation matrix (3, 3) of a unit quaternion (w, x, y, z)."""
-    rotation = np.empty((3, 3))
-    rotation_matrix(quaternion, rotation)
-    return rotation
 
 
 def _relative(state: MechanismState, n: int, a: int, b: int, at: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nutamill.base.frames import rotation_matrix
+from nutamill.base.frames import rotation_matrix_of
 from nutamill.charge.measures.totals import gathered
 from nutamill.charge.readout import attitudes, contact_forces, positions, spins, velocities
 from nutamill.simulation.setup.model import Model, State
@@ -32,8 +32,7 @@ def snapshot(model: Model, state: State) -> dict[str, np.ndarray]:
         arrays["contact_forces"] = forces.astype(np.float32)
     arrays["materials"] = particles.material.astype(np.int16)
     body = model.plan.carriers[survey.body]
-    rotation = np.empty((3, 3))
-    rotation_matrix(state.mechanism.quaternion[body], rotation)
+    rotation = rotation_matrix_of(state.mechanism.quaternion[body])
     arrays["chamber_floor"] = state.mechanism.position[body] + rotation @ survey.origin
     arrays["chamber_attitude"] = state.mechanism.quaternion[body]
     return arrays

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nutamill.base.errors import CaseError, Fault, NotInstalledError
-from nutamill.base.frames import rotation_matrix
+from nutamill.base.frames import rotation_matrix_of
 from nutamill.base.units import Kind
 from nutamill.case.fmus import FmuBody, FmuEntry
 from nutamill.case.machine import Machine
@@ -184,9 +184,7 @@ def _body(machine: Machine, given: FmuBody, names: Names, where: str) -> BodyPla
     start = np.concatenate([np.array(body.position, float), quaternion_of(body.turn)])
     arm = None
     if given.point is not None:
-        matrix = np.empty((3, 3))
-        rotation_matrix(start[3:], matrix)
-        arm = matrix.T @ (np.array(given.point) - start[:3])
+        arm = rotation_matrix_of(start[3:]).T @ (np.array(given.point) - start[:3])
     angles = Kind.ANGLE if given.attitude_as != "quaternion" else None
     kinds = {
         "velocity": Kind.VELOCITY,

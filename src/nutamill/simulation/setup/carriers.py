@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nutamill.base.frames import rotation_matrix
+from nutamill.base.frames import rotation_matrix_of
 from nutamill.case.machine import Machine
 from nutamill.case.machine_checks import GROUND
 from nutamill.case.placement import quaternion_of
@@ -25,9 +25,7 @@ class Carrier(NamedTuple):
     @property
     def rotation(self) -> np.ndarray:
         """Rotation (3, 3) from the axes of the body to world axes."""
-        matrix = np.empty((3, 3))
-        rotation_matrix(self.quaternion, matrix)
-        return matrix
+        return rotation_matrix_of(self.quaternion)
 
     @property
     def pose(self) -> np.ndarray:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nutamill.base.errors import Fault, StepError
-from nutamill.base.frames import rotation_matrix
+from nutamill.base.frames import rotation_matrix, rotation_matrix_of
 from nutamill.base.required import required
 from nutamill.base.units import in_unit, shown
 from nutamill.case.loads import LinearDriveEntry
@@ -253,9 +253,7 @@ def solids_met(
         return None
     poses = {}
     for carrier in {wall.carrier.name: wall.carrier for pair in pairs for wall in pair}.values():
-        rotation = np.empty((3, 3))
-        rotation_matrix(quaternion[carrier.body], rotation)
-        poses[carrier.name] = (position[carrier.body], rotation)
+        poses[carrier.name] = (position[carrier.body], rotation_matrix_of(quaternion[carrier.body]))
     for one, two in pairs:
         if depth := meeting(one, two, poses):
             return StepError(

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from nutamill.base.errors import CaseError, Fault
-from nutamill.base.frames import rotation_matrix
+from nutamill.base.frames import rotation_matrix_of
 from nutamill.base.units import shown
 from nutamill.case.machine import Machine
 from nutamill.case.machine_checks import GROUND
@@ -131,12 +131,13 @@ def _assembled_at(
 
 def _poses(state: MechanismState, carriers) -> Poses:
     """Return mass centre and rotation of each carrier by name."""
-    poses = {}
-    for carrier in carriers:
-        rotation = np.empty((3, 3))
-        rotation_matrix(state.quaternion[carrier.body], rotation)
-        poses[carrier.name] = (state.position[carrier.body].copy(), rotation)
-    return poses
+    return {
+        carrier.name: (
+            state.position[carrier.body].copy(),
+            rotation_matrix_of(state.quaternion[carrier.body]),
+        )
+        for carrier in carriers
+    }
 
 
 def _corners(walls: Sequence[SolidWall], poses: Poses) -> np.ndarray:
